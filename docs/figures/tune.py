@@ -140,7 +140,7 @@ def traps(x: Axis, model: sf.simulation.experiments.UltimatePoint) -> str:
 def bare_relay(x: Axis) -> tuple[float, float]:
     """Period, s, of the swing that a relay of VOLTS keeps up, and the gain, V/mm, that the textbook reads from it."""
     table, numbers = step_table(plant(x), PERIOD), parameters(x, PERIOD)
-    measured, output = driven(servo.RELAY, np.full(RELAY, VOLTS), table, numbers)
+    _, measured, output, _ = driven(servo.RELAY, np.full(RELAY, VOLTS), table, numbers)
     rises = np.flatnonzero((output[1:] > 0.0) & (output[:-1] < 0.0))[-SWINGS:]
     swings = len(rises) - 1
     measured = measured[rises[0] : rises[-1]]

@@ -12,7 +12,8 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.pipeline.compare import BESIDE_A_RUN
-from splinefeed.report import files, record, saving
+from splinefeed.report import files, record
+from splinefeed.report.figure import Figure
 
 LIMITS = ["--feed", "3600mm/min", "--accel", "0.5m/s^2", "--jerk", "20000"]
 
@@ -137,7 +138,7 @@ def test_ctrl_c_leaves_nothing(splinefeed, folder, monkeypatch):
     def interrupt(*_args, **_kwargs):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(saving, "save_figure", interrupt)
+    monkeypatch.setattr(Figure, "save", interrupt)
     result = splinefeed("run", "smooth.json", "--no-compare")
     assert result.exit_code == 130
     assert result.stdout == ""

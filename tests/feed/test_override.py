@@ -15,7 +15,7 @@ from splinefeed.errors import LimitsError
 from splinefeed.feed.course import LawCourse
 from splinefeed.feed.override import Override
 from splinefeed.feed.reserve import with_reserve
-from splinefeed.interpolation.instants import Instants
+from splinefeed.interpolation.arc_length import Instants
 from splinefeed.records import Array, Limits, Setpoints, TimeLaw
 
 PERIOD = 1e-3

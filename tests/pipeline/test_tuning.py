@@ -104,7 +104,7 @@ def test_the_quick_test_of_margins_is_the_exact_one() -> None:
             0.15 * 3.0 ** rng.uniform(-1, 1),
         )
         other = replace(axis, controller=replace(axis.controller, kp=kp, ki=ki, kd=kd))
-        assert np.min(quick.slacks(other)) == pytest.approx(bound.slack(margins(other, 1e-3)), abs=2e-3)
+        assert np.min(quick.slacks(other)) == pytest.approx(np.min(bound.slacks(margins(other, 1e-3))), abs=2e-3)
 
 
 def test_tune_is_one_name_for_both(circle: tuple[Path, Setpoints]) -> None:
@@ -135,9 +135,9 @@ def test_tune_is_one_name_for_both(circle: tuple[Path, Setpoints]) -> None:
             lambda: tune_on_path(machine, points, path, axes=("theta",)),
             "axis 'theta' does not move on this path; its axes are x, y",
         ),
-        (lambda: Bound(gain_margin=1.0), "gain_margin is 1.0; it must be greater than 1 and finite"),
-        (lambda: Bound(phase_margin=float("nan")), "phase_margin is nan; it must be greater than 0 and finite"),
-        (lambda: Bound(phase_margin=120.0), "phase_margin is 120 deg; it must be less than 90"),
+        (lambda: Bound(gain_margin=1.0), "gain_margin is 1.0; it must lie between 1 and inf"),
+        (lambda: Bound(phase_margin=float("nan")), "phase_margin is nan; it must lie between 0 and 90"),
+        (lambda: Bound(phase_margin=120.0), "phase_margin is 120.0; it must lie between 0 and 90"),
     ]
     for call, message in cases:
         with pytest.raises(InputError) as caught:

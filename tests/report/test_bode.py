@@ -9,11 +9,15 @@ import pytest
 
 from splinefeed.machine import Friction, Machine
 from splinefeed.report.figure import Dots, Line
-from splinefeed.report.saving import save_figure
 from splinefeed.report.servo_figures import bode_figure, step_figure
 from splinefeed.simulation.curves import hunts, loop_curves, rest_swing, step_responses, tuned_axis
-from splinefeed.simulation.linear import loop_response, margins, scaled
+from splinefeed.simulation.linear import controller_response, discrete_plant, margins, scaled
 from splinefeed.simulation.tuning import tune
+
+
+def loop_response(axis, period, omega):
+    """L = H G, the loop opened at the controller's output."""
+    return controller_response(axis.controller, period, omega)[1] * discrete_plant(axis, period).response(omega)
 
 
 @pytest.mark.parametrize("name", ["x", "theta"])
@@ -37,7 +41,7 @@ def test_margins_are_drawn_where_they_are(name, tmp_path):
     assert named == ["old gains", "new gains", "measured by sines"]
     assert closed.x.label.startswith("frequency (Hz)")
     for suffix in ("svg", "png"):
-        save_figure(figure, tmp_path / f"bode.{suffix}")
+        figure.save(tmp_path / f"bode.{suffix}")
     measured = tuned.identified
     low = measured.frequency < 100.0
     expected = loop_response(found.axis, 1e-3, 2.0 * np.pi * measured.frequency[low])
@@ -52,7 +56,7 @@ def test_an_unstable_loop_is_named_and_has_no_closed_response(tmp_path):
     gain, _, closed = figure.panels
     assert gain.marks[0].name == "old gains: unstable"
     assert [mark.name for mark in closed.marks if isinstance(mark, Line)] == ["new gains"]
-    save_figure(step_figure([tuned, tuned], "wild"), tmp_path / "step.png")
+    step_figure([tuned, tuned], "wild").save(tmp_path / "step.png")
     assert bode_figure(tuned_axis(axis, wild, "none", 1e-3), "wild").title.endswith(margins(wild, 1e-3).verdict)
 
 
@@ -61,7 +65,7 @@ def test_a_step_is_small_and_rounded_and_ends_at_its_size():
     old, new = step_responses(axis, scaled(axis, 0.5), 1e-3)
     assert old.size == new.size == 0.02
     for step in (old, new):
-        assert step.stopped is None
+        assert not step.stopped
         assert np.all(step.position[step.t <= 0.0] == 0.0)
         assert step.position[-1] == pytest.approx(0.02, abs=2e-3)
     turning = Machine.load("xytheta").axes["theta"]

@@ -14,9 +14,9 @@ import pytest
 import motions
 import splinefeed as sf
 from splinefeed.errors import FormatError, InputError
-from splinefeed.report import files, raster, saving
+from splinefeed.report import files, raster
+from splinefeed.report.figure import Figure
 from splinefeed.report.path_figures import path_figure
-from splinefeed.report.saving import save_figure
 
 LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000)
 
@@ -94,17 +94,17 @@ def test_the_same_run_gives_the_same_figures(finished, folder, tmp_path):
 def test_no_figures_and_no_other_methods(finished, tmp_path):
     run, _ = finished
     assert files.write(run, tmp_path, figure_formats=()) == ["setpoints.h5", "law.h5", "run.json"]
-    names = [name for name, _ in files.figures(run, [], files.of_run(run))]
+    names = [name for name, _ in files.to_files(files.of_run(run))]
     assert names == ["path", "motion", "limits", "binding"]
     along = sf.run(run.path, LIMITS)
-    assert [name for name, _ in files.figures(along, [], files.of_run(along))] == ["path", "motion"]
+    assert [name for name, _ in files.to_files(files.of_run(along))] == ["path", "motion"]
 
 
 def test_by_default_a_figure_is_one_file_and_none_is_drawn_twice(finished, tmp_path, monkeypatch):
     run, traces = finished
     drawn = []
-    real = saving.save_figure
-    monkeypatch.setattr(saving, "save_figure", lambda figure, file: (drawn.append(file.name), real(figure, file)))
+    real = Figure.save
+    monkeypatch.setattr(Figure, "save", lambda figure, file: (drawn.append(file.name), real(figure, file)))
     names = files.write(run, tmp_path, traces=traces)
     assert drawn == [f"{name}.svg" for name in ("path", "motion", "limits", "binding", "ripple")]
     assert names == ["setpoints.h5", "law.h5", *drawn, "report.html", "run.json"]
@@ -133,14 +133,14 @@ def test_a_figure_is_whole_or_not_there(finished, tmp_path, monkeypatch):
     run, _ = finished
     figure = path_figure(run)
     with pytest.raises(FormatError, match="does not exist; make it first"):
-        save_figure(figure, tmp_path / "no" / "path.svg")
+        figure.save(tmp_path / "no" / "path.svg")
 
     def fail(*_args, **_kwargs):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(raster, "write", fail)
     with pytest.raises(KeyboardInterrupt):
-        save_figure(figure, tmp_path / "path.png")
+        figure.save(tmp_path / "path.png")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -148,7 +148,7 @@ def test_names_that_no_font_and_no_xml_can_show(finished, tmp_path):
     run, _ = finished
     path = sf.Path(run.path.curves, name="\x00\x1b]$x^$ & </svg> 飛 " + "long " * 40)
     for suffix in files.FIGURE_FORMATS:
-        save_figure(path_figure(dataclasses.replace(run, path=path)), tmp_path / f"odd.{suffix}")
+        path_figure(dataclasses.replace(run, path=path)).save(tmp_path / f"odd.{suffix}")
     text = (tmp_path / "odd.svg").read_text(encoding="utf-8")
     ElementTree.fromstring(text)
     assert "$x^$ &amp; &lt;/svg&gt; 飛" in text

@@ -13,12 +13,17 @@ from scipy import signal
 from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
 from splinefeed.machine import Axis, Friction
 from splinefeed.pipeline.follow import follow
-from splinefeed.simulation.linear import closed_loop, loop_response, margins, spectral_radius
+from splinefeed.simulation.linear import closed_loop, controller_response, discrete_plant, margins, spectral_radius
 
 TIME = np.arange(700) * PERIOD
 COMMAND = 10.0 * (1.0 - np.cos(2.0 * np.pi * 3.0 * TIME)) + 0.5 * (TIME > 0.3)
 
 PID = {"kp": 22.3833, "ki": 266.8899, "kd": 0.1862}
+
+
+def loop_response(axis, period, omega):
+    """L = H G, the loop opened at the controller's output."""
+    return controller_response(axis.controller, period, omega)[1] * discrete_plant(axis, period).response(omega)
 
 
 def drive_plant(lag: float = 0.01, gain: float = 25.0) -> Any:

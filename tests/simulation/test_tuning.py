@@ -17,7 +17,7 @@ from splinefeed.pipeline.follow import follow
 from splinefeed.simulation.experiments import driven, relay, swept_sine
 from splinefeed.simulation.linear import margins, spectral_radius
 from splinefeed.simulation.plant import parameters, plant, step_table
-from splinefeed.simulation.tuning import model_response, rules, sines, tune, ultimate_point
+from splinefeed.simulation.tuning import RULES, model_response, sines, tune, ultimate_point
 
 FREQUENCIES = np.array([3.0, 20.0, 70.0, 150.0, 400.0])
 
@@ -84,7 +84,7 @@ def test_the_bare_swing_of_a_relay_would_not_do() -> None:
     """Why `relay` measures by sines: the swing on X of xytheta takes 12 ticks, and 4 d / (pi a) is 38 % too high."""
     axis = Machine.load("xytheta").axes["x"]
     table_of_steps, numbers = step_table(plant(axis), PERIOD), parameters(axis, PERIOD)
-    measured, output = driven(servo.RELAY, np.full(4000, 8.0), table_of_steps, numbers)
+    _, measured, output, _ = driven(servo.RELAY, np.full(4000, 8.0), table_of_steps, numbers)
     assert np.all(output[-48:-12] == output[-36:])
     harmonic = 2.0 * abs(np.mean(measured[-12:] * np.exp(-2j * np.pi * np.arange(12) / 12)))
     point = ultimate_point(axis, PERIOD)
@@ -115,7 +115,7 @@ def test_a_swept_sine_of_the_full_table_is_the_model_within_two_percent(name: st
 
 def test_the_rules_are_those_of_their_tables() -> None:
     axis = velocity_axis()
-    assert rules() == ("ziegler-nichols", "tyreus-luyben")
+    assert tuple(RULES) == ("ziegler-nichols", "tyreus-luyben")
     found = tune(axis, "ziegler-nichols")
     ku, pu = found.ultimate.gain, found.ultimate.period
     assert found.controller.kp == pytest.approx(0.6 * ku)

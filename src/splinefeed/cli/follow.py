@@ -79,8 +79,10 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.follow import Servo
     from splinefeed.pipeline.overview import Overview, Pictured
-    from splinefeed.report import files, saving
+    from splinefeed.report import files
     from splinefeed.report.folder import default_name, staged
+    from splinefeed.report.path_figures import contour_figure
+    from splinefeed.report.servo_figures import errors_figure
     from splinefeed.simulation.follow import CHUNK
 
     drawing = options.figure_formats(given)
@@ -109,10 +111,12 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
         names = [files.RESPONSE]
         if drawing:
             say("drawing")
+            drawn = {"errors": errors_figure({first.method: overview.response}, name, machine.name)}
             beside = pictured.deviation(path) if path is not None else None
-            drawn = files.servo_figures({first.method: overview.response}, name, machine.name, beside)
-            names += saving.save_figures(drawn, stage, drawing)
-            notes += saving.missing(drawing)
+            if beside is not None:
+                drawn["contour"] = contour_figure(beside, name, machine.name)
+            names += files.save_figures(drawn.items(), stage, drawing)
+            notes += files.missing(drawing, page=False)
         if servo.off_path > 0.0:
             notes.append(f"the setpoints are off the path by at most {servo.off_path:.3g} mm")
         numbers = servo.tally.numbers()

@@ -18,7 +18,6 @@ Examples:
 
 #: A reference in running text: from an initial to the DOI at the end.
 _REFERENCE = re.compile(r": ([A-Z]\. [^:]+, doi \S+)$")
-_ELSEWHERE = re.compile(r"`(stepping)\.(\w+)`")
 
 
 @click.command(epilog=EXAMPLES)
@@ -57,18 +56,7 @@ def _order(page: dict[str, Any]) -> str:
 
 
 def _source(step: Any) -> str:
-    """What stands behind "Source:" in the docstring of a step, or of the shared step that it names there."""
-    text = _behind(getattr(step, "py_func", step))
-    shared = _ELSEWHERE.search(text)
-    if shared is None:
-        return text
-    from splinefeed.interpolation import stepping
-
-    function = getattr(stepping, shared[2])
-    return text.replace(shared[0], _behind(getattr(function, "py_func", function)).rstrip("."))
-
-
-def _behind(function: Any) -> str:
-    words = " ".join((inspect.getdoc(function) or "").split())
+    """What stands behind "Source:" in the docstring of a step."""
+    words = " ".join((inspect.getdoc(getattr(step, "py_func", step)) or "").split())
     reference = _REFERENCE.search(words)
     return words.partition("Source: ")[2] or (reference[1] if reference else "")

@@ -50,9 +50,15 @@ def command(say: Say, folder: str, output: str | None, machine: str | None) -> P
     from splinefeed.report import files, html
 
     place = Path(folder)
-    said = _record(place)
+    said = _record(place / files.RECORD)
     say(f"reading {folder}")
-    file, law = place / _setpoints_of(place), _loaded(place, files.LAW, TimeLaw)
+    forms = ("hdf5", "npz", "parquet", "mat", "csv")  # those that keep every digit and all settings
+    file = next((each for form in forms if (each := place / files.SETPOINTS[form]).is_file()), None)
+    if file is None:
+        raise FormatError(f"{place}: has no setpoints that can be read again; run once more with --format hdf5")
+    law = load(place / files.LAW)
+    if not isinstance(law, TimeLaw):
+        raise FormatError(f"{place / files.LAW}: holds {type(law).__name__}; expected TimeLaw")
     settings = next(load_chunks(file, 1)).settings
     path, _ = path_of(settings, {"source": None, "which": None, "chord": None}, str(file))
     limits = Limits.from_dict(settings["limits"])
@@ -74,38 +80,15 @@ def command(say: Say, folder: str, output: str | None, machine: str | None) -> P
     return {**page, "files": [str(target)]}
 
 
-def _record(place: Path) -> dict[str, Any]:
-    """The page of numbers of the run."""
+def _record(file: Path) -> dict[str, Any]:
     import json
 
-    from splinefeed.report.files import RECORD
-
     try:
-        said = json.loads((place / RECORD).read_text(encoding="utf-8"))
+        said = json.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise FormatError(f"{place}: has no {RECORD}; give a folder that splinefeed run wrote") from None
+        raise FormatError(f"{file}: is not there; give a folder that splinefeed run wrote") from None
     except (OSError, ValueError, RecursionError) as error:
-        raise FormatError(f"{place / RECORD}: cannot be read: {error}") from None
+        raise FormatError(f"{file}: cannot be read: {error}") from None
     if not isinstance(said, dict):
-        raise FormatError(f"{place / RECORD}: is not the record of a run")
+        raise FormatError(f"{file}: is not the record of a run")
     return said
-
-
-def _setpoints_of(place: Path) -> str:
-    """Name of the setpoints that keep every digit and all settings."""
-    from splinefeed.report.files import SETPOINTS
-
-    for form in ("hdf5", "npz", "parquet", "mat", "csv"):
-        if (place / SETPOINTS[form]).is_file():
-            return SETPOINTS[form]
-    raise FormatError(f"{place}: has no setpoints that can be read again; run once more with --format hdf5")
-
-
-def _loaded(place: Path, name: str, kind: type) -> Any:
-    """The record in a file of the folder; FormatError if it is another one."""
-    from splinefeed.formats.setpoints import load
-
-    found = load(place / name)
-    if not isinstance(found, kind):
-        raise FormatError(f"{place / name}: holds {type(found).__name__}; expected {kind.__name__}")
-    return found

@@ -159,8 +159,8 @@ def _show(folder: str) -> dict[str, Any]:
     from pathlib import Path
 
     from splinefeed.report import library, sweep_page
+    from splinefeed.report.figure import EXTRA
     from splinefeed.report.files import write_report
-    from splinefeed.report.saving import EXTRA
     from splinefeed.sweeps.store import load
     from splinefeed.sweeps.summary import summary
 

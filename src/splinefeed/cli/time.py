@@ -65,7 +65,6 @@ def command(say: Say, program: str, **given: Any) -> Page:
     limit saves.
     """
     from splinefeed.pipeline.cycle_time import cycle_time
-    from splinefeed.report.saving import save_figure
     from splinefeed.report.time_figures import time_figure
 
     reading = {name: given[name] for name in ("dialect", "start", "offsets", "tools", "repair", "from_line")}
@@ -76,6 +75,6 @@ def command(say: Say, program: str, **given: Any) -> Page:
         say("planning with other limits")
         page["saves"] = time.saves()
     if given["figure"] is not None:
-        save_figure(time_figure(time), given["figure"])
+        time_figure(time).save(given["figure"])
         page["files"] = [given["figure"]]
     return page

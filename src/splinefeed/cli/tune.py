@@ -112,7 +112,7 @@ def command(say: Say, machine: str, **given: Any) -> Page:
     from splinefeed.formats.plain import plain
     from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.tuning import PATH_RULE
-    from splinefeed.report import saving
+    from splinefeed.report.files import missing
 
     drawing = options.figure_formats(given)
     if given["figures"] and given["output"] is None:
@@ -134,7 +134,7 @@ def command(say: Say, machine: str, **given: Any) -> Page:
             "machine_file": machine,
             "rule": given["rule"],
             **found.page,
-            "notes": [] if given["output"] is None else saving.missing(drawing),
+            "notes": [] if given["output"] is None else missing(drawing, page=False),
             "program": f"splinefeed {splinefeed.__version__}",
         }
     )
@@ -201,11 +201,11 @@ def _draw(
     """Write figures and the page of numbers to a folder; their names as seen from the current folder."""
     from pathlib import Path
 
-    from splinefeed.report import files, saving
+    from splinefeed.report import files
     from splinefeed.report.folder import staged
 
     with staged(folder, files.TUNE_RECORD, files.tune_names(machine.axes)) as stage:
-        names = [*saving.save_figures(files.tune_figures(pictures, machine.name), stage, drawing), files.TUNE_RECORD]
+        names = [*files.save_figures(files.tune_figures(pictures, machine.name), stage, drawing), files.TUNE_RECORD]
         files.write_record({**page, "files": names}, stage / files.TUNE_RECORD)
     return [str(Path(folder) / name) for name in names]
 

@@ -97,7 +97,7 @@ def command(say: Say, source: str, **given: Any) -> Page:
     from splinefeed.interpolation import registry
     from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.contour_feed import tune_feed
-    from splinefeed.report import files, saving
+    from splinefeed.report import files
     from splinefeed.report.folder import default_name, staged
     from splinefeed.report.record import command as command_line
     from splinefeed.report.record import source_of
@@ -130,7 +130,7 @@ def command(say: Say, source: str, **given: Any) -> Page:
             save(tuning.served.response, stage / files.RESPONSE)
             names += [files.LIMITS, files.SETPOINTS["hdf5"], files.RESPONSE]
         drawn = [("feed-curve", feed_curve_figure(tuning, path.name, machine.name))]
-        names += saving.save_figures(drawn, stage, drawing)
+        names += files.save_figures(drawn, stage, drawing)
         names.append(files.TUNE_FEED_RECORD)
         page: dict[str, Any] = plain(
             {
@@ -148,7 +148,7 @@ def command(say: Say, source: str, **given: Any) -> Page:
                     *path.findings,
                     *(tuning.served.notes if tuning.served else ()),
                     *tuning.notes,
-                    *saving.missing(drawing),
+                    *files.missing(drawing, page=False),
                 ],
                 "least_error_mm": tuning.least.error,
                 "least_error_feed_mm_s": tuning.least.feed,

@@ -5,17 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from splinefeed.feed.law import Pieces
-from splinefeed.feed.numbers import SAME, TOGETHER
+from splinefeed.feed.numbers import ALMOST, SAME, TOGETHER
 from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.records import Array, IntArray
 
 #: Shares of each piece's time at which it is looked at, dense at both ends: while it is planned, closely, and where it
 #: may be over what was seen.
 LOOKED, CLOSELY, MORE_CLOSELY = (0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count in (5, 9, 33))
-#: An acceleration below this share of the largest one of its piece is none.
-STILL = 1e-9
-#: How much larger the rise of a peak between places is taken than a parabola says.
-MARGIN = 2.0
 
 
 def worst_shares(setting: Setting, pieces: Pieces, end: float, *, closely: bool = False) -> Array:
@@ -71,7 +67,7 @@ def _rising(a: Array, j: Array, steps: Array) -> Array:
     a, j  acceleration and jerk at the places, steps (n, k - 1) times between them. Where tangents at two of them meet
     on the other side of 0 the acceleration may go there in between.
     """
-    still = np.abs(a) <= STILL * np.max(np.abs(a), axis=1, keepdims=True)  # it has the sign of what is around it
+    still = np.abs(a) <= ALMOST * np.max(np.abs(a), axis=1, keepdims=True)  # it has the sign of what is around it
     sign = np.sign(np.where(still, np.sum(a, axis=1, keepdims=True), a))
     a = np.where(still, 0.0, a)
     bend = j[:, 1:] - j[:, :-1]
@@ -95,5 +91,5 @@ def _peaks(shares: Array) -> tuple[Array, Array]:
         bend = 2.0 * here - below - above
         peak = (here >= below) & (here >= above) & (bend > 0.0) & (bend < np.inf)
         rise = np.where(peak, (above - below) ** 2 / np.where(peak, 8.0 * bend, 1.0), 0.0)
-    found: Array = np.maximum(np.max(shares, axis=0), np.max(here + MARGIN * rise, axis=0))
+    found: Array = np.maximum(np.max(shares, axis=0), np.max(here + rise, axis=0))
     return found, np.max(np.abs(bend), axis=0)

@@ -13,20 +13,19 @@ import numpy as np
 from scipy.linalg import lapack
 
 from splinefeed.feed.dual import REACHING, Dual, smooth
+from splinefeed.feed.numbers import SAME
 from splinefeed.feed.setting import Setting
-from splinefeed.feed.solve import AIM, KEPT, RIDGES, Problem, Solution
+from splinefeed.feed.solve import AIM, FAR, KEPT, NEAR, RIDGES, Problem, Solution
 from splinefeed.records import Array, IntArray
 
 #: Cells on a ramp at rest, each half as long as the next one.
 RAMP_CELLS = 10
-#: Rounds, each on cells half as long, while the bound is between these shares of the time: what is further off is not
-#: the cells' affair.
-ROUNDS, FAR_OFF, CLOSE = 2, 0.95, 0.995
-#: Most steps; a step takes at most this share of what is left; complementarity at last, as a share of the time.
+#: While the bound is below this share of the time it is looked for once more, on cells half as long.
+CLOSE = 0.995
+#: Most steps, and complementarity at last, as a share of the time.
 STEPS, GAP = 40, 1e-4
-#: Multipliers begin at this least share of what they may be, q at most at this share of its limit and at this least
-#: share of the greatest, complementarity at this share of the time.
-LEAST, BELOW, STILL, FAR = 0.1, 0.98, 1e-8, 0.1
+#: Multipliers begin at this least share of what they may be.
+LEAST = 0.1
 #: A multiplier that begins below this, and so do so many before and behind it, stays 0: its row does not bind there.
 BINDING, BESIDE = 1e-3, 3
 
@@ -40,18 +39,18 @@ def lower_bound(setting: Setting, problem: Problem, solution: Solution, low: flo
     states, found = tuple((end.q, end.slope) for end in ends), 0.0
     scale = solution.time / (high - low)
     at, x = _first(problem, solution, scale)
-    for _ in range(ROUNDS):
+    for _ in range(2):
         dual, close = (Dual(setting, nodes, states, scale, parts) for parts in (1, 2))
         q = problem.spline.at(solution.c, np.clip(dual.x, inner[0], inner[-1]))[0]
         for end, away in zip(ends, (dual.x - low, high - dual.x), strict=True):
             if end.rest:
                 q *= np.minimum(away / end.ramp, 1.0) ** (4.0 / 3.0)
-        q = np.maximum(q, STILL * np.max(q)).reshape(dual.top.shape)
+        q = np.maximum(q, SAME * np.max(q)).reshape(dual.top.shape)
         here = dual.spline.greville()
         at, x = here, _best(dual, q, np.array([np.interp(here, at, each) for each in x.T]).reshape(-1, len(here)).T)
         least = close.bound(x, *close.at(x))
         found = max(found, least - abs(least - dual.bound(x, *dual.at(x))))
-        if not FAR_OFF < found / float(np.sum(dual.weight / np.sqrt(q))) < CLOSE:
+        if found > CLOSE * float(np.sum(dual.weight / np.sqrt(q))):
             break
         nodes = np.sort(np.append(nodes, 0.5 * (nodes[1:] + nodes[:-1])))
     return found
@@ -92,7 +91,7 @@ def _best(dual: Dual, q: Array, x: Array) -> Array:
     (one, other, at), (coupled, _, at_node) = _pairs(dual.near(number)), _pairs(number[:, : dual.jerks])
     at = np.concatenate([at, at_node], axis=1)
     of_jerk = (np.arange(f) < dual.jerks).astype(np.float64)
-    q = BELOW * np.minimum(q, top)
+    q = (1.0 - NEAR) * np.minimum(q, top)
     x = np.where(free, np.maximum(x, LEAST / f), 0.0)
     x[:, : dual.jerks] *= np.minimum(1.0, (1.0 - LEAST) / np.maximum(np.sum(x[:, : dual.jerks], axis=1), LEAST))[
         :, None

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.feed.limits import Rows
+from splinefeed.feed.numbers import HALVINGS
 from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.feed.spline import DEGREE, Spline
 from splinefeed.records import Array, BoolArray, IntArray
@@ -32,8 +33,6 @@ GAUSS, WEIGHTS = 0.5 * (_PLACES + 1.0), 0.5 * _WEIGHTS
 SMOOTH, TORQUE = ("acceleration", "jerk", "axis_acceleration.", "axis_jerk.", "combinations.", "torque."), "torque."
 #: How far beside a place, as a share of its cell, the derivative of a torque's row is taken.
 BESIDE = 1e-2
-#: Passes until steps are as long as what lies within them allows.
-PASSES = 100
 #: Coefficients that reach into a cell.
 REACHING = DEGREE + 1
 
@@ -47,7 +46,7 @@ def longest(s: Array, step: Array, most: float) -> Array:
     """The longest steps (n,), mm, up to `most`, that any place within them allows; steps allowed at places (n,)."""
     step = np.append(np.minimum(step, most), 0.0)
     found, wider = step[:-1], np.full(len(s), most)
-    for _ in range(PASSES):
+    for _ in range(HALVINGS):
         ends = np.searchsorted(s, s - found), np.searchsorted(s, s + found, side="right")
         wider = np.maximum.reduceat(step, np.stack(ends, axis=1).ravel())[::2]
         if np.array_equal(found, wider):

@@ -8,18 +8,16 @@ import numpy as np
 
 from splinefeed.errors import PlanError
 from splinefeed.feed.limits.rows import FREE
-from splinefeed.feed.numbers import HALVINGS, SAME
+from splinefeed.feed.numbers import ALMOST, HALVINGS, SAME
 from splinefeed.feed.setting import INSIDE, REACH, Setting
 from splinefeed.feed.solve import End
 from splinefeed.records import Array, BoolArray
 
-#: Samples between two breaks to begin with, and most change from one to the next: turn of the tangent, rad, and q as a
-#: share of itself; q below this share of the greatest is slow.
-SAMPLES, CHANGE, SLOW = 3, 0.2, 1e-3
+#: Most change from one sample to the next: turn of the tangent, rad, and q as a share of itself; q below this share of
+#: the greatest is slow.
+CHANGE, SLOW = 0.2, 1e-3
 #: q is above this, mm^2/s^2, so that it can be divided by.
 LEAST = 1e-60
-#: Samples are no nearer than this share of the window.
-SHORTEST = 1e-9
 #: Where nothing limits the jerk, acceleration builds up in the inverse of this share of the time to the top feed.
 ABRUPT = 100.0
 #: Cells in a window along which nothing changes.
@@ -67,7 +65,7 @@ def sample(
     """
     edges = np.concatenate([[low], setting.inside(low, high), [high]])
     if known is None or not known.s[0] < high:
-        share = np.clip(np.linspace(0.0, 1.0, SAMPLES), INSIDE, 1.0 - INSIDE)
+        share = np.array([INSIDE, 0.5, 1.0 - INSIDE])
         s = (edges[:-1, None] + np.diff(edges)[:, None] * share).ravel()
         s = np.sort(np.concatenate([s, low + (edges[1] - low) * _TOWARDS, high - (high - edges[-2]) * _TOWARDS]))
         looked, push, twist = _look(setting, s)
@@ -87,7 +85,7 @@ def sample(
         turn = np.maximum(turn, gap * np.minimum(curvature[1:], curvature[:-1]))
         change = np.abs(np.diff(q)) / (np.maximum(q[1:], q[:-1]) + SLOW * np.max(q))
         more = (turn > CHANGE) | (change > CHANGE)
-        at = np.flatnonzero(more & (gap > SHORTEST * (high - low)) & (piece[1:] == piece[:-1]))
+        at = np.flatnonzero(more & (gap > ALMOST * (high - low)) & (piece[1:] == piece[:-1]))
         if not len(at):
             break
         new = 0.5 * (s[at] + s[at + 1])
@@ -140,8 +138,8 @@ def profile(
 def density(samples: Samples, q: Array, size: float) -> Array:
     """Cells a mm at samples: where the path turns and where the feed changes.
 
-    One for each `size` rad of the path, and one for each `size` sqrt(v / J) of time at the feed v = sqrt(q), mm/s, under
-    the jerk J along the path
+    One for each `size` rad of the path, and one for each `size` sqrt(v / J) of time, s, at the feed v = sqrt(q), mm/s,
+    under the jerk J along the path.
     """
     slope = np.abs(np.diff(q)) / np.maximum(np.diff(samples.s), 1e-300) / (2.0 * samples.push)
     slope = np.minimum(CHANGING * slope, 1.0)

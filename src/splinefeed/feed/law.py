@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinefeed.feed.numbers import SAME
 from splinefeed.feed.solve import End
 from splinefeed.feed.spline import Spline
 from splinefeed.records import LAW_COEFFICIENTS, Array
@@ -14,9 +15,6 @@ from splinefeed.records import LAW_COEFFICIENTS, Array
 #: Gauss and Legendre's places and weights on [0, 1], by which a cell's time is the integral of ds / sqrt(q).
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 GAUSS, WEIGHTS = 0.5 * (_PLACES + 1.0), 0.5 * _WEIGHTS
-
-#: Least q that a motion is made with, as a share of the greatest.
-LEAST = 1e-18
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,11 +78,11 @@ def pieces_of(spline: Spline, c: Array, ends: tuple[End, End]) -> Pieces:
     n = len(h)
     cell = np.repeat(np.arange(n), len(GAUSS))
     q = spline.combine(spline.basis(cell, (nodes[:-1, None] + h[:, None] * GAUSS).ravel()), cell, c)[0]
-    q = np.maximum(q, LEAST * np.max(q))  # between places that are above 0 it may not be: the audit sees that
+    q = np.maximum(q, SAME * np.max(q))  # between places that are above 0 it may not be: the audit sees that
     spans = h * ((1.0 / np.sqrt(q)).reshape(n, -1) @ WEIGHTS)
     at = np.minimum(np.arange(n + 1), n - 1)
     y = spline.combine(spline.basis(at, nodes), at, c)
-    v, a = np.sqrt(np.maximum(y[0], LEAST * np.max(y[0]))), 0.5 * y[1]
+    v, a = np.sqrt(np.maximum(y[0], SAME * np.max(y[0]))), 0.5 * y[1]
     start, stop = ends
     for end, place, way in ((start, 0, 1.0), (stop, -1, -1.0)):
         if end.rest:  # that of the ramp, to the last bit: q' rounds where it is short

@@ -15,7 +15,7 @@ from splinefeed.errors import LimitsError, PlanError
 from splinefeed.feed.audit import worst_shares
 from splinefeed.feed.corners import passed_corners
 from splinefeed.feed.law import Pieces, joined
-from splinefeed.feed.numbers import KEPT, SAME
+from splinefeed.feed.numbers import ALMOST, BISECTIONS, KEPT, SAME
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.straight import straights
 from splinefeed.feed.stretches import curve_feeds, lasting
@@ -37,10 +37,6 @@ MODES = {
 #: A motion that the audit finds over a limit is slowed down as a whole; by more than POOR, as a factor on q, a note
 #: says so, and by more than HOPELESS it is none.
 POOR, HOPELESS = 1.2, 100.0
-#: Halvings of a feed at an end until it is about the largest that limits allow.
-NEAREST = 10
-#: A motion ends after a tick if it does by this share of a period.
-LATE = 1e-9
 #: Names of a tool tip's own coordinates, which have no limits, before those of the joints.
 TIP = ("tip.x", "tip.y", "tip.z")
 #: Where no motion is found, cells are half as long, and this share of all limits is left unused next to ends in motion.
@@ -178,10 +174,10 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
         tick += ticks
         if ticks > 0:
             instants[-1][-1] = tick * float(period or 0.0)
-        elif period is not None and instants[-1][-1] % period > LATE * period:
+        elif period is not None and instants[-1][-1] % period > ALMOST * period:
             notes.append(
-                f"the last period is short, {instants[-1][-1] % period:.6g} s of {period:g} s: the motion begins and ends "
-                "at a feed, and so cannot wait for a tick"
+                f"the last period is short, {instants[-1][-1] % period:.6g} s of {period:g} s: the motion begins and "
+                "ends at a feed, and so cannot wait for a tick"
             )
     times, coefficients = lasting(np.concatenate(instants), np.concatenate(rows))
     return TimeLaw(
@@ -210,8 +206,8 @@ def _stretch(setting: Setting, begin: State, low: float, high: float) -> tuple[f
 def _in_ticks(given: tuple[Setting, Mode], stretch: tuple[float, float, State, State]) -> tuple[Plan, int]:
     """A stretch, see `_stretch`, that lasts whole periods if it can, and how many.
 
-    From rest to rest it is slowed down as a whole, by k: feeds by k, accelerations by k^2, jerks by k^3. With one end in
-    motion it waits at the other one.
+    From rest to rest it is slowed down as a whole, by k: feeds by k, accelerations by k^2, jerks by k^3. With one end
+    in motion it waits at the other one.
     """
     (setting, mode), (low, high, start, stop) = given, stretch
     period = setting.period
@@ -271,7 +267,7 @@ def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop:
 
     def most(fits: Callable[[float], bool]) -> float:
         least, step = 0.0, 1.0
-        for _ in range(NEAREST):
+        for _ in range(BISECTIONS):
             step *= 0.5
             least += step if fits(least + step) else 0.0
         return least

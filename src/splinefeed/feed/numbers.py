@@ -5,6 +5,12 @@ from splinefeed.records import KEPT as KEPT
 #: What differs by less than this share is the same: arc lengths of a path, times, shares of a limit. Sums of a million
 #: terms round by less, and no machine tells it apart.
 SAME = 1e-12
+#: What is below this share of a period, of a piece or of what is around it is none: roundings add up to less.
+ALMOST = 1e-9
+#: What rounding of a value may come to, in units of its last place.
+ROUNDINGS = 8.0
+#: Halvings that tell where a motion can begin or end to a thousandth.
+BISECTIONS = 10
 #: Halvings that take any interval to the rounding of its middle.
 HALVINGS = 50
 #: Places that are looked at together: their arrays stay in the processor's cache.

@@ -12,8 +12,9 @@ import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
 from splinefeed.feed import profiles
-from splinefeed.feed.profiles import ROUNDING, SAME, Profile
-from splinefeed.feed.stretches import SAME_PLACE, least_feeds
+from splinefeed.feed.numbers import SAME
+from splinefeed.feed.profiles import ROUNDING, Profile
+from splinefeed.feed.stretches import least_feeds
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array, Limits, TimeLaw
 
@@ -153,5 +154,5 @@ def _outward(value: float, rounding: str, bound: float | None = None) -> str:
 
 def _apart(marks: Array) -> Array:
     """The marks (m,), mm, without those that rounding puts beside another; both ends stay."""
-    same, inner = SAME_PLACE * marks[-1], marks[1:-1]
+    same, inner = SAME * marks[-1], marks[1:-1]
     return np.concatenate([marks[:1], inner[(np.diff(marks[:-1]) > same) & (marks[-1] - inner > same)], marks[-1:]])

@@ -10,8 +10,6 @@ from splinefeed.feed.profiles import PHASES, TOGETHER, pieces, solve_in_row
 from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray
 
-#: A tangent that turns by less than this, rad, over a whole stretch is that of a straight line; so with shares of rows.
-STRAIGHT = 1e-12
 #: Places of each span of a stretch that are looked at.
 LOOKED = np.clip(np.linspace(0.0, 1.0, 4), INSIDE, 1.0 - INSIDE)
 
@@ -31,8 +29,8 @@ def straights(setting: Setting, marks: Array) -> tuple[BoolArray, Array, Array]:
     along, most = np.minimum.reduceat(found, first, axis=1), np.maximum.reduceat(found, first, axis=1)
     straight = np.all(np.isfinite(along), axis=0)
     with np.errstate(invalid="ignore"):
-        straight &= np.all(most[5:] - along[5:] <= STRAIGHT, axis=0)  # the tangent
-        straight &= np.all(most[:5] - along[:5] <= STRAIGHT * most[:5], axis=0) & (along[0] < FREE)
+        straight &= np.all(most[5:] - along[5:] <= SAME, axis=0)  # the tangent
+        straight &= np.all(most[:5] - along[:5] <= SAME * most[:5], axis=0) & (along[0] < FREE)
     spans, coefficients = np.zeros((len(straight), PHASES)), np.zeros((len(straight), PHASES, LAW_COEFFICIENTS))
     if np.any(straight):
         profiles = solve_in_row(np.diff(marks)[straight], *along[:5, straight], 0.0, 0.0)
@@ -66,5 +64,5 @@ def _along(setting: Setting, edges: Array) -> Array:
     size = np.abs(values[:, :, 0])
     size[5:] = 1.0
     with np.errstate(invalid="ignore"):
-        same = np.all(np.ptp(values, axis=2) <= STRAIGHT * size, axis=0)
-    return np.where(same & (np.max(bent.reshape(s.shape), axis=1) <= STRAIGHT), values[:, :, 0], np.nan)
+        same = np.all(np.ptp(values, axis=2) <= SAME * size, axis=0)
+    return np.where(same & (np.max(bent.reshape(s.shape), axis=1) <= SAME), values[:, :, 0], np.nan)

@@ -11,6 +11,7 @@ import numpy as np
 from splinefeed.errors import CurveError, InputError
 from splinefeed.feed.law import Pieces
 from splinefeed.feed.modes import LOOK_AHEAD, MODES, check_limits, setting_of
+from splinefeed.feed.numbers import ALMOST, SAME
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.soft_limits import check_travel
 from splinefeed.feed.window import REST, State
@@ -21,13 +22,9 @@ from splinefeed.records import LAW_COEFFICIENTS, Limits, TimeLaw, positive
 
 #: Cells of a window, and the fewest that it may have.
 WINDOW, LEAST_WINDOW = MODES[LOOK_AHEAD].cells, 20
-#: A wait for the next tick below this, in periods, is rounding.
-ON_TICK = 1e-9
-#: A place nearer to another than this share of the path in memory is the same one.
-SAME_PLACE = 1e-12
-#: Where too little was known ahead, the path is looked at again when that has grown by this share, or to this share of
-#: what a window seems to need.
-GROWN, NEARLY = 0.1, 0.9
+#: Where too little was known ahead, the path is looked at again when that has grown by this share, or to what a window
+#: seems to need less this share.
+GROWN = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +164,7 @@ class LookAhead:
             return 0
         windows = self._windows
         end = windows.low if windows.left is None else windows.end
-        starts = path.curve_starts[:-1] + SAME_PLACE * path.length
+        starts = path.curve_starts[:-1] + SAME * path.length
         count = max(int(np.searchsorted(starts, end)), 1)
         self._keep(path, 0, count)
         self._curves, self._looked = self._first_curve + count, 0.0
@@ -210,10 +207,10 @@ class LookAhead:
         stops = setting.rests
         waits = dict(path.dwells)
         if not self._begun and 0.0 in waits:
-            self._tick += math.ceil(waits.pop(0.0) / self.period - ON_TICK)
+            self._tick += math.ceil(waits.pop(0.0) / self.period - ALMOST)
         windows = self._windows
         windows.lines = None
-        same = SAME_PLACE * path.length
+        same = SAME * path.length
         while windows.low < path.length - same:
             stop = stops[np.searchsorted(stops, windows.low + same, side="right") :]
             high = float(stop[0]) if len(stop) else path.length
@@ -226,7 +223,7 @@ class LookAhead:
                 continue
             near = windows.reach(setting, self._mode, high)
             if not last and near == high:
-                self._looked = (path.length - windows.low) * max(1.0 + GROWN, NEARLY / windows.ahead)
+                self._looked = (path.length - windows.low) * max(1.0 + GROWN, (1.0 - GROWN) / windows.ahead)
                 break
             end = State(self.limits.end_feed) if whole and not len(stop) else REST
             pieces = windows.advance(setting, self._mode, near, end, ends_here=last and near == high)
@@ -244,10 +241,10 @@ class LookAhead:
         tick, phase = self._tick, self._elapsed
         self._elapsed += float(np.sum(spans))
         if self._windows.state.feed == 0.0:
-            passed = math.ceil(self._elapsed / self.period - ON_TICK)
-            passed += math.ceil(_wait_at(waits, self._windows.low, SAME_PLACE * path.length) / self.period - ON_TICK)
+            passed = math.ceil(self._elapsed / self.period - ALMOST)
+            passed += math.ceil(_wait_at(waits, self._windows.low, SAME * path.length) / self.period - ALMOST)
             still = passed * self.period - self._elapsed
-            if still > ON_TICK * self.period:
+            if still > ALMOST * self.period:
                 spans = np.append(spans, still)
                 coefficients = np.vstack([coefficients, np.zeros(LAW_COEFFICIENTS)])
                 coefficients[-1, 0] = self._windows.low - begin

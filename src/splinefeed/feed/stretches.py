@@ -9,20 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
+from splinefeed.feed.numbers import ALMOST, ROUNDINGS, SAME
 from splinefeed.geometry.path import Path
 from splinefeed.records import LAW_COEFFICIENTS, Array, Limits, TimeLaw
 
-#: A piece of a law that begins this near to a place, relative to the length of the path, begins there.
-SAME_PLACE = 1e-12
-#: A feed below this share of the top feed counts as rest.
-AT_REST = 1e-6
-#: A time within this of a tick, in periods, is on it.
-ON_TICK = 1e-6
 #: No stretch may last longer, s: thirty years.
 LONGEST = 1e9
-#: What of a jump of acceleration the rounding of instants explains, times the jerk beside it; a jump below this share
-#: of the largest acceleration is left.
-ROUNDINGS, UNSEEN = 4.0, 1e-10
 
 
 def curve_feeds(path: Path, limits: Limits) -> Array:
@@ -34,8 +26,8 @@ def curve_feeds(path: Path, limits: Limits) -> Array:
 def least_feeds(path: Path, limits: Limits, marks: Array, sign: float = 1.0) -> Array:
     """Least feed of the curves between neighbouring marks (m + 1,), (m,), mm/s; of sign -1: minus the greatest."""
     feeds = sign * curve_feeds(path, limits)
-    first = np.searchsorted(path.curve_starts[:-1], marks[:-1] + SAME_PLACE * path.length, side="right") - 1
-    last = np.searchsorted(path.curve_starts[:-1], marks[1:] - SAME_PLACE * path.length, side="left") - 1
+    first = np.searchsorted(path.curve_starts[:-1], marks[:-1] + SAME * path.length, side="right") - 1
+    last = np.searchsorted(path.curve_starts[:-1], marks[1:] - SAME * path.length, side="left") - 1
     return np.array([feeds[a : max(a, b) + 1].min() for a, b in zip(first, last, strict=True)])
 
 
@@ -61,7 +53,7 @@ def close_gaps(law: TimeLaw) -> TimeLaw:
     end = 2.0 * c[:, 2] + spans * (6.0 * c[:, 3] + spans * (12.0 * c[:, 4] + spans * 20.0 * c[:, 5]))
     gap = 2.0 * law.coefficients[1:, 2] - end
     jerk = 6.0 * np.abs(c[:, 3]) + spans * (24.0 * np.abs(c[:, 4]) + spans * 60.0 * np.abs(c[:, 5]))
-    seen = np.abs(gap) > UNSEEN * 2.0 * np.max(np.abs(law.coefficients[:, 2]))
+    seen = np.abs(gap) > ALMOST * 2.0 * np.max(np.abs(law.coefficients[:, 2]))
     rounding = seen & (np.abs(gap) <= ROUNDINGS * np.spacing(law.breaks[1:-1]) * jerk)
     if not np.any(rounding):
         return law
@@ -78,7 +70,7 @@ def lasting(breaks: Array, coefficients: Array) -> tuple[Array, Array]:
 
 def on_tick(time: float, period: float | None) -> float:
     """An instant, s, put on a tick where it is on one but for rounding."""
-    if period is None or abs(time / period - round(time / period)) > ON_TICK:
+    if period is None or abs(time / period - round(time / period)) > ALMOST:
         return time
     return round(time / period) * period
 
@@ -98,21 +90,21 @@ def with_dwells(law: TimeLaw, dwells: Sequence[tuple[float, float]], length: flo
     shift = 0.0
 
     for s, seconds in dwells:
-        if s >= length * (1.0 - SAME_PLACE):
+        if s >= length * (1.0 - SAME):
             k, feed = len(starts), float(law.feed(law.duration))
         else:
             # several pieces may begin there but for rounding, some of them in motion: the slowest, then the nearest
-            near = np.searchsorted(starts, [s - SAME_PLACE * length, s + SAME_PLACE * length], side="right")
+            near = np.searchsorted(starts, [s - SAME * length, s + SAME * length], side="right")
             begin_there = np.arange(near[0], near[1])
             rank = np.lexsort((np.abs(starts[begin_there] - s), np.abs(law.coefficients[begin_there, 1])))
             k = int(begin_there[rank[0]]) if len(rank) else -1
             feed = float(law.coefficients[k, 1]) if k >= 0 else math.inf
-        if feed > AT_REST * top:
+        if feed > ALMOST * top:
             raise PlanError(f"the law does not stop at s = {s:.9g} mm, where the path waits {seconds:g} s")
         breaks.append(law.breaks[done:k] + shift)
         pieces.append(law.coefficients[done:k])
         begin = on_tick(float(law.breaks[k]) + shift, law.period)
-        wait = seconds if law.period is None else math.ceil(seconds / law.period - ON_TICK) * law.period
+        wait = seconds if law.period is None else math.ceil(seconds / law.period - ALMOST) * law.period
         still = np.zeros((1, LAW_COEFFICIENTS))
         still[0, 0] = starts[k] if k < len(starts) else law.length
         breaks.append(np.array([begin]))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.errors import PlanError
-from splinefeed.feed.numbers import KEPT, SAME, TOGETHER
+from splinefeed.feed.numbers import KEPT, ROUNDINGS, SAME, TOGETHER
 from splinefeed.feed.stretches import lasting, on_tick
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
@@ -15,8 +15,6 @@ from splinefeed.records import AXIS_LIMITS, BOUNDED, LAW_COEFFICIENTS, Array, In
 
 #: Ticks that are looked at in all, at most: eleven days at 1 ms.
 MOST_TICKS = 1e9
-#: A difference may be over a limit by so many roundings of a position.
-ROUNDINGS = 8.0
 #: Slopes of joints count where the tip moves by more than this share of its longest step.
 MOVING = 0.01
 #: Rounds of slowing down; what is over a limit by this factor on q is no matter of feed.

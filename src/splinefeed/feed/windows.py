@@ -10,7 +10,7 @@ import numpy as np
 from splinefeed.errors import PlanError
 from splinefeed.feed.grid import Samples, counted
 from splinefeed.feed.law import Pieces, joined
-from splinefeed.feed.numbers import KEPT, TOGETHER
+from splinefeed.feed.numbers import BISECTIONS, KEPT, TOGETHER
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.straight import straights
 from splinefeed.feed.window import REST, Mode, Plan, State, plan_window
@@ -23,8 +23,6 @@ OPEN, MOST_OPEN = 0.25, 60
 JOINS = 1.3
 #: A motion that the audit finds over a limit by more than this, as a factor on q, is not slowed down but refused.
 POOR = 4.0
-#: Halvings of the way to rest at a feed hold.
-SHORTER = 8
 #: Shares of the feed that new limits allow, at which the motion comes under them.
 BRIDGES = (0.9, 0.5)
 
@@ -121,8 +119,8 @@ class Windows:
         if samples is None or self._found(setting, mode, near) is not None:
             return None
         left, end = self._shortest(before, mode, high)
-        for k in range(SHORTER):
-            at = min(low + 2.0 * (end - low) * 0.5 ** (SHORTER - 1 - k), 0.5 * (low + near))
+        for k in range(BISECTIONS):
+            at = min(low + 2.0 * (end - low) * 0.5 ** (BISECTIONS - 1 - k), 0.5 * (low + near))
             for share in BRIDGES:
                 into = State(share * float(np.interp(at, samples.s, samples.q)) ** 0.5)
                 bridge = self._found(before, mode, at, into)
@@ -147,7 +145,7 @@ class Windows:
     def _shortest(self, setting: Setting, mode: Mode, high: float) -> tuple[Pieces, float]:
         """The shortest way to rest, and where that is, mm: no further than the last plan or, without one, `high`."""
         least, most, best = self.low, high if self.left is None else self.end, self.left
-        for _ in range(SHORTER):
+        for _ in range(BISECTIONS):
             middle = 0.5 * (least + most)
             found = self._found(setting, mode, middle)
             least, most, best = (middle, most, best) if found is None else (least, middle, found)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ from splinefeed.records import Array, IntArray
 MAX_BYTES = 2**28
 #: Events that are read: line that runs, and status of the program; what else stands there is left aside.
 LINE, STATUS = "Block_Number", "Program_Status"
+_NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 RUNS, ENDS = ("ACTIVE",), ("PROGRAM_COMPLETED", "STOPPED", "READY")
 
 
@@ -40,37 +42,29 @@ class RunLog:
 
 def read_run(file: str | os.PathLike[str]) -> RunLog:
     """The log in `file`; FormatError with the line for what is no event, or no run."""
-    seconds, lines = [], []
-    start = end = math.nan
-    last = -math.inf
+    seen: list[tuple[float, int]] = []
+    start, end, last = math.nan, math.nan, -math.inf
     for number, text in enumerate(read_text(file, "a run's log", MAX_BYTES).splitlines(), 1):
         if not text.strip() or (number == 1 and text.lower().startswith("seconds")):
             continue
-        time, _, rest = text.partition(",")
-        what, comma, value = rest.partition(",")
-        try:
-            at = float(time)
-        except ValueError:
-            at = math.nan
-        if not comma or not math.isfinite(at):
-            raise FormatError(f"{file}: line {number}: expected seconds,what,value, got {text[:60]!r}")
-        if at < last:
-            raise FormatError(f"{file}: line {number}: {at:g} s is before the event above it; sort the log by time")
-        last, value = at, value.strip()
+        time, what, value = map(str.strip, (text + ",,").split(",")[:3])
+        at = float(time) if _NUMBER.fullmatch(time) else math.nan
+        if text.count(",") < 2 or not last <= at < math.inf:
+            raise FormatError(f"{file}: line {number}: expected seconds,what,value, sorted by time, got {text[:60]!r}")
+        last = at
         if what == LINE:
-            if not value.isdigit():
+            if not value.isdecimal():
                 raise FormatError(f"{file}: line {number}: {LINE} {value[:20]!r} is not a line of a program")
-            seconds.append(at)
-            lines.append(int(value))
+            seen.append((at, int(value)))
         elif what == STATUS and value in RUNS and math.isnan(start):
             start = at
         elif what == STATUS and value in ENDS and not math.isnan(start):
             end = at
-    if not any(lines):
+    if not any(line for _, line in seen):
         raise FormatError(f"{file}: no event {LINE} names a line of a program")
-    if math.isnan(start):
-        start = seconds[next(k for k, line in enumerate(lines) if line)]
+    start = next(at for at, line in seen if line) if math.isnan(start) else start
     end = last if math.isnan(end) else end
     if not end > start:
         raise FormatError(f"{file}: the run ends where it begins, at {start:g} s")
+    seconds, lines = zip(*seen, strict=True)
     return RunLog(os.path.basename(os.fspath(file)), np.array(seconds), np.array(lines, dtype=np.int64), start, end)

@@ -8,15 +8,13 @@ from splinefeed.geometry.path import Path
 from splinefeed.geometry.pieces import arc, chunks, columns, derivatives, place_on
 from splinefeed.kernels.layout import HIGH, MIDDLE, SCALE, START
 from splinefeed.kinematics import JointPath
-from splinefeed.records import Array, IntArray, TimeLaw
+from splinefeed.records import Array, IntArray, Setpoints, TimeLaw
 
 #: A law that ends nearer to the end of the path than this share of its length ends there: the rounding of its pieces.
 AT_END = 64.0 * 2.0**-52
 
 
-def fill(
-    path: Path | JointPath, law: TimeLaw, time: Array, curve: IntArray, u: Array, s: Array, feed: Array, position: Array
-) -> None:
+def fill(path: Path | JointPath, law: TimeLaw, time: Array) -> tuple[IntArray, Array, Array, Array, Array]:
     """Curve (n,), u (n,), s (n,), mm, feed (n,), mm/s, and position (n, axes) at times (n,), s, of a law, in any order.
 
     u solves S(u) = l(t); S is a piecewise polynomial of degree 10. The bits of a tick do not depend on the others.
@@ -24,11 +22,11 @@ def fill(
     IEEE Computer Graphics and Applications 10(3), 1990, doi 10.1109/38.55155; the table is `kernels.layout`.
     """
     if isinstance(path, JointPath):  # joints at the places of the tip
-        fill(path.tool, law, time, curve, u, s, feed, np.empty((len(time), len(path.tool.axes))))
-        position[:] = path.joints(curve, u, s)
-        return
+        curve, u, s, feed, _ = fill(path.tool, law, time)
+        return curve, u, s, feed, path.joints(curve, u, s)
     pieces, length, ends = path.arc_pieces, path.length, path.curve_starts[1:-1]
-    curve[:] = 0
+    curve, (u, s, feed) = np.zeros(len(time), dtype=np.int64), np.empty((3, len(time)))
+    position = np.empty((len(time), len(path.axes)))
     for part in chunks(len(time)):
         wanted, feed[part] = motion(law, time[part])
         np.minimum(np.maximum(wanted, 0.0, out=wanted), length, out=wanted)
@@ -45,6 +43,7 @@ def fill(
         u[part], s[part] = place, c[START] + arc(c, t)
         if len(ends):
             curve[part] = np.searchsorted(ends, wanted, side="right")
+    return curve, u, s, feed, position
 
 
 def motion(law: TimeLaw, time: Array) -> tuple[Array, Array]:
@@ -65,3 +64,29 @@ def motion(law: TimeLaw, time: Array) -> tuple[Array, Array]:
         s *= tau
         s += c[k]
     return s, np.maximum(feed, 0.0, out=feed)
+
+
+class Instants:
+    """Points of one motion at instants of its law, block by block."""
+
+    def __init__(self, path: Path | JointPath, law: TimeLaw, period: float) -> None:
+        self.path, self.law, self.period, self.tick = path, law, period, 0
+        self.settings = {**law.settings, "path": path.name, "period": period, "method": "arc-length"}
+
+    def block(self, tau: Array, rate: Array) -> Setpoints:
+        """Setpoints at plan times tau (n,), s, one period apart; rate (n,) of plan time to time, for the feed."""
+        curve, u, s, feed, position = fill(self.path, self.law, tau)
+        t = np.arange(self.tick, self.tick + len(tau), dtype=np.float64) * self.period
+        self.tick += len(tau)
+        return Setpoints(
+            t=t,
+            curve=curve,
+            u=u,
+            s=s,
+            feed=feed * rate,
+            position=position,
+            axes=self.path.axes,
+            period=self.period,
+            method="arc-length",
+            settings=self.settings,
+        )

@@ -23,10 +23,6 @@ def fit_feed_correction(table: Array, row: int, out: Array) -> float:
     Value, slope and second derivative are those of the inverse of S at both ends, dt/dx = L / S' and d2t/dx2 =
     -L^2 S'' / S'^3: a quintic q. What is left, x^3 (1 - x)^3 (a + b x), goes by least squares through the places
     t_i, x_i = (S(t_i) - START) / L. Where S' = 0 at an end the numbers are not finite.
-
-    Source: K. Erkorkmaz, Y. Altintas, "Quintic spline interpolation with minimal feed fluctuation", ASME Journal of
-    Manufacturing Science and Engineering 127(2), 2005, p. 339-349, doi 10.1115/1.1830493 (the
-    journal's page was seen, the DOI itself was not).
     """
     low = (table[row, LOW] - table[row, MIDDLE]) * table[row, SCALE]
     high = (table[row, HIGH] - table[row, MIDDLE]) * table[row, SCALE]
@@ -89,8 +85,8 @@ def step(
 ) -> float:
     """u_{k+1} = p(l(t_{k+1})), p of degree 7, with value, slope and bend of the inverse of S at both ends of a piece.
 
-    Its error is that of the fit, whatever the period. The published method fits one polynomial a spline segment and
-    splits those that are too far off; here it is one a piece of the arc-length table, when a tick first meets it.
+    The published method fits one polynomial a spline segment and splits those that are too far off; here it is one a
+    piece of the arc-length table, when a tick first meets it.
     Source: K. Erkorkmaz, Y. Altintas, "Quintic spline interpolation with minimal feed fluctuation", ASME Journal of
     Manufacturing Science and Engineering 127(2), 2005, p. 339-349, doi 10.1115/1.1830493 (the
     journal's page was seen, the DOI itself was not).

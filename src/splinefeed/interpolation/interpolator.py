@@ -86,26 +86,9 @@ class Interpolator:
             "tolerance": float(tolerance),
         }
         self._compiled = compiled
-        self._integers = np.zeros(STATE_INTEGERS, dtype=np.int64)
-        self._floats = np.zeros(STATE_FLOATS)
-        self._given = (
-            law.breaks,
-            law.coefficients,
-            self.curves.table,
-            self.curves.curve_rows,
-            self.curves.shape,
-            path.length,
-            self.period,
-        )
-        self._requested = (
-            self._method.history,
-            self._method.half,
-            self._method.anchor,
-            int(corrections),
-            float(tolerance),
-        )
-        self._one = self._room(1)
-        self._ahead, self._ahead_of = self._one[4][:0], 0
+        self._integers, self._floats = np.zeros(STATE_INTEGERS, dtype=np.int64), np.zeros(STATE_FLOATS)
+        self._corrections = int(corrections), float(tolerance)
+        self._ahead, self._ahead_of = np.empty((0, 0)), 0
 
     @cached_property
     def _loop(self) -> Callable[..., None]:
@@ -122,53 +105,44 @@ class Interpolator:
         """How far the method's steps would have gone beyond the end of the path so far, mm: it is held at the end."""
         return float(self._floats[OVERRUN])
 
-    def _room(self, count: int) -> tuple[Any, ...]:
-        axes = len(self.path.axes)
-        return (
-            np.empty(count, dtype=np.int64),
-            np.empty(count),
-            np.empty(count),
-            np.empty(count),
-            np.empty((count, axes)),
-        )
-
     def step(self) -> Array:
         """Position at the next tick, (axes,), mm, rotary axes rad; StopIteration after the last one.
 
-        The array is overwritten by the next step: copy what you keep. A method whose ticks do not need each other
-        makes AHEAD of them at once, so that one call of so many takes some tenths of a millisecond.
+        A method whose ticks do not need each other makes AHEAD of them at once, so that one call of so many takes some
+        tenths of a millisecond.
         """
         if self.tick >= self.ticks:
             raise StopIteration
-        position: Array
-        if self._method.fill is None:
-            self._run(self.tick, self._one)
-            position = self._one[4][0]
-        else:
-            if not self._ahead_of <= self.tick < self._ahead_of + len(self._ahead):
-                room = self._room(min(AHEAD, self.ticks - self.tick))
-                self._run(self.tick, room)
-                self._ahead, self._ahead_of = room[4], self.tick
-            position = self._ahead[self.tick - self._ahead_of]
+        if not self._ahead_of <= self.tick < self._ahead_of + len(self._ahead):
+            count = 1 if self._method.fill is None else min(AHEAD, self.ticks - self.tick)
+            *_, self._ahead = self._filled(count)
+            self._ahead_of = self.tick
+        position: Array = self._ahead[self.tick - self._ahead_of]
         self.tick += 1
         return position
 
-    def _run(self, first: int, room: tuple[Any, ...]) -> None:
-        """Fill curve, u, s, feed and position of the ticks from `first` on."""
-        if self._method.fill is None:
-            self._loop(*self._given, first, self._integers, self._floats, *self._requested, *room)
-            return
-        time = np.minimum(np.arange(first, first + len(room[0])) * self.period, self.law.duration)
-        self._method.fill(self.path, self.law, time, *room)
+    def _filled(self, count: int) -> tuple[Any, Array, Array, Array, Array]:
+        """Curve, u, s, feed and position of the next `count` ticks."""
+        law, curves, method = self.law, self.curves, self._method
+        if method.fill is not None:
+            return method.fill(self.path, law, self._times(count))
+        u, s, feed = np.empty((3, count))
+        room = np.empty(count, dtype=np.int64), u, s, feed, np.empty((count, len(self.path.axes)))
+        motion = (law.breaks, law.coefficients, curves.table, curves.curve_rows, curves.shape, self.path.length)
+        wanted = (method.history, method.half, method.anchor, *self._corrections)
+        self._loop(*motion, self.period, self.tick, self._integers, self._floats, *wanted, *room)
+        return room
+
+    def _times(self, count: int) -> Array:
+        out: Array = np.minimum(np.arange(self.tick, self.tick + count) * self.period, self.law.duration)
+        return out
 
     def block(self, count: int | None = None) -> Setpoints:
         """The next `count` setpoints, or all that are left; fewer, or none, at the end."""
         left = self.ticks - self.tick
         count = left if count is None else max(0, min(count, left))
-        room = self._room(count)
-        self._run(self.tick, room)
-        curve, u, s, feed, position = room
-        t = np.minimum(np.arange(self.tick, self.tick + count) * self.period, self.law.duration)
+        curve, u, s, feed, position = self._filled(count)
+        t = self._times(count)
         self.tick += count
         return Setpoints(
             t=t,

@@ -5,21 +5,21 @@ from __future__ import annotations
 import math
 import types
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from splinefeed.interpolation.stepping import (
     ACCELERATION,
-    AT_END,
     FEED,
     HALF_FEED,
     NEXT_FEED,
     NEXT_S,
     placed,
     rate_in_row,
-    runge_kutta,
+    runge_kutta_4,
 )
 from splinefeed.kernels.arc_length import arc_length
-from splinefeed.kernels.jit import Kernel, Leaf, own_floats
+from splinefeed.kernels.jit import Leaf, own_floats
 from splinefeed.kernels.law import law_at
 from splinefeed.kernels.pieces import HIGH, LOW, MIDDLE, SCALE, START, Shape, point, speed, walk_to
 from splinefeed.records import Array, IntArray
@@ -33,6 +33,8 @@ STATE_INTEGERS = 7
 RATES, MEMORY, NOW, OVERRUN = 4, 8, 20, 23
 STATE_FLOATS = 24
 
+#: A law that ends nearer to the end of the path than this share of its length ends there: the rounding of its pieces.
+AT_END = 64.0 * 2.0**-52
 #: Steps that Runge-Kutta takes before a multistep method has the history it needs.
 STARTING_STEPS = 3
 
@@ -128,7 +130,7 @@ def _loop(
             after = placed(table[first_row, LOW], s, table, cursor)
         else:
             if starting or uneven:
-                after = runge_kutta(u, rate, law, passed, table, cursor, shape)
+                after = runge_kutta_4(u, rate, law, passed, table, cursor, shape, corrections, tolerance, memory)
                 if anchor and math.isfinite(after):
                     after = placed(after, s, table, cursor)
             else:
@@ -146,13 +148,10 @@ def _loop(
             floats[OVERRUN] += beyond * speed(table, last_row, shape, 1.0)
         after = min(max(after, table[first_row, LOW]), table[last_row, HIGH])
 
-        u[3] = u[2]
-        u[2] = u[1]
-        u[1] = u[0]
+        for k in range(3, 0, -1):
+            u[k] = u[k - 1]
+            rate[k] = rate[k - 1]
         u[0] = after
-        rate[3] = rate[2]
-        rate[2] = rate[1]
-        rate[1] = rate[0]
         row = walk_to(table, cursor, after)
         t = (after - table[row, MIDDLE]) * table[row, SCALE]
         rate[0] = rate_in_row(t, feed, table, row, shape)
@@ -169,13 +168,13 @@ def _loop(
 WORTH = 100_000
 
 
-def loop_for(method_step: Kernel, name: str, shape: Shape) -> Leaf[Callable[..., None]]:
-    """The loop with `method_step` in the place of `step`, for paths of `shape`.
+@cache
+def loop_for(method_step: Callable[..., float], name: str, fixed: Shape) -> Leaf[Callable[..., None]]:
+    """The loop with `method_step` in the place of `step`, for paths of the shape `fixed`, or of any: FIXED_SHAPE.
 
     Handing a compiled function to a compiled loop as an argument would work too, but then no loop could be found in
     the disk cache. A function of its own name, whose global `step` is the method, can.
     """
-    fixed = shape if shape in UNROLLED_SHAPES else FIXED_SHAPE
     function = types.FunctionType(_loop.__code__, {**globals(), "step": method_step, "FIXED_SHAPE": fixed}, "_loop")
     function.__qualname__ = "_".join(["_loop", name.replace("-", "_"), *(str(number) for number in fixed)])
     function.__module__ = __name__

@@ -1,4 +1,4 @@
-"""The names of the interpolation methods, and how to add one."""
+"""The table of interpolation methods, and how to add one."""
 
 from __future__ import annotations
 
@@ -6,26 +6,16 @@ import inspect
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from importlib import import_module
 
 from splinefeed.errors import MethodError, nearest
+from splinefeed.interpolation import arc_length, feed_correction, stepping
 from splinefeed.interpolation.loop import FIXED_SHAPE, STARTING_STEPS, UNROLLED_SHAPES, loop_for
 from splinefeed.kernels.jit import Kernel, Leaf
 from splinefeed.kernels.pieces import Shape
+from splinefeed.records import Array, IntArray
 
 #: What every step takes, in this order; see `interpolation.stepping` for what each of them is.
-STEP_PARAMETERS = (
-    "u",
-    "rate",
-    "law",
-    "period",
-    "table",
-    "cursor",
-    "shape",
-    "corrections",
-    "tolerance",
-    "memory",
-)
+STEP_PARAMETERS = ("u", "rate", "law", "period", "table", "cursor", "shape", "corrections", "tolerance", "memory")
 #: As exact as `milne-simpson-anchored`, and faster; the paper's experiment names its own methods.
 DEFAULT_METHOD = "arc-length"
 
@@ -44,39 +34,49 @@ class Method:
 
     name: str
     title: str
-    step: Kernel | None = field(repr=False)
+    step: Callable[..., float] | None = field(repr=False)
     order: int | None
     history: int = 0
     half: bool = False
     anchor: bool = False
-    fill: Callable[..., None] | None = field(default=None, repr=False)
-    loops: dict[Shape, Leaf[Callable[..., None]]] = field(default_factory=dict, init=False, repr=False, compare=False)
+    fill: Callable[..., tuple[IntArray, Array, Array, Array, Array]] | None = field(default=None, repr=False)
 
     def loop(self, shape: Shape) -> Leaf[Callable[..., None]]:
         """The shared loop around this step for paths of `shape`."""
         if self.step is None:
             raise MethodError(f"method {self.name!r} has no step from tick to tick; it takes many ticks at once")
-        key = shape if shape in UNROLLED_SHAPES else FIXED_SHAPE
-        if key not in self.loops:
-            self.loops[key] = loop_for(self.step, self.name, key)
-        return self.loops[key]
+        return loop_for(self.step, self.name, shape if shape in UNROLLED_SHAPES else FIXED_SHAPE)
 
 
-_BUILT_IN: dict[str, tuple[str, int | None, int, bool, bool]] = {
-    "taylor-1": ("Taylor, first order", 1, 0, False, False),
-    "taylor-2": ("Taylor, second order (eq. 3)", 2, 0, False, False),
-    "runge-kutta-4": ("Runge-Kutta, fourth order", 4, 0, True, False),
-    "adams-bashforth-moulton": ("Adams-Bashforth-Moulton PECE", 4, STARTING_STEPS, False, False),
-    "hamming": ("Hamming predictor-corrector", 4, STARTING_STEPS, False, False),
-    "milne-simpson": ("Milne-Simpson, as the paper (eq. 23, 24)", 4, STARTING_STEPS, False, False),
-    "milne-simpson-anchored": ("Milne-Simpson, pulled onto the arc length", None, STARTING_STEPS, False, True),
-    "arc-length": ("Newton on the arc length", None, 0, False, True),
-    "taylor-3": ("Taylor, third order", 3, 0, False, False),
-    "feed-correction": ("Feed-correction polynomial of degree 7", None, 0, False, False),
-    "tsai-cheng": ("Tsai-Cheng, parameter compensated", 2, 2, True, False),
-    "runge-kutta-2-compensated": ("Runge-Kutta, second order, compensated", 2, 0, True, False),
-}
-_methods: dict[str, Method] = {}
+_FAROUKI = (
+    'R. T. Farouki, Y.-F. Tsai, "Exact Taylor series coefficients for variable-feedrate CNC curve interpolators", '
+    "Computer-Aided Design 33(2), 2001, doi 10.1016/S0010-4485(00)00085-3."
+)
+_SHPITALNI = (
+    'M. Shpitalni, Y. Koren, C. C. Lo, "Realtime curve interpolators", Computer-Aided Design 26(11), 1994, '
+    "doi 10.1016/0010-4485(94)90097-3."
+)
+_BUILT_IN = (
+    Method("taylor-1", "Taylor, first order", stepping.taylor(1, _SHPITALNI), 1),
+    Method("taylor-2", "Taylor, second order (eq. 3)", stepping.taylor(2, _FAROUKI), 2),
+    Method("runge-kutta-4", "Runge-Kutta, fourth order", stepping.runge_kutta_4, 4, half=True),
+    Method("adams-bashforth-moulton", "Adams-Bashforth-Moulton PECE", stepping.adams_bashforth_moulton, 4, 3),
+    Method("hamming", "Hamming predictor-corrector", stepping.hamming, 4, 3),
+    Method("milne-simpson", "Milne-Simpson, as the paper (eq. 23, 24)", stepping.milne_simpson, 4, 3),
+    Method(
+        "milne-simpson-anchored", "Milne-Simpson, pulled onto the arc length", stepping.milne_simpson_anchored, None, 3,
+        anchor=True,
+    ),
+    Method("arc-length", "Newton on the arc length", None, None, anchor=True, fill=arc_length.fill),
+    Method("taylor-3", "Taylor, third order", stepping.taylor(3, _FAROUKI), 3),
+    Method("feed-correction", "Feed-correction polynomial of degree 7", feed_correction.step, None),
+    Method("tsai-cheng", "Tsai-Cheng, parameter compensated", stepping.tsai_cheng, 2, 2, half=True),
+    Method(
+        "runge-kutta-2-compensated", "Runge-Kutta, second order, compensated", stepping.runge_kutta_2_compensated, 2,
+        half=True,
+    ),
+)  # fmt: skip
+_methods: dict[str, Method] = {each.name: each for each in _BUILT_IN}
 
 
 def methods() -> tuple[str, ...]:
@@ -84,18 +84,13 @@ def methods() -> tuple[str, ...]:
 
     Source: docs/math/interpolators.md. Example: `"milne-simpson" in sf.methods()`
     """
-    return (*_BUILT_IN, *(name for name in _methods if name not in _BUILT_IN))
+    return tuple(_methods)
 
 
 def method(name: str) -> Method:
     """The method registered as `name`; MethodError names the nearest one if there is none."""
     if name not in _methods:
-        if name not in _BUILT_IN:
-            raise MethodError(f"unknown interpolation method {name!r}; {nearest(name, methods(), 'choose one of {}')}")
-        title, order, history, half, anchor = _BUILT_IN[name]
-        module = import_module(f"splinefeed.interpolation.{name.replace('-', '_')}")
-        step, fill = getattr(module, "step", None), getattr(module, "fill", None)
-        _methods[name] = Method(name, title, step, order, history, half, anchor, fill)
+        raise MethodError(f"unknown interpolation method {name!r}; {nearest(name, methods(), 'choose one of {}')}")
     return _methods[name]
 
 
@@ -117,7 +112,7 @@ def register(
     """
     if not re.fullmatch(r"[a-z][a-z0-9-]*", name):
         raise MethodError(f"method name {name!r}: use lower-case letters, digits and hyphens, as in 'my-method'")
-    if name in methods():
+    if name in _methods:
         raise MethodError(f"method {name!r} is registered already; choose another name")
     plain = getattr(step, "py_func", step)
     parameters = tuple(inspect.signature(plain).parameters)

@@ -1,4 +1,4 @@
-"""What the steps of several methods share: du/dt at a parameter, the first steps, and the pull onto the arc length.
+"""The steps of the published methods, and what they share: du/dt, the pull onto the arc length, the first steps.
 
 Every method is one function, compiled by Numba:
 
@@ -15,16 +15,19 @@ Every method is one function, compiled by Numba:
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
-from splinefeed.kernels.arc_length import parameter_in_row
+from splinefeed.kernels.arc_length import fitted_speed, parameter_in_row
 from splinefeed.kernels.jit import hot_kernel, kernel
-from splinefeed.kernels.pieces import MIDDLE, SCALE, START, Shape, speed, walk_to
+from splinefeed.kernels.pieces import MIDDLE, SCALE, START, Shape, secant, speed, walk_to
 from splinefeed.records import Array, IntArray
 
 #: Places in `law`: s at tick k+1, mm; feed at tick k, half-way and at k+1, mm/s; acceleration at tick k, mm/s^2.
 NEXT_S, FEED, HALF_FEED, NEXT_FEED, ACCELERATION = 0, 1, 2, 3, 4
-#: A law that ends nearer to the end of the path than this share of its length ends there: the rounding of its pieces.
-AT_END = 64.0 * 2.0**-52
+#: Chord over wanted length up to which 2 - r stands for 1 / r in Tsai and Cheng's corrector.
+FAR_OFF = 1.5
+#: Weights of four values, newest first.
+Four = tuple[float, float, float, float]
 
 
 @hot_kernel
@@ -75,8 +78,114 @@ def placed(u: float, s: float, table: Array, cursor: IntArray) -> float:
     return anchored(u, s, table, cursor)
 
 
+def taylor(order: int, source: str) -> Callable[..., float]:
+    """The step by the first `order` terms, 1 to 3, of u_{k+1} = u_k + T u' + T^2 u'' / 2 + T^3 u''' / 6.
+
+    u' = V / g,  u'' = A / g - V^2 g' / g^3,  u''' = J / g - 3 A V g' / g^3 - V^3 g'' / g^4 + 3 V^3 g'^2 / g^5
+
+    g = |C'| and its derivatives by u are those of the arc-length table; V, A and J the feed and its derivatives. J is
+    2 (V_{k+1} - V_k - A T) / T^2, exact where the jerk is constant, of order T elsewhere: the order stays 3. Eq. (3) of
+    the paper is order 2, without the slips of its print. Where C' = 0 the result is not finite: the loop replaces it.
+    """
+
+    def step(
+        u: Array,
+        rate: Array,
+        law: Array,
+        period: float,
+        table: Array,
+        cursor: IntArray,
+        shape: Shape,
+        corrections: int,
+        tolerance: float,
+        memory: Array,
+    ) -> float:
+        if order == 1:
+            return u[0] + period * rate[0]
+        row = walk_to(table, cursor, u[0])
+        scale = table[row, SCALE]
+        size, slope, bend = fitted_speed(table, row, (u[0] - table[row, MIDDLE]) * scale)
+        inverse = 1.0 / (size * scale)
+        slope *= scale * scale
+        feed = law[FEED]
+        acceleration = law[ACCELERATION]
+        ahead = feed * inverse
+        terms = 0.5 * inverse * (acceleration - ahead * ahead * slope)
+        if order == 3:
+            bend *= scale * scale * scale
+            jerk = 2.0 * (law[NEXT_FEED] - feed - acceleration * period) / (period * period)
+            third = jerk - 3.0 * acceleration * ahead * inverse * slope
+            third += ahead * ahead * ahead * (3.0 * slope * slope * inverse - bend)
+            terms += period / 6.0 * inverse * third
+        return u[0] + period * (rate[0] + period * terms)
+
+    step.__doc__ = f"Source: {source}"
+    return hot_kernel(step)
+
+
+def predictor_corrector(
+    before: Four, weights: Four, corrected: Four, new: float, old: Four, source: str
+) -> Callable[..., float]:
+    """The step that predicts by four past values, and corrects `corrections` times or until u moves by `tolerance`.
+
+    u_{k+1} = sum_i before_i u_{k-i} + T sum_i weights_i f_{k-i}
+    u_{k+1} = sum_i corrected_i u_{k-i} + T (new f_{k+1} + sum_i old_i f_{k-i})
+    """
+    (a0, a1, a2, a3), (b0, b1, b2, b3) = before, weights
+    (c0, c1, c2, c3), (d0, d1, d2, d3) = corrected, old
+
+    def step(
+        u: Array,
+        rate: Array,
+        law: Array,
+        period: float,
+        table: Array,
+        cursor: IntArray,
+        shape: Shape,
+        corrections: int,
+        tolerance: float,
+        memory: Array,
+    ) -> float:
+        after = a0 * u[0] + a1 * u[1] + a2 * u[2] + a3 * u[3]
+        after += period * (b0 * rate[0] + b1 * rate[1] + b2 * rate[2] + b3 * rate[3])
+        known = c0 * u[0] + c1 * u[1] + c2 * u[2] + c3 * u[3]
+        known += period * (d0 * rate[0] + d1 * rate[1] + d2 * rate[2] + d3 * rate[3])
+        for _ in range(corrections):
+            guess = after
+            after = known + period * new * rate_at(guess, law[NEXT_FEED], table, cursor, shape)
+            if abs(after - guess) <= tolerance:
+                break
+        return after
+
+    step.__doc__ = f"Source: {source}"
+    return hot_kernel(step)
+
+
+#: u_{k+1} = u_{k-3} + (4 T / 3) (2 f_k - f_{k-1} + 2 f_{k-2}), eq. (23)
+_MILNE: tuple[Four, Four] = (0.0, 0.0, 0.0, 1.0), (8.0 / 3.0, -4.0 / 3.0, 8.0 / 3.0, 0.0)
+#: Eq. (23), then eq. (24): u_{k+1} = u_{k-1} + (T / 3) (f_{k+1} + 4 f_k + f_{k-1}). Nothing damps its second root at
+#: -1, so every kick stays as a ripple that changes sign at each tick; see docs/math/milne-simpson.md.
+milne_simpson = predictor_corrector(
+    *_MILNE, (0.0, 1.0, 0.0, 0.0), 1.0 / 3.0, (4.0 / 3.0, 1.0 / 3.0, 0.0, 0.0),
+    "S. Alimohammadi, B. Motakef Imani, Modares Mechanical Engineering 15(13), 2015, p. 158-162, whose print of both "
+    "equations has slips in signs and factors.",
+)  # fmt: skip
+#: u_{k+1} = (9 u_k - u_{k-2} + 3 T (f_{k+1} + 2 f_k - f_{k-1})) / 8: other roots die out. His modifier, which takes the
+#: estimated error off, is left out, so that this method and `milne_simpson` differ in their corrector alone.
+hamming = predictor_corrector(
+    *_MILNE, (1.125, 0.0, -0.125, 0.0), 0.375, (0.75, -0.375, 0.0, 0.0),
+    'R. W. Hamming, "Stable predictor-corrector methods for ordinary differential equations", Journal of the ACM 6(1), '
+    "1959, doi 10.1145/320954.320958.",
+)  # fmt: skip
+adams_bashforth_moulton = predictor_corrector(
+    (1.0, 0.0, 0.0, 0.0), (55.0 / 24.0, -59.0 / 24.0, 37.0 / 24.0, -9.0 / 24.0),
+    (1.0, 0.0, 0.0, 0.0), 9.0 / 24.0, (19.0 / 24.0, -5.0 / 24.0, 1.0 / 24.0, 0.0),
+    "Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., eq. III.1.5 and III.1.9.",
+)  # fmt: skip
+
+
 @hot_kernel
-def milne_simpson(
+def milne_simpson_anchored(
     u: Array,
     rate: Array,
     law: Array,
@@ -86,31 +195,33 @@ def milne_simpson(
     shape: Shape,
     corrections: int,
     tolerance: float,
+    memory: Array,
 ) -> float:
-    """Milne's predictor and `corrections` passes of Simpson's corrector, eq. (23) and (24); with corrected signs.
+    """Eq. (23) and (24), then Newton steps on S(u) = l(t_{k+1}) from there: drift and ripple go to rounding.
 
-    u_{k+1} = u_{k-3} + (4 T / 3) (2 f_k - f_{k-1} + 2 f_{k-2})
-    u_{k+1} = u_{k-1} + (T / 3) (f_{k+1} + 4 f_k + f_{k-1})
-
-    Passes end early when one moves u by no more than `tolerance`. Source: S. Alimohammadi, B. Motakef Imani, Modares
-    Mechanical Engineering 15(13), 2015, p. 158-162, whose print of both equations has slips in signs and factors.
+    The history that the next step reads is that of the anchored points. Source: S. Alimohammadi, B. Motakef Imani,
+    Modares Mechanical Engineering 15(13), 2015, p. 158-162; the correction by the arc length is this project's.
     """
-    after = u[3] + 4.0 * period / 3.0 * (2.0 * rate[0] - rate[1] + 2.0 * rate[2])  # eq. (23)
-    for _ in range(corrections):
-        before = after
-        next_rate = rate_at(before, law[NEXT_FEED], table, cursor, shape)
-        after = u[1] + period / 3.0 * (next_rate + 4.0 * rate[0] + rate[1])  # eq. (24)
-        if abs(after - before) <= tolerance:
-            break
-    return after
+    guess = milne_simpson(u, rate, law, period, table, cursor, shape, corrections, tolerance, memory)
+    return anchored(guess, law[NEXT_S], table, cursor)
 
 
 @kernel
-def runge_kutta(
-    u: Array, rate: Array, law: Array, period: float, table: Array, cursor: IntArray, shape: Shape
+def runge_kutta_4(
+    u: Array,
+    rate: Array,
+    law: Array,
+    period: float,
+    table: Array,
+    cursor: IntArray,
+    shape: Shape,
+    corrections: int,
+    tolerance: float,
+    memory: Array,
 ) -> float:
-    """One classical Runge-Kutta step of order 4 for du/dt = V(t) / |C'(u)|; it also starts the multistep methods.
+    """One classical step of order 4 for du/dt = V(t) / |C'(u)|; it also starts the multistep methods.
 
+    u_{k+1} = u_k + (T / 6) (k_1 + 2 k_2 + 2 k_3 + k_4), with the feed taken at half a period.
     Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., table 1.2.
     """
     k1 = rate[0]
@@ -118,3 +229,92 @@ def runge_kutta(
     k3 = rate_at(u[0] + 0.5 * period * k2, law[HALF_FEED], table, cursor, shape)
     k4 = rate_at(u[0] + period * k3, law[NEXT_FEED], table, cursor, shape)
     return u[0] + period / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+
+@hot_kernel
+def tsai_cheng(
+    u: Array,
+    rate: Array,
+    law: Array,
+    period: float,
+    table: Array,
+    cursor: IntArray,
+    shape: Shape,
+    corrections: int,
+    tolerance: float,
+    memory: Array,
+) -> float:
+    """Predict by differences, then compensate the parameter `corrections` times by the feed that its chord has.
+
+    u_{k+1} = 3 u_k - 3 u_{k-1} + u_{k-2}
+    u_{k+1} = u_{k+1} + (1 - r) (u_{k+1} - u_k),  r = |C(u_{k+1}) - C(u_k)| / (V T)
+
+    r = V_i / V is the feed of the last pass over the feed wanted, V T the law's way from tick to tick. A prediction
+    that is not ahead is replaced by u_k + V T / |C'(u_k)|, and a step more than half too long is divided by r. As the
+    chord is shorter than its arc, the tool runs ahead by kappa^2 (V T)^3 / 24 each tick: order 2. This is a reading
+    of the published scheme: the paper's own predictor has settings that are not used here.
+    Source: M.-C. Tsai, C.-W. Cheng, "A real-time predictor-corrector interpolator for CNC machining", ASME Journal of
+    Manufacturing Science and Engineering 125(3), 2003, p. 449-460, doi 10.1115/1.1578670 (the
+    journal's page was seen, the DOI itself was not).
+    """
+    wanted = step_length(law, period)
+    if wanted <= 0.0:
+        return u[0]
+    now = walk_to(table, cursor, u[0])
+    t = (u[0] - table[now, MIDDLE]) * table[now, SCALE]
+    ahead = 2.0 * (u[0] - u[1]) - (u[1] - u[2])
+    if ahead <= 0.0:
+        ahead = rate_at(u[0], wanted, table, cursor, shape)
+    for _ in range(corrections):
+        row = walk_to(table, cursor, u[0] + ahead)
+        t_ahead = (u[0] + ahead - table[row, MIDDLE]) * table[row, SCALE]
+        chord, _, _ = secant(table, now, t, row, t_ahead, shape)
+        ratio = math.sqrt(chord) / wanted
+        before = ahead
+        ahead = before * (2.0 - ratio) if ratio <= FAR_OFF else before / ratio
+        if abs(ahead - before) <= tolerance:
+            break
+    return u[0] + ahead
+
+
+@hot_kernel
+def runge_kutta_2_compensated(
+    u: Array,
+    rate: Array,
+    law: Array,
+    period: float,
+    table: Array,
+    cursor: IntArray,
+    shape: Shape,
+    corrections: int,
+    tolerance: float,
+    memory: Array,
+) -> float:
+    """Predict by Runge-Kutta 2, then move u, `corrections` times, so that the chord of the step is V T.
+
+    u_{k+1} = u_k + (T / 2) (f(u_k) + f(u_k + T f(u_k)))
+    u_{k+1} = u_{k+1} + (-D.C' + sqrt((D.C')^2 - C'.C' (D.D - (V T)^2))) / C'.C'
+
+    D = C(u_{k+1}) - C(u_k), C' at u_{k+1}: the place where the tangent there cuts the circle of radius V T about the
+    last point; V T is the law's way from tick to tick. As the chord is shorter than its arc, the tool runs ahead by
+    kappa^2 (V T)^3 / 24 each tick: order 2. The compensation is that of S.-S. Yeh, P.-L. Hsu, "The speed-controlled
+    interpolator for machining parametric curves", Computer-Aided Design 31(5), 1999, p. 349-357. Source: K. Erwinski,
+    A. Wawrzak, M. Paprocki, "Real-time jerk limited feedrate profiling and interpolation for linear motor multiaxis
+    machines using NURBS toolpaths", IEEE Transactions on Industrial Informatics 18(11), 2022, p. 7560-7571, doi
+    10.1109/TII.2022.3147806.
+    """
+    wanted = step_length(law, period)
+    now = walk_to(table, cursor, u[0])
+    t = (u[0] - table[now, MIDDLE]) * table[now, SCALE]
+    after = u[0] + 0.5 * period * (rate[0] + rate_at(u[0] + period * rate[0], law[NEXT_FEED], table, cursor, shape))
+    for _ in range(corrections):
+        row = walk_to(table, cursor, after)
+        chord, product, square = secant(table, now, t, row, (after - table[row, MIDDLE]) * table[row, SCALE], shape)
+        inside = product * product - square * (chord - wanted * wanted)
+        if not inside >= 0.0 or square == 0.0:
+            break  # the tangent misses the circle, or there is none: nothing to compensate by
+        moved = (math.sqrt(inside) - product) / square
+        after += moved
+        if abs(moved) <= tolerance:
+            break
+    return after

@@ -105,17 +105,6 @@ MOST_STEPS = 4000
 
 
 @hot_kernel
-def friction(speed: float, parameters: Array) -> float:
-    """Coulomb and Stribeck friction without its sign, N: F_c + (F_s - F_c) / (1 + (v / v_s)^2).
-
-    Viscous friction is in A. The Lorentzian form of the Stribeck curve is one of those that B. Armstrong-Helouvry,
-    P. Dupont and C. Canudas de Wit, Automatica 30 (1994) 1083-1138, doi:10.1016/0005-1098(94)90209-7, collect.
-    """
-    ratio = speed * parameters[INVERSE_STRIBECK]
-    return parameters[COULOMB] + parameters[STICTION] / (1.0 + ratio * ratio)
-
-
-@hot_kernel
 def clamp(value: float, bound: float) -> float:
     """`value`, but not beyond -bound and bound."""
     return min(max(value, -bound), bound)
@@ -123,9 +112,14 @@ def clamp(value: float, bound: float) -> float:
 
 @hot_kernel
 def _input(channel: int, y: float, parameters: Array, sliding: float) -> float:
-    """The nonlinear input n of one channel at its argument y."""
+    """The nonlinear input n of one channel at its argument y, of friction F_c + (F_s - F_c) / (1 + (v / v_s)^2).
+
+    Viscous friction is in A. The Lorentzian form of the Stribeck curve is one of those that B. Armstrong-Helouvry,
+    P. Dupont and C. Canudas de Wit, Automatica 30 (1994) 1083-1138, doi:10.1016/0005-1098(94)90209-7, collect.
+    """
     if channel == FRICTION:
-        return -sliding * friction(y, parameters) if sliding != 0.0 else 0.0
+        ratio = y * parameters[INVERSE_STRIBECK]
+        return -sliding * (parameters[COULOMB] + parameters[STICTION] / (1.0 + ratio * ratio))
     if channel == LIMIT:
         return clamp(y, parameters[FORCE_LIMIT]) - y
     return parameters[STIFFNESS] * clamp(y, parameters[HALF_PLAY])
@@ -156,74 +150,41 @@ def holding_force(z: Array, volts: float, line: Array, parameters: Array) -> flo
     return spring + parameters[DAMPING] * (z[MOTOR_SPEED] - z[LOAD_SPEED])
 
 
-@hot_kernel
-def _add_friction(z: Array, volts: float, line: Array, parameters: Array, sliding: float, scratch: Array) -> None:
-    """Add what friction alone does in a sub-step to scratch[:6], which holds Phi z + Gamma u."""
-    speed = LOAD_SPEED if parameters[COMPLIANT] != 0.0 else MOTOR_SPEED
-    start = -sliding * friction(z[speed], parameters)
-    middle = start
-    end = start
-    if parameters[STICTION] != 0.0:
-        middle_speed = line[MIDDLE_GAMMA] * volts + line[MIDDLE_WEIGHTS] * start
-        for i in range(STATES):
-            middle_speed += line[MIDDLE_PHI + i] * z[i]
-        end_speed = scratch[speed] + line[END_WEIGHTS] * start
-        for _ in range(ROUNDS):
-            middle_now = (
-                middle_speed + line[MIDDLE_WEIGHTS + CHANNELS] * middle + line[MIDDLE_WEIGHTS + 2 * CHANNELS] * end
-            )
-            end_now = end_speed + line[END_WEIGHTS + CHANNELS] * middle + line[END_WEIGHTS + 2 * CHANNELS] * end
-            middle_now = -sliding * friction(middle_now, parameters)
-            end_now = -sliding * friction(end_now, parameters)
-            change = max(abs(middle_now - middle), abs(end_now - end))
-            middle = middle_now
-            end = end_now
-            if change <= SETTLED * (parameters[COULOMB] + parameters[STICTION]):
-                break
-    for i in range(STATES):
-        scratch[i] += (
-            line[WEIGHTS + i] * start
-            + line[WEIGHTS + CHANNELS * STATES + i] * middle
-            + line[WEIGHTS + 2 * CHANNELS * STATES + i] * end
-        )
-
-
 @kernel
 def _add_inputs(
     z: Array, volts: float, line: Array, parameters: Array, sliding: float, limited: int, playing: bool, scratch: Array
 ) -> None:
-    """Add what friction, torque limit and backlash together do in a sub-step to scratch[:6]."""
+    """Add what friction, torque limit and backlash together do in a sub-step to scratch[:6], Phi z + Gamma u."""
     inputs = scratch[STATES : STATES + NODES * CHANNELS]  # (node, channel)
     linear = scratch[STATES + NODES * CHANNELS :]  # (middle or end, channel): y without the inputs
     size = parameters[COULOMB] + parameters[STICTION] + parameters[STIFFNESS] * parameters[HALF_PLAY]
     if limited != 0:
         size += parameters[FORCE_LIMIT]
-    for channel in range(CHANNELS):
-        if (channel == LIMIT and limited == 0) or (channel == PLAY and not playing):
-            for node in range(NODES):
-                inputs[node * CHANNELS + channel] = 0.0
-            continue
-        start = _input(channel, _output(z, volts, line, channel), parameters, sliding)
-        middle = line[MIDDLE_GAMMA + channel] * volts
-        end = line[FEEDTHROUGH + channel] * volts
-        for i in range(STATES):
-            middle += line[MIDDLE_PHI + channel * STATES + i] * z[i]
-            end += line[OUTPUTS + channel * STATES + i] * scratch[i]
-        linear[channel] = middle
-        linear[CHANNELS + channel] = end
+    count = CHANNELS if limited != 0 or playing else 1  # friction, the first one, alone
+    for channel in range(count):
+        start = 0.0
+        if channel == FRICTION or (limited != 0 if channel == LIMIT else playing):
+            start = _input(channel, _output(z, volts, line, channel), parameters, sliding)
+            middle = line[MIDDLE_GAMMA + channel] * volts
+            end = line[FEEDTHROUGH + channel] * volts
+            for i in range(STATES):
+                middle += line[MIDDLE_PHI + channel * STATES + i] * z[i]
+                end += line[OUTPUTS + channel * STATES + i] * scratch[i]
+            linear[channel] = middle
+            linear[CHANNELS + channel] = end
         for node in range(NODES):
             inputs[node * CHANNELS + channel] = start
     for _ in range(ROUNDS):
         change = 0.0
-        for channel in range(CHANNELS):
-            if (channel == LIMIT and limited == 0) or (channel == PLAY and not playing):
+        for channel in range(count):
+            if channel != FRICTION and not (limited != 0 if channel == LIMIT else playing):
                 continue
             middle = linear[channel]
             end = linear[CHANNELS + channel]
-            at = channel * NODES * CHANNELS
-            for i in range(NODES * CHANNELS):
-                middle += line[MIDDLE_WEIGHTS + at + i] * inputs[i]
-                end += line[END_WEIGHTS + at + i] * inputs[i]
+            for node in range(NODES):
+                for k in range(node * CHANNELS, node * CHANNELS + count):
+                    middle += line[MIDDLE_WEIGHTS + channel * NODES * CHANNELS + k] * inputs[k]
+                    end += line[END_WEIGHTS + channel * NODES * CHANNELS + k] * inputs[k]
             middle = _input(channel, middle, parameters, sliding)
             end = _input(channel, end, parameters, sliding)
             change = max(change, abs(middle - inputs[CHANNELS + channel]), abs(end - inputs[2 * CHANNELS + channel]))
@@ -231,28 +192,20 @@ def _add_inputs(
             inputs[2 * CHANNELS + channel] = end
         if change <= SETTLED * size:
             break
-    for k in range(NODES * CHANNELS):
-        value = inputs[k]
-        if value != 0.0:
+    for node in range(NODES):
+        for k in range(node * CHANNELS, node * CHANNELS + count):
             for i in range(STATES):
-                scratch[i] += line[WEIGHTS + k * STATES + i] * value
+                scratch[i] += line[WEIGHTS + k * STATES + i] * inputs[k]
 
 
 @hot_kernel
 def _linear_step(z: Array, volts: float, line: Array, scratch: Array) -> None:
     """Phi z + Gamma u of one row of the step table into scratch[:6]."""
-    a = z[0]
-    b = z[1]
-    c = z[2]
-    d = z[3]
-    e = z[4]
-    f = z[5]
     for i in range(STATES):
-        scratch[i] = (
-            (line[GAMMA + i] * volts + line[i] * a)
-            + (line[STATES + i] * b + line[2 * STATES + i] * c)
-            + (line[3 * STATES + i] * d + (line[4 * STATES + i] * e + line[5 * STATES + i] * f))
-        )
+        scratch[i] = line[GAMMA + i] * volts
+    for k in range(STATES):
+        for i in range(STATES):
+            scratch[i] += line[k * STATES + i] * z[k]
 
 
 @hot_kernel
@@ -269,8 +222,8 @@ def advance(z: Array, volts: float, table: Array, parameters: Array, scratch: Ar
         return
     compliant = parameters[COMPLIANT] != 0.0
     speed = LOAD_SPEED if compliant else MOTOR_SPEED
-    rubbing = parameters[COULOMB] + parameters[STICTION] > 0.0
     breakaway = parameters[COULOMB] + parameters[STICTION]
+    rubbing = breakaway > 0.0
     force_limit = parameters[FORCE_LIMIT]
     limiting = force_limit < math.inf
     playing = compliant and half_play > 0.0
@@ -282,9 +235,7 @@ def advance(z: Array, volts: float, table: Array, parameters: Array, scratch: Ar
     searching = False
     halvings = 0
     if rubbing and z[SLIDING] == 0.0:  # the output has just changed: what was held may not be held any more
-        force = holding_force(z, volts, table[0], parameters)
-        if abs(force) > breakaway:
-            z[SLIDING] = 1.0 if force > 0.0 else -1.0
+        z[SLIDING] = _side(holding_force(z, volts, table[0], parameters), breakaway)
     for _ in range(MOST_STEPS):
         while (FINEST >> level) > remaining:
             level += 1
@@ -300,10 +251,8 @@ def advance(z: Array, volts: float, table: Array, parameters: Array, scratch: Ar
         shift = side * half_play  # on a flank the spring is linear in a load that stands half the backlash further on
         z[LOAD] += shift
         _linear_step(z, volts, line, scratch)
-        if limited != 0 or free:
+        if limited != 0 or free or sliding != 0.0:
             _add_inputs(z, volts, line, parameters, sliding, limited, free, scratch)
-        elif sliding != 0.0:
-            _add_friction(z, volts, line, parameters, sliding, scratch)
         z[LOAD] = load
         scratch[LOAD] -= shift
         if sliding != 0.0 and level < STEEP:
@@ -313,12 +262,9 @@ def advance(z: Array, volts: float, table: Array, parameters: Array, scratch: Ar
             if passed > STEEP_CHANGE and slowest < STEEP_SPEED and parameters[STICTION] > 0.0:
                 level += 1
                 continue
-        event = False
         stopping = False
-        limited_then = 0
-        if limiting:
-            limited_then = _side(_output(scratch, volts, line, LIMIT), force_limit)
-            event = limited_then != limited
+        limited_then = _side(_output(scratch, volts, line, LIMIT), force_limit) if limiting else 0
+        event = limited_then != limited
         if playing:
             event = event or _side(scratch[MOTOR] - scratch[LOAD], half_play) != side
         if dragging:  # where the motor turns round the load stands still: its farthest point must not be stepped over
@@ -342,8 +288,7 @@ def advance(z: Array, volts: float, table: Array, parameters: Array, scratch: Ar
             z[LOAD] = min(max(z[LOAD], z[MOTOR] - half_play), z[MOTOR] + half_play)
         if stopping:
             z[speed] = 0.0
-            force = holding_force(z, volts, table[0], parameters)
-            z[SLIDING] = 0.0 if abs(force) <= breakaway else (1.0 if force > 0.0 else -1.0)
+            z[SLIDING] = _side(holding_force(z, volts, table[0], parameters), breakaway)
             limited_then = _side(_output(z, volts, line, LIMIT), force_limit) if limiting else 0
         limited = limited_then
         remaining -= size

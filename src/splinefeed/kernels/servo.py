@@ -82,21 +82,18 @@ def control(reference: float, measured: float, parameters: Array, memory: Array)
 
 
 @hot_kernel
-def convert(volts: float, parameters: Array) -> float:
-    """What the converter puts out: the nearest code, k * step with -limit <= k * step <= limit - step; V."""
-    bounded = clamp(volts, parameters[OUTPUT_LIMIT])
-    step = parameters[OUTPUT_STEP]
-    if step == 0.0:
-        return bounded
-    return min(math.floor(bounded / step + 0.5) * step, parameters[OUTPUT_LIMIT] - step)
-
-
-@hot_kernel
 def quantise(position: float, resolution: float) -> float:
     """The nearest count of an encoder or scale: resolution * floor(x / resolution + 1/2); 0: x itself."""
     if resolution == 0.0:
         return position
     return math.floor(position / resolution + 0.5) * resolution
+
+
+@hot_kernel
+def convert(volts: float, parameters: Array) -> float:
+    """What the converter puts out: the nearest code, k * step with -limit <= k * step <= limit - step; V."""
+    step = parameters[OUTPUT_STEP]
+    return min(quantise(clamp(volts, parameters[OUTPUT_LIMIT]), step), parameters[OUTPUT_LIMIT] - step)
 
 
 @leaf(worth=WORTH, lists=("table", "parameters"))

@@ -13,7 +13,7 @@ from splinefeed.feed.planning import plan
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.feed.rows_course import RowsCourse
 from splinefeed.geometry.path import Path
-from splinefeed.interpolation.instants import Instants
+from splinefeed.interpolation.arc_length import Instants
 from splinefeed.kinematics import JointPath
 from splinefeed.records import ROTARY_AXES, Array, Limits, Setpoints, TimeLaw
 

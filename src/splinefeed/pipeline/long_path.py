@@ -12,7 +12,8 @@ import numpy as np
 
 from splinefeed.errors import InputError
 from splinefeed.feed.modes import LOOK_AHEAD
-from splinefeed.feed.stream import ON_TICK, WINDOW, Block, LookAhead
+from splinefeed.feed.numbers import ALMOST
+from splinefeed.feed.stream import WINDOW, Block, LookAhead
 from splinefeed.geometry.joints import open_joints
 from splinefeed.geometry.parts import cut
 from splinefeed.geometry.path import Path
@@ -109,9 +110,7 @@ class _Walk:
             yield from self._block(block)
         last = self.parts[-1]
         final = self._made(last, np.array([last.path.length]), np.full(1, self.limits.end_feed))
-        late = (
-            abs(planner.time - float(final.t[0])) > ON_TICK * self.period
-        )  # in motion: the last period is a short one
+        late = abs(planner.time - float(final.t[0])) > ALMOST * self.period  # in motion: the last period is a short one
         yield replace(final, t=np.full(1, planner.time)) if late else final
 
     def _block(self, block: Block) -> Iterator[Setpoints]:
@@ -122,7 +121,7 @@ class _Walk:
         begin = float(first.path.curve_starts[block.curve - first.curve]) + block.offset
         law = block.law
         gone = self.tick - block.tick
-        count = math.ceil((block.phase + law.duration) / self.period - ON_TICK) - gone
+        count = math.ceil((block.phase + law.duration) / self.period - ALMOST) - gone
         tau = np.clip((gone + np.arange(max(count, 0))) * self.period - block.phase, 0.0, law.duration)
         s, feed = begin + law(tau), np.maximum(law.feed(tau), 0.0)
         done, passed = 0, 0.0

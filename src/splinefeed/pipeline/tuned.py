@@ -92,18 +92,13 @@ def along_path(machine: Machine, setpoints: Setpoints, path: Path, **options: An
 
 def _numbers(old: Axis, new: Axis, before: Margins, after: Margins, period: float) -> dict[str, Any]:
     """Gains and margins of an axis before and after, and how the gains are measured."""
-    swings = (rest_swing(old, period), rest_swing(new, period))
-    return {
-        "unit": "V/rad" if new.rotary else "V/mm",
-        "gains_before": old.controller.gains,
-        "gains": new.controller.gains,
-        "kind_before": old.controller.kind,
-        "kind": new.controller.kind,
-        "margins_before": before.as_dict(),
-        "margins": after.as_dict(),
-        "rest_swing_before": swings[0],
-        "rest_swing": swings[1],
-        "rest_swing_unit": "rad" if new.rotary else "mm",
-        "hunts_before": hunts(old, swings[0]),
-        "hunts": hunts(new, swings[1]),
-    }
+    unit = "rad" if new.rotary else "mm"
+    out: dict[str, Any] = {"unit": f"V/{unit}", "rest_swing_unit": unit}
+    for ending, axis, margins in (("_before", old, before), ("", new, after)):
+        swing = rest_swing(axis, period)
+        out[f"gains{ending}"] = axis.controller.gains
+        out[f"kind{ending}"] = axis.controller.kind
+        out[f"margins{ending}"] = margins.as_dict()
+        out[f"rest_swing{ending}"] = swing
+        out[f"hunts{ending}"] = hunts(axis, swing)
+    return out

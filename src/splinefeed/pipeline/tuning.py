@@ -134,7 +134,7 @@ def tune(
 def tune(what: Axis | Machine, rule: str | None = None, **options: Any) -> tuning.Tuning | PathTuning:
     """Tune the gains of an axis by a rule, or of a machine's axes together on a path.
 
-    With an axis, a rule of `simulation.tuning.rules()` ("ziegler-nichols" by default) and the options of
+    With an axis, a rule of `simulation.tuning.RULES` ("ziegler-nichols" by default) and the options of
     `simulation.tuning.tune`: `period` in s, `kind`, `experiment`, `volts` in V. With a Machine, rule "path" and the
     options of `tune_on_path`, of which `setpoints` and `path` are needed.
 

@@ -5,12 +5,20 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path as File
 
 import numpy as np
 
+from splinefeed.errors import InputError
+from splinefeed.formats.atomic import atomic_write
 from splinefeed.records import Array
 from splinefeed.report import theme
 
+#: Formats of figures, the usual one first; all but that need Matplotlib.
+FORMATS = ("svg", "png", "pdf")
+#: What brings the libraries that draw.
+EXTRA = 'pip install "splinefeed[plots]"'
 #: A limit farther out than this many times the data is not drawn: it would press the data flat.
 FARTHEST_LIMIT = 3.0
 #: Ends of a path closer than this share of its picture get one word.
@@ -46,7 +54,7 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Dots:
-    """Single points x, y (n,) with a word beside each, or none; hollow: rings."""
+    """Single points x, y (n,) with a word beside each, or none."""
 
     x: Array
     y: Array
@@ -54,7 +62,6 @@ class Dots:
     words: tuple[str, ...] = ()
     colour: str = theme.VERMILION
     size: float = 6.0
-    hollow: bool = False
     named: bool | str = False
 
 
@@ -103,6 +110,12 @@ class Heat:
     share: Array
     label: str
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Where the first column begins and the last one ends."""
+        half = 0.5 * float(self.x[1] - self.x[0]) if len(self.x) > 1 else 0.5
+        return float(self.x[0]) - half, float(self.x[-1]) + half
+
 
 def legend_of(mark: Line | Dots) -> str:
     """What stands in the legend for a curve, or nothing."""
@@ -128,15 +141,15 @@ class Panel:
     z: str = ""
 
     @property
-    def reach(self) -> float:
-        """The largest |y| that is finite."""
-        found = [mark.y for mark in self.marks if isinstance(mark, Line | Dots)]
-        values = np.concatenate(found) if found else np.zeros(1)
-        return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
+    def heat(self) -> Heat | None:
+        """The strips of colour that the panel shows, if any."""
+        return next((mark for mark in self.marks if isinstance(mark, Heat)), None)
 
     def levels(self, *, drawn: bool = True) -> list[Level]:
         """The levels that are drawn, near the data; or upper limits that are too far out for that."""
-        near = FARTHEST_LIMIT * self.reach
+        near = FARTHEST_LIMIT * max(
+            (peak(mark.y)[1] for mark in self.marks if isinstance(mark, Line | Dots)), default=0
+        )
         found = [mark for mark in self.marks if isinstance(mark, Level) and np.isfinite(mark.value)]
         if drawn:
             return [each for each in found if each.always or abs(each.value) <= near]
@@ -148,7 +161,8 @@ class Figure:
     """Panels below each other, or in columns; those with the same x label share that axis and its cursor.
 
     legend  curves of one name in all panels are one, and the page has a legend to choose from
-    width in px. `save` raises FormatError for an ending that is not known. Source: docs/start.md shows the report.
+    width in px. `save` raises InputError for another ending, and for PNG or PDF where Matplotlib is not installed.
+    Source: docs/start.md shows the report.
     Example: `sf.plot.path(run).save("path.svg")`
     """
 
@@ -159,16 +173,30 @@ class Figure:
     width: int = 730
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the figure as what the file's name ends in: .svg, .png or .pdf."""
-        from splinefeed.report.saving import save_figure
+        """Write the figure as what the file's name ends in: .svg, .png or .pdf, whole or not at all."""
+        form = File(file).suffix[1:].lower()
+        if form not in FORMATS:
+            raise InputError(f"{file}: figures are written as {', '.join(FORMATS)}")
+        if not possible(form):
+            raise InputError(f"{file}: {form} needs Matplotlib: {EXTRA}")
+        with atomic_write(file) as temporary:
+            if form == "svg":
+                temporary.write_text(self._repr_svg_(), encoding="utf-8")
+            else:
+                from splinefeed.report import raster
 
-        save_figure(self, file)
+                raster.write(self, temporary, form)
 
     def _repr_svg_(self) -> str:
         """The figure in a notebook."""
         from splinefeed.report.svg import to_text
 
         return to_text(self)
+
+
+def possible(form: str) -> bool:
+    """Whether figures can be written in that format here."""
+    return form == FORMATS[0] or find_spec("matplotlib") is not None
 
 
 def unit_of(length: str, order: int) -> str:

@@ -19,31 +19,20 @@ from splinefeed.pipeline.deviation import Deviation, deviation
 from splinefeed.pipeline.experiment import Served
 from splinefeed.pipeline.run import Run
 from splinefeed.records import Response, Setpoints
-from splinefeed.report.saving import FORMATS as FIGURE_FORMATS
-from splinefeed.report.saving import save_figures
+from splinefeed.report.figure import EXTRA, Figure, possible
+from splinefeed.report.figure import FORMATS as FIGURE_FORMATS
 
 if TYPE_CHECKING:
-    from splinefeed.report.figure import Figure
     from splinefeed.simulation.curves import TunedAxis
     from splinefeed.sweeps.spec import Task
 
-#: The page of numbers; a folder that has one written by us is ours.
-RECORD = "run.json"
-#: The pages of numbers of all commands that write a folder: files that one of them lists are ours.
-FOLLOW_RECORD = "follow.json"
-TUNE_RECORD = "tune.json"
-TUNE_FEED_RECORD = "tune-feed.json"
+#: The page of numbers of a run, and those of the other commands that write a folder: files that one of them lists are
+#: ours, and a folder that has one written by us is.
+RECORD, FOLLOW_RECORD, TUNE_RECORD, TUNE_FEED_RECORD = "run.json", "follow.json", "tune.json", "tune-feed.json"
 RECORDS = (RECORD, FOLLOW_RECORD, TUNE_RECORD, TUNE_FEED_RECORD)
-#: Limits that a search found.
-LIMITS = "limits.toml"
-#: The time law.
-LAW = "law.h5"
-#: The path of a run that was made in Python, which no file names.
-PATH = "run-path.json"
-#: The page to look at.
-REPORT = "report.html"
-#: What the axes of a machine did.
-RESPONSE = "response.h5"
+#: Limits that a search found, the time law, the path of a run that was made in Python, the page to look at, and what
+#: the axes of a machine did.
+LIMITS, LAW, PATH, REPORT, RESPONSE = "limits.toml", "law.h5", "run-path.json", "report.html", "response.h5"
 #: Where the tool is at each setpoint of joints: its tip on the workpiece, mm, and its axis, a unit vector.
 TIP, TIP_COLUMNS = "tip.csv", "t_s,s_mm,x_mm,y_mm,z_mm,i,j,k"
 #: Names of setpoint files by format.
@@ -51,36 +40,31 @@ SETPOINTS = {name: f"setpoints{each.suffixes[0]}" for name, each in FORMATS.item
 FIGURES = ("path", "motion", "limits", "binding", "ripple")
 #: Limits along the path; figures of what binds are drawn where there are others.
 _ALONG = {"feed", "acceleration", "deceleration", "jerk"}
-SERVO_FIGURES = ("errors", "contour")
-#: Everything that a run may leave, and that following setpoints may.
-FOLLOW_NAMES = (
-    FOLLOW_RECORD,
-    RESPONSE,
-    *(f"{name}.{suffix}" for name in SERVO_FIGURES for suffix in FIGURE_FORMATS),
-)
-TUNE_FEED_NAMES = (
-    TUNE_FEED_RECORD,
-    LIMITS,
-    SETPOINTS["hdf5"],
-    RESPONSE,
-    *(f"feed-curve.{suffix}" for suffix in FIGURE_FORMATS),
-)
-NAMES = (
-    RECORD,
-    LAW,
-    PATH,
-    REPORT,
-    TIP,
-    *SETPOINTS.values(),
-    *(f"{name}.{suffix}" for name in FIGURES for suffix in FIGURE_FORMATS),
-    *FOLLOW_NAMES[1:],
-)
 
 
-def of_run(run: Run, responses: Mapping[str, Response] | None = None, machine: str = "") -> dict[str, Figure]:
-    """The figures of a run for its page, by name; responses: what a machine did, by method, the run's own first."""
-    from splinefeed.report.motion_figures import motion_figure
-    from splinefeed.report.path_figures import limits_figure, path_figure
+def _drawn(*names: str) -> tuple[str, ...]:
+    return tuple(f"{name}.{suffix}" for name in names for suffix in FIGURE_FORMATS)
+
+
+#: Everything that a run may leave, and what the other commands may.
+FOLLOW_NAMES = (FOLLOW_RECORD, RESPONSE, *_drawn("errors", "contour"))
+TUNE_FEED_NAMES = (TUNE_FEED_RECORD, LIMITS, SETPOINTS["hdf5"], RESPONSE, *_drawn("feed-curve"))
+NAMES = (RECORD, LAW, PATH, REPORT, TIP, *SETPOINTS.values(), *_drawn(*FIGURES), *FOLLOW_NAMES[1:])
+
+
+def of_run(
+    run: Run,
+    responses: Mapping[str, Response] | None = None,
+    machine: str = "",
+    traces: Sequence[MethodTrace] = (),
+    beside: Deviation | None = None,
+) -> dict[str, Figure]:
+    """The figures of a run by name, for its page and its files.
+
+    responses  what a machine did, by method, the run's own first; beside  how far that was from the path
+    """
+    from splinefeed.report.motion_figures import motion_figure, ripple_figure
+    from splinefeed.report.path_figures import binding_figure, contour_figure, limits_figure, path_figure
     from splinefeed.report.servo_figures import errors_figure, has_spectra, spectra_figure
 
     followed = {name: each for name, each in (responses or {}).items() if len(each)}
@@ -92,27 +76,19 @@ def of_run(run: Run, responses: Mapping[str, Response] | None = None, machine: s
         found["errors"] = errors_figure(followed, run.path.name, machine)
         if has_spectra(run, own):
             found["spectra"] = spectra_figure(own)
+    if not _ALONG.issuperset(run.use.names):
+        found["binding"] = binding_figure(run)
+    if traces:
+        found["ripple"] = ripple_figure(traces, run.path.name)
+    if beside is not None:
+        found["contour"] = contour_figure(beside, run.path.name, machine)
     return found
 
 
-def figures(
-    run: Run, traces: Sequence[MethodTrace], drawn: Mapping[str, Figure], beside: Deviation | None = None,
-    machine: str = "",
-) -> Iterator[tuple[str, Figure]]:  # fmt: skip
-    """Name and figure of those that become files; of limits and of methods only where there is something to show."""
-    from splinefeed.report.motion_figures import ripple_figure
-    from splinefeed.report.path_figures import binding_figure, contour_figure
-
-    bound = not _ALONG.issuperset(run.use.names)
-    for name in ("path", "motion", *(("limits",) if bound else ()), "errors"):
-        if name in drawn:
-            yield name, drawn[name]
-    if bound:
-        yield "binding", binding_figure(run)
-    if traces:
-        yield "ripple", ripple_figure(traces, run.path.name)
-    if beside is not None:
-        yield "contour", contour_figure(beside, run.path.name, machine)
+def to_files(found: Mapping[str, Figure]) -> list[tuple[str, Figure]]:
+    """Those that become files; those of limits only where there is something to show."""
+    left_out = {"spectra"} if "binding" in found else {"spectra", "limits"}
+    return [(name, figure) for name, figure in found.items() if name not in left_out]
 
 
 def write(
@@ -159,9 +135,9 @@ def write(
         machine = str((record or {}).get("machine", ""))
         served = [*others, *([] if run.served is None else [run.served])]
         own_first = {each.setpoints.method: each.response for each in reversed(served)}
-        drawn = of_run(run, own_first, machine)
         beside = None if own is None else deviation(own.response, run.path, run.kept.s)
-        names += save_figures(figures(run, traces, drawn, beside, machine), place, wanted)
+        drawn = of_run(run, own_first, machine, traces, beside)
+        names += save_figures(to_files(drawn), place, wanted)
         if library.available():
             names.append(REPORT)
             write_report(html.page(run, record or {}, drawn, [trace.result for trace in traces]), place / REPORT)
@@ -173,28 +149,39 @@ def write(
 def write_setpoints(setpoints: Setpoints | Iterator[Setpoints], place: File, formats: Iterable[str]) -> list[str]:
     """Write setpoints in every format, and give the names; chunks are made once, for the first."""
     wanted = list(dict.fromkeys(formats))
-    if isinstance(setpoints, Setpoints) or len(wanted) == 1:
+    whole = place / SETPOINTS["hdf5"]
+    if not isinstance(setpoints, Setpoints) and len(wanted) > 1:
+        first = next(setpoints)
+        save(chain([first], setpoints), whole)
+        for form in wanted:
+            if form != "hdf5":
+                save(load_chunks(whole, len(first)), place / SETPOINTS[form])
+        if "hdf5" not in wanted:
+            whole.unlink()
+    else:
         for form in wanted:
             save(setpoints, place / SETPOINTS[form])
-        return [SETPOINTS[form] for form in wanted]
-    first = next(setpoints)
-    whole = place / SETPOINTS["hdf5"]
-    save(chain([first], setpoints), whole)
-    for form in wanted:
-        if form != "hdf5":
-            save(load_chunks(whole, len(first)), place / SETPOINTS[form])
-    if "hdf5" not in wanted:
-        whole.unlink()
     return [SETPOINTS[form] for form in wanted]
 
 
-def missing(figure_formats: Iterable[str]) -> list[str]:
-    """A sentence for each page and picture that is wanted and cannot be drawn here: which extra brings it."""
-    from splinefeed.report import library, saving
+def save_figures(drawn: Iterable[tuple[str, Figure]], folder: File, formats: Iterable[str]) -> list[str]:
+    """Write each figure in every format that is possible here, and give the names of the files."""
+    wanted = [form for form in dict.fromkeys(formats) if possible(form)]
+    names = []
+    for name, figure in drawn:
+        for form in wanted:
+            names.append(f"{name}.{form}")
+            figure.save(folder / names[-1])
+    return names
 
-    wanted = tuple(figure_formats)
-    page = [] if library.available() or not wanted else [f"no {REPORT}: it needs Plotly, {saving.EXTRA}"]
-    return page + saving.missing(wanted)
+
+def missing(formats: Iterable[str], page: bool = True) -> list[str]:
+    """A sentence for each picture, and for the page, that is wanted and cannot be drawn here: which extra brings it."""
+    from splinefeed.report import library
+
+    wanted = tuple(dict.fromkeys(formats))
+    lacking = [f"no {REPORT}: it needs Plotly, {EXTRA}"] if page and wanted and not library.available() else []
+    return lacking + [f"no figures as {form}: they need Matplotlib, {EXTRA}" for form in wanted if not possible(form)]
 
 
 def write_artefacts(folder: str, with_setpoints: bool, with_report: bool, task: Task, run: Run) -> None:
@@ -211,27 +198,14 @@ def write_artefacts(folder: str, with_setpoints: bool, with_report: bool, task: 
 
 
 def write_report(page: str, file: File) -> None:
-    """Write the text of a report, whole or not at all."""
+    """Write the text of a page, whole or not at all."""
     with atomic_write(file) as temporary:
         temporary.write_text(page, encoding="utf-8")
 
 
-def servo_figures(
-    responses: Mapping[str, Response], name: str, machine: str, beside: Deviation | None = None
-) -> Iterator[tuple[str, Figure]]:
-    """Name and figure of what the axes of a machine did; `responses` by what led to them."""
-    from splinefeed.report.path_figures import contour_figure
-    from splinefeed.report.servo_figures import errors_figure
-
-    yield "errors", errors_figure(responses, name, machine)
-    if beside is not None:
-        yield "contour", contour_figure(beside, name, machine)
-
-
 def tune_names(axes: Iterable[str]) -> tuple[str, ...]:
     """Names of all files that tuning these axes may leave."""
-    names = ("step", *(_bode_name(axis) for axis in axes))
-    return (TUNE_RECORD, *(f"{name}.{suffix}" for name in names for suffix in FIGURE_FORMATS))
+    return (TUNE_RECORD, *_drawn("step", *(_bode_name(axis) for axis in axes)))
 
 
 def tune_figures(axes: Sequence[TunedAxis], machine: str) -> Iterator[tuple[str, Figure]]:
@@ -250,5 +224,4 @@ def _bode_name(axis: str) -> str:
 
 def write_record(page: Mapping[str, Any], file: File) -> None:
     """Write a page of numbers as JSON."""
-    with atomic_write(file) as temporary:
-        temporary.write_text(json.dumps(page, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    write_report(json.dumps(page, indent=2, allow_nan=False) + "\n", file)

@@ -10,7 +10,7 @@ import shutil
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from splinefeed.errors import FormatError, InputError, SplinefeedError
 from splinefeed.formats.atomic import reason_of
@@ -70,13 +70,12 @@ def _checked(target: Path, own: str, names: Sequence[str]) -> tuple[str, ...] | 
     """Names of an earlier run's files in `target`, None if there is no such folder; FormatError if it is no use."""
     if "\0" in str(target):
         raise FormatError(f"{str(target)!r}: is not the name of a folder")
-    there, is_folder, parent_there = os.path.lexists(target), target.is_dir(), target.absolute().parent.is_dir()
-    if there and not is_folder:
-        raise FormatError(f"{target}: is a file; give the name of a folder")
-    if not there and not parent_there:
-        raise FormatError(f"{target}: the folder {target.parent} does not exist; make it first")
-    if not there:
+    if not os.path.lexists(target):
+        if not target.absolute().parent.is_dir():
+            raise FormatError(f"{target}: the folder {target.parent} does not exist; make it first")
         return None
+    if not target.is_dir():
+        raise FormatError(f"{target}: is a file; give the name of a folder")
     listed = {each: _listed(target / each) for each in RECORDS}
     ours = {name for each, files in listed.items() if files is not None for name in (*files, each)}
     for name in names:
@@ -90,27 +89,19 @@ def _checked(target: Path, own: str, names: Sequence[str]) -> tuple[str, ...] | 
 
 def _listed(file: Path) -> list[str] | None:
     """The files that the page of numbers of an earlier run lists, None if there is no such page that we wrote."""
-    record = _record_of_ours(file)
-    if record is None:
-        return None
-    names = record.get("files")
-    return [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
-
-
-def _record_of_ours(file: Path) -> dict[str, Any] | None:
-    """The page of numbers of an earlier run, None if there is none that we wrote."""
     try:
         if file.stat().st_size > _LARGEST_RECORD:
             return None
         page = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
         return None
-    ours = isinstance(page, dict) and str(page.get("program", "")).startswith("splinefeed ")
-    return page if ours else None
+    if not isinstance(page, dict) or not str(page.get("program", "")).startswith("splinefeed "):
+        return None
+    names = page.get("files")
+    return [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
 
 
 def _publish(stage: Path, target: Path, record: str, earlier: tuple[str, ...]) -> None:
-    """Move all files of `stage` to `target`, the page of numbers first: with it the folder counts as ours."""
     names = sorted((file.name for file in stage.iterdir()), key=lambda name: (name != record, name))
     for name in names:
         os.replace(stage / name, target / name)

@@ -23,9 +23,7 @@ def page(
 ) -> str:
     """The report of a run as the text of one HTML file.
 
-    record  the page of numbers, as `run.json` has it; figures  by name, `figures.of_run` makes them: those with a place
-    on the page are drawn
-
+    record  the page of numbers, as `run.json` has it; figures  of `files.of_run`: those with a place here are drawn
     Raises InputError where Plotly is not installed.
     """
     shown = {name: figure for name, figure in figures.items() if name in ("path", "motion", *SECTIONS)}
@@ -74,9 +72,9 @@ def filled(name: str, facts: Mapping[str, Any], **fields: str) -> str:
 
 
 def table(names: Sequence[str], rows: Sequence[str]) -> str:
-    """A table with these heads, its rows as HTML, that scrolls where it is wide."""
-    head = "".join(f"<th>{name}</th>" for name in names)
-    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
+    """A table with these heads, the cells of each row as HTML, that scrolls where it is wide."""
+    head, body = "".join(f"<th>{name}</th>" for name in names), "".join(f"<tr>{row}</tr>" for row in rows)
+    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
 
 
 def text_of(value: object) -> str:
@@ -101,26 +99,23 @@ def _verdict(run: Run, record: Mapping[str, Any]) -> str:
 
 
 def _cards(run: Run, record: Mapping[str, Any]) -> str:
-    duration, bound = run.law.duration, run.law.settings.get("lower_bound_s")
+    duration, bound, along = run.law.duration, run.law.settings.get("lower_bound_s"), unit_along(run.path.axes)
     cards = [("cycle time", f"{duration:.6g} s", "")]
     if bound:
         gap = f"no motion within these limits is faster; gap {100.0 * (duration / bound - 1.0):.2g} %"
         cards.append(("lower bound", f"{bound:.6g} s", gap))
-    worst = max(run.verdict.limits.items(), key=lambda each: each[1].share, default=None)
-    if worst is not None:
-        cards.append(("largest share", f"{100.0 * worst[1].share:.4g} %", limit_words(worst[0])))
-    cards += [
-        ("feed ripple", f"{run.ripple.max:.2g}", f"rounding alone {run.ripple.floor:.2g}"),
-        ("end error", _length(run.end_error_mm, unit_along(run.path.axes)), ""),
-    ]
+    if run.verdict.limits:
+        name, worst = max(run.verdict.limits.items(), key=lambda each: each[1].share)
+        cards.append(("largest share", f"{100.0 * worst.share:.4g} %", limit_words(name)))
+    cards.append(("feed ripple", f"{run.ripple.max:.2g}", f"rounding alone {run.ripple.floor:.2g}"))
+    cards.append(("end error", _length(run.end_error_mm, along), ""))
     if run.path.linear:
         cards.append(("chord error", _length(run.chord_error_mm), "largest, between setpoints"))
     if record.get("contour_error_max_mm") is not None:
         rms = record.get("contour_error_rms_mm")
         cards.append(("contour error", _length(record["contour_error_max_mm"]), f"rms {_length(rms)}" if rms else ""))
     for axis, value in (record.get("tracking_error_max") or {}).items():
-        shown = f"{value:.3g}°" if axis in ROTARY_AXES else _length(value)
-        cards.append((f"following error {axis}", shown, "largest"))
+        cards.append((f"following error {axis}", _length(value, "deg" if axis in ROTARY_AXES else "mm"), "largest"))
     return "".join(
         f"<div><dt>{text_of(name)}</dt><dd>{text_of(value)}<small>{text_of(small)}</small></dd></div>"
         for name, value, small in cards
@@ -129,44 +124,36 @@ def _cards(run: Run, record: Mapping[str, Any]) -> str:
 
 def _length(value: float, along: str = "mm") -> str:
     """A length in the unit that suits it, or degrees."""
-    if value == 0.0:
-        return "0"
     if along == "deg":
         return f"{value:.3g}°"
     for unit, factor, least in (("mm", 1.0, 1.0), ("µm", 1e3, 1e-3), ("nm", 1e6, 1e-6)):
         if abs(value) >= least:
             return f"{value * factor:.3g} {unit}"
-    return f"{value:.2g} mm"
+    return f"{value:.2g} mm" if value else "0"
 
 
 def _limits(run: Run) -> str:
-    """The table of limits, with a bar for each share."""
-    rows = []
     bound, along = run.use.time_bound_by(), unit_along(run.path.axes)
-    place = along.replace("deg", "°")
+    rows = []
     for name, each in run.verdict.as_dict()["limits"].items():
         unit = raised(unit_of(name, along).replace("deg", "°"))
-        state = "good" if each["ok"] else "bad"
-        width = min(100.0 * each["share"], 100.0)
-        part = bound.get(name, 0.0)
+        state, share, part = "good" if each["ok"] else "bad", 100.0 * each["share"], bound.get(name, 0.0)
+        bar = f'<span class="{state}" style="width:{min(share, 100.0):.2f}%"></span>'
         rows.append(
-            f"<tr><td>{text_of(limit_words(name))}</td>"
-            f'<td class="{state}">{"holds" if each["ok"] else "OVER"}</td><td>{100.0 * each["share"]:.4f} %</td>'
-            f'<td class="share"><span class="{state}" style="width:{width:.2f}%"></span></td>'
+            f'<td>{text_of(limit_words(name))}</td><td class="{state}">{"holds" if each["ok"] else "OVER"}</td>'
+            f'<td>{share:.4f} %</td><td class="share">{bar}</td>'
             f"<td>{short(each['worst'])} {unit}</td><td>{short(each['limit'])} {unit}</td>"
-            f"<td>{each['at_s']:.6g} {place}</td><td>{f'{100.0 * part:.1f} %' if part else ''}</td></tr>"
+            f"<td>{each['at_s']:.6g} {along.replace('deg', '°')}</td><td>{f'{100.0 * part:.1f} %' if part else ''}</td>"
         )
     return table(("limit", "", "share", "", "worst", "allowed", "at s", "binds"), rows)
 
 
 def _methods(results: Sequence[MethodResult], along: str) -> str:
-    rows = []
-    unit = along.replace("deg", "°")
-    for r in results:
-        rows.append(
-            f"<tr><td>{text_of(r.method)}</td><td>{r.ripple_max:.2g}</td><td>{r.ripple_rms:.2g}</td>"
-            f"<td>{r.drift_mm:+.2g} {unit}</td><td>{_length(r.chord_error_mm)}</td></tr>"
-        )
+    rows = [
+        f"<td>{text_of(r.method)}</td><td>{r.ripple_max:.2g}</td><td>{r.ripple_rms:.2g}</td>"
+        f"<td>{r.drift_mm:+.2g} {along.replace('deg', '°')}</td><td>{_length(r.chord_error_mm)}</td>"
+        for r in results
+    ]
     names = ("method", "ripple max", "ripple rms", "drift at end", "chord error")
     return f"<section><h2>Methods compared</h2>{table(names, rows)}</section>"
 
@@ -186,7 +173,6 @@ def listed(sentences: Sequence[str], kind: str) -> str:
 
 
 def _settings(record: Mapping[str, Any]) -> str:
-    """Settings, versions and the hash of the input, folded away."""
     shown = {key: record[key] for key in ("source", "settings", "program", "versions") if key in record}
     text = json.dumps(shown, indent=2, ensure_ascii=False)
     return f"<details><summary>settings, versions, input hash</summary><pre>{html.escape(text)}</pre></details>"

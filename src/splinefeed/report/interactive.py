@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import html
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -65,19 +66,16 @@ def in_space(figure: Figure) -> bool:
 def _stacked(figure: Figure) -> Plain:
     """Panels one above the other; those over the same quantity have one axis and one cursor."""
     panels = figure.panels
-    count = len(panels)
-    names = [mark.name for panel in panels for mark in panel.marks if isinstance(mark, Line | Dots) and mark.named]
-    legend = figure.legend and len(set(names)) > 1
-    heats = any(isinstance(mark, Heat) for panel in panels for mark in panel.marks)
+    names = {mark.name for panel in panels for mark in panel.marks if isinstance(mark, Line | Dots) and mark.named}
+    legend = figure.legend and len(names) > 1
+    heats = any(panel.heat for panel in panels)
     last = {panel.x.label: k for k, panel in enumerate(panels)}
-    over: dict[str, str] = {}
-    for panel in panels:
-        over.setdefault(panel.x.label, _numbered("x", len(over)))
-    margin = {**MARGIN, "l": ROWS if heats else 66, "t": 30 + (_LEGEND if legend else 0)}
+    across = {label: str(k + 1) if k else "" for k, label in enumerate(last)}
     heights = [panel.height for panel in panels]
-    gaps = [_FOOT if last[panel.x.label] == k and k < count - 1 else _GAP for k, panel in enumerate(panels)]
+    gaps = [_FOOT if last[panel.x.label] == k else _GAP for k, panel in enumerate(panels)]
     inside = sum(heights) + sum(gaps[:-1])
-    alike = len(over) == 1 and not heats and not panels[0].x.log
+    margin = {**MARGIN, "l": ROWS if heats else 66, "t": 30 + (_LEGEND if legend else 0)}
+    alike = len(across) == 1 and not heats and not panels[0].x.log
     layout: Plain = {
         "height": inside + margin["t"] + margin["b"],
         "margin": margin,
@@ -89,51 +87,39 @@ def _stacked(figure: Figure) -> Plain:
         "legend": {"orientation": "h", "x": 0, "y": 1.0 + _LEGEND / inside, "yanchor": "bottom"},
     }
     data: list[Plain] = []
-    named: set[str] = set()
     top = float(inside)
     for k, panel in enumerate(panels):
-        x, y = over[panel.x.label], _numbered("y", k)
+        x, y = across[panel.x.label], str(k + 1) if k else ""
+        axes = {"xaxis": f"x{x}", "yaxis": f"y{y}"}
         low = top - heights[k]
-        layout[_long(y)] = {**_axis(panel.y), "domain": [max(low / inside, 0.0), top / inside], "anchor": x}
+        layout[f"yaxis{y}"] = {**_axis(panel.y), "domain": [max(low / inside, 0.0), top / inside], "anchor": f"x{x}"}
         top = low - gaps[k]
         if last[panel.x.label] == k:
-            cursor = CURSOR if alike else {}
-            layout[_long(x)] = {**_axis(panel.x), "title": {"text": panel.x.label}, "anchor": y, **cursor}
+            title = {"title": {"text": panel.x.label}, "anchor": f"y{y}"}
+            layout[f"xaxis{x}"] = {**_axis(panel.x), **title, **(CURSOR if alike else {})}
         layout["annotations"].append(
             {
-                "text": _heading(panel, legend), "xref": "paper", "x": 0, "xanchor": "left", "yref": f"{y} domain",
+                "text": _heading(panel, legend), "xref": "paper", "x": 0, "xanchor": "left", "yref": f"y{y} domain",
                 "y": 1, "yanchor": "bottom", "showarrow": False,
             }
         )  # fmt: skip
         for mark in panel.marks:
             if isinstance(mark, Heat):
-                data.append({**_heat(mark), "xaxis": x, "yaxis": y})
-                layout[_long(y)] |= {"autorange": "reversed", "nticks": 0, "dtick": 1}
+                data.append({**_heat(mark), **axes})
+                layout[f"yaxis{y}"] |= {"autorange": "reversed", "nticks": 0, "dtick": 1}
             elif isinstance(mark, Line | Dots):
-                shown = legend and mark.named and mark.name not in named
-                named.add(mark.name)
-                trace = _line(mark) if isinstance(mark, Line) else _dots(mark)
+                shown = legend and bool(mark.named) and mark.name in names
+                names.discard(mark.name)
                 group = {"legendgroup": mark.name} if legend and mark.named else {}
-                data.append({**trace, **group, "showlegend": shown, "xaxis": x, "yaxis": y})
-        layout["shapes"] += [_level(level, x, y) for level in panel.levels()]
+                trace = _line(mark) if isinstance(mark, Line) else _dots(mark)
+                data.append({**trace, **group, "showlegend": shown, **axes})
+        layout["shapes"] += [_level(level, axes) for level in panel.levels()]
     return {"data": data, "layout": layout}
-
-
-def _numbered(letter: str, number: int) -> str:
-    return letter if number == 0 else f"{letter}{number + 1}"
-
-
-def _long(name: str) -> str:
-    """xaxis2 for x2."""
-    return f"{name[0]}axis{name[1:]}"
 
 
 def _axis(axis: Axis) -> Plain:
     out: Plain = {"exponentformat": "power", "ticklabeloverflow": "allow"}  # looking whether labels fit takes long
-    if axis.log:
-        out["type"] = "log"
-    else:
-        out["nticks"] = 5 if axis.label != "time (s)" else 12
+    out |= {"type": "log"} if axis.log else {"nticks": 5 if axis.label != "time (s)" else 12}
     if axis.low is not None and axis.high is not None:
         ends = (axis.low, axis.high)
         out["range"] = [float(np.log10(each)) if axis.log else each for each in ends]
@@ -143,9 +129,7 @@ def _axis(axis: Axis) -> Plain:
 
 
 def _heading(panel: Panel, legend: bool) -> str:
-    """The words above a panel: its label, and the names of its curves with a square in their colour."""
-    heat = any(isinstance(mark, Heat) for mark in panel.marks)
-    words = [] if heat else [html.escape(panel.y.label)]
+    words = [] if panel.heat else [html.escape(panel.y.label)]
     for mark in panel.marks:
         if isinstance(mark, Line | Dots) and mark.named and not legend:
             words.append(f'<span style="color:{mark.colour}">\u25a0</span>\u00a0{html.escape(legend_of(mark))}')
@@ -153,47 +137,24 @@ def _heading(panel: Panel, legend: bool) -> str:
 
 
 def _line(mark: Line) -> Plain:
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "x": array(mark.x),
-        "y": array(mark.y),
-        "name": mark.name,
-        "line": {
-            "color": mark.colour,
-            "width": 0 if mark.fill else mark.width,
-            **({"dash": "dash"} if mark.dash else {}),
-        },
-        **({"fill": "toself", "hoverinfo": "name"} if mark.fill else {}),
-    }
+    line = {"color": mark.colour, "width": 0 if mark.fill else mark.width, "dash": "dash" if mark.dash else "solid"}
+    filled = {"fill": "toself", "hoverinfo": "name"} if mark.fill else {}
+    place = {"x": array(mark.x), "y": array(mark.y)}
+    return {"type": "scatter", "mode": "lines", **place, "name": mark.name, "line": line, **filled}
 
 
 def _dots(mark: Dots) -> Plain:
     worded = {"mode": "markers+text", "text": list(mark.words), "hoverinfo": "text"} if mark.words else {}
-    symbol = "circle-open" if mark.hollow else "circle"
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "x": mark.x.tolist(),
-        "y": mark.y.tolist(),
-        "name": mark.name,
-        "marker": {"size": mark.size, "color": mark.colour, "symbol": symbol},
-        **worded,
-    }
+    marker = {"size": mark.size, "color": mark.colour}
+    place = {"x": mark.x.tolist(), "y": mark.y.tolist()}
+    return {"type": "scatter", "mode": "markers", **place, "name": mark.name, "marker": marker, **worded}
 
 
-def _level(level: Level, x: str, y: str) -> Plain:
+def _level(level: Level, axes: Mapping[str, str]) -> Plain:
     across, along = ("x", "y") if level.upright else ("y", "x")
-    return {
-        "type": "line",
-        f"{along}ref": f"{y if level.upright else x} domain",
-        f"{along}0": 0,
-        f"{along}1": 1,
-        f"{across}ref": x if level.upright else y,
-        f"{across}0": level.value,
-        f"{across}1": level.value,
-        "line": {"color": level.colour, "width": 1, "dash": "dash"},
-    }
+    place = {f"{across}ref": axes[f"{across}axis"], f"{across}0": level.value, f"{across}1": level.value}
+    whole = {f"{along}ref": f"{axes[f'{along}axis']} domain", f"{along}0": 0, f"{along}1": 1}
+    return {"type": "line", **whole, **place, "line": {"color": level.colour, "width": 1, "dash": "dash"}}
 
 
 def _heat(heat: Heat) -> Plain:
@@ -215,11 +176,10 @@ def _heat(heat: Heat) -> Plain:
 
 
 def _path(panel: Panel) -> Plain:
-    """A path as points with what they say; in the plane over the thin line where it runs."""
     mark = next(mark for mark in panel.marks if isinstance(mark, Coloured))
-    space = bool(panel.z)
-    labels = [panel.x.label, panel.y.label, *([panel.z] if space else [])]
-    letters = "xyz" if space else "xy"
+    labels = [each for each in (panel.x.label, panel.y.label, panel.z) if each]
+    space, letters = len(labels) == 3, "xyz"[: len(labels)]
+    kind = "scatter3d" if space else "scatter"
     shades = next(iter(mark.shades.values()))
     paint = {
         "color": _rounded(shades),
@@ -229,60 +189,61 @@ def _path(panel: Panel) -> Plain:
         "colorbar": {"title": {"text": shades.label, "side": "right"}, "thickness": 14},
     }
     hover = [_hover_text(name, f"customdata[{k}]") for k, name in enumerate(mark.names)]
-    hover += [
-        f"{html.escape(label.partition(' ')[0])} = %{{{letter}:.5f}}"
-        for label, letter in zip(labels, letters, strict=True)
-    ]
+    for letter, label in zip(letters, labels, strict=True):
+        hover.append(f"{html.escape(label.partition(' ')[0])} = %{{{letter}:.5f}}")
     points = {
+        "type": kind,
         **{letter: array(mark.place[:, k]) for k, letter in enumerate(letters)},
         "customdata": np.round(mark.hover, 7).tolist(),
         "hovertemplate": f"{'<br>'.join(hover)}<extra></extra>",
-        "showlegend": False,
+        **({"mode": "lines", "line": {"width": 5, **paint}} if space else {}),
+        **({} if space else {"mode": "markers", "marker": {"size": 5, **paint}}),
     }
     thread: Plain = {
+        "type": kind,
         "mode": "lines",
         **{letter: array(mark.thread[:, k], "f4") for k, letter in enumerate(letters)},
-        "line": {"color": theme.FAINT, "width": 1},
+        "line": {"color": theme.FAINT, "width": 2 if space else 1},
         "hoverinfo": "skip",
-        "showlegend": False,
     }
-    data: list[Plain]
     layout: Plain = {"height": PATH_HEIGHT, "margin": MARGIN, "font": FONT, "hovermode": "closest", "showlegend": False}
     if space:
-        data = [{"type": "scatter3d", "mode": "lines", **points, "line": {"width": 5, **paint}}]
-        apart = float(np.linalg.norm(mark.place[-1] - mark.place[0]))
-        closed = apart <= SAME_PLACE * float(np.max(np.ptp(mark.place, axis=0)))
-        words = ("start and end",) if closed else ("start", "end")
-        data.append(_ends(mark.place[[0, -1][: len(words)]], mark.place, words, letters))
+        data = [points, _space_ends(mark.place, letters)]
         if np.isnan(mark.thread).any():  # the tool axis beside the path
-            data.append({"type": "scatter3d", **thread, "line": {"color": theme.FAINT, "width": 2}})
-        both = np.concatenate([mark.place, mark.thread])
-        size = np.nanmax(both, axis=0) - np.nanmin(both, axis=0)
-        size = np.maximum(size, FLAT * np.max(size))  # a side of no length has no scale
-        size = size * min(WIDE / np.hypot(size[0], size[1]), HIGH / size[2])
-        layout["margin"] = dict.fromkeys("lrtb", 8)
-        layout["scene"] = {
-            "aspectmode": "manual",
-            "aspectratio": dict(zip("xyz", size.tolist(), strict=True)),
-            "camera": {"eye": dict(zip("xyz", EYE.tolist(), strict=True)), "center": {"x": 0, "y": 0, "z": -0.12}},
-            **{
-                f"{letter}axis": {"title": {"text": label}, "nticks": 2 + round(TICKS * float(part))}
-                for letter, label, part in zip(letters, labels, size, strict=True)
-            },
-        }
-        return {"data": data, "layout": layout}
-    dots_on = {"type": "scatter", "mode": "markers", **points, "marker": {"size": 5, **paint}}
-    data = [{"type": "scatter", **thread}, dots_on]
+            data.append(thread)
+        return {"data": data, "layout": {**layout, "margin": dict.fromkeys("lrtb", 8), "scene": _scene(mark, labels)}}
+    data = [thread, points]
     for dots in panel.marks:
         if isinstance(dots, Dots):
             at = np.column_stack([dots.x, dots.y])
-            trace = _dots(dots) if not dots.words else _ends(at, mark.place, dots.words, letters)
-            data.append({**trace, "showlegend": False})
+            data.append(_dots(dots) if not dots.words else _ends(at, mark.place, dots.words, letters))
     layout["xaxis"] = {"title": {"text": panel.x.label}, "zeroline": False}
     layout["yaxis"] = {"title": {"text": panel.y.label}, "zeroline": False}
     if panel.equal:
         layout["yaxis"] |= {"scaleanchor": "x", "scaleratio": 1}
     return {"data": data, "layout": layout}
+
+
+def _space_ends(place: Array, letters: str) -> Plain:
+    """Start and end of a path in space, with one word where they are one place."""
+    apart = float(np.linalg.norm(place[-1] - place[0]))
+    closed = apart <= SAME_PLACE * float(np.max(np.ptp(place, axis=0)))
+    words = ("start and end",) if closed else ("start", "end")
+    return _ends(place[[0, -1][: len(words)]], place, words, letters)
+
+
+def _scene(mark: Coloured, labels: list[str]) -> Plain:
+    """Axes of a path in space in true proportion, and from where it is seen."""
+    both = np.concatenate([mark.place, mark.thread])
+    size = np.nanmax(both, axis=0) - np.nanmin(both, axis=0)
+    size = np.maximum(size, FLAT * np.max(size))  # a side of no length has no scale
+    size = (size * min(WIDE / np.hypot(size[0], size[1]), HIGH / size[2])).tolist()
+    axes = {
+        f"{letter}axis": {"title": {"text": label}, "nticks": 2 + round(TICKS * part)}
+        for letter, label, part in zip("xyz", labels, size, strict=True)
+    }
+    camera = {"eye": dict(zip("xyz", EYE.tolist(), strict=True)), "center": {"x": 0, "y": 0, "z": -0.12}}
+    return {"aspectmode": "manual", "aspectratio": dict(zip("xyz", size, strict=True)), "camera": camera, **axes}
 
 
 def _hover_text(name: str, place: str) -> str:
@@ -300,7 +261,6 @@ def _ends(at: Array, place: Array, words: tuple[str, ...], letters: str) -> Plai
         **{letter: at[:, k].tolist() for k, letter in enumerate(letters)},
         "text": list(words),
         "textposition": [f"top {_inward(point[0], place[:, 0])}" for point in at],
-        "showlegend": False,
         "marker": {"size": 5 if len(letters) == 3 else 9, "color": theme.FAINT, "symbol": "circle"},
         "hoverinfo": "text",
     }
@@ -317,8 +277,8 @@ def _rounded(shades: Shades) -> list[float | None]:
     """Values to six digits of the greatest; None for what is not finite."""
     digits = 5 - int(np.floor(np.log10(max(abs(shades.high), abs(shades.low)))))
     finite = np.isfinite(shades.values)
-    rounded: list[float | None] = np.round(np.where(finite, shades.values, 0.0), digits).tolist()
-    return rounded if finite.all() else [each if is_one else None for each, is_one in zip(rounded, finite, strict=True)]
+    rounded = np.round(np.where(finite, shades.values, 0.0), digits).tolist()
+    return [each if there else None for each, there in zip(rounded, finite.tolist(), strict=True)]
 
 
 def array(values: Array, kind: str = "f8") -> dict[str, str]:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from splinefeed.analysis.thinning import extremes, runs
 from splinefeed.records import Array
 from splinefeed.report import theme
-from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Level, Line, Mark, Panel, Shades, legend_of
+from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Level, Line, Panel, Shades, legend_of
 
 #: Room left of a panel, right of it without and with a colour bar, above its first line of words, below its x axis.
 LEFT, RIGHT, BAR, FOOT = 62.0, 16.0, 92.0, 40.0
@@ -50,13 +52,12 @@ class Stroke:
 
 @dataclass(frozen=True)
 class Dot:
-    """A disc, or a ring that is white inside."""
+    """A disc."""
 
     x: float
     y: float
     size: float
     colour: str
-    hollow: bool = False
     clip: Box | None = None
 
 
@@ -92,44 +93,48 @@ class Sheet:
     height: float = 0.0
     items: list[Item] = field(default_factory=list)
 
-    def text(self, x: float, y: float, text: str, **how: object) -> None:
+    def text(self, x: float, y: float, text: str, size: float = SMALL, **how: Any) -> None:
         """Put words on the sheet."""
-        self.items.append(Text(x, y, text, **how))  # type: ignore[arg-type]
+        self.items.append(Text(x, y, text, size, **how))
 
-    def stroke(self, points: object, colour: str, width: float, **how: object) -> None:
+    def stroke(self, points: ArrayLike, colour: str, width: float, **how: Any) -> None:
         """Put a line on the sheet."""
-        self.items.append(Stroke(np.asarray(points, dtype=np.float64), colour, width, **how))  # type: ignore[arg-type]
+        self.items.append(Stroke(np.asarray(points, dtype=np.float64), colour, width, **how))
+
+    def ramp(self, box: Box, levels: Array) -> None:
+        """Put the colours of levels (rows, columns), 0 to 1, into a box."""
+        colours = np.array([theme.shade(k / 255.0) for k in range(256)], dtype=np.uint8)
+        self.items.append(Picture(box, colours[np.clip(np.nan_to_num(levels) * 255.0, 0, 255).astype(np.int64)]))
 
 
 @dataclass(frozen=True)
 class _Scale:
-    """From values to pixels along one axis."""
-
     low: float
     high: float
     start: float
     end: float
-    log: bool
+    log: bool = False
 
-    def __call__(self, values: Array) -> Array:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            v = np.log10(np.maximum(values, 1e-300)) if self.log else np.asarray(values, dtype=np.float64)
-        low, high = (math.log10(self.low), math.log10(self.high)) if self.log else (self.low, self.high)
+    def __call__(self, values: ArrayLike) -> Array:
+        v, low, high = np.asarray(values, dtype=np.float64), self.low, self.high
+        if self.log:
+            v, low, high = np.log10(np.maximum(v, 1e-300)), math.log10(low), math.log10(high)
         out: Array = self.start + (v - low) / (high - low) * (self.end - self.start)
         return out
 
     def at(self, value: float) -> float:
-        return float(self(np.array([value]))[0])
+        return float(self(value))
 
     def ticks(self, apart: float) -> list[tuple[float, str]]:
-        """Values and their texts, at least so many pixels apart."""
+        """Places and texts, at least so many pixels apart."""
         room = max(abs(self.end - self.start) / apart, 1.0)
         if self.log:
-            return _log_ticks(self.low, self.high, room)
-        step = _round_up((self.high - self.low) / room)
-        first = math.ceil(self.low / step - 1e-9)
-        values = [k * step for k in range(first, math.floor(self.high / step + 1e-9) + 1)]
-        return [(value, theme.tick_text(value)) for value in values]
+            values = _log_ticks(self.low, self.high, room)
+        else:
+            step = _round_up((self.high - self.low) / room)
+            first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
+            values = [k * step for k in range(first, last + 1)]
+        return [(self.at(value), theme.tick_text(value)) for value in values]
 
 
 def layout(figure: Figure) -> Sheet:
@@ -139,32 +144,28 @@ def layout(figure: Figure) -> Sheet:
     y = 10.0
     for line in figure.title.split("\n"):
         y += TITLE
-        sheet.text(10.0, y - 6.0, line, size=LARGE, bold=True)
-    barred = [any(isinstance(mark, Coloured | Heat) for mark in panel.marks) for panel in panels]
-    heats = any(isinstance(mark, Heat) for panel in panels for mark in panel.marks)
-    right = BAR if any(barred) else RIGHT
-    left = ROWS if heats else LEFT
+        sheet.text(10.0, y - 6.0, line, LARGE, bold=True)
+    left = ROWS if any(panel.heat for panel in panels) else LEFT
+    right = BAR if any(isinstance(mark, Coloured | Heat) for panel in panels for mark in panel.marks) else RIGHT
     cell = (figure.width - right + RIGHT) / figure.columns
     width = cell - left - RIGHT
-    ranges: dict[tuple[str, bool], tuple[float, float]] = {}
-    for panel in panels:
-        key = panel.x.label, panel.x.log
-        low, high = _range(panel, panel.x, along=True)
-        known = ranges.get(key, (low, high))
-        ranges[key] = min(low, known[0]), max(high, known[1])
+    ends = [_range(panel, panel.x, along=True) for panel in panels]
     for first in range(0, len(panels), figure.columns):
         row = panels[first : first + figure.columns]
         headers = [_header(panel, width, named=not (figure.legend and first)) for panel in row]
-        top = y + 7.0 + LINE * max((len(lines) for lines in headers), default=1)
-        heights, foot = [], 0.0
-        for k, (panel, lines) in enumerate(zip(row, headers, strict=True)):
+        top = y + 7.0 + LINE * max(header[-1][0] + 1 if header else 1 for header in headers)
+        low_edge = foot = 0.0
+        for k, (panel, header) in enumerate(zip(row, headers, strict=True)):
             x0 = k * cell + left
-            _write_header(sheet, lines, x0, top - 7.0)
-            below = panels[first + k + figure.columns :: figure.columns]
-            footed = not any(other.x.label == panel.x.label for other in below)
+            _write_header(sheet, header, x0, top - 7.0)
+            alike = [pair for pair, other in zip(ends, panels, strict=True) if other.x == panel.x]
+            across = min(low for low, _ in alike), max(high for _, high in alike)
+            footed = all(
+                other.x.label != panel.x.label for other in panels[first + k + figure.columns :: figure.columns]
+            )
+            low_edge = max(low_edge, top + _panel(sheet, panel, (x0, top, width), across, footed))
             foot = max(foot, FOOT if footed and panel.x.label else 0.0)
-            heights.append(_panel(sheet, panel, (x0, top, width), ranges[panel.x.label, panel.x.log], footed))
-        y = top + max(heights) + foot + GAP
+        y = low_edge + foot + GAP
     sheet.height = math.ceil(y + 4.0)
     return sheet
 
@@ -174,7 +175,6 @@ def _panel(
 ) -> float:
     """Draw a panel whose upper left corner and width are given, and give its height."""
     left, top, width = place
-    heat = next((mark for mark in panel.marks if isinstance(mark, Heat)), None)
     (low, high), (bottom, upper) = across, _range(panel, panel.y, along=False)
     height = float(panel.height)
     if panel.equal:
@@ -184,22 +184,19 @@ def _panel(
         low, high = (low + high - scale * width) / 2.0, (low + high + scale * width) / 2.0
         bottom, upper = (bottom + upper - scale * height) / 2.0, (bottom + upper + scale * height) / 2.0
     box = (left, top, width, height)
-    if heat is not None:
-        bottom, upper = 0.0, 1.0
     x = _Scale(low, high, left, left + width, panel.x.log)
     y = _Scale(bottom, upper, top + height, top, panel.y.log)
-    if heat is not None:
-        _heat(sheet, heat, box, x)
+    if panel.heat is not None:
+        _heat(sheet, panel.heat, box, x)
     if panel.x.label:
-        _axes(sheet, panel, box, x, None if heat is not None else y, footed)
+        _axes(sheet, panel, box, x, y, footed)
     for mark in panel.marks:
         if isinstance(mark, Line):
-            kept = np.arange(len(mark.x)) if mark.fill else _thinned(mark)
+            kept = slice(None) if mark.fill else _thinned(mark)
             points = np.column_stack([x(mark.x[kept]), y(mark.y[kept])])
             sheet.stroke(points, mark.colour, mark.width, dash=mark.dash, clip=box, fill=mark.fill)
         elif isinstance(mark, Coloured):
-            points = np.column_stack([x(mark.place[:, 0]), y(mark.place[:, 1])])
-            thread = np.column_stack([x(mark.thread[:, 0]), y(mark.thread[:, 1])])
+            points, thread = (np.column_stack([x(each[:, 0]), y(each[:, 1])]) for each in (mark.place, mark.thread))
             shades = _shaded(sheet, mark, points, thread)
             if panel.equal and panel.x.label and mark.joined:
                 _arrow(sheet, points)
@@ -212,25 +209,22 @@ def _panel(
     return height
 
 
-def _axes(sheet: Sheet, panel: Panel, box: Box, x: _Scale, y: _Scale | None, footed: bool) -> None:
+def _axes(sheet: Sheet, panel: Panel, box: Box, x: _Scale, y: _Scale, footed: bool) -> None:
     left, top, width, height = box
-    under: list[Item] = []
     foot = top + height
-    for value, text in x.ticks(58.0):
-        at = x.at(value)
-        under.append(Stroke(np.array([[at, top], [at, foot]]), theme.GRID, 0.8))
-        if footed:
-            sheet.text(at, foot + 15.0, text, anchor="middle")
-    for value, text in y.ticks(25.0) if y is not None else ():
-        at = y.at(value) if y is not None else 0.0
-        under.append(Stroke(np.array([[left, at], [left + width, at]]), theme.GRID, 0.8))
-        sheet.text(left - 6.0, at + 4.0, text, anchor="end")
-    under.append(Stroke(np.array([[left, top], [left, foot], [left + width, foot]]), theme.FAINT, 0.9))
-    if y is None:
-        under = under[-1:]  # nothing lies on a heat map
-    sheet.items.extend(under)
+    across, up = x.ticks(58.0), y.ticks(25.0)
+    if panel.heat is not None:  # nothing lies on a heat map
+        up = []
+    for at, _ in across if up else ():
+        sheet.stroke([[at, top], [at, foot]], theme.GRID, 0.8)
+    for at, words in up:
+        sheet.stroke([[left, at], [left + width, at]], theme.GRID, 0.8)
+        sheet.text(left - 6.0, at + 4.0, words, anchor="end")
+    sheet.stroke([[left, top], [left, foot], [left + width, foot]], theme.FAINT, 0.9)
+    for at, words in across if footed else ():
+        sheet.text(at, foot + 15.0, words, anchor="middle")
     if footed:
-        sheet.text(left + 0.5 * width, foot + 32.0, panel.x.label, size=NORMAL, anchor="middle")
+        sheet.text(left + 0.5 * width, foot + 32.0, panel.x.label, NORMAL, anchor="middle")
 
 
 def _thinned(mark: Line) -> np.ndarray | slice:
@@ -243,31 +237,29 @@ def _thinned(mark: Line) -> np.ndarray | slice:
 def _shaded(sheet: Sheet, mark: Coloured, points: Array, thread: Array) -> Shades:
     """Draw a path in its colours: a line for each stretch of one colour, or dots on a thin thread."""
     shades = next(iter(mark.shades.values()))
-    levels = np.where(np.isfinite(shades.values), shades.values, shades.low)
-    levels = (levels - shades.low) / ((shades.high - shades.low) or 1.0) * (COLOURS - 1)
-    ramp = [hexed(theme.shade(k / (COLOURS - 1))) for k in range(COLOURS)]
-    if not mark.joined:
+    values = np.where(np.isfinite(shades.values), shades.values, shades.low)
+    levels = (values - shades.low) / ((shades.high - shades.low) or 1.0) * (COLOURS - 1)
+    if mark.joined:
+        levels = 0.5 * (levels[:-1] + levels[1:])
+    ramp = ["#{:02x}{:02x}{:02x}".format(*theme.shade(k / (COLOURS - 1))) for k in range(COLOURS)]
+    number = np.clip(np.rint(levels), 0, COLOURS - 1).astype(np.int64)
+    if not mark.joined or np.isnan(thread).any():  # NaN: the tool axis beside the path
         sheet.stroke(thread, theme.FAINT, 0.6)
-        for at, level in zip(points, np.clip(np.rint(levels), 0, COLOURS - 1).astype(int), strict=True):
-            sheet.items.append(Dot(float(at[0]), float(at[1]), 2.4, ramp[level]))
-        return shades
-    if np.isnan(thread).any():  # the tool axis beside the path
-        sheet.stroke(thread, theme.FAINT, 0.6)
-    middle = np.clip(np.rint(0.5 * (levels[:-1] + levels[1:])), 0, COLOURS - 1).astype(np.int64)
-    for first, last in runs(middle) if len(middle) else ():
-        sheet.stroke(points[first : last + 2], ramp[middle[first]], 3.2)
+    if mark.joined:
+        for first, last in runs(number) if len(number) else ():
+            sheet.stroke(points[first : last + 2], ramp[number[first]], 3.2)
+    else:
+        sheet.items += [Dot(x, y, 2.4, ramp[k]) for (x, y), k in zip(points.tolist(), number, strict=True)]
     return shades
 
 
 def _arrow(sheet: Sheet, points: Array) -> None:
-    """The direction of travel at the start."""
     size = float(np.max(np.ptp(points, axis=0)))
     away = np.linalg.norm(points - points[0], axis=1)
     ahead = points[np.argmax(away > 0.05 * size)] - points[0]
-    length = float(np.hypot(*ahead))
-    if length <= 0.0:
+    if not ahead.any():
         return
-    along = ahead / length
+    along = ahead / np.hypot(*ahead)
     across = np.array([-along[1], along[0]])
     tip, back = points[0] + 34.0 * along, points[0] + 22.0 * along
     sheet.stroke([points[0], back], theme.INK, 1.8)
@@ -278,26 +270,24 @@ def _level(sheet: Sheet, level: Level, box: Box, x: _Scale, y: _Scale) -> None:
     left, top, width, height = box
     if level.upright:
         at = x.at(level.value)
-        sheet.stroke([[at, top], [at, top + height]], level.colour, 1.1, dash=True, clip=box)
-        sheet.text(at - 4.0, top + 12.0, level.text, colour=level.colour, anchor="end")
-        return
-    at = y.at(level.value)
-    sheet.stroke([[left, at], [left + width, at]], level.colour, 1.1, dash=True, clip=box)
+        ends, words = [[at, top], [at, top + height]], (at - 4.0, top + 12.0)
+    else:
+        at = y.at(level.value)
+        ends, words = [[left, at], [left + width, at]], (left + width - 3.0, at + (12.0 if level.value < 0.0 else -4.0))
+    sheet.stroke(ends, level.colour, 1.1, dash=True, clip=box)
     if level.text:
-        sheet.text(
-            left + width - 3.0, at - 4.0 if level.value >= 0.0 else at + 12.0, level.text, colour=level.colour,
-            anchor="end",
-        )  # fmt: skip
+        sheet.text(*words, level.text, colour=level.colour, anchor="end")
 
 
 def _dots(sheet: Sheet, mark: Dots, box: Box, x: _Scale, y: _Scale, equal: bool) -> None:
     left, top, width, height = box
-    for k, (px, py) in enumerate(zip(x(mark.x), y(mark.y), strict=True)):
-        if not np.isfinite(px + py):
+    worded = (*mark.words, *[""] * len(mark.x))
+    for px, py, words in zip(x(mark.x).tolist(), y(mark.y).tolist(), worded, strict=False):
+        if not math.isfinite(px + py):
             continue
         if mark.size:
-            sheet.items.append(Dot(float(px), float(py), mark.size, mark.colour, mark.hollow, box))
-        if k >= len(mark.words):
+            sheet.items.append(Dot(px, py, mark.size, mark.colour, box))
+        if not words:
             continue
         side = _side((px - left) / width)
         over = py < top + 0.5 * height
@@ -305,16 +295,13 @@ def _dots(sheet: Sheet, mark: Dots, box: Box, x: _Scale, y: _Scale, equal: bool)
             shift, anchor = (10.0 * side, 4.0 if side else -9.0 if over else 19.0), ("end", "middle", "start")[side + 1]
         else:  # inside, where there is room
             shift, anchor = (-8.0 if side > 0 else 8.0, 16.0 if over else -8.0), "end" if side > 0 else "start"
-        sheet.text(px + shift[0], py + shift[1], mark.words[k], size=NORMAL, anchor=anchor)
+        sheet.text(px + shift[0], py + shift[1], words, NORMAL, anchor=anchor)
 
 
 def _heat(sheet: Sheet, heat: Heat, box: Box, x: _Scale) -> None:
     left, top, _, height = box
-    ramp = np.array([theme.shade(k / 255.0) for k in range(256)], dtype=np.uint8)
-    levels = np.clip(np.nan_to_num(heat.share) * 255.0, 0, 255).astype(np.int64)
-    half = 0.5 * (heat.x[1] - heat.x[0]) if len(heat.x) > 1 else 0.5 * (x.high - x.low)
-    start, end = x.at(float(heat.x[0]) - half), x.at(float(heat.x[-1]) + half)
-    sheet.items.append(Picture((start, top, end - start, height), ramp[levels]))
+    start, end = x(heat.ends).tolist()
+    sheet.ramp((start, top, end - start, height), heat.share)
     tall = height / max(len(heat.rows), 1)
     for k, name in enumerate(heat.rows):
         sheet.text(left - 6.0, top + (k + 0.5) * tall + 4.0, name, anchor="end")
@@ -322,15 +309,12 @@ def _heat(sheet: Sheet, heat: Heat, box: Box, x: _Scale) -> None:
 
 
 def _bar(sheet: Sheet, box: Box, low: float, high: float, label: str) -> None:
-    """A scale of colours on the right, its label above it."""
     left, top, width, height = box
     x = left + width + 14.0
-    ramp = np.array([[theme.shade(1.0 - k / 255.0)] for k in range(256)], dtype=np.uint8)
-    sheet.items.append(Picture((x, top, 13.0, height), ramp))
-    scale = _Scale(low, high if high > low else low + 1.0, top + height, top, log=False)
-    for value, text in scale.ticks(40.0):
-        sheet.text(x + 18.0, scale.at(value) + 4.0, text)
-    sheet.text(x + 70.0, top - 7.0, label, size=NORMAL, anchor="end")
+    sheet.ramp((x, top, 13.0, height), np.linspace(1.0, 0.0, 256)[:, None])
+    for at, words in _Scale(low, high if high > low else low + 1.0, top + height, top).ticks(40.0):
+        sheet.text(x + 18.0, at + 4.0, words)
+    sheet.text(x + 70.0, top - 7.0, label, NORMAL, anchor="end")
 
 
 def _flattened(panel: Panel) -> Panel:
@@ -341,66 +325,58 @@ def _flattened(panel: Panel) -> Panel:
     seen = np.column_stack([right, np.cross(towards, right)])
     ends = np.array([mark.place.min(axis=0), mark.place.max(axis=0)])
     corners = np.array([[ends[k >> axis & 1, axis] for axis in range(3)] for k in range(8)]) @ seen
-    ends_shown = np.where(np.abs(ends) > ROUNDING * np.max(np.ptp(ends, axis=0)), ends, 0.0)
-    edges: list[Array] = []
-    marks: list[Mark] = []
+    ends[np.abs(ends) <= ROUNDING * np.max(np.ptp(ends, axis=0))] = 0.0
+    gap, edges, marks = np.full((1, 2), np.nan), [], []
     for axis, label in enumerate((panel.x.label, panel.y.label, panel.z)):
-        starts = [k for k in range(8) if not k >> axis & 1]
-        edges += [np.array([corners[k], corners[k | 1 << axis], [np.nan, np.nan]]) for k in starts]
-        middles = [0.5 * (corners[k] + corners[k | 1 << axis]) for k in starts]
-        x, y = min(middles, key=lambda at: at[1] if axis < 2 else at[0])  # the lowest edge, of z the leftmost
-        words = f"{label}: {theme.short(ends_shown[0, axis])} to {theme.short(ends_shown[1, axis])}"
-        marks.append(Dots(np.array([x]), np.array([y]), words=(words,), size=0.0))
+        pairs = [corners[[k, k | 1 << axis]] for k in range(8) if not k >> axis & 1]
+        edges += [each for pair in pairs for each in (pair, gap)]
+        at = min(
+            (pair.mean(axis=0) for pair in pairs), key=lambda at: at[int(axis < 2)]
+        )  # the lowest edge, of z leftmost
+        words = f"{label}: {theme.short(ends[0, axis])} to {theme.short(ends[1, axis])}"
+        marks.append(Dots(at[:1], at[1:], words=(words,), size=0.0))
     box, start = np.concatenate(edges), mark.place[:1] @ seen
-    marks.append(Line(box[:, 0], box[:, 1], colour=theme.GRID, width=1.0))
-    marks.append(replace(mark, place=mark.place @ seen, thread=mark.thread @ seen))
-    marks.append(Dots(start[:, 0], start[:, 1], words=("start",), colour=theme.INK, size=8.0))
-    return Panel(Axis(""), Axis(""), tuple(marks), panel.note, equal=True)
+    shown = replace(mark, place=mark.place @ seen, thread=mark.thread @ seen)
+    outline = Line(box[:, 0], box[:, 1], colour=theme.GRID, width=1.0)
+    begin = Dots(start[:, 0], start[:, 1], words=("start",), colour=theme.INK, size=8.0)
+    return Panel(Axis(""), Axis(""), (*marks, outline, shown, begin), panel.note, equal=True)
 
 
-def _header(panel: Panel, width: float, named: bool) -> list[list[tuple[str, Line | Dots | None, str]]]:
-    """Lines of words above a panel: the label, the names of curves with their colours where wanted, and the note."""
-    pieces: list[tuple[str, Line | Dots | None, str]] = []
-    label = "" if any(isinstance(mark, Heat) for mark in panel.marks) else panel.y.label
-    if label:
-        pieces.append((label, None, theme.INK))
+#: A piece of a header: number of its line, place in it, words, the mark that it names, and colour.
+_Piece = tuple[int, float, str, Line | Dots | None, str]
+
+
+def _header(panel: Panel, width: float, named: bool) -> list[_Piece]:
+    """Words above a panel, broken into lines: label, names of curves with their colours where wanted, and the note."""
+    pieces: list[tuple[str, Line | Dots | None, str]] = [("" if panel.heat else panel.y.label, None, theme.INK)]
     for mark in panel.marks:
-        if isinstance(mark, Line | Dots) and legend_of(mark) and named:
+        if isinstance(mark, Line | Dots) and named:
             pieces.append((legend_of(mark), mark, theme.INK))
-    if panel.note:
-        pieces.append((panel.note, None, theme.FAINT))
+    pieces.append((panel.note, None, theme.FAINT))
     pieces += [
         (f"{each.text}: beyond this scale", None, each.colour) for each in panel.levels(drawn=False) if each.text
     ]
-    lines: list[list[tuple[str, Line | Dots | None, str]]] = [[]]
-    used = 0.0
-    for piece in pieces:
-        wide = _advance(piece)
-        if lines[-1] and used + wide > width:
-            lines.append([])
-            used = 0.0
-        lines[-1].append(piece)
-        used += wide
-    return lines
+    line, x = 0, 0.0
+    placed: list[_Piece] = []
+    for text, mark_or_none, colour in pieces:
+        wide = text_width(text, NORMAL) + (21.0 if mark_or_none else 0.0) + 16.0
+        if not text:
+            continue
+        if x and x + wide > width:
+            line, x = line + 1, 0.0
+        placed.append((line, x, text, mark_or_none, colour))
+        x += wide
+    return placed
 
 
-def _write_header(sheet: Sheet, lines: list[list[tuple[str, Line | Dots | None, str]]], left: float, y: float) -> None:
-    y -= LINE * (len(lines) - 1)
-    for line in lines:
-        x = left
-        for piece in line:
-            text, mark, colour = piece
-            if isinstance(mark, Line):
-                sheet.stroke([[x, y - 4.0], [x + 16.0, y - 4.0]], mark.colour, max(mark.width, 2.0), dash=mark.dash)
-            elif mark is not None:
-                sheet.items.append(Dot(x + 8.0, y - 4.0, max(mark.size, 5.0), mark.colour, mark.hollow))
-            sheet.text(x + (21.0 if mark else 0.0), y, text, size=NORMAL, colour=colour)
-            x += _advance(piece)
-        y += LINE
-
-
-def _advance(piece: tuple[str, Line | Dots | None, str]) -> float:
-    return text_width(piece[0], NORMAL) + (21.0 if piece[1] else 0.0) + 16.0
+def _write_header(sheet: Sheet, header: list[_Piece], left: float, foot: float) -> None:
+    for line, x, text, mark, colour in header:
+        x, y = left + x, foot - LINE * (header[-1][0] - line)
+        if isinstance(mark, Line):
+            sheet.stroke([[x, y - 4.0], [x + 16.0, y - 4.0]], mark.colour, max(mark.width, 2.0), dash=mark.dash)
+        elif mark is not None:
+            sheet.items.append(Dot(x + 8.0, y - 4.0, max(mark.size, 5.0), mark.colour))
+        sheet.text(x + (21.0 if mark else 0.0), y, text, NORMAL, colour=colour)
 
 
 def text_width(text: str, size: float) -> float:
@@ -412,32 +388,30 @@ def text_width(text: str, size: float) -> float:
 
 def _range(panel: Panel, axis: Axis, *, along: bool) -> tuple[float, float]:
     """The ends of an axis: those that are said, or around the data."""
-    values = []
+    column = 0 if along else 1
+    values = [np.array([level.value for level in panel.levels() if level.upright is along])]
     for mark in panel.marks:
         if isinstance(mark, Line | Dots):
             values.append(mark.x if along else mark.y)
         elif isinstance(mark, Coloured):
-            values += [mark.place[:, 0 if along else 1], mark.thread[:, 0 if along else 1]]
+            values += [mark.place[:, column], mark.thread[:, column]]
         elif isinstance(mark, Heat) and along:
-            half = 0.5 * (mark.x[1] - mark.x[0]) if len(mark.x) > 1 else 0.0
-            values.append(np.array([mark.x[0] - half, mark.x[-1] + half]))
-    values.append(np.array([level.value for level in panel.levels() if level.upright is along]))
+            values.append(np.array(mark.ends))
     found = np.concatenate(values)
     found = found[np.isfinite(found) & ((found > 0.0) | (not axis.log))]
     low, high = (float(found.min()), float(found.max())) if len(found) else (0.1, 1.0)
     if axis.log:
         room = 2.0 if low == high else 1.05 if along else 1.15
         low, high = low / room, high * room
-    else:
+    elif panel.heat is None:
         if high - low <= 1e-12 * max(abs(low), abs(high)):
             low, high = low - (abs(low) or 1.0) * 0.5, high + (abs(high) or 1.0) * 0.5
-        heat = any(isinstance(mark, Heat) for mark in panel.marks)
-        worded = any(level.text for level in panel.levels())
-        room = PICTURE if panel.equal else 0.0 if along and heat else ASIDE if along else WORDED if worded else AROUND
-        low, high = low - room * (high - low), high + room * (high - low)
+        upright = WORDED if any(level.text for level in panel.levels()) else AROUND
+        room = (PICTURE if panel.equal else ASIDE if along else upright) * (high - low)
+        low, high = low - room, high + room
         if along and panel.equal:
             low, high = _with_words(panel, low, high)
-    return axis.low if axis.low is not None else low, axis.high if axis.high is not None else high
+    return low if axis.low is None else axis.low, high if axis.high is None else axis.high
 
 
 def _with_words(panel: Panel, low: float, high: float) -> tuple[float, float]:
@@ -456,22 +430,15 @@ def _side(share: float) -> int:
 
 
 def _round_up(step: float) -> float:
-    """The next 1, 2, 2.5 or 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(step)) if step > 0.0 and math.isfinite(step) else 1.0
     return next((k * power for k in (1.0, 2.0, 2.5, 5.0) if k * power >= step * (1.0 - 1e-9)), 10.0 * power)
 
 
-def _log_ticks(low: float, high: float, room: float) -> list[tuple[float, str]]:
+def _log_ticks(low: float, high: float, room: float) -> list[float]:
     """Powers of ten, thinned; 1, 2 and 5 times them where there are few."""
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
-    powers = [p for p in range(first, last + 1) if low * (1 - 1e-9) <= 10.0**p <= high * (1 + 1e-9)]
+    powers = [10.0**p for p in range(first, last + 1) if low * (1 - 1e-9) <= 10.0**p <= high * (1 + 1e-9)]
     if len(powers) >= 3:
-        step = 1 + (len(powers) - 1) // min(int(room) or 1, MOST_POWERS)
-        return [(10.0**p, f"1e{p}" if abs(p) > 3 else theme.tick_text(10.0**p)) for p in powers[::step]]
+        return powers[:: 1 + (len(powers) - 1) // min(int(room) or 1, MOST_POWERS)]
     values = [k * 10.0**p for p in range(first, last + 1) for k in (1.0, 2.0, 5.0)]
-    return [(value, theme.tick_text(value)) for value in values if low <= value <= high]
-
-
-def hexed(colour: tuple[int, int, int]) -> str:
-    """Red, green and blue as #rrggbb."""
-    return "#{:02x}{:02x}{:02x}".format(*colour)
+    return [value for value in values if low <= value <= high]

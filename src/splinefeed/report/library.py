@@ -14,7 +14,7 @@ import platformdirs
 
 from splinefeed.errors import InputError
 from splinefeed.formats.atomic import atomic_write
-from splinefeed.report.saving import EXTRA
+from splinefeed.report.figure import EXTRA
 
 #: The library between these is wrapped in a function for other module systems, which browsers parse twice for it.
 _BEGIN, _END = '"use strict";var Plotly=', "window.Plotly = Plotly;"

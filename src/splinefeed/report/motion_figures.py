@@ -54,19 +54,19 @@ def law_panels(
     jerks = [("J", limits.jerk), ("-J", -limits.jerk)]
     if slowing_jerk != limits.jerk:
         jerks += [("slowing J", slowing_jerk), ("slowing -J", -slowing_jerk)]
-    rows: list[tuple[str, str, Array, list[tuple[str, float]]]] = [
-        ("s", "s", law(at), []),
-        ("feed", "feed", law.feed(at), [("limit", limits.feed)]),
-        ("acceleration", "acceleration", law.acceleration(at), [("A", limits.acceleration), ("-D", -slowing)]),
-        ("jerk", "jerk", law.jerk(at), jerks),
-    ]
+    rows: tuple[tuple[str, Array, list[tuple[str, float]]], ...] = (
+        ("s", law(at), []),
+        ("feed", law.feed(at), [("limit", limits.feed)]),
+        ("acceleration", law.acceleration(at), [("A", limits.acceleration), ("-D", -slowing)]),
+        ("jerk", law.jerk(at), jerks),
+    )
     panels = []
-    for order, (name, label, values, levels) in enumerate(rows):
+    for order, (name, values, levels) in enumerate(rows):
         unit = unit_of(along, order) if order else along
         marks: list[Mark] = [above] if name == "feed" and above is not None else []
         marks.append(thin(at, values, name))
         marks += [Level(value, f"{symbol} = {theme.short(value)} {unit}") for symbol, value in levels]
-        panels.append(Panel(TIME, Axis(f"{label} ({unit})"), tuple(marks)))
+        panels.append(Panel(TIME, Axis(f"{name} ({unit})"), tuple(marks)))
     return panels
 
 
@@ -75,29 +75,27 @@ def axis_panels(run: Run) -> list[Panel]:
 
     Where the path was planned with an acceleration and a jerk of its own, these are drawn beside the linear axes.
     """
-    motion, limits = run.motion, run.limits
-    own = run.own_limits()
+    motion, own = run.motion, run.own_limits()
+    names = [theme.words(axis, 12) for axis in run.axes]
     panels = []
-    for rotary in (False, True):
-        columns = [k for k in range(len(run.axes)) if (k >= run.linear) == rotary]
-        factor = 180.0 / np.pi if rotary else 1.0
-        for order, quantity in enumerate(_QUANTITIES, start=1):
+    for columns, factor, length in (
+        (range(run.linear), 1.0, "mm"),
+        (range(run.linear, len(run.axes)), 180.0 / np.pi, "deg"),
+    ):
+        for order, quantity in enumerate(_QUANTITIES if columns else (), start=1):
             values = factor * getattr(motion, quantity)
-            unit = unit_of("deg" if rotary else "mm", order)
-            names = [theme.words(axis, 12) for axis in run.axes]
+            unit = unit_of(length, order)
             marks: list[Mark] = [
                 thin(motion.t, values[:, k], f"{names[k]} {quantity}", theme.colour(k), named=names[k]) for k in columns
             ]
-            if not marks:
-                continue
-            tops = factor * limits.of_axes(f"axis_{quantity}", run.axes)[columns]
+            tops = factor * run.limits.of_axes(f"axis_{quantity}", run.axes)[columns]
             marks += [Level(sign * top) for top in np.unique(tops[np.isfinite(tops)]) for sign in (1.0, -1.0)]
-            peaks = [peak(values[:, k])[1] for k in columns]
-            note = f"at most {theme.short(max(peaks))} {unit}"
-            if quantity in own and not rotary:
-                name = quantity[0].upper()
+            most = max(peak(values[:, k])[1] for k in columns)
+            note = f"at most {theme.short(most)} {unit}"
+            if quantity in own and length == "mm":
                 marks += [Level(sign * own[quantity], colour=theme.GREEN) for sign in (1.0, -1.0)]
-                note += f", {theme.short(max(peaks) / own[quantity])} times {name} along the path (green)"
+                times = theme.short(most / own[quantity])
+                note += f", {times} times {quantity[0].upper()} along the path (green)"
             panels.append(Panel(TIME, Axis(f"axis {quantity} ({unit})"), tuple(marks), note=note))
     return panels
 

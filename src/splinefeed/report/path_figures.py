@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from splinefeed.records import Array, BoolArray, IntArray, Response, Setpoints, 
 from splinefeed.report import theme
 from splinefeed.report.figure import SAME_PLACE, Axis, Coloured, Dots, Figure, Heat, Line, Mark, Panel, Shades
 from splinefeed.report.motion_figures import HEADROOM, TIME, thin
+from splinefeed.simulation.curves import rounded_down
 
 #: Points of a path, of the true path in the picture of its errors, and columns of a heat map, at most.
 POINTS, PATH_POINTS, STRIP = 4000, 3000, 800
@@ -36,8 +37,8 @@ KINDS = {
     "axis_velocity": theme.GREEN,
     "axis_acceleration": theme.VERMILION,
     "axis_jerk": theme.PURPLE,
+    "none": "#c4c4c4",
 }
-NONE = "#c4c4c4"
 
 
 def path_figure(run: Run, response: Response | None = None, colour: str | None = None) -> Figure:
@@ -47,25 +48,18 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
     """
     path, setpoints = run.path, run.kept
     unit = unit_along(path.axes)
-    place, thread = _place(run), run.thread
-    if path.linear <= 1:
-        thread = place
-    space = place.shape[1] == 3
+    place, labels = _place(run)
     values = _quantities(run, response)
     kept = _kept(place, [each.values for each in values.values()])
-    if colour in values:
-        values = {colour: values[colour]}
-    shades = {name: Shades(each.values[kept], each.label, each.low, each.high) for name, each in values.items()}
+    shades = {name: replace(each, values=each.values[kept]) for name, each in values.items()}
+    if colour in shades:
+        shades = {colour: shades[colour]}
     hover = np.column_stack([setpoints.t, setpoints.s, setpoints.u, setpoints.feed])[kept]
     names = ("t (s)", f"s ({unit})", "u", f"feed ({unit}/s)")
-    thread = thread[:, : place.shape[1]] if path.linear > 1 else place[kept]
-    marks: list[Mark] = [Coloured(place[kept], shades, hover, names, thread, run.whole)]
-    if not space:
-        marks += [*_ends(place), *(_stops(path) if path.linear > 1 else ())]
+    thread = run.thread[:, : place.shape[1]] if path.linear > 1 else place[kept]
     title = f"{theme.words(path.name)}: {theme.short(path.length)} {unit} in {theme.short(run.law.duration)} s, "
     title += f"top feed {theme.short(float(np.max(setpoints.feed)))} {unit}/s"
-    x, y, z = _labels(path, setpoints, space)
-    return Figure(title, (Panel(Axis(x), Axis(y), tuple(marks), height=300, equal=path.linear > 1, z=z),))
+    return _picture(path, title, Coloured(place[kept], shades, hover, names, thread, run.whole), labels)
 
 
 def still_figure(path: Path) -> Figure:
@@ -75,16 +69,23 @@ def still_figure(path: Path) -> Figure:
     s = np.linspace(0.0, path.length, POINTS)
     curve, u = path.locate(s)
     found = path.evaluate(curve, u, 2)
-    place = found[:, 0, : min(path.linear, 3)]
-    if place.shape[1] == 3 and np.ptp(place[:, 2]) <= 0.0:
-        place = place[:, :2]
+    place = _flat(found[:, 0, : min(path.linear, 3)])
     shades = {"curvature": _curvature(path, found, path.turning(curve, u))}
-    x, y, *up = (f"{theme.words(axis, 12)} (mm)" for axis in path.axes[: place.shape[1]])
-    marks: list[Mark] = [Coloured(place, shades, np.column_stack([s, u]), ("s (mm)", "u"), place)]
-    if not up:
-        marks += [*_ends(place), *_stops(path)]
+    mark = Coloured(place, shades, np.column_stack([s, u]), ("s (mm)", "u"), place)
     title = f"{theme.words(path.name)}: {theme.short(path.length)} mm"
-    return Figure(title, (Panel(Axis(x), Axis(y), tuple(marks), height=300, equal=True, z="".join(up)),))
+    return _picture(path, title, mark, [f"{theme.words(axis, 12)} (mm)" for axis in path.axes])
+
+
+def _picture(path: Path, title: str, mark: Coloured, labels: list[str]) -> Figure:
+    space, many = mark.place.shape[1] == 3, path.linear > 1
+    marks: list[Mark] = [mark]
+    if not space:
+        marks += _ends(mark.place)
+    if many and not space and 0 < len(path.stops) <= MOST_STOPS:
+        at = path(np.array(path.stops))
+        marks.append(Dots(at[:, 0], at[:, 1], "exact stop at a corner", named=True))
+    z = labels[2] if space else ""
+    return Figure(title, (Panel(Axis(labels[0]), Axis(labels[1]), tuple(marks), height=300, equal=many, z=z),))
 
 
 def _curvature(path: Path, found: Array, turning: BoolArray) -> Shades:
@@ -93,22 +94,18 @@ def _curvature(path: Path, found: Array, turning: BoolArray) -> Shades:
     return _shades(np.minimum(kappa, np.quantile(kappa[np.isfinite(kappa)], 0.995)), "curvature (1/mm)")
 
 
-def _place(run: Run) -> Array:
-    """Points of the picture, (n, 2 or 3): over the linear axes, the first one over time where there is one or none."""
+def _place(run: Run) -> tuple[Array, list[str]]:
+    """Points of the picture, (n, 2 or 3), and labels; over time where at most one is linear."""
     setpoints, linear = run.kept, run.path.linear
-    place = run.place
+    names = [theme.words(axis, 12) for axis in run.path.axes]
     if linear <= 1:
-        factor = 1.0 if linear else 180.0 / np.pi
-        return np.column_stack([setpoints.t, factor * setpoints.position[:, 0]])
-    flat = place.shape[1] < 3 or (run.joints is None and np.ptp(place[:, 2]) <= 0.0)
-    return place[:, :2] if flat else place
+        first = setpoints.position[:, 0] if linear else np.degrees(setpoints.position[:, 0])
+        return np.column_stack([setpoints.t, first]), [TIME.label, f"{names[0]} ({'mm' if linear else 'deg'})"]
+    return run.place if run.joints is not None else _flat(run.place), [f"{name} (mm)" for name in names]
 
 
-def _labels(path: Path, setpoints: Setpoints, space: bool) -> tuple[str, str, str]:
-    names = [theme.words(axis, 12) for axis in path.axes]
-    if path.linear <= 1:
-        return TIME.label, f"{names[0]} ({'mm' if path.linear else 'deg'})", ""
-    return f"{names[0]} (mm)", f"{names[1]} (mm)", f"{names[2]} (mm)" if space else ""
+def _flat(place: Array) -> Array:
+    return place[:, :2] if place.shape[1] == 3 and np.ptp(place[:, 2]) <= 0.0 else place
 
 
 def _quantities(run: Run, response: Response | None) -> dict[str, Shades]:
@@ -134,9 +131,7 @@ def _quantities(run: Run, response: Response | None) -> dict[str, Shades]:
 def _shades(values: Array, label: str) -> Shades:
     """The scale from the least value or zero to the largest."""
     finite = values[np.isfinite(values)]
-    return Shades(
-        values, label, min(0.0, float(np.min(finite, initial=0.0))), float(np.max(finite, initial=0.0)) or 1.0
-    )
+    return Shades(values, label, float(np.min(finite, initial=0.0)), float(np.max(finite, initial=0.0)) or 1.0)
 
 
 def _kept(place: Array, values: list[Array]) -> IntArray:
@@ -149,20 +144,10 @@ def _kept(place: Array, values: list[Array]) -> IntArray:
 
 
 def _ends(place: Array) -> list[Dots]:
-    """Start and end with a word each, or with one word if they are one place."""
-    first, last = place[:1], place[-1:]
-    size = float(np.max(np.ptp(place, axis=0)))
-    if float(np.linalg.norm(last - first)) <= SAME_PLACE * size:
-        return [Dots(first[:, 0], first[:, 1], words=("start and end",), colour=theme.INK, size=8.0)]
-    start = Dots(first[:, 0], first[:, 1], words=("start",), colour=theme.INK, size=8.0)
-    return [start, Dots(last[:, 0], last[:, 1], words=("end",), colour=theme.INK, size=8.0, hollow=True)]
-
-
-def _stops(path: Path) -> list[Dots]:
-    if not 0 < len(path.stops) <= MOST_STOPS:
-        return []
-    at = path(np.array(path.stops))
-    return [Dots(at[:, 0], at[:, 1], "exact stop at a corner", named=True)]
+    closed = np.linalg.norm(place[-1] - place[0]) <= SAME_PLACE * np.max(np.ptp(place, axis=0))
+    words = ("start and end",) if closed else ("start", "end")
+    at = place[[0, -1][: len(words)]]
+    return [Dots(at[:, 0], at[:, 1], words=words, colour=theme.INK, size=8.0)]
 
 
 def limits_figure(use: LimitUse, setpoints: Setpoints, name: str) -> Figure:
@@ -173,14 +158,14 @@ def limits_figure(use: LimitUse, setpoints: Setpoints, name: str) -> Figure:
         thin(setpoints.t, setpoints.feed, "feed", named=True),
     )
     feed = Panel(TIME, Axis(f"feed ({unit_along(setpoints.axes)}/s)", low=0.0), lines, height=190)
+    parts = ", ".join(f"{kind} {part:.0%}" for kind, part in _parts(use) if part >= 0.005)
     return Figure(
-        f"{theme.words(name)}: which limit binds\nof the time: {_sentence(use)}",
+        f"{theme.words(name)}: which limit binds\nof the time: {parts}",
         (feed, Panel(TIME, Axis("limit"), (_shares(use),), height=26 * max(len(use.names), 1))),
     )
 
 
 def _shares(use: LimitUse) -> Heat:
-    """The greatest share of each limit in each column of pixels, over time."""
     count = len(use.t)
     size = -(-count // min(count, STRIP))
     peaks = np.pad(use.share, ((0, -count % size), (0, 0)), mode="edge").reshape(-1, size, len(use.names)).max(axis=1)
@@ -191,25 +176,22 @@ def _shares(use: LimitUse) -> Heat:
 def binding_figure(run: Run) -> Figure:
     """The path over its first two linear axes, or over time, in the colour of the limit that binds."""
     use, path = run.use, run.path
-    place = _place(run)[:, :2]
-    kinds = [name.partition(".")[0] for name in use.names]
-    at = np.array([list(KINDS).index(kind) for kind in kinds] + [len(KINDS)], dtype=np.int64)[use.binding]
-    colours = {theme.limit_words(kind): colour for kind, colour in KINDS.items()} | {"none": NONE}
-    known = [*(theme.limit_words(kind) for kind in KINDS), "none"]
+    place, labels = _place(run)
+    place = place[:, :2]
+    kinds = np.array([theme.limit_words(name.partition(".")[0]) for name in (*use.names, "none")])[use.binding]
     kept = cells(place / np.where(np.ptp(place, axis=0) > 0.0, np.ptp(place, axis=0), 1.0))
-    kept = np.unique(np.concatenate([kept, 1 + np.flatnonzero(np.diff(at))])).astype(np.int64)
+    kept = np.unique(np.concatenate([kept, 1 + np.flatnonzero(kinds[1:] != kinds[:-1])])).astype(np.int64)
     marks: list[Mark] = []
     for kind, part in _parts(use):
-        on = np.isin(at[kept], [k for k, name in enumerate(known) if name == kind])
+        on = kinds[kept] == kind
         joined = on | np.append(False, on[:-1])  # up to the first point of what comes next
-        x, y = (np.where(joined, place[kept, k], np.nan) for k in (0, 1))
-        if run.whole:
-            marks.append(Line(x, y, f"{kind} {part:.0%}", colours[kind], 3.0, named=True))
-        else:
-            marks.append(Dots(x, y, f"{kind} {part:.0%}", colour=colours[kind], size=2.4, named=True))
-    across, up, _ = _labels(path, run.kept, space=False)
+        x, y = np.where(joined, place[kept].T, np.nan)
+        name, colour = f"{kind} {part:.0%}", KINDS[kind.replace(" ", "_")]
+        mark = Line(x, y, name, colour, 3.0, named=True)
+        marks.append(mark if run.whole else Dots(x, y, name, colour=colour, size=2.4, named=True))
     title = f"{theme.words(path.name)}: which limit binds ({BINDS:.0%} of it used), and in how much of the time"
-    return Figure(title, (Panel(Axis(across), Axis(up), tuple(marks), height=300, equal=path.linear > 1),))
+    panel = Panel(Axis(labels[0]), Axis(labels[1]), tuple(marks), height=300, equal=path.linear > 1)
+    return Figure(title, (panel,))
 
 
 def _parts(use: LimitUse) -> list[tuple[str, float]]:
@@ -222,16 +204,13 @@ def _parts(use: LimitUse) -> list[tuple[str, float]]:
     return [*sorted(kinds.items(), key=lambda each: -each[1]), ("none", none)]
 
 
-def _sentence(use: LimitUse) -> str:
-    return ", ".join(f"{kind} {part:.0%}" for kind, part in _parts(use) if part >= 0.005)
-
-
 def contour_figure(deviation: Deviation, name: str, machine: str) -> Figure:
     """Where the machine was beside the true path, its distance from the path enlarged and as colour."""
     path, error = deviation.path, deviation.error
     true = path(np.linspace(0.0, path.length, PATH_POINTS))[:, :2]
     largest = float(np.max(error, initial=0.0))
-    enlarged = _enlargement(float(np.max(np.ptp(true, axis=0))), largest)
+    size = float(np.max(np.ptp(true, axis=0)))
+    enlarged = max(rounded_down(ENLARGED_TO * size / largest), 1.0) if largest > 0.0 else 1.0
     unit, factor = ("µm", 1e3) if largest < MICROMETRES_BELOW else ("mm", 1.0)
     drawn = deviation.foot + enlarged * deviation.offset
     kept = cells(drawn)
@@ -249,12 +228,3 @@ def contour_figure(deviation: Deviation, name: str, machine: str) -> Figure:
     )
     x, y = (Axis(f"{theme.words(axis, 12)} (mm)") for axis in path.axes[:2])
     return Figure(title, (Panel(x, y, marks, height=300, equal=True),))
-
-
-def _enlargement(size: float, largest: float) -> float:
-    """A round number that makes the largest error some ENLARGED_TO of the picture, at least 1."""
-    if largest <= 0.0:
-        return 1.0
-    wanted = ENLARGED_TO * size / largest
-    power = 10.0 ** math.floor(math.log10(max(wanted, 1.0)))
-    return max(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= max(wanted, 1.0)), 1.0)

@@ -46,7 +46,7 @@ def write(figure: Figure, file: str | os.PathLike[str], form: str) -> None:
             elif isinstance(item, Dot):
                 artist = Line2D(
                     [item.x], [item.y], marker="o", markersize=small * item.size, color=item.colour,
-                    markerfacecolor="white" if item.hollow else item.colour, linestyle="",
+                    linestyle="",
                 )  # fmt: skip
             elif item.fill:
                 artist = Polygon(item.points, color=item.colour, linewidth=0.0)

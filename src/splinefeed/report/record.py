@@ -23,36 +23,28 @@ if TYPE_CHECKING:
 
 #: Packages whose version can change a number or a figure.
 PARTS = ("numpy", "numba", "scipy", "h5py", "matplotlib")
-#: Option of each limit of the path; those of axes have their own names.
-_LIMIT_OPTIONS = {
-    "feed": "--feed",
-    "acceleration": "--accel",
-    "deceleration": "--decel",
-    "jerk": "--jerk",
-    "deceleration_jerk": "--decel-jerk",
-    "start_feed": "--start-feed",
-    "end_feed": "--end-feed",
-    "chord_error": "--chord-error",
-    "orientation_error": "--orientation-error",
-    "centripetal": "--centripetal",
-}
-#: How a source was read, by the names of the readers' options; of those in _SAID the word alone says it.
-READING_OPTIONS = {
-    "which": "--path",
-    "layer": "--layer",
-    "units": "--units",
-    "chord": "--chord",
-    "dialect": "--dialect",
-    "start": "--start",
-    "offsets": "--offsets",
-    "tools": "--tools",
-    "tolerance": "--tolerance",
-    "smooth": "--smooth",
-    "corners": "--corners",
-    "corner_angle": "--corner-angle",
-    "angle_tolerance": "--angle-tolerance",
-}
-READING_FLAGS = {"edges": "--edges", "repair": "--repair", "tangential": "--3d"}
+#: Limits of the path, those of axes have their own way; and options that are not called as what they set.
+_LIMITS = (
+    "feed", "acceleration", "deceleration", "jerk", "deceleration_jerk", "start_feed", "end_feed", "chord_error",
+    "orientation_error", "centripetal",
+)  # fmt: skip
+_CALLED = {
+    "acceleration": "accel", "deceleration": "decel", "deceleration_jerk": "decel-jerk",
+    "which": "path", "tangential": "3d",
+}  # fmt: skip
+_READING = (
+    "which", "layer", "units", "chord", "dialect", "start", "offsets", "tools", "tolerance", "smooth", "corners",
+    "corner_angle", "angle_tolerance",
+)  # fmt: skip
+
+
+def _option(name: str) -> str:
+    return f"--{_CALLED.get(name, name.replace('_', '-'))}"
+
+
+#: How a source was read, by the names of the readers' options; of the flags the word alone says it.
+READING_OPTIONS = {name: _option(name) for name in _READING}
+READING_FLAGS = {name: _option(name) for name in ("edges", "repair", "tangential")}
 
 
 def about(
@@ -66,17 +58,15 @@ def about(
 ) -> dict[str, Any]:
     """What `run.json` says of how a run is made: source, settings, the command that repeats it, with what.
 
-    source   what the user calls it, None for the paper's experiment; origin  what to say of one that is not at hand
+    source  what the user calls it, None for the paper's experiment; origin  what to say of one that is not at hand;
     machine  whose axes follow, or whose joints
     """
-    said: dict[str, Any] = plain(
-        {
-            "source": source_of(PAPER_SHAPE if source is None else source) if origin is None else dict(origin),
-            "settings": {**settings, "reading": dict(reading)},
-            "command": command(source, settings, reading, formats, machine),
-            **_program(),
-        }
-    )
+    said: dict[str, Any] = {
+        "source": source_of(PAPER_SHAPE if source is None else source) if origin is None else dict(origin),
+        "settings": plain({**settings, "reading": dict(reading)}),
+        "command": command(source, settings, reading, formats, machine),
+        **_program(),
+    }
     return said
 
 
@@ -130,9 +120,8 @@ def command(
     if machine is not None:
         words += ["--machine", machine]
     for name in ("period", "strategy", "method", "corrections"):
-        if name not in settings:
-            continue
-        words += [f"--{name}", str(settings[name])]
+        if name in settings:
+            words += [f"--{name}", str(settings[name])]
     for name, option in READING_OPTIONS.items():
         if reading.get(name) is not None:
             words += [option, str(reading[name])]
@@ -145,19 +134,15 @@ def command(
 def _limit_words(limits: Mapping[str, float]) -> list[str]:
     """Options that say all limits, as `Limits.as_dict` has them, each number to its last digit."""
     words = []
-    for name, option in _LIMIT_OPTIONS.items():
+    for name in _LIMITS:
         if name in limits:
-            words += [option, f"{limits[name]!r}{'rad' if name in ANGLES else ''}"]
+            words += [_option(name), f"{limits[name]!r}{'rad' if name in ANGLES else ''}"]
     for name in BY_AXIS:
-        option = f"--{name.replace('_', '-')}"
-        if name in limits:
-            words += [option, repr(limits[name])]
-        order = ORDERS[name]
-        unit = f"rad/s^{order}" if order > 1 else "rad/s"
+        unit = "rad/s" if ORDERS[name] == 1 else f"rad/s^{ORDERS[name]}"
         axes = {key.partition(".")[2]: value for key, value in limits.items() if key.startswith(f"{name}.")}
-        if axes:
-            each = (f"{axis}={value!r}{unit if axis in ROTARY_AXES else ''}" for axis, value in axes.items())
-            words += [option, ",".join(each)]
+        each = [f"{axis}={value!r}{unit if axis in ROTARY_AXES else ''}" for axis, value in axes.items()]
+        for said in ([repr(limits[name])] if name in limits else []) + ([",".join(each)] if each else []):
+            words += [_option(name), said]
     travel = []
     for key, low in limits.items():
         name, _, axis = key.partition(".")

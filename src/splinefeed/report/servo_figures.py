@@ -10,7 +10,7 @@ from splinefeed.analysis.spectrum import LEAST_SAMPLES, tracking_spectra
 from splinefeed.analysis.thinning import extremes
 from splinefeed.pipeline.contour_feed import FeedTuning
 from splinefeed.pipeline.run import Run
-from splinefeed.records import ROTARY_AXES, Array, Response
+from splinefeed.records import ROTARY_AXES, Array, BoolArray, Response
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Dots, Figure, Level, Line, Mark, Panel, peak
 from splinefeed.report.motion_figures import TIME, thin
@@ -32,20 +32,29 @@ def errors_figure(responses: Mapping[str, Response], name: str = "", machine: st
     first = next(iter(responses.values()))
     panels = []
     if first.contour_error is not None:
-        shown = {key: each.contour_error for key, each in responses.items() if each.contour_error is not None}
-        panels.append(_errors(responses, {key: 1e3 * each for key, each in shown.items()}, "contour error", "µm", None))
+        shown = {key: 1e3 * each.contour_error for key, each in responses.items() if each.contour_error is not None}
+        panels.append(_errors(responses, shown, "contour error", "µm"))
     for column, axis in enumerate(first.axes):
-        factor, unit = (180.0 / np.pi, "°") if axis in ROTARY_AXES else (1e3, "µm")
+        factor, unit = shown_in(axis in ROTARY_AXES)
         values = {key: factor * each.tracking_error[:, column] for key, each in responses.items()}
-        panels.append(_errors(responses, values, f"{theme.words(axis, 12)} following error", unit, column))
+        at_limit = first.saturated[:, column]
+        panels.append(_errors(responses, values, f"{theme.words(axis, 12)} following error", unit, at_limit))
     title = f"{theme.words(name)} on {theme.words(machine)}: errors over time" if name else "errors over time"
     return Figure(title, tuple(panels), legend=True)
 
 
+def shown_in(rotary: bool) -> tuple[float, str]:
+    """What a small error of an axis is multiplied by, and its unit then."""
+    return (180.0 / np.pi, "°") if rotary else (1e3, "µm")
+
+
 def _errors(
-    responses: Mapping[str, Response], values: Mapping[str, Array], label: str, unit: str, column: int | None
+    responses: Mapping[str, Response],
+    values: Mapping[str, Array],
+    label: str,
+    unit: str,
+    at_limit: BoolArray | None = None,
 ) -> Panel:
-    """One error of all methods over time."""
     marks: list[Mark] = [
         thin(responses[method].t, each, theme.words(method, 30), theme.colour(k), named=len(values) > 1)
         for k, (method, each) in enumerate(values.items())
@@ -54,9 +63,9 @@ def _errors(
     (at, most), *others = (peak(each) for each in values.values())
     note = f"at most {theme.short(most)} {unit} at {theme.short(float(own.t[at]))} s" if most > 0.0 else "none"
     note += f"; {', '.join(theme.short(each) for _, each in others)}" if others else ""
-    if column is not None and own.saturated[:, column].any():
-        at_limit = np.where(own.saturated[:, column], 0.0, np.nan)
-        marks.append(Line(own.t, at_limit, "output at its limit", theme.VERMILION, 4.0, named=True))
+    if at_limit is not None and at_limit.any():
+        line = np.where(at_limit, 0.0, np.nan)
+        marks.append(Line(own.t, line, "output at its limit", theme.VERMILION, 4.0, named=True))
     if own.stopped is not None and len(own):
         marks.append(Level(float(own.t[-1]), "stopped", upright=True, always=True))
     return Panel(TIME, Axis(f"{label} ({unit})"), tuple(marks), note=note)
@@ -72,7 +81,7 @@ def spectra_figure(response: Response) -> Figure:
     lines = []
     for k, (axis, found) in enumerate(tracking_spectra(response).items()):
         kept = extremes(found.amplitude[1:], LINES // 2) + 1
-        factor, unit = (180.0 / np.pi, "°") if axis in ROTARY_AXES else (1e3, "µm")
+        factor, unit = shown_in(axis in ROTARY_AXES)
         amplitude = np.maximum(factor * found.amplitude[kept], 1e-12)
         lines.append(Line(found.frequency[kept], amplitude, f"{axis} ({unit})", theme.colour(k), named=True))
     panel = Panel(Axis("frequency (Hz)", log=True), Axis("amplitude", log=True), tuple(lines), height=260)
@@ -81,64 +90,59 @@ def spectra_figure(response: Response) -> Figure:
 
 def bode_figure(tuned: TunedAxis, machine: str) -> Figure:
     """Gain and phase of the opened loop with gain and phase margin, and gain of the closed loop with its bandwidth."""
-    old, new, after = tuned.old, tuned.new, tuned.margins
+    new, after = tuned.new, tuned.margins
     gain: list[Mark] = []
     phase: list[Mark] = []
     closed: list[Mark] = []
-    for curves, loop, (name, colour, dash) in ((old, tuned.before, _OLD), (new, after, _NEW)):
+    most = 0.0
+    for curves, loop, (name, colour, dash) in ((tuned.old, tuned.before, _OLD), (new, after, _NEW)):
         label = name if loop.stable else f"{name}: unstable"
         gain.append(Line(curves.frequency, _decibels(curves.loop), label, colour, dash=dash, named=True))
         phase.append(Line(curves.frequency, _phase(curves.loop), label, colour, dash=dash))
         if loop.stable:  # an unstable loop has no response to show
-            closed.append(Line(curves.frequency, _decibels(curves.closed), label, colour, dash=dash))
+            decibels = _decibels(curves.closed)
+            most = max(most, float(np.max(decibels)))
+            closed.append(Line(curves.frequency, decibels, label, colour, dash=dash))
     if tuned.identified is not None:
         at, value = tuned.identified.frequency, tuned.identified.value
         gain.append(Dots(at, _decibels(value), "measured by sines", colour=theme.INK, size=3.5, named=True))
         phase.append(Dots(at, _phase(value), "measured by sines", colour=theme.INK, size=3.5))
-    top = float(np.max(_decibels(new.loop)))
-    most = max((float(np.max(mark.y)) for mark in closed if isinstance(mark, Line)), default=0.0)
-    _mark_margins(gain, phase, after)
+    low, angle = -after.gain_margin_db, -180.0 + after.phase_margin
+    gain += _margin("gain margin", after.gain_frequency, low, (low, 0.0))
+    phase += _margin("phase margin", after.phase_frequency, angle, (-180.0, angle))
+    gain += _upright(after.phase_frequency)
+    phase += _upright(after.gain_frequency)
     if np.isfinite(after.bandwidth):
         closed.append(_dot(after.bandwidth, -3.01, f"bandwidth {theme.short(after.bandwidth)} Hz"))
-    low, high = float(new.frequency[0]), float(new.frequency[-1])
-    frequency = Axis("frequency (Hz); the loop ends at half the servo rate", low, high, log=True)
+    ends = float(new.frequency[0]), float(new.frequency[-1])
+    frequency = Axis("frequency (Hz); the loop ends at half the servo rate", *ends, log=True)
+    top = float(np.max(_decibels(new.loop)))
     rows = (
         ("loop gain (dB)", gain, 0.0, max(top - 2.0 * DEPTH, -DEPTH), min(top, 2.0 * DEPTH) + 3.0),
         ("loop phase (°)", phase, -180.0, *PHASES),
         ("closed loop (dB)", closed, -3.0, -DEPTH / 2.0, min(max(most + 3.0, 6.0), 30.0)),
     )
-    panels = tuple(
-        Panel(
-            frequency,
-            Axis(label, bottom, upper),
-            (*marks, Level(level, colour=theme.FAINT, always=True)),
-            height=190,
-        )
-        for label, marks, level, bottom, upper in rows
-    )
+    panels = []
+    for label, marks, level, bottom, upper in rows:
+        marks.append(Level(level, colour=theme.FAINT, always=True))
+        panels.append(Panel(frequency, Axis(label, bottom, upper), tuple(marks), height=190))
     axis = theme.words(tuned.axis.name, 12)
-    return Figure(f"{theme.words(machine)}, axis {axis}: {tuned.rule}\n{_margin_words(after)}", panels)
+    return Figure(f"{theme.words(machine)}, axis {axis}: {tuned.rule}\n{_margin_words(after)}", tuple(panels))
 
 
 _OLD, _NEW = ("old gains", theme.FAINT, True), ("new gains", theme.BLUE, False)
 
 
-def _mark_margins(gain: list[Mark], phase: list[Mark], margins: Margins) -> None:
-    """The gain margin as a line from the loop up to 0 dB, the phase margin as one from -180 degrees up to the loop."""
-    if np.isfinite(margins.gain_margin):
-        at, low = margins.gain_frequency, -margins.gain_margin_db
-        gain.append(_upright(at, low, 0.0, "gain margin"))
-        gain.append(_dot(at, low, f"gain margin at {theme.short(at)} Hz"))
-        phase.append(Level(at, upright=True, always=True))
-    if np.isfinite(margins.phase_margin):
-        at, angle = margins.phase_frequency, -180.0 + margins.phase_margin
-        phase.append(_upright(at, -180.0, angle, "phase margin"))
-        phase.append(_dot(at, angle, f"phase margin at {theme.short(at)} Hz"))
-        gain.append(Level(at, upright=True, always=True))
+def _margin(name: str, at: float, place: float, ends: tuple[float, float]) -> list[Mark]:
+    """A margin as a line between its ends and a dot at the loop, where there is one."""
+    if not np.isfinite(at + place):
+        return []
+    line = Line(np.array([at, at]), np.array(ends), name, theme.VERMILION, 2.4)
+    return [line, _dot(at, place, f"{name} at {theme.short(at)} Hz")]
 
 
-def _upright(x: float, low: float, high: float, name: str) -> Line:
-    return Line(np.array([x, x]), np.array([low, high]), name, theme.VERMILION, 2.4)
+def _upright(at: float) -> list[Mark]:
+    return [Level(at, upright=True, always=True)] if np.isfinite(at) else []
 
 
 def _dot(x: float, y: float, words: str) -> Dots:
@@ -170,23 +174,18 @@ def step_figure(axes: Sequence[TunedAxis], machine: str) -> Figure:
     """What a small step does to each axis with its old and new gains, in its own unit; a panel an axis."""
     panels = []
     for tuned in axes:
-        factor, unit = (180.0 / np.pi, "°") if tuned.axis.rotary else (1e3, "µm")
-        marks: list[Mark] = []
-        for step, loop, (name, colour, dash) in zip(
-            tuned.steps, (tuned.before, tuned.margins), (_OLD, _NEW), strict=True
-        ):
-            state = "" if loop.stable else ": unstable"
-            label = f"{name}{state}{', stopped' if step.stopped else ''}"
-            marks.append(Line(1e3 * step.t, factor * step.position, label, colour, dash=dash, named=True))
-        size = factor * tuned.steps[1].size
-        marks.append(Level(size, "commanded", always=True))
-        worst = max(factor * float(np.max(np.abs(step.position), initial=0.0)) for step in tuned.steps)
+        factor, unit = shown_in(tuned.axis.rotary)
+        size = worst = factor * tuned.steps[1].size
+        marks: list[Mark] = [Level(size, "commanded", always=True)]
+        loops = ((tuned.before, _OLD), (tuned.margins, _NEW))
+        for step, (loop, (name, colour, dash)) in zip(tuned.steps, loops, strict=True):
+            name += "" if loop.stable else ": unstable"
+            name += ", stopped" if step.stopped else ""
+            worst = max(worst, factor * peak(step.position)[1])
+            marks.append(Line(1e3 * step.t, factor * step.position, name, colour, dash=dash, named=True))
         axis, gap = theme.words(tuned.axis.name, 12), "" if tuned.axis.rotary else " "
-        y = Axis(
-            f"axis {axis}, step of {theme.short(size)}{gap}{unit} ({unit})",
-            -0.4 * size,
-            min(1.15 * max(worst, size), 2.5 * size),
-        )
+        label = f"axis {axis}, step of {theme.short(size)}{gap}{unit} ({unit})"
+        y = Axis(label, -0.4 * size, min(1.15 * worst, 2.5 * size))
         panels.append(Panel(Axis("time after the step (ms)"), y, tuple(marks), height=170))
     title = f"{theme.words(machine)}: a small step, on the full model with friction, counts and codes"
     return Figure(title, tuple(panels), legend=True)
@@ -195,30 +194,24 @@ def step_figure(axes: Sequence[TunedAxis], machine: str) -> Figure:
 def feed_curve_figure(tuning: FeedTuning, name: str, machine: str) -> Figure:
     """Every trial: its contour error over its top feed, and its time over its contour error; the best one marked."""
     sound = [trial for trial in tuning.trials if trial.stopped is None]
-    feed = np.array([trial.feed for trial in sound])
-    error = 1e3 * np.array([trial.error for trial in sound])
-    time = np.array([trial.duration for trial in sound])
+    feed, error, time = np.array([(trial.feed, 1e3 * trial.error, trial.duration) for trial in sound]).reshape(-1, 3).T
     tolerance, best = 1e3 * tuning.tolerance, tuning.best
-    title = f"{theme.words(name)} on {theme.words(machine)}: contour error by feed"
-    if best is not None:
-        title += f"\nwithin {theme.short(tolerance)} µm: top feed {theme.short(best.feed)} mm/s, "
-        title += f"{theme.short(best.duration)} s"
-    else:
-        title += f"\nnone of these feeds keeps {theme.short(tolerance)} µm"
     words = f"tolerance {theme.short(tolerance)} µm"
+    found = f"none of these feeds keeps {theme.short(tolerance)} µm"
+    if best is not None:
+        found = f"within {theme.short(tolerance)} µm: top feed {theme.short(best.feed)} mm/s, "
+        found += f"{theme.short(best.duration)} s"
     panels = []
     for x, y, labels, upright in (
         (feed, error, ("top feed (mm/s)", "largest contour error (µm)"), False),
         (error, time, ("largest contour error (µm)", "time of the motion (s)"), True),
     ):
         order = np.argsort(x)
-        marks: list[Mark] = [
-            Line(x[order], y[order]),
-            Dots(x, y, colour=theme.BLUE, size=5.0),
-            Level(tolerance, words, upright=upright, always=True),
-        ]
+        level = Level(tolerance, words, upright=upright, always=True)
+        marks: list[Mark] = [Line(x[order], y[order]), Dots(x, y, colour=theme.BLUE, size=5.0), level]
         if best is not None:
             at = (1e3 * best.error, best.duration) if upright else (best.feed, 1e3 * best.error)
-            marks.append(Dots(np.array([at[0]]), np.array([at[1]]), size=9.0))
+            marks.append(Dots(np.array(at[:1]), np.array(at[1:]), size=9.0))
         panels.append(Panel(Axis(labels[0], log=True), Axis(labels[1], log=True), tuple(marks), height=260))
+    title = f"{theme.words(name)} on {theme.words(machine)}: contour error by feed\n{found}"
     return Figure(title, tuple(panels), columns=2, width=860)

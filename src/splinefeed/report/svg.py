@@ -48,8 +48,7 @@ def _element(item: Stroke | Dot | Text | Picture, clips: dict[Box, str]) -> str:
         )
     clip = "" if item.clip is None else f' clip-path="url(#{clips.setdefault(item.clip, f"c{len(clips)}")})"'
     if isinstance(item, Dot):
-        paint = f'fill="#fff" stroke="{item.colour}" stroke-width="1.6"' if item.hollow else f'fill="{item.colour}"'
-        return f'<circle cx="{item.x:.1f}" cy="{item.y:.1f}" r="{0.5 * item.size:g}" {paint}{clip}/>'
+        return f'<circle cx="{item.x:.1f}" cy="{item.y:.1f}" r="{0.5 * item.size:g}" fill="{item.colour}"{clip}/>'
     if item.fill:
         return f'<path d="{_path(item.points)}z" fill="{item.colour}"{clip}/>'
     dash = f' stroke-dasharray="{DASH[0]:g} {DASH[1]:g}"' if item.dash else ""

@@ -54,31 +54,26 @@ def page(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], sums: Mapp
 
 
 def _parallel(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], kept: Any) -> dict[str, Any]:
-    """One line a run that has results, over the settings that vary and these results."""
-    dimensions = []
+    dimensions: list[dict[str, Any]] = []
     for name in ["source", *settings_columns(about), *RESULTS]:
         label = RESULTS.get(name, name.removeprefix("limits.").removeprefix("machine."))
         values = [rows[name][k] for k in kept]
-        if len(set(values)) < 2 and name not in ("duration_s",):
+        if len(set(values)) < 2 and name != "duration_s":
             continue
         if any(isinstance(value, str) for value in values):
-            names = sorted({str(value) for value in values})
-            place = {value: k for k, value in enumerate(names)}
-            numbers: list[float] = [place[str(value)] for value in values]
-            dimensions.append(
-                {"label": label, "values": numbers, "tickvals": list(range(len(names))), "ticktext": names}
-            )
+            names, numbers = np.unique([str(value) for value in values], return_inverse=True)
+            ticks = {"tickvals": list(range(len(names))), "ticktext": names.tolist()}
+            dimensions.append({"label": label, "values": numbers.tolist(), **ticks})
         else:
-            known = [float(value) for value in values if value is not None]
-            low = min(known, default=0.0)
-            dimensions.append({"label": label, "values": [low if value is None else float(value) for value in values]})
+            least = min((float(value) for value in values if value is not None), default=0.0)
+            dimensions.append(
+                {"label": label, "values": [least if value is None else float(value) for value in values]}
+            )
     time = np.nan_to_num(column(rows, "duration_s")[kept])
     line = {"color": time.tolist(), "colorscale": "Viridis", "colorbar": {"title": {"text": "cycle time (s)"}}}
     data = [{"type": "parcoords", "dimensions": dimensions, "line": line}]
-    return {
-        "data": data,
-        "layout": {"height": 460, "margin": {"l": 170, "r": 40, "t": 60, "b": 30}, "font": {"size": 12}},
-    }
+    layout = {"height": 460, "margin": {"l": 170, "r": 40, "t": 60, "b": 30}, "font": {"size": 12}}
+    return {"data": data, "layout": layout}
 
 
 def _pareto(rows: Mapping[str, Sequence[Any]], kept: Any) -> dict[str, Any]:
@@ -101,8 +96,8 @@ def _pareto(rows: Mapping[str, Sequence[Any]], kept: Any) -> dict[str, Any]:
 
 def _numbers(sums: Mapping[str, Any]) -> str:
     rows = [
-        f"<tr><td>{text_of(name)}</td><td>{each['least']:.6g}</td><td>{each['least_run']}</td>"
-        f"<td>{each['median']:.6g}</td><td>{each['most']:.6g}</td><td>{each['most_run']}</td></tr>"
+        f"<td>{text_of(name)}</td><td>{each['least']:.6g}</td><td>{each['least_run']}</td>"
+        f"<td>{each['median']:.6g}</td><td>{each['most']:.6g}</td><td>{each['most_run']}</td>"
         for name, each in sums["numbers"].items()
     ]
     return table(("", "least", "run", "median", "most", "run"), rows)

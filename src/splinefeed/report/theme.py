@@ -65,5 +65,4 @@ def tick_text(value: float) -> str:
 
 
 def _short_power(text: str) -> str:
-    """1.2e5 for 1.2e+05."""
     return re.sub(r"e([+-])0*", lambda sign: "e" + sign[1].strip("+"), text)

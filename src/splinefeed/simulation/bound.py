@@ -11,12 +11,11 @@ from splinefeed.errors import InputError
 from splinefeed.machine.parts import Axis
 from splinefeed.records import Array
 from splinefeed.simulation.linear import (
-    GRID,
-    LOWEST_SHARE,
-    ComplexArray,
     Margins,
     controller_response,
     discrete_plant,
+    frequencies,
+    read_margins,
     spectral_radius,
 )
 
@@ -41,31 +40,28 @@ class Bound:
     sensitivity: float = 2.0
 
     def __post_init__(self) -> None:
-        for name, value, least in (
-            ("gain_margin", self.gain_margin, 1.0),
-            ("phase_margin", self.phase_margin, 0.0),
-            ("sensitivity", self.sensitivity, 1.0),
+        for name, least, most in (
+            ("gain_margin", 1.0, math.inf),
+            ("phase_margin", 0.0, 90.0),
+            ("sensitivity", 1.0, math.inf),
         ):
-            if not (math.isfinite(value) and value > least):
-                raise InputError(f"{name} is {value}; it must be greater than {least:g} and finite")
-        if self.phase_margin >= 90.0:
-            raise InputError(f"phase_margin is {self.phase_margin:g} deg; it must be less than 90")
+            if not least < getattr(self, name) < most:
+                raise InputError(f"{name} is {getattr(self, name)}; it must lie between {least:g} and {most:g}")
 
-    def slack(self, margins: Margins) -> float:
-        """How far margins are within the bound: 0 or more if they are, in natural logarithms of the ratios."""
-        found = (margins.gain_margin, margins.gain_reduction, margins.phase_margin, margins.sensitivity)
-        return float(np.min(self.slacks(*found, margins.spectral_radius)))
+    def slacks(self, found: Margins) -> Array:
+        """How far margins are within the bound, (5,): 0 or more, in natural logarithms of the ratios.
 
-    def slacks(self, gain: float, reduction: float, phase: float, sensitivity: float, radius: float) -> Array:
-        """The five slacks, (5,): gain margin, gain reduction, phase margin, sensitivity, poles."""
-        found = (
-            math.log(gain / self.gain_margin) if math.isfinite(gain) else MOST_SLACK,
-            -math.log(reduction * self.gain_margin) if reduction > 0.0 else MOST_SLACK,
-            phase / self.phase_margin - 1.0 if math.isfinite(phase) else MOST_SLACK,
-            math.log(self.sensitivity / sensitivity),
-            (1.0 - radius) / RADIUS_SCALE if radius < 1.0 else (1.0 - radius) / RADIUS_SCALE - RADIUS_SCALE,
+        Of gain margin, gain reduction, phase margin, sensitivity and poles.
+        """
+        over = (1.0 - found.spectral_radius) / RADIUS_SCALE
+        slacks = (
+            math.log(found.gain_margin / self.gain_margin),
+            -math.log(found.gain_reduction * self.gain_margin) if found.gain_reduction > 0.0 else MOST_SLACK,
+            abs(found.phase_margin) / self.phase_margin - 1.0,
+            math.log(self.sensitivity / found.sensitivity),
+            over if found.stable else over - RADIUS_SCALE,
         )
-        out: Array = np.clip(np.array(found), -MOST_SLACK, MOST_SLACK)
+        out: Array = np.clip(np.array(slacks), -MOST_SLACK, MOST_SLACK)
         return out
 
     @property
@@ -80,36 +76,18 @@ class Bound:
 class BoundTest:
     """The slacks of an axis with other gains, from one frequency response of its plant: half a millisecond each.
 
-    Crossings are straight between the points of the grid, some 1e-4 off; `Bound.slack` of `margins` is exact.
+    Crossings are straight between the points of the grid, some 1e-4 off; `Bound.slacks` of `margins` is exact.
     """
 
     def __init__(self, axis: Axis, period: float, bound: Bound) -> None:
         self.period = period
         self.bound = bound
-        top = math.pi / period
-        self._grid = np.geomspace(LOWEST_SHARE * top, top * (1.0 - 1e-9), GRID)
+        self._grid = frequencies(period)
         self._plant = discrete_plant(axis, period).response(self._grid)
 
     def slacks(self, axis: Axis) -> Array:
         """The slacks, (5,), of this axis with any gains; see `Bound.slacks`."""
-        loop = controller_response(axis.controller, self.period, self._grid)[1] * self._plant
-        return self.bound.slacks(*grid_margins(loop), spectral_radius(axis, self.period))
-
-
-def grid_margins(loop: ComplexArray) -> tuple[float, float, float, float]:
-    """Gain margin, gain reduction, phase margin in deg, and sensitivity of a loop over a fine grid of frequencies."""
-    imaginary = loop.imag
-    at = np.flatnonzero((imaginary[:-1] < 0.0) != (imaginary[1:] < 0.0))  # also where one of them is 0
-    share = imaginary[at] / (imaginary[at] - imaginary[at + 1])
-    real = loop.real[at] + share * (loop.real[at + 1] - loop.real[at])
-    factors = -1.0 / np.append(real[real < 0.0], min(loop.real[-1], -1e-300))
-    excess = np.abs(loop) - 1.0
-    at = np.flatnonzero((excess[:-1] < 0.0) != (excess[1:] < 0.0))
-    share = excess[at] / (excess[at] - excess[at + 1])
-    phases = np.degrees(np.abs(np.angle(-(loop[at] + share * (loop[at + 1] - loop[at])))))
-    return (
-        float(np.min(factors[factors > 1.0], initial=np.inf)),
-        float(np.max(factors[factors < 1.0], initial=0.0)),
-        float(np.min(phases, initial=np.inf)),
-        float(1.0 / np.min(np.abs(1.0 + loop))),
-    )
+        forward, back = controller_response(axis.controller, self.period, self._grid)
+        loop, radius = back * self._plant, spectral_radius(axis, self.period)
+        closed = forward * self._plant / (1.0 + loop)
+        return self.bound.slacks(read_margins(self._grid, loop, closed, radius)[0])

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from splinefeed.machine.machine import Machine
+from splinefeed.kernels import mechanics, servo
 from splinefeed.machine.parts import Axis
-from splinefeed.records import Array, Setpoints
-from splinefeed.simulation.experiments import FrequencyResponse
-from splinefeed.simulation.follow import Follower
+from splinefeed.records import Array
+from splinefeed.simulation.experiments import FrequencyResponse, driven
 from splinefeed.simulation.linear import ComplexArray, Margins, controller_response, discrete_plant, margins
+from splinefeed.simulation.plant import parameters, plant, step_table
 
 #: Points of a curve over frequency, between these shares of half the servo rate.
 POINTS = 800
@@ -41,12 +41,12 @@ class LoopCurves:
 
 @dataclass(frozen=True, eq=False)
 class StepResponse:
-    """What a step of `size`, mm or rad, does: t (n,) s from the step on, position (n,), and why it stopped or None."""
+    """What a step of `size`, mm or rad, does: t (n,) s from the step on, position (n,), and whether it ran away."""
 
     t: Array
     position: Array
     size: float
-    stopped: str | None
+    stopped: bool
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,17 +72,13 @@ def tuned_axis(old: Axis, new: Axis, rule: str, period: float, measured: Frequen
     identified = None
     if measured is not None:
         back = controller_response(new.controller, period, 2.0 * np.pi * measured.frequency)[1]
-        identified = FrequencyResponse(measured.frequency, back * measured.value, measured.source)
+        identified = replace(measured, value=back * measured.value)
+    curves, loops = [loop_curves(axis, period) for axis in (old, new)], [margins(axis, period) for axis in (old, new)]
+    steps = step_responses(old, new, period)
     return TunedAxis(
-        axis=new,
-        rule=rule,
-        old=loop_curves(old, period),
-        new=loop_curves(new, period),
-        before=margins(old, period),
-        margins=margins(new, period),
-        steps=step_responses(old, new, period),
+        axis=new, rule=rule, old=curves[0], new=curves[1], before=loops[0], margins=loops[1], steps=steps,
         identified=identified,
-    )
+    )  # fmt: skip
 
 
 def loop_curves(axis: Axis, period: float) -> LoopCurves:
@@ -90,9 +86,8 @@ def loop_curves(axis: Axis, period: float) -> LoopCurves:
     nyquist = 0.5 / period
     frequency = np.geomspace(LOWEST_SHARE * nyquist, HIGHEST_SHARE * nyquist, POINTS)
     omega = 2.0 * np.pi * frequency
-    plant = discrete_plant(axis, period).response(omega)
-    forward, back = controller_response(axis.controller, period, omega)
-    return LoopCurves(frequency, back * plant, forward * plant / (1.0 + back * plant))
+    forward, back = discrete_plant(axis, period).response(omega) * controller_response(axis.controller, period, omega)
+    return LoopCurves(frequency, back, forward / (1.0 + back))
 
 
 def step_responses(old: Axis, new: Axis, period: float) -> tuple[StepResponse, StepResponse]:
@@ -102,16 +97,18 @@ def step_responses(old: Axis, new: Axis, period: float) -> tuple[StepResponse, S
     """
     loops = (margins(old, period), margins(new, period))
     bandwidth = min((each.bandwidth for each in loops if each.stable), default=1.0 / SHORTEST)
-    duration = min(max(SWINGS / bandwidth, SHORTEST), LONGEST)
-    ticks = BEFORE + math.ceil(duration / period)
-    peaks = [
-        float(np.max(np.abs(_stepped(axis, period, ticks, 1.0, linear=True)[1]), initial=0.0)) for axis in (old, new)
-    ]
+    ticks = BEFORE + math.ceil(min(max(SWINGS / bandwidth, SHORTEST), LONGEST) / period)
+    peaks = [float(np.max(np.abs(_stepped(axis, period, ticks, 1.0, linear=True)[1]))) for axis in (old, new)]
     kept = [peak for peak, each in zip(peaks, loops, strict=True) if each.stable] or peaks
     unit = math.radians(1.0) if old.rotary else 1.0
     largest = min(OUTPUT_SHARE * old.controller.output_limit / max(*kept, 1e-300), 0.5 * old.controller.error_limit)
-    size = unit * _rounded(largest / unit)
-    return _response(old, period, ticks, size), _response(new, period, ticks, size)
+    size = unit * rounded_down(largest / unit)
+    found = []
+    for axis in (old, new):
+        position, _, stopped = _stepped(axis, period, ticks, size)
+        t = np.arange(-BEFORE, len(position) - BEFORE, dtype=np.float64) * period
+        found.append(StepResponse(t, position, size, stopped))
+    return found[0], found[1]
 
 
 def rest_swing(axis: Axis, period: float) -> float:
@@ -123,7 +120,7 @@ def rest_swing(axis: Axis, period: float) -> float:
     resolution = seen_resolution(axis)
     ticks = BEFORE + math.ceil((REST_SETTLING + REST_WATCHED) / period)
     size = min(REST_STEP * resolution, 0.5 * axis.controller.error_limit)
-    position, _, stopped = _stepped(axis, period, ticks, size, linear=False)
+    position, _, stopped = _stepped(axis, period, ticks, size)
     if stopped:
         return math.inf
     watched = position[-math.ceil(REST_WATCHED / period) :]
@@ -144,34 +141,17 @@ def hunts(axis: Axis, swing: float) -> bool:
     return swing > HUNTING * seen_resolution(axis)
 
 
-def _response(axis: Axis, period: float, ticks: int, size: float) -> StepResponse:
-    position, _, stopped = _stepped(axis, period, ticks, size, linear=False)
-    t = np.asarray((np.arange(len(position)) - BEFORE) * period, dtype=np.float64)
-    return StepResponse(t, position, size, stopped)
+def _stepped(axis: Axis, period: float, ticks: int, size: float, linear: bool = False) -> tuple[Array, Array, bool]:
+    """Position and output (n,) of an axis after a step, and whether it ran away, which a linear one may."""
+    numbers = parameters(axis, period, linear=linear)
+    limit = math.inf if linear else axis.controller.error_limit
+    numbers[mechanics.ERROR_LIMIT] = limit
+    command = np.where(np.arange(ticks) < BEFORE, 0.0, size)
+    position, measured, output, _ = driven(servo.CLOSED, command, step_table(plant(axis), period), numbers)
+    return position, output, not abs(command[len(measured) - 1] - measured[-1]) <= limit
 
 
-def _stepped(axis: Axis, period: float, ticks: int, size: float, *, linear: bool) -> tuple[Array, Array, str | None]:
-    """Position and output (n,) of an axis after a step, and why it stopped."""
-    if linear:
-        axis = replace(axis, controller=replace(axis.controller, error_limit=1e12))
-    nothing = np.zeros(ticks)
-    setpoints = Setpoints(
-        t=np.asarray(np.arange(ticks) * period, dtype=np.float64),
-        curve=nothing.astype(np.int64),
-        u=nothing,
-        s=nothing,
-        feed=nothing,
-        position=np.where(np.arange(ticks) < BEFORE, 0.0, size)[:, None],
-        axes=(axis.name,),
-        period=period,
-        method="step",
-    )
-    machine = Machine(name=axis.name, axes={axis.name: axis})
-    response = Follower(machine, setpoints.axes, period, linear=linear).follow(setpoints)
-    return response.position[:, 0], response.output[:, 0], response.stopped
-
-
-def _rounded(value: float) -> float:
+def rounded_down(value: float) -> float:
     """The largest of 1, 2 and 5 times a power of ten that is not above `value`."""
-    power = 10.0 ** math.floor(math.log10(value))
-    return power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value * (1.0 + 1e-12))
+    power = 10.0 ** math.floor(math.log10(value) + 1e-12)
+    return power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value * (1.0 + 1e-9))

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import cmath
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,15 +23,12 @@ WINDOW = 0.5
 #: Periods of a relay experiment, and those at its end that are measured.
 SWINGS = 60
 MEASURED_SWINGS = 20
-#: Steps of frequency on the way from the oscillation to where the phase is -180 degrees, and rounds of interpolation
-#: there.
-SEARCH_STEP = 1.15
-SEARCH = 30
-REFINE = 3
+#: Sines of a relay experiment: so many, over these factors of the frequency known so far, one round after another.
+ROUNDS = ((15, 3.0), (5, 1.15), (3, 1.02))
 #: Sines go up to this share of half the servo rate.
 HIGHEST_SHARE = 0.95
-#: Longest relay experiment, ticks.
-LONGEST = 200_000
+#: Lengths of a relay experiment, ticks, the next where one is too short.
+TICKS = (2000, 20_000, 200_000)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +94,7 @@ def swept_sine(
         k = np.arange(-settle, ticks)
         angle = 2.0 * np.pi * swings / ticks * k
         volts = bias + amplitude * np.sin(angle)
-        measured, _ = driven(servo.OPEN, volts, table, numbers)
+        _, measured, *_ = driven(servo.OPEN, volts, table, numbers)
         columns = np.column_stack([np.sin(angle), np.cos(angle), np.ones(len(k)), k / ticks])[settle:]
         sine, cosine = np.linalg.lstsq(columns, measured[settle:], rcond=None)[0][:2]
         values[i] = (sine + 1j * cosine) / amplitude
@@ -124,33 +120,31 @@ def relay(axis: Axis, period: float, volts: float) -> UltimatePoint:
     """
     if not (math.isfinite(volts) and volts > 0.0):
         raise InputError(f"the relay is {volts} V; it must be greater than 0 and finite")
-    swing = _swing(axis, period, volts)
+    point = UltimatePoint(math.nan, _swing(axis, period, volts), "")
     amplitude, bias = gentle(axis, 4.0 / math.pi * volts)
+    for count, factor in ROUNDS:
+        frequency = np.geomspace(1.0 / factor, factor, count) / point.period
+        frequency = np.unique(np.minimum(frequency, HIGHEST_SHARE * 0.5 / period))
+        point = ultimate_of(swept_sine(axis, period, frequency, amplitude, bias=bias), axis.name)
+    return replace(point, source=f"relay of {volts:g} V and sines around its oscillation")
 
-    def measured(frequency: float) -> tuple[float, float, float]:
-        """Logarithms of frequency and gain, and how far the phase is above -180 degrees, rad."""
-        found = swept_sine(axis, period, np.array([frequency]), amplitude, bias=bias)
-        value = complex(found.value[0])
-        return math.log(float(found.frequency[0])), math.log(abs(value)), cmath.phase(-value)
 
-    highest = HIGHEST_SHARE * 0.5 / period
-    here = measured(min(1.0 / swing, highest))
-    there = here
-    for _ in range(SEARCH):
-        there, here = here, measured(min(math.exp(here[0]) * SEARCH_STEP ** (1.0 if here[2] > 0.0 else -1.0), highest))
-        if here[2] * there[2] <= 0.0:
-            break
-    else:
-        raise InputError(
-            f"axis {axis.name}: sines around the oscillation of the relay find no frequency that lags 180 degrees"
-        )
-    for _ in range(REFINE):
-        middle = measured(math.exp(_crossing(there, here)[0]))
-        there, here = (middle, here) if middle[2] * here[2] <= 0.0 else (there, middle)
-    frequency, gain = _crossing(there, here)
-    return UltimatePoint(
-        1.0 / math.exp(gain), 1.0 / math.exp(frequency), f"relay of {volts:g} V and sines around its oscillation"
+def ultimate_of(found: FrequencyResponse, name: str = "x") -> UltimatePoint:
+    """The ultimate point of a measured frequency response: where it first lags 180 degrees, between its points.
+
+    Straight in phase and logarithm of gain over the logarithm of frequency. Raises InputError where it never does.
+    """
+    phase = np.unwrap(np.angle(found.value))
+    phase -= 2.0 * np.pi * np.round((phase[0] + 0.5 * np.pi) / (2.0 * np.pi))  # an axis begins near -90 degrees
+    beyond = np.flatnonzero((phase[:-1] > -np.pi) & (phase[1:] <= -np.pi))
+    if not beyond.size:
+        raise InputError(f"axis {name}: the response by {found.source} never lags 180 degrees; it has no ultimate gain")
+    i = int(beyond[0])
+    share = float((phase[i] + np.pi) / (phase[i] - phase[i + 1]))
+    frequency, gain = (
+        np.log(each[i]) + share * np.log(each[i + 1] / each[i]) for each in (found.frequency, np.abs(found.value))
     )
+    return UltimatePoint(math.exp(-float(gain)), math.exp(-float(frequency)), found.source)
 
 
 def gentle(axis: Axis, amplitude: float) -> tuple[float, float]:
@@ -165,35 +159,23 @@ def gentle(axis: Axis, amplitude: float) -> tuple[float, float]:
     return min(amplitude, 0.5 * top), min(amplitude, 0.5 * top)
 
 
-def _crossing(one: tuple[float, float, float], other: tuple[float, float, float]) -> tuple[float, float]:
-    """Logarithms of frequency and gain where the phase is -180 degrees, straight between two measurements."""
-    share = one[2] / (one[2] - other[2]) if one[2] != other[2] else 0.0
-    return one[0] + share * (other[0] - one[0]), one[1] + share * (other[1] - one[1])
+def driven(kind: int, command: Array, table: Array, numbers: Array) -> Array:
+    """What `servo.run_axis` does from rest: position, measured position, output and whether at its limit, (4, m).
 
-
-def driven(kind: int, volts: Array, table: Array, numbers: Array) -> tuple[Array, Array]:
-    """What is measured, and put out, V, (n,) each, over ticks from rest: kind OPEN or RELAY of `kernels.servo`.
-
-    table and numbers as `step_table` and `parameters` give them.
+    table and numbers as `step_table` and `parameters` give them; m ticks are done, fewer if the axis runs away.
     """
-    memory, scratch = np.zeros(mechanics.MEMORY), np.zeros(mechanics.SCRATCH)
-    position, measured, output, saturated = (np.empty(len(volts)) for _ in range(4))
-    run = servo.run_axis.for_work(len(volts))
-    run(kind, volts, table, numbers, memory, scratch, position, measured, output, saturated)
-    return measured, output
+    memory, scratch, found = np.zeros(mechanics.MEMORY), np.zeros(mechanics.SCRATCH), np.empty((4, len(command)))
+    run = servo.run_axis.for_work(len(command))
+    return found[:, : run(kind, command, table, numbers, memory, scratch, *found)]
 
 
 def _swing(axis: Axis, period: float, volts: float) -> float:
-    """Period of the oscillation under a relay, s."""
-    table = step_table(plant(axis), period)
-    numbers = parameters(axis, period)
-    ticks = 2000
-    while ticks <= LONGEST:
-        measured, output = driven(servo.RELAY, np.full(ticks, volts), table, numbers)
+    table, numbers = step_table(plant(axis), period), parameters(axis, period)
+    for ticks in TICKS:
+        _, measured, output, _ = driven(servo.RELAY, np.full(ticks, volts), table, numbers)
         rises = np.flatnonzero((output[1:] > 0.0) & (output[:-1] < 0.0)) + 1
         if len(rises) > SWINGS and np.ptp(measured) > 0.0:
             return float(rises[-1] - rises[-1 - MEASURED_SWINGS]) * period / MEASURED_SWINGS
-        ticks *= 10
     raise InputError(
         f"axis {axis.name}: a relay of {volts:g} V makes no steady oscillation; friction may hold the axis: "
         "raise the voltage"

@@ -11,6 +11,7 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.kernels import mechanics, servo
 from splinefeed.machine.machine import Machine
+from splinefeed.machine.parts import Axis
 from splinefeed.records import Array, Response, Setpoints, check_finite
 from splinefeed.simulation import plant as plants
 
@@ -24,12 +25,10 @@ Progress = Callable[[int, int], None]
 
 @dataclass(eq=False)
 class _AxisState:
-    """One axis in simulation: step matrices, parameters and memory of the kernel."""
-
-    name: str
+    axis: Axis
     table: Array
     parameters: Array
-    memory: Array
+    memory: Array = field(default_factory=lambda: np.zeros(mechanics.MEMORY))
     scratch: Array = field(default_factory=lambda: np.zeros(mechanics.SCRATCH))
 
 
@@ -68,12 +67,11 @@ class Follower:
         self.stopped: str | None = None
         self._states = [
             _AxisState(
-                name,
-                plants.step_table(plants.plant(machine.axes[name]), self.period, sub_steps),
-                plants.parameters(machine.axes[name], self.period, sub_steps, linear=linear),
-                np.zeros(mechanics.MEMORY),
+                axis,
+                plants.step_table(plants.plant(axis), self.period, sub_steps),
+                plants.parameters(axis, self.period, sub_steps, linear=linear),
             )
-            for name in self.axes
+            for axis in (machine.axes[name] for name in self.axes)
         ]
 
     @property
@@ -90,59 +88,42 @@ class Follower:
         check_finite(setpoints.position, "Setpoints.position")
         count = 0 if self.stopped is not None else len(setpoints)
         command = np.ascontiguousarray(setpoints.position.T[:, :count])  # (axes, n), one row an axis for the kernel
-        position, measured, output, saturated = (np.empty_like(command) for _ in range(4))
+        found = np.empty((4, *command.shape))  # position, measured, output, saturated
         done = count
         for i, state in enumerate(self._states):
             run_axis = servo.run_axis.for_work(count)
             if self.ticks == 0 and count > 0:
                 state.memory[[mechanics.MOTOR, mechanics.LOAD]] = command[i, 0]
-            ticks = run_axis(
-                servo.CLOSED,
-                command[i],
-                state.table,
-                state.parameters,
-                state.memory,
-                state.scratch,
-                position[i],
-                measured[i],
-                output[i],
-                saturated[i],
-            )
-            if ticks < done or (ticks == done and self.stopped is None and self._away(i, ticks, command, measured)):
+            given = (command[i], state.table, state.parameters, state.memory, state.scratch)
+            ticks = run_axis(servo.CLOSED, *given, *found[:, i])
+            error = abs(command[i, ticks - 1] - found[1, i, ticks - 1]) if ticks else 0.0
+            away = not error <= state.axis.controller.error_limit
+            if away and (ticks < done or self.stopped is None):
                 done = ticks
-                self.stopped = self._why(
-                    i, float(setpoints.t[ticks - 1]), command[i, ticks - 1] - measured[i, ticks - 1]
-                )
+                self.stopped = _why(state.axis, float(setpoints.t[ticks - 1]), error)
         self.ticks += done
+        position, measured, output, saturated = (np.ascontiguousarray(each[:, :done].T) for each in found)
         return Response(
             t=setpoints.t[:done].copy(),
             command=setpoints.position[:done].copy(),
-            position=np.ascontiguousarray(position[:, :done].T),
-            measured=np.ascontiguousarray(measured[:, :done].T),
-            output=np.ascontiguousarray(output[:, :done].T),
-            saturated=np.ascontiguousarray(saturated[:, :done].T != 0.0),
+            position=position,
+            measured=measured,
+            output=output,
+            saturated=saturated != 0.0,
             axes=self.axes,
             period=self.period,
             stopped=self.stopped,
             settings=self.settings,
         )
 
-    def _away(self, axis: int, ticks: int, command: Array, measured: Array) -> bool:
-        """Whether the last tick of an axis is beyond its error limit: a run-away at the very end of a chunk."""
-        if ticks == 0:
-            return False
-        error = abs(command[axis, ticks - 1] - measured[axis, ticks - 1])
-        return not error <= self._states[axis].parameters[mechanics.ERROR_LIMIT]
 
-    def _why(self, axis: int, time: float, error: float) -> str:
-        """Report which axis ran away, when and by how much."""
-        state = self._states[axis]
-        unit, factor = ("deg", 180.0 / np.pi) if self.machine.axes[state.name].rotary else ("mm", 1.0)
-        limit = state.parameters[mechanics.ERROR_LIMIT]
-        return (
-            f"axis {state.name} ran away at {time:.6g} s: an error of {abs(error) * factor:.4g} {unit} is beyond its "
-            f"limit of {limit * factor:.4g} {unit}; its loop may be unstable (splinefeed tune), or the feed too high"
-        )
+def _why(axis: Axis, time: float, error: float) -> str:
+    unit, factor = ("deg", 180.0 / np.pi) if axis.rotary else ("mm", 1.0)
+    return (
+        f"axis {axis.name} ran away at {time:.6g} s: an error of {error * factor:.4g} {unit} is beyond its limit of "
+        f"{axis.controller.error_limit * factor:.4g} {unit}; its loop may be unstable (splinefeed tune), or the feed "
+        "too high"
+    )
 
 
 def slices(setpoints: Setpoints, size: int) -> Iterator[Setpoints]:

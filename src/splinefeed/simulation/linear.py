@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq, minimize_scalar
 
 from splinefeed.errors import InputError
 from splinefeed.kernels import mechanics
-from splinefeed.machine.parts import Axis, Controller
-from splinefeed.records import Array
+from splinefeed.machine.parts import GAINS, Axis, Controller
+from splinefeed.records import Array, IntArray
 from splinefeed.simulation.plant import plant, zero_order_hold
 
 ComplexArray = NDArray[np.complex128]
 
-#: Points of the grid on which crossings are searched, from LOWEST_SHARE of the Nyquist frequency up to it.
+#: Points of the grid on which crossings are searched, from LOWEST_SHARE of the Nyquist frequency up to it; passes in
+#: which what lies around a crossing is cut into PARTS. Straight lines between the last points are exact to rounding.
 GRID = 4000
 LOWEST_SHARE = 1e-6
+PASSES, PARTS = 3, 32
+#: Gain at which a closed loop is 3 dB down.
+HALF_POWER = math.sqrt(0.5)
 #: Gain margins below this, or phase margins below this many degrees, are called close to unstable.
 SMALL_GAIN_MARGIN = 2.0
 SMALL_PHASE_MARGIN = 30.0
@@ -105,22 +107,19 @@ class Margins:
                 return f"{text}; stable only above {self.stable_above:.3g} times these gains"
             return f"{text}; no common factor on the gains makes it stable"
         numbers = f"gain margin {self.gain_margin:.3g}, phase margin {self.phase_margin:.3g} deg"
-        if not self.close:
-            return f"stable: {numbers}"
-        if self.gain_margin < SMALL_GAIN_MARGIN or self.phase_margin < SMALL_PHASE_MARGIN:
-            return f"stable, but close to unstable: {numbers}"
-        return f"stable, but close to unstable: the gain may fall to {self.gain_reduction:.3g} only; {numbers}"
+        if self.gain_reduction > 1.0 / SMALL_GAIN_MARGIN:
+            numbers += f", the gain may fall to {self.gain_reduction:.3g} only"
+        return f"stable{', but close to unstable' if self.close else ''}: {numbers}"
 
     @property
     def sentence(self) -> str:
         """The verdict, with the frequencies of the margins, the delay margin and the bandwidth of a stable loop."""
         if not self.stable:
             return self.verdict
-        passing = (
-            f"; gain margin at {self.gain_frequency:.4g} Hz, phase margin at {self.phase_frequency:.4g} Hz, "
-            f"delay margin {self.delay_margin * 1e3:.3g} ms, bandwidth {self.bandwidth:.4g} Hz"
+        return (
+            f"{self.verdict}; gain margin at {self.gain_frequency:.4g} Hz, phase margin at {self.phase_frequency:.4g} "
+            f"Hz, delay margin {self.delay_margin * 1e3:.3g} ms, bandwidth {self.bandwidth:.4g} Hz"
         )
-        return self.verdict + passing
 
     def as_dict(self) -> dict[str, float | bool | str | None]:
         """Names and values, as `tune --json` prints them; what is infinite or is not there becomes null there."""
@@ -161,51 +160,36 @@ def controller_response(controller: Controller, period: float, omega: Array) -> 
     return inner * controller.position_gain, inner * (controller.position_gain + slope)
 
 
-def loop_response(axis: Axis, period: float, omega: Array) -> ComplexArray:
-    """The loop opened at the controller's output, L = H G, at w (n,), rad/s, complex (n,)."""
-    out: ComplexArray = controller_response(axis.controller, period, omega)[1] * discrete_plant(axis, period).response(
-        omega
-    )
-    return out
-
-
 def closed_loop(axis: Axis, period: float) -> tuple[Array, Array, Array]:
     """State equations x+ = F x + g r, y = h x of the closed loop without feed-forward: F (n, n), g (n,), h (n,).
 
     States: plant, integral, last input and filtered slope of the controller, and the output that waits if delayed.
     Controller: with e = r - y, s its input (e, or y for P-PI), f+ = a f + (1 - a) (s - s_last) / T.
     """
-    part = discrete_plant(axis, period)
-    control = axis.controller
+    part, control = discrete_plant(axis, period), axis.controller
     n = len(part.gamma)
-    integral, last, slope, pending = n, n + 1, n + 2, n + 3
+    integral, last, slope, pending = range(n, n + 4)
     size = n + 3 + part.delay
-    cascade = control.kind == "p-pi"
-    seen = np.zeros(size + 1)  # as a row over (x, r)
+    x_and_r = np.eye(size + 1)  # a row over (x, r) for each of them
+    seen = np.zeros(size + 1)
     seen[:n] = part.output
-    error = -seen
-    error[size] = 1.0
+    error = x_and_r[size] - seen
+    cascade = control.kind == "p-pi"
     source = seen if cascade else error
     keep = control.filter / (control.filter + period)
-    slope_row = (1.0 - keep) / period * source
-    slope_row[slope] += keep
-    slope_row[last] -= (1.0 - keep) / period
+    slope_row = keep * x_and_r[slope] + (1.0 - keep) / period * (source - x_and_r[last])
     if cascade:
         wanted = control.position_gain * error - slope_row
         proportional, gain = control.velocity_kp * wanted, control.velocity_ki * period * wanted
     else:
         proportional, gain = control.kp * error + control.kd * slope_row, control.ki * period * error
-    integral_row = gain.copy()
-    integral_row[integral] += 1.0
+    integral_row = x_and_r[integral] + gain
     volts = proportional + integral_row
     rows = np.zeros((size, size + 1))
-    rows[:n, :n] = part.phi
     rows[integral], rows[last], rows[slope] = integral_row, source, slope_row
     if part.delay:
-        rows[:n, pending] += part.gamma
         rows[pending] = volts
-    else:
-        rows[:n] += np.outer(part.gamma, volts)
+    rows[:n] = part.phi @ x_and_r[:n] + np.outer(part.gamma, x_and_r[pending] if part.delay else volts)
     return rows[:, :size], rows[:, size], seen[:size]
 
 
@@ -213,11 +197,54 @@ def spectral_radius(axis: Axis, period: float) -> float:
     """Largest modulus of the closed loop's poles; integrators that nothing drives (gain 0) are left out."""
     F, _, _ = closed_loop(axis, period)
     control = axis.controller
-    idle = (control.velocity_ki if control.kind == "p-pi" else control.ki) == 0.0
-    if idle:  # an integral that never moves is not a mode of the loop
-        place = len(discrete_plant(axis, period).gamma)
-        F = np.delete(np.delete(F, place, axis=0), place, axis=1)
+    if (control.velocity_ki if control.kind == "p-pi" else control.ki) == 0.0:  # the integral is no mode of the loop
+        kept = np.arange(len(F)) != len(F) - 3 - control.delay
+        F = F[np.ix_(kept, kept)]
     return float(np.max(np.abs(np.linalg.eigvals(F))))
+
+
+def frequencies(period: float) -> Array:
+    """The grid up to the Nyquist frequency of a period, s, (GRID,), rad/s."""
+    top = math.pi / period
+    out: Array = np.geomspace(LOWEST_SHARE * top, top * (1.0 - 1e-9), GRID)
+    return out
+
+
+def read_margins(grid: Array, loop: ComplexArray, closed: ComplexArray, radius: float) -> tuple[Margins, list[float]]:
+    """Margins of a loop L and its closed loop over a grid that ends at the Nyquist frequency, rad/s, (n,) each.
+
+    Straight between the points; radius is that of the poles. Also all factors on the gain that put L on -1 somewhere.
+    """
+    at, share = _crossings(loop.imag)
+    real, omega = (each[at] + share * (each[at + 1] - each[at]) for each in (loop.real, grid))
+    gains = [(-1.0 / x, w) for x, w in zip(real.tolist(), omega.tolist(), strict=True) if x < 0.0]
+    if loop.real[-1] < 0.0:  # L is real at the Nyquist frequency: it counts when negative
+        gains.append((-1.0 / float(loop.real[-1]), float(grid[-1])))
+    gain, gain_at = min((pair for pair in gains if pair[0] > 1.0), default=(math.inf, math.nan))
+    at, share = _crossings(np.abs(loop) - 1.0)
+    angles = np.degrees(np.angle(-(loop[at] + share * (loop[at + 1] - loop[at])))).tolist()
+    phases = list(zip(angles, (grid[at] + share * (grid[at + 1] - grid[at])).tolist(), strict=True))
+    phase, phase_at = min(phases, key=lambda pair: abs(pair[0]), default=(math.inf, math.nan))
+    fallen = np.flatnonzero(np.abs(closed) < HALF_POWER)
+    found = Margins(
+        gain_margin=gain,
+        gain_frequency=gain_at / (2.0 * math.pi),
+        gain_reduction=max((factor for factor, _ in gains if factor < 1.0), default=0.0),
+        phase_margin=phase,
+        phase_frequency=phase_at / (2.0 * math.pi),
+        delay_margin=min((math.radians(each % 360.0) / w for each, w in phases), default=math.inf),
+        sensitivity=float(1.0 / np.min(np.abs(1.0 + loop))),
+        bandwidth=float(grid[fallen[0]]) / (2.0 * math.pi) if len(fallen) and fallen[0] else math.inf,
+        spectral_radius=radius,
+    )
+    return found, sorted(factor for factor, _ in gains)
+
+
+def _crossings(values: Array) -> tuple[IntArray, Array]:
+    """Where values (n,) change sign, the place before and how far on, 0 to 1; also where one of them is 0."""
+    at = np.flatnonzero((values[:-1] < 0.0) != (values[1:] < 0.0))
+    share: Array = values[at] / (values[at] - values[at + 1])
+    return at, share
 
 
 def margins(axis: Axis, period: float) -> Margins:
@@ -228,47 +255,30 @@ def margins(axis: Axis, period: float) -> Margins:
     if not (math.isfinite(period) and period > 0.0):
         raise InputError(f"period is {period} s; it must be greater than 0 and finite")
     part = discrete_plant(axis, period)
-    control = axis.controller
 
-    def loop(w: float) -> complex:
-        at = np.array([w])
-        return complex((controller_response(control, period, at)[1] * part.response(at))[0])
+    def measured(omega: Array) -> ComplexArray:
+        """L, and the closed loop, (2, n)."""
+        forward, back = part.response(omega) * controller_response(axis.controller, period, omega)
+        return np.array([back, forward / (1.0 + back)])
 
-    top = math.pi / period
-    grid = np.geomspace(LOWEST_SHARE * top, top * (1.0 - 1e-9), GRID)
-    reference, feedback = controller_response(control, period, grid)
-    plant_values = part.response(grid)
-    values = feedback * plant_values
-    crossings = [w for w in _roots(lambda w: loop(w).imag, grid, values.imag) if loop(w).real < 0.0]
-    gains = [(1.0 / abs(loop(w)), w) for w in crossings]
-    at_nyquist = loop(top).real  # L is real at the Nyquist frequency: it counts when negative
-    if at_nyquist < 0.0:
-        gains.append((-1.0 / at_nyquist, top))
-    upper = min((pair for pair in gains if pair[0] > 1.0), default=(math.inf, math.nan))
-    lower = max((pair for pair in gains if pair[0] < 1.0), default=(0.0, math.nan))
-    passing = _roots(lambda w: abs(loop(w)) - 1.0, grid, np.abs(values) - 1.0)
-    phases = [(math.degrees(math.atan2(loop(w).imag, loop(w).real)) + 180.0, w) for w in passing]
-    delays = [math.radians(phase % 360.0) / w for phase, w in phases]
-    phases = [(phase if phase <= 180.0 else phase - 360.0, w) for phase, w in phases]
-    phase = min(phases, key=lambda pair: abs(pair[0]), default=(math.inf, math.nan))
-    radius = spectral_radius(axis, period)
-    below = above = None
-    if radius >= 1.0:
-        below = next((g for g, _ in sorted(gains, reverse=True) if g < 1.0 and _is_stable(axis, period, g, -1)), None)
-        above = next((g for g, _ in sorted(gains) if g > 1.0 and _is_stable(axis, period, g, 1)), None)
-    return Margins(
-        gain_margin=upper[0],
-        gain_frequency=upper[1] / (2.0 * math.pi),
-        gain_reduction=lower[0],
-        phase_margin=phase[0],
-        phase_frequency=phase[1] / (2.0 * math.pi),
-        delay_margin=min(delays, default=math.inf),
-        sensitivity=_sensitivity(loop, grid, values),
-        bandwidth=_bandwidth(grid, np.abs(reference * plant_values / (1.0 + values))),
-        spectral_radius=radius,
-        stable_below=below,
-        stable_above=above,
-    )
+    grid = frequencies(period)
+    both = measured(grid)
+    for _ in range(PASSES):
+        loop, closed = both
+        nearest = int(np.argmin(np.abs(1.0 + loop)))
+        signs = (loop.imag, np.abs(loop) - 1.0, np.abs(closed) - HALF_POWER)
+        beside = [max(nearest - 1, 0), min(nearest, len(grid) - 2)]
+        near = np.unique(np.concatenate([beside, *(_crossings(values)[0] for values in signs)]))
+        between = np.linspace(grid[near], grid[near + 1], PARTS + 1)[1:-1].ravel()
+        order = np.argsort(np.append(grid, between))
+        grid = np.append(grid, between)[order]
+        both = np.append(both, measured(between), axis=1)[:, order]
+    found, factors = read_margins(grid, both[0], both[1], spectral_radius(axis, period))
+    if found.stable:
+        return found
+    below = next((g for g in reversed(factors) if g < 1.0 and _is_stable(axis, period, g, -1)), None)
+    above = next((g for g in factors if g > 1.0 and _is_stable(axis, period, g, 1)), None)
+    return replace(found, stable_below=below, stable_above=above)
 
 
 def _is_stable(axis: Axis, period: float, factor: float, side: int) -> bool:
@@ -278,36 +288,6 @@ def _is_stable(axis: Axis, period: float, factor: float, side: int) -> bool:
 
 def scaled(axis: Axis, factor: float) -> Axis:
     """The axis with the gain of its loop times `factor`: all gains of a PID, those of the speed loop of a P-PI."""
-    names = ("kp", "ki", "kd") if axis.controller.kind == "pid" else ("velocity_kp", "velocity_ki")
+    names = GAINS["pid"] if axis.controller.kind == "pid" else ("velocity_kp", "velocity_ki")
     gains: dict[str, Any] = {name: factor * getattr(axis.controller, name) for name in names}
     return replace(axis, controller=replace(axis.controller, **gains))
-
-
-def _sensitivity(loop: Callable[[float], complex], grid: Array, values: ComplexArray) -> float:
-    """Largest |1 / (1 + L)| of the loop with `values` over the grid, rad/s, refined between its neighbours."""
-    at = int(np.argmin(np.abs(1.0 + values)))
-    ends = (float(grid[max(at - 1, 0)]), float(grid[min(at + 1, len(grid) - 1)]))
-    least = minimize_scalar(
-        lambda w: abs(1.0 + loop(w)), bounds=ends, method="bounded", options={"xatol": 1e-9 * ends[1]}
-    )
-    return float(1.0 / min(least.fun, abs(1.0 + values[at])))
-
-
-def _bandwidth(grid: Array, closed: Array) -> float:
-    """Where |closed loop| over the grid, rad/s, first falls below 3 dB, Hz; infinite if it never does."""
-    level = math.sqrt(0.5)
-    below = np.flatnonzero(closed < level)
-    if not below.size or below[0] == 0:
-        return math.inf
-    i = int(below[0])
-    share = (level - closed[i - 1]) / (closed[i] - closed[i - 1])
-    return float(grid[i - 1] + share * (grid[i] - grid[i - 1])) / (2.0 * math.pi)
-
-
-def _roots(function: object, grid: Array, values: Array) -> list[float]:
-    """Roots of a function of frequency between grid points where its values change sign, or at one of them."""
-    roots = []
-    for i in np.flatnonzero((values[:-1] < 0.0) != (values[1:] < 0.0)):
-        known = grid[i : i + 2][values[i : i + 2] == 0.0]
-        roots.append(float(known[0] if len(known) else brentq(function, grid[i], grid[i + 1], rtol=1e-13)))
-    return roots

@@ -11,8 +11,8 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.machine.parts import Axis, Controller
 from splinefeed.records import Array
-from splinefeed.simulation.experiments import FrequencyResponse, UltimatePoint, gentle, relay, swept_sine
-from splinefeed.simulation.linear import GRID, LOWEST_SHARE, Margins, discrete_plant, margins
+from splinefeed.simulation.experiments import FrequencyResponse, UltimatePoint, gentle, relay, swept_sine, ultimate_of
+from splinefeed.simulation.linear import Margins, discrete_plant, frequencies, margins
 
 #: K_p / K_u, T_i / P_u and T_d / P_u of each rule and sort of controller.
 #: Ziegler and Nichols, Trans. ASME 64 (1942) 759-768; Tyreus and Luyben, Ind. Eng. Chem. Res. 31 (1992) 2625-2628,
@@ -77,28 +77,16 @@ class Tuning:
         )
 
 
-def rules() -> tuple[str, ...]:
-    """Names of the tuning rules."""
-    return tuple(RULES)
-
-
 def model_response(axis: Axis, period: float, frequency: Array | None = None) -> FrequencyResponse:
     """The frequency response of the linear plant, converter and delay included, at `frequency`, Hz, or over a grid."""
     if frequency is None:
-        nyquist = 0.5 / period
-        frequency = np.geomspace(LOWEST_SHARE * nyquist, nyquist * (1.0 - 1e-9), GRID)
+        frequency = frequencies(period) / (2.0 * np.pi)
     return FrequencyResponse(frequency, discrete_plant(axis, period).response(2.0 * np.pi * frequency), "linear model")
 
 
 def ultimate_point(axis: Axis, period: float) -> UltimatePoint:
     """Ultimate gain, V/mm or V/rad, and period, s, of the linear plant: where proportional control is at its limit."""
-    gains: dict[str, Any] = {
-        "ki": 0.0,
-        "kd": 0.0,
-        "position_gain": 0.0,
-        "velocity_kp": 0.0,
-        "velocity_ki": 0.0,
-    }
+    gains: dict[str, Any] = dict.fromkeys(("ki", "kd", "position_gain", "velocity_kp", "velocity_ki"), 0.0)
     kp = 1.0
     for _ in range(2):
         plain = replace(axis.controller, kind="pid", filter=0.0, **gains | {"kp": kp})
@@ -114,24 +102,6 @@ def ultimate_point(axis: Axis, period: float) -> UltimatePoint:
     return UltimatePoint(kp * found.gain_margin, 1.0 / found.gain_frequency, "linear model")
 
 
-def ultimate_of(found: FrequencyResponse, name: str = "x") -> UltimatePoint:
-    """The ultimate point of a measured frequency response: where it first lags 180 degrees, between its points.
-
-    Straight in phase and logarithm of gain over the logarithm of frequency. Raises InputError where it never does.
-    """
-    phase = np.unwrap(np.angle(found.value))
-    phase -= 2.0 * np.pi * np.round((phase[0] + 0.5 * np.pi) / (2.0 * np.pi))  # an axis begins near -90 degrees
-    beyond = np.flatnonzero((phase[:-1] > -np.pi) & (phase[1:] <= -np.pi))
-    if not beyond.size:
-        raise InputError(f"axis {name}: the response by {found.source} never lags 180 degrees; it has no ultimate gain")
-    i = int(beyond[0])
-    share = float((phase[i] + np.pi) / (phase[i] - phase[i + 1]))
-    frequency, gain = (
-        np.log(each[i]) + share * np.log(each[i + 1] / each[i]) for each in (found.frequency, np.abs(found.value))
-    )
-    return UltimatePoint(math.exp(-float(gain)), math.exp(-float(frequency)), found.source)
-
-
 def tune(
     axis: Axis,
     rule: str = "ziegler-nichols",
@@ -143,7 +113,7 @@ def tune(
 ) -> Tuning:
     """Gains of an axis by a rule, from its linear model or from an experiment on the full, simulated axis.
 
-    rule        one of `rules()`; kind "p", "pi" or "pid"; period  servo period, s
+    rule        one of RULES; kind "p", "pi" or "pid"; period  servo period, s
     experiment  "model": the ultimate point of the linear plant; "sine": of its response to SINES sines of `volts`;
                 "relay": of sines around the oscillation that a relay of +-`volts` makes, see `experiments.relay`
     K_p = c K_u,  K_i = K_p / T_i,  K_d = K_p T_d with c, T_i and T_d of the rule. Filter and feed-forward stay, but

@@ -120,4 +120,4 @@ def test_one_line_may_stand_for_more_moves_than_are_kept_at_once(
     monkeypatch.setattr("splinefeed.formats.gcode.state.CAPACITY", 16)
     assert said(path_of(tmp_path, *lines)) == said(whole)
     found = summary(program(tmp_path, *lines), start=(0, 0, 0))
-    assert found.length == pytest.approx(whole.length) and found.moves["G1"] == 3 * 200 + 1
+    assert sum(found.lengths.values()) == pytest.approx(whole.length) and found.moves["G1"] == 3 * 200 + 1

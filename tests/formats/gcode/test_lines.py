@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.interpreter import Interpreter
-from splinefeed.formats.gcode.layout import MODES, PLANE, STATE
 from splinefeed.formats.gcode.lines import Lines
 from splinefeed.formats.gcode.moves import Moves
+from splinefeed.formats.gcode.offsets import Offsets
 from splinefeed.formats.gcode.reader import Reading, joined
+from splinefeed.formats.gcode.state import State
 
 NUMBERS = st.one_of(
     st.decimals(-999, 999, places=4).map(str),
@@ -66,11 +67,13 @@ def both(file: Path, repair: bool) -> list[tuple[Moves | None, str, list[str]]]:
         reading = Reading(fast=fast, repair=repair)
         parts: list[Moves] = []
         message = ""
-        try:
-            for part in reading.moves(file):
-                parts.append(part)
-        except FormatError as error:
-            message = str(error)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("splinefeed.formats.gcode.reader.PLAIN", 1)  # arrays for single lines too
+            try:
+                for part in reading.moves(file):
+                    parts.append(part)
+            except FormatError as error:
+                message = str(error)
         found.append((joined(parts), message, reading.findings.all()))
     return found
 
@@ -117,28 +120,20 @@ def test_numbers_are_the_nearest_floats(mantissa: int, places: int, negative: bo
     text = ("-" if negative else "") + digits[: len(digits) - places] + "." + digits[len(digits) - places :]
     if abs(float(text)) > 1e9:
         return
-    lines = Lines(f"G1 X{text}\n".encode())
-    state, modes = np.zeros(STATE), np.zeros(MODES, dtype=np.int64)
-    state[18:27], modes[PLANE] = 1.0, 17
-    rows, marks = np.zeros((4, 16)), np.zeros((4, 6), dtype=np.int64)
-    said, spoken = np.zeros((4, 4), dtype=np.int64), np.zeros((4, 2))
-    _, count, _, status = lines.scan(0, state, modes, rows, marks, 0, said, spoken)
-    if count == 1:  # otherwise it is left to the interpreter
-        assert status == 0 and rows[0, 0] == float(text)
-    else:
-        assert places + len(str(mantissa)) > 17
+    state = State(Offsets({}), np.zeros(9))
+    assert Lines(f"G1 X{text}\n".encode(), extruder=False).scan(state, 0, 1, 1) == 1
+    assert state.take().values[0, 0] == float(text)
 
 
-def test_what_is_said_again_is_read_at_full_speed(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_simple_lines_are_read_by_arrays(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said: list[int] = []
     run = Interpreter.run
     monkeypatch.setattr(Interpreter, "run", lambda self, text, line: (said.append(line), run(self, text, line)))
-    text = "G17 G90 G94 G21 G1 X1 F5\nG20\nG20 G1 X2\nG18 G91\nG91 G18 G2 X2 I1\nG90 G90 X1\n"
-    file.write_text(text)
-    with pytest.raises(FormatError, match="line 6: "):
+    simple = ["g01X1.5F5 (note)", "N5 G2 X2 I1 Y-.5 J0", "", "S500 M3", "; rest", "X3 R9\r", "N7 G0 A5"]
+    file.write_text("\n".join(["G17 G90", *simple * 9, "G1 X2 X3", *simple * 9, "M2"]))
+    with pytest.raises(FormatError, match="line 65: X appears twice"):
         list(Reading().moves(file))
-    assert said == [1, 2, 4, 6]  # the first to say units is the interpreter's
-    agree(file, text)
+    assert said == [1, 65]
 
 
 def test_the_tool_rests_for_another_spindle_speed_and_not_for_the_same(file: Path) -> None:
@@ -170,3 +165,15 @@ def test_more_moves_than_one_part_holds(file: Path, monkeypatch: pytest.MonkeyPa
 
 def test_old_line_ends_and_a_mark_of_the_byte_order(file: Path) -> None:
     assert len(agree(file, "\ufeffG1 X1 F1\rX2\rX3")) == 3
+
+
+def test_a_program_too_large_to_jump_is_read_block_by_block(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = "O0001\nG21\n" + "".join(f"G1 X{i}.5 F{1 + i % 3}\n" for i in range(300)) + "M3 S5 T1\nX1\nM30\nX2\n"
+    whole = agree(file, text)
+    monkeypatch.setattr("splinefeed.formats.gcode.reader.LARGEST_THAT_JUMPS", 10)
+    monkeypatch.setattr("splinefeed.formats.gcode.reader.BLOCK", 100)
+    parts = agree(file, text)
+    assert np.array_equal(parts.values, whole.values) and parts.marks == whole.marks
+    file.write_text("G1 X1 F1\nM98 P5\n")
+    with pytest.raises(FormatError, match="line 2: M98: subprograms are not supported here"):
+        list(Reading().moves(file))

@@ -207,4 +207,6 @@ def test_what_the_machine_cannot_is_told_with_line_and_axis(tmp_path: File) -> N
         JointPath(path, TRUNNION, travel={"a": (-2.0, 2.0)})
     with pytest.raises(InputError, match=r"no \[kinematics\], which a tool path needs \(line 3\); add"):
         sf.run(path, machine="router")
-    assert refusal(tmp_path, "G43.4 H1", "G41.1 D4", "G1 X9 F9").startswith("line 2: G41.1: X, Y, Z are the tool's tip")
+    assert refusal(tmp_path, "G43.4 H1", "G41.1 D4", "G1 X9 F9").startswith(
+        "line 2: G41.1 needs the end of tool centre"
+    )

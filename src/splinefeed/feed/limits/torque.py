@@ -6,10 +6,11 @@ import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
 from splinefeed.feed.limits.rows import Linear, Places, Row
+from splinefeed.feed.numbers import ALMOST
 from splinefeed.records import Limits
 
-#: Places at which a model is looked at for friction, and what of the largest torque there is rounding.
-LOOKED, ROUNDING = 8, 1e-9
+#: Places at which a model is looked at for friction.
+LOOKED = 8
 
 
 def rows(at: Places, limits: Limits) -> Iterator[Row]:
@@ -28,7 +29,7 @@ def rows(at: Places, limits: Limits) -> Iterator[Row]:
     a, b = torque.of(r, none, r1) - c, torque.of(r, r1, r2) - c
     some = np.linspace(0, len(r) - 1, LOOKED).astype(int)
     faster = torque.of(r[some], 2.0 * r1[some], 4.0 * r2[some]) - c[some] - 4.0 * b[some]
-    if np.max(np.abs(faster)) > ROUNDING * np.max(np.abs(b) + np.abs(c)):
+    if np.max(np.abs(faster)) > ALMOST * np.max(np.abs(b) + np.abs(c)):
         raise LimitsError(
             "torque: at twice the velocity and four times the acceleration the model's torque is not four times what "
             "motion takes: it has friction; leave friction out of the model and lower `most` by it"

@@ -1,6 +1,6 @@
 """G-code: programs of machine tools, read to paths with feeds and markers, and written again.
 
-`words` and `expressions` read a line, `interpreter` knows what it does to the state (`state`, `codes`, `offsets`,
+`expressions` reads a line, `interpreter` knows what it does to the state (`state`, `codes`, `offsets`,
 `cycles`, `tools`), `reader` runs a whole file into flat arrays of moves (`moves`), `arcs`, `spline_words`, `piece` and
 `to_path` make curves of them, `overview` counts them without making any; `dialects` tells controls apart. `writer` goes
 the other way, with `write_curves`, `fit_arcs` and `text`. docs/gcode.md says what each dialect holds, and

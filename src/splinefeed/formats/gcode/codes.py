@@ -5,6 +5,8 @@ Codes are kept as tenths: G61.1 is 611. Source: LinuxCNC, "G-Code Overview", tab
 
 from __future__ import annotations
 
+from splinefeed.formats.gcode import layout
+
 #: Groups of which a line may name one code. Motion also holds the codes that are refused.
 GROUPS: dict[str, tuple[int, ...]] = {
     "motion": (
@@ -35,11 +37,19 @@ M_GROUPS: dict[str, tuple[int, ...]] = {
 }
 M_GROUP_OF = {code: group for group, codes in M_GROUPS.items() for code in codes}
 
+#: What the codes of a plane and of distances do: the entry of the modes, and its value.
+MODES = {
+    **{code: (layout.PLANE, code // 10) for code in (170, 180, 190)},
+    900: (layout.RELATIVE, 0), 910: (layout.RELATIVE, 1), 901: (layout.CENTRES, 1), 911: (layout.CENTRES, 0),
+}  # fmt: skip
+#: What can be left out if the user says so with `repair`: probing, and cutter compensation.
+PROBES, COMPENSATION = (310, 382, 383, 384, 385), (410, 411, 420, 421)
+
 #: What cannot be a path, or not without the machine: what it is, and what to do.
 REFUSED: dict[int, str] = {
-    **dict.fromkeys((310, 382, 383, 384, 385), "a probe move: only the machine knows where it ends; leave it out"),
+    **dict.fromkeys(PROBES, "a probe move: only the machine knows where it ends; leave it out"),
     **dict.fromkeys(
-        (410, 411, 420, 421),
+        COMPENSATION,
         "cutter compensation, which needs the tool's radius; give a tool table, or write the compensated path (G40)",
     ),
     650: "a macro call, which is not supported; write plain lines",
@@ -51,9 +61,6 @@ REFUSED: dict[int, str] = {
     **dict.fromkeys((171, 181, 191), "a plane of U, V, W, in which there are no arcs; choose G17, G18 or G19"),
     **dict.fromkeys((760, 870, 880), "a canned cycle that is not supported; let the CAM system write its moves"),
 }
-
-#: Cutter compensation can be read as it stands, if the user says so with `repair`.
-READ_AS_THEY_STAND = frozenset((410, 411, 420, 421))
 
 #: Codes that change nothing that a path knows.
 WITHOUT_EFFECT = frozenset((80, 150, 400, 490, 500, 690, 800, 960, 970, 980, 990))

@@ -16,8 +16,7 @@ class Dialect:
     extruder      E words are filament and no motion
     dwell         s of one unit of G4's P; dwell_words: letters of G4 that are in s
     modes         codes that switch functions of the control on and off and move nothing
-    texts         M codes behind which a text stands
-    directives    how lines begin that are for the control alone
+    silent        how lines begin that are for the control alone: directives, texts
     returns       98 or 99: where canned cycles end unless the program says it
     repeats       letters of a canned cycle's repeats
     jumps         whether O-words, M98 and M99 are read
@@ -32,8 +31,7 @@ class Dialect:
     dwell: float = 1.0
     dwell_words: str = ""
     modes: frozenset[int] = frozenset()
-    texts: frozenset[int] = frozenset()
-    directives: str = ""
+    silent: tuple[str, ...] = ()
     returns: int = 98
     repeats: str = "L"
     keeps_cycles: bool = False
@@ -55,7 +53,7 @@ DIALECTS = {
             # G13.1 does too, but G13 is a round pocket to a Haas, whose G103 and G187 say how far to look ahead and
             # how smooth to be
             modes=frozenset((50, 51, 80, 501, 620, 630, 690, 150, 131, 1030, 1870)),
-            directives="//",
+            silent=("//",),
             repeats="KL",
             keeps_cycles=True,
             jumps=True,
@@ -69,35 +67,24 @@ DIALECTS = {
             dwell=1e-3,
             dwell_words="S",
             modes=frozenset((100, 110, 290, 800)),
-            texts=frozenset((117, 118)),
+            silent=("M117", "M118"),
         ),
         Dialect("siemens", "Siemens Sinumerik"),
     )
 }
 
-_SIEMENS = re.compile(
-    r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;(?:\$PATH|\s*SINUMERIK)|^%_N_|\bCYCLE\d+[ \t]*\("
-    r"|\bG(?:500|505|64[12])\b|\bTRA(?:ORI|FOOF)\b|\b[ABC]3[ \t]*=",
-    re.I | re.M,
-)
-_PRINTER = re.compile(
-    r"^;FLAVOR:|^[ \t]*(?:N\d+[ \t]*)?(?:G[0123]\b[^;(\n]*\sE-?[\d.]|M(?:82|83|84|104|106|107|109|140|190)\b|G92\s*E)",
-    re.I | re.M,
-)
-_FANUC = re.compile(
-    r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?![ \t]*[a-z\[#])|^[ \t]*//|\bG0?5\.1\s*Q[013]\b"
+#: What tells a dialect, the first that is found; G6.2 with a method is what LinuxCNC alone has.
+_SIGNS = {
+    "siemens": r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;(?:\$PATH|\s*SINUMERIK)|^%_N_"
+    r"|\bCYCLE\d+[ \t]*\(|\bG(?:500|505|64[12])\b|\bTRA(?:ORI|FOOF)\b|\b[ABC]3[ \t]*=",
+    "linuxcnc": r"\bG0?6\.2\b[^\n]*Q\s*[123]\b",
+    "fanuc": r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?![ \t]*[a-z\[#])|^[ \t]*//|\bG0?5\.1\s*Q[013]\b"
     r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b|\bG43\.[45]\b|\bG234\b",
-    re.I | re.M,
-)
-#: G6.2 with a method, which only LinuxCNC has.
-_LINUXCNC = re.compile(r"\bG0?6\.2\b[^\n]*Q\s*[123]\b", re.I)
-_MACH3 = re.compile(r"\bmach\s?[34]\b|^[ \t]*M1[01]\s*P[0-3]\b", re.I | re.M)
-_DETECTED = (
-    ("siemens", _SIEMENS),
-    ("linuxcnc", _LINUXCNC),
-    ("fanuc", _FANUC),
-    ("mach3", _MACH3),
-)
+    "mach3": r"\bmach\s?[34]\b|^[ \t]*M1[01]\s*P[0-3]\b",
+    "printer": r"^;FLAVOR:|^[ \t]*(?:N\d+[ \t]*)?"
+    r"(?:G[0123]\b[^;(\n]*\sE-?[\d.]|M(?:82|83|84|104|106|107|109|140|190)\b|G92\s*E)",
+}
+_DETECTED = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign in _SIGNS.items()}
 
 #: A line of a program, for telling one from other text: words, or a comment, or %.
 _WORDS = re.compile(r"^[ \t]*/?\d?\s*(?:[A-Z]\s*[-+]?[\d.#\[][-+\d.]*\s*)+(?:[;(].*)?$", re.I)
@@ -118,10 +105,10 @@ def detect(head: bytes) -> Dialect:
     """The dialect of a program by its first bytes; LinuxCNC where nothing tells."""
     text = head_text(head)
     code = re.sub(r"\([^()\n]*\)|;(?!\$PATH|\s*SINUMERIK|FLAVOR).*", "", text)
-    for name, sign in _DETECTED:
+    for name, sign in _DETECTED.items():
         if sign.search(text if name == "mach3" else code):
             return DIALECTS[name]
-    return DIALECTS["printer" if _PRINTER.search(code) else "linuxcnc"]
+    return DIALECTS["linuxcnc"]
 
 
 def holds(head: bytes) -> bool:
@@ -130,9 +117,9 @@ def holds(head: bytes) -> bool:
         return False
     text = head_text(head)
     lines = [line.strip() for line in text.splitlines()[:_LOOKED_AT]]
-    if len(lines) > 1 and len(text) == len(head):
-        lines = lines[:-1] if len(lines) < _LOOKED_AT and not text.endswith("\n") and len(head) >= 2**16 else lines
+    if len(head) >= 2**16:  # the last line may be cut
+        lines = lines[:-1] or lines
     told = [line for line in lines if line and line[0] not in "%;(:" and line[:2] != "//"]
     codes = sum(1 for line in told if _CODE.match(line))
-    words = sum(1 for line in told if _WORDS.match(line) or _SIEMENS.search(line))
+    words = sum(1 for line in told if _WORDS.match(line) or _DETECTED["siemens"].search(line))
     return codes > 0 and words >= 0.7 * len(told)

@@ -1,4 +1,4 @@
-"""Numbers, parameters and expressions of RS274: [#1 * COS[30] + 2.5].
+"""One line of a program as words: letters with their values, which are numbers, parameters, [#1 * COS[30] + 2.5].
 
 Source: Kramer, Proctor, Messina, The NIST RS274NGC Interpreter, version 3, NISTIR 6556, 2000, section 3.3.
 """
@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
-from functools import partial
-from typing import TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from splinefeed.formats.gcode.codes import GROUP_OF, M_GROUP_OF, g_name
 
 #: Most brackets within brackets.
 MAX_DEPTH = 40
@@ -20,201 +22,24 @@ ARGUMENTS = range(1, 31)
 #: Two numbers this near each other are the same to EQ and NE, as in the standard.
 SAME = 1e-4
 
-T = TypeVar("T")
-
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
-_WITH_EXPONENT = re.compile(_NUMBER.pattern + r"(?:[eE][+-]?[0-9]{1,3})?")
-_SPACE = re.compile(r"[ \t\r]*")
-_OPERATOR = re.compile(r"\*\*|[-+*/]|MOD|AND|XOR|OR|EQ|NE|GE|GT|LE|LT", re.IGNORECASE)
-_FUNCTION = re.compile(r"ABS|ACOS|ASIN|ATAN|COS|EXISTS|EXP|FIX|FUP|LN|ROUND|SIN|SQRT|TAN", re.IGNORECASE)
-_NAME = re.compile(r"<([^<>\[\]#]*)>")
-_RANK = {"**": 5, "*": 4, "/": 4, "MOD": 4, "+": 3, "-": 3, "AND": 1, "OR": 1, "XOR": 1}
-
-
-class LineError(Exception):
-    """What is wrong with a line, without its number; the reader adds that unless `line` (`file`) says another one."""
-
-    line = 0
-    file = ""
-
-
-class Parameters:
-    """Values of numbered and named parameters; `known` are those that the interpreter computes, such as positions.
-
-    Names that begin with _ are those of the whole program, all others those of the sub that is being carried out.
-    """
-
-    def __init__(self, known: Callable[[int | str], float | None] | None = None) -> None:
-        self.numbers: dict[int, float] = {}
-        self.names: dict[str, float] = {}
-        self.globals: dict[str, float] = {"_value": 0.0, "_value_returned": 0.0}
-        self.known = known
-        self._callers: list[tuple[dict[str, float], dict[int, float] | None]] = []
-
-    def enter(self, arguments: Sequence[float] | None = None) -> None:
-        """A sub begins, with names of its own; with `arguments` it has its own #1 to #30 too."""
-        kept = None if arguments is None else {k: self.numbers[k] for k in ARGUMENTS if k in self.numbers}
-        self._callers.append((self.names, kept))
-        self.names = {}
-        if arguments is not None:
-            self.numbers |= dict.fromkeys(ARGUMENTS, 0.0) | dict(enumerate(arguments, 1))
-
-    def leave(self) -> None:
-        """The sub ends: its caller's names, and its #1 to #30 if they were kept, are in force again."""
-        self.names, kept = self._callers.pop()
-        if kept is not None:
-            for k in ARGUMENTS:
-                self.numbers.pop(k, None)
-            self.numbers |= kept
-
-    def get(self, key: int | str) -> float:
-        """Value of a parameter; LineError if it has none."""
-        value = self.find(key)
-        if value is None:
-            name = f"#{key}" if isinstance(key, int) else f"#<{key}>"
-            raise LineError(f"{name} has no value; set it in the program before it is used")
-        return value
-
-    def find(self, key: int | str) -> float | None:
-        """Value of a parameter, or None."""
-        computed = self.known(key) if self.known is not None else None
-        if computed is not None:
-            return computed
-        if isinstance(key, str):
-            return self._names(key).get(key)
-        return self.numbers.get(key)
-
-    def set(self, key: int | str, value: float) -> None:
-        """Give a parameter a value."""
-        if isinstance(key, str):
-            if self.known is not None and self.known(key) is not None:
-                raise LineError(f"#<{key}> is set by the machine and cannot be assigned")
-            self._names(key)[key] = value
-        else:
-            self.numbers[key] = value
-
-    def _names(self, key: str) -> dict[str, float]:
-        return self.globals if key.startswith("_") else self.names
-
-
-class Scanner:
-    """Reads one line from left to right; `at` is the place reached."""
-
-    def __init__(self, text: str, parameters: Parameters, exponents: bool = False) -> None:
-        self.text = text
-        self.at = 0
-        self.number = _WITH_EXPONENT if exponents else _NUMBER
-        self.parameters = parameters
-        self.depth = 0
-
-    def skip(self) -> None:
-        """Pass over blanks."""
-        match = _SPACE.match(self.text, self.at)
-        self.at = match.end() if match else self.at
-
-    def peek(self) -> str:
-        """The next character that is not a blank, or nothing."""
-        self.skip()
-        return self.text[self.at : self.at + 1]
-
-    def value(self) -> float:
-        """A real value: a number, an expression in brackets, a parameter or a function."""
-        c = self.peek()
-        match = self.number.match(self.text, self.at)
-        if match is not None:
-            self.at = match.end()
-            return float(match[0])
-        if c in ("+", "-"):
-            self.at += 1
-            value = self._deeper(self.value)
-            return -value if c == "-" else value
-        if c == "[":
-            return self._deeper(self._bracket)
-        if c == "#":
-            return self.parameters.get(self._deeper(self.parameter))
-        name = _FUNCTION.match(self.text, self.at)
-        if name is not None:
-            self.at = name.end()
-            return self._deeper(lambda: self._function(name[0].upper()))
-        raise LineError(f"a number is missing{_before(self.text, self.at)}")
-
-    def parameter(self) -> int | str:
-        """Behind #: the number or name of a parameter; # itself is at `at`."""
-        self.at += 1
-        if self.peek() == "<":
-            match = _NAME.match(self.text, self.at)
-            if match is None:
-                raise LineError("a parameter's name needs < and >")
-            self.at = match.end()
-            return "".join(match[1].split()).lower()
-        value = self._deeper(self.value)
-        number = round(value) if math.isfinite(value) and abs(value) < 1e6 else -1
-        if number < 1 or abs(value - number) > SAME:
-            raise LineError(f"#{value:g} is not a parameter; their numbers are whole and from 1")
-        return number
-
-    def _deeper(self, read: Callable[[], T]) -> T:
-        self.depth += 1
-        if self.depth > MAX_DEPTH:
-            raise LineError(f"more than {MAX_DEPTH} brackets within brackets")
-        result = read()
-        self.depth -= 1
-        return result
-
-    def _bracket(self) -> float:
-        if self.peek() != "[":
-            raise LineError(f"[ is missing{_before(self.text, self.at)}")
-        self.at += 1
-        value = self._chain(0)
-        if self.peek() != "]":
-            raise LineError(f"] is missing{_before(self.text, self.at)}")
-        self.at += 1
-        return value
-
-    def _chain(self, least: int) -> float:
-        """Values joined by operators of at least the rank `least`, those of one rank from left to right."""
-        left = self.value()
-        while True:
-            self.skip()
-            match = _OPERATOR.match(self.text, self.at)
-            if match is None:
-                return left
-            name = match[0].upper()
-            rank = _RANK.get(name, 2)
-            if rank < least:
-                return left
-            self.at = match.end()
-            left = _combine(name, left, self._deeper(partial(self._chain, rank + 1)))
-
-    def _function(self, name: str) -> float:
-        if name == "EXISTS":
-            if self.peek() != "[":
-                raise LineError("EXISTS needs a parameter in brackets")
-            self.at += 1
-            if self.peek() != "#":
-                raise LineError("EXISTS needs a parameter in brackets")
-            key = self.parameter()
-            if self.peek() != "]":
-                raise LineError("EXISTS needs a parameter in brackets")
-            self.at += 1
-            numbered = isinstance(key, int) and key <= LAST_NUMBER
-            return float(numbered or self.parameters.find(key) is not None)
-        value = self._bracket()
-        if name == "ATAN":
-            if self.peek() != "/":
-                raise LineError("ATAN needs two values: ATAN[y]/[x]")
-            self.at += 1
-            return math.degrees(math.atan2(value, self._bracket()))
-        try:
-            return _finite(_FUNCTIONS[name](value))
-        except (ValueError, OverflowError):
-            raise LineError(f"{name}[{value:g}] has no value") from None
-
-
-def _round(value: float) -> float:
-    return math.copysign(math.floor(abs(value) + 0.5), value)
-
-
+#: What operators make of two values, and how tightly they bind; those of one rank count from left to right.
+_OPERATIONS: dict[str, tuple[int, Callable[[float, float], float]]] = {
+    "**": (5, math.pow),
+    "*": (4, lambda a, b: a * b),
+    "/": (4, lambda a, b: a / b),
+    "MOD": (4, lambda a, b: a - b * math.floor(a / b)),
+    "+": (3, lambda a, b: a + b),
+    "-": (3, lambda a, b: a - b),
+    "EQ": (2, lambda a, b: float(abs(a - b) < SAME)),
+    "NE": (2, lambda a, b: float(abs(a - b) >= SAME)),
+    "GT": (2, lambda a, b: float(a > b)),
+    "GE": (2, lambda a, b: float(a >= b)),
+    "LT": (2, lambda a, b: float(a < b)),
+    "LE": (2, lambda a, b: float(a <= b)),
+    "AND": (1, lambda a, b: float(a != 0.0 and b != 0.0)),
+    "OR": (1, lambda a, b: float(a != 0.0 or b != 0.0)),
+    "XOR": (1, lambda a, b: float((a != 0.0) != (b != 0.0))),
+}
 _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "ABS": abs,
     "ACOS": lambda x: math.degrees(math.acos(x)),
@@ -224,45 +49,289 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "FIX": lambda x: float(math.floor(x)),
     "FUP": lambda x: float(math.ceil(x)),
     "LN": math.log,
-    "ROUND": _round,
+    "ROUND": lambda x: math.copysign(math.floor(abs(x) + 0.5), x),
     "SIN": lambda x: math.sin(math.radians(x)),
     "SQRT": math.sqrt,
     "TAN": lambda x: math.tan(math.radians(x)),
 }
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
+_OPERATOR = re.compile("|".join(map(re.escape, _OPERATIONS)), re.IGNORECASE)
+_FUNCTION = re.compile("|".join(["ATAN", "EXISTS", *_FUNCTIONS]), re.IGNORECASE)
+_NAME = re.compile(r"<([^<>\[\]#]*)>")
 
-_OPERATIONS: dict[str, Callable[[float, float], float]] = {
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "/": lambda a, b: a / b,
-    "**": math.pow,
-    "MOD": lambda a, b: a - b * math.floor(a / b),
-    "AND": lambda a, b: float(a != 0.0 and b != 0.0),
-    "OR": lambda a, b: float(a != 0.0 or b != 0.0),
-    "XOR": lambda a, b: float((a != 0.0) != (b != 0.0)),
-    "EQ": lambda a, b: float(abs(a - b) < SAME),
-    "NE": lambda a, b: float(abs(a - b) >= SAME),
-    "GT": lambda a, b: float(a > b),
-    "GE": lambda a, b: float(a >= b),
-    "LT": lambda a, b: float(a < b),
-    "LE": lambda a, b: float(a <= b),
-}
+#: Largest whole number that a code may have, and most words of a line.
+MAX_CODE = 999
+MAX_WORDS = 100
+_CODE_SLACK = 1e-4
+
+#: What stands in brackets, and from a semicolon on.
+_COMMENT = re.compile(r"\([^)]*\)|;.*", re.DOTALL)
+_BLANKS = re.compile(r"\s+")
+_EXPONENT = re.compile(r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)[eE][+-]?[0-9]{1,3}(?![0-9])")
+_MACRO = re.compile(r"(?:N[0-9]+)?(IF|WHILE|GOTO|END|THEN|DO|SETVN|POPEN|DPRNT)[\[0-9#]", re.IGNORECASE)
 
 
-def _combine(name: str, left: float, right: float) -> float:
+class LineError(Exception):
+    """What is wrong with a line, without its number; the reader adds that unless `line` says another one."""
+
+    line = 0
+
+
+class Parameters:
+    """Values of numbered and named parameters; `known` are those that the interpreter computes, such as positions.
+
+    Names that begin with _ are those of the whole program, all others those of the sub that is being carried out.
+    """
+
+    def __init__(self, known: Callable[[int | str], float | None]) -> None:
+        self.known = known
+        self.numbers: dict[int, float] = {}
+        self._own: dict[str, float] = {}
+        self._everyones: dict[str, float] = {"_value": 0.0, "_value_returned": 0.0}
+        self._callers: list[tuple[dict[str, float], dict[int, float] | None]] = []
+
+    def _store(self, key: int | str) -> dict[Any, float]:
+        if isinstance(key, int):
+            return self.numbers
+        return self._everyones if key.startswith("_") else self._own
+
+    def enter(self, arguments: Sequence[float] | None = None) -> None:
+        """A sub begins, with names of its own; with `arguments` it has its own #1 to #30 too."""
+        kept = None if arguments is None else {k: self.numbers[k] for k in ARGUMENTS if k in self.numbers}
+        self._callers.append((self._own, kept))
+        self._own = {}
+        if arguments is not None:
+            self.numbers |= dict.fromkeys(ARGUMENTS, 0.0) | dict(enumerate(arguments, 1))
+
+    def leave(self) -> None:
+        """The sub ends: its caller's names, and its #1 to #30 if they were kept, are in force again."""
+        self._own, kept = self._callers.pop()
+        if kept is not None:
+            for k in ARGUMENTS:
+                self.numbers.pop(k, None)
+            self.numbers |= kept
+
+    def get(self, key: int | str) -> float:
+        """Value of a parameter; LineError if it has none."""
+        value = self.find(key)
+        if value is None:
+            name = key if isinstance(key, int) else f"<{key}>"
+            raise LineError(f"#{name} has no value; set it in the program before it is used")
+        return value
+
+    def find(self, key: int | str) -> float | None:
+        """Value of a parameter, or None."""
+        computed = self.known(key)
+        return self._store(key).get(key) if computed is None else computed
+
+    def set(self, key: int | str, value: float) -> None:
+        """Give a parameter a value."""
+        if isinstance(key, str) and self.known(key) is not None:
+            raise LineError(f"#<{key}> is set by the machine and cannot be assigned")
+        self._store(key)[key] = value
+
+
+class Scanner:
+    """Reads one line without blanks from left to right; `at` is the place reached."""
+
+    def __init__(self, text: str, parameters: Parameters) -> None:
+        self.text, self.parameters = text, parameters
+        self.at = 0
+        self._depth = 0
+
+    def peek(self) -> str:
+        """The next character, or nothing."""
+        return self.text[self.at : self.at + 1]
+
+    def take(self, wanted: str, reason: str = "") -> None:
+        """Pass over a character; LineError with the reason, or what is missing and where, for another one."""
+        if self.peek() != wanted:
+            rest = self.text[self.at : self.at + 12]
+            where = f"before {rest!r}" if rest else "at the end of the line"
+            raise LineError(reason or f"{wanted} is missing {where}")
+        self.at += 1
+
+    def value(self) -> float:
+        """A real value: a number, an expression in brackets, a parameter or a function."""
+        self._depth += 1
+        if self._depth > MAX_DEPTH:
+            raise LineError(f"more than {MAX_DEPTH} brackets within brackets")
+        value, c = 0.0, self.peek()
+        if (match := _NUMBER.match(self.text, self.at)) is not None:
+            self.at = match.end()
+            value = float(match[0])
+        elif c and c in "+-":
+            self.at += 1
+            value = -self.value() if c == "-" else self.value()
+        elif c == "[":
+            value = self._bracket()
+        elif c == "#":
+            value = self.parameters.get(self.parameter())
+        elif (match := _FUNCTION.match(self.text, self.at)) is not None:
+            self.at = match.end()
+            value = self._function(match[0].upper())
+        else:
+            self.take("a number")
+        self._depth -= 1
+        return value
+
+    def parameter(self, missing: str = "") -> int | str:
+        """The number or name of a parameter, with the # before it."""
+        self.take("#", missing)
+        if self.peek() == "<":
+            match = _NAME.match(self.text, self.at)
+            if match is None:
+                raise LineError("a parameter's name needs < and >")
+            self.at = match.end()
+            return match[1].lower()
+        value = self.value()
+        number = round(value) if math.isfinite(value) and abs(value) < 1e6 else -1
+        if number < 1 or abs(value - number) > SAME:
+            raise LineError(f"#{value:g} is not a parameter; their numbers are whole and from 1")
+        return number
+
+    def _bracket(self) -> float:
+        self.take("[")
+        value = self._chain(0)
+        self.take("]")
+        return value
+
+    def _chain(self, least: int) -> float:
+        """Values joined by operators of at least the rank `least`, those of one rank from left to right."""
+        left = self.value()
+        while (match := _OPERATOR.match(self.text, self.at)) is not None:
+            name = match[0].upper()
+            rank, compute = _OPERATIONS[name]
+            if rank < least:
+                break
+            self.at = match.end()
+            right = self._chain(rank + 1)
+            left = _finite(f"{left:g} {name} {right:g}", compute, left, right)
+        return left
+
+    def _function(self, name: str) -> float:
+        if name == "EXISTS":
+            wanted = "EXISTS needs a parameter in brackets"
+            self.take("[", wanted)
+            key = self.parameter(wanted)
+            self.take("]", wanted)
+            numbered = isinstance(key, int) and key <= LAST_NUMBER
+            return float(numbered or self.parameters.find(key) is not None)
+        value = self._bracket()
+        if name == "ATAN":
+            self.take("/", "ATAN needs two values: ATAN[y]/[x]")
+            return math.degrees(math.atan2(value, self._bracket()))
+        return _finite(f"{name}[{value:g}]", _FUNCTIONS[name], value)
+
+
+def _finite(said: str, compute: Callable[..., float], *values: float) -> float:
     try:
-        return _finite(_OPERATIONS[name](left, right))
+        value = compute(*values)
     except (ZeroDivisionError, ValueError, OverflowError):
-        raise LineError(f"{left:g} {name} {right:g} has no value") from None
-
-
-def _finite(value: float) -> float:
+        value = math.nan
     if not math.isfinite(value):
-        raise OverflowError
+        raise LineError(f"{said} has no value")
     return value
 
 
-def _before(text: str, at: int) -> str:
-    """Where in the line, for a message."""
-    rest = text[at : at + 12].strip()
-    return f" before {rest!r}" if rest else " at the end of the line"
+@dataclass
+class Block:
+    """A line: values by letter, codes in their order (G as tenths), parameters to set, whether `/` stood before it."""
+
+    words: dict[str, float] = field(default_factory=dict)
+    g: list[int] = field(default_factory=list)
+    m: list[int] = field(default_factory=list)
+    settings: list[tuple[int | str, float]] = field(default_factory=list)
+    deletable: bool = False
+    percent: bool = False
+
+
+def parse(text: str, parameters: Parameters) -> Block:
+    """The words of the line `text`; LineError for what is none, for words twice and for codes that exclude each other.
+
+    As in RS274 blanks mean nothing, not even within a number.
+    """
+    block = Block()
+    scanner = Scanner(_BLANKS.sub("", without_comments(text)), parameters)
+    if scanner.peek() == "/":
+        block.deletable = True
+        scanner.at += 2 if scanner.text[1:2].isdigit() else 1  # /2: the number of a switch
+    if scanner.peek() == "%":
+        if scanner.text[scanner.at + 1 :]:
+            raise LineError("% must be alone on its line")
+        block.percent = True
+        return block
+    if macro := _MACRO.match(scanner.text):
+        raise LineError(f"{macro[1].upper()}: jumps and loops of macros are not supported here; write plain lines")
+    for _ in range(MAX_WORDS + 1):
+        if not (c := scanner.peek().upper()):
+            break
+        if c == "#":
+            key = scanner.parameter()
+            scanner.take("=", "= is missing behind the parameter that the line sets")
+            block.settings.append((key, scanner.value()))
+            continue
+        if not ("A" <= c <= "Z" or c in ":@^"):
+            raise LineError(f"expected a letter, got {scanner.text[scanner.at :][:20]!r}")
+        scanner.at += 1
+        if c in "O:":
+            # the number of a program alone is only its name
+            if re.fullmatch(r"(O|:O?)[0-9]+|O<[^<>]*>", scanner.text[scanner.at - 1 :], re.IGNORECASE):
+                return block
+            raise LineError(f"{text.strip()[:20]}: subprograms, loops and jumps are not read here; write plain lines")
+        if c == "N" and not re.match(r"[0-9.]", scanner.peek()):
+            raise LineError("N: a number is missing")
+        try:
+            value = scanner.value()
+        except LineError as fault:
+            raise LineError(f"{c}: {fault}") from None
+        if not math.isfinite(value):
+            raise LineError(f"{c}{value}: is too large for a number")
+        if c in "GM":
+            code = round(value * (10 if c == "G" else 1)) if abs(value) <= MAX_CODE else -1
+            if code < 0 or abs(value * (10 if c == "G" else 1) - code) > _CODE_SLACK:
+                raise LineError(f"{c}{value:g} is not known")
+            (block.g if c == "G" else block.m).append(code)
+        elif c in block.words:
+            raise LineError(f"{c} appears twice")
+        elif c != "N":
+            block.words[c] = value
+    else:
+        raise LineError(f"more than {MAX_WORDS} words")
+    _check_groups(block.g, GROUP_OF, g_name)
+    _check_groups(block.m, M_GROUP_OF, "M{}".format)
+    return block
+
+
+def without_exponents(text: str) -> str:
+    """The line with numbers such as 1.5E-05 written out."""
+    return _EXPONENT.sub(lambda number: f"{float(number[0]):.20f}", text)
+
+
+def without_comments(text: str) -> str:
+    """The line up to a semicolon, without what stands in brackets; LineError for a bracket that is not closed."""
+    plain = _COMMENT.sub("", text)
+    if left := re.search(r"[()]", plain):
+        raise LineError(") closes no comment" if left[0] == ")" else "a comment opens with ( and is not closed with )")
+    return plain
+
+
+def without_nested(text: str) -> str:
+    """The line without comments, where they may stand in each other, end with the line, or close twice."""
+    while (plain := re.sub(r"\([^()]*\)", "", text)) != text:
+        text = plain
+    return re.sub(r"[(;].*|\)", "", text)
+
+
+def _check_groups(codes: Sequence[int], groups: Mapping[int, str], name: Callable[[int], str]) -> None:
+    """LineError for two codes of one group."""
+    seen: dict[str, int] = {}
+    for code in codes:
+        group = groups.get(code, "")
+        if group in seen and 800 in (code, seen[group]):  # G80 beside a move only ends the cycle before it
+            seen[group] = min(code, seen[group])
+        elif group in seen:
+            before, after = name(seen[group]), name(code)
+            raise LineError(f"{before} and {after} exclude each other (both: {group}); write one of them")
+        elif group:
+            seen[group] = code

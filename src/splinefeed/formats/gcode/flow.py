@@ -6,56 +6,64 @@ named parameters of its own, and one that `o call` calls #1 to #30 too. Names th
 
 from __future__ import annotations
 
+import io
 import os
 import pathlib
 import re
 from bisect import bisect_left
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from typing import BinaryIO
 
 import numpy as np
 
 from splinefeed.errors import FormatError
-from splinefeed.formats.gcode.expressions import LineError, Scanner
+from splinefeed.formats.gcode.expressions import LineError, Scanner, without_comments
 from splinefeed.formats.gcode.interpreter import Interpreter
-from splinefeed.formats.gcode.words import without_comments
-from splinefeed.formats.source import check_file, check_size
+from splinefeed.formats.source import check_file, check_size, read_bytes
 from splinefeed.records import IntArray
 
-#: Most lines that are carried out behind the first jump; lines that are read by arrays count as a part of one.
-MAX_STEPS, PER_STEP = 1_000_000, 16
+#: Most lines that are carried out; so many plain ones, or more in a row, are read by arrays and count a part of each.
+MAX_STEPS, PLAIN = 1_000_000, 16
 #: Most calls within calls (LinuxCNC), arguments of one, bytes of a program that jumps, and files of subprograms.
 MAX_CALLS, MAX_ARGUMENTS, MAX_BYTES, MAX_FILES = 10, 30, 2**26, 100
+#: Bytes without an end of line that are no program.
+LONGEST = 2**21
 
-_WORDS = "endrepeat|endwhile|continue|elseif|endsub|repeat|return|break|endif|while|call|else|sub|if|do"
+_SAID = "endrepeat|endwhile|continue|elseif|endsub|repeat|return|break|endif|while|call|else|sub|if|do"
 _OWORD = re.compile(
-    rf"(?:/[0-9]?)?(?:N[0-9.]+)?(?:O|:O?)(?:(?P<number>[0-9]+)|(?P<name><[^<>]*>)|(?=[#\[]))(?P<word>{_WORDS})?",
+    rf"(?:/[0-9]?)?(?:N[0-9.]+)?(?:O|:O?)(?:(?P<number>[0-9]+)|(?P<name><[^<>]*>)|(?=[#\[]))(?P<word>{_SAID})?",
     re.IGNORECASE,
 )
 _CALL = re.compile(r"M0*9[89](?![0-9.])", re.IGNORECASE)
-_LIKELY = re.compile(
-    rb"^[ \t/0-9]*(?:[nN][ \t]*[0-9. \t]+)?[oO:][^\n]*|^[^\n]*(?:[mM][ \t]*0*[ \t]*9[ \t]*[89](?![0-9.])|"
-    rb"\([ \t]*[aA][bB][oO][rR][tT][ \t]*,)[^\n]*",
-    re.MULTILINE,
-)
-_ABORT = re.compile(r"\(\s*abort\s*,([^)]*)\)", re.IGNORECASE)
-#: Words that begin what a label names, and what ends it; break and continue are those of while and do alone.
-_BEGIN = frozenset(("if", "while", "do", "repeat"))
-_OWNERS = {
-    "else": ("if",), "elseif": ("if",), "endif": ("if",), "endwhile": ("while",), "endrepeat": ("repeat",),
-    "break": ("while", "do"), "continue": ("while", "do"),
+#: What every line that jumps has: one of these characters, and more than that.
+_LIKELY, _MORE = bytes(each in b"oO:mM" for each in range(256)), re.compile(rb"[oO:]|[mM][ \t0]*9[ \t]*[89]")
+_ABORT = re.compile(r"\s*\(\s*abort\s*,([^)]*)\)", re.IGNORECASE)
+#: The words that may follow in a statement, by the one that begins it; the last one ends it.
+_STATEMENTS = {
+    "if": ("elseif", "else", "endif"), "while": ("endwhile",), "do": ("while",), "repeat": ("endrepeat",),
+    "sub": ("endsub",),
 }  # fmt: skip
+_LEAVE = dict.fromkeys(("break", "continue"), ("while", "do"))
 
 
-@dataclass(frozen=True)
+@dataclass
 class Jump:
-    """A line that may lead elsewhere: its word ("" for a name alone, "M" for M98 and M99), name, and what follows."""
+    """A line that may lead elsewhere: its word ("" for a name alone, "M" for M98 and M99), name, and what follows.
 
+    first, after, last  lines of its statement: the one that begins it, the next part, the end
+    fault  why it cannot be carried out
+    """
+
+    at: int
     word: str
     name: str
     rest: str
     text: str
+    fault: str = ""
+    first: int = -1
+    after: int = -1
+    last: int = -1
 
     @property
     def said(self) -> str:
@@ -63,167 +71,174 @@ class Jump:
         return f"o{self.name} {self.word}"
 
 
-def jump_of(text: str) -> Jump | None:
-    """The jump in a line, or None."""
-    if (aborts := _ABORT.search(text)) is not None and not text[: aborts.start()].strip():
-        return Jump("abort", "", aborts[1].strip(), text)
+def _jump_of(text: str, at: int) -> Jump | None:
+    """The jump in line `at`, or None."""
+    if (aborts := _ABORT.match(text)) is not None:
+        return Jump(at, "abort", "", "", text, f"the program ends itself: {aborts[1].strip()}")
     try:
         plain = re.sub(r"\s+", "", without_comments(text))
     except LineError:
         return None  # the interpreter says what is wrong
     match = _OWORD.match(plain)
-    if match is not None:
-        rest, name = plain[match.end() :], (match["name"] or match["number"] or "").lower()
-        name = str(int(name)) if name.isdigit() else name
-        word = (match["word"] or "").lower()
-        if not name:
-            return Jump("call", "", rest, text)  # its number is computed
-        return Jump(word or ("?" if rest else ""), name, rest, text)
-    return Jump("M", "", "", text) if _CALL.search(plain) else None
-
-
-def leads_elsewhere(line: bytes) -> bool:
-    """Whether a line of a program is a jump, and no name of it alone."""
-    if _LIKELY.match(line) is None:
-        return False
-    jump = jump_of(line.decode("utf-8", errors="replace"))
-    return jump is not None and jump.word not in ("", "abort")
+    if match is None:
+        return Jump(at, "M", "", "", text) if _CALL.search(plain) else None
+    rest, name = plain[match.end() :], (match["name"] or match["number"] or "").lower()
+    name = str(int(name)) if name.isdigit() else name
+    word = (match["word"] or "").lower()
+    if not name:
+        return Jump(at, "call", "", rest, text)  # its number is computed
+    wrong = f"o{name}: expected sub, call, if, while, repeat or the like, got {rest[:20]!r}"
+    return Jump(at, word, name, rest, text, wrong if rest and not word else "")
 
 
 class Text:
-    """Whole lines of a file, from the one behind number `before` on.
+    """A file of whole lines, and where those that jump lead; without `jumps` none does."""
 
-    other  whether it is not the program itself but a file that it calls
-    """
-
-    def __init__(self, text: bytes, before: int, file: str | os.PathLike[str], other: bool = False) -> None:
-        if len(text) > MAX_BYTES:
-            raise LineError(
-                f"jumps, and {len(text)} bytes follow; programs that jump may have {MAX_BYTES}: split the program"
-            )
-        self.text, self.before, self.file, self.other = text, before, file, other
-        ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
+    def __init__(self, content: bytes, file: str | os.PathLike[str], jumps: bool) -> None:
+        content = content if b"\n" in content else content.replace(b"\r", b"\n")
+        self.text, self.file = content if content.endswith(b"\n") else content + b"\n", file
+        ends = np.flatnonzero(np.frombuffer(self.text, dtype=np.uint8) == ord("\n"))
         self.begins: IntArray = np.concatenate([[0], ends + 1])
         self.count = len(ends)
+        self.jumps: dict[int, Jump] = {}
+        likely = np.flatnonzero(np.frombuffer(self.text.translate(_LIKELY), dtype=bool)) if jumps else ends[:0]
+        for at in np.unique(np.searchsorted(ends, likely)).tolist():
+            line = self.between(at, at + 1)
+            if _MORE.search(line) and (jump := _jump_of(line.decode("utf-8-sig", errors="replace"), at)):
+                self.jumps[at] = jump
+        self.order = [*self.jumps, self.count]
+        self.subs: dict[tuple[str, str], Jump] = {}
+        self._link()
 
-    @cached_property
-    def jumps(self) -> dict[int, Jump]:
-        """By index of the line, in order."""
-        found = {}
-        for match in _LIKELY.finditer(self.text):
-            index = int(np.searchsorted(self.begins, match.start(), side="right")) - 1
-            begin, end = self.begins[index], self.begins[index + 1] - 1
-            jump = jump_of(self.text[begin:end].decode("utf-8", errors="replace"))
-            if jump is not None:
-                found[index] = jump
-        return found
+    def _link(self) -> None:
+        """Find the lines of each statement, which have one label; labels within a sub are its own."""
+        parts: dict[str, list[Jump]] = {}
+        sub: Jump | None = None
+        scope = outer = ""
+        for jump in self.jumps.values():
+            key = f"{'sub' if jump.word in ('sub', 'endsub') else scope}/{jump.name}"
+            opened = parts.get(key, [])
+            owner = opened[0].word if opened and opened[0].last < 0 else ""
+            words = _STATEMENTS.get(owner, ())
+            if jump.fault or jump.word in ("M", "call", "return"):
+                continue
+            if jump.word in words or (jump.word in _LEAVE and owner in _LEAVE[jump.word]):
+                opened[-1].after = jump.at
+                opened.append(jump)
+                if jump.word in words[-1:]:
+                    for each in opened:
+                        each.first, each.last = opened[0].at, jump.at
+                if jump.word == "endsub":
+                    scope, sub = outer, None
+            elif jump.word == "":
+                self.subs.setdefault(("", jump.name), jump)
+                scope = scope if sub else jump.said
+            elif jump.word not in _STATEMENTS:
+                owners = [each for each, words in _STATEMENTS.items() if jump.word in words] or _LEAVE[jump.word]
+                jump.fault = f"{jump.said} has no o{jump.name} {' or '.join(owners)} before it"
+            elif sub and jump.word == "sub":
+                jump.fault = f"{jump.said} is inside o{sub.name}; define it outside"
+            elif opened:
+                jump.fault = f"{jump.said}: line {opened[0].at + 1} has the label; write another number"
+            else:
+                parts[key] = [jump]
+                if jump.word == "sub":
+                    self.subs["sub", jump.name] = sub = jump
+                    outer, scope = scope, jump.said
+        for first, *_ in parts.values():
+            if first.last < 0:
+                first.fault = f"{first.said} has no o{first.name} {_STATEMENTS[first.word][-1]} after it"
 
-    @cached_property
-    def order(self) -> list[int]:
-        """Indices of the lines that jump."""
-        return list(self.jumps)
-
-    @cached_property
-    def named(self) -> dict[str, list[int]]:
-        """Indices of them by name."""
-        found: dict[str, list[int]] = {}
-        for index, jump in self.jumps.items():
-            found.setdefault(jump.name, []).append(index)
-        return found
-
-    def next_jump(self, index: int) -> int:
-        """The first one from a line on, or behind the last line."""
-        at = bisect_left(self.order, index)
-        return self.order[at] if at < len(self.order) else self.count
-
-    def first(self, name: str, words: tuple[str, ...], start: int = 0, end: int | None = None) -> int | None:
-        """The first line of that name from `start` on that has one of the words."""
-        lines = self.named.get(name, [])
-        for index in lines[bisect_left(lines, start) :]:
-            if end is not None and index > end:
-                break
-            if self.jumps[index].word in words:
-                return index
-        return None
-
-    def blocks(self, low: int, high: int, size: int) -> Iterator[bytes]:
-        """Whole lines, `size` bytes or so at a time."""
-        while low < high:
-            upto = int(np.searchsorted(self.begins, self.begins[low] + size))
-            upto = min(max(upto, low + 1), high)
-            yield self.text[self.begins[low] : self.begins[upto]]
-            low = upto
+    def between(self, low: int, high: int) -> bytes:
+        """Some lines in a row."""
+        return self.text[self.begins[low] : self.begins[high]]
 
 
 @dataclass
 class _Call:
-    """A sub that is being carried out: its name ("" in the program itself), and where and with what it goes on."""
+    """A sub that is being carried out: where it begins, and where and with what it goes on."""
 
-    name: str
+    jump: Jump
     text: Text
-    first: int
-    end: int | None  # its endsub
     back: tuple[Text, int]
-    shown: int
+    shown: int = 0
     repeats: int = 1
-    own: bool = True
     left: dict[str, int] = field(default_factory=dict)
 
 
 class Flow:
-    """Where a program that jumps is: the line `at` of `text`; `done` at its end."""
+    """Where a program is: the line `at` of `text`; `arrives` is called with the number of a line before it jumps."""
 
-    def __init__(self, text: Text, run: Interpreter, folder: pathlib.Path) -> None:
+    def __init__(self, text: Text, run: Interpreter, folder: pathlib.Path, arrives: Callable[[int], None]) -> None:
         self.main = self.text = text
         self.at = 0
-        self.done = False
-        self._run, self._parameters, self._folder = run, run.parameters, folder
+        self._run, self._parameters, self._folder, self._arrives = run, run.parameters, folder, arrives
         self._steps = 0
-        self._calls: list[_Call] = []
-        self._left: dict[str, int] = {}
-        self._labels: dict[tuple[str, str], tuple[Text, int, str]] = {}
+        self._calls = [_Call(Jump(-1, "", "", "", ""), text, (text, 0))]  # the first one is the program itself
         self._files: dict[str, Text] = {}
 
     @property
-    def line(self) -> int:
-        """Number of the line in its file."""
-        return self.text.before + self.at + 1
-
-    @property
     def shown(self) -> int:
-        """Line of the program itself that moves are said to be of: the call, where a sub stands in another file."""
-        return self._calls[-1].shown if self.text.other else self.line
+        """Line of the program itself that moves are said to be of where a sub stands in another file, else 0."""
+        return 0 if self.text is self.main else self._calls[-1].shown
 
-    def count(self, lines: int) -> None:
-        """So many lines are carried out; LineError for too many."""
+    def blocks(self, size: int) -> Iterator[tuple[bytes, int]]:
+        """Lines in the order in which they are carried out, without those that jump, and the number before each."""
+        while not self._run.ended:
+            text, low = self.text, self.at
+            high = text.order[bisect_left(text.order, low)]
+            plain = text is self.main and high - low >= PLAIN
+            self._count((high - low) // PLAIN if plain else high - low)
+            for block in blocks_of(io.BytesIO(text.between(low, high)), size):
+                yield block, low
+                low += block.count(b"\n")
+            self.at = high
+            if high == text.count or self._run.ended:
+                break
+            self._arrives(high + 1)
+            self._count(1)
+            self._jump(text.jumps[high])
+        if len(self._calls) > 1 and not self._run.ended:
+            call = self._calls[-1].jump
+            self._arrives(self.text.count)
+            raise LineError(f"the file ends within o{call.name}, which has no {'endsub' if call.word else 'M99'}")
+
+    def _count(self, lines: int) -> None:
         self._steps += lines
         if self._steps > MAX_STEPS:
             raise LineError(f"more than {MAX_STEPS} lines are executed; is there an endless loop near here?")
 
-    def finish(self) -> None:
-        """The text is at its end."""
-        if self._calls:
-            call = self._calls[-1]
-            ends = "endsub" if call.own else "M99"
-            raise LineError(f"the file ends within o{call.name}, which has no {ends}")
-        self.done = True
-
-    def jump(self) -> None:
+    def _jump(self, jump: Jump) -> None:
         """Carry out the line, which is a jump."""
-        jump = self.text.jumps[self.at]
-        self.count(1)
-        if jump.word == "M":
-            self._m_code(jump)
-        elif jump.word == "":
-            self.at += 1
-        elif jump.word == "abort":
-            raise LineError(f"the program ends itself: {jump.rest}")
-        elif jump.word == "?":
-            raise LineError(f"o{jump.name}: expected sub, call, if, while, repeat or the like, got {jump.rest[:20]!r}")
-        else:
-            getattr(self, f"_{jump.word}")(jump)
-
-    # --- values -----------------------------------------------------------------------------------------------------
+        if jump.fault:
+            raise LineError(jump.fault)
+        left = self._calls[-1].left
+        self.at += 1
+        match jump.word:
+            case "M":
+                self._m_code(jump)
+            case "call":
+                self._call(jump)
+            case "return" | "endsub":
+                self._return(jump)
+            case "if":
+                while jump.word in ("if", "elseif") and not self._values(jump, 1, 1)[0]:
+                    jump = self.text.jumps[jump.after]
+                    self._arrives(jump.at + 1)
+                self.at = jump.at + 1
+            case "else" | "elseif" | "sub" | "break":
+                self.at = jump.last + 1
+            case "while":
+                self.at = 1 + (jump.first if self._values(jump, 1, 1)[0] else jump.last)
+            case "endwhile":
+                self.at = jump.first
+            case "continue":
+                self.at = jump.first if self.text.jumps[jump.first].word == "while" else jump.last
+            case "repeat" | "endrepeat":
+                if jump.word == "repeat":
+                    left[jump.name] = int(min(np.floor(self._values(jump, 1, 1)[0] + 0.5), MAX_STEPS)) + 1
+                left[jump.name] = left.get(jump.name, 0) - 1
+                self.at = 1 + (jump.first if left[jump.name] > 0 else jump.last)
 
     def _values(self, jump: Jump, most: int, least: int = 0) -> list[float]:
         """Expressions in brackets behind the word."""
@@ -237,208 +252,96 @@ class Flow:
             raise LineError(f"{jump.said} needs a value in brackets")
         return found
 
-    def _holds(self, jump: Jump) -> bool:
-        return self._values(jump, 1, 1)[0] != 0.0
-
-    # --- labels -----------------------------------------------------------------------------------------------------
-
-    @property
-    def _counts(self) -> dict[str, int]:
-        return self._calls[-1].left if self._calls else self._left
-
-    @property
-    def _scope(self) -> str:
-        return self._calls[-1].name if self._calls else ""
-
-    def _begin(self, jump: Jump) -> None:
-        """The line begins what its label names."""
-        place = (self.text, self.at, jump.word)
-        if self._labels.setdefault((self._scope, jump.name), place) != place:
-            before = self._labels[self._scope, jump.name]
-            raise LineError(f"{jump.said}: line {before[0].before + before[1] + 1} has the label; write another number")
-
-    def _owner(self, jump: Jump) -> tuple[int, str]:
-        """Line and word of what the line belongs to."""
-        text, index, word = self._labels.get((self._scope, jump.name), (self.text, -1, ""))
-        if word not in _OWNERS[jump.word] or text is not self.text:
-            raise LineError(f"{jump.said} has no o{jump.name} {' or '.join(_OWNERS[jump.word])} before it")
-        return index, word
-
-    def _find(self, jump: Jump, *words: str) -> int:
-        """The next line of the same label with one of the words."""
-        end = self._calls[-1].end if self._calls else None
-        found = self.text.first(jump.name, words, self.at + 1, end)
-        if found is None:
-            raise LineError(f"{jump.said} has no o{jump.name} {words[-1]} after it")
-        return found
-
-    # --- branches and loops -----------------------------------------------------------------------------------------
-
-    def _if(self, jump: Jump) -> None:
-        self._begin(jump)
-        self._branch(jump)
-
-    def _branch(self, jump: Jump) -> None:
-        """Go on with the first branch whose condition holds."""
-        while not self._holds(jump):
-            self.at = self._find(jump, "else", "elseif", "endif")
-            jump = self.text.jumps[self.at]
-            if jump.word != "elseif":
-                break
-        self.at += 1
-
-    def _else(self, jump: Jump) -> None:
-        self._owner(jump)
-        self.at = self._find(jump, "endif") + 1
-
-    _elseif = _else
-
-    def _endif(self, jump: Jump) -> None:
-        self._owner(jump)
-        self.at += 1
-
-    def _while(self, jump: Jump) -> None:
-        text, index, word = self._labels.get((self._scope, jump.name), (self.text, -1, ""))
-        if word == "do" and text is self.text and index < self.at:
-            self.at = index + 1 if self._holds(jump) else self.at + 1
-            return
-        self._begin(jump)
-        self.at = 1 + (self.at if self._holds(jump) else self._find(jump, "endwhile"))
-
-    def _endwhile(self, jump: Jump) -> None:
-        self.at, _ = self._owner(jump)
-
-    def _do(self, jump: Jump) -> None:
-        self._begin(jump)
-        self.at += 1
-
-    def _repeat(self, jump: Jump) -> None:
-        self._begin(jump)
-        times = self._values(jump, 1, 1)[0]
-        self._counts[jump.name] = int(min(np.floor(times + 0.5), MAX_STEPS + 1.0))
-        self.at = 1 + (self.at if self._counts[jump.name] > 0 else self._find(jump, "endrepeat"))
-
-    def _endrepeat(self, jump: Jump) -> None:
-        index, _ = self._owner(jump)
-        self._counts[jump.name] -= 1
-        self.at = 1 + (index if self._counts[jump.name] > 0 else self.at)
-
-    def _break(self, jump: Jump) -> None:
-        _, word = self._owner(jump)
-        self.at = self._find(jump, "endwhile" if word == "while" else "while") + 1
-
-    def _continue(self, jump: Jump) -> None:
-        index, word = self._owner(jump)
-        self.at = index if word == "while" else self._find(jump, "while")
-
-    # --- subs -------------------------------------------------------------------------------------------------------
-
-    def _sub(self, jump: Jump) -> None:
-        if self._calls:
-            raise LineError(f"{jump.said} is inside o{self._scope}; define it outside")
-        if (before := self.text.first(jump.name, ("sub",))) != self.at and before is not None:
-            raise LineError(f"{jump.said}: line {self.text.before + before + 1} defines it already")
-        end = self._find(jump, "endsub")
-        inside = next((i for i in self.text.order if self.at < i < end and self.text.jumps[i].word == "sub"), None)
-        if inside is not None:
-            fault = LineError(f"{self.text.jumps[inside].said} is inside o{jump.name}; define it outside")
-            fault.line = self.text.before + inside + 1
-            raise fault
-        self.at = end + 1
-
     def _call(self, jump: Jump) -> None:
-        name = jump.name
-        if not name:
+        if not jump.name:
             scanner = Scanner(jump.rest, self._parameters)
             value = scanner.value()
             rest = scanner.text[scanner.at :]
             if not (abs(value) < 1e6 and abs(value - round(value)) < 1e-4) or rest[:4].lower() != "call":
                 raise LineError(f"o{value:g}: only a call may have a computed number, which is whole")
-            name = str(round(value))
-            jump = Jump("call", name, rest[4:], jump.text)
+            jump = Jump(jump.at, "call", str(round(value)), rest[4:], jump.text)
         arguments = self._values(jump, MAX_ARGUMENTS)
-        text, first = self._target(name, ("sub",), "define it with sub and endsub")
-        end = text.first(name, ("endsub",), first)
-        if end is None:
-            raise LineError(f"o{name} sub has no o{name} endsub after it")
-        self._enter(_Call(name, text, first, end, (self.text, self.at + 1), self.shown))
+        self._enter("sub", jump.name, "define it with sub and endsub")
         self._run.enter(arguments)
 
-    def _enter(self, call: _Call) -> None:
-        if len(self._calls) >= MAX_CALLS:
-            raise LineError(f"o{call.name}: more than {MAX_CALLS} calls within calls; does a sub call itself?")
-        self._calls.append(call)
-        self.text, self.at = call.text, call.first + 1
-
-    def _target(self, name: str, words: tuple[str, ...], mend: str) -> tuple[Text, int]:
-        """Where a sub begins: in this file, in the program itself, or in a file of its name beside it."""
-        for text in (self.text, self.main):
-            if (found := text.first(name, words)) is not None:
-                return text, found
+    def _enter(self, kind: str, name: str, mend: str, repeats: int = 1) -> None:
+        """Go to where a sub begins: in this file, in the program itself, or in a file of its name beside it."""
         base = name.strip("<>")
         file = self._folder / f"{base}.ngc"
-        if re.fullmatch(r"[a-z0-9_-]+", base) and file.is_file():
+        texts = [self.text, self.main]
+        here = any((kind, name) in text.subs for text in texts)
+        if not here and re.fullmatch("[a-z0-9_-]+", base) and file.is_file():
             if base not in self._files:
                 if len(self._files) >= MAX_FILES:
                     raise LineError(f"o{name}: subprograms in more than {MAX_FILES} files")
                 self._files[base] = _load(file)
-            if (found := self._files[base].first(name, words)) is not None:
-                return self._files[base], found
-        raise LineError(f"o{name} is called, and is neither in the program nor in {base}.ngc beside it; {mend}")
+            texts.append(self._files[base])
+        text = next((text for text in texts if (kind, name) in text.subs), None)
+        if text is None:
+            raise LineError(f"o{name} is called, and is neither in the program nor in {base}.ngc beside it; {mend}")
+        jump = text.subs[kind, name]
+        if jump.fault:
+            raise LineError(jump.fault)
+        if len(self._calls) > MAX_CALLS:
+            raise LineError(f"o{name}: more than {MAX_CALLS} calls within calls; does a sub call itself?")
+        self._calls.append(_Call(jump, text, (self.text, self.at), self.shown or self.at, repeats))
+        self.text, self.at = text, jump.at + 1
 
     def _return(self, jump: Jump) -> None:
-        if not self._calls or not self._calls[-1].own:
+        if not self._calls[-1].jump.word:
             raise LineError(f"{jump.said} is outside of a called sub")
-        if jump.word == "endsub" and self.at != self._calls[-1].end:
-            raise LineError(f"{jump.said} is inside o{self._scope}, which has an endsub of its own name")
         value = self._values(jump, 1)
         self._run.leave()
         self._parameters.set("_value", value[0] if value else 0.0)
         self._parameters.set("_value_returned", float(len(value)))
         self.text, self.at = self._calls.pop().back
 
-    _endsub = _return
-
     def _m_code(self, jump: Jump) -> None:
         """A line with M98 or M99, after what else it says."""
-        run = self._run
+        run, call = self._run, self._calls[-1]
         run.call, run.returns = None, False
-        run.run(jump.text, self.shown)
-        if run.returns:
-            self._m99()
-        elif run.call is not None and run.call[1] > 0:
+        run.run(jump.text, self.shown or self.at)
+        if run.call is not None and run.call[1] > 0:
             number, repeats = run.call
-            name = str(number)
-            text, first = self._target(name, ("",), f"begin it with O{number}")
-            self._enter(_Call(name, text, first, None, (self.text, self.at + 1), self.shown, repeats, own=False))
-            self._run.enter()
-        else:
-            self.at += 1
-
-    def _m99(self) -> None:
-        if not self._calls:
-            self._run.findings.say(f"line {self.line}: M99 begins the program again without end; one pass is read")
-            self._run.ended = True
+            self._enter("", str(number), f"begin it with O{number}", repeats)
+            run.enter()
+        if not run.returns:
             return
-        call = self._calls[-1]
-        if call.own:
-            raise LineError(f"M99 is inside o{call.name} sub; write endsub or return")
+        if call.jump.word:
+            raise LineError(f"M99 is inside o{call.jump.name} sub; write endsub or return")
+        if len(self._calls) == 1:
+            run.findings.say(f"line {self.at}: M99 begins the program again without end; one pass is read")
+            run.ended = True
+            return
         call.repeats -= 1
-        self._run.leave()
+        run.leave()
         if call.repeats > 0:
-            self.text, self.at = call.text, call.first + 1
-            self._run.enter()
-            return
-        self.text, self.at = self._calls.pop().back
+            self.text, self.at = call.text, call.jump.at + 1
+            run.enter()
+        else:
+            self.text, self.at = self._calls.pop().back
+
+
+def blocks_of(stream: BinaryIO, size: int) -> Iterator[bytes]:
+    """Whole lines, `size` bytes or so at a time; lines that end as on old Macs included."""
+    rest = b""
+    while part := stream.read(size):
+        block = rest + part
+        block = block if b"\n" in block else block.replace(b"\r", b"\n")
+        cut = block.rfind(b"\n") + 1
+        rest = block[cut:]
+        if cut:
+            yield block[:cut]
+        if len(rest) > LONGEST:
+            break  # a line that long is refused where lines are counted
+    if rest:
+        yield rest + b"\n"
 
 
 def _load(file: pathlib.Path) -> Text:
     """A file of subprograms."""
     try:
         check_size(check_file(file), MAX_BYTES)
-        content = file.read_bytes().removeprefix(b"\xef\xbb\xbf")
-    except (FormatError, OSError) as error:
+        return Text(read_bytes(file), file, jumps=True)
+    except FormatError as error:
         raise LineError(f"{file.name} is called and cannot be read: {error}") from None
-    if b"\n" not in content:
-        content = content.replace(b"\r", b"\n")
-    return Text(content + b"\n", 0, file, other=True)

@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-#: Why `Lines.scan` returned: the data are used up, a line is not of the simple kind, the rows are full.
-DONE, UNKNOWN, FULL = 0, 1, 2
-
 # columns of the state of floats: position and offset of 9 axes, what one unit of each is, feed, tolerance
 POSITION, OFFSET, SCALE, FEED, TOLERANCE, STATE = 0, 9, 18, 27, 28, 29
 # entries of the state of integers
-MOTION, RELATIVE, PLANE, FEED_MODE, EXTRUDER, LINE, EXACT_STOP, EXTRUDED, CENTRES, UNITS, MODES = range(11)
-# values of FEED_MODE: G94, G93, G95, and G95 with G96; UNITS is 20 or 21, as G codes say, 0 (mm) while none has
-PER_MINUTE, INVERSE, PER_TURN, SURFACE = 0, 1, 2, 3
+MOTION, RELATIVE, PLANE, FEED_MODE, EXACT_STOP, EXTRUDED, CENTRES, UNITS, MODES = range(9)
+# MOTION is a G code as tenths, -1 for none; UNITS is 20 or 21, 0 (mm) while none was said; FEED_MODE: G94, G93, G95
+PER_MINUTE, INVERSE, PER_TURN = 0, 1, 2
 # columns of the rows of floats: end of 9 axes, centre, radius, turns, feed, tolerance
 END, CENTER, RADIUS, TURNS, ROW_FEED, ROW_TOLERANCE, FLOATS = 0, 9, 12, 13, 14, 15, 16
-# columns of what is said between moves, integers: before which move, line, M codes as decimal digits, bits of S and T;
-# floats: the values of S and T
-SAID_BEFORE, SAID_LINE, SAID_M, SAID_WORDS, SAID = 0, 1, 2, 3, 4
-SAID_S, SAID_T, SPOKEN = 0, 1, 2
 # columns of the rows of integers
 KIND, ROW_LINE, ROW_PLANE, FLAGS, SPLINE, AXES, INTEGERS = 0, 1, 2, 3, 4, 5, 6
 #: AXES has bits of the axes that a move concerns, and from this bit on of those whose place the program states.

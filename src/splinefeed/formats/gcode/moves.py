@@ -105,7 +105,7 @@ class Moves:
         """Where each one leads, (n, 9)."""
         return self.values[:, :AXES]
 
-    @property
+    @cached_property
     def starts(self) -> Array:
         """Where each one begins, (n, 9)."""
         return np.concatenate([self.start[None, :], self.ends[:-1]]) if len(self) else self.ends
@@ -137,28 +137,27 @@ class Moves:
 class Findings:
     """What a reader has to say: sentences once each, and faults of one kind counted with the lines of the first few."""
 
-    sentences: dict[str, None] = field(default_factory=dict)
-    counted: dict[str, tuple[int, list[int]]] = field(default_factory=dict)
+    found: dict[str, list[int]] = field(default_factory=dict)  # how many, and where; nothing for what is not counted
 
     #: How many lines a finding names.
     NAMED = 3
 
     def say(self, sentence: str) -> None:
         """Add a sentence unless it is there."""
-        self.sentences.setdefault(sentence)
+        self.found.setdefault(sentence, [])
 
     def count(self, what: str, line: int) -> None:
         """One more fault of the kind `what`, at `line`; {count} in it becomes their number."""
-        count, lines = self.counted.get(what, (0, []))
-        if count < self.NAMED:
-            lines.append(line)
-        self.counted[what] = count + 1, lines
+        counted = self.found.setdefault(what, [0])
+        counted[0] += 1
+        if len(counted) <= self.NAMED:
+            counted.append(line)
 
     def all(self, place: str = "line") -> list[str]:
         """All of it, one sentence each; `place` is what the numbers beside the faults count."""
-        found = list(self.sentences)
-        for what, (count, lines) in self.counted.items():
-            named = ", ".join(map(str, lines))
+        said = []
+        for what, (count, *lines) in ((what, counted or [0]) for what, counted in self.found.items()):
             more = f" and {count - len(lines)} more" if count > len(lines) else ""
-            found.append(f"{what.replace('{count}', str(count))}: {place} {named}{more}")
-        return found
+            where = f": {place} {', '.join(map(str, lines))}{more}" if count else ""
+            said.append(what.replace("{count}", str(count)) + where)
+        return said

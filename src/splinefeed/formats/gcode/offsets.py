@@ -1,25 +1,29 @@
-"""Where the program's zero lies: G54 to G59.3, G10, G52, the G92 family and the tool's offset of G43."""
+"""Where the program's zero lies: G54 to G59.3, G10 and its turns, G52, the G92 family, the tool's offset of G43."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from splinefeed.formats.gcode.moves import AXES
-from splinefeed.formats.gcode.turned import Frame
-from splinefeed.records import Array
+from splinefeed.formats.gcode import layout
+from splinefeed.formats.gcode.arcs import arc_curve, find_arcs
+from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.moves import AXES, CLOCKWISE, COUNTERCLOCKWISE, POLAR, SPLINE, Moves, Spline
+from splinefeed.records import Array, IntArray
 
 #: Coordinate systems by their code, as G10's P numbers them.
 SYSTEMS = {540: 1, 550: 2, 560: 3, 570: 4, 580: 5, 590: 6, 591: 7, 592: 8, 593: 9}
-#: First parameters of the nine systems, of G28, G30, G92 and of the current position: LinuxCNC, "Parameters".
+#: First parameters of the nine systems, G28, G30, G92 and the current position; those of the system in force and of the
+#: tool in the spindle; the first of them all: LinuxCNC, "Parameters".
 SYSTEM_PARAMETERS, SYSTEM_STEP = 5221, 20
 REFERENCE_PARAMETERS = {280: 5161, 300: 5181}
+G92_PARAMETERS, POSITION_PARAMETERS = 5211, 5420
+SYSTEM_PARAMETER, TOOL_PARAMETER, FIRST_PARAMETER = 5220, 5400, 5211
 #: Places that G28 and G30 lead to, by the name that `offsets=` has for them.
 REFERENCES = {"G28": 280, "G30": 300}
-G92_PARAMETERS, POSITION_PARAMETERS = 5211, 5420
-#: Number of the system in force, and of the tool in the spindle.
-SYSTEM_PARAMETER, TOOL_PARAMETER = 5220, 5400
 
 
 class Offsets:
@@ -56,6 +60,17 @@ class Offsets:
         """How the system in force is turned about its zero, in the coordinates of the axes."""
         return Frame(self.angles.get(self.active, 0.0), (self.systems[self.active] + self.length)[:2])
 
+    def parameters(self, place: Array, scale: Array) -> dict[int, float]:
+        """Values of parameters by number; `place` (9,) is the tool's in the system in force, `scale` mm of one unit."""
+        found = {SYSTEM_PARAMETER: float(self.active)}
+        rows = {POSITION_PARAMETERS: place, G92_PARAMETERS: self.g92}
+        for number, system in self.systems.items():
+            first = SYSTEM_PARAMETERS + SYSTEM_STEP * (number - 1)
+            rows[first], found[first + AXES] = system, math.degrees(self.angles.get(number, 0.0))
+        for first, values in rows.items():
+            found |= dict(enumerate((values / scale).tolist(), first))
+        return found
+
     def select(self, number: int) -> bool:
         """Put a system in force; False where its offset from the one before is not known."""
         self.active = number
@@ -64,47 +79,32 @@ class Offsets:
 
     def set_system(self, number: int, values: Mapping[int, float], angle: float | None = None) -> None:
         """G10 L2: offsets by axis, and how far the system is turned, rad."""
-        system = self.systems[number or self.active]
-        if angle is not None:
-            self.angles[number or self.active] = angle
-        for axis, value in values.items():
-            system[axis] = value
-        self.known.add(number or self.active)
-
-    def set_here(self, number: int, values: Mapping[int, float], place: Array) -> None:
-        """G10 L20: the system in which `place` (9,) of the machine has the given values."""
         number = number or self.active
-        zero = self._zero(number, values, place, self.g92)
-        self.set_system(number, {axis: value - self.length[axis] for axis, value in zero.items()})
+        if angle is not None:
+            self.angles[number] = angle
+        self.systems[number][list(values)] = list(values.values())
+        self.known.add(number)
 
-    def tool_by(self, values: Mapping[int, float], place: Array, fixture: bool) -> dict[int, float]:
-        """G10 L10: the tool's offset by axis with which `place` (9,) has the values; L11: in G59.3 without G92."""
-        number, shift = (SYSTEMS[593], np.zeros(AXES)) if fixture else (self.active, self.g92)
-        zero = self._zero(number, values, place, shift)
-        return {axis: value - self.systems[number][axis] for axis, value in zero.items()}
+    def zero(self, values: Mapping[int, float], place: Array, number: int = 0, tool: bool = False) -> dict[int, float]:
+        """What a system must be, by axis, for `place` (9,) of the machine to have the values, and the others as before.
 
-    def _zero(self, number: int, values: Mapping[int, float], place: Array, shift: Array) -> dict[int, float]:
-        """What a system and the tool must add, by axis, for `place` (9,) to have the values, and the others as before.
-
-        A system that is turned moves X and Y together.
+        With `tool` what the tool must add; beside a `number` without G92 (G10 L11). A turned system moves X and Y.
         """
-        turned = Frame(self.angles.get(number, 0.0), np.zeros(2))
-        said = turned.from_machine(place - self.systems[number] - self.length) - shift
-        for axis, value in values.items():
-            said[axis] = value
-        zero = place - turned.to_machine(said + shift)
+        shift = np.zeros(AXES) if tool and number else self.g92
+        number = number or self.active
+        system, turned = self.systems[number], Frame(self.angles.get(number, 0.0), np.zeros(2))
+        said = turned.from_machine(place - system - self.length) - shift
+        said[list(values)] = list(values.values())
+        both = place - turned.to_machine(said + shift)
+        zero = both - (system if tool else self.length)
         moved = values.keys() | ({0, 1} if turned.angle and values.keys() & {0, 1} else set())
         return {axis: float(zero[axis]) for axis in moved}
 
-    def set_g92(self, values: Mapping[int, float], position: Array) -> None:
-        """G92: the offset by which `position` (9,) gets the given values."""
+    def shift(self, values: Mapping[int, float], position: Array | None = None) -> None:
+        """G92: the offset by which `position` (9,) gets the given values; G52, without one: the offset itself."""
+        base = np.zeros(AXES) if position is None else position - self.systems[self.active] - self.length
         for axis, value in values.items():
-            self.g92[axis] = position[axis] - self.systems[self.active][axis] - self.length[axis] - value
-
-    def set_local(self, values: Mapping[int, float]) -> None:
-        """G52: the offset itself."""
-        for axis, value in values.items():
-            self.g92[axis] = value
+            self.g92[axis] = value if position is None else base[axis] - value
 
     def clear(self, code: int) -> None:
         """G92.1 forgets the offset, G92.2 keeps it aside, G92.3 takes it up again."""
@@ -113,3 +113,74 @@ class Offsets:
             return
         self.stored = np.zeros(AXES) if code == 921 else self.g92.copy()
         self.g92 = np.zeros(AXES)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """X and Y turned by `angle`, rad, counterclockwise, about a centre (2,), mm."""
+
+    angle: float
+    centre: Array
+
+    def to_machine(self, places: Array) -> Array:
+        """Places (..., 9) of the turned system as those of the axes."""
+        turned = places.copy()
+        if self.angle:
+            turned[..., :2] = self.centre + (places[..., :2] - self.centre) @ self._matrix
+        return turned
+
+    def from_machine(self, places: Array) -> Array:
+        """Places (..., 9) of the axes as those of the turned system."""
+        return Frame(-self.angle, self.centre).to_machine(places)
+
+    @property
+    def _matrix(self) -> Array:
+        """What places (n, 2) are multiplied by from the right."""
+        cosine, sine = math.cos(self.angle), math.sin(self.angle)
+        return np.array([[cosine, sine], [-sine, cosine]])
+
+    def turn_rows(self, start: Array, rows: Array, marks: IntArray, splines: list[Spline]) -> None:
+        """Turn moves that begin at `start` (9,) in the turned system: rows (n, 16) and marks (n, 6), in place.
+
+        An arc across the plane of the turn becomes the spline that it is.
+        """
+        if not self.angle or not len(rows):
+            return
+        across = (marks[:, layout.ROW_PLANE] != 17) & np.isin(marks[:, layout.KIND], (CLOCKWISE, COUNTERCLOCKWISE))
+        for i in np.flatnonzero(across).tolist():
+            begin = rows[i - 1, :AXES] if i else start
+            made = find_arcs(Moves(begin, rows[i : i + 1], marks[i : i + 1]))
+            curve = arc_curve(begin, rows[i, :AXES], made, 0, np.arange(AXES))
+            weights = np.ones(len(curve.control_points)) if curve.weights is None else curve.weights
+            line = int(marks[i, layout.ROW_LINE])
+            splines.append(Spline(curve.degree, curve.knots, curve.control_points, weights, line))
+            marks[i, layout.KIND], marks[i, layout.SPLINE] = SPLINE, len(splines) - 1
+        for k in marks[marks[:, layout.KIND] == SPLINE, layout.SPLINE].tolist():
+            splines[k] = replace(splines[k], points=self.to_machine(splines[k].points))
+        rows[:, :AXES] = self.to_machine(rows[:, :AXES])
+        centre, absolute = rows[:, layout.CENTER : layout.CENTER + 2], marks[:, layout.FLAGS] & layout.ABSOLUTE != 0
+        base = np.where(absolute[:, None], self.centre, 0.0)
+        centre[:] = base + (centre - base) @ self._matrix
+        axes = marks[:, layout.AXES]  # one word moves X and Y, and states none of them
+        xy, stated = 0b11, 0b11 << layout.STATED
+        moved, both = np.where(axes & xy, xy, 0), np.where(axes & stated == stated, stated, 0)
+        marks[:, layout.AXES] = axes & ~(xy | stated) | moved | both
+
+
+def from_polar(words: Mapping[str, float], x: float, y: float, relative: bool) -> dict[str, float]:
+    """Axis words with X and Y in place of @, the distance from zero, and ^, the angle in degrees, at the place x, y.
+
+    What is not said stays; `relative` (G91) both are steps, and so are X and Y then. LineError where they say nothing.
+    """
+    if words.keys() & {"X", "Y"}:
+        raise LineError("X or Y beside polar coordinates (@, ^); write one or the other")
+    distance, angle = math.hypot(x, y), math.degrees(math.atan2(y, x))
+    if distance == 0.0 and (relative or "^" not in words):
+        raise LineError("polar coordinates (@, ^) have no angle at the zero point; write X and Y")
+    if relative:
+        distance, angle = distance + words.get("@", 0.0), angle + words.get("^", 0.0)
+    else:
+        distance, angle = words.get("@", distance), words.get("^", angle)
+    there = distance * math.cos(math.radians(angle)), distance * math.sin(math.radians(angle))
+    rest = {letter: value for letter, value in words.items() if letter not in POLAR}
+    return rest | {"X": there[0] - x * relative, "Y": there[1] - y * relative}

@@ -10,6 +10,7 @@ import math
 import os
 import pathlib
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,26 +19,16 @@ from splinefeed.errors import FormatError
 from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import Arcs, arc_degrees
 from splinefeed.formats.gcode.ends import Ends
-from splinefeed.formats.gcode.moves import (
-    AXES,
-    CLOCKWISE,
-    COUNTERCLOCKWISE,
-    LETTERS,
-    LINE,
-    LINEAR,
-    RAPID,
-    SPLINE,
-    Moves,
-)
+from splinefeed.formats.gcode.moves import AXES, LETTERS, LINE, LINEAR, Moves
 from splinefeed.formats.gcode.piece import Piece, axis_names, path_columns
 from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.state import CAPACITY
 from splinefeed.formats.gcode.to_path import Program
 from splinefeed.formats.metadata import axis_units, to_degrees
 from splinefeed.geometry.corners import CORNER_ANGLE, CURVATURE_JUMP, STOP_ANGLE
-from splinefeed.records import Array, BoolArray
+from splinefeed.records import Array, BoolArray, IntArray
 
-_KINDS = {RAPID: "G0", LINE: "G1", CLOCKWISE: "G2", COUNTERCLOCKWISE: "G3", SPLINE: "splines"}
+_KINDS = dict(enumerate(("G0", "G1", "G2", "G3", "splines")))
 
 
 @dataclass
@@ -48,6 +39,7 @@ class Summary:
     """
 
     name: str
+    most_listed: int = 0
     dialect: str = ""
     lines: int = 0
     units: str = "mm"
@@ -68,23 +60,17 @@ class Summary:
     low: Array = field(default_factory=lambda: np.full(AXES, np.inf))
     high: Array = field(default_factory=lambda: np.full(AXES, -np.inf))
     first: Array | None = None
-    last: Array | None = None
+    last: Array = field(default_factory=lambda: np.zeros(AXES))
     findings: list[str] = field(default_factory=list)
-    most_listed: int = 0
     curves: list[dict[str, Any]] = field(default_factory=list)
-
-    @property
-    def length(self) -> float:
-        """Length of the path over the linear axes, mm."""
-        return math.fsum(self.lengths.values())
+    _behind: tuple[Array, Array] = (np.zeros((0, len(LINEAR))),) * 2  # tangent and bend (k, 6) at the end so far
+    _rests: bool = False
 
     def page(self, file: str | os.PathLike[str]) -> dict[str, Any]:
         """The keys of `info --json`: `paths` with one entry, the first `curves`, how many more, and the others."""
         columns = path_columns(self.used, file)
         axes = axis_names(columns)
         assert self.first is not None
-        assert self.last is not None
-        size = float(np.linalg.norm((self.high - self.low)[LINEAR]))
         gap = float(np.linalg.norm((self.last - self.first)[LINEAR]))
         count = sum(self.moves.values()) - self.without_length - self.left_out
         path = {
@@ -93,10 +79,10 @@ class Summary:
             "axis_units": axis_units(axes, rotary="deg"),
             "curves": count,
             "degrees": sorted(self.degrees),
-            "length_mm": self.length,
+            "length_mm": math.fsum(self.lengths.values()),
             "bbox_min": to_degrees(self.low[columns][None], axes)[0].tolist(),
             "bbox_max": to_degrees(self.high[columns][None], axes)[0].tolist(),
-            "closed": gap <= max(1e-6, 1e-9 * size),
+            "closed": gap <= max(1e-6, 1e-9 * self._size),
             "min_radius_mm": self.min_radius if math.isfinite(self.min_radius) else None,
             "corners": self.corners,
             "stops": self.stops,
@@ -116,28 +102,107 @@ class Summary:
     def program(self) -> dict[str, Any]:
         """What only a program has."""
         low, high = self.feeds
+        same = ("dialect", "lines", "without_length", "left_out", "markers", "ends")
         return {
-            "dialect": self.dialect,
-            "lines": self.lines,
+            **{name: getattr(self, name) for name in same},
             "motion_blocks": {kind: count for kind, count in self.moves.items() if count},
             "lengths_mm": {kind: length for kind, length in self.lengths.items() if self.moves[kind]},
-            "without_length": self.without_length,
-            "left_out": self.left_out,
             "feed_min_mm_s": low if high else None,
             "feed_max_mm_s": high or None,
             "feed_time_s": self.feed_time,
             "dwell_s": self.dwell_time,
-            "markers": self.markers,
-            "ends": self.ends,
         }
+
+    @property
+    def _size(self) -> float:
+        return float(np.linalg.norm((self.high - self.low)[LINEAR]))
+
+    def _within(self, places: Array, axes: Any = slice(None)) -> None:
+        self.low[axes] = np.minimum(self.low[axes], places.min(axis=0))
+        self.high[axes] = np.maximum(self.high[axes], places.max(axis=0))
+
+    def add(self, piece: Piece) -> None:
+        """Count and measure the next moves."""
+        moves, behind = piece.moves, piece.left_out
+        self.markers += sum(bool(mark.text) for mark in moves.marks)
+        self.dwell_time += math.fsum(mark.dwell for mark in moves.marks)
+        if not len(moves):
+            return
+        self.used |= moves.used
+        if self.first is None:
+            self.first = moves.starts[behind]
+        self.left_out += behind
+        self.last = moves.ends[-1].copy()
+        self.without_length += int(np.sum(piece.none))
+        for kind, name in _KINDS.items():
+            self.moves[name] += int(np.sum(moves.kind == kind))
+            self.lengths[name] += float(np.sum(piece.lengths[behind:][moves.kind[behind:] == kind]))
+        kept = piece.kept
+        if not len(kept):
+            self._rests |= any(mark.stop for mark in moves.marks)
+            return
+        fed = kept[np.isfinite(piece.feeds)]
+        feeds = piece.programmed_feeds[fed]
+        self.feed_time += float(np.sum(piece.lengths[fed] / feeds))
+        self.feeds = min(self.feeds[0], feeds.min(initial=math.inf)), max(self.feeds[1], feeds.max(initial=0.0))
+        self._within(np.concatenate([moves.starts[kept[:1]], moves.ends[kept]]))
+        self._add_arcs(piece.arcs, np.isin(piece.arcs.move, kept))
+        self.degrees |= {1} if np.any(moves.kind[kept] <= LINE) else set()
+        self.degrees |= set(arc_degrees(moves, piece.arcs).tolist())
+        for _, spline in moves.spline_moves():
+            if (path := spline.path) is not None:
+                self.corners, self.stops = self.corners + len(path.corners), self.stops + len(path.stops)
+                self.degrees.add(path.curves[0].degree)
+                self._within(np.array(path.bounding_box()), [LETTERS.index(axis.upper()) for axis in path.axes])
+        self._list(piece)
+        self._add_joints(moves, Ends.of(moves, piece.arcs), kept)
+
+    def _add_arcs(self, arcs: Arcs, kept: BoolArray) -> None:
+        """The places of arcs that lie farthest out, a quarter of a turn from each other."""
+        for quarter in range(4):
+            angle = 0.5 * math.pi * quarter
+            ahead = np.mod(np.where(arcs.sweep > 0.0, angle - arcs.angle, arcs.angle - angle), 2.0 * math.pi)
+            reached = (ahead <= np.abs(arcs.sweep)) & kept
+            part = ahead[reached] / np.abs(arcs.sweep[reached])
+            radius = arcs.first[reached] + (arcs.last - arcs.first)[reached] * part
+            axis = arcs.axes[reached, quarter % 2]
+            place = arcs.centre[reached, quarter % 2] + (radius if quarter < 2 else -radius)
+            (np.maximum if quarter < 2 else np.minimum).at(self.high if quarter < 2 else self.low, axis, place)
+
+    def _list(self, piece: Piece) -> None:
+        """What `info` says of the curves of these moves, which are those of the path."""
+        chosen = piece.kept[: self.most_listed - len(self.curves)]
+        first = replace(piece, kept=chosen, places=piece.places[: len(chosen) + 1])
+        for length, curve in zip(piece.lengths[chosen].tolist(), first.curves() if len(chosen) else (), strict=True):
+            said = {"path": 1, "degree": curve.degree, "control_points": len(curve.control_points)}
+            said |= {"spans": len(curve.spans), "rational": curve.rational, "closed": curve.closed}
+            self.curves.append({**said, "length_mm": length})
+
+    def _add_joints(self, moves: Moves, ends: Ends, kept: IntArray) -> None:
+        """Joints at which the tangent turns or the curvature jumps, the one to the part before included."""
+        self.min_radius = min(self.min_radius, float(np.min(ends.radius)))
+        moving = kept[np.all(np.isfinite(ends.tangents[0][kept]), axis=1)]
+        rest = np.zeros(len(moving) + 1, dtype=bool)  # before each move, and behind the last one
+        rest[np.searchsorted(moving, [mark.move for mark in moves.marks if mark.stop])] = True
+        rest[1:] |= moves.flags[moving] & layout.STOPS != 0
+        rest[0] |= self._rests
+        self._rests = bool(rest[-1])
+        if not len(moving):
+            return
+        (leave, bend), (arrive, bent) = ((ends.tangents[k][moving], ends.bends[k][moving]) for k in (0, 1))
+        joined = len(self._behind[0])  # 0 for the first part
+        before, was = (np.concatenate([self._behind[k], each[:-1]]) for k, each in enumerate((arrive, bent)))
+        after, now = leave[1 - joined :], bend[1 - joined :]
+        norm = partial(np.linalg.norm, axis=1)
+        angle = 2.0 * np.arctan2(norm(after - before), norm(after + before))
+        floor = CURVATURE_JUMP * (1.0 / self._size + norm(was) + norm(now))
+        self.corners += int(np.sum((angle > CORNER_ANGLE) | (norm(now - was) > floor)))
+        self.stops += int(np.sum((angle > STOP_ANGLE) | rest[1 - joined : -1]))
+        self._behind = arrive[-1:], bent[-1:]
 
 
 def summary(
-    file: str | os.PathLike[str],
-    *,
-    most_listed: int = 0,
-    reading: Reading | None = None,
-    **options: Any,
+    file: str | os.PathLike[str], *, most_listed: int = 0, reading: Reading | None = None, **options: Any
 ) -> Summary:
     """Measure the program in `file`, with the options of `to_path.from_file`.
 
@@ -145,13 +210,9 @@ def summary(
     """
     program = Program(file, **options)
     reading = reading or program.reading()
-    found = Summary(pathlib.Path(file).stem, most_listed=most_listed)
-    joint = _Joint()
+    found = Summary(pathlib.Path(file).stem, most_listed)
     for piece in program.pieces(reading.moves(file), reading, size=CAPACITY):
-        found.markers += sum(bool(mark.text) for mark in piece.moves.marks)
-        found.dwell_time += math.fsum(mark.dwell for mark in piece.moves.marks)
-        if len(piece.moves):
-            _add(found, piece, joint)
+        found.add(piece)
     path_columns(found.used, file)
     if not found.degrees:
         raise FormatError(f"{file}: no move has a length; is the program complete?")
@@ -159,118 +220,3 @@ def summary(
     found.lines, found.ends, found.units = reading.lines, reading.ended, "in" if reading.inch else "mm"
     found.findings = reading.findings.all()
     return found
-
-
-@dataclass
-class _Joint:
-    """How the last move ends: tangent and curvature vector over the linear axes, and whether the tool stops there."""
-
-    tangent: Array | None = None
-    bend: Array | None = None
-    rest: bool = False
-
-
-def _add(found: Summary, piece: Piece, joint: _Joint) -> None:
-    moves, arcs = piece.moves, piece.arcs
-    found.used |= moves.used
-    if found.first is None:
-        found.first = moves.starts[piece.left_out]
-    found.left_out += piece.left_out
-    found.last = moves.ends[-1].copy()
-    found.without_length += int(np.sum(piece.none))
-    for kind, name in _KINDS.items():
-        found.moves[name] += int(np.sum(moves.kind == kind))
-        found.lengths[name] += float(np.sum(piece.lengths[piece.left_out :][moves.kind[piece.left_out :] == kind]))
-    if not len(piece.kept):
-        joint.rest |= any(mark.stop for mark in moves.marks)
-        return
-    kept = np.zeros(len(moves), dtype=bool)
-    kept[piece.kept] = True
-    ends = Ends.of(moves, arcs)
-    found.min_radius = min(found.min_radius, float(np.min(ends.radius)))
-    _splines(found, moves)
-    _list(found, piece)
-    _feeds(found, piece)
-    _boxes(found, moves, arcs, kept)
-    if np.any(kept & (moves.kind <= LINE)):
-        found.degrees.add(1)
-    found.degrees |= set(arc_degrees(moves, arcs).tolist())
-    _corners(found, moves, ends, kept, joint)
-
-
-def _splines(found: Summary, moves: Moves) -> None:
-    """Measure every spline as the curve that it is."""
-    for _, spline in moves.spline_moves():
-        path = spline.path
-        if path is None:
-            continue
-        axes = [LETTERS.index(axis.upper()) for axis in path.axes]
-        found.corners += len(path.corners)
-        found.stops += len(path.stops)
-        found.degrees.add(path.curves[0].degree)
-        low, high = path.bounding_box()
-        found.low[axes], found.high[axes] = np.minimum(found.low[axes], low), np.maximum(found.high[axes], high)
-
-
-def _list(found: Summary, piece: Piece) -> None:
-    """What `info` says of the curves of these moves, which are those of the path."""
-    chosen = piece.kept[: found.most_listed - len(found.curves)]
-    first = replace(piece, kept=chosen, places=piece.places[: len(chosen) + 1])
-    for length, curve in zip(piece.lengths[chosen].tolist(), first.curves() if len(chosen) else (), strict=True):
-        found.curves.append(
-            {
-                "path": 1,
-                "degree": curve.degree,
-                "control_points": len(curve.control_points),
-                "spans": len(curve.spans),
-                "rational": curve.rational,
-                "closed": curve.closed,
-                "length_mm": length,
-            }
-        )
-
-
-def _feeds(found: Summary, piece: Piece) -> None:
-    said = piece.kept[np.isfinite(piece.feeds)]
-    feeds = piece.programmed_feeds[said]
-    if len(said):
-        found.feed_time += float(np.sum(piece.lengths[said] / feeds))
-        found.feeds = min(found.feeds[0], float(feeds.min())), max(found.feeds[1], float(feeds.max()))
-
-
-def _boxes(found: Summary, moves: Moves, arcs: Arcs, kept: BoolArray) -> None:
-    first = int(np.argmax(kept))
-    for places in (moves.starts[first][None], moves.ends[kept]):
-        found.low, found.high = np.minimum(found.low, places.min(axis=0)), np.maximum(found.high, places.max(axis=0))
-    for quarter in range(4):
-        angle = 0.5 * math.pi * quarter
-        ahead = np.mod(np.where(arcs.sweep > 0.0, angle - arcs.angle, arcs.angle - angle), 2.0 * math.pi)
-        reached = (ahead <= np.abs(arcs.sweep)) & kept[arcs.move]
-        part = ahead[reached] / np.abs(arcs.sweep[reached])
-        radius = arcs.first[reached] + (arcs.last - arcs.first)[reached] * part
-        axis = arcs.axes[reached, quarter % 2]
-        place = arcs.centre[reached, quarter % 2] + (radius if quarter < 2 else -radius)
-        (np.maximum if quarter < 2 else np.minimum).at(found.high if quarter < 2 else found.low, axis, place)
-
-
-def _corners(found: Summary, moves: Moves, ends: Ends, kept: BoolArray, joint: _Joint) -> None:
-    """Joints at which the tangent turns or the curvature jumps, the one to the part before included."""
-    moving = kept & np.all(np.isfinite(ends.tangents[0]), axis=1)
-    leave, bend = ends.tangents[0][moving], ends.bends[0][moving]
-    rest = np.zeros(len(leave) + 1, dtype=bool)  # before each move, and behind the last one
-    rest[np.searchsorted(np.flatnonzero(moving), [mark.move for mark in moves.marks if mark.stop])] = True
-    rest[1:] |= moves.flags[moving] & layout.STOPS != 0
-    rest[0] |= joint.rest
-    joint.rest = bool(rest[-1])
-    if not len(leave):
-        return
-    arrive, bent = ends.tangents[1][moving], ends.bends[1][moving]
-    before = arrive[:-1] if joint.tangent is None else np.concatenate([joint.tangent[None], arrive[:-1]])
-    was = bent[:-1] if joint.bend is None else np.concatenate([joint.bend[None], bent[:-1]])
-    after, now = (leave[1:], bend[1:]) if joint.tangent is None else (leave, bend)
-    angle = 2.0 * np.arctan2(np.linalg.norm(after - before, axis=1), np.linalg.norm(after + before, axis=1))
-    size = float(np.linalg.norm((found.high - found.low)[LINEAR]))
-    floor = CURVATURE_JUMP * (1.0 / size + np.linalg.norm(was, axis=1) + np.linalg.norm(now, axis=1))
-    found.corners += int(np.sum((angle > CORNER_ANGLE) | (np.linalg.norm(now - was, axis=1) > floor)))
-    found.stops += int(np.sum((angle > STOP_ANGLE) | rest[1 if joint.tangent is None else 0 : -1]))
-    joint.tangent, joint.bend = arrive[-1], bent[-1]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import pathlib
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.dialects import Dialect, detect
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
-from splinefeed.formats.gcode.flow import PER_STEP, Flow, Text, leads_elsewhere
+from splinefeed.formats.gcode.flow import PLAIN, Flow, Text, blocks_of
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.lines import Lines
 from splinefeed.formats.gcode.moves import AXES, Findings, Mark, Moves, Spline
@@ -22,8 +22,8 @@ from splinefeed.formats.gcode.offsets import Offsets
 from splinefeed.formats.gcode.siemens import Siemens
 from splinefeed.formats.gcode.state import State
 from splinefeed.formats.gcode.tools import Tools
-from splinefeed.formats.source import check_file, check_size, read_head
-from splinefeed.records import Array, IntArray
+from splinefeed.formats.source import check_file, check_size, read_bytes, read_head
+from splinefeed.records import Array
 
 #: Dialects whose lines are not those of RS274.
 _INTERPRETERS: dict[str, type[Interpreter]] = {"siemens": Siemens}
@@ -31,11 +31,8 @@ _INTERPRETERS: dict[str, type[Interpreter]] = {"siemens": Siemens}
 MAX_BYTES = 2 * 2**30
 #: Bytes that are read at once: what is made of them stays in the processor's cache.
 BLOCK = 2**18
-#: Bytes without an end of line that are no program.
-LONGEST = 2**21
-#: Arrays cost, for few lines, what the interpreter does for so many. After so many runs of fewer lines, one behind the
-#: other, it takes the next ones, whatever they are: twice as many each time, at most so many.
-WORTH, PATIENCE, MOST = 16, 4, 64
+#: Lines that are carried out by arrays at once, at first, behind a line for the interpreter, and at most.
+_FIRST, _MOST = 256, 16384
 _HEAD = 2**16
 
 
@@ -62,21 +59,21 @@ class Reading:
     ended: bool = False
     inch: bool = False
     stated: int = 0
-    _resumed: bool = False
-    _short: int = 0  # runs of few lines, one behind the other
-    _left: int = 0  # lines that the interpreter takes, whatever they are
+    _resumed: bool = False  # or there is nothing to resume
+    _line: int = 0  # of the file, that is carried out
+    _flow: Flow | None = None
 
     def moves(self, file: str | os.PathLike[str]) -> Iterator[Moves]:
         """The moves of a program, in the order of the file; FormatError that names file and line."""
         check_size(check_file(file), MAX_BYTES)
-        head = read_head(file, _HEAD)
-        self.dialect = self.dialect or detect(head)
-        for moves in self._run(file, self.dialect):
-            if not self.from_line or self._resumed:
+        self.dialect = self.dialect or detect(read_head(file, _HEAD))
+        self._resumed = not self.from_line
+        for moves in self._run(pathlib.Path(file), self.dialect):
+            if self._resumed:
                 yield moves
             else:
                 self._leave_out(moves)
-        if self.from_line and not self._resumed:
+        if not self._resumed:
             raise FormatError(
                 f"{file}: line {self.from_line}: is never executed: the program ends before it or jumps over it; "
                 "resume at another line (from_line)"
@@ -87,37 +84,26 @@ class Reading:
         if len(moves):
             self.stated |= int(np.bitwise_or.reduce(moves.codes[:, layout.AXES])) >> layout.STATED
 
-    def _resume(self, state: State, run: Interpreter) -> None:
-        """Before the line at which the program is resumed: forget the moves, keep how things are."""
-        first, what = run.unfinished
-        if first:
-            fault = LineError(f"lies within {what}; resume at line {first}, where that begins, or after its end")
-            fault.line = self.from_line
-            raise fault
-        self._leave_out(state.take())
-        self._resumed = True
-        if said := state.summary():
-            state.say(self.from_line, said)
-        where = " ".join(f"{letter}{v:g}" for letter, v in zip("XYZ", state.place[:3].round(6), strict=True))
-        self.findings.say(
-            f"line {self.from_line}: the program is resumed with the tool at {where} (mm, coordinates of the path): "
-            "bring it there first"
-        )
-
-    def _run(self, file: str | os.PathLike[str], dialect: Dialect) -> Iterator[Moves]:
-        lines = pathlib.Path(file).stat().st_size // 2 + 1  # a letter and an end of line at least
-        state = State(Offsets(self.offsets), self.start, dialect.extruder, lines, self.tools)
+    def _run(self, file: pathlib.Path, dialect: Dialect) -> Iterator[Moves]:
+        state = State(Offsets(self.offsets), self.start, self.tools)
         interpreter = _INTERPRETERS.get(dialect.name, Interpreter)
         run = interpreter(state, dialect, self.findings, repair=self.repair)
+        whole = file.stat().st_size <= LARGEST_THAT_JUMPS
+        run.jumps = whole and dialect.jumps
         self.fast &= interpreter is Interpreter
         try:
-            blocks = _blocks(file)
-            for block in blocks:
-                if rest := (yield from self._block(block, state, run, jumps=dialect.jumps, fast=self.fast)):
-                    text = Text(_rest(rest, blocks), self.lines, file)
-                    yield from self._walk(Flow(text, run, pathlib.Path(file).parent), state, run)
-                if run.ended:
-                    break
+            if whole:
+                text = Text(read_bytes(file), file, dialect.jumps)
+                self._flow = Flow(text, run, file.parent, lambda line: self._arrive(line, run))
+                for block, before in self._flow.blocks(BLOCK):
+                    self._line = before
+                    yield from self._lines(block, run, self._flow.shown)
+            else:
+                with file.open("rb") as stream:
+                    for block in blocks_of(stream, BLOCK):
+                        yield from self._lines(block, run)
+                        if run.ended:
+                            break
             run.end()
         except LineError as error:
             fault = error
@@ -127,155 +113,80 @@ class Reading:
                 fault = before
             else:
                 yield made  # what is wrong in a line before is said first
-            raise FormatError(f"{fault.file or file}: line {fault.line or self.lines}: {fault}") from None
+            where = self._flow.text.file if self._flow else file
+            raise FormatError(f"{where}: line {fault.line or self._line}: {fault}") from None
         self.ended, self.inch = run.ended, state.inch
         if state.modes[layout.EXTRUDED]:
             self.findings.say("E words, the filament of a 3-D printer, are not part of the path and are left out")
         if (made := state.take()).marks or len(made):
             yield made
 
-    def _walk(self, flow: Flow, state: State, run: Interpreter) -> Iterator[Moves]:
-        """The moves of a program that jumps, in the order in which its lines are carried out."""
-        last = self.lines
-        try:
-            while not (run.ended or flow.done):
-                text, low = flow.text, flow.at
-                high = text.next_jump(low)
-                fast = self.fast and not text.other and high - low >= WORTH
-                flow.count((high - low) // PER_STEP if fast else high - low)
-                self.lines, shown = text.before + low, flow.shown if text.other else 0
-                for block in text.blocks(low, high, BLOCK):
-                    yield from self._block(block, state, run, fast=fast, shown=shown)
-                flow.at = high
-                last = last if text.other else max(last, self.lines)
-                if run.ended:
-                    break
-                if high == text.count:
-                    flow.finish()
-                    break
-                self.lines = flow.line
-                if self.lines == self.from_line and not (self._resumed or text.other):
-                    self._resume(state, run)
-                flow.jump()
+    def _arrive(self, line: int, run: Interpreter) -> None:
+        """Before a line is carried out: if the program is resumed at it, forget the moves, keep how things are."""
+        self._line = line
+        if self._flow and self._flow.shown:
+            return
+        self.lines = max(self.lines, line)
+        if line != self.from_line or self._resumed:
+            return
+        first, what = run.unfinished
+        if first:
+            raise LineError(f"lies within {what}; resume at line {first}, where that begins, or after its end")
+        state = run.state
+        self._leave_out(state.take())
+        self._resumed = True
+        if said := state.summary():
+            state.say(line, said)
+        where = " ".join(f"{letter}{v:g}" for letter, v in zip("XYZ", state.place[:3].round(6), strict=True))
+        self.findings.say(
+            f"line {line}: the program is resumed with the tool at {where} (mm, coordinates of the path): "
+            "bring it there first"
+        )
+
+    def _lines(self, block: bytes, run: Interpreter, shown: int = 0) -> Iterator[Moves]:
+        """The moves of whole lines; `shown` is the line that they are said to be of, if not their own."""
+        state, texts = run.state, block.split(b"\n")[:-1]
+        fast = self.fast and not shown and len(texts) >= PLAIN
+        lines = Lines(block, run.dialect.extruder) if fast else None
+        at, size = 0, _FIRST
+        while at < len(texts) and not run.ended:
+            if lines is not None and not (run.splines.open or run.cutter.busy):
+                high = min(int(lines.next_odd[at]), at + size)
+                if self._line < self.from_line:
+                    high = min(high, at + self.from_line - 1 - self._line)
+                done = lines.scan(state, at, high, self._line + 1) if high - at >= PLAIN else 0
+                at, self._line = at + done, self._line + done
+                size = min(8 * size, _MOST) if at == high else _FIRST
                 if state.full:
                     yield state.take()
-        except LineError as fault:
-            fault.line = fault.line or self.lines
-            fault.file = str(flow.text.file)
-            raise
-        self.lines = max(last, flow.line if not flow.text.other else 0)
-
-    def _block(
-        self, block: bytes, state: State, run: Interpreter, *, fast: bool, jumps: bool = False, shown: int = 0
-    ) -> Generator[Moves, None, bytes]:
-        """The moves of whole lines; `self.lines` counts them.
-
-        jumps  stop at the first line that leads elsewhere, and return the lines from there on
-        shown  line that the moves are said to be of, if not their own
-        """
-        before = self.from_line - 1 - self.lines
-        if before >= 0 and not (self._resumed or shown) and self.from_line and block.count(b"\n") > before:
-            at = 0
-            for _ in range(before):
-                at = block.index(b"\n", at) + 1
-            rest = yield from self._lines(block[:at], state, run, fast=fast, jumps=jumps)
-            if rest or run.ended:
-                return rest + block[at:] if rest else b""
-            self._resume(state, run)
-            block = block[at:]
-        return (yield from self._lines(block, state, run, fast=fast, jumps=jumps, shown=shown))
-
-    def _lines(
-        self, block: bytes, state: State, run: Interpreter, *, fast: bool, jumps: bool, shown: int = 0
-    ) -> Generator[Moves, None, bytes]:
-        """As `_block`, but for the line at which the program is resumed."""
-        lines = Lines(block) if fast else None
-        at = 0
-        while at < len(block) and not run.ended:
-            if self._left:
-                self._left -= 1
-            elif lines is not None and not (run.splines.open or run.cutter.busy):
-                before = state.modes[layout.LINE] = self.lines
-                at, why = state.scan(lines, at)
-                self.lines = int(state.modes[layout.LINE])
-                self._short = self._short + 1 if self.lines - before < WORTH else 0
-                self._left = min(2**self._short, MOST) if self._short > PATIENCE else 0
-                if state.full:
-                    yield state.take()
-                if why == layout.FULL:
+                if at == high and done:
                     continue
-                if at >= len(block):
-                    break
-            end = block.index(b"\n", at)
-            if jumps and leads_elsewhere(block[at:end]):
-                return block[at:]
-            self.lines += 1
-            if end - at > layout.MAX_LINE:
-                raise LineError(f"has {end - at} characters; at most {layout.MAX_LINE} can be read")
-            run.run(block[at:end].decode("utf-8", errors="replace"), shown or self.lines)
-            at = end + 1
+            self._arrive(self._line + 1, run)
+            if len(texts[at]) > layout.MAX_LINE:
+                raise LineError(f"has {len(texts[at])} characters; at most {layout.MAX_LINE} can be read")
+            run.run(texts[at].decode("utf-8-sig", errors="replace"), shown or self._line)
+            at += 1
             if state.full:
                 yield state.take()
-        return b""
+        if not shown:
+            self.lines = max(self.lines, self._line)
 
 
 def joined(parts: list[Moves]) -> Moves:
     """Moves one after the other as one record."""
-    if not parts:
-        return Moves(np.zeros(AXES), np.zeros((0, layout.FLOATS)), np.zeros((0, layout.INTEGERS), dtype=np.int64))
     if len(parts) == 1:
         return parts[0]
     marks: list[Mark] = []
     splines: list[Spline] = []
-    numbered: list[IntArray] = []
+    values, codes = [np.zeros((0, layout.FLOATS))], [np.zeros((0, layout.INTEGERS), dtype=np.int64)]
     moves = 0
     for part in parts:
-        numbered.append(part.codes.copy())
-        column = numbered[-1][:, layout.SPLINE]
+        values.append(part.values)
+        codes.append(part.codes.copy())
+        column = codes[-1][:, layout.SPLINE]
         column[column >= 0] += len(splines)
         marks += [replace(mark, move=mark.move + moves) for mark in part.marks]
         splines += part.splines
         moves += len(part)
-    return Moves(
-        parts[0].start,
-        np.concatenate([part.values for part in parts]),
-        np.concatenate(numbered),
-        tuple(splines),
-        tuple(marks),
-    )
-
-
-def _rest(first: bytes, blocks: Iterator[bytes]) -> bytes:
-    """All that is left of a file; as soon as that is too much, no more of it."""
-    parts = [first]
-    size = len(first)
-    while size <= LARGEST_THAT_JUMPS and (part := next(blocks, b"")):
-        parts.append(part)
-        size += len(part)
-    return b"".join(parts)
-
-
-def _blocks(file: str | os.PathLike[str]) -> Iterator[bytes]:
-    """Whole lines of the file, BLOCK bytes or so at a time; lines that end as on old Macs included."""
-    rest = b""
-    try:
-        with pathlib.Path(file).open("rb") as stream:
-            first = True
-            while part := stream.read(BLOCK):
-                if first:
-                    part = part.removeprefix(b"\xef\xbb\xbf")
-                    first = False
-                block = rest + part
-                if b"\r" in block and b"\n" not in block:
-                    block = block.replace(b"\r", b"\n")
-                cut = block.rfind(b"\n") + 1
-                rest = block[cut:]
-                if len(rest) > LONGEST:
-                    yield rest + b"\n"  # a line that long is refused where lines are counted
-                    return
-                if cut:
-                    yield block[:cut]
-    except OSError as error:
-        raise FormatError(f"{file}: cannot be read: {error.strerror or error}") from None
-    if rest:
-        yield rest + b"\n"
+    start = parts[0].start if parts else np.zeros(AXES)
+    return Moves(start, np.concatenate(values), np.concatenate(codes), tuple(splines), tuple(marks))
