@@ -13,7 +13,7 @@ import splinefeed as sf
 from benchmarks import cases
 from benchmarks.tables import Column, Headline, Report, Table
 from benchmarks.timing import interleaved
-from splinefeed.geometry.arc_length import ArcLength
+from splinefeed.geometry.curve import NurbsCurve
 
 COUNT = 100_000
 #: Inversions by quad and brentq, each of which integrates the speed anew about ten times.
@@ -26,23 +26,25 @@ TARGET = 20.0
 def measure() -> Report:
     """Milliseconds for the table, nanoseconds for S(u) and its inverse, and the same by SciPy's quad and brentq."""
     curve = cases.butterfly().curves[0]
-    arc = ArcLength(curve, linear=curve.axes)
-    s = np.linspace(0.0, arc.length, COUNT)
-    u = arc.parameter(s)
+    s = np.linspace(0.0, curve.length, COUNT)
+    u = curve.parameter_at(s)
+
+    def table() -> None:
+        NurbsCurve(curve.degree, curve.knots, curve.control_points, curve.weights).arc  # noqa: B018
+
     times = interleaved(
-        {"table": partial(ArcLength, curve, curve.axes), "S(u)": partial(arc.at, u), "u(s)": partial(arc.parameter, s)},
-        ROUNDS,
+        {"table": table, "S(u)": partial(curve.arc_length, u), "u(s)": partial(curve.parameter_at, s)}, ROUNDS
     )
-    table, there, back = (times[name].least for name in ("table", "S(u)", "u(s)"))
+    made, there, back = (times[name].least for name in ("table", "S(u)", "u(s)"))
     inverse = ByQuadrature(curve)
-    some = np.linspace(0.0, arc.length, SCALE_COUNT + 2)[1:-1]
+    some = np.linspace(0.0, curve.length, SCALE_COUNT + 2)[1:-1]
     start = time.perf_counter()
     found = np.array([inverse(float(value)) for value in some])
     scale = (time.perf_counter() - start) / SCALE_COUNT
-    apart = float(np.max(np.abs(arc.at(found) - some)))
-    round_trip = float(np.max(np.abs(arc.at(u) - s)))
+    apart = float(np.max(np.abs(curve.arc_length(found) - some)))
+    round_trip = float(np.max(np.abs(curve.arc_length(u) - s)))
     rows = (
-        ("making the table", 1e6 * table, f"{len(arc.table)} pieces; median {1e6 * times['table'].median:,.0f}"),
+        ("making the table", 1e6 * made, f"{len(curve.arc.table)} pieces; median {1e6 * times['table'].median:,.0f}"),
         ("S(u)", 1e6 * there / COUNT, f"{COUNT:,} at a time"),
         ("u(s)", 1e6 * back / COUNT, f"{COUNT:,} at a time; S(u(s)) - s at most {round_trip:.0e} mm"),
         (
@@ -51,10 +53,10 @@ def measure() -> Report:
             f"one at a time, {COUNT * scale / back:,.0f} times as long; {apart:.0e} mm from the table",
         ),
     )
-    caption = f"Arc length of the butterfly, {arc.length:.6g} mm, warm."
+    caption = f"Arc length of the butterfly, {curve.length:.6g} mm, warm."
     columns = Column("what"), Column("us", ",.3f"), Column("remark")
-    outcome = f"{1e3 * table:.1f} ms, {len(arc.table)} pieces"
-    headline = Headline("arc-length table of the butterfly", outcome, f"{TARGET:g} ms", 1e3 * table <= TARGET)
+    outcome = f"{1e3 * made:.1f} ms, {len(curve.arc.table)} pieces"
+    headline = Headline("arc-length table of the butterfly", outcome, f"{TARGET:g} ms", 1e3 * made <= TARGET)
     return Report((Table(caption, columns, rows),), (headline,))
 
 

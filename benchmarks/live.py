@@ -20,14 +20,12 @@ from benchmarks import cases, child
 from benchmarks.hal_session import hal_session
 from benchmarks.tables import Column, Headline, Report, Table
 from splinefeed.feed.reserve import with_reserve
-from splinefeed.live.control import Control
 from splinefeed.live.hal_files import HalAxis, hal_text
 from splinefeed.live.linuxcnc_sink import LinuxcncSink, installed
 from splinefeed.live.motion import Motion, along
-from splinefeed.live.operator import Operator
-from splinefeed.live.sink import Rows, Taken
+from splinefeed.live.operator import Control, Operator
+from splinefeed.live.sinks import Rows, Taken, UdpSink
 from splinefeed.live.stream import State, play
-from splinefeed.live.udp_sink import UdpSink
 
 PERIOD, AHEAD = 1e-3, 300
 LIMITS = sf.Limits(feed=60.0, axis_acceleration=500.0, axis_jerk=20000.0)
@@ -118,7 +116,7 @@ def processor_share(linuxcnc: bool) -> dict[str, float]:
         if (not marks and state.confirmed > 1.0 / PERIOD) or (marks and state.confirmed > STREAMED / PERIOD):
             marks.append((time.monotonic(), used()))
         if len(marks) > 1:
-            operator.stop()
+            operator.obey({"stop": True})
 
     if linuxcnc:
         with hal_session(hal_text((HalAxis("x"), HalAxis("y")), PERIOD)) as home:
@@ -189,7 +187,7 @@ def reactions(ahead: int, turns: int) -> dict[str, list[float]]:
                         row += len(rate)
                         place += 1
                     time.sleep(0.001)
-        operator.stop()
+        operator.obey({"stop": True})
 
     with Control(operator) as control:
         thread = threading.Thread(target=turn)
@@ -209,11 +207,11 @@ def long_stream() -> dict[str, float]:
 
     def seen(state: State) -> None:
         if state.row % 100_000 < 256:
-            operator.set_rate(rng.uniform(0.08, 0.12))
+            operator.obey({"override": rng.uniform(8.0, 12.0)})
         if state.row >= hour * (1 if not memory else HOURS) and len(memory) < 2:
             memory.append(_resident())
         if len(memory) > 1:
-            operator.stop()
+            operator.obey({"stop": True})
 
     start = time.process_time()
     state = play(motion, Nowhere(), operator, AHEAD, seen=seen)

@@ -9,9 +9,8 @@ from concurrent.futures import Executor
 from typing import Any
 
 from benchmarks.tables import Column, Headline, Report, Table
-from splinefeed.sweeps.engine import processes
 from splinefeed.sweeps.spec import Sweep, from_dict
-from splinefeed.sweeps.sweeping import timed
+from splinefeed.sweeps.sweeping import processes, timed
 
 #: Runs of a few milliseconds whose overhead is measured, and runs of about 50 ms that two cores share.
 SHORT, LONG = 400, 100

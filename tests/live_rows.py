@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 
-from splinefeed.live.udp_sink import HEAD
+from splinefeed.live.sinks import HEAD
 from splinefeed.records import Array
 
 PERIOD = 1e-3

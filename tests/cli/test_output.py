@@ -65,8 +65,8 @@ def test_no_cell_is_cut(capsys):
     assert "\x1b" not in text
 
 
-def test_one_line():
-    assert failures.one_line("a\nb\t c\x07\x1b[2J") == "a b c\\x07\\x1b[2J"
+def test_what_a_terminal_would_obey_is_escaped():
+    assert failures.visible("a\x07\x1b[2J") == "a\\x07\\x1b[2J"
     assert failures.visible("  µ² 飛\udcff") == "  µ² 飛\\udcff"
 
 

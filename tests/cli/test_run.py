@@ -123,15 +123,13 @@ def test_without_the_extra_the_rest_is_done_and_the_mend_is_said(splinefeed, fol
     assert "plots" not in quiet.stdout
 
 
-def test_formats_of_figures(splinefeed, folder, refused):
+def test_formats_of_figures(splinefeed, folder):
     words = ("run", "smooth.json", "--no-compare", "-o", "out")
     splinefeed(*words, "--figures", "png", "--figures", "pdf")
     drawn = {f"{name}.{form}" for name in ("path", "motion") for form in ("png", "pdf")}
     assert {each.name for each in (folder / "out").iterdir()} >= drawn
     splinefeed(*words)
     assert not drawn & {each.name for each in (folder / "out").iterdir()}
-    line = refused(*words, "--figures", "png", "--no-figures")
-    assert line == "--no-figures: draws nothing; leave it out, or --figures"
 
 
 def test_ctrl_c_leaves_nothing(splinefeed, folder, monkeypatch):

@@ -47,7 +47,7 @@ def test_what_cannot_be(splinefeed, folder):
     assert "bad.toml: 2 errors" in result.stderr
     assert splinefeed("sweep", "show").exit_code == 2
     assert "is not a folder of a sweep" in splinefeed("sweep", "show", "bad.toml").stderr
-    assert "one spec at a time" in splinefeed("sweep", "a.toml", "b").stderr
+    assert "give one spec" in splinefeed("sweep", "a.toml", "b").stderr
 
 
 def test_limits_are_completed_as_run_completes_them(splinefeed, folder):

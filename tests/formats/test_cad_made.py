@@ -38,7 +38,7 @@ def assert_same_curve(curve: NurbsCurve, shape: Any, tolerance: float) -> None:
     size = float(np.max(np.ptp(wanted, axis=0)))
     assert curve.length == pytest.approx(length(shape), rel=tolerance)
     assert np.allclose(curve.ends, wanted[[0, -1]], rtol=0.0, atol=10.0 * tolerance * size)
-    even = curve(curve.arc.parameter(np.linspace(0.0, curve.length, len(wanted))))
+    even = curve(curve.parameter_at(np.linspace(0.0, curve.length, len(wanted))))
     assert np.allclose(even, wanted, rtol=0.0, atol=(1e-8 + 10.0 * tolerance) * size)
 
 

@@ -102,7 +102,7 @@ def test_a_periodic_curve_closes_smoothly(tmp_path: Path) -> None:
     file.Objects.AddCurve(ring())
     file.Write(str(tmp_path / "part.3dm"), 7)
     path = read(tmp_path / "part.3dm")
-    assert path.closed and path.corners == ()
+    assert path.closed and not len(path.corners)
     start, end = path.curves[0].derivatives(np.array(path.curves[0].domain), 2)
     assert np.allclose(start, end, rtol=0.0, atol=1e-11)
 

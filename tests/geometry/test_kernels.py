@@ -11,9 +11,8 @@ import pytest
 import reference
 from sample_curves import KINDS, KNOWN, STILL, along_a_wave, butterfly, random_curve, with_cusp
 from splinefeed.errors import CurveError
-from splinefeed.geometry import blossoms, tables
+from splinefeed.geometry import editing, tables
 from splinefeed.geometry import pieces as places
-from splinefeed.geometry.arc_length import ArcLength
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.kernels import arc_length, pieces
 
@@ -23,7 +22,7 @@ pytestmark = pytest.mark.nojit
 
 def polar(curve: NurbsCurve, span: int, *arguments: float) -> np.ndarray:
     at = np.array(arguments)[:, None]
-    return blossoms.blossom(curve.knots, curve.control_points, curve.degree, np.array([span]), at)[0]
+    return editing.blossom(curve.knots, curve.control_points, curve.degree, np.array([span]), at)[0]
 
 
 def place(table: np.ndarray, u: float) -> tuple[int, float]:
@@ -67,10 +66,10 @@ def test_refined_weights_stay_means_of_weights():
     weights = np.array([[1.0], [1e-6], [1e6], [1e-6], [1.0], [1.0]])
     knots = np.array([0, 0, 0, 0, 1, 1 + 1e-6, 2, 2, 2, 2.0])
     new = np.sort(np.concatenate([knots, [0.3, 0.3, 1 + 5e-7, 1.5]]))
-    out = blossoms.refined(knots, weights, 3, new)
+    out = editing._finer(knots, weights, 3, new)
     assert np.all(out > 0.0) and out.min() >= 1e-6 * (1 - 1e-14) and out.max() <= 1e6
     assert out[0, 0] == weights[0, 0] and out[-1, 0] == weights[-1, 0]
-    higher = blossoms.elevated(knots, weights, 3, np.sort(np.concatenate([knots, np.unique(knots)])))
+    higher = editing._higher(knots, weights, 3, np.sort(np.concatenate([knots, np.unique(knots)])))
     assert np.all(higher > 0.0) and higher.max() <= 1e6 * (1 + 1e-15)
 
 
@@ -237,5 +236,5 @@ def test_too_many_pieces_are_refused(monkeypatch):
     curve = butterfly()
     monkeypatch.setattr(tables, "MAX_ROWS", 200)
     with pytest.raises(CurveError) as caught:
-        ArcLength(curve, curve.axes)
-    assert str(caught.value) == f"{curve!r} would need more than 200 arc-length pieces"
+        curve.length  # noqa: B018
+    assert str(caught.value) == "curve 0 would need more than 200 pieces; simplify it"

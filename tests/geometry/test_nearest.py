@@ -252,7 +252,7 @@ def test_path_of_many_curves_over_its_linear_axes():
 @pytest.mark.parametrize("name", ["butterfly", "polyline", "near cusp, 1e-4"])
 def test_cells_hold_their_curve(name):
     curve = CURVES[name]
-    search, rows = curve.arc.nearest.search, curve.arc.nearest.rows
+    search, rows = curve._nearest.search, curve._nearest.rows
     cells, (least, greatest) = search.cells, search._boxes
     u = np.linspace(*curve.domain, 997)
     points = curve(u).T

@@ -29,8 +29,8 @@ def assert_same(path: Path, wanted: Path) -> None:
     """Of the same bits, those of its tables included."""
     for name in ("table", "curve_rows", "curve_starts", "ends", "feeds"):
         assert np.array_equal(getattr(path, name), getattr(wanted, name)), name
-    for mine, other in zip(path.spans, wanted.spans, strict=True):
-        assert np.array_equal(mine, other)
+    assert np.array_equal(path.span_pieces.table, wanted.span_pieces.table)
+    assert np.array_equal(path.span_pieces.rows, wanted.span_pieces.rows)
     assert path.length == wanted.length
     s = np.linspace(0.0, path.length, 101)
     assert np.array_equal(path(s), wanted(s))
@@ -43,7 +43,7 @@ def test_a_part_has_the_tables_of_its_curves(first, last, warm):
     if warm:
         assert path.length and path(1.0).shape == (2,)
     piece = cut(path, first, last)
-    assert ("_tables" in piece.__dict__) == (warm and piece.shape == path.shape)
+    assert ("arc_pieces" in piece.__dict__) == (warm and piece.shape == path.shape)
     assert_same(piece, Path(path.curves[first:last], feeds=path.feeds[first:last]))
     assert np.array_equal(piece.tolerances, path.tolerances[first:last])
     assert [m.before for m in piece.markers] == [
@@ -58,8 +58,8 @@ def test_parts_joined_are_the_path_again():
     for part in parts:
         part(0.5)
     whole = joined(parts)
-    assert "_tables" in whole.__dict__
-    assert "spans" in whole.__dict__
+    assert "arc_pieces" in whole.__dict__
+    assert "span_pieces" in whole.__dict__
     assert_same(whole, row())
     assert whole.markers == path.markers
     assert joined(parts[:1]) is parts[0]
@@ -70,6 +70,6 @@ def test_parts_of_other_shapes_are_measured_anew():
     bent = Path([sf.NurbsCurve.bezier(np.array([[2.0, 0.0], [3.0, 0.0], [4.0, 1.0]]))], ("x", "y"))
     assert line.length + bent.length > 4.0
     whole = joined([line, bent])
-    assert "_tables" not in whole.__dict__
+    assert "arc_pieces" not in whole.__dict__
     assert whole.length == pytest.approx(line.length + bent.length, abs=1e-15)
     assert cut(line, 1, 2).length == 1.0

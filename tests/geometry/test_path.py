@@ -171,13 +171,13 @@ def test_line_into_arc_jumps_in_curvature_and_does_not_stop():
 
 @pytest.mark.nojit
 def test_smooth_joints_are_no_corners():
-    assert Path([ellipse(3.0, 2.0)]).corners == ()  # its arcs meet with equal curvature
-    assert Path(butterfly().split(0.1, 0.25, 0.5, 0.77)).corners == ()
-    assert Path([butterfly()]).corners == ()
-    assert Path(KNOWN["line of many points"].split(0.3, 0.6)).corners == ()
+    assert not len(Path([ellipse(3.0, 2.0)]).corners)  # its arcs meet with equal curvature
+    assert not len(Path(butterfly().split(0.1, 0.25, 0.5, 0.77)).corners)
+    assert not len(Path([butterfly()]).corners)
+    assert not len(Path(KNOWN["line of many points"].split(0.3, 0.6)).corners)
     for far in (1e3, 1e6):
         pieces = [c.transformed(1.0, [far, -far]) for c in ellipse(3.0, 2.0).split(0.5, 1.7, 3.1)]
-        assert Path(pieces).corners == ()
+        assert not len(Path(pieces).corners)
 
 
 @pytest.mark.nojit
@@ -207,7 +207,7 @@ def test_inner_knots_of_one_less_jump_in_curvature():
 @pytest.mark.nojit
 def test_joints_where_the_curve_stands_still_use_the_limit_of_the_tangent():
     slow = NurbsCurve.bezier([[0, 0], [0, 0], [1, 0], [2, 0], [2, 0]])  # straight, from rest to rest
-    assert Path([line([-1, 0], [0, 0]), slow, line([2, 0], [3, 0])]).corners == ()
+    assert not len(Path([line([-1, 0], [0, 0]), slow, line([2, 0], [3, 0])]).corners)
     (corner,) = Path([slow, line([2, 0], [2, 5])]).corners
     assert corner.angle == pytest.approx(np.pi / 2, rel=1e-15) and corner.stop
     assert corner.curvature_jump == 0.0
@@ -249,7 +249,7 @@ def test_slow_places_that_go_on_are_no_cusps():
     inflection = with_cusp(0.5, degree=4, axes=1)  # and (u - 1/2)^3 stands still without turning
     assert len(Path([inflection]).corners) >= 1
     cube = NurbsCurve.bezier([[-1.0], [1.0], [-1.0], [1.0]])  # (2 u - 1)^3
-    assert Path([cube]).corners == () and cube.length == pytest.approx(2.0, rel=1e-15)
+    assert not len(Path([cube]).corners) and cube.length == pytest.approx(2.0, rel=1e-15)
 
 
 @pytest.mark.nojit

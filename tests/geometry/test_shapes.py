@@ -36,7 +36,7 @@ def test_circle_is_exact_closed_and_runs_counterclockwise():
     np.testing.assert_allclose(curve(0.125), [3.0 + 7.0 * math.sqrt(0.5), -2.0 + 7.0 * math.sqrt(0.5)], rtol=1e-14)
     np.testing.assert_array_equal(curve.control_points[0], curve.control_points[-1])
     assert path.closed
-    assert path.corners == ()
+    assert not len(path.corners)
     assert path.name == "circle"
 
 
@@ -49,7 +49,7 @@ def test_ellipse_is_exact_and_has_the_length_of_the_elliptic_integral():
     np.testing.assert_allclose((along / a) ** 2 + (across / b) ** 2, 1.0, rtol=1e-14)
     assert path.length == pytest.approx(4.0 * a * ellipe(1.0 - (b / a) ** 2), rel=1e-12)
     assert path.minimum_radius() == pytest.approx(b * b / a, rel=1e-12)
-    assert path.corners == ()
+    assert not len(path.corners)
 
 
 @pytest.mark.parametrize("axes", range(1, 7))
@@ -80,7 +80,7 @@ def test_figure_eight_crosses_itself_in_the_middle_and_is_smooth():
     angle = np.degrees(np.arctan2(*np.flip(curve.derivatives(np.array([0.25, 0.75]), 1)[:, 1], axis=1).T))
     np.testing.assert_allclose(angle, [-135.0, -45.0], atol=1e-10)
     assert path.closed
-    assert path.corners == ()
+    assert not len(path.corners)
     # C1 by its parameter at the joints, and over the seam, where it ends as it begins
     joints = np.array([0.25, 0.5, 0.75])
     np.testing.assert_allclose(
@@ -113,7 +113,7 @@ def test_symmetric_section_is_the_polynomial_exactly(code, thickness):
 def test_nose_is_continuous_in_curvature_with_the_radius_of_the_book(thickness):
     path = shapes.naca(f"00{thickness:02d}", chord=80.0)
     curve = path.curves[0]
-    assert path.corners == ()
+    assert not len(path.corners)
     expected = 1.0 / (0.5 * (5.0 * 0.2969) ** 2 * (thickness / 100.0) ** 2 * 80.0)
     assert 1.0 / expected == pytest.approx(1.1019 * (thickness / 100.0) ** 2 * 80.0, rel=5e-4)  # NACA TR 460
     for side in ("left", "right"):
@@ -148,7 +148,7 @@ def test_fitted_section_stays_within_the_tolerance(degree, tolerance):
     assert curve.degree == degree
     assert np.max(distance_to_section(curve(np.linspace(0.0, 1.0, 20001)), 0.25, 100.0)) <= tolerance
     if degree >= 3:
-        assert path.corners == ()
+        assert not len(path.corners)
         assert path.minimum_radius() == pytest.approx(6.6344, rel=2e-4)
 
 
@@ -206,7 +206,7 @@ def test_cambered_section_passes_the_points_of_the_book(code, tolerance):
     for side in cambered(code, x):
         assert np.max(path.curves[0].nearest(100.0 * side)[1]) <= tolerance
     assert path.closed
-    assert path.corners == ()
+    assert not len(path.corners)
     assert path.findings[0].startswith("fitted by degree 5 with ")
     assert path.findings[1].startswith("by its definition the section has a kink of ")
 
@@ -296,14 +296,13 @@ KNOWN = "known are naca, butterfly, circle, ellipse, figure-eight, helix, line"
 REFUSED_TEXTS = {
     "": "shape is ''; expected a text such as 'naca:0025?perimeter=33'",
     "x" * 501: "a shape's text has 501 characters; at most 500 are read",
-    "cirlce": f"cirlce: there is no shape 'cirlce'; did you mean 'circle'? {KNOWN}",
-    "spline": f"spline: there is no shape 'spline'; did you mean 'line'? {KNOWN}",
+    "cirlce": f"cirlce: there is no shape 'cirlce'; {KNOWN}",
+    "spline": f"spline: there is no shape 'spline'; {KNOWN}",
     "qqq?a=1": f"qqq?a=1: there is no shape 'qqq'; {KNOWN}",
     "naca": "naca: naca needs its code after a colon, as in 'naca:0025?perimeter=33'",
     "naca:?chord=1": "naca:?chord=1: naca needs its code after a colon, as in 'naca:0025?perimeter=33'",
-    "circle:3": "circle:3: circle takes nothing after a colon; write options as in 'circle?radius=10'",
-    "circle?radis=3": "circle?radis=3: circle has no option 'radis'; did you mean 'radius'? "
-    "known are radius, center, tangential",
+    "circle:3": "circle:3: circle takes nothing after a colon, as in 'circle?radius=10'",
+    "circle?radis=3": "circle?radis=3: circle has no option 'radis'; known are radius, center, tangential",
     "circle?": "circle?: circle has no option ''; known are radius, center, tangential",
     "circle?radius": "circle?radius: radius has no value; write radius=...",
     "circle?radius=": "circle?radius=: radius has no value; write radius=...",

@@ -65,7 +65,7 @@ def test_a_line_a_curve_and_a_line_are_one_table():
     assert path.curve_starts == pytest.approx([0.0, 5.0, 5.0 + length, 7.0 + length], rel=1e-14)
     assert path.curve_rows.tolist() == [[0, 0], [1, rows], [rows + 1, rows + 1]]
     assert path.table[:, pieces.START][[0, 1, -1]] == pytest.approx([0.0, 5.0, 5.0 + length], rel=1e-14)
-    assert path.spans[1].tolist() == [[0, 0], [1, 1], [2, 2]]
+    assert path.span_pieces.rows.tolist() == [[0, 0], [1, 1], [2, 2]]
 
 
 @pytest.mark.parametrize("seed", range(12))

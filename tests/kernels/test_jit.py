@@ -140,15 +140,6 @@ def test_a_broken_file_is_compiled_again(house, tmp_path):
     assert house()[1] == ""
 
 
-def test_what_was_not_loaded_for_long_is_removed(tmp_path):
-    for name, age in {"old.nbc": jit.UNUSED + 60.0, "new.nbc": jit.UNUSED - 60.0}.items():
-        (tmp_path / name).touch()
-        then = (tmp_path / name).stat().st_mtime - age
-        os.utime(tmp_path / name, (then, then))
-    jit._remove_unused(tmp_path)
-    assert [file.name for file in tmp_path.iterdir()] == ["new.nbc"]
-
-
 def test_every_kernel_names_only_what_its_digest_can_tell():
     modules = [
         importlib.import_module(f"{room.__name__}.{each.name}")
@@ -160,7 +151,7 @@ def test_every_kernel_names_only_what_its_digest_can_tell():
 
     @jit.kernel
     def careless(x):
-        return jit.UNUSED * x
+        return jit.COMPILING * x
 
     with pytest.raises(TypeError, match=r"module 'splinefeed\.kernels\.jit'"):
         _ = careless.digest

@@ -9,10 +9,9 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.feed.reserve import with_reserve
-from splinefeed.live.clock_sink import ClockSink
 from splinefeed.live.motion import Motion, along
 from splinefeed.live.operator import Operator
-from splinefeed.live.sink import Rows
+from splinefeed.live.sinks import ClockSink, Rows
 from splinefeed.live.stream import play
 
 PERIOD = 2e-3
@@ -56,13 +55,13 @@ def test_it_takes_as_long_as_the_motion_and_gets_each_row_of_it() -> None:
 
 def test_a_hold_rests_on_the_path_and_goes_on() -> None:
     sink, made, operator = ClockSink(fill=40), motion(), Operator()
-    operator.hold()
+    operator.obey({"hold": True})
     seen: list[float] = []
 
     def look(state) -> None:
         seen.append(state.rate)
         if state.rate == 0.0:
-            operator.hold(False)
+            operator.obey({"hold": False})
 
     state = play(made, sink, operator, 50, seen=look)
     assert state.done

@@ -22,7 +22,7 @@ from splinefeed.live.hal_files import GAIN, LAG, VELOCITY, HalAxis, hal_text
 from splinefeed.live.linuxcnc_sink import LinuxcncError, LinuxcncSink, installed
 from splinefeed.live.motion import along
 from splinefeed.live.operator import Operator
-from splinefeed.live.stream import Resume, State, play
+from splinefeed.live.stream import State, play
 from splinefeed.records import Array
 
 pytestmark = [
@@ -156,7 +156,7 @@ def test_pins_of_hal_turn_the_feed_hold_go_back_and_go_on_within_the_limits() ->
             (2800, "reverse", "0"),
         ]
         orders = {row: partial(halcmd, home, "setp", f"splinefeed.feed-{pin}", value) for row, pin, value in pins}
-        orders[4200] = operator.stop
+        orders[4200] = partial(operator.obey, {"stop": True})
         rates: list[float] = []
         follow = at_rows(orders)
 
@@ -202,7 +202,7 @@ def test_a_stall_and_a_consumer_that_dies_cost_no_row_and_a_resume_goes_to_the_e
         motion = along(*_as_motion(source))
         sink = Keep(home)
         sink.shift = shift - motion.origin
-        state = play(motion, sink, Operator(), AHEAD, resume=Resume(last.confirmed_tau, last.tau))
+        state = play(motion, sink, Operator(), AHEAD, resume=(last.confirmed_tau, last.tau))
         assert state.done
         assert motion.start[0] != motion.origin[0]
         _, position = commanded(sink.samples)

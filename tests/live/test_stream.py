@@ -16,13 +16,10 @@ import splinefeed as sf
 from live_rows import Datagrams, assert_limits
 from splinefeed.errors import InputError
 from splinefeed.feed.reserve import with_reserve
-from splinefeed.live.control import LONGEST_LINE, Control
 from splinefeed.live.motion import along, approach
-from splinefeed.live.operator import Operator
-from splinefeed.live.sink import Rows, Taken
+from splinefeed.live.operator import LONGEST_LINE, Control, Operator
+from splinefeed.live.sinks import Rows, Taken, TextSink, UdpSink
 from splinefeed.live.stream import State, StreamError, play
-from splinefeed.live.text_sink import FileSink
-from splinefeed.live.udp_sink import UdpSink
 from splinefeed.records import Array, Setpoints
 
 LIMITS = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
@@ -68,7 +65,7 @@ class Keeper:
 
 def test_a_file_holds_every_row_once_and_the_last_one_twice(tmp_path: File) -> None:
     motion = along(*planned())
-    state = play(motion, FileSink(tmp_path / "rows.txt"), Operator(), 300)
+    state = play(motion, TextSink(tmp_path / "rows.txt"), Operator(), 300)
     table = np.loadtxt(tmp_path / "rows.txt")
     np.testing.assert_array_equal(table[:, 0], np.arange(1, state.row + 1))
     points = sf.interpolate(planned()[0], planned()[1], method="arc-length")
@@ -81,7 +78,7 @@ def test_a_file_holds_every_row_once_and_the_last_one_twice(tmp_path: File) -> N
 def test_a_stop_rests_on_the_path_and_a_resume_goes_on_to_the_end() -> None:
     operator = Operator()
     first, second = along(*planned()), None
-    sink = Keeper(300, operator.stop)
+    sink = Keeper(300, lambda: operator.obey({"stop": True}))
     state = play(first, sink, operator, 300)
     assert not state.done
     assert 0.2 < state.tau < first.duration
@@ -161,8 +158,8 @@ def test_a_straight_way_is_planned_from_where_the_axes_are_to_the_first_row() ->
 
 def test_the_way_back_retraces_the_path_to_its_start_and_forward_again() -> None:
     operator = Operator()
-    sink = Keeper(300, operator.reverse)
-    thread = threading.Timer(1.0, operator.go)
+    sink = Keeper(300, lambda: operator.obey({"reverse": True}))
+    thread = threading.Timer(1.0, operator.obey, [{"hold": False, "reverse": False}])
     thread.start()
     state = play(along(*planned()), sink, operator, 300)
     assert state.done
@@ -271,4 +268,4 @@ def test_lines_that_are_no_commands_change_nothing(line: bytes) -> None:
 
 def test_an_override_out_of_range_is_refused() -> None:
     with pytest.raises(InputError, match="from 0 to 200 %"):
-        Operator().set_rate(2.5)
+        Operator().obey({"override": 250})

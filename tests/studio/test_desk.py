@@ -8,7 +8,6 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from splinefeed.studio import house as rooms
-from splinefeed.studio.desk import Answer
 
 pytest.importorskip("tornado", reason="the studio needs the extra [studio]")
 
@@ -25,38 +24,30 @@ class Page:
         self.told.put_nowait((kind, said))
 
 
-class SlowDesk:
-    """A worker that is too slow for a plan while sliders move."""
+def test_a_plan_that_takes_too_long_is_left_to_a_job_and_the_next_worker_is_warmed_up(monkeypatch):
+    asked = []
 
-    def __init__(self) -> None:
-        self.asked = []
-
-    async def ask(self, request, heard, deadline=None):
-        self.asked.append(request["task"])
+    async def ask(worker, request, heard=None, deadline=None):
+        """A worker that is too slow for a plan while sliders move."""
+        asked.append((worker, request["task"]))
         late = request["task"] == "plan"
-        return Answer(error={"fields": {"": "ended"}, "fault": False} if late else None, late=late)
+        return {"error": {"fields": {"": "ended"}, "fault": False}, "late": True} if late else {}, b"{}"
 
-    async def close(self):
-        pass
-
-
-def test_a_plan_that_takes_too_long_is_left_to_a_job_and_the_next_worker_is_warmed_up():
     async def scene():
         house = rooms.House(None)
-        house.front, house.player = SlowDesk(), SlowDesk()
-        house.jobs.add = lambda *words: None
+        monkeypatch.setattr(rooms, "ask", ask)
+        house.add = lambda *words: None
         page = Page()
-        house.tabs[page.name] = page
+        house.tabs[page.name] = page.send
         house._begin(house._plan_for_ever())
         house.plan(page.name, {"n": 3, "settings": {}, "rest": True})
         while (told := await asyncio.wait_for(page.told.get(), 100))[0] == "state":
             pass
         await asyncio.sleep(0)
-        asked = house.front.asked
         await house.close()
-        return told, asked
+        return told, [task for worker, task in asked if worker is house.front]
 
     with ThreadPoolExecutor(1) as pool:  # the thread of the tests may have the browser's loop
-        told, asked = pool.submit(asyncio.run, scene()).result()
+        told, tasks = pool.submit(asyncio.run, scene()).result()
     assert told == ("planned", {"n": 3, "body": rooms.LATER})
-    assert asked[:3] == ["warm", "plan", "warm"]
+    assert tasks[:3] == ["warm", "plan", "warm"]

@@ -7,7 +7,8 @@ import json
 
 import pytest
 
-from splinefeed.studio.uploads import LARGEST, Uploads
+from splinefeed.errors import InputError
+from splinefeed.studio.sources import LARGEST, MOST, put, upload
 
 
 def ask(studio, path: str, method: str = "GET", body: bytes | None = None, **headers: str):
@@ -90,7 +91,7 @@ def test_uploads_are_bounded_in_size_and_number(studio, cookie, tmp_path):
     kept = list((studio.temporary).glob(f"*/uploads/{json.loads(content)['file']}/*"))
     assert [each.name for each in kept] == ["passwd"]
     answer, content = ask(studio, "/upload", "POST", b"", **own)
-    assert (answer.status, json.loads(content)["error"]) == (413, "the file is empty")
+    assert answer.status == 413 and "the file has 0 bytes" in json.loads(content)["error"]
     connection = http.client.HTTPConnection("127.0.0.1", studio.port, timeout=200)
     connection.putrequest("POST", "/upload")
     for name, value in {**own, "Content-Length": str(LARGEST + 2)}.items():
@@ -98,8 +99,8 @@ def test_uploads_are_bounded_in_size_and_number(studio, cookie, tmp_path):
     connection.endheaders()
     assert connection.getresponse().status in (400, 413)
     connection.close()
-    uploads = Uploads(tmp_path / "uploads")
-    names = [uploads.put(f"{k}.dxf", b"x") for k in range(20)]
-    assert len(list(uploads.folder.iterdir())) <= 16
-    assert uploads.content(names[-1]) == ("19.dxf", b"x")
-    assert uploads.content(names[0]) is None
+    names = [put(tmp_path, f"{k}.dxf", b"x") for k in range(20)]
+    assert len(list(tmp_path.iterdir())) <= MOST
+    assert (upload(names[-1], tmp_path).name, upload(names[-1], tmp_path).read_bytes()) == ("19.dxf", b"x")
+    with pytest.raises(InputError, match="is gone"):
+        upload(names[0], tmp_path)

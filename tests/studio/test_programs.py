@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.studio.bench import Bench
-from splinefeed.studio.settings import SettingsError
+from splinefeed.studio.settings import Bench, SettingsError
 from splinefeed.studio.tasks import plan, read, settle
 
 PROGRAM, TABLE = "0" * 32, "1" * 32
@@ -25,7 +24,7 @@ class NoMail:
 
 @pytest.fixture
 def bench(tmp_path):
-    return Bench(tmp_path, tmp_path, lambda words: None, NoMail())
+    return Bench(tmp_path, tmp_path, NoMail())
 
 
 def settings(bench: Bench, text: str, **more):

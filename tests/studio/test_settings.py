@@ -8,9 +8,7 @@ from hypothesis import strategies as st
 
 import splinefeed as sf
 from splinefeed.formats import json_curve
-from splinefeed.studio import share
-from splinefeed.studio.bench import Bench
-from splinefeed.studio.settings import USUAL, SettingsError, complete, resolve
+from splinefeed.studio.settings import USUAL, Bench, SettingsError, complete, from_toml, resolve, to_toml
 from splinefeed.studio.tasks import plan
 
 
@@ -65,8 +63,9 @@ def _text(name: str) -> str:
         ({"source": {"file": "../../etc/passwd"}}, "source", "there is no such upload"),
         ({"source": {"file": "0" * 32}}, "source", "the uploaded file is gone"),
         ({"source": {"curves": "{}"}}, "source", "the edited curve"),
-        ({"sauce": 1}, "", "'sauce' is not a setting; did you mean source?"),
-        ({"corrections": True}, "corrections", "must be a whole number"),
+        ({"sauce": 1}, "", "'sauce' is not a setting; did you mean 'source'?"),
+        ({"corrections": True}, "corrections", "of the wrong kind"),
+        ({"corrections": 101}, "corrections", "from 0 to 100"),
         ([], "", "settings must be an object"),
     ],
 )
@@ -110,11 +109,11 @@ words = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
     )
 )
 def test_settings_come_back_from_toml(asked):
-    assert share.from_toml(share.to_toml(asked)) == complete(asked)
+    assert from_toml(to_toml(asked)) == complete(asked)
 
 
 def test_the_usual_settings_are_json_and_toml():
-    assert share.from_toml(share.to_toml(USUAL)) == USUAL
+    assert from_toml(to_toml(USUAL)) == USUAL
 
 
 class NoMail:
@@ -125,7 +124,7 @@ class NoMail:
 
 
 def test_while_a_slider_moves_a_page_gets_what_it_looks_at_and_the_same_numbers(tmp_path):
-    bench = Bench(tmp_path, tmp_path, lambda words: None, NoMail())
+    bench = Bench(tmp_path, tmp_path, NoMail())
     settings = {"source": {"shape": "circle?radius=10"}, "period": "5 ms", "strategy": "look-ahead"}
     whole = plan({"settings": settings}, bench)
     moving = plan({"settings": settings, "look": {"figure": "binding", "colour": "curvature"}}, bench)
@@ -143,7 +142,7 @@ def test_a_tool_path_is_planned_in_the_joints_of_its_machine(tmp_path, data_dir)
     (tmp_path / ("0" * 32)).mkdir()
     text = (data_dir / "five-axis" / "flank_milling_2022.json").read_text()
     (tmp_path / ("0" * 32) / "flank.json").write_text(text)
-    bench = Bench(tmp_path, tmp_path, lambda words: None, NoMail())
+    bench = Bench(tmp_path, tmp_path, NoMail())
     settings = {
         "source": {"file": "0" * 32},
         "period": "5 ms",

@@ -120,7 +120,7 @@ def test_every_error_at_once(tmp_path):
         "grid.limits.feed: -3 must be greater than 0",
         "grid.method: write a list of values",
         "grid.strategy: 'fast' is not a strategy",
-        "random.limits.feed: uniform from 3 to 1; the first must be the smaller",
+        "random.limits.feed: uniform takes two numbers, the smaller first, not [3, 1]",
         "random.method: is not a number; give a list to choose from",
         "random.period.beta: ",
         "limits.feed: is in two tables",

@@ -18,10 +18,9 @@ import pytest
 import splinefeed as sf
 from splinefeed.errors import InputError
 from splinefeed.sweeps import store as stores
-from splinefeed.sweeps.engine import TRIES, EngineError
 from splinefeed.sweeps.spec import from_dict
-from splinefeed.sweeps.store import Store, columns_of, load
-from splinefeed.sweeps.summary import pareto, summary
+from splinefeed.sweeps.store import Store, columns_of, load, pareto, summary
+from splinefeed.sweeps.sweeping import TRIES, EngineError
 from splinefeed.sweeps.work import COLUMNS, row_of
 
 SPEC = {
@@ -137,7 +136,7 @@ def test_kill_9_at_any_moment_loses_at_most_what_was_in_flight(serial, tmp_path,
 
 ORPHANS = """
 import os, time
-from splinefeed.sweeps.engine import processes
+from splinefeed.sweeps.sweeping import processes
 if __name__ == "__main__":
     print(processes(1).submit(os.getpid).result(), flush=True)
     time.sleep(600)
@@ -187,7 +186,7 @@ def test_a_torn_journal_is_read_up_to_the_tear(tmp_path, serial):
     with Store(tmp_path, spec) as store:
         for row in serial[:4]:
             store.add(row)
-    journal = tmp_path / "journal.jsonl"
+    journal = tmp_path / "rows" / "part-000000.jsonl"
     journal.write_bytes(journal.read_bytes() + b'{"index": 5, "sour')
     with Store(tmp_path, spec) as store:
         assert np.flatnonzero(store.done).tolist() == [0, 1, 2, 3]

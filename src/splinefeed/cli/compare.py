@@ -6,43 +6,33 @@ from typing import Any
 
 import click
 
+import splinefeed as sf
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers
-from splinefeed.cli.output import number, print_text
-from splinefeed.cli.panels import PanelCommand
+from splinefeed.cli.answers import Page, declared
+from splinefeed.cli.output import print_text
 from splinefeed.cli.progress import Say
-from splinefeed.cli.source import read_path
-from splinefeed.cli.summary import print_methods, print_notes
-
-EXAMPLES = """\b
-Examples:
-  splinefeed compare
-  splinefeed compare butterfly --start-feed 60 --end-feed 60
-  splinefeed compare part.json --methods taylor-2,milne-simpson,arc-length --json
-
-"""
+from splinefeed.cli.source import task_of
+from splinefeed.cli.summary import motion_sentence, print_methods, print_notes
 
 
 def _print(page: Page) -> None:
     from splinefeed.records import unit_along
 
-    duration, unit = number(page["duration_s"], 6), unit_along(page["axes"])
     print_text(
-        f"{page['name']}: {number(page['length_mm'], 7)} {unit} in {duration} s, {page['ticks']} setpoints; "
-        f"rounding alone makes a ripple of {page['ripple_floor']:.1e}"
+        f"{motion_sentence(page)}, {page['ticks']} setpoints; rounding alone makes a ripple of "
+        f"{page['ripple_floor']:.1e}"
     )
     print_notes(page["notes"])
     print_text()
-    print_methods(page["methods"], unit)
+    print_methods(page["methods"], unit_along(page["axes"]))
 
 
-@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
+@declared(_print)
 @click.argument("source", required=False)
 @click.option("--methods", "names", type=options.Names(), help="Only these methods.  [default: all]")
 @options.limits
 @options.corrections
 @options.reading
-@answers(_print)
 def command(say: Say, source: str | None, names: tuple[str, ...] | None, **given: Any) -> Page:
     """Run every method over the motion along SOURCE and print a table of the results.
 
@@ -53,39 +43,36 @@ def command(say: Say, source: str | None, names: tuple[str, ...] | None, **given
     ns a tick    time of one setpoint on this machine
 
     Without SOURCE: the paper's airfoil.
-    """  # noqa: D301 - click takes a backspace as "do not wrap"
-    from splinefeed.feed.planning import plan
-    from splinefeed.interpolation import registry
-    from splinefeed.interpolation.interpolator import Interpolator
-    from splinefeed.pipeline.compare import compare
-    from splinefeed.pipeline.run import PAPER_SHAPE
 
-    limits, period, strategy = options.limits_from(given)
+    Examples:
+      splinefeed compare
+      splinefeed compare butterfly --start-feed 60 --end-feed 60
+      splinefeed compare part.json --methods taylor-2,milne-simpson,arc-length --json
+    """  # noqa: D301 - click takes a backspace as "do not wrap"
+    from splinefeed.interpolation import registry
+
     names = names or registry.methods()
     for name in names:
         registry.method(name)
-    source = PAPER_SHAPE if source is None else source
-    say(f"reading {source}")
-    path = read_path(source, options.reading_from(given))
-    limits, assumed = options.as_programmed(limits, path, given)
+    what = task_of(say, source, given)
+    path = what.path
     say("planning")
-    law = plan(path, limits, strategy=strategy, period=period)
+    law = sf.plan(path, what.limits, strategy=what.strategy, period=what.period)
     results = []
     for name in names:
         say(f"comparing methods: {name}")
-        results += [trace.result for trace in compare(path, law, methods=[name], corrections=given["corrections"])]
-    page = {
+        results += [trace.result for trace in sf.compare(path, law, methods=[name], corrections=given["corrections"])]
+    return {
         "name": path.name,
         "axes": list(path.axes),
         "duration_s": law.duration,
         "length_mm": path.length,
-        "ticks": Interpolator(path, law, method=names[0]).ticks,
-        "period_s": period,
+        "ticks": sf.Interpolator(path, law, method=names[0]).ticks,
+        "period_s": what.period,
         "strategy": law.strategy,
         "corrections": given["corrections"],
-        "limits": limits.as_dict(),
+        "limits": what.limits.as_dict(),
         "ripple_floor": max(result.ripple_floor for result in results),
         "methods": [result.as_dict() for result in results],
-        "notes": [*assumed, *path.findings, *law.notes],
+        "notes": [*what.notes, *path.findings, *law.notes],
     }
-    return page

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import click
@@ -25,36 +25,22 @@ INTERRUPTED = 130
 NO_READER = 141
 
 
-class StoppedError(Exception):
-    """The user, or the reader of our output, wants no more of it."""
-
-    def __init__(self, exit_code: int) -> None:
-        super().__init__(exit_code)
-        self.exit_code = exit_code
-
-
-@contextmanager
-def quiet_stop() -> Iterator[None]:
-    """Turn Ctrl-C and a closed pipe into StoppedError, before click has its own say on them."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        raise StoppedError(INTERRUPTED) from None
-    except BrokenPipeError:
-        raise StoppedError(NO_READER) from None
-
-
 def guarded(call: Callable[[], Any]) -> int:
     """The exit code of `call`, whose errors are printed as one line each; what it printed is written when this ends."""
     code = _exit_code(call)
     try:
         sys.stdout.flush()
-    except BrokenPipeError:
-        code = NO_READER if code in (DONE, NOT_KEPT) else code
     except OSError as error:
-        code = _say(_system_error(error), BAD_INPUT, error) if code in (DONE, NOT_KEPT) else code
-    finally:
-        _write_no_more()
+        if code in (DONE, NOT_KEPT):
+            code = NO_READER if isinstance(error, BrokenPipeError) else _say(_system_error(error), BAD_INPUT, error)
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:  # what cannot be written goes nowhere: Python would complain about it at its end
+            with suppress(OSError, ValueError):
+                nowhere = os.open(os.devnull, os.O_WRONLY)
+                os.dup2(nowhere, stream.fileno())
+                os.close(nowhere)
     return code
 
 
@@ -63,11 +49,14 @@ def _exit_code(call: Callable[[], Any]) -> int:
         code = call()
     except click.ClickException as error:
         return _say(usage_text(error), error.exit_code)
-    except (StoppedError, click.Abort, KeyboardInterrupt) as stop:
-        code = getattr(stop, "exit_code", INTERRUPTED)
-        return _say("interrupted; no half-written file is left", code) if code == INTERRUPTED else code
-    except SystemExit as ended:  # by SIGTERM
-        code = ended.code
+    except click.exceptions.Exit as end:
+        return end.exit_code
+    except KeyboardInterrupt:
+        return _say("interrupted; no half-written file is left", INTERRUPTED)
+    except BrokenPipeError:
+        return NO_READER
+    except SystemExit as end:  # by SIGTERM
+        code = end.code
     except SplinefeedError as error:
         return _say(str(error), BAD_INPUT, error)
     except MemoryError as error:
@@ -98,11 +87,6 @@ def usage_text(error: click.ClickException) -> str:
     return text
 
 
-def one_line(text: str) -> str:
-    """`text` without line breaks, harmless to a terminal."""
-    return visible(" ".join(text.split()))
-
-
 def visible(text: str) -> str:
     """`text` with escapes for what a terminal would take as an order, such as another colour."""
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
@@ -111,22 +95,8 @@ def visible(text: str) -> str:
 def _say(text: str, code: int, error: BaseException | None = None) -> int:
     if error is not None and os.environ.get(DEBUG):
         raise error
-    lines = [one_line(text)]
-    problems = getattr(error, "problems", ())
-    if len(problems) > 1:  # a file with several faults: its name and their number, then one line each
-        lines = [one_line(text.partition("\n")[0]), *(f"  {one_line(problem)}" for problem in problems)]
+    # a file with several faults: its name and their number, then one line each
+    lines = text.split("\n") if len(getattr(error, "problems", ())) > 1 else [" ".join(text.split())]
     with suppress(OSError):
-        print("splinefeed: " + "\n".join(lines), file=sys.stderr)
+        print("splinefeed: " + "\n".join(map(visible, lines)), file=sys.stderr)
     return code
-
-
-def _write_no_more() -> None:
-    """Let what stdout and stderr still hold and cannot write go nowhere: Python would complain about it at its end."""
-    for stream in (sys.stdout, sys.stderr):
-        try:
-            stream.flush()
-        except OSError:
-            with suppress(OSError, ValueError):
-                nowhere = os.open(os.devnull, os.O_WRONLY)
-                os.dup2(nowhere, stream.fileno())
-                os.close(nowhere)

@@ -3,32 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+import splinefeed as sf
 from splinefeed import units
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.answers import Page, declared, recorded
 from splinefeed.cli.output import number, print_text
-from splinefeed.cli.panels import PanelCommand
 from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import path_of, read_setpoints_chunks, says_path
 from splinefeed.cli.summary import print_errors, print_notes
 from splinefeed.errors import FormatError, InputError
-
-if TYPE_CHECKING:
-    from splinefeed.pipeline.follow import Servo
-    from splinefeed.pipeline.overview import Overview, Pictured
-    from splinefeed.records import Response, Setpoints
-
-EXAMPLES = """\b
-Examples:
-  splinefeed follow splinefeed-butterfly/setpoints.h5 --machine xytheta
-  splinefeed follow recorded.csv --path part.json --machine router -o recorded-on-router
-  splinefeed follow wing.h5 --machine my-table.toml --json
-
-"""
 
 
 def _print(page: Mapping[str, Any]) -> None:
@@ -46,38 +33,35 @@ def _print(page: Mapping[str, Any]) -> None:
         print_text(f"STOPPED: {page['stopped']}")
 
 
-@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
+@declared(_print)
 @click.argument("setpoints")
-@click.option(
-    "--machine",
-    metavar="NAME|FILE",
-    required=True,
-    help="The machine; splinefeed machine list shows the built-in ones.",
-)
-@click.option("--path", "source", metavar="FILE|SHAPE", help="The true path.  [default: that of the setpoints]")
-@click.option("--which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1).")
-@click.option("--chord", type=options.Quantity("length"), metavar="LENGTH", help="Airfoil .dat: one unit of the file.")
-@click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
-@click.option("--period", type=options.Quantity("time"), metavar="TIME", help="CSV: the period.  [default: from t]")
-@click.option("--linear", is_flag=True, help="Without friction, backlash, counts, converter codes and limits.")
+@options.table("""
+--machine       NAME|FILE!       The machine; splinefeed machine list shows the built-in ones.
+--path source   FILE|SHAPE       The true path.  [default: that of the setpoints]
+--which         NAME|NUMBER      Which path of a file that holds several (from 1).
+--chord         LENGTH           Airfoil .dat: one unit of the file.
+--columns       NAMES            CSV without names: its columns, as t,x,y.
+--period        TIME             CSV: the period.  [default: from t]
+--linear        -                Without friction, backlash, counts, converter codes and limits.
+-o --output     DIR              Folder to write to.  [default: splinefeed-NAME-on-MACHINE]
+""")
 @options.figures
-@click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME-on-MACHINE]")
-@answers(_print)
 def command(say: Say, setpoints: str, **given: Any) -> Page:
     """Simulate the axes of a machine on SETPOINTS; report following error and contour error.
 
     SETPOINTS is a file that splinefeed saved (.h5, .csv, .mat), or a CSV of another program with columns t and axes.
     The contour error, the distance from the true path, needs the path. If an axis runs away, the simulation stops
     there, writes what it has and exits with code 1.
+
+    Examples:
+      splinefeed follow splinefeed-butterfly/setpoints.h5 --machine xytheta
+      splinefeed follow recorded.csv --path part.json --machine router -o recorded-on-router
+      splinefeed follow wing.h5 --machine my-table.toml --json
     """
     from itertools import chain
     from pathlib import Path
 
-    import splinefeed
-    from splinefeed.formats.plain import plain
-    from splinefeed.formats.setpoints import save
-    from splinefeed.machine.machine import Machine
-    from splinefeed.pipeline.follow import Servo
+    from splinefeed.pipeline.follow import Servo, follow_chunks
     from splinefeed.pipeline.overview import Overview, Pictured
     from splinefeed.report import files
     from splinefeed.report.folder import default_name, staged
@@ -86,7 +70,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     from splinefeed.simulation.follow import CHUNK
 
     drawing = options.figure_formats(given)
-    machine = Machine.load(given["machine"])
+    machine = sf.Machine.load(given["machine"])
     say(f"reading {setpoints}")
     chunks, notes = read_setpoints_chunks(setpoints, given, CHUNK)
     first = next(chunks, None)
@@ -98,12 +82,20 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     else:
         notes.append("the path is not known, so there is no contour error; give --path FILE or --path SHAPE")
     name = str(first.settings.get("path") or (path.name if path else Path(setpoints).stem))
-    servo = Servo(machine, path, linear=given["linear"])
-    overview, pictured = Overview(), Pictured()
+    servo, overview, pictured = Servo(machine, path, linear=given["linear"]), Overview(), Pictured()
+
+    def responses() -> Iterator[sf.Response]:
+        """The response piece by piece on its way to the file, seen by what figures are drawn from."""
+        for response in follow_chunks(chain([first], chunks), servo):
+            overview.see(response)
+            pictured.see(response, servo.commanded)
+            yield response
+            say(f"following: {servo.tally.ticks} ticks, {servo.tally.ticks * first.period:.6g} s of the motion")
+
     folder = given["output"] if given["output"] is not None else f"{default_name(name)}-on-{machine.name}"
     with staged(folder, files.FOLLOW_RECORD, files.FOLLOW_NAMES) as stage:
         try:
-            save(_responses(chain([first], chunks), servo, overview, pictured, say), stage / files.RESPONSE)
+            sf.save(responses(), stage / files.RESPONSE)
         except FormatError:
             raise
         except InputError as error:
@@ -120,34 +112,16 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
         if servo.off_path > 0.0:
             notes.append(f"the setpoints are off the path by at most {servo.off_path:.3g} mm")
         numbers = servo.tally.numbers()
-        page: dict[str, Any] = plain(
-            {
-                "ok": numbers["stopped"] is None,
-                "file": setpoints,
-                "name": name,
-                "path": source,
-                "machine": machine.name,
-                "machine_file": given["machine"],
-                "linear": given["linear"],
-                "period_s": first.period,
-                **numbers,
-                "notes": [*notes, *servo.notes],
-                "program": f"splinefeed {splinefeed.__version__}",
-            }
-        )
-        names.append(files.FOLLOW_RECORD)
-        files.write_record({**page, "files": names}, stage / files.FOLLOW_RECORD)
-    return {**page, "files": [str(Path(folder) / each) for each in names]}
-
-
-def _responses(
-    chunks: Iterator[Setpoints], servo: Servo, overview: Overview, pictured: Pictured, say: Say
-) -> Iterator[Response]:
-    """The response piece by piece on its way to the file, seen by what figures are drawn from."""
-    from splinefeed.pipeline.follow import follow_chunks
-
-    for response in follow_chunks(chunks, servo):
-        overview.see(response)
-        pictured.see(response, servo.commanded)
-        yield response
-        say(f"following: {servo.tally.ticks} ticks, {servo.tally.ticks * servo.tally.period:.6g} s of the motion")
+        page = {
+            "ok": numbers["stopped"] is None,
+            "file": setpoints,
+            "name": name,
+            "path": source,
+            "machine": machine.name,
+            "machine_file": given["machine"],
+            "linear": given["linear"],
+            "period_s": first.period,
+            **numbers,
+            "notes": [*notes, *servo.notes],
+        }
+        return recorded(page, names, folder, stage, files.FOLLOW_RECORD)

@@ -3,46 +3,34 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+import splinefeed as sf
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers
-from splinefeed.cli.output import counted, number, print_table, print_text
+from splinefeed.cli.answers import Page, declared
+from splinefeed.cli.output import counted, number, print_rows, print_text
+from splinefeed.cli.program import print_program, program_page
 from splinefeed.cli.progress import Say
 from splinefeed.cli.source import read_contents
 from splinefeed.cli.summary import print_notes
-
-if TYPE_CHECKING:
-    from splinefeed.formats.contents import Contents
-    from splinefeed.geometry.path import Path
 
 #: Curves and corners that the text lists; --json lists all.
 MOST_LISTED = 12
 #: Coordinates below this share of the largest, and radii beyond it of the length, are what rounding left of 0.
 ROUNDING = 1e-12
 
-EXAMPLES = """\b
-Examples:
-  splinefeed info butterfly
-  splinefeed info part.json
-  splinefeed info section.dat --chord 150mm --json
 
-"""
-
-
-def _print(page: dict[str, Any]) -> None:
+def _print(page: Page) -> None:
     from splinefeed.records import unit_along
 
     print_text(f"{page['format']}, {counted(len(page['paths']), 'path')}, units of the file: {page['units']}")
     for path in page["paths"][:MOST_LISTED]:
-        shape = "closed" if path["closed"] else "open"
-        unit = unit_along(path["axes"])
+        shape, unit = "closed" if path["closed"] else "open", unit_along(path["axes"])
         print_text(f"{path['name']}: {shape}, {number(path['length_mm'], 7)} {unit}, axes {' '.join(path['axes'])}")
-        for axis, axis_unit, low, high in zip(
-            path["axes"], path["axis_units"], path["bbox_min"], path["bbox_max"], strict=True
-        ):
+        box = zip(path["axes"], path["axis_units"], path["bbox_min"], path["bbox_max"], strict=True)
+        for axis, axis_unit, low, high in box:
             noise = ROUNDING * max(abs(low), abs(high))
             ends = [number(0.0 if abs(end) < noise else end, 6) for end in (low, high)]
             print_text(f"  {axis:<8}{' to '.join(ends)} {axis_unit}")
@@ -53,66 +41,52 @@ def _print(page: dict[str, Any]) -> None:
         for corner in path["corner_places"][:MOST_LISTED]:
             what = f"turns by {number(corner['angle_deg'])} deg" if corner["stop"] else "curvature jumps"
             print_text(f"    at {number(corner['s_mm'], 6)} {unit}: {what}")
-        _print_more(len(path["corner_places"]))
         if path["gaps"]:
             print_text(f"  {counted(path['gaps'], 'gap')}, the largest {number(path['largest_gap_mm'])} {unit}")
-    _print_more(len(page["paths"]), "paths")
     if "program" in page:
-        from splinefeed.cli.program import print_program
-
         print_program(page["program"])
     print_text()
-    rows = [
-        [
-            f"{i} (path {curve['path']})" if len(page["paths"]) > 1 else str(i),
-            "rational" if curve["rational"] else "polynomial",
-            str(curve["degree"]),
-            str(curve["control_points"]),
-            str(curve["spans"]),
-            number(curve["length_mm"], 7),
-        ]
-        for i, curve in enumerate(page["curves"])
-    ]
+    rows = []
+    for i, curve in enumerate(page["curves"][:MOST_LISTED]):
+        name = f"{i} (path {curve['path']})" if len(page["paths"]) > 1 else str(i)
+        kind = "rational" if curve["rational"] else "polynomial"
+        rows.append({**curve, "curve": name, "kind": kind, "length": number(curve["length_mm"], 7)})
     if rows:
-        along = {unit_along(path["axes"]) for path in page["paths"]}
-        length = f"length {along.pop()}" if len(along) == 1 else "length"
-        print_table(["curve", "kind", "degree", "control points", "spans", length], rows[:MOST_LISTED], texts=2)
-        _print_more(len(rows) + page["curves_left_out"], option="--json --all" if page["curves_left_out"] else "--json")
+        print_rows(rows, "curve, kind, degree, control points=control_points, spans, length", texts=2)
+    if left := len(page["curves"]) + page["curves_left_out"] - len(rows):
+        print_text(f"... and {left} more; --json{' --all' * bool(page['curves_left_out'])} lists all")
     print_notes(page["findings"])
 
 
-@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
+@declared(_print)
 @click.argument("source")
 @options.reading
 @click.option("--all", "every", is_flag=True, help="List every curve of a long program in --json, not the first alone.")
-@answers(_print)
 def command(say: Say, source: str, every: bool, **given: Any) -> Page:
-    """Show what SOURCE holds: curves, length, corners, least radius, and what its reader guessed or repaired."""
-    from splinefeed.cli.program import program_page
+    """Show what SOURCE holds: curves, length, corners, least radius, and what its reader guessed or repaired.
 
+    Examples:
+      splinefeed info butterfly
+      splinefeed info part.json
+      splinefeed info section.dat --chord 150mm --json
+    """
     say(f"reading {source}")
     reading = options.reading_from(given)
     page, program = program_page(source, reading, every)
-    page = page or _page(read_contents(source, reading))
+    if page is None:
+        paths = read_contents(source, reading)
+        page = {
+            "paths": [_path(path) for path in paths],
+            "curves": [_curve(path, i, k) for k, path in enumerate(paths, start=1) for i in range(len(path.curves))],
+            "curves_left_out": 0,
+            "format": paths.format,
+            "units": paths.units,
+            "findings": list(dict.fromkeys(finding for path in paths for finding in path.findings)),
+        }
     return page if program is None else {**page, "program": program}
 
 
-def _page(paths: Contents) -> dict[str, Any]:
-    """All of it; `units` are those of the file, every number of the page is in mm and degrees."""
-    findings = dict.fromkeys(finding for path in paths for finding in path.findings)
-    return {
-        "paths": [_path(path) for path in paths],
-        "curves": [
-            _curve(path, i, number) for number, path in enumerate(paths, start=1) for i in range(len(path.curves))
-        ],
-        "curves_left_out": 0,
-        "format": paths.format,
-        "units": paths.units,
-        "findings": list(findings),
-    }
-
-
-def _path(path: Path) -> dict[str, Any]:
+def _path(path: sf.Path) -> dict[str, Any]:
     """One path; lengths in mm, rotary axes and angles in degrees."""
     from splinefeed.formats.metadata import axis_units, to_degrees
     from splinefeed.geometry.path import JOIN_TOLERANCE
@@ -146,13 +120,13 @@ def _path(path: Path) -> dict[str, Any]:
     }
 
 
-def _curve(path: Path, i: int, number: int) -> dict[str, Any]:
+def _curve(path: sf.Path, i: int, number: int) -> dict[str, Any]:
     curve = path.curves[i]
     return {
         "path": number,
         "degree": curve.degree,
         "control_points": len(curve.control_points),
-        "spans": len(curve.spans),
+        "spans": len(curve.breaks) - 1,
         "rational": curve.rational,
         "closed": curve.closed,
         "length_mm": float(path.curve_starts[i + 1] - path.curve_starts[i]),
@@ -164,8 +138,3 @@ def _radius_words(radius: float | None, length: float) -> str:
     if radius is None or radius * ROUNDING > length:
         return "none (straight lines)"
     return "0 mm (a cusp)" if radius < ROUNDING * length else f"{number(radius)} mm"
-
-
-def _print_more(count: int, what: str = "", option: str = "--json") -> None:
-    if count > MOST_LISTED:
-        print_text(f"    ... and {count - MOST_LISTED} more{' ' * bool(what)}{what}; {option} lists all")

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import sys
 from collections.abc import Sequence
-from functools import partial
 from importlib import import_module
-from typing import Any, NoReturn, TextIO
+from typing import Any, NoReturn
 
 import click
+from click.shell_completion import shell_complete
 
 from splinefeed import __version__
-from splinefeed.cli.failures import guarded, quiet_stop
+from splinefeed.cli.failures import guarded
 from splinefeed.errors import nearest
 
 #: Every command in the order of the help, with its one line there: the file of a command is imported when it is used.
@@ -40,6 +41,10 @@ COMMANDS = {
     "completion": "Print the lines that turn on shell completion by Tab.",
     "version": "Print the version; with --verbose, those of its dependencies.",
 }
+#: Under this name the shell asks the command for what could come next.
+COMPLETE = "_SPLINEFEED_COMPLETE"
+#: Those that stand in one file.
+ABOUT = ("machine", "methods", "completion", "version")
 
 
 class LazyGroup(click.Group):
@@ -52,42 +57,31 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import the command `cmd_name`; None if there is none."""
         if cmd_name not in COMMANDS:
-            return None
-        command = import_module(f"splinefeed.cli.{cmd_name.replace('-', '_')}").command
-        assert isinstance(command, click.Command)
+            if ctx.resilient_parsing:  # while a shell completes the name
+                return None
+            raise click.UsageError(f"no such command {cmd_name!r}; {nearest(cmd_name, COMMANDS, 'there are {}')}")
+        file, name = ("about", cmd_name) if cmd_name in ABOUT else (cmd_name.replace("-", "_"), "command")
+        command: click.Command = getattr(import_module(f"splinefeed.cli.{file}"), name)
         return command
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command that args[0] names; for a name that is nearly right, the error suggests it."""
-        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
-            raise click.UsageError(f"no such command {args[0]!r}; {nearest(args[0], COMMANDS, 'there are {}')}")
-        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands without importing any."""
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
 
-    def make_context(
-        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
-    ) -> click.Context:
-        """Read the options; --help and --version print here, and their reader may go away, too."""
-        with quiet_stop():
-            return super().make_context(info_name, args, parent, **extra)
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; Ctrl-C and a reader that went away leave quietly."""
-        with quiet_stop():
-            return super().invoke(ctx)
-
     def main(  # type: ignore[override]
-        self, args: Sequence[str] | None = None, standalone_mode: bool = True, **extra: Any
-    ) -> Any:
-        """As click's, but errors are one line on stderr, and exit codes are those of the design."""
-        run = partial(super().main, args, standalone_mode=False, **extra)
-        return sys.exit(guarded(run)) if standalone_mode else run()
+        self, args: Sequence[str] | None = None, prog_name: str | None = None, **extra: Any
+    ) -> NoReturn:
+        """Errors are one line on stderr, and exit codes are those of the design."""
+        name = prog_name or "splinefeed"
+        if complete := os.environ.get(COMPLETE):
+            sys.exit(shell_complete(self, {}, name, COMPLETE, complete))
+
+        def run() -> Any:
+            with self.make_context(name, list(sys.argv[1:] if args is None else args), **extra) as ctx:
+                return self.invoke(ctx)
+
+        sys.exit(guarded(run))
 
 
 @click.group(
@@ -113,20 +107,14 @@ def command_line(ctx: click.Context) -> None:
 
 def main() -> NoReturn:
     """Run the command line and leave with its exit code."""
-    sys.stdout = sys.stdout or _nowhere()  # None where the shell closed it: >&-
-    sys.stderr = sys.stderr or _nowhere()
+    sys.stdout = sys.stdout or io.StringIO()  # None where the shell closed it: >&-
+    sys.stderr = sys.stderr or io.StringIO()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # a terminal that lacks a letter is no reason to stop
     if os.name == "posix":
         signal.signal(signal.SIGTERM, _terminated)  # so that files begun are taken away, as after Ctrl-C
-    command_line.main(prog_name="splinefeed")
-    raise AssertionError("main returns by sys.exit")
-
-
-def _nowhere() -> TextIO:
-    """A stream that keeps nothing, open until the program ends."""
-    return open(os.open(os.devnull, os.O_WRONLY), "w", closefd=False)
+    command_line.main()
 
 
 def _terminated(number: int, frame: object) -> NoReturn:

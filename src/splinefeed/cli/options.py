@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+import splinefeed as sf
 from splinefeed import units
-from splinefeed.errors import InputError, UnitError
+from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
     from splinefeed.formats.path_parts import PathParts
-    from splinefeed.geometry.path import Path
-    from splinefeed.machine.machine import Machine
-    from splinefeed.records import Limits
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -22,110 +22,83 @@ F = TypeVar("F", bound=Callable[..., Any])
 UNITS_NOTE = "Quantities may carry a unit (3600mm/min, 50mm/s^2, 1ms); bare numbers are mm and s."
 
 
-class Quantity(click.ParamType):  # type: ignore[type-arg]  # only newer versions of click have it
+class Value(click.ParamType):  # type: ignore[type-arg]  # only newer versions of click have it
+    """What a function makes of the text of an option; its InputError is one of usage."""
+
+    def __init__(self, name: str, read: Callable[[str], Any]) -> None:
+        self.name, self._read = name, read
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The value, in mm, s and rad."""
+        try:
+            return self._read(value)
+        except InputError as error:
+            raise click.BadParameter(str(error), ctx, param) from None
+
+
+class Quantity(Value):
     """A number with or without a unit, as `units.parse` reads it; `kind` is one of its kinds."""
 
     def __init__(self, kind: str) -> None:
-        self.kind = kind
-        self.name = kind
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """The value in mm, s and rad."""
-        try:
-            return units.parse(value, self.kind, "deg" if self.kind == "angle" else None)
-        except UnitError as error:
-            raise click.BadParameter(str(error), ctx, param) from None
+        super().__init__(kind, lambda value: units.parse(value, kind, "deg" if kind == "angle" else None))
 
 
-class Smoothing(click.ParamType):  # type: ignore[type-arg]
-    """A length, or the word `program`."""
+class Names(Value):
+    """A list of names between commas, each once."""
 
-    name = "tolerance"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
-        """The tolerance in mm, or `program`."""
-        from splinefeed.geometry.smoothing import PROGRAM
-
-        return PROGRAM if value == PROGRAM else Quantity("length").convert(value, param, ctx)
+    def __init__(self) -> None:
+        super().__init__("name,name", _names)
 
 
-class Names(click.ParamType):  # type: ignore[type-arg]
-    """A list of names between commas."""
-
-    name = "name,name"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
-        """The names, in the order given, each once."""
-        if not isinstance(value, str):
-            return tuple(value)
-        names = tuple(dict.fromkeys(name.strip() for name in value.split(",") if name.strip()))
-        if not names:
-            raise click.BadParameter("no name is given; write for example taylor-2,milne-simpson", ctx, param)
-        return names
+def _names(text: str) -> tuple[str, ...]:
+    names = tuple(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+    if not names:
+        raise InputError("no name is given; write for example taylor-2,milne-simpson")
+    return names
 
 
-class AxisQuantities(click.ParamType):  # type: ignore[type-arg]
-    """A limit of every linear axis, `2000`, or of single axes, `x=2000,theta=90deg/s^3`."""
+def _of_axes(limit: str, text: str) -> dict[str, float]:
+    """A limit of every linear axis, `2000`, or of single ones, `x=2000,theta=90deg/s^3`, as `Limits.as_dict` has it."""
+    from splinefeed.formats import limits_toml
 
-    def __init__(self, limit: str) -> None:
-        self.limit = limit
-        self.name = limit
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> dict[str, float]:
-        """Limit by name as `Limits.as_dict` writes it."""
-        from splinefeed.formats import limits_toml
-
-        try:
-            if "=" not in value:
-                if "," in value:
-                    raise InputError(f"{value!r} holds several values; name the axes: x=500,y=800")
-                return {self.limit: limits_toml.axis_value(self.limit, "x", value)}
-            return {
-                f"{self.limit}.{axis}": limits_toml.axis_value(self.limit, axis, text)
-                for axis, text in limits_toml.by_axis(value)
-            }
-        except InputError as error:
-            raise click.BadParameter(str(error), ctx, param) from None
+    if "=" in text:
+        named = limits_toml.by_axis(text)
+        return {f"{limit}.{axis}": limits_toml.axis_value(limit, axis, value) for axis, value in named}
+    if "," in text:
+        raise InputError(f"{text!r} holds several values; name the axes: x=500,y=800")
+    return {limit: limits_toml.axis_value(limit, "x", text)}
 
 
-class Travels(click.ParamType):  # type: ignore[type-arg]
-    """Soft limits of axes, `x=0:500,theta=-90:90`."""
+def _travel(text: str) -> dict[str, float]:
+    """Soft limits of axes, `x=0:500,theta=-90:90`, as `Limits.as_dict` has them."""
+    from splinefeed.formats.limits_toml import turning
+    from splinefeed.records import ROTARY_AXES, TRAVEL_ENDS
 
-    name = "x=low:high"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Least and greatest position by axis, mm or rad."""
-        from splinefeed.formats.limits_toml import turning
-        from splinefeed.records import ROTARY_AXES
-
-        found = {}
-        try:
-            for each in value.split(","):
-                axis, _, ends = each.partition("=")
-                low, _, high = ends.partition(":")
-                axis = axis.strip()
-                found[axis] = tuple(
-                    turning(end, 0) if axis in ROTARY_AXES else units.parse(end, "length") for end in (low, high)
-                )
-        except InputError as error:
-            raise click.BadParameter(f"{error}; write for example x=0:500", ctx, param) from None
-        return found
+    found = {}
+    try:
+        for each in text.split(","):
+            axis, _, ends = each.partition("=")
+            axis = axis.strip()
+            for name, end in zip(TRAVEL_ENDS, (ends.partition(":")[0], ends.partition(":")[2]), strict=True):
+                found[f"{name}.{axis}"] = turning(end, 0) if axis in ROTARY_AXES else units.parse(end, "length")
+    except InputError as error:
+        raise InputError(f"{error}; write for example x=0:500") from None
+    return found
 
 
-def _axis_limit(name: str, limit: str, text: str) -> Callable[[F], F]:
-    flags = dict.fromkeys([name, f"--{limit.replace('_', '-')}"])
-    return click.option(*flags, limit, type=AxisQuantities(limit), metavar="LIMIT", help=text)
+def _smoothing(text: str) -> float | str:
+    return text if text == "program" else units.parse(text, "length")
 
 
-def _all(*decorators: Callable[[F], F]) -> Callable[[F], F]:
-    """Apply `decorators` so that the help lists them in this order."""
+def _percent(text: str) -> float:
+    try:
+        return float(text.removesuffix("%"))
+    except ValueError:
+        raise InputError(f"{text!r} is not a percentage; write for example 80%") from None
 
-    def decorate(function: F) -> F:
-        for decorator in reversed(decorators):
-            function = decorator(function)
-        return function
 
-    return decorate
+def _of_axis(limit: str) -> Value:
+    return Value(limit, lambda text: _of_axes(limit, text))
 
 
 def quantity(*names: str, kind: str, text: str) -> Callable[[F], F]:
@@ -133,88 +106,100 @@ def quantity(*names: str, kind: str, text: str) -> Callable[[F], F]:
     return click.option(*names, type=Quantity(kind), metavar=kind.upper(), help=text)
 
 
-as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object, and nothing else, on stdout.")
+#: Kinds of values of options by what the help calls them; any other word in capitals is a text.
+_TYPES: dict[str, Any] = {
+    **{kind.upper(): Quantity(kind) for kind in ("length", "time", "feed", "acceleration", "jerk", "angle")},
+    "NAMES": Names(),
+    "INTEGER": int,
+    "COUNT": click.IntRange(0),
+    "NUMBER": float,
+    "DEGREES": click.FloatRange(0.0, 180.0, min_open=True),
+    "AXIS=LOW:HIGH": Value("x=low:high", _travel),
+    "PERCENT": Value("percent", _percent),
+    "LENGTH|program": Value("tolerance", _smoothing),
+}
+
+
+def table(text: str) -> Callable[[F], F]:
+    """Options in the order of a table: flags and name, what they take, and the help, which may go on in the next line.
+
+    What they take is `-` for a switch, a key of _TYPES, choices in small letters between bars, or any word for a text.
+    Behind it stand `!` for an option that is required, `*` for one that may be repeated, `=` and a default.
+    """
+
+    def decorate(function: F) -> F:
+        for line in reversed(re.sub(r"\n +", " ", text).splitlines()):
+            if not line:
+                continue
+            names, takes, words = re.split(r" {2,}", line, maxsplit=2)
+            takes, _, default = takes.partition(" =")
+            more: dict[str, Any] = {"default": default, "show_default": True} if default else {}
+            more |= {"required": takes.endswith("!"), "multiple": takes.endswith("*")}
+            takes, name = takes.rstrip("!*"), names.split()[-1].lstrip("-").replace("-", "_")
+            if takes == "-":
+                more["is_flag"] = True
+            elif takes.islower():
+                more["type"] = click.Choice(takes.split("|"))
+            else:
+                more |= {"type": _of_axis(name) if takes == "LIMIT" else _TYPES.get(takes), "metavar": takes}
+            function = click.option(*names.split(), help=words, **more)(function)
+        return function
+
+    return decorate
+
+
+as_json = table("--json as_json  -  Print one JSON object, and nothing else, on stdout.")
 
 #: Files of figures, and none of them.
-figures = _all(
-    click.option(
-        "--figures",
-        type=click.Choice(["svg", "png", "pdf"]),
-        multiple=True,
-        help="Format of the figures; may be repeated.  [default: svg]",
-    ),
-    click.option("--no-figures", is_flag=True, help="Draw nothing."),
-)
+figures = table("""
+--figures  svg|png|pdf*  Format of the figures; may be repeated.  [default: svg]
+--no-figures  -  Draw nothing.
+""")
 
 
 def figure_formats(given: Mapping[str, Any]) -> tuple[str, ...]:
     """Formats of the figures, none with --no-figures."""
-    if given["no_figures"] and given["figures"]:
-        raise InputError("--no-figures: draws nothing; leave it out, or --figures")
     return () if given["no_figures"] else tuple(given["figures"] or ("svg",))
 
 
 #: How a G-code program is read.
-reading_program = _all(
-    click.option("--dialect", metavar="NAME", help="G-code: the control, if the program does not show it."),
-    click.option("--start", metavar="X,Y,Z,...", help="G-code: tool position before the first line, mm and deg."),
-    click.option("--offsets", metavar="G54=X,Y,Z;...", help="G-code: work offsets.  [default: at 0]"),
-    click.option("--tools", metavar="FILE", help="G-code: tool table (.tbl); G43 takes tool lengths from it."),
-    click.option("--repair", is_flag=True, help="Repair what is safe to repair in a faulty file, and list it."),
-)
-
-#: Where a program begins.
-from_line = click.option(
-    "--from-line", metavar="N", help="G-code: resume the program at this line, with the modes in force there."
-)
-
+READING_PROGRAM = """
+--dialect  NAME             G-code: the control, if the program does not show it.
+--start    X,Y,Z,...        G-code: tool position before the first line, mm and deg.
+--offsets  G54=X,Y,Z;...    G-code: work offsets.  [default: at 0]
+--tools    FILE             G-code: tool table (.tbl); G43 takes tool lengths from it.
+--repair   -                Repair what is safe to repair in a faulty file, and list it.
+"""
+FROM_LINE = """
+--from-line  N              G-code: resume the program at this line, with the modes in force there.
+"""
 #: How a SOURCE is read, but for the tolerance.
-reading_alone = _all(
-    click.option("--path", "which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1)."),
-    click.option("--layer", metavar="NAME,NAME", help="DXF, 3DM, SVG (groups): only these layers."),
-    click.option("--units", "file_units", metavar="UNIT", help="DXF: mm, in, ...; overrides the file."),
-    quantity("--chord", kind="length", text="Airfoil .dat: length of one unit of the file.  [default: 100 mm]"),
-    click.option("--edges", is_flag=True, help="STEP, IGES, 3DM: edges of faces as well as free curves."),
-    reading_program,
-    from_line,
-)
-
+READING_ALONE = f"""
+--path which  NAME|NUMBER   Which path of a file that holds several (from 1).
+--layer    NAME,NAME        DXF, 3DM, SVG (groups): only these layers.
+--units    UNIT             DXF: mm, in, ...; overrides the file.
+--chord    LENGTH           Airfoil .dat: length of one unit of the file.  [default: 100 mm]
+--edges    -                STEP, IGES, 3DM: edges of faces as well as free curves.
+{READING_PROGRAM.strip()}
+{FROM_LINE.strip()}
+"""
 #: How a SOURCE is read.
-reading = _all(
-    reading_alone,
-    quantity(
-        "--tolerance",
-        kind="length",
-        text="Airfoil .dat, points .csv .xyz: largest distance of the fit.  [default: 0.001 mm]  "
-        "Drawings, CAD, JSON: ends closer than this are joined.  [default: 1e-6 mm]",
-    ),
-)
+READING = f"""{READING_ALONE}
+--tolerance  LENGTH         Airfoil .dat, points .csv .xyz: largest distance of the fit.  [default: 0.001 mm]
+                            Drawings, CAD, JSON: ends closer than this are joined.  [default: 1e-6 mm]
+"""
+reading_program, from_line, reading_alone, reading = map(table, (READING_PROGRAM, FROM_LINE, READING_ALONE, READING))
 
 #: How the path is smoothed.
-smoothing = _all(
-    click.option(
-        "--smooth",
-        type=Smoothing(),
-        metavar="LENGTH|program",
-        help="Replace short lines and corners by curves within this tolerance; `program`: that of its G64 P.",
-    ),
-    click.option(
-        "--corners",
-        type=click.Choice(["keep", "round"]),
-        help="What --smooth does at corners sharper than --corner-angle.  [default: keep; round for `program`]",
-    ),
-    click.option(
-        "--corner-angle",
-        type=click.FloatRange(0.0, 180.0, min_open=True),
-        metavar="DEGREES",
-        help="Joints that turn by more than this are corners.  [default: 45]",
-    ),
-    quantity(
-        "--angle-tolerance",
-        kind="angle",
-        text="How far --smooth may turn the tool axis, or rotary axes: 0.1deg, 1mrad.  [default: 0.05 deg]",
-    ),
-)
+smoothing = table("""
+--smooth   LENGTH|program   Replace short lines and corners by curves within this tolerance; `program`: that of its
+                            G64 P.
+--corners  keep|round       What --smooth does at corners sharper than --corner-angle.
+                            [default: keep; round for `program`]
+--corner-angle  DEGREES     Joints that turn by more than this are corners.  [default: 45]
+--angle-tolerance  ANGLE    How far --smooth may turn the tool axis, or rotary axes: 0.1deg, 1mrad.  [default: 0.05 deg]
+""")
+_SMOOTHING = ("smooth", "corners", "corner_angle", "angle_tolerance")
 
 
 def smoothing_from(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -222,18 +207,14 @@ def smoothing_from(given: Mapping[str, Any]) -> dict[str, Any]:
 
     Raises InputError for how without by how much.
     """
-    names = ("smooth", "corners", "corner_angle", "angle_tolerance")
-    said = {name: given[name] for name in names if given[name] is not None}
-    for name in said:
-        if "smooth" not in said:
-            raise InputError(f"--{name.replace('_', '-')}: needs --smooth; give --smooth LENGTH too")
+    said = {name: given[name] for name in _SMOOTHING if given.get(name) is not None}
+    if said and "smooth" not in said:
+        raise InputError(f"--{next(iter(said)).replace('_', '-')}: needs --smooth; give --smooth LENGTH too")
     return said
 
 
-def smoothing_note(path: Path, given: Mapping[str, Any]) -> list[str]:
+def smoothing_note(path: sf.Path, given: Mapping[str, Any]) -> list[str]:
     """What to say of a program that asks for smoothing where none is given."""
-    import math
-
     if given["smooth"] is not None or path.tolerances is None or not path.tolerances.any():
         return []
     top = float(path.tolerances.max())
@@ -241,86 +222,55 @@ def smoothing_note(path: Path, given: Mapping[str, Any]) -> list[str]:
     return [f"the program allows smoothing ({tolerance}), which is off; turn it on with --smooth program"]
 
 
-#: Single limits: option, name it is given as, kind, help, and what the paper's experiment assumes.
-_SINGLE = (
-    (("--feed",), "feed", "Feed limit along the path.", "60 mm/s"),
-    (
-        ("--accel", "--acceleration"),
-        "acceleration",
-        "Acceleration limit along the path.",
-        "50 mm/s^2, or none where axes have limits",
-    ),
-    (("--decel", "--deceleration"), "acceleration", "Deceleration limit along the path.", "as --accel"),
-    (("--jerk",), "jerk", "Jerk limit along the path, speeding up.", "2000 mm/s^3, or none where axes have limits"),
-    (("--decel-jerk", "--deceleration-jerk"), "jerk", "Jerk limit along the path, slowing down.", "as --jerk"),
-    (("--start-feed",), "feed", "Feed at the start of the path.", "0"),
-    (("--end-feed",), "feed", "Feed at the end of the path.", "0"),
-    (("--chord-error",), "length", "Chord error (sag) between two setpoints.", ""),
-    (("--orientation-error",), "angle", "How far the tool axis may be off between two setpoints.", ""),
-    (("--centripetal",), "acceleration", "Centripetal acceleration limit.", ""),
-)
+#: Limits; what the paper's experiment assumes is theirs by default where a command assumes anything.
+_LIMITS = """
+--limits limits_file  FILE  Limits in a TOML file; options replace single ones.{file}
+--feed  FEED                Feed limit along the path.  [paper: 60 mm/s]
+--accel --acceleration acceleration  ACCELERATION  Acceleration limit along the path.
+                            [paper: 50 mm/s^2, or none where axes have limits]
+--decel --deceleration deceleration  ACCELERATION  Deceleration limit along the path.  [paper: as --accel]
+--jerk  JERK                Jerk limit along the path, speeding up.
+                            [paper: 2000 mm/s^3, or none where axes have limits]
+--decel-jerk --deceleration-jerk deceleration_jerk  JERK  Jerk limit along the path, slowing down.  [paper: as --jerk]
+--start-feed  FEED          Feed at the start of the path.  [paper: 0]
+--end-feed  FEED            Feed at the end of the path.  [paper: 0]
+--chord-error  LENGTH       Chord error (sag) between two setpoints.
+--orientation-error  ANGLE  How far the tool axis may be off between two setpoints.
+--centripetal  ACCELERATION  Centripetal acceleration limit.
+--axis-velocity  LIMIT      Limit of each linear axis: 60, or x=60,theta=90deg/s.
+--axis-accel --axis-acceleration axis_acceleration  LIMIT  Limit of each linear axis: 500, or x=500,theta=90deg/s^2.
+--axis-jerk  LIMIT          Limit of each linear axis: 20000, or x=20000,y=15000.
+--axis-velocity-step  LIMIT  Junction velocity: largest velocity step of each axis at a corner; without it corners are
+                            exact stops.
+--travel  AXIS=LOW:HIGH     Soft limits of position: x=0:500,y=0:300.
+"""
 
 
-def limits_alone(default: str = "") -> Callable[[F], F]:
+def limits_alone(default: str = "", more: str = "") -> Callable[[F], F]:
     """Options of limits; `default` is where limits come from that are not given, the paper's values if empty."""
-    file = f"Limits in a TOML file; options replace single ones.{f'  [default: {default}]' if default else ''}"
-    return _all(
-        click.option("--limits", "limits_file", metavar="FILE", help=file),
-        *(
-            quantity(*flags, kind=kind, text=f"{text}  [default: {paper}]" if paper and not default else text)
-            for flags, kind, text, paper in _SINGLE
-        ),
-        _axis_limit("--axis-velocity", "axis_velocity", "Limit of each linear axis: 60, or x=60,theta=90deg/s."),
-        _axis_limit("--axis-accel", "axis_acceleration", "Limit of each linear axis: 500, or x=500,theta=90deg/s^2."),
-        _axis_limit("--axis-jerk", "axis_jerk", "Limit of each linear axis: 20000, or x=20000,y=15000."),
-        _axis_limit(
-            "--axis-velocity-step",
-            "axis_velocity_step",
-            "Junction velocity: largest velocity step of each axis at a corner; without it corners are exact stops.",
-        ),
-        click.option(
-            "--travel", type=Travels(), metavar="AXIS=LOW:HIGH", help="Soft limits of position: x=0:500,y=0:300."
-        ),
-    )
+    text = _LIMITS.format(file=f"  [default: {default}]" if default else "")
+    return table(re.sub(r"\[paper: ([^]]*)\]", "" if default else r"[default: \1]", text) + more)
 
 
 #: What the motion along the path must never exceed, the servo period, and who plans it.
-limits = _all(
-    limits_alone(),
-    quantity("--period", kind="time", text="Servo period: one setpoint each.  [default: 1 ms]"),
-    click.option(
-        "--strategy",
-        metavar="NAME",
-        help="How to plan.  [default: automatic: seven-phase for feed, acceleration and jerk along the path alone, "
-        "else time-optimal]",
-    ),
+limits = limits_alone(
+    more="""
+--period  TIME              Servo period: one setpoint each.  [default: 1 ms]
+--strategy  NAME            How to plan.  [default: automatic: seven-phase for feed, acceleration and jerk along the
+                            path alone, else time-optimal]
+"""
 )
-
-machine = click.option(
-    "--machine",
-    metavar="NAME|FILE",
-    help="A machine file or a built-in machine; its axis limits apply unless others are given. See splinefeed machine.",
-)
-
-#: Limits along the path, and the options that give them.
-_ALONG_PATH = {
-    "feed": "feed",
-    "acceleration": "accel",
-    "deceleration": "decel",
-    "jerk": "jerk",
-    "deceleration_jerk": "decel_jerk",
-    "start_feed": "start_feed",
-    "end_feed": "end_feed",
-}
-
-corrections = click.option(
-    "--corrections", type=int, default=1, show_default=True, help="Passes of a method's corrector, 0 to 100."
-)
+machine = table("""
+--machine  NAME|FILE        A machine file or a built-in machine; its axis limits apply unless others are given. See
+                            splinefeed machine.
+""")
+tangential = table("--3d tangential  -  A third axis, theta, follows the tangent of a planar path.")
+corrections = table("--corrections  INTEGER =1  Passes of a method's corrector, 0 to 100.")
 
 
 def limits_from(
-    given: dict[str, Any], machine: Machine | None = None, axes: Sequence[str] = ()
-) -> tuple[Limits, float, str | None]:
+    given: dict[str, Any], machine: sf.Machine | None = None, axes: Sequence[str] = ()
+) -> tuple[sf.Limits, float, str | None]:
     """Limits, period and strategy, None if it is left open, from what the options of `limits` were `given`.
 
     Without a file of limits the paper's stand in for what is not said, but not where limits of the axes say enough.
@@ -336,7 +286,9 @@ def limits_from(
     return completed(flat, machine, axes, assume=not file), period, given["strategy"]
 
 
-def as_programmed(limits: Limits, path: Path | PathParts, given: Mapping[str, Any]) -> tuple[Limits, list[str]]:
+def as_programmed(
+    limits: sf.Limits, path: sf.Path | PathParts, given: Mapping[str, Any]
+) -> tuple[sf.Limits, list[str]]:
     """The limits for a path whose curves carry the feeds of a program, where no feed is said, and a note of it."""
     from splinefeed.formats import limits_toml
     from splinefeed.pipeline.limits import at_programmed_feeds
@@ -349,37 +301,21 @@ def as_programmed(limits: Limits, path: Path | PathParts, given: Mapping[str, An
 
 def replaced(flat: Mapping[str, float], given: Mapping[str, Any]) -> dict[str, float]:
     """Limits as `Limits.as_dict` has them, with those that options `given` say in their place."""
-    from splinefeed.records import BY_AXIS, TRAVEL_ENDS
+    from splinefeed.formats.limits_toml import KINDS
 
     out = dict(flat)
-    for name in (*_ALONG_PATH, "chord_error", "orientation_error", "centripetal"):
-        if (value := given[_ALONG_PATH.get(name, name)]) is not None:
+    for name in (*KINDS, "travel"):
+        if isinstance(value := given[name], dict):
+            out = {key: old for key, old in out.items() if key.partition(".")[0] != name} | value
+        elif value is not None:
             out[name] = value
-    for name in BY_AXIS:
-        if given[name] is not None:
-            out = {key: value for key, value in out.items() if key.partition(".")[0] != name} | given[name]
-    for axis, ends in (given["travel"] or {}).items():
-        out |= {f"{name}.{axis}": end for name, end in zip(TRAVEL_ENDS, ends, strict=True)}
     return out
 
 
-#: Options of `reading` by the names that readers have for them.
-_READING = {
-    "which": "which",
-    "layer": "layer",
-    "file_units": "units",
-    "chord": "chord",
-    "dialect": "dialect",
-    "start": "start",
-    "offsets": "offsets",
-    "tools": "tools",
-    "from_line": "from_line",
-}
+_READING = ("which", "layer", "units", "chord", "edges", "dialect", "start", "offsets", "tools", "repair", "from_line",
+            "tolerance")  # fmt: skip
 
 
-def reading_from(given: dict[str, Any]) -> dict[str, Any]:
+def reading_from(given: Mapping[str, Any]) -> dict[str, Any]:
     """How to read a SOURCE, from what the options of `reading` were `given`."""
-    said = {name: given[option] for option, name in _READING.items() if given[option] is not None}
-    if given.get("tolerance") is not None:
-        said["tolerance"] = given["tolerance"]
-    return said | {name: True for name in ("edges", "repair") if given[name]}
+    return {name: given[name] for name in _READING if given.get(name) not in (None, False)}

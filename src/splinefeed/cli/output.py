@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import io
 import json
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from splinefeed.cli.failures import visible
-
-#: Columns that the widest of our tables takes; a narrower terminal wraps its lines, but no number is cut.
-WIDTH = 110
 
 
 def print_json(numbers: Mapping[str, Any]) -> None:
@@ -29,25 +25,36 @@ def print_text(text: str = "") -> None:
 
 def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], *, texts: int = 1) -> None:
     """A table on stdout; the first `texts` columns are words, all others are numbers and stand to the right."""
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="bold")
-    for i, title in enumerate(columns):
-        table.add_column(Text(title), justify="left" if i < texts else "right", no_wrap=True)
-    for row in rows:
-        table.add_row(*(Text(visible(cell)) for cell in row))
-    # By way of a text of ours: where the reader of stdout has gone away, rich would end the program itself.
-    text = io.StringIO()
-    width = max(WIDTH, _natural_width(columns, rows))
-    console = Console(file=text, width=width, force_terminal=sys.stdout.isatty(), highlight=False, emoji=False)
-    console.print(table)
-    sys.stdout.write(text.getvalue())
+    lines = [list(map(visible, row)) for row in [columns, *rows]]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    for k, line in enumerate(lines):
+        cells = [f"{cell:{'<' if i < texts else '>'}{widths[i]}}" for i, cell in enumerate(line)]
+        bold = k == 0 and sys.stdout.isatty()
+        print("\x1b[1m" * bold + "   ".join(cells).rstrip() + "\x1b[0m" * bold)
 
 
-def _natural_width(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> int:
-    return sum(3 + max(len(row[i]) for row in [columns, *rows]) for i in range(len(columns)))
+def print_rows(rows: Iterable[Mapping[str, Any]], columns: str, *, texts: int = 1) -> None:
+    """A table of what pages of numbers list; columns between commas, a key or `title=key`, with units by the key."""
+    pairs = [(title, key or title) for title, _, key in (each.strip().partition("=") for each in columns.split(","))]
+    cells = [[shown(key, row.get(key)) for _, key in pairs] for row in rows]
+    print_table([title for title, _ in pairs], cells, texts=texts)
+
+
+#: Units by the end of a key.
+_UNITS = {"_mm_s": " mm/s", "_mm": " mm", "_s": " s"}
+
+
+def shown(key: str, value: Any) -> str:
+    """What stands under a key of a page of numbers, with its unit."""
+    if not isinstance(value, float):
+        return "" if value is None else str(value)
+    if "ripple" in key:
+        return f"{value:.1e}"
+    if key.endswith("_mm") and "error" in key:
+        return length(value)
+    return number(value, 6 if key == "duration_s" else 4) + next(
+        (_UNITS[end] for end in _UNITS if key.endswith(end)), ""
+    )
 
 
 def counted(count: int, what: str) -> str:
@@ -64,3 +71,8 @@ def number(value: float, digits: int = 4) -> str:
         text = f"{value:.{max(places, 0)}f}"
         return text.rstrip("0").rstrip(".") if "." in text else text
     return f"{value:.{digits - 1}e}".replace("e-0", "e-").replace("e+0", "e+").replace("e+", "e")
+
+
+def length(value: float) -> str:
+    """A length, mm, in micrometres below a millimetre."""
+    return f"{number(1e3 * value)} um" if abs(value) < 1.0 else f"{number(value)} mm"

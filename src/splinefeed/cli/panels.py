@@ -6,20 +6,16 @@ import click
 
 #: Title of each panel and the options in it by parameter name, in this order; what stands in none comes last.
 PANELS = {
-    "Tuning": ("axes", "rule", "kind", "identify", "volts", "feed_forward", "runs", "seed", "machine_file"),
-    "Most used": ("feed", "axis_acceleration", "axis_jerk", "machine", "smooth", "output"),
-    "Limits": (
-        "limits_file", "accel", "decel", "jerk", "decel_jerk", "start_feed", "end_feed", "axis_velocity",
-        "axis_velocity_step", "chord_error", "orientation_error", "centripetal", "travel",
-    ),
-    "Planning": ("strategy", "period", "method", "corrections", "contour_tolerance", "tangential"),
-    "Source and units": (
-        "source", "which", "layer", "file_units", "chord", "edges", "dialect", "start", "offsets", "tools", "from_line",
-        "repair", "tolerance", "columns",
-    ),
-    "Smoothing": ("corners", "corner_angle", "angle_tolerance"),
-    "Output": ("formats", "tip", "figures", "no_figures", "figure", "no_compare", "by_windows", "as_json"),
-}  # fmt: skip
+    "Tuning": "axes rule kind identify volts feed_forward runs seed machine_file",
+    "Most used": "feed axis_acceleration axis_jerk machine smooth output",
+    "Limits": "limits_file acceleration deceleration jerk deceleration_jerk start_feed end_feed axis_velocity "
+    "axis_velocity_step chord_error orientation_error centripetal travel",
+    "Planning": "strategy period method corrections contour_tolerance tangential",
+    "Source and units": "source which layer units chord edges dialect start offsets tools from_line repair tolerance "
+    "columns",
+    "Smoothing": "corners corner_angle angle_tolerance",
+    "Output": "formats tip figures no_figures figure no_compare by_windows as_json",
+}
 
 
 class PanelCommand(click.Command):
@@ -27,17 +23,12 @@ class PanelCommand(click.Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write a section for each panel."""
-        options = [param for param in self.get_params(ctx) if isinstance(param, click.Option)]
-        records = {option.name: record for option in options if (record := option.get_help_record(ctx))}
+        params = [param for param in self.get_params(ctx) if isinstance(param, click.Option)]
+        records = {param.name: record for param in params if (record := param.get_help_record(ctx))}
         for title, names in PANELS.items():
-            rows = [records.pop(name) for name in names if name in records]
-            if rows:
+            if rows := [records.pop(name) for name in names.split() if name in records]:
                 with formatter.section(title):
-                    formatter.write_dl(rows, col_max=COLUMN)
+                    formatter.write_dl(rows)
         if records:
             with formatter.section("Other"):
-                formatter.write_dl(list(records.values()), col_max=COLUMN)
-
-
-#: Letters of the first column at most, so that all panels line up.
-COLUMN = 30
+                formatter.write_dl(list(records.values()))

@@ -6,38 +6,27 @@ from typing import Any
 
 import click
 
+import splinefeed as sf
 from splinefeed import units
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.answers import Page, declared
 from splinefeed.cli.output import number, print_table, print_text
-from splinefeed.cli.panels import PanelCommand
 from splinefeed.cli.progress import Say
-from splinefeed.cli.source import read_path
-from splinefeed.cli.summary import law_sentence, print_limits, print_notes
+from splinefeed.cli.source import task_of
+from splinefeed.cli.summary import law_sentence, motion_sentence, print_limits, print_notes
 
 #: Decimals of the table: what is below is the rounding of the law.
 ROUNDED = 9
 #: Pieces that the table shows; --json lists all.
 MOST_ROWS = 28
 
-EXAMPLES = """\b
-Examples:
-  splinefeed plan
-  splinefeed plan part.json --feed 3600mm/min --accel 0.5m/s^2 -o law.h5
-  splinefeed plan butterfly --start-feed 60 --end-feed 60 --json
 
-"""
-
-
-def _print(page: dict[str, Any]) -> None:
+def _print(page: Page) -> None:
     from splinefeed.records import unit_along
 
-    period = units.format_quantity(page["period_s"], "time")
     unit = unit_along(page["axes"])
-    print_text(
-        f"{page['name']}: {number(page['length_mm'], 7)} {unit} in {number(page['duration_s'], 6)} s, "
-        f"planned for a period of {period}"
-    )
+    period = units.format_quantity(page["period_s"], "time")
+    print_text(f"{motion_sentence(page)}, planned for a period of {period}")
     print_text(f"law       {page['strategy']}; {law_sentence(page, unit)}")
     if page["stops_mm"]:
         print_text(f"stops     {len(page['stops_mm'])}, where the direction jumps")
@@ -50,45 +39,37 @@ def _print(page: dict[str, Any]) -> None:
         for i, piece in enumerate(page["pieces"])
     ]
     along = [f"from {unit}", f"to {unit}", f"feed {unit}/s", f"to {unit}/s", f"accel {unit}/s^2", f"jerk {unit}/s^3"]
-    titles = ["piece", "start s", "lasts s", *along]
-    print_table(titles, rows[:MOST_ROWS], texts=0)
+    print_table(["piece", "start s", "lasts s", *along], rows[:MOST_ROWS], texts=0)
     if len(rows) > MOST_ROWS:
         print_text(f"... and {len(rows) - MOST_ROWS} more pieces; --json lists all")
 
 
-@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
+@declared(_print)
 @click.argument("source", required=False)
 @options.limits
 @options.machine
 @options.reading
 @options.smoothing
 @click.option("-o", "--output", metavar="FILE", help="Save the law as HDF5 (.h5).")
-@answers(_print)
 def command(say: Say, source: str | None, **given: Any) -> Page:
     """Plan the time law s(t) of the motion along SOURCE, and print its pieces.
 
     Without SOURCE: the paper's airfoil. The exit code is 1 where a limit does not hold.
+
+    Examples:
+      splinefeed plan
+      splinefeed plan part.json --feed 3600mm/min --accel 0.5m/s^2 -o law.h5
+      splinefeed plan butterfly --start-feed 60 --end-feed 60 --json
     """
     from splinefeed.analysis.check_law import limits_along
-    from splinefeed.feed.planning import plan
-    from splinefeed.formats.setpoints import save
-    from splinefeed.machine.machine import Machine
-    from splinefeed.pipeline.run import PAPER_SHAPE
-    from splinefeed.records import Verdict
 
-    machine = Machine.load(given["machine"]) if given["machine"] else None
-    if machine is None:
-        options.limits_from(given)  # options are validated before the file is opened
-    source = PAPER_SHAPE if source is None else source
-    say(f"reading {source}")
-    path = read_path(source, options.reading_from(given) | options.smoothing_from(given))
-    limits, period, strategy = options.limits_from(given, machine, path.axes)
-    limits, assumed = options.as_programmed(limits, path, given)
+    what = task_of(say, source, given, sf.Machine.load(given["machine"]) if given["machine"] else None)
+    path = what.path
     say("planning")
-    law = plan(path, limits, strategy=strategy, period=period)
-    verdict = Verdict(limits=limits_along(law, path, limits), problems=())
+    law = sf.plan(path, what.limits, strategy=what.strategy, period=what.period)
+    verdict = sf.Verdict(limits=limits_along(law, path, what.limits), problems=())
     if given["output"]:
-        save(law, given["output"])
+        sf.save(law, given["output"])
     starts, ends = law.breaks[:-1], law.breaks[1:]
     columns = {
         "start_s": starts,
@@ -112,6 +93,6 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
         "limits": verdict.as_dict()["limits"],
         "stops_mm": list(path.stops),
         "pieces": [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values(), strict=True)],
-        "notes": [*assumed, *options.smoothing_note(path, given), *path.findings, *law.notes],
+        "notes": [*what.notes, *options.smoothing_note(path, given), *path.findings, *law.notes],
         "files": [given["output"]] if given["output"] else [],
     }

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from splinefeed.cli.answers import Page, answers
+import splinefeed as sf
+from splinefeed.cli import options
+from splinefeed.cli.answers import Page, declared
 from splinefeed.cli.output import counted, print_text
 from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import on_its_machine, path_of
@@ -15,64 +18,56 @@ from splinefeed.errors import FormatError
 if TYPE_CHECKING:
     from pathlib import Path
 
-
-EXAMPLES = """\b
-Examples:
-  splinefeed report splinefeed-butterfly
-  splinefeed report splinefeed-wing -o wing.html
-
-"""
+#: Formats of setpoints that keep every digit and all settings, those that are read first.
+FORMS = ("hdf5", "npz", "parquet", "mat", "csv")
 
 
 def _print(page: Page) -> None:
     print_text("checked: every limit holds" if page["ok"] else f"NOT KEPT: {counted(len(page['problems']), 'problem')}")
 
 
-@click.command(epilog=EXAMPLES)
+@declared(_print, "")
 @click.argument("folder")
-@click.option("-o", "--output", metavar="FILE", help="File to write.  [default: report.html in the folder]")
-@click.option("--machine", metavar="NAME|FILE", help="Of a tool path: the machine.  [default: that of the run]")
-@answers(_print)
+@options.table("""
+-o --output     FILE             File to write.  [default: report.html in the folder]
+--machine       NAME|FILE        Of a tool path: the machine.  [default: that of the run]
+""")
 def command(say: Say, folder: str, output: str | None, machine: str | None) -> Page:
     """Make the report of the run in FOLDER again: one HTML file that works offline.
 
     The setpoints are measured and checked again, against their path and limits. The exit code is 1 where a limit or a
     check does not hold.
+
+    Examples:
+      splinefeed report splinefeed-butterfly
+      splinefeed report splinefeed-wing -o wing.html
     """
     from functools import partial
     from pathlib import Path
 
     from splinefeed.formats.plain import plain
-    from splinefeed.formats.setpoints import load, load_chunks
-    from splinefeed.pipeline.compare import MethodResult
+    from splinefeed.formats.setpoints import load_chunks
     from splinefeed.pipeline.run import MOST_IN_CHUNKS, check_ticks, measured
-    from splinefeed.records import Limits, Response, TimeLaw
     from splinefeed.report import files, html
 
     place = Path(folder)
-    said = _record(place / files.RECORD)
+    said = _record(place)
     say(f"reading {folder}")
-    forms = ("hdf5", "npz", "parquet", "mat", "csv")  # those that keep every digit and all settings
-    file = next((each for form in forms if (each := place / files.SETPOINTS[form]).is_file()), None)
+    file = next((place / files.SETPOINTS[form] for form in FORMS if (place / files.SETPOINTS[form]).is_file()), None)
     if file is None:
         raise FormatError(f"{place}: has no setpoints that can be read again; run once more with --format hdf5")
-    law = load(place / files.LAW)
-    if not isinstance(law, TimeLaw):
-        raise FormatError(f"{place / files.LAW}: holds {type(law).__name__}; expected TimeLaw")
+    law = sf.load(place / files.LAW, sf.TimeLaw)
     settings = next(load_chunks(file, 1)).settings
     path, _ = path_of(settings, {"source": None, "which": None, "chord": None}, str(file))
-    limits = Limits.from_dict(settings["limits"])
+    limits = sf.Limits.from_dict(settings["limits"])
     joints = on_its_machine(path, settings, machine, limits)
     say("measuring and checking")
     ticks = check_ticks(law, settings["period"], MOST_IN_CHUNKS)
     run = measured(joints, limits, law, partial(load_chunks, file), ticks)
-    responses = {}
-    if (place / files.RESPONSE).is_file():
-        response = load(place / files.RESPONSE)
-        if isinstance(response, Response):
-            responses[run.kept.method] = response
+    there = (place / files.RESPONSE).is_file()
+    responses = {run.kept.method: sf.load(place / files.RESPONSE, sf.Response)} if there else {}
     page: dict[str, Any] = {**said, **plain(run.numbers())}
-    results = [MethodResult(**each) for each in said.get("methods", [])]
+    results = [sf.MethodResult(**each) for each in said.get("methods", [])]
     target = Path(output) if output else place / files.REPORT
     say(f"writing {target}")
     drawn = files.of_run(run, responses, str(page.get("machine", "")))
@@ -80,15 +75,16 @@ def command(say: Say, folder: str, output: str | None, machine: str | None) -> P
     return {**page, "files": [str(target)]}
 
 
-def _record(file: Path) -> dict[str, Any]:
-    import json
+def _record(place: Path) -> dict[str, Any]:
+    """The page of numbers of the run."""
+    from splinefeed.report.files import RECORD
 
     try:
-        said = json.loads(file.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise FormatError(f"{file}: is not there; give a folder that splinefeed run wrote") from None
+        said = json.loads((place / RECORD).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise FormatError(f"{file}: cannot be read: {error}") from None
+        raise FormatError(
+            f"{place}: has no {RECORD} that can be read; give a folder of splinefeed run: {error}"
+        ) from None
     if not isinstance(said, dict):
-        raise FormatError(f"{file}: is not the record of a run")
+        raise FormatError(f"{place / RECORD}: is not the record of a run")
     return said

@@ -2,106 +2,133 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import signal
 import sys
-from dataclasses import dataclass
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
 
+import splinefeed as sf
 from splinefeed.cli import options
-from splinefeed.cli.failures import DONE
-from splinefeed.cli.output import print_json
-from splinefeed.cli.panels import PanelCommand
-from splinefeed.cli.progress import busy
+from splinefeed.cli.answers import Page, declared
+from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import read_setpoints
-from splinefeed.cli.source import read_path
-from splinefeed.cli.stream_orders import ended_by_signals, keys, signals
+from splinefeed.cli.source import task_of
 from splinefeed.errors import InputError, SplinefeedError
 
 if TYPE_CHECKING:
     from splinefeed.live.motion import Motion
     from splinefeed.live.operator import Operator
-    from splinefeed.live.sink import Sink
-    from splinefeed.live.stream import Resume, State
-    from splinefeed.records import Array, Limits
+    from splinefeed.live.sinks import Sink
+    from splinefeed.live.stream import State
 
-#: s of what HAL samples that are kept behind the last row.
-SETTLE = 0.1
-
-EXAMPLES = """\b
-Examples:
-  splinefeed stream butterfly --feed 60 --axis-accel 500 --axis-jerk 20000 --to linuxcnc --approach --record run.h5
-  splinefeed stream part.dxf --machine router --to file -o rows.txt
-  splinefeed stream setpoints.h5 --machine router --to udp --port 5010 --override 50%
-
+KEYS = """\
 Keys during the stream: + and - change the feedrate override by 10 %, h or space is feed hold, b retraces, r resumes,
 s stops. The same by JSON lines on the local port that it prints, with the token: {"token": "...", "override": 80},
 "hold": true, "reverse": true, "stop": true.
 
 """
+#: s of what HAL samples that are kept behind the last row.
+SETTLE = 0.1
+#: Steps of the keys + and -, %.
+KEY_STEP = 10.0
+#: What other keys order.
+_ORDERS = {
+    "h": {"hold": True},
+    " ": {"hold": True},
+    "b": {"reverse": True},
+    "r": {"hold": False, "reverse": False},
+    "s": {"stop": True},
+}
 
 
-@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
+@declared(lambda page: None, f"{KEYS}{options.UNITS_NOTE}")
 @click.argument("source")
-@click.option(
-    "--to", type=click.Choice(["file", "stdout", "udp", "linuxcnc"]), required=True, help="Where the rows go."
-)
-@click.option("-o", "--output", metavar="FILE", help="The file of --to file.")
-@click.option("--host", default="127.0.0.1", show_default=True, help="Address for --to udp.")
-@click.option("--port", type=int, default=5010, show_default=True, help="Port for --to udp.")
-@options.quantity("--ahead", kind="time", text="Lookahead kept in the controller's buffer.  [default: 300 ms]")
-@click.option(
-    "--override", default="100%", show_default=True, metavar="PERCENT", help="Feedrate override at the start."
-)
-@click.option(
-    "--most",
-    default="200%",
-    show_default=True,
-    metavar="PERCENT",
-    help="Highest override. 100 % is --feed, or the program's feeds; axis limits hold at every override.",
-)
-@click.option(
-    "--top",
-    type=float,
-    default=1.0,
-    show_default=True,
-    help="Plan with a reserve, so that 1.2 = 120 % is possible everywhere.",
-)
-@click.option("--approach", is_flag=True, help="First move the axes straight to the start of the path.")
-@click.option("--here", is_flag=True, help="Shift the path to begin where the axes are.")
-@click.option("--record", "record_file", metavar="FILE.h5", help="--to linuxcnc: keep what HAL measured, a Response.")
-@click.option("--state", "state_file", metavar="FILE", help="Keep the last confirmed row in this file.")
-@click.option("--resume", is_flag=True, help="Continue from the row in --state FILE, and where the axes are.")
-@click.option("--columns", type=options.Names(), metavar="NAMES", help="SOURCE is CSV: its columns, as t,x,y.")
+@options.table("""
+--to            file|stdout|udp|linuxcnc!  Where the rows go.
+-o --output     FILE             The file of --to file.
+--host          ADDRESS =127.0.0.1  Address for --to udp.
+--port          INTEGER =5010    Port for --to udp.
+--ahead         TIME             Lookahead kept in the controller's buffer.  [default: 300 ms]
+--override      PERCENT =100%    Feedrate override at the start.
+--most          PERCENT =200%    Highest override. 100 % is --feed, or the program's feeds; axis limits hold at every
+                                 override.
+--top           NUMBER =1.0      Plan with a reserve, so that 1.2 = 120 % is possible everywhere.
+--approach      -                First move the axes straight to the start of the path.
+--here          -                Shift the path to begin where the axes are.
+--record record_file  FILE.h5    --to linuxcnc: keep what HAL measured, a Response.
+--state state_file  FILE         Keep the last confirmed row in this file.
+--resume        -                Continue from the row in --state FILE, and where the axes are.
+--columns       NAMES            SOURCE is CSV: its columns, as t,x,y.
+""")
 @options.limits
 @options.machine
 @options.reading
-@options.as_json
-@click.pass_context
-def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> None:
+def command(say: Say, source: str, **given: Any) -> Page:
     """Plan SOURCE with a reserve and stream it to a controller, one row a servo period.
 
     SOURCE may also be a file of setpoints (.h5, .csv, ...): its rows are sent as they are; their motion must leave a
     reserve for feed hold within the axis limits. Ctrl-C stops on the path within the limits; a second one ends at
     once.
-    """
-    from splinefeed.formats.setpoints import save
-    from splinefeed.live.recording import response_of
 
-    operator = _operator(given)
-    with ended_by_signals(), busy() as say:
-        made = _made(source, given, say)
-    motion, sink = made.motion, made.sink
-    state = _streamed(made, operator, given)
+    Examples:
+      splinefeed stream butterfly --feed 60 --axis-accel 500 --axis-jerk 20000 --to linuxcnc --approach --record run.h5
+      splinefeed stream part.dxf --machine router --to file -o rows.txt
+      splinefeed stream setpoints.h5 --machine router --to udp --port 5010 --override 50%
+    """
+    from splinefeed.live.motion import approach
+    from splinefeed.live.operator import Control, Operator
+    from splinefeed.live.stream import play
+
+    operator, file = Operator(), given["state_file"]
+    operator.obey({"override": given["override"]})
+    with ended_by_signals():
+        _check(given)
+        machine = sf.Machine.load(given["machine"]) if given["machine"] else None
+        motion, limits = (_through if _is_setpoints(source) else _along)(say, source, given, machine)
+        resume, saved = _resumed(file, motion) if given["resume"] else None, _saver(file, motion)
+        if resume is not None:
+            motion.begin_at(resume[0])
+        else:
+            saved(None)  # a file that cannot be written is an error before anything moves
+        to_start = partial(approach, axes=motion.axes, limits=limits, period=motion.period)
+        ahead = max(round((0.3 if given["ahead"] is None else given["ahead"]) / motion.period), 24)
+        sink = _sink(given, ahead)
+    with Control(operator) as control, signals(operator), keys(operator):
+        if sink.paced:
+            print(f"commands: 127.0.0.1:{control.port} token {control.token}", file=sys.stderr, flush=True)
+        say("")
+
+        def seen(state: State) -> None:
+            shown = ("row", "depth", "confirmed", "rate", "underruns")
+            control.status = {"tau_s": state.tau, **{name: getattr(state, name) for name in shown}}
+
+        state = play(
+            motion,
+            sink,
+            operator,
+            ahead,
+            here=given["here"],
+            resume=resume,
+            approach=to_start if given["approach"] else None,
+            saved=saved,
+            seen=seen,
+        )
     files = [given["output"]] if given["to"] == "file" else []
     if given["record_file"]:
         settings = {"source": source, "underruns": state.underruns, "rows": state.row, "done": state.done}
-        response = response_of(sink.samples, motion.axes, motion.period, settings)
-        save(response, given["record_file"])
+        sf.save(sink.response(settings), given["record_file"])
         files.append(given["record_file"])
-    page = {
+    end = "to the end of the path" if state.done else f"stopped at {state.tau:.3f} s of {motion.duration:.3f} s"
+    print(f"{state.row} rows, {end}; {state.underruns} underruns", file=sys.stderr)
+    return {
         "ok": state.done or operator.stopping,
         "done": state.done,
         "rows": state.row,
@@ -113,61 +140,23 @@ def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> 
         "period_s": motion.period,
         "files": files,
     }
-    if as_json:
-        print_json(page)
-    else:
-        end = "to the end of the path" if state.done else f"stopped at {state.tau:.3f} s of {motion.duration:.3f} s"
-        print(f"{state.row} rows, {end}; {state.underruns} underruns", file=sys.stderr)
-    ctx.exit(DONE)
 
 
-@dataclass(frozen=True)
-class _Made:
-    """All that a stream needs, checked before anything moves."""
-
-    motion: Motion
-    sink: Any
-    resume: Resume | None
-    limits: Limits
-
-
-def _percent(given: dict[str, Any], name: str) -> float:
-    """An option in percent as a share."""
-    try:
-        return float(given[name].removesuffix("%")) / 100.0
-    except ValueError:
-        raise InputError(f"--{name}: {given[name]!r} is not a percentage; write for example 80%") from None
-
-
-def _operator(given: dict[str, Any]) -> Operator:
-    from splinefeed.live.operator import Operator
-
-    operator = Operator()
-    operator.set_rate(_percent(given, "override"))
-    return operator
-
-
-def _made(source: str, given: dict[str, Any], say: Any) -> _Made:
-    from splinefeed.live.operator import MOST
-
-    if given["to"] == "file" and not given["output"]:
-        raise InputError("--to file needs -o FILE")
-    if given["resume"] and not given["state_file"]:
-        raise InputError("--resume needs --state FILE, in which the last stream kept its last confirmed row")
-    if given["record_file"] and given["to"] != "linuxcnc":
-        raise InputError(f"--record: nothing is measured by --to {given['to']}; it needs --to linuxcnc")
-    if given["here"] and given["approach"]:
-        raise InputError("--here moves the path to the axes, --approach the axes to the path: give one of them")
-    most = _percent(given, "most")
-    if not 0.0 < most <= MOST:
-        raise InputError(f"--most: {given['most']} must be above 0 and at most {100.0 * MOST:g} %")
-    say(f"reading {source}")
-    motion, limits = (_through if _is_setpoints(source) else _along)(source, given, most, say)
-    resume = None
-    if given["resume"]:
-        resume = _resumed(given["state_file"], motion)
-        motion.begin_at(resume.confirmed)
-    return _Made(motion, _sink(given, motion.period), resume, limits)
+def _check(given: dict[str, Any]) -> None:
+    """InputError for options that do not go together."""
+    wrong = (
+        (given["to"] == "file" and not given["output"], "--to file: needs -o FILE"),
+        (
+            given["resume"] and not given["state_file"],
+            "--resume: needs --state FILE, which the last stream has written",
+        ),
+        (given["record_file"] and given["to"] != "linuxcnc", "--record: needs --to linuxcnc; nothing else measures"),
+        (given["here"] and given["approach"], "--here, --approach: give one of them; the path moves, or the axes do"),
+        (not 0.0 < given["most"] <= 200.0, "--most: must be above 0 and at most 200 %"),
+    )
+    for found, words in wrong:
+        if found:
+            raise InputError(words)
 
 
 def _is_setpoints(source: str) -> bool:
@@ -177,154 +166,159 @@ def _is_setpoints(source: str) -> bool:
     return os.path.isfile(source) and any(suffix in each.suffixes for each in FORMATS.values() if each.loads)
 
 
-def _along(source: str, given: dict[str, Any], most: float, say: Any) -> tuple[Motion, Limits]:
+def _along(say: Say, source: str, given: dict[str, Any], machine: sf.Machine | None) -> tuple[Motion, sf.Limits]:
     """The motion along a path, and the limits that hold for it."""
-    from dataclasses import replace
+    from splinefeed.live.motion import planned
+    from splinefeed.pipeline.run import on_machine
 
-    from splinefeed.feed.planning import plan
-    from splinefeed.feed.reserve import with_reserve
-    from splinefeed.geometry.tool_path import ToolPath
-    from splinefeed.live.motion import along
-    from splinefeed.machine.machine import Machine
-    from splinefeed.pipeline.run import on_machine, planned_axes
-
-    machine = Machine.load(given["machine"]) if given["machine"] else None
-    path = read_path(source, options.reading_from(given))
-    tool = isinstance(path, ToolPath)
-    limits, period, strategy = options.limits_from(given, machine, planned_axes(path, machine))
-    limits, _ = options.as_programmed(limits, path, given)
-    moved = on_machine(path, machine if tool else None, limits)
+    what, most = task_of(say, source, given, machine), given["most"] / 100.0
+    moved = on_machine(what.path, machine if isinstance(what.path, sf.ToolPath) else None, what.limits)
     say("planning")
-    law = plan(moved, with_reserve(limits, given["top"]), strategy=strategy, period=period)
-    # the feed is what is programmed: 100 %; what is a limit is that of the axes
-    return along(moved, law, replace(limits, feed=max(most, 1.0) * limits.feed), highest=most), limits
+    reserve = {"top": given["top"], "most": most}
+    return planned(moved, what.limits, period=what.period, strategy=what.strategy, **reserve)[1], what.limits
 
 
-def _through(source: str, given: dict[str, Any], most: float, say: Any) -> tuple[Motion, Limits]:
+def _through(say: Say, source: str, given: dict[str, Any], machine: sf.Machine | None) -> tuple[Motion, sf.Limits]:
     """The motion through setpoints as they are, and the limits that hold for it."""
-    from dataclasses import replace
-
     import numpy as np
 
     from splinefeed.live.motion import through
-    from splinefeed.machine.machine import Machine
     from splinefeed.records import ROTARY_AXES
 
-    rows, _ = read_setpoints(source, given)
-    machine = Machine.load(given["machine"]) if given["machine"] else None
+    say(f"reading {source}")
+    (rows, _), most = read_setpoints(source, given), given["most"] / 100.0
     limits, _, _ = options.limits_from({**given, "period": None}, machine, rows.axes)
     if given["feed"] is None and given["limits_file"] is None:  # nobody said one: that of the rows is 100 %
         linear = rows.position[:, [axis not in ROTARY_AXES for axis in rows.axes]]
         feed = float(np.max(np.linalg.norm(np.diff(linear, axis=0), axis=1), initial=0.0)) / rows.period
         limits = replace(limits, feed=max(feed, 1.0))
     say("measuring the rows")
-    return through(rows, replace(limits, feed=1.01 * max(most, 1.0) * limits.feed), highest=most), limits
+    allowed = replace(limits, feed=1.01 * max(most, 1.0) * limits.feed)
+    return through(rows, allowed, highest=most), limits
 
 
-def _ahead(given: dict[str, Any], period: float) -> int:
-    return max(round((0.3 if given["ahead"] is None else given["ahead"]) / period), 24)
+def _sink(given: dict[str, Any], ahead: int) -> Any:
+    from splinefeed.live.linuxcnc_sink import LinuxcncSink
+    from splinefeed.live.sinks import TextSink, UdpSink
+
+    made: dict[str, Callable[[], Sink]] = {
+        "linuxcnc": lambda: LinuxcncSink(ahead, record=bool(given["record_file"]), settle=SETTLE),
+        "udp": lambda: UdpSink(given["host"], given["port"], ahead=ahead),
+        "file": lambda: TextSink(given["output"]),
+        "stdout": lambda: TextSink(sys.stdout),
+    }
+    return made[given["to"]]()
 
 
-def _sink(given: dict[str, Any], period: float) -> Sink:
-    ahead = _ahead(given, period)
-    if given["to"] == "linuxcnc":
-        from splinefeed.live.linuxcnc_sink import LinuxcncSink
-
-        return LinuxcncSink(ahead, record=bool(given["record_file"]), settle=SETTLE)
-    if given["to"] == "udp":
-        from splinefeed.live.udp_sink import UdpSink
-
-        return UdpSink(given["host"], given["port"], ahead=ahead)
-    from splinefeed.live.text_sink import FileSink, TextSink
-
-    return FileSink(given["output"]) if given["to"] == "file" else TextSink(sys.stdout)
-
-
-def _streamed(made: _Made, operator: Operator, given: dict[str, Any]) -> State:
-    from splinefeed.live.control import Control
-    from splinefeed.live.motion import approach
-    from splinefeed.live.stream import play
-
-    motion, sink = made.motion, made.sink
-    warned: list[str] = []
-    if given["state_file"] and not given["resume"]:
-        _save(given["state_file"], None, motion)  # a file that cannot be written is an error before anything moves
-
-    def saved(state: State) -> None:
-        if not given["state_file"]:
-            return
-        try:
-            _save(given["state_file"], state, motion)
-        except SplinefeedError as error:  # no reason to stop axes that move
-            if not warned:
-                print(f"splinefeed: {error}; --resume cannot continue from it", file=sys.stderr, flush=True)
-            warned.append(str(error))
-
-    def seen(state: State) -> None:
-        control.status = {
-            "row": state.row,
-            "depth": state.depth,
-            "confirmed": state.confirmed,
-            "tau_s": state.tau,
-            "rate": state.rate,
-            "underruns": state.underruns,
-        }
-
-    def to_start(at: Array, start: Array) -> Motion:
-        return approach(at, start, motion.axes, made.limits, motion.period)
-
-    with Control(operator) as control, signals(operator), keys(operator):
-        if sink.paced:
-            print(f"commands: 127.0.0.1:{control.port} token {control.token}", file=sys.stderr, flush=True)
-        return play(
-            motion,
-            sink,
-            operator,
-            _ahead(given, motion.period),
-            here=given["here"],
-            resume=made.resume,
-            approach=to_start if given["approach"] else None,
-            saved=saved,
-            seen=seen,
-        )
-
-
-def _save(file: str, state: State | None, motion: Motion) -> None:
-    """Write down where the stream is; None: it has not begun."""
+def _saver(file: str | None, motion: Motion) -> Callable[[State | None], None]:
+    """Writes down where the stream is, None: it has not begun; later errors are said once, and do not stop axes."""
     from splinefeed.formats.atomic import atomic_write
 
-    page = {
-        "row": state.confirmed if state else 0,
-        "tau_s": state.confirmed_tau if state else 0.0,
-        "sent_tau_s": state.tau if state else 0.0,
-        "done": state is not None and state.done,
-        "axes": list(motion.axes),
-        "planned_s": motion.duration,
-        "start": motion.origin.tolist(),
-    }
-    with atomic_write(file) as temporary:
-        temporary.write_text(json.dumps(page) + "\n", encoding="ascii")
+    failed = False
+
+    def saved(state: State | None) -> None:
+        nonlocal failed
+        row, tau, sent, done = (
+            (state.confirmed, state.confirmed_tau, state.tau, state.done) if state else (0, 0, 0, False)
+        )
+        page = {"row": row, "tau_s": tau, "sent_tau_s": sent, "done": done, "motion": _motion(motion)}
+        try:
+            if file:
+                with atomic_write(file) as temporary:
+                    temporary.write_text(json.dumps(page) + "\n", encoding="ascii")
+        except SplinefeedError as error:
+            if state is None:
+                raise
+            if not failed:
+                print(f"splinefeed: {error}; --resume cannot continue from it", file=sys.stderr, flush=True)
+            failed = True
+
+    return saved
 
 
-def _resumed(file: str, motion: Motion) -> Resume:
-    """Where that stream was; InputError for a state of another motion, or of one that is done."""
-    from splinefeed.live.stream import Resume
+def _motion(motion: Motion) -> list[Any]:
+    """What tells one motion from another."""
+    return [list(motion.axes), motion.duration, motion.origin.tolist()]
 
+
+def _resumed(file: str, motion: Motion) -> tuple[float, float]:
+    """Plan times of the last row confirmed and sent; InputError for a state of another motion, or of one at its end."""
     try:
         with open(file, encoding="utf-8") as stream:
             page = json.loads(stream.read(4096))
-        tau, sent = float(page["tau_s"]), float(page["sent_tau_s"])
-        same = (page["axes"], page["planned_s"], page["start"]) == (
-            list(motion.axes),
-            motion.duration,
-            motion.origin.tolist(),
-        )
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError):
-        raise InputError(f"{file}: is not the state of a stream") from None
+        tau, sent, same = float(page["tau_s"]), float(page["sent_tau_s"]), page["motion"] == _motion(motion)
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        raise InputError(f"{file}: is not the state of a stream: {error}") from None
     if not same:
         raise InputError(f"{file}: is the state of another motion; give the same source and limits")
     if page.get("done") or not 0.0 <= tau < motion.duration:
         raise InputError(f"{file}: that stream has reached its end; leave out --resume")
-    return Resume(tau, sent)
+    return tau, sent
+
+
+@contextlib.contextmanager
+def ended_by_signals() -> Iterator[None]:
+    """Before anything moves SIGINT and SIGTERM end the program at once, also within a compiler, which catches them."""
+
+    def end(number: int, frame: object) -> None:
+        os.write(2, b"splinefeed: interrupted before anything moved\n")
+        os._exit(128 + number)
+
+    with _on_signals(end):
+        yield
+
+
+@contextlib.contextmanager
+def signals(operator: Operator) -> Iterator[None]:
+    """The first SIGINT or SIGTERM stops on the path; the next one is what it always is."""
+
+    def stop(number: int, frame: object) -> None:
+        operator.obey({"stop": True})
+        print("stopping on the path; press again to end at once", file=sys.stderr, flush=True)
+        signal.signal(number, before[number])
+
+    with _on_signals(stop) as before:
+        yield
+
+
+@contextlib.contextmanager
+def _on_signals(handler: Callable[[int, object], None]) -> Iterator[dict[int, signal._HANDLER]]:
+    """Within this `handler` answers SIGINT and SIGTERM; then what did before. Only a main thread has signals."""
+    before: dict[int, signal._HANDLER] = {}
+    if threading.current_thread() is threading.main_thread():
+        before = {number: signal.signal(number, handler) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield before
+    finally:
+        for number, own in before.items():
+            signal.signal(number, own)
+
+
+@contextlib.contextmanager
+def keys(operator: Operator) -> Iterator[None]:
+    """Obey keys, where there is a keyboard."""
+    if os.name != "posix" or not sys.stdin.isatty():
+        yield
+        return
+    import termios
+    import tty
+
+    number = sys.stdin.fileno()
+    before = termios.tcgetattr(number)
+    tty.setcbreak(number)
+    threading.Thread(target=_obey, args=(operator, number), daemon=True).start()
+    try:
+        yield
+    finally:
+        termios.tcsetattr(number, termios.TCSADRAIN, before)
+
+
+def _obey(operator: Operator, number: int) -> None:
+    from splinefeed.live.operator import MOST
+
+    while key := os.read(number, 1).decode(errors="replace"):
+        if key in "+-":
+            turned = 100.0 * operator.rate + (KEY_STEP if key == "+" else -KEY_STEP)
+            operator.obey({"override": min(max(turned, 0.0), 100.0 * MOST)})
+        else:
+            operator.obey(_ORDERS.get(key, {}))

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-from typing import TYPE_CHECKING
-
 import click
 
 from splinefeed.cli import options
 from splinefeed.cli.output import print_json, print_text
 from splinefeed.errors import InputError
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 EXAMPLES = """\b
 Examples:
@@ -26,45 +20,37 @@ Examples:
 @click.command(epilog=EXAMPLES)
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port on loopback.  [default: a free one]")
 @click.option("--browser/--no-browser", default=True, help="Open the page in the browser.  [default: browser]")
-@click.option(
-    "--history",
-    "history_file",
-    metavar="FILE",
-    help="Where the history is kept.  [default: a file in your data folder]",
-)
+@click.option("--history", metavar="FILE", help="Where the history is kept.  [default: a file in your data folder]")
 @click.option("--no-history", is_flag=True, help="Keep no history.")
 @options.as_json
-def command(port: int, browser: bool, history_file: str | None, no_history: bool, as_json: bool) -> None:
+def command(port: int, browser: bool, history: str | None, no_history: bool, as_json: bool) -> None:
     """Serve the studio on this computer alone, until Ctrl-C.
 
     The printed address carries a token: whoever has it, on this computer, can use the studio. Uploads are kept in a
     temporary folder that is removed at the end; the history is kept in a SQLite file.
     """
     import asyncio
+    import sys
     from contextlib import suppress
     from importlib.util import find_spec
-    from pathlib import Path as File
+    from pathlib import Path
+
+    import platformdirs
 
     if not (find_spec("plotly") and find_spec("tornado")):
         raise InputError("the studio needs Tornado and Plotly: pip install 'splinefeed[studio]'")
     from splinefeed.studio import server
 
-    history = None if no_history else File(history_file) if history_file else default_history()
+    own = platformdirs.user_data_path("splinefeed", appauthor=False) / "studio.sqlite"
+    file = None if no_history else Path(history or own)
 
     def say(address: str) -> None:
         if as_json:
-            print_json({"address": address, "history": None if history is None else str(history)})
+            print_json({"address": address, "history": None if file is None else str(file)})
         else:
             print_text(f"the studio is at {address}")
             print_text("Ctrl-C ends it")
         sys.stdout.flush()
 
     with suppress(KeyboardInterrupt):
-        asyncio.run(server.serve(port, history, browser=browser, say=say))
-
-
-def default_history() -> Path:
-    """The file of the user in which plans are remembered."""
-    import platformdirs
-
-    return platformdirs.user_data_path("splinefeed", appauthor=False) / "studio.sqlite"
+        asyncio.run(server.serve(port, file, browser=browser, say=say))

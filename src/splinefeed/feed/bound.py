@@ -15,7 +15,7 @@ from scipy.linalg import lapack
 from splinefeed.feed.dual import REACHING, Dual, smooth
 from splinefeed.feed.numbers import SAME
 from splinefeed.feed.setting import Setting
-from splinefeed.feed.solve import AIM, FAR, KEPT, NEAR, RIDGES, Problem, Solution
+from splinefeed.feed.solve import FAR, NEAR, RIDGES, Problem, Solution
 from splinefeed.records import Array, IntArray
 
 #: Cells on a ramp at rest, each half as long as the next one.
@@ -24,8 +24,6 @@ RAMP_CELLS = 10
 CLOSE = 0.995
 #: Most steps, and complementarity at last, as a share of the time.
 STEPS, GAP = 40, 1e-4
-#: Multipliers begin at this least share of what they may be.
-LEAST = 0.1
 #: A multiplier that begins below this, and so do so many before and behind it, stays 0: its row does not bind there.
 BINDING, BESIDE = 1e-3, 3
 
@@ -92,10 +90,8 @@ def _best(dual: Dual, q: Array, x: Array) -> Array:
     at = np.concatenate([at, at_node], axis=1)
     of_jerk = (np.arange(f) < dual.jerks).astype(np.float64)
     q = (1.0 - NEAR) * np.minimum(q, top)
-    x = np.where(free, np.maximum(x, LEAST / f), 0.0)
-    x[:, : dual.jerks] *= np.minimum(1.0, (1.0 - LEAST) / np.maximum(np.sum(x[:, : dual.jerks], axis=1), LEAST))[
-        :, None
-    ]
+    x = np.where(free, np.maximum(x, FAR / f), 0.0)
+    x[:, : dual.jerks] *= np.minimum(1.0, (1.0 - FAR) / np.maximum(np.sum(x[:, : dual.jerks], axis=1), FAR))[:, None]
     u = 1.0 - np.sum(x[:, : dual.jerks], axis=1)
     count = int(np.sum(free)) + len(x) + q.size
     mu = FAR * float(np.sum(weight / np.sqrt(q))) / count
@@ -135,7 +131,7 @@ def _best(dual: Dual, q: Array, x: Array) -> Array:
         x, v = x + along_x * dx, v + along_x * dv
         u = 1.0 - np.sum(x[:, : dual.jerks], axis=1)
         mu = (
-            max(AIM, 1.0 - min(along, along_x))
+            max(FAR, 1.0 - min(along, along_x))
             * float(np.sum(x[free] * y) + np.sum(u * w) + np.sum(weight * v * (top - q)))
             / count
         )
@@ -154,8 +150,8 @@ def _pairs(number: IntArray) -> tuple[IntArray, IntArray, IntArray]:
 
 
 def _longest(*shares: Array) -> float:
-    """The longest step, at most 1, that leaves KEPT: shares are of what is left."""
-    return min(1.0, (1.0 - KEPT) / max(*(float(np.max(each)) for each in shares), 1e-300))
+    """The longest step, at most 1, that leaves NEAR: shares are of what is left."""
+    return min(1.0, (1.0 - NEAR) / max(*(float(np.max(each)) for each in shares), 1e-300))
 
 
 def _solved(pairs: Array, at: IntArray, diagonal: Array, push: Array) -> Array | None:

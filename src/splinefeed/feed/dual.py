@@ -31,8 +31,6 @@ _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 GAUSS, WEIGHTS = 0.5 * (_PLACES + 1.0), 0.5 * _WEIGHTS
 #: How the names of rows begin that are smooth, and not for some places only; those of torques belong to no coordinate.
 SMOOTH, TORQUE = ("acceleration", "jerk", "axis_acceleration.", "axis_jerk.", "combinations.", "torque."), "torque."
-#: How far beside a place, as a share of its cell, the derivative of a torque's row is taken.
-BESIDE = 1e-2
 #: Coefficients that reach into a cell.
 REACHING = DEGREE + 1
 
@@ -102,7 +100,7 @@ class Dual:
         own = 0.5 * rows.linear[:, 0]  # c0 - c1'
         torques = np.flatnonzero([rows.names[1][k].startswith(TORQUE) for k in smooth(rows.names[1])])
         if len(torques):
-            way = BESIDE * np.repeat(h, len(share))
+            way = INSIDE * np.repeat(h, len(share))
             before, behind = (rows_of(setting, self.x + side * way).linear[torques] for side in (-1.0, 1.0))
             own[torques] = rows.linear[torques, 0] - (behind[:, 1] - before[:, 1]) / (2.0 * way)
         high = scale * (value * own[:, None] - slope * rows.linear[:, 1, None])

@@ -24,9 +24,8 @@ ABRUPT = 100.0
 STEADY = 30.0
 #: The feed changes where the acceleration along the path is above the inverse of this share of what is possible.
 CHANGING = 3.0
-#: Samples towards both ends, each at half the distance of the one before.
-TOWARDS_ENDS = 20
-_TOWARDS = np.append(0.5 ** np.arange(1, TOWARDS_ENDS + 1), INSIDE)
+#: Samples towards both ends, each at half the distance of the one before, down to INSIDE.
+TOWARDS = 0.5 ** np.arange(1.0, -np.log2(INSIDE))
 #: No window has more cells.
 MOST_CELLS = 1_000_000
 #: Next to rest cells are about this share of their distance from it.
@@ -67,14 +66,14 @@ def sample(
     if known is None or not known.s[0] < high:
         share = np.array([INSIDE, 0.5, 1.0 - INSIDE])
         s = (edges[:-1, None] + np.diff(edges)[:, None] * share).ravel()
-        s = np.sort(np.concatenate([s, low + (edges[1] - low) * _TOWARDS, high - (high - edges[-2]) * _TOWARDS]))
+        s = np.sort(np.concatenate([s, low + (edges[1] - low) * TOWARDS, high - (high - edges[-2]) * TOWARDS]))
         looked, push, twist = _look(setting, s)
     else:
         looked, push, twist = [known.top, known.curvature, known.directions], known.push, known.twist
         s = known.s
         if high < s[-1]:
             inside = int(np.searchsorted(s, high))
-            ending = high - (high - max(edges[-2], s[inside - 1])) * _TOWARDS
+            ending = high - (high - max(edges[-2], s[inside - 1])) * TOWARDS
             s = np.append(s[:inside], ending)
             looked = [np.append(a[:inside], b, axis=0) for a, b in zip(looked, _look(setting, ending)[0], strict=True)]
     for _ in range(HALVINGS):

@@ -15,7 +15,7 @@ from splinefeed.errors import LimitsError, PlanError
 from splinefeed.feed.audit import worst_shares
 from splinefeed.feed.corners import passed_corners
 from splinefeed.feed.law import Pieces, joined
-from splinefeed.feed.numbers import ALMOST, BISECTIONS, KEPT, SAME
+from splinefeed.feed.numbers import ALMOST, BISECTIONS, HOPELESS, KEPT, SAME
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.straight import straights
 from splinefeed.feed.stretches import curve_feeds, lasting
@@ -34,13 +34,12 @@ MODES = {
     TIME_OPTIMAL: Mode(cell=0.2, tolerance=2e-4, cells=8000, bounded=True),
     LOOK_AHEAD: Mode(cell=0.5, tolerance=5e-3, cells=400),
 }
-#: A motion that the audit finds over a limit is slowed down as a whole; by more than POOR, as a factor on q, a note
-#: says so, and by more than HOPELESS it is none.
-POOR, HOPELESS = 1.2, 100.0
+#: A motion over a limit is slowed down as a whole: a note says so where that is by more than this, as a factor on q.
+POOR = 1.2
+#: Where no motion is found, cells are half as long, and what is over a limit is tightened by half this share more.
+TIGHTER = 1e-2
 #: Names of a tool tip's own coordinates, which have no limits, before those of the joints.
 TIP = ("tip.x", "tip.y", "tip.z")
-#: Where no motion is found, cells are half as long, and this share of all limits is left unused next to ends in motion.
-UNUSED = 1e-2
 
 
 def plan_time_optimal(
@@ -116,7 +115,7 @@ def plan_in_mode(
     begin = State(limits.start_feed) if start is None else start
     with np.errstate(all="ignore"):  # what is not a number is not a motion to take
         setting = setting_of(path, limits, period)
-        for each in (mode, replace(mode, cell=0.5 * mode.cell, tolerance=UNUSED)):
+        for each in (mode, replace(mode, cell=0.5 * mode.cell, tolerance=TIGHTER)):
             try:
                 law = motion(setting, strategy, each, begin)
                 at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))

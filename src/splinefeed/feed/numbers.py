@@ -7,6 +7,8 @@ from splinefeed.records import KEPT as KEPT
 SAME = 1e-12
 #: What is below this share of a period, of a piece or of what is around it is none: roundings add up to less.
 ALMOST = 1e-9
+#: A motion that is over a limit by more than this, as a factor on q, is none: no feed mends it.
+HOPELESS = 100.0
 #: What rounding of a value may come to, in units of its last place.
 ROUNDINGS = 8.0
 #: Halvings that tell where a motion can begin or end to a thousandth.

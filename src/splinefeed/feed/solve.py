@@ -20,7 +20,8 @@ from scipy.linalg import lapack
 
 from splinefeed.errors import PlanError
 from splinefeed.feed.limits import Rows
-from splinefeed.feed.numbers import HALVINGS
+from splinefeed.feed.limits.rows import FREE
+from splinefeed.feed.numbers import ALMOST, HALVINGS, SAME
 from splinefeed.feed.spline import DEGREE, Spline
 from splinefeed.records import Array, IntArray
 
@@ -29,16 +30,11 @@ UPPER, UPPER_3 = np.triu_indices(DEGREE + 1), np.triu_indices(DEGREE)
 #: Most Newton steps: a motion whose jerk binds along a ramp takes hundreds.
 STEPS = 320
 #: Shares of the diagonal that are added to it until rounding leaves the matrix positive.
-RIDGES = (0.0, 1e-12, 1e-9, 1e-6)
-#: A slack, a multiplier and q keep this share of themselves in a step.
-KEPT = 0.01
-#: Complementarity to begin with, as a share of the time, from a guess and from multipliers, and the slack of a row that
-#: is over its limit then, as a share of the limit.
+RIDGES = (0.0, SAME, ALMOST, 1e-6)
+#: Complementarity to begin with, as a share of the time, from a guess and from multipliers. Aimed at is at least the
+#: first as a share of that of now, or what a short step left of its way. The second is the slack, too, of a row that is
+#: over its limit then, as a share of the limit, and what a step leaves of slacks, multipliers and q.
 FAR, NEAR = 0.1, 0.02
-#: Complementarity above this multiple of the time is that of rows which cannot all be kept.
-HOPELESS = 1e9
-#: Least complementarity z s aimed at beside that of now: a step that was short aims at the share that it left.
-AIM = 0.15
 
 
 @dataclass(frozen=True)
@@ -237,13 +233,13 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Sol
         dq, dg = problem.change(y, r, dc)
         ds = -residual - dg
         dz = (mu - z * s - z * ds) / s
-        along = _longest(ds / s, 1.0 - KEPT, min(1.0, (1.0 - KEPT) / max(float(np.max(-dq / y[0])), 1e-300)))
-        along_z = _longest(dz / z, 1.0 - KEPT, 1.0)
+        along = _longest(ds / s, 1.0 - NEAR, min(1.0, (1.0 - NEAR) / max(float(np.max(-dq / y[0])), 1e-300)))
+        along_z = _longest(dz / z, 1.0 - NEAR, 1.0)
         held = residual <= 0.0
         for _ in range(HALVINGS):
             new = c + along * dc
             y_new, r_new, g_new = problem.look(new)
-            if len(g_new) and np.all((g_new <= -0.5 * KEPT * s) | ~held):
+            if len(g_new) and np.all((g_new <= -0.5 * NEAR * s) | ~held):
                 break
             along *= 0.6
         else:
@@ -254,14 +250,14 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Sol
         fall, before = before - time, time
         z = z + along_z * dz
         complementary = float(np.sum(z * s))
-        if not complementary < HOPELESS * time:  # rows that contradict each other
+        if not complementary < FREE * time:  # rows that contradict each other
             break
         least = min(along, along_z)
         # what is left of a fall that shrinks by fall / fell from step to step is fall^2 / (fell - fall)
         settled = least > 0.5 and fall * abs(fall) <= gap * time * (fell - fall)
         if settled and np.max(g) < 0.0 and complementary < gap * time:
             break
-        mu = max(max(AIM, 1.0 - least) * complementary, 0.1 * gap * time) / problem.count
+        mu = max(max(FAR, 1.0 - least) * complementary, 0.1 * gap * time) / problem.count
     return Solution(problem.complete(c), time, z, bool(np.max(g) < 0.0))
 
 

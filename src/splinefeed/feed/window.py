@@ -11,7 +11,7 @@ import numpy as np
 from splinefeed.errors import InputError, PlanError
 from splinefeed.feed.audit import worst_shares
 from splinefeed.feed.bound import lower_bound
-from splinefeed.feed.grid import FASTER, Samples, graded, lay, sample
+from splinefeed.feed.grid import FASTER, SLOW, Samples, graded, lay, sample
 from splinefeed.feed.law import Pieces, pieces_of
 from splinefeed.feed.limits import Places, Rows
 from splinefeed.feed.limits.rows import FREE
@@ -24,9 +24,8 @@ from splinefeed.records import Array, BoolArray, IntArray
 #: A ramp at rest is this share of the way over which jerk builds up the acceleration, of the way to the next knot, and
 #: of the stretch: nothing bends within it, and a cell fits in behind it.
 RAMP = 0.01
-#: Rounds in which the places are found where speeding up turns into slowing down, if these have two limits of jerk, and
-#: the share of what is possible above which the acceleration tells that the motion speeds up.
-TURNINGS, LEVEL = 4, 2e-3
+#: Rounds in which the places are found where speeding up turns into slowing down, if these have two limits of jerk.
+TURNINGS = 4
 #: Times that cells found over a limit are tightened and solved again, at most; twice as many where the motion is not
 #: slowed down afterwards.
 ROUNDS = 6
@@ -214,8 +213,8 @@ def plan_window(
 ) -> Plan:
     """The motion from `low` to `high`, mm, between two states.
 
-    With `exact` the share `mode.tolerance` of all limits is left unused, so that the audit may hold it to 1: for motion
-    that is not slowed down afterwards. `known`: samples from `low` to `high` or further.
+    With `exact` the audit holds it to 1, not to 1 + `mode.tolerance`: for motion that is not slowed down afterwards.
+    known  samples from `low` to `high` or further
     """
     samples = sample(setting, low, high, start.feed**2, stop.feed**2, known)
     if samples.push == np.inf:
@@ -280,7 +279,7 @@ def _turned(setting: Setting, window: Window, c: Array, mode: Mode) -> tuple[Win
     """
     limits, samples = setting.limits, window.samples
     way = 1.0 if limits.deceleration_jerk is None or limits.jerk > limits.deceleration_jerk else -1.0
-    level = 2.0 * LEVEL * samples.push
+    level = 2.0 * SLOW * samples.push
     for left in range(TURNINGS, 0, -1):
         c = solve(window.problem, c, mode.tolerance).c
         slope = way * window.problem.look(window.problem.complete(c))[0][1]

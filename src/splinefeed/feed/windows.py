@@ -10,7 +10,7 @@ import numpy as np
 from splinefeed.errors import PlanError
 from splinefeed.feed.grid import Samples, counted
 from splinefeed.feed.law import Pieces, joined
-from splinefeed.feed.numbers import BISECTIONS, KEPT, TOGETHER
+from splinefeed.feed.numbers import BISECTIONS, HOPELESS, KEPT, TOGETHER
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.straight import straights
 from splinefeed.feed.window import REST, Mode, Plan, State, plan_window
@@ -21,10 +21,8 @@ from splinefeed.records import Array, Limits
 OPEN, MOST_OPEN = 0.25, 60
 #: What is left of a stretch joins a window that would hold this share more cells than its own number.
 JOINS = 1.3
-#: A motion that the audit finds over a limit by more than this, as a factor on q, is not slowed down but refused.
-POOR = 4.0
-#: Shares of the feed that new limits allow, at which the motion comes under them.
-BRIDGES = (0.9, 0.5)
+#: Share of the feed that new limits allow, at which the motion comes under them.
+BRIDGE = 0.5
 
 
 class OutOfReachError(PlanError):
@@ -85,7 +83,7 @@ class Windows:
         moving = self.state.feed > 0.0 or (ends_here and stop.feed > 0.0)
         if plan.over > 1.0 + KEPT and self.left is not None:
             pieces, end = self.left, self.end
-        elif not plan.over < POOR and not moving:
+        elif not plan.over < HOPELESS and not moving:
             raise PlanError(
                 f"from s = {self.low:.6g} to {near:.6g} mm no motion within the limits was found: the path bends or "
                 "turns too sharply there; smooth it"
@@ -121,17 +119,16 @@ class Windows:
         left, end = self._shortest(before, mode, high)
         for k in range(BISECTIONS):
             at = min(low + 2.0 * (end - low) * 0.5 ** (BISECTIONS - 1 - k), 0.5 * (low + near))
-            for share in BRIDGES:
-                into = State(share * float(np.interp(at, samples.s, samples.q)) ** 0.5)
-                bridge = self._found(before, mode, at, into)
-                if bridge is None:
-                    continue
-                self.low, self.state = at, into
-                onwards = self._found(setting, mode, near)
-                if onwards is not None:
-                    self.left, self.end, self.limits = onwards, near, setting.limits
-                    return bridge
-                self.low, self.state = low, state
+            into = State(BRIDGE * float(np.interp(at, samples.s, samples.q)) ** 0.5)
+            bridge = self._found(before, mode, at, into)
+            if bridge is None:
+                continue
+            self.low, self.state = at, into
+            onwards = self._found(setting, mode, near)
+            if onwards is not None:
+                self.left, self.end, self.limits = onwards, near, setting.limits
+                return bridge
+            self.low, self.state = low, state
         return self._take(left, len(left), end, REST)
 
     def _found(self, setting: Setting, mode: Mode, near: float, into: State = REST) -> Pieces | None:

@@ -130,36 +130,26 @@ def as_circle(curve: NurbsCurve) -> tuple[tuple[float, float], float, float, flo
     on, between = points[0::2], points[1::2]
     middle = weights[1::2] / np.sqrt(weights[:-2:2] * weights[2::2])
     # every span turns by 2 acos(w): the control point between its ends is theirs, farther out by 1 / w
-    if np.any(middle >= 1.0):
-        return None
-    chords = on[1:] - on[:-1]
-    bow = between - 0.5 * (on[1:] + on[:-1])
-    normal = np.column_stack([-chords[:, 1], chords[:, 0]])
+    chords, bow = on[1:] - on[:-1], between - 0.5 * (on[1:] + on[:-1])
     lengths = np.sum(chords * chords, axis=1)
-    if np.any(lengths == 0.0):
+    cross = chords[:, 0] * bow[:, 1] - chords[:, 1] * bow[:, 0]  # below 0 the curve turns to the left
+    if np.any(middle >= 1.0) or np.any(lengths == 0.0) or np.any(cross == 0.0) or np.ptp(np.sign(cross)) > 0.0:
         return None
-    height = np.sum(bow * normal, axis=1) / lengths  # in chords; below 0 the curve turns to the left
-    # tan(half) = 2 |height|, and the centre lies on the other side by cot(half) / 2 chords
-    if np.any(height == 0.0):
+    # tan(half) = 2 |height|, in chords, and the centre lies on the other side by cot(half) / 2 chords
+    height = cross / lengths
+    centers = 0.5 * (on[1:] + on[:-1]) - np.column_stack([-chords[:, 1], chords[:, 0]]) / (4.0 * height[:, None])
+    center, half = centers.mean(axis=0), np.arctan(2.0 * np.abs(height))
+    away = np.linalg.norm(on - center, axis=1)
+    radius = float(np.mean(away))
+    off = np.append(np.linalg.norm(centers - center, axis=1), np.abs(away - radius)) / radius
+    bent = np.append(np.cos(half) - middle, np.sum(bow * chords, axis=1) / lengths)
+    if max(np.max(off), np.max(np.abs(bent))) > ROUND:
         return None
-    centers = 0.5 * (on[1:] + on[:-1]) - normal / (4.0 * height[:, None])
-    center = centers.mean(axis=0)
-    radius = float(np.mean(np.linalg.norm(on - center, axis=1)))
-    half = np.arctan(2.0 * np.abs(height))
-    skew = np.abs(np.sum(bow * chords, axis=1)) / lengths
-    error = max(
-        float(np.max(np.linalg.norm(centers - center, axis=1))) / radius,
-        float(np.max(np.abs(np.linalg.norm(on - center, axis=1) - radius))) / radius,
-        float(np.max(np.abs(np.cos(half) - middle))),
-        float(np.max(skew)),
-    )
-    if error > ROUND or len({bool(h > 0.0) for h in height.tolist()}) > 1:
-        return None
-    first = on[0] - center
-    sweep = float(np.sum(2.0 * half)) * (-1.0 if height[0] > 0.0 else 1.0)
+    sweep = -math.copysign(float(np.sum(2.0 * half)), cross[0])
     if np.array_equal(points[0], points[-1]):
         sweep = math.copysign(2.0 * math.pi, sweep)
-    return (float(center[0]), float(center[1])), radius, math.atan2(first[1], first[0]), sweep
+    start = math.atan2(on[0, 1] - center[1], on[0, 0] - center[0])
+    return (float(center[0]), float(center[1])), radius, start, sweep
 
 
 _LINE_KNOTS = np.array([0.0, 0.0, 1.0, 1.0])

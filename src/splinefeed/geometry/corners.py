@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -49,15 +49,21 @@ class Corner:
         return self.angle > STOP_ANGLE
 
 
-class Corners(Sequence[Corner]):
+@dataclass(frozen=True, eq=False)
+class Corners:
     """Corners in order of s, as arrays; each one a Corner on access.
 
     s, u, angle, curvature_jump (n,), curve (n,): see Corner
     """
 
-    def __init__(self, s: Array, curve: IntArray, u: Array, angle: Array, curvature_jump: Array) -> None:
-        self.s, self.curve, self.u, self.angle, self.curvature_jump = s, curve, u, angle, curvature_jump
-        for array in (s, curve, u, angle, curvature_jump):
+    s: Array
+    curve: IntArray
+    u: Array
+    angle: Array
+    curvature_jump: Array
+
+    def __post_init__(self) -> None:
+        for array in vars(self).values():
             array.setflags(write=False)
 
     @property
@@ -68,33 +74,11 @@ class Corners(Sequence[Corner]):
     def __len__(self) -> int:
         return len(self.s)
 
-    @overload
-    def __getitem__(self, index: int) -> Corner: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[Corner]: ...
-
-    def __getitem__(self, index: int | slice) -> Corner | Sequence[Corner]:
-        if isinstance(index, slice):
-            return tuple(self[i] for i in range(*index.indices(len(self))))
-        columns = self.s, self.curve, self.u, self.angle, self.curvature_jump
-        s, curve, u, angle, jump = (column[index] for column in columns)
-        return Corner(float(s), int(curve), float(u), float(angle), float(jump))
+    def __getitem__(self, index: int) -> Corner:
+        return Corner(*(column[index].item() for column in vars(self).values()))
 
     def __iter__(self) -> Iterator[Corner]:
-        columns = self.s, self.curve, self.u, self.angle, self.curvature_jump
-        return (Corner(*values) for values in zip(*(column.tolist() for column in columns), strict=True))
-
-    def __eq__(self, other: object) -> bool:
-        if isinstance(other, (Corners, tuple)):
-            return tuple(self) == tuple(other)
-        return NotImplemented
-
-    def __hash__(self) -> int:
-        return hash(tuple(self))
-
-    def __repr__(self) -> str:
-        return f"Corners({len(self)})"
+        return (self[i] for i in range(len(self)))
 
 
 def find_corners(path: Path) -> Corners:

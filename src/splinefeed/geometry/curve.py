@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
-from splinefeed.records import Array, IntArray, Points, check_finite, frozen_array, view
+from splinefeed.geometry import differential, editing
+from splinefeed.geometry.editing import MAX_AXES as MAX_AXES
+from splinefeed.geometry.editing import MAX_DEGREE as MAX_DEGREE
+from splinefeed.geometry.pieces import Pieces, clipped
+from splinefeed.records import Array, BoolArray, Points, check_finite, frozen_array, view
 
 if TYPE_CHECKING:
-    from splinefeed.geometry.arc_length import ArcLength
-    from splinefeed.geometry.pieces import Pieces
+    from splinefeed.geometry.nearest import Nearest
 
-MAX_DEGREE = 12
-#: X Y Z A B C U V W of a control, and the seven joints of an arm.
-MAX_AXES = 9
 #: Greatest coordinate, knot and weight, and one over the least size, knot span and weight: beyond, powers overflow.
 LARGEST = 1e30
 #: Largest weight over smallest. Beyond it the point of the lightest control point drowns in rounding.
@@ -58,10 +58,7 @@ class NurbsCurve:
                     check_finite(array, name)
         except InputError as error:
             raise CurveError(str(error)) from None
-        object.__setattr__(self, "degree", int(degree))
-        object.__setattr__(self, "knots", arrays[0])
-        object.__setattr__(self, "control_points", arrays[1])
-        object.__setattr__(self, "weights", weight_array)
+        self._set(int(degree), *arrays, weight_array)
         self._check()
         if weight_array is not None and np.all(weight_array == weight_array[0]):
             object.__setattr__(self, "weights", None)  # equal weights cancel: the same curve, evaluated faster
@@ -73,62 +70,47 @@ class NurbsCurve:
         raise AttributeError(f"a NurbsCurve cannot be changed: tried to delete {name!r}")
 
     def _check(self) -> None:
-        p, knots, points = self.degree, self.knots, self.control_points
-        n, axes = points.shape
-        if not 1 <= axes <= MAX_AXES:
-            raise CurveError(f"control_points have {axes} axes; 1 to {MAX_AXES} are possible")
+        p, knots, points, weights = self.degree, self.knots, self.control_points, self.weights
+        n = len(points)
+        for array, name in ((points, "control_points"), (knots, "knots"), (weights, "weights")):
+            if array is not None:
+                check_size(array, name)
         if n < p + 1:
             raise CurveError(f"{n} control point(s) for degree {p}; expected at least {p + 1}")
         if len(knots) != n + p + 1:
-            raise CurveError(
-                f"{len(knots)} knots for {n} control points of degree {p}; "
-                f"exactly {n + p + 1} (points + degree + 1) expected"
-            )
-        for array, name in ((knots, "knots"), (points, "control_points"), (self.weights, "weights")):
-            if array is not None and np.any(np.abs(array) > LARGEST):
-                place = np.unravel_index(int(np.argmax(np.abs(array) > LARGEST)), array.shape)
-                index = ", ".join(str(int(i)) for i in place)
-                raise CurveError(f"{name}[{index}] is {array[place]:g}; values up to {LARGEST:g} are possible")
-        steps = np.diff(knots)
-        if np.any(steps < 0.0):
-            i = int(np.argmax(steps < 0.0))
+            wanted = f"exactly {n + p + 1} (points + degree + 1) expected"
+            raise CurveError(f"{len(knots)} knots for {n} control points of degree {p}; {wanted}")
+        steps, (start, end) = np.diff(knots), self.domain
+        if (i := _first(steps < 0.0)) is not None:
             raise CurveError(f"knots decrease from knots[{i}] = {knots[i]:g} to knots[{i + 1}] = {knots[i + 1]:g}")
-        start, end = knots[p], knots[n]
         if not start < end:
             raise CurveError(f"the domain knots[{p}] to knots[{n}] is empty: both are {start:g}")
         inner, counts = np.unique(knots[p + 1 : n], return_counts=True)
-        inside = (inner > start) & (inner < end)
-        if np.any(counts[inside] > p):
-            i = int(np.argmax(np.where(inside, counts, 0)))
-            raise CurveError(
-                f"inner knot {inner[i]:g} appears {counts[i]} times; at most {p} (the degree) are possible"
-            )
+        if (i := _first((inner > start) & (inner < end) & (counts > p))) is not None:
+            often = f"appears {counts[i]} times; at most {p} (the degree) are possible"
+            raise CurveError(f"inner knot {inner[i]:g} {often}")
         least = max(np.max(np.abs(knots)) * np.finfo(float).eps * 16, 1.0 / LARGEST)
-        if least > np.min(steps[steps > 0.0]):
-            i = int(np.argmin(np.where(steps > 0.0, steps, np.inf)))
-            raise CurveError(
-                f"knots[{i}] and knots[{i + 1}] differ by {steps[i]:g} only; make them equal or move them apart"
-            )
-        if self.weights is not None:
-            if len(self.weights) != n:
-                raise CurveError(f"{len(self.weights)} weights for {n} control points; expected one each")
-            if np.any(self.weights <= 0.0):
-                i = int(np.argmax(self.weights <= 0.0))
-                raise CurveError(f"weights[{i}] is {self.weights[i]:g}; weights must be greater than 0")
-            low, high = int(np.argmin(self.weights)), int(np.argmax(self.weights))
-            if self.weights[high] > MAX_WEIGHT_RATIO * self.weights[low]:
+        if (i := _first((steps > 0.0) & (steps < least))) is not None:
+            apart = f"differ by {steps[i]:g} only; make them equal or move them apart"
+            raise CurveError(f"knots[{i}] and knots[{i + 1}] {apart}")
+        if weights is not None:
+            if len(weights) != n:
+                raise CurveError(f"{len(weights)} weights for {n} control points; expected one each")
+            if (i := _first(weights <= 0.0)) is not None:
+                raise CurveError(f"weights[{i}] is {weights[i]:g}; weights must be greater than 0")
+            low, high = int(np.argmin(weights)), int(np.argmax(weights))
+            if weights[high] > MAX_WEIGHT_RATIO * weights[low]:
                 raise CurveError(
-                    f"weights[{low}] = {self.weights[low]:g} and weights[{high}] = {self.weights[high]:g} differ by "
-                    f"more than {MAX_WEIGHT_RATIO:g} times; the curve would lose the digits of its points"
+                    f"weights[{low}] = {weights[low]:g} and weights[{high}] = {weights[high]:g} differ by more than "
+                    f"{MAX_WEIGHT_RATIO:g} times; the curve would lose the digits of its points"
                 )
-            if self.weights[low] < 1.0 / LARGEST:
-                raise CurveError(f"weights[{low}] is {self.weights[low]:g}; at least {1.0 / LARGEST:g} is needed")
-        if np.all(points == points[0]):
+            if weights[low] < 1.0 / LARGEST:
+                raise CurveError(f"weights[{low}] is {weights[low]:g}; at least {1.0 / LARGEST:g} is needed")
+        spread = np.max(np.ptp(points, axis=0))
+        if spread == 0.0:
             raise CurveError(f"all {n} control points are the same: the curve has no length")
-        if np.max(np.ptp(points, axis=0)) < 1.0 / LARGEST:
-            raise CurveError(
-                f"all {n} control points lie within {np.max(np.ptp(points, axis=0)):g} mm: the curve is too small"
-            )
+        if spread < 1.0 / LARGEST:
+            raise CurveError(f"all {n} control points lie within {spread:g} mm: the curve is too small")
 
     @classmethod
     def bezier(cls, control_points: Points, weights: ArrayLike | None = None) -> NurbsCurve:
@@ -146,17 +128,21 @@ class NurbsCurve:
     def trusted(
         cls, degree: int, knots: Array, control_points: Array, weights: Array | None = None, *, clamped: bool = True
     ) -> NurbsCurve:
-        """A curve of read-only float64 arrays that are right by construction, such as readers make by the thousand.
+        """A curve of float64 arrays, read-only from then on, that are right by construction: readers make thousands.
 
         Nothing is checked: what `NurbsCurve(...)` would refuse, and weights that are all equal, must not get here.
         """
         curve = object.__new__(cls)
-        object.__setattr__(curve, "degree", degree)
-        object.__setattr__(curve, "knots", knots)
-        object.__setattr__(curve, "control_points", control_points)
-        object.__setattr__(curve, "weights", weights)
+        curve._set(degree, knots, control_points, weights)
         curve.__dict__["clamped"] = clamped
         return curve
+
+    def _set(self, degree: int, *arrays: Array | None) -> None:
+        object.__setattr__(self, "degree", degree)
+        for name, array in zip(("knots", "control_points", "weights"), arrays, strict=True):
+            if array is not None:
+                array.setflags(write=False)
+            object.__setattr__(self, name, array)
 
     # --- what it is -------------------------------------------------------------------------------------------------
 
@@ -242,7 +228,8 @@ class NurbsCurve:
         return hash((self.degree, (self.knots + 0.0).tobytes(), (self.control_points + 0.0).tobytes()))
 
     def __reduce__(self) -> tuple[object, ...]:
-        return NurbsCurve, (self.degree, self.knots, self.control_points, self.weights)
+        made = partial(NurbsCurve.trusted, clamped=self.clamped)
+        return made, (self.degree, self.knots, self.control_points, self.weights)
 
     # --- where it is ------------------------------------------------------------------------------------------------
 
@@ -266,17 +253,9 @@ class NurbsCurve:
 
     def check_parameters(self, u: ArrayLike) -> Array:
         """`u` as a float64 array; InputError if any is outside the domain by more than rounding, which is clipped."""
-        try:
-            values = np.asarray(u, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"parameter: expected numbers, got {type(u).__name__} ({error})") from None
         start, end = self.domain
         slack = 4.0 * np.finfo(float).eps * max(abs(start), abs(end))
-        outside = ~((values >= start - slack) & (values <= end + slack))
-        if np.any(outside):
-            first = values[outside].flat[0]
-            raise InputError(f"parameter {first:g} is outside the curve's domain [{start:g}, {end:g}]")
-        return np.clip(values, start, end)
+        return clipped(u, start, end, slack, "parameter", "the curve's domain")
 
     @property
     def table(self) -> tuple[Array, tuple[int, int, int, int]]:
@@ -285,52 +264,26 @@ class NurbsCurve:
 
     @cached_property
     def _pieces(self) -> Pieces:
-        """`table`, to be evaluated."""
-        from splinefeed.geometry.curves import Flat
-        from splinefeed.geometry.pieces import Pieces
-        from splinefeed.geometry.tables import span_rows
+        from splinefeed.geometry.tables import Flat, span_pieces
 
-        shape = (self.degree, self.axes, self.axes, int(self.rational))
-        table, rows = span_rows(Flat.of([self]), shape)
-        return Pieces(table, shape, rows)
+        return span_pieces(Flat.of([self]), (self.degree, self.axes, self.axes, int(self.rational)))
 
-    @cached_property
-    def spans(self) -> IntArray:
-        """Indices i of the knot spans [knots[i], knots[i + 1]] that are not empty, within the domain."""
-        p, n = self.degree, len(self.control_points)
-        return (p + np.flatnonzero(np.diff(self.knots[p : n + 1]) > 0.0)).astype(np.int64)
-
-    @property
-    def kernel_weights(self) -> Array:
-        """Weights as kernels take them: an empty array for a polynomial curve."""
-        return np.empty(0) if self.weights is None else self.weights
-
-    def tangent(self, u: ArrayLike) -> Array:
-        """Unit tangents (..., axes) at u (...); where C' = 0 the limit from inside."""
-        from splinefeed.geometry.differential import unit_tangents
-
-        return unit_tangents(self, u)
+    tangent = differential.unit_tangents
+    bounding_box = differential.bounding_box
 
     def curvature(self, u: ArrayLike) -> Array:
         """Curvature |C' x C''| / |C'|^3, 1/mm, (...) at u (...); infinite where C' = 0."""
-        from splinefeed.geometry.differential import curvatures
-
-        return curvatures(self.derivatives(u, 2))
-
-    def bounding_box(self) -> tuple[Array, Array]:
-        """Least and greatest coordinates (axes,), mm, of the curve itself (not of its control points)."""
-        from splinefeed.geometry.differential import bounding_box
-
-        return bounding_box(self)
+        return differential.curvatures(self.derivatives(u, 2))
 
     # --- how long it is ---------------------------------------------------------------------------------------------
 
     @cached_property
-    def arc(self) -> ArcLength:
-        """The arc-length table of this curve, all axes linear."""
-        from splinefeed.geometry.arc_length import ArcLength
+    def arc(self) -> Pieces:
+        """The arc-length pieces of this curve, all axes linear, to 1e-13 of its length."""
+        from splinefeed.geometry.tables import Flat, arc_pieces
 
-        return ArcLength(self, linear=self.axes)
+        shape = (self.degree, self.axes, self.axes, int(self.rational))
+        return arc_pieces(Flat.of([self]), shape, [self])
 
     @property
     def length(self) -> float:
@@ -339,52 +292,42 @@ class NurbsCurve:
 
     def arc_length(self, u: ArrayLike) -> Array:
         """S(u), mm, (...) at parameters u (...), from the start of the curve."""
-        return self.arc.at(u)
+        values = self.check_parameters(u)
+        return self.arc.lengths_at(None, values.ravel()).reshape(values.shape)
 
     def parameter_at(self, s: ArrayLike) -> Array:
         """u with S(u) = s, (...) at arc lengths s (...), mm. Raises InputError outside [0, length]."""
-        return self.arc.parameter(s)
+        values = clipped(s, 0.0, self.length, 1e-12 * self.length, "arc length", "the curve's", " mm")
+        return self.arc.parameters(values.ravel()).reshape(values.shape)
 
     def nearest(self, points: ArrayLike) -> tuple[Array, Array]:
         """Parameters (...) and distances (...), mm, of the curve's nearest points to `points` (..., axes)."""
-        from splinefeed.geometry.nearest import nearest
+        return self._nearest.find(points)[1:]
 
-        return nearest(self, points)
+    @cached_property
+    def _nearest(self) -> Nearest:
+        from splinefeed.geometry.nearest import Nearest
 
-    # --- the same curve in other forms: see geometry.editing ---------------------------------------------------------
+        return Nearest(self.arc.table, self.arc.shape)
 
-    def reversed(self) -> NurbsCurve:
-        """The same curve traversed from its end to its start."""
-        from splinefeed.geometry import editing
+    # --- the same curve in other forms ------------------------------------------------------------------------------
 
-        return editing.reversed_curve(self)
+    reversed = editing.reversed_curve
+    split = editing.split
+    with_clamped_ends = editing.clamped
+    with_knots = editing.with_knots
+    elevated = editing.elevated
+    transformed = editing.transformed
 
-    def split(self, *parameters: float) -> list[NurbsCurve]:
-        """Clamped pieces between the domain's ends and the given inner parameters."""
-        from splinefeed.geometry import editing
 
-        return editing.split(self, *parameters)
+def check_size(array: Array, name: str) -> None:
+    """CurveError for points (n, axes) of too many axes, or a value that is too large, with its place."""
+    if array.ndim == 2 and not 1 <= array.shape[1] <= MAX_AXES:
+        raise CurveError(f"{name} have {array.shape[1]} axes; 1 to {MAX_AXES} are possible")
+    if np.any(huge := np.abs(array) > LARGEST):
+        place = [int(i) for i in np.argwhere(huge)[0]]
+        raise CurveError(f"{name}{place} is {array[tuple(place)]:g}; values up to {LARGEST:g} are possible")
 
-    def with_clamped_ends(self) -> NurbsCurve:
-        """The same curve with end knots of multiplicity p + 1."""
-        from splinefeed.geometry import editing
 
-        return editing.clamped(self)
-
-    def with_knots(self, *parameters: float) -> NurbsCurve:
-        """The same curve with the given inner knots inserted (repeat one to raise its multiplicity)."""
-        from splinefeed.geometry import editing
-
-        return editing.with_knots(self, parameters)
-
-    def elevated(self, times: int = 1) -> NurbsCurve:
-        """The same curve at a higher degree."""
-        from splinefeed.geometry import editing
-
-        return editing.elevated(self, times)
-
-    def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> NurbsCurve:
-        """The affine image: points matrix @ P + offset; matrix (new axes, axes) or a number, offset (new axes,), mm."""
-        from splinefeed.geometry import editing
-
-        return editing.transformed(self, matrix, offset)
+def _first(wrong: BoolArray) -> int | None:
+    return int(np.argmax(wrong)) if wrong.any() else None

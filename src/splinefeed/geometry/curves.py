@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import overload
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
-from splinefeed.geometry.curve import LARGEST, MAX_AXES, NurbsCurve
+from splinefeed.geometry.curve import LARGEST, NurbsCurve, check_size
 from splinefeed.records import Array, BoolArray, IntArray, check_finite, frozen_array
 
 #: Knots of every line.
@@ -36,80 +36,56 @@ class Flat:
     weights: Array
 
     @classmethod
+    def made(
+        cls, degrees: IntArray, rational: IntArray, counts: IntArray, knots: Array, points: Array, weights: Array
+    ) -> Flat:
+        """Of curves with so many control points each, counts (n,)."""
+        weights = weights if rational.any() else np.empty(0)
+        return cls(degrees, rational, _starts(counts + degrees + 1), knots, _starts(counts), points, weights)
+
+    @classmethod
     def of(cls, curves: Sequence[NurbsCurve]) -> Flat:
         """The arrays of curves that have the same number of axes."""
-        counts = [len(curve.control_points) for curve in curves]
-        degrees = np.array([curve.degree for curve in curves], dtype=np.int64)
-        point_starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-        knot_starts = np.concatenate([[0], np.cumsum(counts + degrees + 1)]).astype(np.int64)
-        rational = np.array([curve.weights is not None for curve in curves], dtype=np.int64)
-        weights = np.ones(point_starts[-1] if rational.any() else 0)
-        for i in np.flatnonzero(rational).tolist():
-            weights[point_starts[i] : point_starts[i + 1]] = curves[i].weights
-        knots = np.concatenate([curve.knots for curve in curves])
-        return cls(
-            degrees, rational, knot_starts, knots, point_starts, np.vstack([c.control_points for c in curves]), weights
+        return cls.made(
+            np.array([curve.degree for curve in curves], dtype=np.int64),
+            np.array([curve.rational for curve in curves], dtype=np.int64),
+            np.array([len(curve.control_points) for curve in curves], dtype=np.int64),
+            np.concatenate([curve.knots for curve in curves]),
+            np.concatenate([curve.control_points for curve in curves]),
+            np.concatenate([np.ones(len(c.control_points)) if c.weights is None else c.weights for c in curves]),
         )
 
     @classmethod
     def lines(cls, points: Array) -> Flat:
         """The arrays of the lines between neighbouring points (n + 1, axes)."""
-        n = len(points) - 1
-        return cls(
-            np.ones(n, dtype=np.int64),
-            np.zeros(n, dtype=np.int64),
-            4 * np.arange(n + 1, dtype=np.int64),
-            np.tile(LINE_KNOTS, n),
-            2 * np.arange(n + 1, dtype=np.int64),
-            np.stack([points[:-1], points[1:]], axis=1).reshape(2 * n, points.shape[1]),
-            np.empty(0),
-        )
+        one = np.ones(len(points) - 1, dtype=np.int64)
+        ends = np.stack([points[:-1], points[1:]], axis=1).reshape(-1, points.shape[1])
+        return cls.made(one, 0 * one, 2 * one, np.tile(LINE_KNOTS, len(one)), ends, np.empty(0))
 
     @classmethod
     def joined(cls, flats: Sequence[Flat]) -> Flat:
         """The curves of all of them, one behind the other."""
-        if len(flats) == 1:
-            return flats[0]
-        counts = np.concatenate([np.diff(flat.point_starts) for flat in flats])
-        knots = np.concatenate([np.diff(flat.knot_starts) for flat in flats])
-        rational = np.concatenate([flat.rational for flat in flats])
-        weights = np.empty(0)
-        if rational.any():
-            weights = np.concatenate([f.weights if len(f.weights) else np.ones(len(f.points)) for f in flats])
-        return cls(
+        return cls.made(
             np.concatenate([flat.degrees for flat in flats]),
-            rational,
-            _starts(knots),
+            np.concatenate([flat.rational for flat in flats]),
+            np.concatenate([np.diff(flat.point_starts) for flat in flats]),
             np.concatenate([flat.knots for flat in flats]),
-            _starts(counts),
             np.concatenate([flat.points for flat in flats]),
-            weights,
-        )
-
-    def part(self, low: int, high: int) -> Flat:
-        """The curves from `low` to the one before `high`; the same memory."""
-        a, b = int(self.point_starts[low]), int(self.point_starts[high])
-        c, d = int(self.knot_starts[low]), int(self.knot_starts[high])
-        rational = self.rational[low:high]
-        return Flat(
-            self.degrees[low:high],
-            rational,
-            self.knot_starts[low : high + 1] - c,
-            self.knots[c:d],
-            self.point_starts[low : high + 1] - a,
-            self.points[a:b],
-            self.weights[a:b] if len(self.weights) and rational.any() else np.empty(0),
+            np.concatenate([flat.weights if len(flat.weights) else np.ones(len(flat.points)) for flat in flats]),
         )
 
     def chosen(self, index: IntArray) -> Flat:
         """The curves of these numbers (n,), in their order."""
-        points, point_starts = _gathered(self.point_starts, index)
-        knots, knot_starts = _gathered(self.knot_starts, index)
-        rational = self.rational[index]
-        weights = self.weights[points] if len(self.weights) and rational.any() else np.empty(0)
-        return Flat(
-            self.degrees[index], rational, knot_starts, self.knots[knots], point_starts, self.points[points], weights
+        points, counts = _gathered(self.point_starts, index)
+        knots, _ = _gathered(self.knot_starts, index)
+        weights = self.weights[points] if len(self.weights) else self.weights
+        return Flat.made(
+            self.degrees[index], self.rational[index], counts, self.knots[knots], self.points[points], weights
         )
+
+    def part(self, low: int, high: int) -> Flat:
+        """The curves from `low` to the one before `high`."""
+        return self.chosen(np.arange(low, high))
 
     def curve(self, i: int) -> NurbsCurve:
         """One of the curves, of copies of its arrays."""
@@ -181,10 +157,9 @@ def _starts(counts: IntArray) -> IntArray:
 
 
 def _gathered(starts: IntArray, index: IntArray) -> tuple[IntArray, IntArray]:
-    """Places of all that belongs to the curves `index` in arrays cut at `starts`, and where each of them starts."""
     counts = np.diff(starts)[index]
     out = _starts(counts)
-    return np.arange(out[-1]) + np.repeat(starts[index] - out[:-1], counts), out
+    return np.arange(out[-1]) + np.repeat(starts[index] - out[:-1], counts), counts
 
 
 def _frozen(values: Array) -> Array:
@@ -218,12 +193,6 @@ class Packed(Sequence[NurbsCurve]):
     def _curve(self, i: int) -> NurbsCurve:
         return self.flat.curve(i)
 
-    def __iter__(self) -> Iterator[NurbsCurve]:
-        return (self[i] for i in range(len(self)))
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return Packed, (self.flat,)
-
     def __repr__(self) -> str:
         return f"Packed({len(self)} curves)"
 
@@ -243,15 +212,9 @@ class Lines(Packed):
             check_finite(self.points, "points")
         except InputError as error:
             raise CurveError(str(error)) from None
-        count, axes = self.points.shape
-        if not 1 <= axes <= MAX_AXES:
-            raise CurveError(f"points have {axes} axes; 1 to {MAX_AXES} are possible")
-        if count < 2:
+        check_size(self.points, "points")
+        if (count := len(self.points)) < 2:
             raise CurveError(f"{count} point(s) for a polyline; expected at least 2")
-        if np.max(np.abs(self.points)) > LARGEST:
-            place = np.unravel_index(int(np.argmax(np.abs(self.points))), self.points.shape)
-            index = ", ".join(str(int(i)) for i in place)
-            raise CurveError(f"points[{index}] is {self.points[place]:g}; values up to {LARGEST:g} are possible")
         if len(kept := lines_with_length(self.points)) < count - 1:
             i = int(np.argmax(np.append(kept, -1) != np.arange(len(kept) + 1)))
             raise CurveError(f"line {i} from points[{i}] to points[{i + 1}] has no length; leave one of them out")

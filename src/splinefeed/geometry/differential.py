@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.polynomial import polynomial as poly
 from numpy.typing import ArrayLike
 
-from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.kernels import layout as pieces
 from splinefeed.kernels.layout import DEGREES
 from splinefeed.records import Array
+
+if TYPE_CHECKING:
+    from splinefeed.geometry.curve import NurbsCurve
 
 #: A Taylor coefficient below this, relative to the greatest one of its piece, counts as none.
 VANISHING = 1e-12
@@ -136,21 +140,21 @@ def bounding_box(curve: NurbsCurve) -> tuple[Array, Array]:
         columns = row[first:].reshape(axes + rational, degree + 1)
         weight = columns[axes] if rational else np.ones(1)
         for a in range(axes):
-            slope = np.polynomial.polynomial.polysub(
-                np.polynomial.polynomial.polymul(np.polynomial.polynomial.polyder(columns[a]), weight),
-                np.polynomial.polynomial.polymul(columns[a], np.polynomial.polynomial.polyder(weight)),
-            )
-            top = np.max(np.abs(slope))
-            if top == 0.0:
-                continue
-            # a highest coefficient that is rounding only would send a spurious root to infinity, with an overflow
-            roots = np.polynomial.polynomial.polyroots(
-                np.trim_zeros(np.where(np.abs(slope) > 1e-15 * top, slope, 0.0), "b")
-            )
-            inside = roots.real[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) <= 1.0)]
-            if inside.size:
-                u = np.clip(row[pieces.MIDDLE] + inside / row[pieces.SCALE], row[pieces.LOW], row[pieces.HIGH])
-                values = curve(u)[:, a]
-                low[a] = min(low[a], values.min())
-                high[a] = max(high[a], values.max())
+            values = curve(zeros_on(row, slope_of(columns[a], weight), 1e-6))[:, a]
+            low[a], high[a] = values.min(initial=low[a]), values.max(initial=high[a])
     return low, high
+
+
+def slope_of(a: Array, w: Array, times: float = 1.0) -> Array:
+    """The polynomial a' w - times a w': that over w^2 is the derivative of a / w."""
+    return np.asarray(poly.polysub(poly.polymul(poly.polyder(a), w), times * poly.polymul(a, poly.polyder(w))))
+
+
+def zeros_on(row: Array, values: Array, real: float) -> Array:
+    """Parameters (k,) on one piece of a table at which a polynomial in its t is 0, up to an imaginary part `real`."""
+    # a highest coefficient that is rounding only would send a spurious root to infinity, with an overflow
+    kept = np.trim_zeros(np.where(np.abs(values) > 1e-15 * np.max(np.abs(values)), values, 0.0), "b")
+    roots = poly.polyroots(kept) if len(kept) > 1 else np.zeros(0)
+    inside = roots.real[(np.abs(roots.imag) < real) & (np.abs(roots.real) <= 1.0)]
+    found: Array = np.clip(row[pieces.MIDDLE] + inside / row[pieces.SCALE], row[pieces.LOW], row[pieces.HIGH])
+    return found

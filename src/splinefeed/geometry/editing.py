@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
-from splinefeed.geometry import blossoms
-from splinefeed.geometry.curve import MAX_AXES, MAX_DEGREE, NurbsCurve
-from splinefeed.records import Array, check_finite, frozen_array
+from splinefeed.records import Array, IntArray, check_finite, frozen_array
+
+if TYPE_CHECKING:
+    from splinefeed.geometry.curve import NurbsCurve
+
+MAX_DEGREE = 12
+#: X Y Z A B C U V W of a control, and the seven joints of an arm.
+MAX_AXES = 9
 
 
 def _homogeneous(curve: NurbsCurve) -> tuple[Array, Array]:
@@ -33,7 +38,7 @@ def _from_homogeneous(curve: NurbsCurve, degree: int, knots: Array, points: Arra
     for k, here, there in zip((0, -1), ends, curve.domain, strict=True):
         if curve.clamped and here == there:  # an end is a control point: not a rounding may move it
             places[k] = curve.control_points[k]
-    return NurbsCurve(degree, knots, places, weights)
+    return type(curve)(degree, knots, places, weights)
 
 
 def _refined(curve: NurbsCurve, new_knots: Array) -> NurbsCurve:
@@ -43,7 +48,7 @@ def _refined(curve: NurbsCurve, new_knots: Array) -> NurbsCurve:
     p, (start, end) = curve.degree, curve.domain
     more = (end - start) * np.arange(1.0, p + 2.0)
     knots = np.concatenate([curve.knots[0] - more[::-1], curve.knots, curve.knots[-1] + more])
-    out = blossoms.refined(knots, np.pad(points, ((p + 1, p + 1), (0, 0))), p, new_knots)
+    out = _finer(knots, np.pad(points, ((p + 1, p + 1), (0, 0))), p, new_knots)
     return _from_homogeneous(curve, curve.degree, new_knots, out, origin)
 
 
@@ -57,7 +62,7 @@ def clamped(curve: NurbsCurve) -> NurbsCurve:
     return _refined(curve, np.concatenate([np.full(p + 1, start), inner, np.full(p + 1, end)]))
 
 
-def with_knots(curve: NurbsCurve, parameters: Sequence[float]) -> NurbsCurve:
+def with_knots(curve: NurbsCurve, *parameters: float) -> NurbsCurve:
     """The same curve with the given inner knots inserted; repeat one to raise its multiplicity, at most to p.
 
     Raises InputError for a parameter that is not inside the domain, CurveError for too high a multiplicity.
@@ -119,7 +124,7 @@ def split(curve: NurbsCurve, *parameters: float) -> list[NurbsCurve]:
     if np.any((cuts <= start) | (cuts >= end)):
         raise InputError(f"a curve can be split only strictly inside its domain ({start:g}, {end:g})")
     missing = [value for value in cuts for _ in range(p - int(np.count_nonzero(whole.knots == value)))]
-    whole = with_knots(whole, missing) if missing else whole
+    whole = with_knots(whole, *missing) if missing else whole
     knots = whole.knots
     # with multiplicity p at a cut, the curve passes there through the control point before the knot's first index
     joints = [
@@ -134,7 +139,7 @@ def split(curve: NurbsCurve, *parameters: float) -> list[NurbsCurve]:
         inner = knots[(knots > low) & (knots < high)]
         piece_knots = np.concatenate([np.full(p + 1, low), inner, np.full(p + 1, high)])
         weights = None if whole.weights is None else whole.weights[first : last + 1]
-        pieces.append(NurbsCurve(p, piece_knots, whole.control_points[first : last + 1], weights))
+        pieces.append(type(curve)(p, piece_knots, whole.control_points[first : last + 1], weights))
     return pieces
 
 
@@ -149,7 +154,7 @@ def elevated(curve: NurbsCurve, times: int = 1) -> NurbsCurve:
     knots, degree = whole.knots, whole.degree
     for _ in range(times):
         new_knots = np.sort(np.concatenate([knots, np.unique(knots)]))
-        points = blossoms.elevated(knots, points, degree, new_knots)
+        points = _higher(knots, points, degree, new_knots)
         knots, degree = new_knots, degree + 1
     return _from_homogeneous(whole, degree, knots, points, origin)
 
@@ -162,7 +167,7 @@ def reversed_curve(curve: NurbsCurve) -> NurbsCurve:
     knots = np.where(curve.knots < 0.5 * (start + end), end - (curve.knots - start), start + (end - curve.knots))
     points = frozen_array(curve.control_points[::-1], "control_points", 2)
     knots = frozen_array(knots[::-1], "knots", 1)
-    return NurbsCurve.trusted(curve.degree, knots, points, weights, clamped=curve.clamped)
+    return curve.trusted(curve.degree, knots, points, weights, clamped=curve.clamped)
 
 
 def transformed(curve: NurbsCurve, matrix: ArrayLike, offset: ArrayLike | None = None) -> NurbsCurve:
@@ -170,7 +175,7 @@ def transformed(curve: NurbsCurve, matrix: ArrayLike, offset: ArrayLike | None =
 
     Source: The NURBS Book, 2nd ed., property P4.2.
     """
-    return NurbsCurve(curve.degree, curve.knots, moved_points(curve.control_points, matrix, offset), curve.weights)
+    return type(curve)(curve.degree, curve.knots, moved_points(curve.control_points, matrix, offset), curve.weights)
 
 
 def moved_points(points: Array, matrix: ArrayLike, offset: ArrayLike | None = None) -> Array:
@@ -191,3 +196,53 @@ def moved_points(points: Array, matrix: ArrayLike, offset: ArrayLike | None = No
         raise InputError(f"offset has shape {shift.shape}; expected ({square.shape[0]},)")
     with np.errstate(over="ignore", invalid="ignore"):  # the new curve says which coordinate is too large
         return np.asarray(points @ square.T + shift)
+
+
+def blossom(knots: Array, points: Array, degree: int, span: IntArray, arguments: Array) -> Array:
+    """Polar forms F(a_1, ..., a_p) (n, columns) of the polynomials on [knots[span], knots[span + 1]], span (n,).
+
+    d_i^r = (1 - alpha) d_{i-1}^{r-1} + alpha d_i^{r-1},  alpha = (a_r - t_i) / (t_{i+p+1-r} - t_i)
+
+    points (m, columns), arguments (p, n). Source: Ramshaw, "Blossoms are polar forms", Computer Aided Geometric Design
+    6(4), 1989, doi 10.1016/0167-8396(89)90032-0; with equal arguments it is de Boor's algorithm (The NURBS Book, 2nd
+    ed., p. 176).
+    """
+    work = points[span - degree + np.arange(degree + 1)[:, None]]
+    near = knots[span - degree + np.arange(1, 2 * degree + 1)[:, None]]  # t_{span-p+1} ... t_{span+p}
+    for r in range(1, degree + 1):
+        left, right = near[r - 1 : degree], near[degree : 2 * degree + 1 - r]
+        # both from their own end: weights of very different size keep their digits, and end points stay as given
+        alpha, beta = (arguments[r - 1] - left) / (right - left), (right - arguments[r - 1]) / (right - left)
+        work = beta[..., None] * work[:-1] + alpha[..., None] * work[1:]
+    out: Array = work[0]
+    return out
+
+
+def _finer(knots: Array, points: Array, degree: int, new_knots: Array) -> Array:
+    """Control points of the same spline over a finer knot vector: Q_i = F(tau_{i+1}, ..., tau_{i+p}).
+
+    Inside the domain new_knots contains `knots`; before the first and behind the last of new_knots there are p more
+    `knots`. On the span of tau_i, with the last argument first, all that counts is a mean with positive weights, so
+    that no digits are lost. Source: Cohen, Lyche, Riesenfeld, "Discrete B-splines and subdivision techniques", CGIP
+    14(2), 1980, doi 10.1016/0146-664X(80)90040-4.
+    """
+    first = np.arange(len(new_knots) - degree - 1)
+    span = np.searchsorted(knots, new_knots[first], side="right") - 1
+    return blossom(knots, points, degree, span, new_knots[first + np.arange(degree, 0, -1)[:, None]])
+
+
+def _higher(knots: Array, points: Array, degree: int, new_knots: Array) -> Array:
+    """Control points of the same spline at one degree more; new_knots is `knots` with one more of each distinct knot.
+
+    Q_i = 1/(p+1) sum_j F(tau_{i+1}, ..., without tau_{i+j}, ..., tau_{i+p+1})
+
+    The symmetric multi-affine form of degree p + 1 that agrees with F on the diagonal is unique: Ramshaw 1989, see
+    `blossom`. Span and order of the arguments as in `refined`.
+    """
+    first = np.arange(len(new_knots) - degree - 2)
+    span = np.searchsorted(knots, new_knots[first], side="right") - 1
+    arguments = new_knots[first + np.arange(degree + 1, 0, -1)[:, None]]
+    out = np.zeros((len(first), points.shape[1]))
+    for j in range(degree, -1, -1):
+        out += blossom(knots, points, degree, span, np.delete(arguments, j, axis=0)) / (degree + 1)
+    return out

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import InputError
-from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.pieces import Pieces
 from splinefeed.geometry.rows import Rows
 from splinefeed.geometry.search import Search, on_rows
@@ -52,12 +51,3 @@ class Nearest:
         u = np.clip(rows.middle[row] + found.t / rows.scale[row], low, high)
         u = np.where(at_low, low, np.where(at_high, high, u))  # an end is met exactly
         return row.reshape(shape), u.reshape(shape), np.sqrt(found.square).reshape(shape)
-
-
-def nearest(curve: NurbsCurve, points: ArrayLike) -> tuple[Array, Array]:
-    """Parameters (...) and distances (...), mm, of the curve's nearest points to `points` (..., axes), mm.
-
-    u = argmin |C(u) - Q| over the whole domain. Raises InputError for a wrong shape or values that are not finite.
-    """
-    _, parameters, distances = curve.arc.nearest.find(points)
-    return parameters, distances

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from splinefeed.geometry.curves import Flat, Lines, Packed
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.tables import in_a_row, measured_in_a_row
-from splinefeed.records import Array, IntArray
+from splinefeed.geometry.pieces import Pieces
+from splinefeed.geometry.tables import in_a_row
 
-#: Tables of a path, by the names of its properties, and what makes one of several, one behind the other.
-TABLES: dict[str, Callable[[Sequence[tuple[Array, IntArray]]], object]] = {
-    "_tables": measured_in_a_row,
-    "spans": in_a_row,
-}
+#: Tables of a path by the names of its properties, and whether they are measured by arc length.
+TABLES = {"arc_pieces": True, "span_pieces": False}
 
 
 def cut(path: Path, first: int, last: int) -> Path:
@@ -32,11 +29,12 @@ def cut(path: Path, first: int, last: int) -> Path:
         markers=[replace(m, before=m.before - first) for m in markers],
         tolerance=path.tolerance,
     )
-    for name, joined in TABLES.items():
+    for name, measured in TABLES.items():
         if name in path.__dict__ and _same(piece, last - first, [path]):
-            table, rows = path.__dict__[name][:2]
-            begin, end = int(rows[first, 0]), int(rows[last - 1, 1]) + 1
-            piece.__dict__[name] = joined([(table[begin:end], rows[first:last] - begin)])
+            whole: Pieces = path.__dict__[name]
+            begin, end = int(whole.rows[first, 0]), int(whole.rows[last - 1, 1]) + 1
+            some = Pieces(whole.table[begin:end], whole.shape, whole.rows[first:last] - begin)
+            piece.__dict__[name] = in_a_row([some], measured=measured)
     return piece
 
 
@@ -59,12 +57,11 @@ def joined(parts: Sequence[Path]) -> Path:
         markers=markers,
         tolerance=max(each.tolerance for each in parts),
     )
-    for name, made in TABLES.items():
+    for name, measured in TABLES.items():
         if all(name in each.__dict__ for each in parts) and _same(whole, starts[-1], parts):
-            whole.__dict__[name] = made([each.__dict__[name][:2] for each in parts])
+            whole.__dict__[name] = in_a_row([each.__dict__[name] for each in parts], measured=measured)
     return whole
 
 
 def _same(path: Path, count: int, others: Sequence[Path]) -> bool:
-    """Whether a path has as many curves as it was given, and tables of the same shape as the others."""
     return len(path.joined) == count and all(path.shape == other.shape for other in others)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property, partial
 from typing import Any
 
@@ -15,19 +16,20 @@ from splinefeed.geometry.bends import sharp_bends
 from splinefeed.geometry.corners import CORNER_ANGLE as CORNER_ANGLE
 from splinefeed.geometry.corners import Corner as Corner
 from splinefeed.geometry.corners import Corners, find_corners
-from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
 from splinefeed.geometry.curves import Flat, Lines, Packed, lines_with_length
 from splinefeed.geometry.editing import moved_points
 from splinefeed.geometry.joints import begun_at, closed, open_joints, said_of
 from splinefeed.geometry.markers import Marker as Marker
-from splinefeed.geometry.path_checks import check_joints, check_still, checked_axes, of_curves
-from splinefeed.geometry.pieces import Pieces
+from splinefeed.geometry.pieces import Pieces, clipped
 from splinefeed.geometry.resolution import RESOLUTION, chosen, long_curves, resolved
-from splinefeed.geometry.tables import arc_rows, read_only, span_rows
-from splinefeed.records import Array, BoolArray, IntArray, Points, frozen_array, unit_along, view
+from splinefeed.geometry.tables import arc_pieces, read_only, span_pieces
+from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray, Points, frozen_array, unit_along, view
 
-#: Up to so many curves, a loop is faster than arrays.
-_FEW = 8
+#: Linear axes that move by no more roundings than this, on a curve that turns rotary ones, do not move.
+STILL_ROUNDINGS = 8.0
+#: What is said of each curve.
+_OF_EACH = ("feeds", "tolerances")
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
 #: Ends of neighbouring curves further apart than this, mm, are a gap by default.
 JOIN_TOLERANCE = RESOLUTION
@@ -93,18 +95,18 @@ class Path:
             if curve.axes != self.curves[0].axes:
                 raise CurveError(f"curve {i} has {curve.axes} axes, curve 0 has {self.curves[0].axes}; all must agree")
         self.axes = tuple(DEFAULT_AXES[: self.curves[0].axes] if axes is None else axes)
-        self.linear = checked_axes(self.axes, self.curves[0].axes)
+        self.linear = _checked_axes(self.axes, self.curves[0].axes)
         if 0 < self.linear < len(self.axes):
-            check_still(self.flat, self.linear)
+            _check_still(self.flat, self.linear)
         count = len(self.curves)
-        self.feeds = of_curves(feeds, count, "feeds", "greater than 0", lambda values: values > 0.0)
-        self.tolerances = of_curves(tolerances, count, "tolerances", "0 or more", lambda values: values >= 0.0)
+        self.feeds = _of_curves(feeds, count, "feeds", "greater than 0", lambda values: values > 0.0)
+        self.tolerances = _of_curves(tolerances, count, "tolerances", "0 or more", lambda values: values >= 0.0)
         self.markers = tuple(sorted(markers, key=lambda marker: marker.before))
         for marker in self.markers:
             if not 0 <= marker.before <= count:
                 raise InputError(f"marker {marker.text!r} is before curve {marker.before} of {count}")
         if count > 1:
-            check_joints(self._ends, self.tolerance)
+            _check_joints(self.ends, self.tolerance)
             if not self._tied:
                 self._leave_out_points()
             self._close_gaps()
@@ -113,10 +115,10 @@ class Path:
 
     def _close_gaps(self) -> None:
         """Let each curve of the motion begin where the last one ends; `curves` stay as they were given."""
-        if isinstance(self.curves, Lines) or not np.any(open_joints(self._ends)):
+        if isinstance(self.curves, Lines) or not np.any(open_joints(self.ends)):
             return
         self.findings += tuple(each for each in said_of(self.gaps, JOIN_TOLERANCE) if each not in self.findings)
-        self._move_along(closed(self.curves, self._ends, self.linear))
+        self._move_along(closed(self.curves, self.ends, self.linear))
 
     def _leave_out_points(self) -> None:
         """Leave out the curves that are shorter than the resolution, with their feeds and tolerances."""
@@ -128,16 +130,13 @@ class Path:
         self.findings += (f"{count} curve(s) shorter than {1e6 * RESOLUTION:g} nm left out, the first curve {first}",)
         self.curves = chosen(self.curves, kept)
         self._move_along(self.curves)
-        self.feeds = None if self.feeds is None else read_only(self.feeds[kept])
-        self.tolerances = None if self.tolerances is None else read_only(self.tolerances[kept])
-        before = np.searchsorted(kept, [marker.before for marker in self.markers]).tolist()
-        self.markers = tuple(dataclasses.replace(m, before=k) for m, k in zip(self.markers, before, strict=True))
+        for name, value in _kept(self._said(), kept).items():
+            setattr(self, name, value)
 
     def _move_along(self, curves: Sequence[NurbsCurve]) -> None:
-        """Set other curves for the motion."""
         if curves is not self._joined:
             self._joined = curves
-            for name in ("flat", "_ends"):
+            for name in ("flat", "ends"):
                 self.__dict__.pop(name, None)
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -149,7 +148,6 @@ class Path:
         return partial(Path, **self._said(), tolerance=self.tolerance), (self.curves, self.axes)
 
     def _said(self) -> dict[str, Any]:
-        """The arguments of a path other than curves and axes."""
         return {
             "name": self.name,
             "findings": self.findings,
@@ -159,43 +157,22 @@ class Path:
         }
 
     @classmethod
-    def polyline(
-        cls,
-        points: Points,
-        axes: Sequence[str] | None = None,
-        *,
-        name: str = "path",
-        findings: Sequence[str] = (),
-        feeds: ArrayLike | None = None,
-        tolerances: ArrayLike | None = None,
-        markers: Iterable[Marker] = (),
-        repair: bool = False,
-    ) -> Path:
+    def polyline(cls, points: Points, axes: Sequence[str] | None = None, *, repair: bool = False, **said: Any) -> Path:
         """The straight lines between neighbouring points (n + 1, axes), mm, rotary axes rad; a million in a second.
 
-        The same path, to the bit, as one of as many NurbsCurve of degree 1, but these are made only on access. With
-        `repair`, lines without length are left out with a finding, their feeds and tolerances with them, and markers
-        stay between the same neighbours. Otherwise they raise CurveError, as values that are not finite do; and all
-        that `Path` raises.
+        The same path, to the bit, as one of as many NurbsCurve of degree 1, but these are made only on access; name,
+        feeds, markers, ... as for `Path`. With `repair`, lines without length are left out with a finding, their feeds
+        and tolerances with them, and markers stay between the same neighbours. Otherwise they raise CurveError, as
+        values that are not finite do; and all that `Path` raises.
         """
-        said = {"name": name, "findings": findings, "feeds": feeds, "tolerances": tolerances, "markers": markers}
-        if not repair:
-            return cls(Lines(points), axes, **said)  # type: ignore[arg-type]
-        given = frozen_array(points, "points", 2)
+        given = frozen_array(points, "points", 2) if repair else np.zeros((0, 1))
         kept = lines_with_length(given)
         if len(kept) in (0, len(given) - 1):
-            return cls(Lines(given), axes, **said)  # type: ignore[arg-type]
+            return cls(Lines(points), axes, **said)  # type: ignore[arg-type]
         first = int(np.setdiff1d(np.arange(len(given) - 1), kept)[0])
         dropped = f"{len(given) - 1 - len(kept)} line(s) without length left out, the first between points"
-        return cls(
-            Lines(given[np.append(kept, kept[-1] + 1)]),
-            axes,
-            name=name,
-            findings=(*findings, f"{dropped} {first} and {first + 1}"),
-            feeds=None if feeds is None else np.asarray(feeds)[kept],
-            tolerances=None if tolerances is None else np.asarray(tolerances)[kept],
-            markers=[dataclasses.replace(m, before=int(np.searchsorted(kept, m.before))) for m in markers],
-        )
+        said["findings"] = (*said.get("findings", ()), f"{dropped} {first} and {first + 1}")
+        return cls(Lines(given[np.append(kept, kept[-1] + 1)]), axes, **_kept(said, kept))
 
     @cached_property
     def flat(self) -> Flat:
@@ -208,22 +185,14 @@ class Path:
         return self._joined
 
     @cached_property
-    def _ends(self) -> Array:
-        """First and last point of each curve, (curves, 2, axes)."""
-        few = not isinstance(self._joined, Packed) and len(self._joined) <= _FEW
-        ends = np.array([curve.ends for curve in self._joined]) if few else self.flat.ends(self._joined)
-        ends.setflags(write=False)
-        return ends
-
-    @property
     def ends(self) -> Array:
         """First and last point of each curve, (curves, 2, axes), mm, rotary axes rad."""
-        return self._ends
+        return read_only(self.flat.ends(self._joined))
 
     @cached_property
     def gaps(self) -> tuple[float, ...]:
         """How far the end of each curve was given from the start of the next one, mm (rotary axes rad)."""
-        return tuple(np.linalg.norm(self._ends[1:, 0] - self._ends[:-1, 1], axis=1).tolist())
+        return tuple(np.linalg.norm(self.ends[1:, 0] - self.ends[:-1, 1], axis=1).tolist())
 
     # --- its length -------------------------------------------------------------------------------------------------
 
@@ -238,47 +207,33 @@ class Path:
         return degree, len(self.axes), -self.linear if mixed else self.linear, rational
 
     @cached_property
-    def spans(self) -> tuple[Array, IntArray]:
-        """Knot spans, some in parts, as polynomial pieces (pieces, width), and first and last row of each curve."""
+    def span_pieces(self) -> Pieces:
+        """Knot spans, some in parts, as polynomial pieces, to be evaluated."""
         if self.shape[0] == 1 and not self.shape[3]:
-            return self.table, self.curve_rows  # a line is its own arc-length piece
-        if len(self.flat) == 1:
-            table = self._joined[0].table[0]
-            return table, read_only(np.array([[0, len(table) - 1]]))
-        return span_rows(self.flat, self.shape)
-
-    @cached_property
-    def _tables(self) -> tuple[Array, IntArray, Array]:
-        """All arc-length pieces (pieces, width), first and last row of each curve, and where each curve starts, mm."""
-        if len(self.flat) == 1 and self.linear == len(self.axes):
-            arc = self._joined[0].arc
-            return arc.table, read_only(np.array([[0, len(arc.table) - 1]])), read_only(np.array([0.0, arc.length]))
-        return arc_rows(self.flat, self.shape, self._joined, "curve {} of the path: ")
+            return self.arc_pieces  # a line is its own arc-length piece
+        return span_pieces(self.flat, self.shape)
 
     @cached_property
     def arc_pieces(self) -> Pieces:
         """`table`, to be searched by arc length and parameter."""
-        return Pieces(self.table, self.shape, self.curve_rows)
-
-    @cached_property
-    def span_pieces(self) -> Pieces:
-        """`spans`, to be evaluated."""
-        return Pieces(self.spans[0], self.shape, self.spans[1])
+        if len(self.flat) == 1 and self.linear == len(self.axes):
+            return self._joined[0].arc
+        return arc_pieces(self.flat, self.shape, self._joined, "curve {} of the path: ")
 
     @property
     def table(self) -> Array:
         """All arc-length pieces of the path, (pieces, width), in the shape of the path; see `kernels.layout`."""
-        return self._tables[0]
+        return self.arc_pieces.table
 
     @property
     def curve_rows(self) -> IntArray:
         """First and last row of each curve in `table`, (curves, 2)."""
-        return self._tables[1]
+        return self.arc_pieces.rows
 
     @property
     def curve_starts(self) -> Array:
         """Arc length at which each curve starts, and the path's length at last, (curves + 1,), mm."""
-        return self._tables[2]
+        return self.arc_pieces.curve_starts
 
     @cached_property
     def length(self) -> float:
@@ -294,19 +249,15 @@ class Path:
     def closed(self) -> bool:
         """Whether it ends where it begins, within its tolerance, over the linear axes, or over all if it has none."""
         columns = slice(self.linear or None)
-        gap = self._ends[-1, 1, columns] - self._ends[0, 0, columns]
+        gap = self.ends[-1, 1, columns] - self.ends[0, 0, columns]
         return bool(np.linalg.norm(gap) <= max(self.tolerance, 1e-9 * self.size))
 
     # --- where it is ------------------------------------------------------------------------------------------------
 
     def locate(self, s: ArrayLike) -> tuple[IntArray, Array]:
         """Curve index and parameter (...) at arc lengths s (...), mm; InputError outside [0, length]."""
-        values = np.asarray(s, dtype=np.float64)
-        slack = 1e-12 * self.length
-        outside = ~((values >= -slack) & (values <= self.length + slack))
-        if np.any(outside):
-            raise InputError(f"arc length {values[outside].flat[0]:g} mm is outside the path's [0, {self.length:g}] mm")
-        flat = np.clip(values, 0.0, self.length).ravel()
+        values = clipped(s, 0.0, self.length, 1e-12 * self.length, "arc length", "the path's", " mm")
+        flat = values.ravel()
         out = self.arc_pieces.parameters(flat)
         out[flat == self.length] = self.flat.domains[-1, 1]  # no rounding may keep a path from its end
         curve = np.clip(np.searchsorted(self.curve_starts, flat, side="right") - 1, 0, len(self.curves) - 1)
@@ -323,8 +274,6 @@ class Path:
         At a knot the piece on its right is taken, or with side="left" the one on its left.
         """
         index, values = self._places(curve, u)
-        if len(self.curves) == 1:
-            return self._joined[0].derivatives(values, order, side=side)
         if order not in (0, 1, 2, 3):
             raise InputError(f"order is {order!r}; expected 0 to 3")
         out = self.span_pieces.evaluate(index.ravel(), values.ravel(), order, _is_left(side))
@@ -352,17 +301,12 @@ class Path:
             )
         start, end = np.moveaxis(self.flat.domains[index], -1, 0)
         slack = 4.0 * np.finfo(float).eps * np.maximum(np.abs(start), np.abs(end))
-        outside = ~((values >= start - slack) & (values <= end + slack))
-        if np.any(outside):
-            k = int(np.flatnonzero(outside)[0])
-            low, high = self.flat.domains[int(index.flat[k])]
-            raise InputError(f"parameter {values.flat[k]:g} is outside the curve's domain [{low:g}, {high:g}]")
-        return index, np.clip(values, start, end)
+        return index, clipped(values, start, end, slack, "parameter", "the curve's domain")
 
     def bounding_box(self) -> tuple[Array, Array]:
         """Least and greatest coordinates (axes,), mm, rotary axes rad."""
         flat = self.flat
-        low, high = self._ends.min(axis=(0, 1)), self._ends.max(axis=(0, 1))
+        low, high = self.ends.min(axis=(0, 1)), self.ends.max(axis=(0, 1))
         lows = np.minimum.reduceat(flat.points, flat.point_starts[:-1])
         highs = np.maximum.reduceat(flat.points, flat.point_starts[:-1])
         # the furthest reaching ones first: then most of the others lie within the box that is there already
@@ -425,15 +369,12 @@ class Path:
     def reversed(self) -> Path:
         """The same path traversed from its end to its start, feeds and markers turned with it."""
         count = len(self.curves)
-        turned = {
-            "feeds": None if self.feeds is None else self.feeds[::-1],
-            "tolerances": None if self.tolerances is None else self.tolerances[::-1],
-            "markers": [dataclasses.replace(m, before=count - m.before) for m in reversed(self.markers)],
-        }
+        said = _kept(self._said(), np.arange(count)[::-1])
+        said["markers"] = [dataclasses.replace(m, before=count - m.before) for m in reversed(self.markers)]
         curves: Iterable[NurbsCurve] = [c.reversed() for c in reversed(self.curves)]
         if isinstance(self.curves, Lines):
             curves = Lines(self.curves.points[::-1])
-        return Path(curves, self.axes, **{**self._said(), **turned}, tolerance=self.tolerance)
+        return Path(curves, self.axes, **said, tolerance=self.tolerance)
 
     def beginning_at(self, point: ArrayLike) -> Path:
         """The same path with its start moved to a point (axes,) next to it, as gaps are; see `geometry.joints`."""
@@ -465,7 +406,65 @@ class Path:
         return f"Path({self.name!r}, {len(self.curves)} curve(s), axes {' '.join(self.axes)}, {self.length:.6g} mm)"
 
 
+def _kept(said: dict[str, Any], kept: IntArray) -> dict[str, Any]:
+    """What is said of a path when only its curves of these numbers (m,) are kept."""
+    each = {name: None if said.get(name) is None else read_only(np.array(said[name])[kept]) for name in _OF_EACH}
+    markers = [dataclasses.replace(m, before=int(np.searchsorted(kept, m.before))) for m in said.get("markers", ())]
+    return {**said, **each, "markers": tuple(markers)}
+
+
 def _is_left(side: str) -> bool:
     if side not in ("right", "left"):
         raise InputError(f"side is {side!r}; choose 'right' or 'left'")
     return side == "left"
+
+
+def _checked_axes(axes: Sequence[str], count: int) -> int:
+    """How many of `axes` are linear; CurveError unless they name `count` axes, the linear ones first."""
+    if len(axes) != count or len(set(axes)) != count or count > MAX_AXES:
+        raise CurveError(f"axes {axes} for curves of {count} axes; expected one distinct name each")
+    rotary = [axis in ROTARY_AXES for axis in axes]
+    if rotary != sorted(rotary):
+        raise CurveError(f"axes {axes}: put the linear axes first and the rotary ones ({', '.join(ROTARY_AXES)}) last")
+    return count - sum(rotary)
+
+
+def _check_still(flat: Flat, linear: int) -> None:
+    """Refuse a curve whose linear axes move by rounding only while rotary ones turn: s would be rounding."""
+    moved, turned = flat.sizes(slice(linear)), flat.sizes(slice(linear, None))
+    first, last = flat.point_starts[:-1], flat.points[:, :linear]
+    largest = np.max(np.maximum.reduceat(np.abs(last), first), axis=1)
+    rounding = (moved > 0.0) & (moved <= STILL_ROUNDINGS * np.finfo(float).eps * largest) & (turned > moved)
+    if rounding.any():
+        i = int(np.argmax(rounding))
+        raise CurveError(
+            f"curve {i} turns its rotary axes by {math.degrees(turned[i]):.6g} deg while the linear ones move by "
+            f"{moved[i]:.3g} mm, which is rounding; give its linear axes one position"
+        )
+
+
+def _check_joints(ends: Array, tolerance: float) -> None:
+    """Refuse a gap above `tolerance`, mm, between first and last points (curves, 2, axes) of neighbours."""
+    gaps = np.linalg.norm(ends[1:, 0] - ends[:-1, 1], axis=1)
+    if np.any(gaps > tolerance):
+        i = int(np.argmax(gaps > tolerance))
+        raise CurveError(
+            f"gap of {gaps[i]:.6g} mm between the end of curve {i} and the start of curve {i + 1}; "
+            f"join them, or allow it with tolerance="
+        )
+
+
+def _of_curves(
+    given: ArrayLike | None, count: int, name: str, wanted: str, fits: Callable[[Array], BoolArray]
+) -> Array | None:
+    """One number a curve, (count,), read-only; InputError for a number that does not fit."""
+    if given is None:
+        return None
+    values = frozen_array(given, name, 1)
+    if len(values) != count:
+        raise InputError(f"{name} has {len(values)} numbers for {count} curves; give one each")
+    wrong = ~fits(values)
+    if np.any(wrong):
+        i = int(np.argmax(wrong))
+        raise InputError(f"{name}[{i}] is {values[i]:g}; it must be {wanted}")
+    return values

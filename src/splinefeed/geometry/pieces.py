@@ -11,19 +11,10 @@ from collections.abc import Iterator
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from splinefeed.kernels.layout import (
-    ARC,
-    ARC_TERMS,
-    DEGREES,
-    HIGH,
-    LOW,
-    MIDDLE,
-    ORIGIN,
-    SCALE,
-    START,
-    Shape,
-)
+from splinefeed.errors import InputError
+from splinefeed.kernels.layout import ARC, ARC_TERMS, DEGREES, HIGH, LOW, MIDDLE, ORIGIN, SCALE, START, Shape
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: Places processed at once: their columns and what is made of them stay in a core's cache.
@@ -117,7 +108,6 @@ def speed(a: Array, shape: Shape, t: Array) -> Array:
 
 
 def _square(vectors: Array) -> Array:
-    """v . v of vectors (axes, ...), summed in order."""
     total = np.zeros(vectors.shape[1:])
     for each in vectors:
         total += each * each
@@ -260,11 +250,35 @@ def last_below(values: Array, first: IntArray, last: IntArray, wanted: Array) ->
     return first
 
 
-class Pieces:
-    """A table of pieces (pieces, width), its shape, and first and last row of each curve, rows (curves, 2)."""
+def clipped(
+    values: ArrayLike, low: ArrayLike, high: ArrayLike, slack: ArrayLike, what: str, of: str, unit: str = ""
+) -> Array:
+    """`values` inside [low, high] as floats; InputError if one is outside by more than `slack`, which is rounding."""
+    try:
+        given = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{what}: expected numbers, got {type(values).__name__} ({error})") from None
+    outside = ~((given >= np.subtract(low, slack)) & (given <= np.add(high, slack)))
+    if np.any(outside):
+        value, first, last = (np.broadcast_to(each, given.shape)[outside].flat[0] for each in (given, low, high))
+        raise InputError(f"{what} {value:g}{unit} is outside {of} [{first:g}, {last:g}]{unit}")
+    return np.clip(given, low, high)
 
-    def __init__(self, table: Array, shape: Shape, rows: IntArray) -> None:
+
+class Pieces:
+    """A table of pieces (pieces, width), its shape, and first and last row of each curve, rows (curves, 2).
+
+    curve_starts  (curves + 1,), mm: where each curve starts, and the length of all at last, of arc-length pieces
+    """
+
+    def __init__(self, table: Array, shape: Shape, rows: IntArray, curve_starts: Array | None = None) -> None:
         self.table, self.shape, self.rows = table, shape, rows
+        self.curve_starts = np.zeros(len(rows) + 1) if curve_starts is None else curve_starts
+
+    @property
+    def length(self) -> float:
+        """Length of all, mm."""
+        return float(self.curve_starts[-1])
 
     @cached_property
     def lows(self) -> Array:

@@ -14,16 +14,17 @@ knot between both, at which the tangent may turn: a corner, where motion stops.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.polynomial.polynomial import polyadd, polymul
 
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat, Lines, Packed
+from splinefeed.geometry.differential import slope_of, zeros_on
 from splinefeed.geometry.pieces import taylor
 from splinefeed.geometry.tables import Spans
-from splinefeed.kernels.layout import DEGREES, HIGH, LOW, MIDDLE, ORIGIN, SCALE
+from splinefeed.kernels.layout import DEGREES, HIGH, LOW, ORIGIN
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: The resolution, mm: 1 nm, a tenth of what the finest encoders of machine tools tell apart and far above the rounding
@@ -39,8 +40,8 @@ USED = 0.5
 SAMPLES = np.linspace(-1.0, 1.0, 25)
 #: Distances from a tip that are tried, as powers of SHRINK of the way to the next tip, and places up to each compared.
 TRIALS, SHRINK, COMPARED = 64, 0.62, 16
-#: Coefficients below this share of the greatest one count as 0; roots with an imaginary part below this are real.
-ROUNDING, REAL = 1e-15, 1e-3
+#: Roots with an imaginary part below this are real.
+REAL = 1e-3
 #: A tip nearer to a knot than this share of the shortest span is the knot's.
 AT_KNOT = 1e-7
 #: New knots keep this distance, as a share of the greatest knot: `NurbsCurve` asks for 16 roundings.
@@ -176,25 +177,21 @@ def _without_tips(
     corners = []
     for k, (low, tip, high) in enumerate(tips.tolist()):
         for edge, limit in ((low, bounds[k]), (high, bounds[k + 1])):
-            if limit == edge or (edge == tip and not _starts_at_tip(curve, tip, limit, unit, columns, resolution)):
+            side = "left" if limit < edge else "right"
+            here = _tips_at(curve, np.array([tip]), side, unit, columns, resolution)
+            if limit == edge or (edge == tip and not len(here)):
                 continue
             corners.append(tip)
-            side = None if in_place else _beside(curve, (tip, edge, limit), unit, columns, resolution)
-            if side is not None:
-                at, points = side
+            put = None if in_place else _beside(curve, (tip, edge, limit), unit, columns, resolution)
+            if put is not None:
+                at, points = put
                 cuts.append((at, tip, points[::-1]) if at < tip else (tip, at, points))
     return _put(curve, corners, cuts) if corners else curve
 
 
-def _starts_at_tip(curve: NurbsCurve, tip: float, limit: float, unit: Array, columns: slice, resolution: float) -> bool:
-    """Whether |C'| is almost 0 at a tip on the side of `limit`."""
-    side = "left" if limit < tip else "right"
-    return bool(_is_tip(_measured(curve, np.array([tip]), 2, unit, side), columns, resolution)[0])
-
-
-def _measured(curve: NurbsCurve, u: Array, order: int, unit: Array, side: str = "right") -> Array:
-    """C and derivatives by u, (n, order + 1, axes), in mm and degrees."""
-    return curve.derivatives(u, order, side=side) * unit
+def _tips_at(curve: NurbsCurve, u: Array, side: str, unit: Array, columns: slice, resolution: float) -> Array:
+    """Those of the parameters u (n,) at which |C'| is almost 0, seen from one side."""
+    return u[_is_tip(curve.derivatives(u, 2, side=side) * unit, columns, resolution)]
 
 
 def _is_tip(d: Array, columns: slice, resolution: float) -> BoolArray:
@@ -208,25 +205,18 @@ def _slowest(curve: NurbsCurve, spans: Array, unit: Array, columns: slice) -> Ar
 
     With C' = n / w^2, n = A' w - A w', they are those of n . (n' w - 2 n w').
     """
-    poly = np.polynomial.polynomial
     table, (degree, axes, _, rational) = curve.table
     found = [np.zeros(0)]
     for row in table:
-        low, high, middle, scale = row[[LOW, HIGH, MIDDLE, SCALE]]
-        if not np.any((spans[:, 0] < high) & (low < spans[:, 1])):
+        if not np.any((spans[:, 0] < row[HIGH]) & (row[LOW] < spans[:, 1])):
             continue
         a = row[ORIGIN + axes :].reshape(axes + rational, degree + 1)
         w = a[axes] if rational else np.ones(1)
-        slope = np.zeros(1)
+        slope: Array = np.zeros(1)
         for x in (a[:axes] * unit[:, None])[columns]:
-            n = poly.polysub(poly.polymul(poly.polyder(x), w), poly.polymul(x, poly.polyder(w)))
-            bend = poly.polysub(poly.polymul(poly.polyder(n), w), 2.0 * poly.polymul(n, poly.polyder(w)))
-            slope = poly.polyadd(slope, poly.polymul(n, bend))
-        kept = np.trim_zeros(np.where(np.abs(slope) > ROUNDING * np.max(np.abs(slope)), slope, 0.0), "b")
-        if len(kept) > 1:
-            roots = poly.polyroots(kept)
-            near = roots.real[(np.abs(roots.imag) < REAL) & (np.abs(roots.real) < 1.0)]
-            found.append(np.clip(middle + near / scale, low, high))
+            n = slope_of(x, w)
+            slope = np.asarray(polyadd(slope, polymul(n, slope_of(n, w, 2.0))))
+        found.append(zeros_on(row, slope, REAL))
     return np.concatenate(found)
 
 
@@ -240,11 +230,11 @@ def _tips(curve: NurbsCurve, spans: Array, unit: Array, columns: slice, resoluti
     inner = inner[np.min(np.abs(inner[:, None] - breaks), axis=1, initial=np.inf) > AT_KNOT * np.diff(breaks).min()]
     found = [np.zeros(0)]
     for at, side in ((inner, "right"), (spans[:, 1], "left"), (spans[:, 0], "right")):
-        found.append(at[_is_tip(_measured(curve, at, 2, unit, side), columns, resolution)])
+        found.append(_tips_at(curve, at, side, unit, columns, resolution))
     tips = np.unique(np.concatenate(found))
     if not len(tips):
         return np.zeros((0, 3))
-    d = _measured(curve, tips, 1, unit)
+    d = curve.derivatives(tips, 1) * unit
     groups = [[0]]
     for k in range(1, len(tips)):
         between = curve(np.linspace(tips[k - 1], tips[k], COMPARED)) * unit
@@ -274,7 +264,7 @@ def _beside(
     trials = trials[::-1] if left else trials
     if not len(trials):
         return None
-    d = _measured(curve, trials, 2, unit, "right" if left else "left")
+    d = curve.derivatives(trials, 2, side="right" if left else "left") * unit
     start, (q, q1, q2) = curve(tip) * unit, np.moveaxis(d, 1, 0)
     along, way = q1[:, columns], (q - start)[:, columns]
     square = np.sum(along * along, axis=1)
@@ -314,7 +304,7 @@ def _put(curve: NurbsCurve, corners: list[float], cuts: list[tuple[float, float,
     p, (start, end) = whole.degree, whole.domain
     inner = sorted({u for u in (*corners, *(u for cut in cuts for u in cut[:2])) if start < u < end})
     pieces = whole.split(*inner) if inner else [whole]
-    replaced = {low: _elevated(points, p) for low, _, points in cuts}
+    replaced = {low: NurbsCurve.bezier(points).elevated(p - 3).control_points for low, _, points in cuts}
     knots, points, weights = [np.full(p + 1, start)], [], []
     scale = 1.0
     for k, piece in enumerate(pieces):
@@ -331,17 +321,3 @@ def _put(curve: NurbsCurve, corners: list[float], cuts: list[tuple[float, float,
     joined = np.concatenate(points)
     joined[0], joined[-1] = curve.ends
     return NurbsCurve(p, np.concatenate(knots), joined, np.concatenate(weights) if curve.rational else None)
-
-
-def _elevated(points: Array, p: int) -> Array:
-    """Bezier points (p + 1, axes) of degree p of a cubic with these (4, axes); The NURBS Book, 2nd ed., eq. 5.36."""
-    rows = [
-        sum(
-            math.comb(3, j) * math.comb(p - 3, i - j) / math.comb(p, i) * points[j]
-            for j in range(max(0, i - p + 3), min(3, i) + 1)
-        )
-        for i in range(p + 1)
-    ]
-    out: Array = np.array(rows)
-    out[0], out[-1] = points[0], points[-1]
-    return out

@@ -35,22 +35,16 @@ ON_EDGE = 1e-9
 CELL_TURN = 0.6
 #: A cell is cut by no more bisections than this, and none shorter than this, relative to the path.
 MAX_HALVINGS, NO_LENGTH = 50, 1e-14
-#: Places in a cell at which speed and bend are sampled, and what is allowed for between them.
-SAMPLES, MARGIN = 17, 1.2
-#: Newton steps to where a curve is slowest.
-SLOW_STEPS = 8
 #: Places of a cell from which the search of the whole path begins.
 CELL_SAMPLES = 4
 #: Rounding of a length or a coordinate, relative, as bounds allow for it.
 ROUNDING = 1e-15
 #: Bisections of a cell before minima are searched without proof that there is one at most.
 MAX_BISECTIONS = 4
-#: Newton steps where one minimum is sure, and inside a bracket; the step in t behind which the next is rounding.
-SURE_STEPS, MAX_STEPS, SMALL_STEP = 8, 60, 1e-9
+#: Newton steps inside a bracket, and the step in t behind which the next is rounding.
+MAX_STEPS, SMALL_STEP = 60, 1e-9
 #: So many cells of a window are searched without the tree, and pairs of a position and a node at a time.
 FEW_CELLS, MOST_PAIRS = 8, 1 << 20
-#: Neighbouring positions that share a search of the whole path, if it finds them no more cells than this.
-GROUP, MOST_OF_GROUP = 16, 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,69 +180,34 @@ class Search:
         return reach if turns is None else np.where(turns[row], 0.0, reach)
 
     def _bends(self, row: IntArray, low: Array, high: Array) -> tuple[Array, Array, Array]:
-        """Greatest |dC/dt|, mm, curvature, 1/mm, and |d2C/dt2|, mm, from low to high (n,) of rows (n,), with MARGIN.
+        """Bounds of |dC/dt|, mm, curvature, 1/mm, and |d2C/dt2|, mm, from low to high (n,) of rows (n,).
 
-        At SAMPLES places, and where the curve is slowest between two of them: there the curvature peaks.
+        About the middle, C - C_0 = B / w with B_0 = 0 in x = (t - middle) / half, |x| <= 1, where sum |B_k| bounds |B|
+        and |B'| >= 2 |B_1| - sum k |B_k|. With r the bound of |C - C_0|, from C' = (B' - w' (C - C_0)) / w and its
+        derivative; infinite where they say nothing. The curvature is |C''| / |C'|^2 at most.
         """
-        if self.rows.degree == 1 and not self.rows.rational:
-            square = np.zeros(len(row))
-            for a in range(self.dims):
-                square += self._terms[a, 1, row] ** 2
-            return np.sqrt(square), np.zeros(len(row)), np.zeros(len(row))
-        out = np.zeros((3, len(row)))
+        out, orders = np.zeros((3, len(row))), np.arange(self.rows.degree + 1.0)[:, None]
         for start in range(0, len(row), MOST):
             part = slice(start, start + MOST)
-            terms, have = self._terms[:, :, row[part]], out[:, part]
-            before, falls = low[part], np.zeros(len(row[part]), dtype=bool)
-            for k in range(SAMPLES):
-                t = low[part] + (high[part] - low[part]) * (k / (SAMPLES - 1))
-                slope = self._bend_at(terms, t, have)
-                slow = np.flatnonzero(falls & (slope > 0.0))
-                if len(slow):
-                    found = have[:, slow]
-                    self._bend_at(terms[:, :, slow], self._slowest(terms[:, :, slow], before[slow], t[slow]), found)
-                    have[:, slow] = found
-                before, falls = t, slope < 0.0
+            half = 0.5 * (high[part] - low[part])
+            a = np.array(taylor(self._terms[:, :, row[part]], 0, low[part] + half, self.rows.degree))
+            a *= half ** orders[:, None]
+            w = a[:, self.dims] if self.rows.rational else np.where(orders == 0.0, 1.0, 0.0 * half)
+            b = np.linalg.norm(a[:, : self.dims] - a[0, : self.dims] / w[0] * w[:, None], axis=1)
+            (b1, b2), (w1, w2) = (
+                ((orders * each).sum(axis=0), (orders * (orders - 1.0) * each).sum(axis=0)) for each in (b, np.abs(w))
+            )
+            least, most = 2.0 * w[0] - np.abs(w).sum(axis=0), np.abs(w).sum(axis=0)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                r = b.sum(axis=0) / least
+                fast, slow = (b1 + w1 * r) / least, (2.0 * b[1] - b1 - w1 * r) / most
+                second = (b2 + 2.0 * w1 * fast + w2 * r) / least
+                bend = np.where(slow > 0.0, second / slow**2, np.where(second > 0.0, np.inf, 0.0))
+                out[:, part] = np.where(least > 0.0, (fast / half, bend, second / half**2), np.inf)
         turns = None if self._turned else self.rows.turns
         if turns is not None:
             out[:, turns[row]] = 0.0
-        return MARGIN * out[0], MARGIN * out[1], MARGIN * out[2]
-
-    def _bend_at(self, terms: Array, t: Array, have: Array) -> Array:
-        """C'.C'' (n,) at t (n,); have (3, n), the greatest speed, curvature and |d2C/dt2| so far, is brought up."""
-        _, c1, c2 = self._taylor(terms, t, 2)
-        square, product, bend, across = (np.zeros(len(t)) for _ in range(4))
-        for a in range(self.dims):
-            square += c1[a] * c1[a]
-            product += c1[a] * c2[a]
-            bend += c2[a] * c2[a]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            along = product / square
-            for a in range(self.dims):
-                across += (c2[a] - along * c1[a]) ** 2
-            curvature = 2.0 * np.sqrt(across) / square
-        curvature = np.where(square > 0.0, curvature, np.where(bend > 0.0, np.inf, 0.0))
-        for known, seen in zip(have, (np.sqrt(square), curvature, 2.0 * np.sqrt(bend)), strict=True):
-            np.maximum(known, seen, out=known)
-        return 2.0 * product
-
-    def _slowest(self, terms: Array, low: Array, high: Array) -> Array:
-        """t (n,) between low, where the speed falls, and high, where it rises, at which it is least: Newton's method.
-
-        On the slope C'.C'' of |C'|^2 / 2, with a bisection where a step leaves what is known of the root.
-        """
-        t = 0.5 * (low + high)
-        for _ in range(SLOW_STEPS):
-            _, c1, c2, c3 = self._taylor(terms, t, 3)
-            slope, bend = np.zeros(len(t)), np.zeros(len(t))
-            for a in range(self.dims):
-                slope += 2.0 * c1[a] * c2[a]
-                bend += 4.0 * c2[a] * c2[a] + 6.0 * c1[a] * c3[a]
-            low, high = np.where(slope < 0.0, t, low), np.where(slope > 0.0, t, high)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                after = t - slope / bend
-            t = np.where((after >= low) & (after <= high), after, 0.5 * (low + high))
-        return t
+        return out[0], out[1], out[2]
 
     @cached_property
     def _boxes(self) -> tuple[Array, Array]:
@@ -305,71 +264,22 @@ class Search:
         own, t = nearest // CELL_SAMPLES, samples[nearest]
         row = cells.row[own]
         gathered = self._gathered(row, q)
-        square, slope, bend, _ = self._squared(*gathered, t)
-        found = Found(row, t, square)
+        known = self._squared(*gathered, t)
+        found = Found(row, t, known[0])
         # where the distance is convex over the whole cell its minimum is found at once, and is near the path's
         h = np.maximum(cells.high[own] - t, t - cells.low[own]) * cells.speed[own]
         with np.errstate(invalid="ignore"):
-            sure = np.flatnonzero((np.sqrt(square) + h) * cells.bend[own] < 1.0)
+            sure = np.flatnonzero((np.sqrt(found.square) + h) * cells.bend[own] < 1.0)
         ends = cells.low[own], cells.high[own]
-        at, lowest, settled = self._newton(*taken(sure, *gathered, t, square, slope, bend, *ends))
-        sure = sure[settled]
-        found.put(sure, Found(row[sure], at[settled], lowest[settled]))
+        found.put(sure, self._descend(*taken(sure, row, *gathered, *ends, t), known=taken(sure, *known)))
         done = np.full(len(row), -1)
         done[sure] = own[sure]
-        owner, cell = self._groups(q, found.square)
+        lowest, highest = np.zeros(len(row), dtype=np.int64), np.full(len(row), len(cells.row) - 1)
+        owner, cell = self._candidates(q, lowest, highest, found.square)
         other = done[owner] != cell
         owner, cell = owner[other], cell[other]
         self._refine(q, owner, cell, cells.low[cell], cells.high[cell], found)
         return found
-
-    def _newton(
-        self, terms: Array, away: Array, t: Array, square: Array, slope: Array, bend: Array, low: Array, high: Array
-    ) -> tuple[Array, Array, BoolArray]:
-        """t (n,) in [low, high] of the least |C - Q|^2, mm^2, where this is convex, that, and whether it was found.
-
-        What has converged is not changed again, so that its bits do not depend on its neighbours.
-        """
-        settled, lowest = np.zeros(len(t), dtype=bool), square
-        for _ in range(SURE_STEPS):
-            with np.errstate(divide="ignore", invalid="ignore"):
-                newton = np.minimum(np.maximum(t - slope / bend, low), high)
-                least = np.maximum(square - slope * slope / bend, 0.0)
-            # convex by arc length is not convex by t
-            after = np.where(bend > 0.0, newton, np.where(slope > 0.0, low, np.where(slope < 0.0, high, t)))
-            inner = (bend > 0.0) & (after > low) & (after < high)
-            lowest = np.where(settled, lowest, np.where(inner, np.minimum(least, square), square))
-            ends = np.where(inner, np.abs(after - t) < SMALL_STEP, after == t)
-            t = np.where(settled, t, after)
-            settled |= ends
-            if settled.all():
-                break
-            square, slope, bend, _ = self._squared(terms, away, t)
-        return t, lowest, settled
-
-    def _groups(self, q: Array, best: Array) -> tuple[IntArray, IntArray]:
-        """Pairs of a position and a cell that can be nearer than `best` (n,), mm^2, GROUP neighbours at a time.
-
-        All of a group are within r of its first position. A cell that is nearer to one of them than `best` is no
-        further from the first than that and r.
-        """
-        cells, count = self.cells, q.shape[1]
-        first = np.arange(0, count, GROUP)
-        of = np.arange(count) // GROUP
-        away = q - q[:, first][:, of]
-        reach = np.zeros(count)
-        for a in range(self.dims):
-            reach += away[a] * away[a]
-        reach = np.maximum.reduceat(np.sqrt(best) + np.sqrt(reach), first)
-        lowest, highest = np.zeros(len(first), dtype=np.int64), np.full(len(first), len(cells.row) - 1)
-        group, cell = self._candidates(q[:, first], lowest, highest, reach * reach * (1.0 + ROUNDING))
-        if len(group) > MOST_OF_GROUP * len(first):  # not neighbours at all
-            return self._candidates(q, np.zeros(count, dtype=np.int64), np.full(count, len(cells.row) - 1), best)
-        begin, end = np.searchsorted(group, of, side="left"), np.searchsorted(group, of, side="right")
-        owner = np.repeat(np.arange(count), end - begin)
-        cell = cell[np.arange(len(owner)) - np.repeat(np.cumsum(end - begin) - end, end - begin)]
-        near = self._cell_bound(q[:, owner], cell) <= best[owner]
-        return owner[near], cell[near]
 
     def _candidates(self, q: Array, first: IntArray, last: IntArray, best: Array) -> tuple[IntArray, IntArray]:
         """Pairs of a position and a cell in [first, last] (n,) that can be nearer than `best` (n,), mm^2."""
@@ -380,7 +290,7 @@ class Search:
         else:
             least, greatest = self._boxes
             owner, node, span = np.arange(len(first)), np.ones(len(first), dtype=np.int64), least.shape[1] // 2
-            leaves = span
+            leaves, some = span, bool(np.any(first > 0) or np.any(last < len(self.cells.row) - 1))
             while span > 1:
                 if len(owner) > MOST_PAIRS and len(first) > 1:  # far from everything: fewer positions at a time
                     half = len(first) // 2
@@ -397,7 +307,9 @@ class Search:
                     outside = np.maximum(least[a, node] - at, at - greatest[a, node])
                     np.maximum(outside, 0.0, out=outside)
                     bound += outside * outside
-                near = (bound <= best[owner]) & (begin <= last[owner]) & (begin + span > first[owner])
+                near = bound <= best[owner]
+                if some:
+                    near &= (begin <= last[owner]) & (begin + span > first[owner])
                 owner, node = owner[near], node[near]
             cell = node - leaves
         near = self._cell_bound(q[:, owner], cell) <= best[owner]
@@ -462,47 +374,61 @@ class Search:
             row = cells.row[cell]
             gathered = self._gathered(row, q[:, owner])
             for end, inwards in ((low, -1.0), (high, 1.0)):
-                square, slope, bend, _ = self._squared(*gathered, end)
+                square, slope, _, _ = self._squared(*gathered, end)
                 found.better(owner, Found(row, end, square))
-                with np.errstate(divide="ignore", invalid="ignore"):
-                    start = np.where(bend > 0.0, np.clip(end - slope / bend, low, high), 0.5 * (low + high))
-                falls = slope * inwards > 0.0
-                todo.append(taken(falls, owner, row, low, high, start))
+                todo.append(taken(slope * inwards > 0.0, owner, row, low, high, end))
         if todo:
             owner, row, low, high, start = (np.concatenate(each) for each in zip(*todo, strict=True))
-            found.better(owner, self._descend(q[:, owner], row, low, high, start), slack=4.0 * ROUNDING)
+            least = self._descend(row, *self._gathered(row, q[:, owner]), low, high, start)
+            found.better(owner, least, slack=4.0 * ROUNDING)
 
-    def _descend(self, q: Array, row: IntArray, low: Array, high: Array, t: Array) -> Found:
+    def _descend(
+        self,
+        row: IntArray,
+        terms: Array,
+        away: Array,
+        low: Array,
+        high: Array,
+        t: Array,
+        *,
+        known: tuple[Array, ...] | None = None,
+    ) -> Found:
         """A minimum of |C - Q|^2 over t in [low, high] (n,): Newton's method on its slope, from t, in a bracket.
 
-        The last step is so small that the parabola tells the minimum to rounding.
+        known  `_squared` at t. The last step is so small that the parabola tells the minimum to rounding. What has
+        converged is not changed again, so that its bits do not depend on its neighbours.
         """
-        found = Found(row, t.copy(), np.full(len(t), np.inf))
-        terms, away = self._gathered(row, q)
+        found = Found(row, t, np.full(len(t), np.inf))
         index, left, right, longest = np.arange(len(t)), low, high, high - low
         left_seen, right_seen = np.zeros(len(t), dtype=bool), np.zeros(len(t), dtype=bool)
         for _ in range(MAX_STEPS):
             if not len(index):
                 break
-            square, slope, bend, _ = self._squared(terms, away, t)
-            found.better(index, Found(row[index], t, square))
-            at_end = ((slope > 0.0) & (t <= left)) | ((slope < 0.0) & (t >= right)) | (slope == 0.0)
-            right, left = np.where(slope > 0.0, t, right), np.where(slope < 0.0, t, left)
-            right_seen, left_seen = right_seen | (slope > 0.0), left_seen | (slope < 0.0)
+            square, slope, bend, _ = self._squared(terms, away, t) if known is None else known
+            known = None
+            rises, falls = slope > 0.0, slope < 0.0
+            at_end = (rises & (t <= left)) | (falls & (t >= right)) | (slope == 0.0)
+            right, left = np.where(rises, t, right), np.where(falls, t, left)
+            right_seen, left_seen = right_seen | rises, left_seen | falls
             with np.errstate(divide="ignore", invalid="ignore"):
-                after = np.where(bend > 0.0, t - slope / bend, np.where(slope > 0.0, low - 1.0, high + 1.0))
+                newton = np.where(bend > 0.0, t - slope / bend, np.where(rises, -np.inf, np.inf))
                 lowest = np.maximum(square - slope * slope / bend, 0.0)
-            last = ~at_end & (np.abs(after - t) < SMALL_STEP) & (low <= after) & (after <= high)
-            if last.any():
-                ends = Found(row[index[last]], after[last], lowest[last])
-                found.better(index[last], ends, slack=4.0 * ROUNDING)
+            after = np.minimum(np.maximum(newton, low), high)
+            last = ~at_end & (after == newton) & (np.abs(after - t) < SMALL_STEP)
+            at, least = np.where(last, after, t), np.where(last, np.minimum(lowest, square), square)
+            if len(index) == len(row):
+                found.t, found.square = at, least
+            else:
+                found.t[index], found.square[index] = at, least
             wide = ((after <= left) & left_seen) | ((after >= right) & right_seen) | (np.abs(after - t) > longest)
-            after = np.clip(np.where(wide, 0.5 * (left + right), after), left, right)
+            after = np.where(wide, 0.5 * (left + right), after)
             going = ~at_end & ~last & (after != t)
-            longest = 0.5 * np.abs(after - t)
-            index, left, right, low, high, longest, left_seen, right_seen, t, terms, away = taken(
-                going, index, left, right, low, high, longest, left_seen, right_seen, after, terms, away
-            )
+            longest, t = 0.5 * np.abs(after - t), after
+            if not going.all():
+                some = np.flatnonzero(going)
+                index, left, right, low, high, longest, left_seen, right_seen, t, terms, away = taken(
+                    some, index, left, right, low, high, longest, left_seen, right_seen, t, terms, away
+                )
         return found
 
     # --- near a place ------------------------------------------------------------------------------------------------
@@ -526,7 +452,8 @@ class Search:
         row = rows.at(hint)
         t = rows.parameter(row, np.clip(hint - rows.start[row], 0.0, rows.end[row] - rows.start[row]))
         terms, away = self._gathered(row, q)
-        square, slope, bend, _ = self._squared(terms, away, t)
+        known = self._squared(terms, away, t)
+        square = known[0]
         found = Found(row, t, square)
         half = np.maximum(max(window, LEAST_WINDOW * self.length), REACH * np.sqrt(square))
         first = np.searchsorted(cells.s, hint - half, side="right") - 1
@@ -540,12 +467,14 @@ class Search:
         index = np.flatnonzero(sure & (square > 0.0))
         if len(index):
             ends = np.full(len(t), 1.0)
-            every: tuple[Any, ...] = (terms, away, t, square, slope, bend, -ends, ends)
-            at, lowest, settled = self._newton(*(every if len(index) == len(t) else taken(index, *every)))
+            every: tuple[Any, ...] = (row, terms, away, -ends, ends, t, *known)
+            every = every if len(index) == len(t) else taken(index, *every)
+            least = self._descend(*every[:6], known=every[6:])
             with np.errstate(invalid="ignore"):
-                settled &= np.abs(rows.arc_length(row[index], at) - hint[index]) < half[index] * (1.0 - ON_EDGE)
-            at, lowest, index = at[settled], lowest[settled], index[settled]
-            found.put(index, Found(row[index], at, lowest))
+                off = np.abs(rows.arc_length(least.row, least.t) - hint[index])
+                settled = np.flatnonzero(off < half[index] * (1.0 - ON_EDGE))
+            index = index[settled]
+            found.put(index, least.take(settled))
         rest = found.square > 0.0
         rest[index] = False
         if rest.any():

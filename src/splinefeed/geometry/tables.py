@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 
 from splinefeed.errors import CurveError
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.curves import Flat
-from splinefeed.geometry.pieces import arc, chunks, coefficients, speed
+from splinefeed.geometry.curves import Flat as Flat
+from splinefeed.geometry.pieces import Pieces, arc, chunks, coefficients, speed
 from splinefeed.kernels.layout import ARC, ARC_TERMS, HIGH, LOW, MIDDLE, ORIGIN, SCALE, START, Shape, width
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -116,8 +116,8 @@ class Spans:
 
     def chosen(self, index: slice | IntArray | BoolArray) -> Spans:
         """Some of them."""
-        each = (self.curve, self.knot, self.point, self.low, self.high, self.share)
-        return Spans(self.flat, self.degree, self.rational, *(values[index] for values in each))  # type: ignore[arg-type]
+        names = ("curve", "knot", "point", "low", "high", "share")
+        return replace(self, **{name: getattr(self, name)[index] for name in names})
 
     def blocks(self, count: int) -> Iterator[Spans]:
         """All of them, `count` at a time."""
@@ -125,11 +125,10 @@ class Spans:
 
     def halves(self) -> Spans:
         """Both halves of each."""
-        middle = 0.5 * (self.low + self.high)
-        curve, knot, point = (np.repeat(each, 2) for each in (self.curve, self.knot, self.point))
-        low, high = np.stack([self.low, middle], axis=1).ravel(), np.stack([middle, self.high], axis=1).ravel()
-        share = np.repeat(0.5 * self.share, 2)
-        return Spans(self.flat, self.degree, self.rational, curve, knot, point, low, high, share)
+        twice = self.chosen(np.repeat(np.arange(len(self)), 2))
+        middle, first = 0.5 * (twice.low + twice.high), np.arange(len(twice)) % 2 == 0
+        low, high = np.where(first, twice.low, middle), np.where(first, middle, twice.high)
+        return replace(twice, low=low, high=high, share=0.5 * twice.share)
 
     def columns(self, shape: Shape) -> Array:
         """Interval, origin and coefficients as columns (width, n) of a table of `shape`; arc length columns are 0."""
@@ -272,13 +271,13 @@ def _downhill(bend: Array, start: Array, t: Array, step: float) -> tuple[Array, 
 def halved(spans: Spans, shape: Shape, holds: Callable[[Spans, Array], BoolArray]) -> Iterator[tuple[IntArray, Array]]:
     """Curve (n,) and columns (width, n) of pieces, bisected until `holds` says of each that it is good.
 
-    Raises TooManyPiecesError for a curve that would need more of them than MAX_ROWS.
+    Raises CurveError for a curve that would need more of them than MAX_ROWS.
     """
     kept = np.zeros(len(spans.flat), dtype=np.int64)
     for depth in range(MAX_DEPTH + 1):
         counts = kept + np.bincount(spans.curve, minlength=len(kept))
         if counts.max() > MAX_ROWS:
-            raise TooManyPiecesError(int(counts.argmax()))
+            raise CurveError(f"curve {int(counts.argmax())} would need more than {MAX_ROWS} pieces; simplify it")
         bad = np.ones(len(spans), dtype=bool)
         for first, part in zip(range(0, len(spans), BLOCK), spans.blocks(BLOCK), strict=True):
             c = part.columns(shape)
@@ -333,15 +332,15 @@ def _table(groups: list[Spans], shape: Shape, holds: Callable[[Spans, Array], Bo
     return table, read_only(np.column_stack([np.concatenate([[0], ends[:-1]]), ends - 1]))
 
 
-def span_rows(flat: Flat, shape: Shape) -> tuple[Array, IntArray]:
-    """Knot spans of all curves, some in parts, (pieces, width), in `shape`; first and last row of each curve (n, 2)."""
+def span_pieces(flat: Flat, shape: Shape) -> Pieces:
+    """Knot spans of all curves, some in parts, as pieces of `shape`."""
 
     def holds(part: Spans, c: Array) -> BoolArray:
         a, _ = part.own(c, shape)
         return keeps_digits(a[-1] if part.rational else None, part.degree, part.share)
 
     table, rows = _table(Spans.of(flat), shape, holds)
-    return read_only(table), rows
+    return Pieces(read_only(table), shape, rows)
 
 
 def rough_lengths(groups: list[Spans], shape: Shape) -> Array:
@@ -356,8 +355,8 @@ def rough_lengths(groups: list[Spans], shape: Shape) -> Array:
     return total
 
 
-def arc_rows(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: str = "") -> tuple[Array, IntArray, Array]:
-    """Arc-length pieces of all curves (pieces, width), first and last row (n, 2), and where each starts (n + 1,), mm.
+def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: str = "") -> Pieces:
+    """Arc-length pieces of all curves.
 
     curves  the same as `flat`. Raises CurveError for a curve without length, or one that would need too many pieces,
     which begins with `where`, filled in with the number of the curve.
@@ -366,16 +365,14 @@ def arc_rows(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: str 
     curved = np.flatnonzero((flat.degrees > 1) | (flat.rational > 0))
     totals = rough_lengths(groups, shape)
 
-    def refused(i: int, why: str) -> CurveError:
-        return CurveError(f"{where.format(i)}{curves[i]!r} {why}")
-
     def check(index: IntArray, lengths: Array) -> None:
         for bad, why in (
             (~np.isfinite(lengths), "is too long: its length is not finite; its coordinates are too large"),
             (~(lengths > 0.0), "has no length over its linear axes"),
         ):
             if bad.any():
-                raise refused(int(index[np.argmax(bad)]), why)
+                i = int(index[np.argmax(bad)])
+                raise CurveError(f"{where.format(i)}{curves[i]!r} {why}")
 
     def holds(part: Spans, c: Array) -> BoolArray:
         if part.line:
@@ -389,47 +386,32 @@ def arc_rows(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: str 
         return good
 
     check(curved, totals[curved])
-    try:
-        table, rows = _table(groups, shape, holds)
-    except TooManyPiecesError as error:
-        raise refused(error.curve, f"would need more than {MAX_ROWS} arc-length pieces") from None
+    table, rows = _table(groups, shape, holds)
     lengths = table[:, START].copy()
     check(np.arange(len(flat)), np.add.reduceat(lengths, rows[:, 0]))
-    return _started(table, rows, lengths)
+    return _started(table, shape, rows, lengths)
 
 
-def _started(table: Array, rows: IntArray, lengths: Array) -> tuple[Array, IntArray, Array]:
-    """A table with the arc length at which each piece starts, which takes so many mm (pieces,); see `arc_rows`."""
+def _started(table: Array, shape: Shape, rows: IntArray, lengths: Array) -> Pieces:
+    """Arc-length pieces so long, (pieces,), mm, one behind the other."""
     starts = compensated_sums(lengths)
     table[:, START] = starts[:-1]
     starts[-1] = starts[-2] + lengths[-1]  # the length is S at the end, to the bit
-    return read_only(table), rows, read_only(starts[np.append(rows[:, 0], len(table))])
+    return Pieces(read_only(table), shape, rows, read_only(starts[np.append(rows[:, 0], len(table))]))
 
 
-def in_a_row(tables: Sequence[tuple[Array, IntArray]]) -> tuple[Array, IntArray]:
-    """Tables of one shape, (pieces, width) each, with first and last row of their curves (n, 2), one behind the other.
+def in_a_row(parts: Sequence[Pieces], *, measured: bool) -> Pieces:
+    """Pieces of one shape one behind the other, with the bits of a table of all their curves.
 
-    The same bits as a table of all these curves.
+    measured  whether they are arc-length pieces, to be measured from the first one on
     """
-    begins = np.cumsum([0, *(len(table) for table, _ in tables)]).tolist()
-    rows = np.concatenate([rows + begin for (_, rows), begin in zip(tables, begins, strict=False)])
-    return read_only(np.concatenate([table for table, _ in tables])), read_only(rows)
-
-
-def measured_in_a_row(tables: Sequence[tuple[Array, IntArray]]) -> tuple[Array, IntArray, Array]:
-    """The same of arc-length pieces, measured from the first one on, and where each curve starts (n + 1,), mm."""
-    table, rows = in_a_row(tables)
-    table.setflags(write=True)
+    table, shape = np.concatenate([each.table for each in parts]), parts[0].shape
+    begins = np.cumsum([0, *(len(each.table) for each in parts)]).tolist()
+    rows: IntArray = read_only(np.concatenate([each.rows + begin for each, begin in zip(parts, begins, strict=False)]))
+    if not measured:
+        return Pieces(read_only(table), shape, rows)
     lengths = np.empty(len(table))
     for few in chunks(len(table), BLOCK):
         c = np.ascontiguousarray(table[few, : ARC + ARC_TERMS].T)
         lengths[few] = arc(c, (c[HIGH] - c[MIDDLE]) * c[SCALE])
-    return _started(table, rows, lengths)
-
-
-class TooManyPiecesError(CurveError):
-    """More than MAX_ROWS pieces of curve number `curve`."""
-
-    def __init__(self, curve: int) -> None:
-        super().__init__(f"curve {curve} would need more than {MAX_ROWS} pieces")
-        self.curve = curve
+    return _started(table, shape, rows, lengths)

@@ -10,6 +10,7 @@ import numpy as np
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.differential import unit_tangents
+from splinefeed.geometry.editing import blossom
 from splinefeed.geometry.path import CORNER_ANGLE, Path
 from splinefeed.records import Array, IntArray
 
@@ -101,26 +102,15 @@ def _followed(curve: NurbsCurve, tolerance: float, before: float) -> tuple[Nurbs
         return NurbsCurve(1, curve.knots, points, curve.weights), 0.0
     base = curve.with_clamped_ends()
     base = base.elevated(max(0, LEAST_DEGREE - base.degree))
-    spans = _bezier_weights(base)
-    pieces = _refined(base, spans, base.breaks, tolerance)
-    for _ in range(ROUNDS):
-        followed = _assembled(base, pieces, tolerance, before)
-        u = pieces.low[:, None] + (pieces.high - pieces.low)[:, None] * _PROOF
-        off = followed(u.ravel())[:, 2] - _angles(followed, u.ravel(), "right")
-        error = np.abs(off - 2.0 * np.pi * np.round(off / (2.0 * np.pi))).reshape(u.shape).max(axis=1)
-        if error.max() <= tolerance:
-            return followed, float(error.max())
-        bad = error > tolerance
-        middle = 0.5 * (pieces.low + pieces.high)[bad]
-        if len(pieces.low) + len(middle) > MAX_PIECES or np.any(
-            (middle <= pieces.low[bad]) | (middle >= pieces.high[bad])
-        ):
-            break
-        pieces = _refined(base, spans, np.sort(np.concatenate([pieces.low, middle, pieces.high[-1:]])), tolerance)
-    raise CurveError(
-        f"theta cannot follow within {tolerance:g} rad: {error.max():.3g} rad is left at u = "
-        f"{pieces.low[int(np.argmax(error))]:.6g}; allow more"
-    )
+    pieces = _refined(base, tolerance)
+    followed = _assembled(base, pieces, tolerance, before)
+    u = pieces.low[:, None] + (pieces.high - pieces.low)[:, None] * _PROOF
+    off = followed(u.ravel())[:, 2] - _angles(followed, u.ravel(), "right")
+    error = np.abs(_next_to(off, 0.0))
+    if error.max() > tolerance:
+        left = f"{error.max():.3g} rad is left at u = {u.flat[int(np.argmax(error))]:.6g}; allow more"
+        raise CurveError(f"theta cannot follow within {tolerance:g} rad: {left}")
+    return followed, float(error.max())
 
 
 def _angles(curve: NurbsCurve, u: Array, side: str) -> Array:
@@ -130,36 +120,32 @@ def _angles(curve: NurbsCurve, u: Array, side: str) -> Array:
 
 
 def _next_to(angle: Array, before: Array | float) -> Array:
-    """The angles, rad, that differ by full turns and lie within half a turn of `before`."""
     return np.asarray(angle - 2.0 * np.pi * np.round((angle - before) / (2.0 * np.pi)))
 
 
-def _bezier_weights(base: NurbsCurve) -> Array:
-    """Bernstein coefficients (spans, q + 1) of the weight on every knot span."""
-    q, spans = base.degree, len(base.breaks) - 1
+def _weights(base: NurbsCurve, low: Array, high: Array) -> Array:
+    """Bernstein coefficients (m, q + 1) of the weight on [low, high], each (m,) and within one knot span."""
+    q = base.degree
     if base.weights is None:
-        return np.ones((spans, q + 1))
-    missing = np.repeat(base.breaks[1:-1], q - _multiplicity(base, base.breaks[1:-1]))
-    weights = (base.with_knots(*missing) if len(missing) else base).kernel_weights
-    # weights that are equal are dropped by the curve: any of them will do
-    weights = weights if len(weights) else np.ones(spans * q + 1)
-    return np.asarray(weights[np.arange(spans)[:, None] * q + np.arange(q + 1)])
+        return np.ones((len(low), q + 1))
+    span = np.searchsorted(base.knots, 0.5 * (low + high), side="right") - 1
+    ends = np.concatenate([np.tile(low, (q, 1)), np.tile(high, (q, 1))])
+    weights = base.weights[:, None]
+    return np.column_stack([blossom(base.knots, weights, q, span, ends[i : i + q]) for i in range(q + 1)])
 
 
 def _multiplicity(base: NurbsCurve, u: Array) -> IntArray:
-    """How often each u (n,) stands among the knots."""
     return np.searchsorted(base.knots, u, side="right") - np.searchsorted(base.knots, u, side="left")
 
 
-def _refined(base: NurbsCurve, spans: Array, grid: Array, tolerance: float) -> _Pieces:
-    """Pieces between the parameters `grid`, which holds all breaks, halved until theta is within the tolerance."""
+def _refined(base: NurbsCurve, tolerance: float) -> _Pieces:
+    """Pieces between the breaks, halved until theta is within the tolerance."""
     q = base.degree
-    low, high = grid[:-1], grid[1:]
+    low, high = base.breaks[:-1], base.breaks[1:]
     done: list[tuple[Array, Array, Array, Array]] = []
     count = 0
     for _ in range(ROUNDS):
-        span = np.searchsorted(base.breaks, 0.5 * (low + high), side="right") - 1
-        weights = _part(spans[span], base.breaks[span], base.breaks[span + 1], low, high)
+        weights = _weights(base, low, high)
         values, turned = _interpolated(base, weights, low, high)
         bernstein = _bernstein(q, _SAMPLES)
         error = np.abs((values @ bernstein) / (weights @ bernstein) - turned[:, 1:-1]).max(axis=1)
@@ -285,7 +271,7 @@ def _coefficients(values: Array, pieces: _Pieces, knots: Array, q: int) -> Array
     """B-spline coefficients (n,) over `knots` of the spline with Bernstein coefficients `values` (m, q + 1) on pieces.
 
     Each is the polar form F(tau_i+1, ..., tau_i+q) of any piece where its basis function lives; the widest is the
-    steadiest. Source: Ramshaw, Computer Aided Geometric Design 6(4), 1989, doi 10.1016/0167-8396(89)90032-0.
+    steadiest. Source: as of `editing.blossom`.
     """
     count = len(knots) - q - 1
     last = len(pieces.low) - 1
@@ -296,22 +282,10 @@ def _coefficients(values: Array, pieces: _Pieces, knots: Array, q: int) -> Array
     for step in range(1, int(np.max(behind - first)) + 1):
         other = np.minimum(first + step, behind)
         best = np.where(width[other] > width[best], other, best)
-    arguments = knots[np.arange(1, q + 1) + np.arange(count)[:, None]]
-    return _polar(values[best], (arguments - pieces.low[best, None]) / width[best, None])
-
-
-def _part(values: Array, start: Array, end: Array, low: Array, high: Array) -> Array:
-    """Bernstein coefficients (m, q + 1) on [low, high] of polynomials given by theirs on [start, end], each (m,)."""
-    q = values.shape[1] - 1
-    a, b = ((x - start) / (end - start) for x in (low, high))
-    return np.column_stack([_polar(values, np.column_stack([a] * (q - i) + [b] * i)) for i in range(q + 1)])
-
-
-def _polar(values: Array, arguments: Array) -> Array:
-    """Polar forms (n,) at arguments (n, q) in [0, 1] of polynomials with Bernstein coefficients (n, q + 1)."""
-    for t in arguments.T:
-        values = (1.0 - t[:, None]) * values[:, :-1] + t[:, None] * values[:, 1:]
-    return values[:, 0]
+    arguments = knots[np.arange(1, q + 1)[:, None] + np.arange(count)]
+    full = np.concatenate([pieces.low[:1], np.repeat(np.append(pieces.low, pieces.high[-1]), q), pieces.high[-1:]])
+    points = np.append(values[:, :-1].ravel(), values[-1, -1])
+    return blossom(full, points[:, None], q, q * (1 + best), arguments)[:, 0]
 
 
 def _bernstein(q: int, t: Array) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NoReturn
 
 import numpy as np
@@ -14,7 +14,7 @@ from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.pieces import Pieces
-from splinefeed.geometry.tables import read_only, span_rows
+from splinefeed.geometry.tables import span_pieces
 from splinefeed.records import Array, IntArray
 
 #: What the second curve of a tool path can be.
@@ -93,15 +93,11 @@ class ToolPath(Path):
             _check_joined(self)
 
     def __reduce__(self) -> tuple[object, ...]:
-        axes = [(c.degree, c.knots, c.control_points, c.weights, c.clamped) for c in self.tool_axis or ()]
-        return _again, (tuple(self.curves), axes, self._all_said())
+        return partial(ToolPath, **self._all_said()), (tuple(self.curves), self.tool_axis)
 
     def _all_said(self) -> dict[str, Any]:
-        """What it is made with in addition to its curves."""
-        return {**self._said(), "tolerance": self.tolerance, **self._own()}
-
-    def _own(self) -> dict[str, Any]:
-        return {"kind": self.kind, "rotary": self.rotary, "lines": self.lines, "tool_length": self.tool_length}
+        own = {"kind": self.kind, "rotary": self.rotary, "lines": self.lines, "tool_length": self.tool_length}
+        return {**self._said(), "tolerance": self.tolerance, **own}
 
     def place(self, s: float) -> str:
         """Where the tip is at arc length s, mm, in words: with the line of the program, where there is one."""
@@ -153,12 +149,9 @@ class ToolPath(Path):
 
     @cached_property
     def _axis_pieces(self) -> Pieces:
-        """All curves of the tool axis, to be evaluated together."""
         assert self.tool_axis is not None
         flat = Flat.of(self.tool_axis)
-        shape = int(flat.degrees.max()), self.columns, self.columns, int(flat.rational.max())
-        table, rows = span_rows(flat, shape)
-        return Pieces(table, shape, rows)
+        return span_pieces(flat, (int(flat.degrees.max()), self.columns, self.columns, int(flat.rational.max())))
 
     @cached_property
     def samples(self) -> tuple[IntArray, Array]:
@@ -180,7 +173,7 @@ class ToolPath(Path):
         back = super().reversed()
         axis = None if self.tool_axis is None else [curve.reversed() for curve in reversed(self.tool_axis)]
         lines = None if self.lines is None else self.lines[::-1]
-        said = {**back._said(), "tolerance": back.tolerance, **self._own(), "lines": lines}
+        said = {**self._all_said(), **back._said(), "lines": lines}
         return ToolPath(back.curves, axis, **said)
 
     def beginning_at(self, point: ArrayLike) -> Path:
@@ -201,14 +194,9 @@ class ToolPath(Path):
         raise InputError(f"{self.name}: a path with a tool axis cannot be {what}; do that to its curves and axis")
 
 
-def _again(curves: Sequence[NurbsCurve], axes: Sequence[tuple[Any, ...]], said: dict[str, Any]) -> ToolPath:
-    """A tool path from what it was pickled as: curves of its axis may be one point, which no NurbsCurve is made of."""
-    return ToolPath(curves, [NurbsCurve.trusted(*each[:4], clamped=each[4]) for each in axes] or None, **said)
-
-
 def beside(curve: NurbsCurve, points: Array) -> NurbsCurve:
     """A curve over the knots and weights of another one, through as many points (n, columns), which may all be one."""
-    return NurbsCurve.trusted(curve.degree, curve.knots, read_only(points), curve.weights, clamped=curve.clamped)
+    return NurbsCurve.trusted(curve.degree, curve.knots, points, curve.weights, clamped=curve.clamped)
 
 
 def _curves_of_axis(

@@ -8,12 +8,13 @@ A `leaf` is a kernel that is worth its compile only for long work: `leaf.for_wor
 
 from __future__ import annotations
 
+import atexit
 import functools
 import glob
 import hashlib
 import os
 import pickle
-import stat
+import shutil
 import sys
 import tempfile
 import time
@@ -41,53 +42,24 @@ LOADING_WITH_NUMBA = 0.1
 #: What a compile takes, s; plain Python that has run for longer was worth one, however few its units of work.
 COMPILING = 3.0
 
-#: A kernel that nobody loaded for this long, s, is removed when the next one is kept.
-UNUSED = 90 * 86400.0
-#: The time of a file says to this, s, when it was last loaded.
-USED_LATELY = 86400.0
-
 
 @lru_cache(maxsize=1)
 def cache_directory() -> Path:
-    """Folder of the compiled kernels: below $NUMBA_CACHE_DIR, the user's cache folder, or the temporary folder.
+    """Folder of the compiled kernels: below $NUMBA_CACHE_DIR or the user's cache folder, or a new one of this process.
 
-    What is found there is run as machine code, so below the temporary folder, where anybody may have been first, only
-    a folder counts that is ours and that nobody else can write to.
+    What is found there is run as machine code, so there is none in the temporary folder, where anybody may write.
     """
-    for base in (os.environ.get("NUMBA_CACHE_DIR"), _user_cache(), _own_temporary()):
-        if base:
-            folder = Path(base) / "splinefeed" / "kernels"
-            try:
-                folder.mkdir(parents=True, exist_ok=True)
-            except OSError:
-                continue
-            if os.access(folder, os.W_OK):
-                return folder
-    return Path(tempfile.mkdtemp(prefix="splinefeed-"))
-
-
-def _user_cache() -> str | None:
     import platformdirs
 
-    try:
-        return platformdirs.user_cache_dir(appauthor=False)
-    except (RuntimeError, KeyError):  # no HOME and no entry in the password file
-        return None
-
-
-def _own_temporary() -> str | None:
-    """A folder of this user alone below the temporary one; None if another user's stands in its place."""
-    folder = Path(tempfile.gettempdir()) / f"splinefeed-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
-    try:
-        folder.mkdir(mode=0o700, exist_ok=True)
-        status = folder.lstat()
-    except OSError:
-        return None
-    if not stat.S_ISDIR(status.st_mode):  # a link leads elsewhere
-        return None
-    if hasattr(os, "getuid") and (status.st_uid != os.getuid() or status.st_mode & 0o022):
-        return None
-    return str(folder)
+    with suppress(OSError, RuntimeError, KeyError):  # RuntimeError, KeyError: no HOME and nothing in the password file
+        base = os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir(appauthor=False)
+        folder = Path(base) / "splinefeed" / "kernels"
+        folder.mkdir(parents=True, exist_ok=True)
+        if os.access(folder, os.W_OK):
+            return folder
+    folder = Path(tempfile.mkdtemp(prefix="splinefeed-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
 
 
 def kernel(function: F) -> F:
@@ -172,31 +144,24 @@ class Kernel:
     @cached_property
     def digest(self) -> str:
         """SHA-256 of all that decides what this kernel compiles to but the types of its arguments and the processor."""
-        found: dict[str, Kernel] = {}
+        found: set[str] = set()
         waiting = [self]
         while waiting:
-            for called in waiting.pop().calls:
-                if called._own not in found:
-                    found[called._own] = called
-                    waiting.append(called)
+            kernel = waiting.pop()
+            if kernel._own not in found:
+                found.add(kernel._own)
+                waiting += [value for _, value in _named(kernel.py_func) if isinstance(value, Kernel)]
         parts = (_numba_version(), sys.implementation.cache_tag, self._own, *sorted(found))
         return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()
 
     @cached_property
-    def calls(self) -> list[Kernel]:
-        """The kernels that this one names."""
-        return [value for _, value in _named(self.py_func) if isinstance(value, Kernel)]
-
-    @cached_property
     def _own(self) -> str:
-        """Digest of the function alone: bytecode and constants; of what it calls only the names."""
+        """The function alone, spelled: bytecode and constants; of what it calls only the names."""
         text = [self.name, repr(sorted(self.options.items())), _spelled(self.py_func.__code__)]
-        text += [f"{name}={_spelled(value)}" for name, value in _named(self.py_func)]
-        return hashlib.sha256("\n".join(text).encode()).hexdigest()
+        return "\n".join(text + [f"{name}={_spelled(value)}" for name, value in _named(self.py_func)])
 
     @property
     def _file(self) -> str:
-        """What the names of its files in the cache begin with."""
         return f"{self.py_func.__name__}-{self.digest[:24]}-"
 
 
@@ -267,7 +232,6 @@ own_floats.plain = lambda count: [0.0] * count
 
 
 def _disabled() -> bool:
-    """Whether the user wants no compiler, or has none."""
     return os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0") or not _numba_version()
 
 
@@ -336,7 +300,6 @@ class _Cache:
         return str(cache_directory())
 
     def _file(self, signature: Any, codegen: Any) -> Path:
-        """The file of one signature on this processor."""
         types_and_processor = f"{signature} {codegen.magic_tuple()}"
         key = hashlib.sha256(types_and_processor.encode()).hexdigest()
         return cache_directory() / f"{self._kernel._file}{key[:16]}.nbc"
@@ -350,8 +313,6 @@ class _Cache:
             file = self._file(signature, context.codegen())
             result = CompileResult._rebuild(context, *pickle.loads(file.read_bytes()))
             if tuple(result.signature.args) == tuple(signature):
-                if time.time() - file.stat().st_mtime > USED_LATELY:
-                    os.utime(file)
                 return result
         compiled_here.append(self._kernel.name)
         return None
@@ -367,14 +328,3 @@ class _Cache:
             written = file.with_suffix(f".{os.getpid()}")
             written.write_bytes(dumps(result._reduce()))
             written.replace(file)
-            _remove_unused(file.parent)
-
-
-@lru_cache(maxsize=1)
-def _remove_unused(folder: Path) -> None:
-    """Remove, once a process, what no process has loaded for long: kernels of versions that are gone."""
-    oldest = time.time() - UNUSED
-    for file in folder.iterdir():
-        with suppress(OSError):
-            if file.stat().st_mtime < oldest:
-                file.unlink()

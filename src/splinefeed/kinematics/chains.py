@@ -19,8 +19,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields
-from typing import Any, ClassVar
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,71 +29,120 @@ from splinefeed.kinematics.jets import Jet, Number, angle, sin_cos
 from splinefeed.records import Array
 
 Vector = tuple[Number, Number, Number]
-Turn = tuple[tuple[int, int], int, tuple[float, float]]
-"""A turn of the table: the two coordinates that it turns, by which rotary joint, and about which place, mm."""
+Turn = tuple[int, int, int, tuple[str, ...], tuple[str, ...]]
+"""A turn of the table: the two coordinates that it turns, by which rotary joint, and lengths: their sums say where."""
 X, Y, Z = 0, 1, 2
 
 
-@dataclass(frozen=True, kw_only=True)
-class Kinematics:
-    """One machine; what every kind of it has.
+class Chain(NamedTuple):
+    """One kind of machine.
 
-    kind     its name in a machine file
-    joints   names of its joints, the linear ones first
+    joints   names of its joints, the linear ones first;  lengths  its parameters, as LinuxCNC's pins are called
     rotary   how many of them turn: 2 with a tool axis, 1 with an angle in the plane, 0 with neither
     azimuth  azimuth of the tool axis as (sign, offset rad) of the last joint;  tilt  sign of its tilt in the first one
+    table    how the table turns the workpiece, from the workpiece on;  head  how many of the rotary joints the head has
+    """
+
+    joints: str
+    lengths: str
+    rotary: int = 0
+    azimuth: tuple[float, float] = (1.0, 0.0)
+    tilt: float = 1.0
+    table: tuple[Turn, ...] = ()
+    head: int = 0
+
+
+_POINT = "x-rot-point y-rot-point z-rot-point"
+_C: Turn = (X, Y, -1, ("x-rot-point",), ("y-rot-point",))
+_A: Turn = (Y, Z, 0, ("y-rot-point", "y-offset"), ("z-rot-point", "z-offset"))
+_B: Turn = (Z, X, 0, ("z-rot-point", "z-offset"), ("x-rot-point", "x-offset"))
+#: Every kind of kinematics by the name that machine files know it by; a new one is one entry.
+KINDS = {
+    "xyzac-trt": Chain(
+        "x y z a c", f"{_POINT} y-offset z-offset tool-offset", 2, (-1.0, 0.5 * math.pi), table=(_C, _A)
+    ),
+    "xyzbc-trt": Chain("x y z b c", f"{_POINT} x-offset z-offset tool-offset", 2, (-1.0, 0.0), -1.0, (_C, _B)),
+    "5axiskins": Chain("x y z b c", "pivot-length tool-offset", 2, tilt=-1.0, head=2),
+    "head-table": Chain("x y z b c", f"{_POINT} pivot-length tool-offset", 2, (-1.0, 0.0), table=(_C,), head=1),
+    "xy-theta": Chain("x y z theta", _POINT, 1, table=(_C,)),
+    "gantry": Chain("x y z y2", "skew"),
+}
+#: Lengths that must be given; all others are 0 unless they are.
+NEEDED = frozenset({"pivot-length"})
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """One machine: its kind, and its lengths, mm, by name; see `KINDS`.
+
     `forward` takes joints (..., joints), mm and rad, to tip (..., 3), mm, and tool axis (..., 3). A machine file makes
     it, whose reader raises MachineError. Source: docs/how-to/five-axis.md; the trivial and table kinds of LinuxCNC's
     manual. Example: `sf.Machine.load("trunnion").kinematics.joints`
     """
 
-    kind: ClassVar[str] = ""
-    joints: ClassVar[tuple[str, ...]] = ("x", "y", "z")
-    rotary: ClassVar[int] = 0
-    tilt: ClassVar[float] = 1.0
-    azimuth: ClassVar[tuple[float, float]] = (1.0, 0.0)
-
-    def __post_init__(self) -> None:
-        for each in fields(self):
-            value = getattr(self, each.name)
-            place = f"kinematics.{each.name.replace('_', '-')}"
-            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-                raise InputError(f"{place} is {value!r}; expected a finite length in mm")
-            object.__setattr__(self, each.name, float(value))
+    kind: str
+    lengths: tuple[tuple[str, float], ...]
 
     @property
-    def parameters(self) -> dict[str, float]:
-        """Lengths, mm, by the names that LinuxCNC's pins have; what must not be given and is 0 is left out."""
-        values = {each.name.replace("_", "-"): getattr(self, each.name) for each in fields(self)}
-        return {name: value for name, value in values.items() if value != 0.0 or parameters_of(self.kind)[name]}
+    def chain(self) -> Chain:
+        """What every machine of its kind has."""
+        return KINDS[self.kind]
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of its joints, the linear ones first."""
+        return tuple(self.chain.joints.split())
+
+    @property
+    def rotary(self) -> int:
+        """How many joints turn."""
+        return self.chain.rotary
 
     @property
     def linear(self) -> int:
         """How many joints are linear; they are the first ones."""
         return len(self.joints) - self.rotary
 
-    def table(self) -> tuple[Turn, ...]:
-        """How the table turns the workpiece, from the workpiece on; empty where it stands still."""
-        return ()
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Lengths, mm, by the names that LinuxCNC's pins have; what need not be given and is 0 is left out."""
+        return {name: value for name, value in self.lengths if value != 0.0 or name in NEEDED}
+
+    def with_tool(self, length: float | None) -> Kinematics:
+        """The same machine with a tool of this length, mm, where it knows one."""
+        if length is None:
+            return self
+        lengths = ((name, length if name == "tool-offset" else value) for name, value in self.lengths)
+        return replace(self, lengths=tuple(lengths))
 
     def reach(self, turns: tuple[Number, ...]) -> Vector:
         """Where the linear joints are seen from the tip, mm: what the head and the tool add, by the rotary joints."""
-        return 0.0, 0.0, 0.0
+        lengths = dict(self.lengths)
+        pivot = lengths.get("pivot-length", 0.0)
+        arm = pivot + lengths.get("tool-offset", 0.0)
+        if self.chain.head == 0:
+            return 0.0, 0.0, arm
+        s, c = sin_cos(turns[0])
+        x, y, z = self.axis(turns) if self.chain.head == 2 else (s, 0.0, c)
+        return x * arm, y * arm, z * arm - pivot
 
     def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
         """The linear joints, mm, that put the tool tip at p when the rotary ones are at `turns`, rad."""
-        place = self._turned(p, turns, 1)
-        return tuple(at + arm for at, arm in zip(place, self.reach(turns), strict=True))
+        x, y, z = (at + arm for at, arm in zip(self._turned(p, turns, 1), self.reach(turns), strict=True))
+        return (x, y, z, y + dict(self.lengths)["skew"]) if self.kind == "gantry" else (x, y, z)
 
     def tip(self, q: tuple[Number, ...]) -> Vector:
         """Tool tip on the workpiece, mm, for joints q: the way of `slides` back."""
+        if self.kind == "gantry":  # y, y2 = y + skew: their mean
+            return q[0], 0.5 * (q[1] + q[3] - dict(self.lengths)["skew"]), q[2]
         x, y, z = (at - arm for at, arm in zip(q, self.reach(q[3:]), strict=False))
         return self._turned((x, y, z), q[3:], -1)
 
     def _turned(self, p: Vector, turns: tuple[Number, ...], way: int) -> Vector:
         """A place turned with the table (way 1), or back (-1)."""
-        place = list(p)
-        for (i, j), k, (x, y) in self.table()[::way]:
+        place, lengths = list(p), dict(self.lengths)
+        for i, j, k, *about in self.chain.table[::way]:
+            x, y = (sum(lengths[name] for name in names) for names in about)
             s, c = sin_cos(turns[k] * float(way))
             one, other = place[i] - x, place[j] - y
             place[i], place[j] = one * c - other * s + x, one * s + other * c + y
@@ -103,8 +152,8 @@ class Kinematics:
         """Tool axis on the workpiece, a unit vector from the tip to the spindle, for rotary joints, rad."""
         if self.rotary < 2:
             return 0.0, 0.0, 1.0
-        sign, offset = self.azimuth
-        (s, c), (up, across) = sin_cos(self.tilt * turns[0]), sin_cos(sign * turns[1] + offset)
+        sign, offset = self.chain.azimuth
+        (s, c), (up, across) = sin_cos(self.chain.tilt * turns[0]), sin_cos(sign * turns[1] + offset)
         return s * across, s * up, c
 
     def forward(self, joints: Array) -> tuple[Array, Array]:
@@ -117,138 +166,14 @@ class Kinematics:
 
     def turn(self, k: tuple[Jet, Jet, Jet]) -> Jet:
         """The last joint, rad, for the tool axis k, k_xy not 0; half a turn further is right, too."""
-        sign, offset = self.azimuth
+        sign, offset = self.chain.azimuth
         return sign * (angle(k[1], k[0]) - offset)
 
     def tilted(self, k: tuple[Jet, Jet, Jet], turn: Jet) -> Jet:
         """The first rotary joint, rad, for the tool axis k and one of its turns: of either sign."""
-        sign, offset = self.azimuth
+        sign, offset = self.chain.azimuth
         s, c = sin_cos(sign * turn + offset)
-        return self.tilt * angle(c * k[0] + s * k[1], k[2])
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Table(Kinematics):
-    """A table that turns by the last joint about the z axis through p = (x, y, z)-rot-point."""
-
-    x_rot_point: float = 0.0
-    y_rot_point: float = 0.0
-    z_rot_point: float = 0.0
-
-    def table(self) -> tuple[Turn, ...]:
-        """Rz(last joint) about p."""
-        return (((X, Y), -1, (self.x_rot_point, self.y_rot_point)),)
-
-
-@dataclass(frozen=True, kw_only=True)
-class XyzacTrt(_Table):
-    """A trunnion: the table turns by C and tilts by A, both carry the workpiece."""
-
-    kind: ClassVar[str] = "xyzac-trt"
-    joints: ClassVar[tuple[str, ...]] = ("x", "y", "z", "a", "c")
-    rotary: ClassVar[int] = 2
-    azimuth: ClassVar[tuple[float, float]] = (-1.0, 0.5 * math.pi)
-    y_offset: float = 0.0
-    z_offset: float = 0.0
-    tool_offset: float = 0.0
-
-    def table(self) -> tuple[Turn, ...]:
-        """Rz(C) about p, then Rx(A) about p + d."""
-        return *super().table(), ((Y, Z), 0, (self.y_rot_point + self.y_offset, self.z_rot_point + self.z_offset))
-
-    def reach(self, turns: tuple[Number, ...]) -> Vector:
-        """(0, 0, tool-offset)."""
-        return 0.0, 0.0, self.tool_offset
-
-
-@dataclass(frozen=True, kw_only=True)
-class XyzbcTrt(_Table):
-    """A trunnion: the table turns by C and tilts by B, both carry the workpiece."""
-
-    kind: ClassVar[str] = "xyzbc-trt"
-    joints: ClassVar[tuple[str, ...]] = ("x", "y", "z", "b", "c")
-    rotary: ClassVar[int] = 2
-    tilt: ClassVar[float] = -1.0
-    azimuth: ClassVar[tuple[float, float]] = (-1.0, 0.0)
-    x_offset: float = 0.0
-    z_offset: float = 0.0
-    tool_offset: float = 0.0
-
-    def table(self) -> tuple[Turn, ...]:
-        """Rz(C) about p, then Ry(B) about p + d."""
-        return *super().table(), ((Z, X), 0, (self.z_rot_point + self.z_offset, self.x_rot_point + self.x_offset))
-
-    def reach(self, turns: tuple[Number, ...]) -> Vector:
-        """(0, 0, tool-offset)."""
-        return 0.0, 0.0, self.tool_offset
-
-
-@dataclass(frozen=True, kw_only=True)
-class FiveAxisKins(Kinematics):
-    """A head that turns by C and tilts by B carries the tool; the workpiece stands still."""
-
-    kind: ClassVar[str] = "5axiskins"
-    joints: ClassVar[tuple[str, ...]] = ("x", "y", "z", "b", "c")
-    rotary: ClassVar[int] = 2
-    tilt: ClassVar[float] = -1.0
-    pivot_length: float
-    tool_offset: float = 0.0
-
-    def reach(self, turns: tuple[Number, ...]) -> Vector:
-        """(pivot-length + tool-offset) k - (0, 0, pivot-length)."""
-        arm = self.pivot_length + self.tool_offset
-        x, y, z = self.axis(turns)
-        return x * arm, y * arm, z * arm - self.pivot_length
-
-
-@dataclass(frozen=True, kw_only=True)
-class HeadTable(_Table):
-    """A head that tilts by B carries the tool, a table that turns by C carries the workpiece."""
-
-    kind: ClassVar[str] = "head-table"
-    joints: ClassVar[tuple[str, ...]] = ("x", "y", "z", "b", "c")
-    rotary: ClassVar[int] = 2
-    azimuth: ClassVar[tuple[float, float]] = (-1.0, 0.0)
-    pivot_length: float
-    tool_offset: float = 0.0
-
-    def reach(self, turns: tuple[Number, ...]) -> Vector:
-        """(pivot-length + tool-offset) (sin B, 0, cos B) - (0, 0, pivot-length)."""
-        arm = self.pivot_length + self.tool_offset
-        s, c = sin_cos(turns[0])
-        return s * arm, 0.0, c * arm - self.pivot_length
-
-
-@dataclass(frozen=True, kw_only=True)
-class XyTheta(_Table):
-    """A table on X and Y that turns by theta about its own centre p carries the workpiece; the tool stands upright."""
-
-    kind: ClassVar[str] = "xy-theta"
-    joints: ClassVar[tuple[str, ...]] = ("x", "y", "z", "theta")
-    rotary: ClassVar[int] = 1
-
-
-@dataclass(frozen=True, kw_only=True)
-class Gantry(Kinematics):
-    """A bridge on two drives, y and y2, that stand `skew` mm apart when it is square; the tool stands upright."""
-
-    kind: ClassVar[str] = "gantry"
-    joints: ClassVar[tuple[str, ...]] = ("x", "y", "z", "y2")
-    skew: float = 0.0
-
-    def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
-        """q = (x, y, z, y + skew)."""
-        return p[0], p[1], p[2], p[1] + self.skew
-
-    def tip(self, q: tuple[Number, ...]) -> Vector:
-        """P = (x, (y + y2 - skew) / 2, z)."""
-        return q[0], 0.5 * (q[1] + q[3] - self.skew), q[2]
-
-
-#: Every kind of kinematics by the name that machine files know it by; a new one is one class and one entry.
-KINDS: dict[str, type[Kinematics]] = {
-    each.kind: each for each in (XyzacTrt, XyzbcTrt, FiveAxisKins, HeadTable, XyTheta, Gantry)
-}
+        return self.chain.tilt * angle(c * k[0] + s * k[1], k[2])
 
 
 def kinds() -> tuple[str, ...]:
@@ -265,16 +190,17 @@ def kinematics(kind: str, **parameters: Any) -> Kinematics:
         raise InputError(f"kinematics.type: {kind!r} is not known; write one of {', '.join(KINDS)}")
     known = parameters_of(kind)
     given = {name.replace("_", "-"): value for name, value in parameters.items()}
-    for name in given:
+    for name, value in given.items():
         if name not in known:
-            there = f"{kind} has {', '.join(known)}"
-            raise InputError(f"kinematics.{name}: unknown parameter; {there}")
+            raise InputError(f"kinematics.{name}: unknown parameter; {kind} has {', '.join(known)}")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise InputError(f"kinematics.{name} is {value!r}; expected a finite length in mm")
     for name, needed in known.items():
         if needed and name not in given:
             raise InputError(f'kinematics.{name}: missing; {kind} needs it, such as {name} = "150mm"')
-    return KINDS[kind](**{name.replace("-", "_"): value for name, value in given.items()})
+    return Kinematics(kind, tuple((name, float(given.get(name, 0.0))) for name in known))
 
 
 def parameters_of(kind: str) -> Mapping[str, bool]:
     """Names of the parameters of a kind as LinuxCNC's pins are called, and whether each must be given."""
-    return {each.name.replace("_", "-"): each.default is MISSING for each in fields(KINDS[kind])}
+    return {name: name in NEEDED for name in KINDS[kind].lengths.split()}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NoReturn
 
@@ -79,8 +78,7 @@ class JointPath:
     ) -> None:
         if not isinstance(tool, ToolPath):
             raise InputError(f"a JointPath needs a ToolPath; this is a {type(tool).__name__}: give its tool axis too")
-        if tool.tool_length is not None and hasattr(kinematics, "tool_offset"):
-            kinematics = replace(kinematics, **{"tool_offset": tool.tool_length})
+        kinematics = kinematics.with_tool(tool.tool_length)
         self.tool, self.kinematics = tool.with_joints(kinematics.joints[kinematics.linear :]), kinematics
         self.axes, self.linear = kinematics.joints, kinematics.linear
         self.name, self.length, self.dwells = tool.name, tool.length, tool.dwells
@@ -127,7 +125,6 @@ class JointPath:
         return *tip_jets, *(q if isinstance(q, Jet) else each[0] * 0.0 + q for q in slides), *turns
 
     def _rotary(self, given: tuple[Jet, ...], s: Array, like: Jet) -> tuple[Jet, ...]:
-        """The rotary joints."""
         if self._fixed is not None:
             return tuple(like * 0.0 + float(value) for value in self._fixed)
         if self.tool.kind == ANGLES:
@@ -203,7 +200,6 @@ class JointPath:
     # --- the turns of rotary joints ---------------------------------------------------------------------------------
 
     def _choose(self) -> None:
-        """Choose turns for the whole path."""
         tool, rotary = self.tool, self.kinematics.rotary
         if tool.kind == ANGLES and tool.columns:
             if tool.columns != rotary:
@@ -354,40 +350,30 @@ class JointPath:
         k = self.tool.orientation(curve, u)[:, 0].T
         axis, tip = (Jet(k[:1]), Jet(k[1:2]), Jet(k[2:])), self.tool.evaluate(curve, u, 0)[:, 0].T
         ends = np.array([self.travel.get(name, (-math.inf, math.inf)) for name in self.axes])
-        found: list[tuple[float, float]] = []
-        nearest: list[tuple[float, int, float, float, float]] = []
+        found: list[tuple[float, float, float, int, float, float, float]] = []
         for half in (0.0, math.pi):
             turns = turn + half
             tilts = self.kinematics.tilted(axis, Jet(turns[None])).value
             slides = self.kinematics.slides((tip[0], tip[1], tip[2]), (tilts, turns))
             joints = np.stack([*(np.asarray(each) for each in slides), tilts, turns])
-            low, high = np.min(joints, axis=1), np.max(joints, axis=1)
-            out = np.maximum(ends[:, 0] - low, high - ends[:, 1])
-            worst = int(np.argmax(out[:-1]))
-            if out[worst] > LEFT:
-                further = np.maximum(ends[worst, 0] - joints[worst], joints[worst] - ends[worst, 1])
-                place = float(self._s[np.argmax(further)])
-                nearest.append((float(out[worst]), worst, float(low[worst]), float(high[worst]), place))
-                continue
             first = round((self._start[1] - turns[0]) / (2.0 * math.pi))
             possible = {first - 1, first, first + 1}
             if self.axes[-1] in self.travel:
                 possible |= {
-                    math.ceil((ends[-1, 0] - LEFT - low[-1]) / (2.0 * math.pi)),
-                    math.floor((ends[-1, 1] + LEFT - high[-1]) / (2.0 * math.pi)),
+                    math.ceil((ends[-1, 0] - LEFT - np.min(turns)) / (2.0 * math.pi)),
+                    math.floor((ends[-1, 1] + LEFT - np.max(turns)) / (2.0 * math.pi)),
                 }
-            for whole in possible:
-                by = 2.0 * math.pi * whole
-                beyond = float(max(ends[-1, 0] - low[-1] - by, high[-1] + by - ends[-1, 1]))
-                if beyond > LEFT:
-                    place = float(self._s[np.argmax(turns) if high[-1] + by > ends[-1, 1] else np.argmin(turns)])
-                    nearest.append((beyond, len(low) - 1, float(low[-1]) + by, float(high[-1]) + by, place))
-                    continue
-                found.append((abs(tilts[0] - self._start[0]) + abs(turns[0] + by - self._start[1]), half + by))
-        if not found:
-            _, joint, least, most, place = min(nearest)
+            for by in (2.0 * math.pi * whole for whole in possible):
+                joints[-1] = turns + by
+                further = np.maximum(ends[:, :1] - joints, joints - ends[:, 1:])
+                joint, worst = divmod(int(np.argmax(further)), further.shape[1])
+                cost = float(abs(tilts[0] - self._start[0]) + abs(turns[0] + by - self._start[1]))
+                reach = float(np.min(joints[joint])), float(np.max(joints[joint])), float(self._s[worst])
+                found.append((max(float(further[joint, worst]), LEFT), cost, half + by, joint, *reach))
+        beyond, _, by, joint, least, most, place = min(found)
+        if beyond > LEFT:
             _refuse_travel(self.axes[joint], (ends[joint, 0], ends[joint, 1]), least, most, self.tool.place(place))
-        self._turns = turn + min(found)[1]
+        self._turns = turn + by
 
     def _refuse_pole(self, s: float) -> NoReturn:
         names = self.axes[self.linear :]

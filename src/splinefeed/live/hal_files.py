@@ -44,6 +44,53 @@ net spf-emc iocontrol.0.user-enable-out iocontrol.0.emc-enable-in
 net spf-prepare iocontrol.0.tool-prepare iocontrol.0.tool-prepared
 net spf-change iocontrol.0.tool-change iocontrol.0.tool-changed"""
 
+#: What each axis has, in the order in which the thread runs it; a drive and an axis are simulated: take these out where
+#: there are real ones.
+PARTS = {"pid": "pid", "limit": "limit1", "drive": "lowpass", "axis": "integ", "follows": "near"}
+LOGIC = {"xor2": "more", "conv_s32_float": "missed", "comp": "dry", "not": "full,off", "or2": "kept"}
+NETS = """\
+
+net spf-row streamer.0.pin.0 sampler.0.pin.0
+net spf-last streamer.0.pin.{last} more.in0
+net spf-depth streamer.0.curr-depth sampler.0.pin.1
+net spf-underruns streamer.0.underruns missed.in sampler.0.pin.{underruns}
+# a row was missing: more underruns than allowed
+net spf-missed missed.out dry.in1
+net spf-allowed dry.in0
+net spf-dry dry.out full.in
+net spf-full full.out go-{first}.in0
+# every axis follows and no row was missing, now and since the run began
+net spf-kept kept.out ok.in0
+net spf-off off.out kept.in1
+net spf-ok ok.out kept.in0 goes.in1
+# run, and not the last row, and ok
+net spf-run off.in go.in0
+net spf-end more.in1
+net spf-more more.out goes.in0
+net spf-goes goes.out go.in1
+net spf-enable go.out streamer.0.enable
+sets spf-allowed 0.5
+sets spf-end 1"""
+AXIS = """\
+
+net spf-command-{k} streamer.0.pin.{next} pid-{name}.command follows-{name}.in1 sampler.0.pin.{command}
+net spf-output-{k} pid-{name}.output limit-{name}.in
+# the drive of {name} (drive-{name}, axis-{name}) is simulated: take these two out where there is a real one, which
+# takes its velocity from spf-velocity-{k} and gives its position to spf-position-{k}
+net spf-velocity-{k} limit-{name}.out drive-{name}.in
+net spf-moving-{k} drive-{name}.out axis-{name}.in
+net spf-position-{k} axis-{name}.out pid-{name}.feedback follows-{name}.in2 sampler.0.pin.{position}
+net spf-follows-{k} follows-{name}.out go-{name}.in1
+net spf-go-{next} go-{name}.out {following}
+setp pid-{name}.Pgain {gain:.17g}
+setp pid-{name}.FF1 1
+setp pid-{name}.enable 1
+setp limit-{name}.min -{velocity:.17g}
+setp limit-{name}.max {velocity:.17g}
+setp drive-{name}.gain {lag:.17g}
+setp follows-{name}.scale 1
+setp follows-{name}.difference {most:.17g}"""
+
 
 def hal_text(axes: tuple[HalAxis, ...], period: float, depth: int = DEPTH, *, motion: bool = False) -> str:
     """The file for `halcmd -f`: everything simulated, with the place marked where the real drives go.
@@ -58,83 +105,33 @@ def hal_text(axes: tuple[HalAxis, ...], period: float, depth: int = DEPTH, *, mo
     names = [axis.name for axis in axes]
     if len(cfg(tuple(names))) > MAX_FIELDS or len(sampler_cfg(len(axes))) > MAX_FIELDS:
         raise InputError(f"{len(axes)} axes; HAL's streamer and sampler have {MAX_FIELDS} fields, enough for 9")
-    gain, thread = 1.0 - math.exp(-period / LAG), "servo-thread" if motion else "servo"
+    thread = "servo-thread" if motion else "servo"
 
     def each(prefix: str) -> str:
         return ",".join(f"{prefix}-{name}" for name in names)
 
+    count, runs = len(axes), [f"go-{name}" for name in names]
     out = [
         f"# Axes {', '.join(names)} that follow setpoints of splinefeed, one row every {period:.17g} s.",
         MOTION if motion else f"loadrt threads name1={thread} period1={round(period * 1e9)}",
         f"loadrt streamer depth={depth} cfg={cfg(tuple(names))}",
-        f"loadrt sampler depth={SAMPLES} cfg={sampler_cfg(len(axes))}",
-        f"loadrt pid names={each('pid')}",
-        f"loadrt limit1 names={each('limit')}",
-        f"loadrt near names={each('follows')}",
-        "loadrt xor2 names=more",
-        "loadrt conv_s32_float names=missed",
-        "loadrt comp names=dry",
-        "loadrt not names=full,off",
-        "loadrt or2 names=kept",
-        f"loadrt and2 names=go,ok,goes,{','.join(f'go-{name}' for name in names)}",
-        "# a simulated drive and axis; take these out where there are real ones",
-        f"loadrt lowpass names={each('drive')}",
-        f"loadrt integ names={each('axis')}",
+        f"loadrt sampler depth={SAMPLES} cfg={sampler_cfg(count)}",
+        *(f"loadrt {kind} names={each(part)}" for part, kind in PARTS.items()),
+        *(f"loadrt {kind} names={names}" for kind, names in LOGIC.items()),
+        f"loadrt and2 names={','.join(['go', 'ok', 'goes', *runs])}",
         "",
         f"addf streamer.0 {thread}",
     ]
     for name in names:
-        out += [f"addf pid-{name}.do-pid-calcs {thread}", f"addf limit-{name} {thread}"]
-        out += [f"addf {part}-{name} {thread}" for part in ("drive", "axis", "follows")]
-    out += [f"addf {name} {thread}" for name in ("sampler.0", "more", "missed", "dry", "full", "off")]
-    out += [f"addf go-{name} {thread}" for name in names]
-    out += [f"addf {name} {thread}" for name in ("kept", "ok", "goes", "go")]
-    out += [
-        "",
-        "net spf-row streamer.0.pin.0 sampler.0.pin.0",
-        f"net spf-last streamer.0.pin.{len(axes) + 1} more.in0",
-        "net spf-depth streamer.0.curr-depth sampler.0.pin.1",
-        f"net spf-underruns streamer.0.underruns missed.in sampler.0.pin.{2 * len(axes) + 2}",
-        "# a row was missing: more underruns than allowed",
-        "net spf-missed missed.out dry.in1",
-        "net spf-allowed dry.in0",
-        "net spf-dry dry.out full.in",
-        f"net spf-full full.out go-{names[0]}.in0",
-        "# every axis follows and no row was missing, now and since the run began",
-        "net spf-kept kept.out ok.in0",
-        "net spf-off off.out kept.in1",
-        "net spf-ok ok.out kept.in0 goes.in1",
-        "# run, and not the last row, and ok",
-        "net spf-run off.in go.in0",
-        "net spf-end more.in1",
-        "net spf-more more.out goes.in0",
-        "net spf-goes goes.out go.in1",
-        "net spf-enable go.out streamer.0.enable",
-        "sets spf-allowed 0.5",
-        "sets spf-end 1",
-    ]
+        out += [f"addf {part}-{name}{'.do-pid-calcs' * (part == 'pid')} {thread}" for part in PARTS]
+    order = ["sampler.0", "more", "missed", "dry", "full", "off", *runs, "kept", "ok", "goes", "go"]
+    out += [f"addf {name} {thread}" for name in order]
+    out.append(NETS.format(last=count + 1, underruns=2 * count + 2, first=names[0]))
     for k, (name, axis) in enumerate(zip(names, axes, strict=True)):
-        following = f"go-{names[k + 1]}.in0" if k + 1 < len(names) else "ok.in1"
-        out += [
-            "",
-            f"net spf-command-{k} streamer.0.pin.{k + 1} pid-{name}.command follows-{name}.in1 sampler.0.pin.{2 + k}",
-            f"net spf-output-{k} pid-{name}.output limit-{name}.in",
-            f"# the drive of {name}: take its velocity from spf-velocity-{k}, give its position to spf-position-{k}",
-            f"net spf-velocity-{k} limit-{name}.out drive-{name}.in",
-            f"net spf-moving-{k} drive-{name}.out axis-{name}.in",
-            f"net spf-position-{k} axis-{name}.out pid-{name}.feedback follows-{name}.in2 "
-            f"sampler.0.pin.{2 + len(axes) + k}",
-            f"net spf-follows-{k} follows-{name}.out go-{name}.in1",
-            f"net spf-go-{k + 1} go-{name}.out {following}",
-            f"setp pid-{name}.Pgain {axis.gain:.17g}",
-            f"setp pid-{name}.FF1 1",
-            f"setp pid-{name}.enable 1",
-            f"setp limit-{name}.min {-axis.velocity:.17g}",
-            f"setp limit-{name}.max {axis.velocity:.17g}",
-            f"setp drive-{name}.gain {gain:.17g}",
-            f"setp follows-{name}.scale 1",
-            f"setp follows-{name}.difference {axis.following:.17g}",
-        ]
+        following = f"go-{names[k + 1]}.in0" if k + 1 < count else "ok.in1"
+        words = {"name": name, "k": k, "next": k + 1, "command": k + 2, "position": k + 2 + count, "gain": axis.gain}
+        lag = 1.0 - math.exp(-period / LAG)
+        out.append(AXIS.format(**words, velocity=axis.velocity, lag=lag, following=following, most=axis.following))
         if motion:
             out.append(f"net spf-position-{k} joint.{k}.motor-pos-fb")
     out += ["setp sampler.0.enable 1", ""]

@@ -3,13 +3,12 @@
 It needs nothing but the standard library and the `hal` module. One argument, JSON: `axes` (their number), `rows` (depth
 to fill before the start), `nets` (lines of halcmd that connect its pins), `period` (s), `sampler` (what is sampled,
 to be sent back), `settle` (s of samples behind the last row). Lines on stdin are rows as `halstreamer` takes them,
-numbered from 1; their end is the end of the stream. Lines on stdout are JSON.
+numbered from 1; their end is the end of the stream. Lines on stdout are JSON; any other line is a complaint.
 
 When HAL runs out of rows it stays off, and rows are dropped until a line `# restart`, which comes
 before the row behind the last one that was taken.
 
-Its component `splinefeed` has the pins run, end, allowed (out), taken, underruns, last, ok, feed-override, feed-hold,
-feed-reverse and, of every axis, command-0 and position-0 ... (in).
+Its component `splinefeed` has the pins of PINS and, of every axis, command-0 and position-0 ... (in).
 """
 
 import json
@@ -33,9 +32,14 @@ PATIENCE = 5.0
 SETTLED = 0.01
 #: Samples in one line.
 MOST_SAMPLES = 2000
-IN_PINS = {"taken": "U32", "underruns": "S32", "last": "BIT", "ok": "BIT"}
-OPERATOR_PINS = {"feed-override": "FLOAT", "feed-hold": "BIT", "feed-reverse": "BIT"}
-OUT_PINS = {"run": "BIT", "end": "BIT", "allowed": "FLOAT"}
+PINS = {
+    **dict.fromkeys(["run", "end"], ("BIT", "OUT")),
+    "allowed": ("FLOAT", "OUT"),
+    "taken": ("U32", "IN"),
+    "underruns": ("S32", "IN"),
+    **dict.fromkeys(["last", "ok", "feed-hold", "feed-reverse"], ("BIT", "IN")),
+    "feed-override": ("FLOAT", "IN"),
+}
 
 
 class Player:
@@ -44,13 +48,10 @@ class Player:
     def __init__(self, given: dict[str, Any]) -> None:
         self.given = given
         self.part = part = component()
-        for name, kind in OUT_PINS.items():
-            part.newpin(name, getattr(hal, f"HAL_{kind}"), hal.HAL_OUT)
-        for name, kind in (IN_PINS | OPERATOR_PINS).items():
-            part.newpin(name, getattr(hal, f"HAL_{kind}"), hal.HAL_IN)
-        for k in range(given["axes"]):
-            part.newpin(f"command-{k}", hal.HAL_FLOAT, hal.HAL_IN)
-            part.newpin(f"position-{k}", hal.HAL_FLOAT, hal.HAL_IN)
+        axes = range(given["axes"])
+        places = {f"{what}-{k}": ("FLOAT", "IN") for k in axes for what in ("command", "position")}
+        for name, (kind, way) in {**PINS, **places}.items():
+            part.newpin(name, getattr(hal, f"HAL_{kind}"), getattr(hal, f"HAL_{way}"))
         part["feed-override"] = 1.0
         part.ready()
         done = subprocess.run(["halcmd", "-f"], input=given["nets"], capture_output=True, text=True, timeout=PATIENCE)
@@ -59,10 +60,9 @@ class Player:
         part["run"] = False
         time.sleep(SETTLED)
         self.fifo = hal.stream(part, hal.streamer_base, "u" + "f" * given["axes"] + "b")
-        self.drain()  # of a stream that was stopped
+        drain(self.fifo)  # of a stream that was stopped
         self.samples = hal.stream(part, hal.sampler_base, given["sampler"]) if given.get("sampler") else None
-        while self.samples is not None and self.samples.readable:  # what was sampled when nobody was here
-            self.samples.read()
+        drain(self.samples)  # what was sampled when nobody was here
         # HAL may have played before: its last row, its last field and its underruns are still there. A row that was
         # left in its FIFO has a number of its own
         self.before = part["taken"] + 1 if part["taken"] else 0
@@ -82,11 +82,6 @@ class Player:
     def allow(self) -> None:
         """Allow the underruns that there are by now."""
         self.part["allowed"] = self.part["underruns"] + 0.5
-
-    def drain(self) -> None:
-        """Take out what is in the FIFO; HAL is off."""
-        while self.fifo.readable:
-            self.fifo.read()
 
     def settle(self) -> None:
         """Wait until HAL has seen that it is off, and would start."""
@@ -156,18 +151,16 @@ class Player:
         self.part["run"] = False
         self.allow()
         self.settle()
-        self.drain()  # rows that came too late
+        drain(self.fifo)  # rows that came too late
         self.dry_at, self.filled = 0.0, 0
 
     def report(self) -> dict[str, object]:
         """Its status; dry: how often it has run dry, 0 where it is not."""
         part = self.part
         rate = 0.0 if part["feed-hold"] else -part["feed-override"] if part["feed-reverse"] else part["feed-override"]
-        missing = round(self.waited / self.given["period"])
-        underruns = part["underruns"] - self.old_underruns + missing
         return {
             "taken": self.taken,
-            "underruns": underruns,
+            "underruns": part["underruns"] - self.old_underruns + round(self.waited / self.given["period"]),
             "override": rate,
             "dry": self.times_dry if self.dry_at else 0,
         }
@@ -187,7 +180,7 @@ def component() -> Any:
         return hal.component(NAME)
     except hal.error:
         listed = subprocess.run(["halcmd", "-s", "show", "comp", NAME], capture_output=True, text=True).stdout.split()
-        if len(listed) < 4 or alive(int(listed[3])):
+        if len(listed) < 4 or os.path.exists(f"/proc/{listed[3]}"):
             sys.exit("another stream plays into this HAL; end it first")
         # HAL's library frees it, in a process of its own, as that one cannot use the library any more
         free = f"import ctypes, hal; c = hal.component('{NAME}-mends'); ctypes.CDLL('{LIBRARY}').hal_exit({listed[0]})"
@@ -195,22 +188,22 @@ def component() -> Any:
         return hal.component(NAME)
 
 
-def alive(number: int) -> bool:
-    """Whether there is a process of that number."""
-    try:
-        os.kill(number, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True
+def drain(fifo: Any) -> None:
+    """Take out what is in a FIFO, if there is one."""
+    while fifo is not None and fifo.readable:
+        fifo.read()
+
+
+def say(what: dict[str, object]) -> None:
+    """One line of JSON."""
+    print(json.dumps(what), flush=True)
 
 
 def main() -> None:
     """Play until the last row is taken."""
     player = Player(json.loads(sys.argv[1]))
     part, count = player.part, player.given["axes"]
-    say({"ready": True, "depth": player.fifo.maxdepth, "position": [part[f"position-{k}"] for k in range(count)]})
+    say({"ready": True, "position": [part[f"position-{k}"] for k in range(count)]})
     report_at, moved, seen = 0.0, time.monotonic(), -1
     stopped = None
     ahead = player.given["rows"] * player.given["period"]
@@ -235,12 +228,6 @@ def main() -> None:
         time.sleep(LOOK)
     say({**player.report(), "done": player.done, "stopped": stopped})
     part["run"] = False
-
-
-def say(what: dict[str, object]) -> None:
-    """One line of JSON."""
-    sys.stdout.write(json.dumps(what) + "\n")
-    sys.stdout.flush()
 
 
 if __name__ == "__main__":

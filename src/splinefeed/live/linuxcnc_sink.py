@@ -7,25 +7,25 @@ import os
 import shutil
 import subprocess
 import threading
-import time
 from array import array
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from importlib.resources import files
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
-from splinefeed.errors import SplinefeedError
+from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.formats.metadata import to_radians
 from splinefeed.live.hal_files import sampler_cfg
-from splinefeed.live.sink import Rows, Taken, starting_rows
-from splinefeed.records import ROTARY_AXES, Array
+from splinefeed.live.sinks import Rows, Sink, Taken, starting_rows
+from splinefeed.records import ROTARY_AXES, Array, Response
 
 #: The Python that has LinuxCNC's `hal` module on Debian.
 PYTHON = "/usr/bin/python3"
-#: How long the child may take to begin, s.
-PATIENCE = 20.0
+#: How long the child may take to begin, and to end after its input has ended too early, s.
+PATIENCE, LAST_WORDS = 20.0, 5.0
 
 
 class LinuxcncError(SplinefeedError):
@@ -44,7 +44,7 @@ def installed() -> bool:
     return shutil.which("halcmd") is not None and os.path.exists(PYTHON)
 
 
-class LinuxcncSink:
+class LinuxcncSink(Sink):
     """Plays into HAL; the signals are those of `hal_text`.
 
     ahead   rows that are in the FIFO before it starts and that are kept there
@@ -61,20 +61,16 @@ class LinuxcncSink:
         self._ahead, self._record, self._settle, self._home = ahead, record, settle, home
         self._child: subprocess.Popen[bytes] | None = None
         self._taken = Taken(0)
-        self._written = 0
-        self._done = False
+        self._ended: dict[str, Any] = {}
+        self._complaint = "it gives no reason"  # the last line that is no report
         self._ready = threading.Event()
         self._position: list[float] = []
-        self._said: list[str] = []
-        self._threads: list[threading.Thread] = []
-        self._stopped: str | None = None
         self._dry = self._restarts = 0  # how often it ran dry, and was restarted
-        self._axes: tuple[str, ...] = ()
         self._samples = array("d")
 
     def open(self, axes: tuple[str, ...], period: float, start: Array) -> Array:
         """Start the child; where the axes are."""
-        self._axes, count = axes, len(axes)
+        self._axes, self._period, count = axes, period, len(axes)
         nets = [f"{name} splinefeed.{name}" for name in ("run", "end", "allowed", "underruns", "last", "ok")]
         nets += ["row splinefeed.taken"]
         nets += [f"{name}-{k} splinefeed.{name}-{k}" for name in ("command", "position") for k in range(count)]
@@ -88,67 +84,59 @@ class LinuxcncSink:
         }
         program = files("splinefeed.live").joinpath("hal_player.py").read_text(encoding="utf-8")
         # handed over as text: the user who may talk to HAL need not be one who may read this folder
-        command = [*as_nobody(), PYTHON, "-c", program, json.dumps(given)]
-        environment = {**os.environ, **({"HOME": self._home} if self._home else {})}
         self._child = subprocess.Popen(
-            command,
+            [*as_nobody(), PYTHON, "-c", program, json.dumps(given)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            env=environment,
+            stderr=subprocess.STDOUT,
+            env={**os.environ, **({"HOME": self._home} if self._home else {})},
             cwd="/",
             start_new_session=True,  # Ctrl-C is for us: the child continues to the last row
         )
-        self._threads = [threading.Thread(target=each, daemon=True) for each in (self._listen, self._hear)]
-        for thread in self._threads:
-            thread.start()
+        self._listener = threading.Thread(target=self._listen, args=(self._child,), daemon=True)
+        self._listener.start()
         if not self._ready.wait(PATIENCE) or not self._position:
-            self._end()
-            said = self._said[-1] if self._said else "it gives no reason"
-            raise LinuxcncError(f"HAL does not answer: {said}; start it first, see splinefeed linuxcnc init")
+            self.abandon()
+            raise LinuxcncError(f"HAL does not answer: {self._complaint}; start it first, see splinefeed linuxcnc init")
         at: Array = to_radians(np.array([self._position]), axes)[0]
         return at
 
-    def _listen(self) -> None:
-        child = self._child
-        assert child is not None
+    def _listen(self, child: subprocess.Popen[bytes]) -> None:
         assert child.stdout is not None
-        for line in child.stdout:
-            said = json.loads(line)
-            if "ready" in said:
-                self._position = said["position"]
-                self._ready.set()
-            elif "samples" in said:
-                for row in said["samples"]:
-                    self._samples.extend(row)
-            else:
-                # it is no longer dry once the restart is sent, not once it is confirmed
-                dry = said["dry"] > self._restarts
-                self._dry = max(self._dry, said["dry"])
-                self._taken = Taken(said["taken"], said["underruns"], said["override"], dry)
-                self._done, self._stopped = said.get("done", False), said.get("stopped")
-        child.stdout.close()
+        with child.stdout as lines:
+            for line in lines:
+                try:
+                    said = json.loads(line)
+                except ValueError:
+                    self._complaint = line.decode(errors="replace").strip() or self._complaint
+                    continue
+                if "ready" in said:
+                    self._position = said["position"]
+                    self._ready.set()
+                elif "samples" in said:
+                    for row in said["samples"]:
+                        self._samples.extend(row)
+                else:
+                    # it is no longer dry once the restart is sent, not once it is confirmed
+                    dry = said["dry"] > self._restarts
+                    self._dry = max(self._dry, said["dry"])
+                    self._taken = Taken(said["taken"], said["underruns"], said["override"], dry)
+                    self._ended = said if "done" in said else {}
         self._ready.set()
 
-    def _hear(self) -> None:
-        child = self._child
-        assert child is not None
-        assert child.stderr is not None
-        for line in child.stderr:
-            if line.strip():
-                self._said = [*self._said[-20:], line.decode(errors="replace").strip()]
-        child.stderr.close()
-
-    def write(self, rows: Rows) -> None:
-        """Hand the rows to the child."""
+    def _send(self, text: str) -> None:
         assert self._child is not None
         assert self._child.stdin is not None
         try:
-            self._child.stdin.write(rows.text().encode("ascii"))
+            self._child.stdin.write(text.encode("ascii"))
             self._child.stdin.flush()
         except BrokenPipeError:
             self._raise_why()
-        self._written = rows.first + len(rows) - 1
+
+    def write(self, rows: Rows) -> None:
+        """Hand the rows to the child."""
+        self._send(rows.text())
+        super().write(rows)
 
     def taken(self) -> Taken:
         """What HAL reported last."""
@@ -156,73 +144,86 @@ class LinuxcncSink:
 
     def depth(self) -> int:
         """Rows on their way, in the FIFO and before it."""
-        if self._stopped is not None or (self._child is not None and self._child.poll() is not None):
+        if self._ended.get("stopped") or (self._child is not None and self._child.poll() is not None):
             self._raise_why()
-        return self._written - self._taken.row
+        return super().depth()
 
     def _raise_why(self) -> NoReturn:
         """LinuxcncError with why no more rows are taken."""
-        for thread in self._threads:
-            thread.join(0.5)
+        self._listener.join(0.5)
         where = f"after row {self._taken.row}"
-        if self._stopped is not None:
-            axis, away = self._stopped.split()
+        if stopped := self._ended.get("stopped"):
+            axis, away = stopped.split()
             name = self._axes[int(axis)]
             unit = "deg" if name in ROTARY_AXES else "mm"
             raise LinuxcncError(
                 f"{name} does not follow: it is {away} {unit} from its commanded position; HAL was stopped {where} and "
                 "holds it"
             )
-        said = self._said[-1] if self._said else "its reason is not known"
-        raise LinuxcncError(f"HAL stopped taking rows {where}, of {self._written} that were sent: {said}")
+        raise LinuxcncError(f"HAL stopped taking rows {where}, of {self._row} that were sent: {self._complaint}")
 
     def restart(self) -> None:
         """Tell the child that rows come again."""
-        child = self._child
-        assert child is not None
-        assert child.stdin is not None
         self._restarts = self._dry
-        self._written = self._taken.row
+        self._row = self._taken.row
         self._taken = replace(self._taken, dry=False)
-        try:
-            child.stdin.write(b"# restart\n")
-            child.stdin.flush()
-        except BrokenPipeError:
-            self._raise_why()
+        self._send("# restart\n")
 
     @property
     def samples(self) -> Array:
         """What HAL sampled, if it was to be kept."""
         return np.array(self._samples).reshape(-1, 2 * len(self._axes) + 4)
 
+    def response(self, settings: Mapping[str, Any]) -> Response:
+        """What HAL sampled at its servo ticks, from the last one before the stream's first row on.
+
+        Positions are the measured ones; the control output is unknown, 0. Raises InputError where no row was taken.
+        """
+        samples = self.samples
+        row = samples[:, 1].astype(np.int64)
+        changes = np.flatnonzero(np.diff(row))
+        if not len(changes):
+            raise InputError("nothing was recorded: the controller took no row")
+        first, count = int(changes[0]), len(self._axes)
+        kept = samples[first:]
+        command, measured = (to_radians(kept[:, k : k + count], self._axes) for k in (3, 3 + count))
+        lost = int(np.sum(np.diff(kept[:, 0]) - 1.0))
+        return Response(
+            t=(kept[:, 0] - kept[0, 0]) * self._period,
+            command=command,
+            position=measured,
+            measured=measured,
+            output=np.zeros(command.shape),
+            saturated=np.zeros(command.shape, dtype=np.bool_),
+            axes=self._axes,
+            period=self._period,
+            row=np.maximum(row[first:] - (row[first + 1] - 1), 0) * (np.arange(len(kept)) > 0),
+            depth=kept[:, 2].astype(np.int64),
+            underruns=(kept[:, -1] - kept[0, -1]).astype(np.int64),
+            settings={**settings, "samples_lost": lost, "output": "not recorded"},
+        )
+
     def close(self) -> Taken:
         """Wait for the last row; LinuxcncError if it was never taken."""
-        child = self._child
-        if child is None:
-            return self._taken
-        assert child.stdin is not None
-        with suppress(OSError):
-            child.stdin.close()
-        while child.poll() is None:
-            time.sleep(0.02)
-        self._end()
-        if not self._done:
-            self._raise_why()
+        if self._child is not None:
+            assert self._child.stdin is not None
+            with suppress(OSError):
+                self._child.stdin.close()
+            self._child.wait()
+            self.abandon()
+            if not self._ended.get("done"):
+                self._raise_why()
         return self._taken
 
     def abandon(self) -> None:
         """End the child; HAL holds the last row that it took."""
-        self._end()
-
-    def _end(self) -> None:
         child = self._child
         if child is None:
             return
+        assert child.stdin is not None
         with suppress(OSError):
-            assert child.stdin is not None
             child.stdin.close()
         if child.poll() is None:
             child.terminate()
-            child.wait(5.0)
-        for thread in self._threads:
-            thread.join(5.0)
+            child.wait(LAST_WORDS)
+        self._listener.join(LAST_WORDS)

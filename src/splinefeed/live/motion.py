@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -37,12 +38,18 @@ class Motion:
         self.origin: Array = setpoints(np.zeros(1), np.zeros(1)).position[0]
         self._begin(override.tau)
 
+    def begin_at(self, tau: float) -> None:
+        """Restart, at rest, at plan time tau, s."""
+        self.override.rest_at(tau)
+        self._begin(tau)
+
     def _begin(self, tau: float) -> None:
         first = self._points(np.array([tau]), np.zeros(1))
         self._first: Setpoints | None = first
         self.start: Array = first.position[0]
         self._taus = deque([tau], maxlen=REMEMBERED)
-        self._row = 0  # rows that were given so far
+        #: How many rows were given.
+        self.rows = 0
         self.override.prepare()
 
     @property
@@ -55,39 +62,29 @@ class Motion:
         back = wanted < 0.0 and self.override.tau == 0.0
         return self.override.held and self._first is None and (wanted == 0.0 or back)
 
-    @property
-    def rows(self) -> int:
-        """How many rows were given."""
-        return self._row
-
     def take(self, count: int, wanted: float) -> Setpoints:
         """The next `count` setpoints, fewer at the end; the first of all is where the motion begins."""
         if self._first is not None:
             setpoints, self._first = self._first, None
-            self._row = 1
+            self.rows = 1
             return setpoints
         ticks = self.override.run(np.full(count, wanted))
         self._taus.extend(ticks.tau.tolist())
-        self._row += len(ticks)
+        self.rows += len(ticks)
         return self._points(ticks.tau, ticks.rate)
 
     def tau_of(self, row: int) -> float:
         """Plan time of a row that was given, from 1; of the oldest that is remembered if it is older, s."""
-        behind = min(max(self._row - row, 0), len(self._taus) - 1)
+        behind = min(max(self.rows - row, 0), len(self._taus) - 1)
         return self._taus[-1 - behind]
 
     def go_back_to(self, row: int) -> None:
         """Rest at a row that was given, from 1, and drop the later ones."""
         tau = self.tau_of(row)
-        for _ in range(min(self._row - row, len(self._taus) - 1)):
+        for _ in range(min(self.rows - row, len(self._taus) - 1)):
             self._taus.pop()
-        self._row = row
+        self.rows = row
         self.override.rest_at(tau)
-
-    def begin_at(self, tau: float) -> None:
-        """Restart, at rest, at plan time tau, s."""
-        self.override.rest_at(tau)
-        self._begin(tau)
 
     def begin_near(self, position: Array, low: float, high: float) -> None:
         """Restart, at rest, at the plan time from low to high, s, where the axes are nearest to `position`."""
@@ -123,6 +120,19 @@ def along(
     )
 
 
+def planned(
+    path: Path | JointPath, limits: Limits, *, period: float, strategy: str | None = None, top: float = 1.0,
+    most: float = 1.0, rate: float = 1.0,
+) -> tuple[TimeLaw, Motion]:  # fmt: skip
+    """Law and motion, planned with a reserve for overrides up to `top`, 1 = as planned; none is above `most`.
+
+    The feed is what is programmed, 100 %; limits at every override are those of the axes.
+    """
+    law = plan(path, with_reserve(limits, top), strategy=strategy, period=period)
+    allowed = replace(limits, feed=max(most, 1.0) * limits.feed)
+    return law, along(path, law, allowed, rate=rate, highest=most)
+
+
 def through(rows: Setpoints, limits: Limits, *, highest: float = HIGHEST) -> Motion:
     """Setpoints without their path."""
     course = RowsCourse(rows, sum(axis not in ROTARY_AXES for axis in rows.axes))
@@ -131,6 +141,4 @@ def through(rows: Setpoints, limits: Limits, *, highest: float = HIGHEST) -> Mot
 
 def approach(start: Array, end: Array, axes: tuple[str, ...], limits: Limits, period: float) -> Motion:
     """The straight move from the position of the axes to another, (axes,), within limits and under the override."""
-    path = Path.polyline(np.array([start, end]), axes, name="approach")
-    law = plan(path, with_reserve(limits), period=period)
-    return along(path, law, limits, highest=1.0)
+    return planned(Path.polyline(np.array([start, end]), axes, name="approach"), limits, period=period)[1]

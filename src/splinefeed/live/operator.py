@@ -1,77 +1,127 @@
-"""The operator's commands, from any thread: keys, the local socket, a signal, or pins of the controller."""
+"""The operator's orders, from any thread: keys, signals, pins of the controller, and JSON lines on a local socket."""
 
 from __future__ import annotations
 
+import hmac
+import json
+import secrets
+import socketserver
 import threading
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
 
 from splinefeed.errors import InputError
 
 #: Highest rate.
 MOST = 2.0
+#: Longest line that is read, bytes; most clients at once; s without a line after which one is disconnected.
+LONGEST_LINE, MOST_CLIENTS, IDLE = 1024, 4, 60.0
+#: s between two lines of a client, and between two clients.
+PAUSE = 0.01
 
 
 class Operator:
-    """Feedrate override, feed hold, retrace and stop; a hold goes before a retrace, a stop before both."""
+    """Feedrate override, feed hold, retrace and stop; a hold goes before a retrace, a stop before both.
+
+    rate  the feedrate override, 1 = as planned; held, back, stopping  whether these are on
+    """
 
     def __init__(self, rate: float = 1.0) -> None:
-        self._rate, self._hold, self._back, self._stop = rate, False, False, False
-        self._lock = threading.Lock()
+        self.rate, self.held, self.back, self.stopping = rate, False, False, False
 
-    def set_rate(self, rate: float) -> None:
-        """Wanted rate, 1 = as planned. InputError unless from 0 to 2."""
-        if not 0.0 <= rate <= MOST:
-            raise InputError(f"override {100.0 * rate:g} %; it must be from 0 to {100.0 * MOST:g} %")
-        with self._lock:
-            self._rate = rate
+    def obey(self, orders: Mapping[str, Any]) -> None:
+        """Do what is ordered by name: `override`, %; `hold`, `reverse`, `stop`, true or false; all of it or nothing.
 
-    def turn(self, by: float) -> None:
-        """Raise or lower the wanted rate, within 0 to 2."""
-        with self._lock:
-            self._rate = min(max(self._rate + by, 0.0), MOST)
-
-    def hold(self, held: bool = True) -> None:
-        """Feed hold, or resume."""
-        with self._lock:
-            self._hold = held
-
-    def reverse(self, back: bool = True) -> None:
-        """Retrace the path, or go forward again."""
-        with self._lock:
-            self._back = back
-
-    def go(self) -> None:
-        """Resume: no hold, forward."""
-        with self._lock:
-            self._hold = self._back = False
-
-    def stop(self) -> None:
-        """Stop on the path, and end."""
-        with self._lock:
-            self._stop = True
-
-    @property
-    def rate(self) -> float:
-        """The feedrate override, 1 = as planned."""
-        return self._rate
-
-    @property
-    def held(self) -> bool:
-        """Whether feed hold is on."""
-        return self._hold
-
-    @property
-    def back(self) -> bool:
-        """Whether retrace is on."""
-        return self._back
-
-    @property
-    def stopping(self) -> bool:
-        """Whether a stop was commanded."""
-        return self._stop
+        `status` is an order that changes nothing. Raises InputError for what is none.
+        """
+        for name, value in orders.items():
+            if name == "override":
+                if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 100.0 * MOST:
+                    raise InputError(f"override: {str(value)[:20]} must be a number from 0 to {100.0 * MOST:g} %")
+            elif name not in ("hold", "reverse", "stop", "status"):
+                raise InputError(f"{name!r} is no order; choose from override (%), hold, reverse, stop, status")
+            elif not isinstance(value, bool):
+                raise InputError(f"{name} must be true or false")
+        if "override" in orders:
+            self.rate = orders["override"] / 100.0
+        self.held = orders.get("hold", self.held)
+        self.back = orders.get("reverse", self.back)
+        self.stopping = self.stopping or orders.get("stop", False)
 
     @property
     def wanted(self) -> float:
         """The rate to run at, negative backwards."""
-        if self._hold or self._stop:
+        if self.held or self.stopping:
             return 0.0
-        return -self._rate if self._back else self._rate
+        return -self.rate if self.back else self.rate
+
+
+class Control(socketserver.ThreadingTCPServer):
+    """Orders over a free port of loopback until the context ends: {"token": "...", "override": 80}, one JSON a line.
+
+    Every line is answered by one, and their rate is limited, so that a flood of them does not delay the stream.
+
+    port   where; token  what every line must carry; status  what else answers carry
+    """
+
+    daemon_threads, block_on_close, request_queue_size = True, False, MOST_CLIENTS
+
+    def __init__(self, operator: Operator) -> None:
+        super().__init__(("127.0.0.1", 0), _Client)
+        self.port = int(self.server_address[1])
+        self.token = secrets.token_hex(8)
+        self.status: dict[str, Any] = {}
+        self.room = threading.BoundedSemaphore(MOST_CLIENTS)
+        self._operator = operator
+        threading.Thread(target=self.serve_forever, args=(0.1,), daemon=True).start()
+
+    def __exit__(self, *error: Any) -> None:
+        self.shutdown()
+        super().__exit__(*error)
+
+    def verify_request(self, request: Any, client_address: Any) -> bool:
+        """Whether there is room for one more client."""
+        if self.room.acquire(blocking=False):
+            return True
+        with suppress(OSError):
+            request.sendall(b'{"ok": false, "error": "too many clients"}\n')
+        time.sleep(PAUSE)
+        return False
+
+    def answer(self, line: bytes) -> dict[str, Any] | None:
+        """The answer to a line; None for one without the token."""
+        try:
+            said = json.loads(line)
+            token = said.pop("token").encode(errors="replace")
+        except (ValueError, RecursionError, AttributeError, LookupError, TypeError):
+            return None
+        if not hmac.compare_digest(token, self.token.encode()):
+            return None
+        operator = self._operator
+        try:
+            operator.obey(said)
+        except InputError as error:
+            return {"ok": False, "error": str(error)}
+        states = {"override": 100.0 * operator.rate, "hold": operator.held, "reverse": operator.back}
+        return {"ok": True, "error": None, **states, **self.status}
+
+
+class _Client(socketserver.StreamRequestHandler):
+    server: Control
+    timeout = IDLE
+
+    def handle(self) -> None:
+        """Answer lines; one that is too long or without the token is the last."""
+        answer: dict[str, Any] | None = {}
+        try:
+            while answer is not None and (line := self.rfile.readline(LONGEST_LINE + 1)):
+                answer = self.server.answer(line) if len(line) <= LONGEST_LINE else None
+                said = answer or {"ok": False, "error": "the token is missing or wrong"}
+                self.wfile.write(json.dumps(said).encode() + b"\n")
+                time.sleep(PAUSE)
+        except OSError:
+            return
+        finally:
+            self.server.room.release()

@@ -12,7 +12,7 @@ import numpy as np
 from splinefeed.errors import SplinefeedError
 from splinefeed.live.motion import Motion
 from splinefeed.live.operator import MOST, Operator
-from splinefeed.live.sink import Rows, Sink, Taken, batch_rows
+from splinefeed.live.sinks import Rows, Sink, Taken, batch_rows
 from splinefeed.records import Array
 
 #: Rows made at a time where no clock takes them.
@@ -23,6 +23,8 @@ START_TOLERANCE = 0.01
 STALLED = 5.0
 #: Seconds between two savings of where the consumer is.
 SAVE_EVERY = 0.5
+#: Gives the motion from where the axes are to the first row, (axes,) each.
+Approach = Callable[[Array, Array], Motion]
 
 
 class StreamError(SplinefeedError):
@@ -43,20 +45,8 @@ class State:
     confirmed_tau: float
     tau: float
     rate: float
-    wanted: float
     underruns: int
     done: bool
-
-
-@dataclass(frozen=True)
-class Resume:
-    """Where a stream that ended early was: plan times, s, of the last row confirmed and of the last one sent.
-
-    Rows that were sent may have been taken behind the last confirmation: the axes tell.
-    """
-
-    confirmed: float
-    sent: float
 
 
 def play(
@@ -66,17 +56,18 @@ def play(
     ahead: int,
     *,
     here: bool = False,
-    resume: Resume | None = None,
-    approach: Callable[[Array, Array], Motion] | None = None,
-    saved: Callable[[State], None] | None = None,
-    seen: Callable[[State], None] | None = None,
+    resume: tuple[float, float] | None = None,
+    approach: Approach | None = None,
+    saved: Callable[[State], None] = lambda state: None,
+    seen: Callable[[State], None] = lambda state: None,
 ) -> State:
     """Stream a motion into a sink until its end, or until a stop has brought it to rest.
 
     ahead     rows that are kept ahead of a consumer with a clock
     here      whether to move the whole path so that it begins where the axes are; else they must be there
-    resume    begin where a stream ended early: at the plan time that the axes are at
-    approach  gives the motion from where the axes are to the first row (axes,); without it they must be there
+    resume    plan times, s, of the last row confirmed and of the last one sent by a stream that ended early: begin
+              between them, where the axes are (rows may have been taken behind the last confirmation)
+    approach  moves the axes to the first row; without it they must be there
     saved     called from time to time, at the end, and after an error, with what the consumer has confirmed
     seen      called for each batch
 
@@ -84,31 +75,22 @@ def play(
     after the last row that it took. Raises StreamError where the axes are not at the first row, and for a consumer that
     stops taking rows.
     """
-    stream = _Stream(motion, sink, operator, ahead, saved or _nothing, seen or _nothing)
+    stream = _Stream(motion, sink, operator, ahead, saved, seen)
     try:
         stream.begin(here, resume, approach)
         return stream.run()
     except BaseException:
         with suppress(Exception):
-            stream.saved(stream.state())
+            saved(stream.state())
         sink.abandon()
         raise
 
 
-def _nothing(state: State) -> None:
-    """The default for `saved` and `seen`."""
-
-
 class _Stream:
     def __init__(
-        self,
-        motion: Motion,
-        sink: Sink,
-        operator: Operator,
-        ahead: int,
-        saved: Callable[[State], None],
-        seen: Callable[[State], None],
-    ) -> None:
+        self, motion: Motion, sink: Sink, operator: Operator, ahead: int,
+        saved: Callable[[State], None], seen: Callable[[State], None],
+    ) -> None:  # fmt: skip
         self.motion, self.sink, self.operator, self.ahead = motion, sink, operator, ahead
         self.saved, self.seen = saved, seen
         self.parts = [motion]
@@ -118,16 +100,15 @@ class _Stream:
         self.position: Array = motion.start[None]
         self.taken = Taken(0)
 
-    def begin(self, here: bool, resume: Resume | None, approach: Callable[[Array, Array], Motion] | None) -> None:
+    def begin(self, here: bool, resume: tuple[float, float] | None, approach: Approach | None) -> None:
         """Find where the axes are, and begin there."""
         motion = self.motion
         at = self.sink.open(motion.axes, motion.period, motion.start)
-        if resume is not None and not here:
-            beyond = MOST * (SAVE_EVERY + self.ahead * motion.period)
-            low, high = sorted((resume.confirmed, resume.sent))
-            motion.begin_near(at, low - beyond, high + beyond)
         if here:
             self.offset = at - motion.start
+        elif resume is not None:
+            beyond = MOST * (SAVE_EVERY + self.ahead * motion.period)
+            motion.begin_near(at, min(resume) - beyond, max(resume) + beyond)
         self.position = motion.start[None] + self.offset
         off = np.abs(at - self.position[0])
         if float(np.max(off)) <= START_TOLERANCE:
@@ -150,8 +131,7 @@ class _Stream:
             if not part.done:
                 break
         # the very last row once more: a FIFO of LinuxCNC 2.9 may keep the last one to itself; so does a stop end, too
-        self.sink.write(Rows(self.row + 1, self.position[-1:], self.motion.axes, last=True))
-        self.row += 1
+        self._write(self.position[-1:], last=True)
         self.taken = self.sink.close()
         final = self.state()
         self.saved(final)
@@ -167,10 +147,14 @@ class _Stream:
             confirmed_tau=motion.tau_of(taken.row - self.base),
             tau=motion.override.tau,
             rate=motion.override.rate,
-            wanted=self.operator.wanted,
             underruns=taken.underruns,
             done=motion.done,
         )
+
+    def _write(self, position: Array, last: bool) -> None:
+        self.sink.write(Rows(self.row + 1, position, self.motion.axes, last))
+        self.position = position
+        self.row += len(position)
 
     def _run(self, part: Motion, last: bool) -> None:
         """Until the end of a part, or until a stop has brought it to rest."""
@@ -210,10 +194,9 @@ class _Stream:
                 continue
             count = min(batch, room)
             if part.done:
-                self.position = np.repeat(self.position[-1:], count, axis=0)
+                self._write(np.repeat(self.position[-1:], count, axis=0), last=False)
             else:
-                self.position = part.take(count, wanted).position + self.offset
-            sink.write(Rows(self.row + 1, self.position, part.axes, last=last and part.done))
-            self.row += len(self.position)
+                position = part.take(count, wanted).position + self.offset
+                self._write(position, last=last and part.done)
             moved = time.monotonic()
             self.seen(self.state())

@@ -9,8 +9,7 @@ import numpy as np
 
 from splinefeed.report import theme
 from splinefeed.report.html import filled, listed, section, table, text_of
-from splinefeed.sweeps.store import settings_columns
-from splinefeed.sweeps.summary import column, pareto
+from splinefeed.sweeps.store import column, pareto, settings_columns
 from splinefeed.sweeps.work import FAILED
 
 #: The file that it is written to.

@@ -1,38 +1,78 @@
-"""Everything that a running studio holds: workers, queue, uploads, history, and the tabs that are open."""
+"""Everything that a running studio holds: workers, queue, files, history, and the tabs that are open."""
 
 from __future__ import annotations
 
 import asyncio
+import itertools
 import json
 import shutil
 import tempfile
 from collections import OrderedDict
-from collections.abc import Coroutine, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Coroutine, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from splinefeed.errors import InputError
-from splinefeed.studio.desk import Desk
 from splinefeed.studio.history import History
-from splinefeed.studio.jobs import DONE, FAILED, Job, Jobs
-from splinefeed.studio.offer import offer
-from splinefeed.studio.uploads import Uploads
+from splinefeed.workers import LostError, Worker
 
-#: Files made for download that are kept; time that a plan may take while sliders move, s.
-MADE, QUICK = 16, 20.0
+#: Address space of a worker, bytes; the libraries alone take some GB of it, most never touched.
+MOST_MEMORY = 12 * 2**30
+#: Time that a plan may take while sliders move, s.
+QUICK = 20.0
 #: The answer to a plan that takes longer: a page at rest then asks for a job, which has time and can be cancelled.
 LATER = b'{"final":false,"shown":null}'
 COMPILING = "loading the kernels; the first time they are compiled for this machine, a minute or two"
+#: Jobs that may wait, of all tabs together, and ended ones whose answers are kept for a page that was reloaded.
+MOST_WAITING, ANSWERS = 16, 8
+#: A job that others replace is left to end by itself if it has run for less than this, s: a new worker takes longer.
+LEFT_ALONE = 3.0
+WAITING, RUNNING, DONE, FAILED, CANCELLED = "waiting", "running", "done", "failed", "cancelled"
+
+#: What a worker says while it works: the head of a message.
+Heard = Callable[[dict[str, Any]], None]
+#: What came of a request: a head, with an `error`, words by field, or an `entry` for the history, and a body of JSON.
+Answer = tuple[dict[str, Any], bytes]
 
 
-class Tab(Protocol):
-    """An open page."""
+async def ask(
+    worker: Worker, request: dict[str, Any], heard: Heard = lambda head: None, deadline: float | None = None
+) -> Answer:
+    """The answer to a request; `heard` is called with progress. After `deadline`, s, the worker is killed."""
+    loop = asyncio.get_running_loop()
 
-    name: str
+    def said(head: dict[str, Any]) -> None:
+        loop.call_soon_threadsafe(heard, head)
 
-    def send(self, kind: str, **said: Any) -> None:
-        """Tell the page something; `body`, bytes of JSON, is put in as it is."""
+    try:
+        return await asyncio.to_thread(worker.ask, request, said, deadline)
+    except LostError as error:
+        took = f"takes longer than {deadline:.0f} s" if error.late else "ended its worker"
+        words = f"this {took}: the input may be too large or broken"
+        return {"error": {"fields": {"": words}, "fault": False}, "late": error.late}, b""
+
+
+@dataclass
+class Job:
+    """One job: its request, its tab, and its progress."""
+
+    id: int
+    kind: str
+    title: str
+    tab: str
+    request: dict[str, Any]
+    state: str = WAITING
+    words: str = ""
+    share: list[int] = field(default_factory=list)  # done and total, where the job can tell
+    answer: Answer | None = None
+    begun: float = 0.0
+    seen: bool = False  # whether the page of its tab has had the answer
+    wanted: bool = True  # whether its answer is still wanted; one that newer settings have replaced is not
+
+    def shown(self) -> dict[str, Any]:
+        """What pages show of it."""
+        return {name: getattr(self, name) for name in ("id", "kind", "title", "tab", "state", "words", "share")}
 
 
 class House:
@@ -40,41 +80,31 @@ class House:
 
     def __init__(self, history: Path | None) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="splinefeed-studio-"))
-        self.uploads = Uploads(self.folder / "uploads")
-        self.made = self.folder / "made"
-        self.made.mkdir(mode=0o700)
+        self.uploads, self.made = self.folder / "uploads", self.folder / "made"
+        for each in (self.uploads, self.made):
+            each.mkdir()
         self.history = None if history is None else History(history, self.uploads)
-        self.front = Desk("front", self.uploads.folder, self.made)
-        self.back = Desk("back", self.uploads.folder, self.made)
-        self.player = Desk("player", self.uploads.folder, self.made)
+        words = ("splinefeed.studio.tasks:open_bench", str(self.uploads), str(self.made))
+        self.front, self.back, self.player = (Worker(*words, memory=MOST_MEMORY) for _ in range(3))
         self.playing: str | None = None
-        self.tabs: dict[str, Tab] = {}
+        self.tabs: dict[str, Callable[..., None]] = {}  # how to tell something to each open page, by its name
         self.ready = "warming up"
-        self.jobs = Jobs(self.back, self._job_changed, self._job_ended)
-        self._waiting: OrderedDict[str, dict[str, Any]] = OrderedDict()
-        self._wake = asyncio.Event()
+        self.jobs: list[Job] = []
+        self._numbers = itertools.count(1)
+        self._plans: OrderedDict[str, dict[str, Any]] = OrderedDict()
+        self._planning, self._queued = asyncio.Event(), asyncio.Event()
         self._tasks: set[asyncio.Task[None]] = set()
 
     def open(self) -> None:
         """Begin to work: warm the workers up, then take requests."""
+        from splinefeed.studio.settings import offer
+
         # what pages can choose from needs half the package imported, which is not to keep the server from answering
         self._offer = asyncio.get_running_loop().run_in_executor(None, offer)
         self._begin(self._plan_for_ever())
-        self._begin(self.jobs.work())
+        self._begin(self._work_for_ever())
 
-    def welcome(self, tab: Tab) -> None:
-        """Say to a page what there is, how things stand, and what it has missed."""
-        self.tabs[tab.name] = tab
-        self._begin(self._welcome(tab))
-
-    async def _welcome(self, tab: Tab) -> None:
-        there = await asyncio.shield(self._offer)
-        tab.send("welcome", offer=there, state=self.ready, jobs=[job.shown() for job in self.jobs.open()])
-        for job in list(self.jobs.all):
-            if job.tab == tab.name:
-                self.deliver(job)
-
-    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
+    def _begin(self, work: Coroutine[Any, Any, Any]) -> None:
         task = asyncio.create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
@@ -83,51 +113,78 @@ class House:
         """End all work and leave no file behind."""
         for task in list(self._tasks):
             task.cancel()
-        for desk in (self.front, self.back, self.player):
-            with suppress(OSError):
-                await desk.close()
+        for worker in (self.front, self.back, self.player):
+            await asyncio.to_thread(worker.stop)
         if self.history is not None:
             self.history.close()
         shutil.rmtree(self.folder, ignore_errors=True)
 
+    def welcome(self, tab: str, send: Callable[..., None]) -> None:
+        """Say to a page what there is, how things stand, and what it has missed.
+
+        send  tells it something of a kind; `body`, bytes of JSON, is put in as it is
+        """
+        self.tabs[tab] = send
+        self._begin(self._welcome(send))
+
+    async def _welcome(self, send: Callable[..., None]) -> None:
+        there = await asyncio.shield(self._offer)
+        send("welcome", offer=there, state=self.ready, jobs=[job.shown() for job in self._open()])
+        for job in list(self.jobs):
+            self._deliver(job)
+
     def tell(self, kind: str, **said: Any) -> None:
         """Tell every page."""
-        for tab in list(self.tabs.values()):
-            tab.send(kind, **said)
+        for send in list(self.tabs.values()):
+            send(kind, **said)
+
+    def _tell_one(self, name: str, kind: str, **said: Any) -> None:
+        if name in self.tabs:
+            self.tabs[name](kind, **said)
+
+    def _state(self, words: str) -> None:
+        self.ready = words
+        self.tell("state", words=words)
+
+    # --- plans while sliders move ---
 
     def plan(self, tab: str, message: dict[str, Any]) -> None:
         """Plan at once for a tab; its earlier requests without an answer are dropped."""
-        self._waiting[tab] = message
-        self._wake.set()
+        self._plans[tab] = message
+        self._planning.set()
 
     async def _plan_for_ever(self) -> None:
-        await self.front.ask({"task": "warm"}, lambda head: self._state(COMPILING))
+        await ask(self.front, {"task": "warm"}, lambda head: self._state(COMPILING))
         self._state("ready")
-        self.jobs.add(
-            "warm", "warming up", "", {"task": "warm", "all": True}
-        )  # not before: both would compile the same
-        self._begin(self._warm_player())
+        self.add("warm", "warming up", "", {"task": "warm", "all": True})  # not before: both would compile the same
+        self._begin(ask(self.player, {"task": "warm", "play": True}))
         while True:
-            if not self._waiting:
-                self._wake.clear()
-                await self._wake.wait()
-                continue
-            name, message = self._waiting.popitem(last=False)
-            request = {"task": "plan", "settings": message["settings"], "look": message.get("look")}
-            answer = await self.front.ask(request, lambda head: None, QUICK)
-            if answer.late:
-                if name in self.tabs:
-                    self.tabs[name].send("planned", n=message["n"], body=LATER)
-                await self.front.ask({"task": "warm"}, lambda head: None)  # the next worker begins again
-                continue
-            if name not in self.tabs:
-                continue
-            if answer.error is not None:
-                self.tabs[name].send("refused", n=message["n"], error=answer.error)
-                continue
-            self.tabs[name].send("planned", n=message["n"], body=answer.body)
-            if answer.entry is not None and message["rest"]:
-                self.remember(message["settings"], answer.entry)
+            await self._planning.wait()
+            while self._plans:
+                name, message = self._plans.popitem(last=False)
+                request = {"task": "plan", "settings": message["settings"], "look": message.get("look")}
+                head, body = await ask(self.front, request, deadline=QUICK)
+                error = head.get("error")
+                if head.get("late"):
+                    self._tell_one(name, "planned", n=message["n"], body=LATER)
+                    await ask(self.front, {"task": "warm"})  # the next worker begins again
+                elif error is not None:
+                    self._tell_one(name, "refused", n=message["n"], error=error)
+                else:
+                    self._tell_one(name, "planned", n=message["n"], body=body)
+                    if message["rest"]:
+                        self._remember(message["settings"], head.get("entry"))
+            self._planning.clear()
+
+    def _remember(self, settings: Mapping[str, Any], entry: Mapping[str, Any] | None) -> None:
+        """Put a plan into the history."""
+        if self.history is not None and entry is not None:
+            from splinefeed.studio.settings import complete
+
+            self.history.add(complete(settings), entry)
+            self.tell("history")
+
+    # --- playback ---
 
     def play(self, tab: str, request: dict[str, Any]) -> None:
         """Begin to play for a tab; InputError while another one plays."""
@@ -137,71 +194,95 @@ class House:
         self._begin(self._play(tab, request))
 
     async def _play(self, tab: str, request: dict[str, Any]) -> None:
+        def heard(head: dict[str, Any]) -> None:
+            self._tell_one(tab, "frame" if head.pop("kind") == "frame" else "playing", **head)
+
         try:
-            answer = await self.player.ask({"task": "play", **request}, lambda head: self._frame(tab, head))
+            head, body = await ask(self.player, {"task": "play", **request}, heard)
         finally:
             self.playing = None
-        if tab in self.tabs:
-            if answer.error is not None:
-                self.tabs[tab].send("played", error=answer.error)
-            else:
-                self.tabs[tab].send("played", body=answer.body)
+        self._tell_one(tab, "played", **({"error": head["error"]} if "error" in head else {"body": body}))
 
-    def _frame(self, tab: str, head: dict[str, Any]) -> None:
-        if tab in self.tabs:
-            said = {name: value for name, value in head.items() if name != "kind"}
-            self.tabs[tab].send("frame" if head["kind"] == "frame" else "playing", **said)
+    # --- jobs, one at a time ---
 
-    async def _warm_player(self) -> None:
-        await self.player.ask({"task": "warm", "play": True}, lambda head: None)
+    def _open(self) -> list[Job]:
+        """Jobs that wait or run."""
+        return [job for job in self.jobs if job.state in (WAITING, RUNNING)]
 
-    def remember(self, settings: Mapping[str, Any], entry: Mapping[str, Any]) -> None:
-        """Put a plan into the history."""
-        if self.history is not None:
-            from splinefeed.studio.settings import complete
+    def add(self, kind: str, title: str, tab: str, request: dict[str, Any]) -> None:
+        """Put a job into the queue, unless the same tab has sent the same; InputError if it is full.
 
-            self.history.add(complete(settings), entry)
-            self.tell("history")
+        A `settle` replaces those before it of its tab.
+        """
+        if any((job.kind, job.tab, job.request, job.wanted) == (kind, tab, request, True) for job in self._open()):
+            return
+        if kind == "settle":
+            self.replace(tab)
+        if len(self._open()) >= MOST_WAITING:
+            raise InputError(f"{MOST_WAITING} jobs are waiting; cancel one, or wait")
+        job = Job(next(self._numbers), kind, title, tab, request)
+        self.jobs.append(job)
+        self._changed(job)
 
-    def reopen(self, number: int) -> dict[str, Any]:
-        """The settings of a plan of the history; InputError if there is none."""
-        found = None if self.history is None else self.history.settings(number)
-        if found is None:
-            raise InputError("that plan is not in the history any more")
-        return found
+    def replace(self, tab: str) -> None:
+        """The settings of a tab have changed: what it has in the queue by the old ones is not wanted any more."""
+        for job in self._open():
+            if job.kind == "settle" and job.tab == tab:
+                job.wanted = False
+                ran = asyncio.get_running_loop().time() - job.begun
+                if job.state == WAITING or ran > LEFT_ALONE:
+                    self.cancel(job.id)
 
-    def download(self, name: str) -> Path | None:
-        """A file that was made, None if it is not there any more."""
-        kept = sorted((each for each in self.made.iterdir()), key=lambda each: each.stat().st_mtime_ns)
-        for old in kept[:-MADE]:
-            shutil.rmtree(old, ignore_errors=True)
-        place = self.made / name
-        files = sorted(place.iterdir()) if place in kept[-MADE:] else []
-        return files[0] if files else None
+    def cancel(self, number: int) -> None:
+        """Take a job out of the queue, or end it by ending its worker."""
+        for job in self._open():
+            if job.id == number:
+                running, job.state = job.state == RUNNING, CANCELLED
+                self._changed(job)
+                if running:
+                    self.back.stop()
 
-    def _state(self, words: str) -> None:
-        self.ready = words
-        self.tell("state", words=words)
-
-    def _job_changed(self, job: Job) -> None:
+    def _changed(self, job: Job) -> None:
         self.tell("job", job=job.shown())
+        self._queued.set()
 
-    def _job_ended(self, job: Job) -> None:
-        assert job.answer is not None
-        if job.kind == "settle" and job.state == DONE and job.wanted and job.answer.entry is not None:
-            self.remember(job.request["settings"], job.answer.entry)
-        self.deliver(job)
+    async def _work_for_ever(self) -> None:
+        while True:
+            await self._queued.wait()
+            self._queued.clear()
+            while job := next((each for each in self.jobs if each.state == WAITING), None):
+                await self._work(job)
+                closed = [each for each in self.jobs if each.state not in (WAITING, RUNNING)]
+                for each in closed[:-ANSWERS]:
+                    self.jobs.remove(each)
 
-    def deliver(self, job: Job) -> None:
+    async def _work(self, job: Job) -> None:
+        def heard(head: dict[str, Any]) -> None:
+            job.words, job.share = str(head.get("words", "")), list(head.get("share", []))
+            if job.state == RUNNING:
+                self._changed(job)
+
+        job.state, job.begun = RUNNING, asyncio.get_running_loop().time()
+        self._changed(job)
+        head, body = await ask(self.back, job.request, heard)
+        if job.state != RUNNING:
+            return
+        job.answer, job.state = (head, body), FAILED if "error" in head else DONE
+        self._changed(job)
+        if job.kind == "settle" and job.state == DONE and job.wanted:
+            self._remember(job.request["settings"], head.get("entry"))
+        self._deliver(job)
+
+    def _deliver(self, job: Job) -> None:
         """Send the answer of a job to its page, if it is there and the answer still wanted."""
-        tab = self.tabs.get(job.tab)
-        if tab is None or job.seen or not job.wanted or job.answer is None:
+        if job.tab not in self.tabs or job.seen or not job.wanted or job.answer is None:
             return
         job.seen = True
+        head, body = job.answer
         if job.state == FAILED:
-            tab.send("failed", job=job.shown(), error=job.answer.error)
-        elif job.state == DONE:
-            tab.send("done", job=job.shown(), settings=job.request.get("settings"), body=job.answer.body)
+            self._tell_one(job.tab, "failed", job=job.shown(), error=head["error"])
+        else:
+            self._tell_one(job.tab, "done", job=job.shown(), settings=job.request.get("settings"), body=body)
 
 
 def message(kind: str, said: Mapping[str, Any], body: bytes | None) -> bytes:

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.analysis.thinning import cells
+import splinefeed as sf
 from splinefeed.formats import json_curve
 from splinefeed.formats.plain import plain
 from splinefeed.pipeline.experiment import servo_numbers
-from splinefeed.pipeline.run import Run
+from splinefeed.records import view
 from splinefeed.report import interactive
 from splinefeed.report.figure import Figure
 from splinefeed.report.motion_figures import motion_figure
@@ -22,11 +22,11 @@ from splinefeed.report.theme import limit_words
 from splinefeed.studio.settings import Wanted
 from splinefeed.studio.sources import MOST_EDITED
 
-#: Size of the small picture, pixels, and its points at the most.
-PICTURE, PICTURE_POINTS = 96.0, 300
+#: Points of the small picture at the most.
+PICTURE_POINTS = 300
 
 
-def numbers(wanted: Wanted, run: Run, formats: tuple[str, ...] = ("hdf5",)) -> dict[str, Any]:
+def numbers(wanted: Wanted, run: sf.Run, formats: tuple[str, ...] = ("hdf5",)) -> dict[str, Any]:
     """The page of numbers of a run, as `splinefeed run` writes it, with the source called as the user does."""
     servo = None
     if run.served is not None and wanted.machine is not None:
@@ -48,7 +48,7 @@ def machine_name(wanted: Wanted) -> str | None:
     return f"{wanted.machine.name}.toml" if isinstance(given, Mapping) and given.get("toml") else wanted.machine.name
 
 
-def result(wanted: Wanted, run: Run, look: Mapping[str, Any] | None = None) -> dict[str, Any]:
+def result(wanted: Wanted, run: sf.Run, look: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """All that a page shows of a run; look: only what shows now, the `figure` and the `colour` of the path."""
     response = None if run.served is None else run.served.response
     seen = None if look is None else look.get("figure")
@@ -75,7 +75,7 @@ def drawn(path: Figure) -> dict[str, Any]:
     return {**interactive.to_plain(path), "colours": interactive.colours_of(path), "space": interactive.in_space(path)}
 
 
-def curves(run: Run) -> str | None:
+def curves(run: sf.Run) -> str | None:
     """The curves as the text of a JSON file, for editing; None where there are too many points, or not a plane."""
     path = run.path
     if path.linear != len(path.axes) or len(path.axes) != 2:
@@ -85,31 +85,11 @@ def curves(run: Run) -> str | None:
     return json_curve.to_text([path])
 
 
-def entry(wanted: Wanted, page: Mapping[str, Any], run: Run) -> dict[str, Any]:
+def entry(wanted: Wanted, page: Mapping[str, Any], run: sf.Run) -> dict[str, Any]:
     """What the history keeps of a run beside its settings."""
     names = ("ok", "duration_s", "length_mm", "strategy", "method", "ticks", "lower_bound_s", "contour_error_max_mm")
-    kept = {name: page.get(name) for name in names}
-    kept["machine"] = machine_name(wanted)
-    return plain({"name": run.path.name, "numbers": kept, "picture": thumbnail(run)})  # type: ignore[no-any-return]
-
-
-def thumbnail(run: Run) -> str:
-    """The path as the text of a small SVG picture, seen along z, its start a dot."""
-    place = run.kept.position[:, : min(run.path.linear, 2)]
-    if place.shape[1] < 2:
-        place = np.column_stack([run.kept.t, run.kept.position[:, 0]])
-    low, size = place.min(axis=0), float(np.max(np.ptp(place, axis=0))) or 1.0
-    spread = np.ptp(place, axis=0) / size
-    kept = cells(place)
-    kept = kept[:: -(-len(kept) // PICTURE_POINTS)]
-    kept = np.append(kept, len(place) - 1)
-    inner = 0.88 * PICTURE
-    at = (place[kept] - low) / size * inner + 0.5 * (PICTURE - inner * spread)
-    at[:, 1] = PICTURE - at[:, 1]
-    line = " ".join(f"{x:.1f},{y:.1f}" for x, y in at.tolist())
-    x, y = at[0].tolist()
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {PICTURE:.0f} {PICTURE:.0f}">'
-        f'<polyline points="{line}" fill="none" stroke="#0072B2" stroke-width="1.6" stroke-linejoin="round"/>'
-        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2.6" fill="#D55E00"/></svg>'
-    )
+    kept = {**{name: page.get(name) for name in names}, "machine": machine_name(wanted)}
+    place = run.kept.position[:, : run.path.linear]
+    place = np.vstack([place[:: -(-len(place) // PICTURE_POINTS)], place[-1:]])
+    picture = view.shape(place, run.path.name) or view.sparkline(place[:, :1].ravel(), run.path.name)
+    return plain({"name": run.path.name, "numbers": kept, "picture": picture})  # type: ignore[no-any-return]

@@ -1,10 +1,15 @@
-"""The server of the page: static files, uploads, downloads, and one socket a tab; loopback only."""
+"""The server of the page: who may talk to it, static files, uploads, downloads, and one socket a tab; loopback only."""
 
 from __future__ import annotations
 
 import asyncio
+import hmac
+import json
+import re
+import secrets
 import signal
 import webbrowser
+from collections.abc import Callable
 from contextlib import suppress
 from importlib import resources
 from pathlib import Path
@@ -14,107 +19,247 @@ from urllib.parse import quote, unquote
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, RequestHandler, stream_request_body
+from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
-from splinefeed.errors import InputError
+from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.report import library
-from splinefeed.studio.guard import Guard, Guarded
-from splinefeed.studio.house import House
-from splinefeed.studio.socket import Socket
-from splinefeed.studio.uploads import LARGEST, Upload
+from splinefeed.studio import settings, sources
+from splinefeed.studio.house import House, message
 
+#: Names that the loopback interface goes by.
+HOSTS = ("127.0.0.1", "localhost")
 #: Kinds of the page's files by their endings.
 KINDS = {"html": "text/html; charset=utf-8", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 #: Piece of a file that is sent at once, bytes.
 PIECE = 2**18
+#: What a tab calls itself, drawn at random by the page.
+_TAB = re.compile(r"[0-9a-f]{16}")
 
 
-class Answering(Guarded):
-    """A handler that says errors in words."""
+class Guard:
+    """The token of this server, and the checks of a request.
+
+    token  stands in the address that the user opens; the page gets a cookie in its place, which no other site's
+           requests carry (SameSite=Strict)
+    """
+
+    def __init__(self, port: int) -> None:
+        self.token, self._cookie = secrets.token_urlsafe(24), secrets.token_urlsafe(24)
+        self.hosts = [f"{host}:{port}" for host in HOSTS]
+        self.address = f"http://127.0.0.1:{port}/?token={self.token}"
+        self._cookie_name = f"splinefeed-{port}"  # cookies do not know ports
+
+    def check(self, handler: RequestHandler, *, entrance: bool = False) -> None:
+        """Raise HTTPError for a request that is not from our page; entrance: the token may stand in for the cookie."""
+        request = handler.request
+        if request.host not in self.hosts:
+            raise HTTPError(421, reason="this server answers to 127.0.0.1 and localhost only")  # DNS rebinding
+        origin = request.headers.get("Origin")
+        cross = request.headers.get("Sec-Fetch-Site") == "cross-site" and not entrance
+        changes = request.method != "GET" or request.headers.get("Upgrade")
+        if cross or (origin is None and changes) or origin not in (None, f"http://{request.host}"):
+            raise HTTPError(403, reason="the request is not from the page")
+        if _same(handler.get_cookie(self._cookie_name) or "", self._cookie):
+            return
+        if entrance and _same(handler.get_query_argument("token", ""), self.token):
+            handler.set_cookie(self._cookie_name, self._cookie, path="/", httponly=True, samesite="Strict")
+            return
+        raise HTTPError(403, reason="the token is missing or wrong: open the address that splinefeed studio printed")
+
+    def headers(self) -> dict[str, str]:
+        """What every answer carries: no script, style, picture or connection but ours, no frame, nothing kept.
+
+        Inline styles are allowed, which Plotly sets on its axes and brings for its maps; the page writes no HTML.
+        """
+        sockets = " ".join(f"ws://{host}" for host in self.hosts)
+        policy = (
+            "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+            f"connect-src 'self' {sockets}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+        )
+        return {
+            "Content-Security-Policy": policy,
+            "X-Content-Type-Options": "nosniff",
+            "X-Frame-Options": "DENY",
+            "Referrer-Policy": "no-referrer",
+            "Cross-Origin-Opener-Policy": "same-origin",
+            "Cross-Origin-Resource-Policy": "same-origin",
+            "Cache-Control": "no-store",
+            "Server": "splinefeed",
+        }
+
+
+def _same(given: str, expected: str) -> bool:
+    return hmac.compare_digest(given.encode(errors="replace"), expected.encode())
+
+
+class _Guarded(RequestHandler):
+    """What all our handlers share: the guard before anything else, and headers that keep the browser to our files."""
+
+    house: House
+    entrance = False
+
+    def initialize(self, house: House) -> None:
+        self.house = house
+
+    def set_default_headers(self) -> None:
+        for name, value in self.application.settings["guard"].headers().items():
+            self.set_header(name, value)
+
+    def prepare(self) -> None:
+        self.application.settings["guard"].check(self, entrance=self.entrance)
 
     def write_error(self, status_code: int, **more: Any) -> None:
-        """One line of text, no traceback."""
         self.set_header("Content-Type", "text/plain; charset=utf-8")
         self.finish(f"{status_code}: {self._reason}\n")
 
 
-class Page(Answering):
-    """The page itself; the token in its address is exchanged for a cookie."""
-
-    entrance = True
-
-    def get(self) -> None:
-        """The page."""
-        self.set_header("Content-Type", KINDS["html"])
-        self.finish(self.application.settings["parts"]["index.html"])
-
-
-class Part(Answering):
-    """One of the page's files, and nothing else of any file system."""
+class _Part(_Guarded):
+    """One of the page's files, from memory, and nothing else of any file system."""
 
     def get(self, name: str) -> None:
-        """The file, from memory."""
         parts: dict[str, bytes] = self.application.settings["parts"]
         if name not in parts:
             raise HTTPError(404, reason="there is no such file")
         self.set_header("Content-Type", KINDS[name.rpartition(".")[2]])
-        self.set_header("Cache-Control", "private, max-age=3600" if name.startswith("plotly") else "no-cache")
+        if not self.entrance:
+            self.set_header("Cache-Control", "private, max-age=3600" if name.startswith("plotly") else "no-cache")
         self.finish(parts[name])
 
 
-@stream_request_body
-class Dropped(Answering):
-    """An upload, streamed to a file."""
+class _Page(_Part):
+    """The page itself; the token in its address is exchanged for a cookie."""
 
-    upload: Upload | None = None
+    entrance = True
+
+    def get(self, name: str = "index.html") -> None:
+        super().get(name)
+
+
+@stream_request_body
+class _Dropped(_Guarded):
+    """An upload; its body is taken only from who passes the guard, and no more of it than the server allows."""
 
     def prepare(self) -> None:
-        """Check who sends, and how much."""
         super().prepare()
-        try:
-            length = self.request.headers.get("Content-Length")
-            name = unquote(self.request.headers.get("X-Name", ""))[:400]
-            self.upload = self.house.uploads.begin(name, int(length) if length and length.isdigit() else None)
-        except InputError as error:
-            self._refuse(413, error)
+        self.chunks: list[bytes] = []
 
     def data_received(self, chunk: bytes) -> None:
-        """Take a piece."""
-        if self.upload is not None:
-            self.upload.write(chunk)
+        self.chunks.append(chunk)
 
     def post(self) -> None:
-        """The whole file is there."""
-        assert self.upload is not None
         try:
-            self.finish({"file": self.upload.end()})
+            name = unquote(self.request.headers.get("X-Name", ""))[:400]
+            self.finish({"file": sources.put(self.house.uploads, name, b"".join(self.chunks))})
         except InputError as error:
-            self._refuse(400, error)
-
-    def on_connection_close(self) -> None:
-        """Half a file is of no use."""
-        if self.upload is not None:
-            self.upload.drop()
-
-    def _refuse(self, status: int, error: InputError) -> None:
-        self.set_status(status)
-        self.finish({"error": str(error)})
+            self.set_status(413)
+            self.finish({"error": str(error)})
 
 
-class Download(Answering):
-    """A file that a job has made."""
+class _Download(_Guarded):
+    """A file that a job has made, piece by piece."""
 
     async def get(self, name: str) -> None:
-        """The file, piece by piece."""
-        file = self.house.download(name)
-        if file is None:
-            raise HTTPError(404, reason="the file is not kept any more; make it again")
+        try:
+            file = sources.upload(name, self.house.made)
+        except InputError:
+            raise HTTPError(404, reason="the file is not kept any more; make it again") from None
         self.set_header("Content-Type", "application/octet-stream")
         self.set_header("Content-Disposition", f"attachment; filename*=UTF-8''{quote(file.name)}")
-        self.set_header("Content-Length", str(file.stat().st_size))
         with file.open("rb") as stream:
             while piece := stream.read(PIECE):
                 self.write(piece)
                 await self.flush()
+
+
+class _Socket(_Guarded, WebSocketHandler):
+    """The socket of a tab: requests of a page, each a method `do_...`, and the answers."""
+
+    name = ""
+
+    def check_origin(self, origin: str) -> bool:
+        return True  # the guard has looked at it
+
+    def on_close(self) -> None:
+        # its jobs go on, and it may come back
+        if self.house.tabs.get(self.name) == self.send:
+            del self.house.tabs[self.name]
+            if self.house.playing == self.name:
+                self.house.player.order({"stop": True})
+
+    def send(self, kind: str, body: bytes | None = None, **said: Any) -> None:
+        with suppress(WebSocketClosedError):
+            self.write_message(message(kind, said, body).decode())
+
+    def on_message(self, message: str | bytes) -> None:
+        n = None
+        try:
+            said = json.loads(message)
+            n = said.get("n")
+            if not self.name and said["do"] != "hello":
+                raise TypeError
+            REQUESTS[said["do"]](self, said)
+        except SplinefeedError as error:
+            self.send("refused", n=n, error={"fields": {"": str(error)}, "fault": False})
+        except (ValueError, TypeError, LookupError, AttributeError, RecursionError):
+            self.send("refused", n=None, error={"fields": {"": "the page sent an invalid request"}, "fault": True})
+
+    def do_hello(self, said: dict[str, Any]) -> None:
+        if not _TAB.fullmatch(said["tab"]):
+            raise TypeError
+        self.name = said["tab"]
+        self.house.welcome(self.name, self.send)
+
+    def do_plan(self, said: dict[str, Any]) -> None:
+        self.house.replace(self.name)  # what is queued by older settings
+        plan = {"n": int(said["n"]), "settings": dict(said["settings"]), "rest": bool(said.get("rest"))}
+        self.house.plan(self.name, {**plan, "look": said.get("look")})
+
+    def do_job(self, said: dict[str, Any]) -> None:
+        words, *fields = JOBS[said["kind"]]
+        request = {"task": said["kind"], **{name: said[name] for name in fields if name in said}}
+        self.house.add(said["kind"], f"{words} {str(said.get('title', ''))[:60]}".strip(), self.name, request)
+
+    def do_cancel(self, said: dict[str, Any]) -> None:
+        self.house.cancel(int(said["job"]))
+
+    def do_play(self, said: dict[str, Any]) -> None:
+        top, override = float(said["top"]), float(said["override"])
+        self.house.play(self.name, {"settings": dict(said["settings"]), "top": top, "override": override})
+
+    def do_order(self, said: dict[str, Any]) -> None:
+        if self.house.playing == self.name:
+            self.house.player.order({name: value for name, value in said.items() if name != "do"})
+
+    def do_history(self, said: dict[str, Any]) -> None:
+        history = self.house.history
+        if history is None:
+            self.send("entries", entries=[], kept=False)
+        elif "delete" in said:
+            history.delete(int(said["delete"]))
+            self.house.tell("history")
+        elif "open" in said:
+            self.send("opened", settings=history.settings(int(said["open"])), pin=bool(said.get("pin")))
+        else:
+            self.send("entries", entries=history.entries(), kept=True)
+
+    def do_share(self, said: dict[str, Any]) -> None:
+        if "text" in said:
+            self.send("opened", settings=settings.from_toml(str(said["text"])), pin=False)
+        else:
+            self.send("toml", text=settings.to_toml(dict(said["settings"])))
+
+
+#: What each kind of job is called, and what it takes from the page.
+JOBS = {
+    "settle": ("plan", "settings"),
+    "read": ("read file", "source"),
+    "make": ("make file", "settings", "what", "form"),
+    "tune": ("tune", "settings", "how"),
+}
+#: What a page may ask.
+REQUESTS: dict[str, Callable[[_Socket, dict[str, Any]], None]] = {
+    name.removeprefix("do_"): method for name, method in vars(_Socket).items() if name.startswith("do_")
+}
 
 
 def parts() -> dict[str, bytes]:
@@ -128,36 +273,28 @@ def parts() -> dict[str, bytes]:
     return found
 
 
-def application(guard: Guard, house: House) -> Application:
-    """The handlers of a studio."""
-    own = {"guard": guard, "house": house}
-    return Application(
+async def serve(port: int, history: Path | None, *, browser: bool, say: Any) -> None:
+    """Serve until the process is terminated; `say` is called with the address."""
+    sockets = bind_sockets(port, "127.0.0.1")
+    guard = Guard(sockets[0].getsockname()[1])
+    house = House(history)
+    own = {"house": house}
+    application = Application(
         [
-            (r"/", Page, own),
-            (r"/page/([a-z0-9.-]+)", Part, own),
-            (r"/upload", Dropped, own),
-            (r"/download/([0-9a-f]{32})", Download, own),
-            (r"/socket", Socket, own),
+            (r"/", _Page, own),
+            (r"/page/([a-z0-9.-]+)", _Part, own),
+            (r"/upload", _Dropped, own),
+            (r"/download/([0-9a-f]{32})", _Download, own),
+            (r"/socket", _Socket, own),
         ],
-        port=guard.port,
+        guard=guard,
         parts=parts(),
         websocket_max_message_size=8 * 2**20,
         websocket_ping_interval=20,
         compress_response=False,
-        log_function=_no_log,
+        log_function=lambda handler: None,  # requests are not written anywhere: addresses may carry the token
     )
-
-
-def _no_log(handler: RequestHandler) -> None:
-    """Requests are not written anywhere: addresses may carry the token."""
-
-
-async def serve(port: int, history: Path | None, *, browser: bool, say: Any) -> None:
-    """Serve until the process is terminated; `say` is called with the address."""
-    sockets = bind_sockets(port, "127.0.0.1")
-    own = Guard(sockets[0].getsockname()[1])
-    house = House(history)
-    server = HTTPServer(application(own, house), max_body_size=LARGEST + 1, max_header_size=2**16)
+    server = HTTPServer(application, max_body_size=sources.LARGEST + 1, max_header_size=2**16)
     server.add_sockets(sockets)
     ended = asyncio.Event()
     loop = asyncio.get_running_loop()
@@ -166,9 +303,9 @@ async def serve(port: int, history: Path | None, *, browser: bool, say: Any) -> 
             loop.add_signal_handler(number, ended.set)
     try:
         house.open()
-        say(own.address)
+        say(guard.address)
         if browser:
-            await loop.run_in_executor(None, webbrowser.open, own.address)
+            await loop.run_in_executor(None, webbrowser.open, guard.address)
         await ended.wait()
     finally:
         server.stop()

@@ -1,29 +1,28 @@
-"""What a page asks for: settings as JSON, checked strictly, and the path, limits and machine that they mean."""
+"""What a page wants: settings as JSON or TOML, checked strictly, what they mean, and the runs of the last ones."""
 
 from __future__ import annotations
 
-import difflib
 import json
 import re
+import tomllib
+from collections import OrderedDict
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path as File
 from typing import Any
 
+import splinefeed as sf
 from splinefeed import units
-from splinefeed.errors import CurveError, InputError, SplinefeedError
+from splinefeed.errors import CurveError, FormatError, InputError, ProblemsError, SplinefeedError, nearest
 from splinefeed.feed.planning import STRATEGIES, strategy_for
 from splinefeed.formats import limits_toml
-from splinefeed.geometry.path import Path
-from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.interpolation import registry as methods
-from splinefeed.kinematics import JointPath
-from splinefeed.machine.machine import Machine, MachineError
 from splinefeed.pipeline.limits import at_programmed_feeds, completed
 from splinefeed.pipeline.run import PAPER_PERIOD, on_machine, planned_axes
-from splinefeed.records import BY_AXIS, Limits
+from splinefeed.records import BY_AXIS
 from splinefeed.studio import sources
+from splinefeed.workers import Mail
 
 #: All that settings may say, with what holds where they are silent; without a strategy the limits choose it.
 USUAL: dict[str, Any] = {
@@ -38,10 +37,16 @@ USUAL: dict[str, Any] = {
     "machine": None,
     "by_control": False,  # a whole program, as the control of the machine plans it
 }
+#: Those whose kind is checked before they are looked at.
+_KINDS = {name: type(USUAL[name]) for name in ("source", "tangential", "limits", "method", "corrections", "by_control")}
+#: Formats that a path is offered in.
+PATHS = ("json", "dxf", "svg", "ngc")
+#: Runs that a worker keeps at hand.
+KEPT = 3
 #: Stands for a feed where the program of the path says it.
 _ANY_FEED = 1.0
-#: Longest text of a machine that settings carry.
-LONGEST_MACHINE = 200_000
+#: Longest text of a machine that settings carry, and of settings in TOML.
+LONGEST_MACHINE, LONGEST = 200_000, 6_000_000
 
 
 class SettingsError(SplinefeedError):
@@ -61,30 +66,25 @@ class Wanted:
     """
 
     given: Mapping[str, Any]
-    path: Path
+    path: sf.Path
     origin: sources.Origin
-    limits: Limits
+    limits: sf.Limits
     strategy: str
     method: str
     corrections: int
     period: float
-    machine: Machine | None
+    machine: sf.Machine | None
     notes: tuple[str, ...]
 
     @cached_property
-    def moved(self) -> Path | JointPath:
+    def moved(self) -> sf.Path | sf.JointPath:
         """What is planned: the path, or joints of the machine for a path with a tool axis."""
-        return on_machine(self.path, self.machine if isinstance(self.path, ToolPath) else None, self.limits)
+        return on_machine(self.path, self.machine if isinstance(self.path, sf.ToolPath) else None, self.limits)
 
     @property
     def followed(self) -> bool:
         """Whether a machine's servo loops follow it; those of a tool path are not simulated."""
-        return self.machine is not None and not isinstance(self.path, ToolPath)
-
-
-def key_of(settings: Mapping[str, Any]) -> str:
-    """The same text for the same settings."""
-    return json.dumps(settings, sort_keys=True, separators=(",", ":"))
+        return self.machine is not None and not isinstance(self.path, sf.ToolPath)
 
 
 def complete(given: object) -> dict[str, Any]:
@@ -93,18 +93,59 @@ def complete(given: object) -> dict[str, Any]:
         raise SettingsError({"": "settings must be an object"})
     for name in given:
         if name not in USUAL:
-            close = difflib.get_close_matches(str(name), USUAL, n=1)
-            hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(USUAL)}"
-            raise SettingsError({"": f"{str(name)[:40]!r} is not a setting; {hint}"})
+            raise SettingsError({"": f"{str(name)[:40]!r} is not a setting; {nearest(name, USUAL)}"})
     settings = {**USUAL, **given}
-    for name in ("source", "tangential", "limits", "strategy", "method", "by_control"):
-        kind = str | None if name == "strategy" else type(USUAL[name])
-        if not isinstance(settings[name], kind):
-            raise SettingsError({name: f"is {str(settings[name])[:40]!r}, which is of the wrong kind"})
-    corrections = settings["corrections"]
-    if isinstance(corrections, bool) or not isinstance(corrections, int) or not 0 <= corrections <= 100:
-        raise SettingsError({"corrections": "must be a whole number from 0 to 100"})
+    for name, kind in _KINDS.items():
+        value = settings[name]
+        if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
+            raise SettingsError({name: f"is {str(value)[:40]!r}, which is of the wrong kind"})
+    if not 0 <= settings["corrections"] <= 100:
+        raise SettingsError({"corrections": "must be from 0 to 100"})
     return settings
+
+
+def to_toml(settings: Mapping[str, Any]) -> str:
+    """The text of a file with all settings; a file of the user is named, not carried along."""
+    import tomlkit
+
+    document = tomlkit.document()
+    document.add(tomlkit.comment("splinefeed studio: drop this file on the page to have these settings again"))
+    document.update(_without_none(complete(settings)))
+    return tomlkit.dumps(document)
+
+
+def _without_none(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The values without those that are None, which TOML has no word for."""
+    given = {name: value for name, value in values.items() if value is not None}
+    return {name: _without_none(value) if isinstance(value, Mapping) else value for name, value in given.items()}
+
+
+def from_toml(text: str) -> dict[str, Any]:
+    """The settings in the text of a file; FormatError for what is not TOML, SettingsError for what are no settings."""
+    if len(text) > LONGEST:
+        raise FormatError(f"settings have {len(text)} characters; at most {LONGEST} are read")
+    try:
+        return complete(tomllib.loads(text))
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise FormatError(f"settings: are not TOML: {error}") from None
+
+
+def offer() -> dict[str, Any]:
+    """What a page can choose from by name, with what it is; and the usual settings."""
+    from splinefeed.report.files import SETPOINTS
+
+    return {
+        "shapes": [{"name": name, "what": what, "example": example} for name, what, example in sf.shapes.describe()],
+        "strategies": list(STRATEGIES),
+        "methods": [{"name": name, "title": methods.method(name).title} for name in methods.methods()],
+        "machines": [
+            {"name": each.name, "title": each.title, "axes": bool(each.axes), "control": each.control is not None}
+            for each in map(sf.Machine.load, sf.Machine.names())
+        ],
+        "setpoints": list(SETPOINTS),
+        "paths": list(PATHS),
+        "usual": USUAL,
+    }
 
 
 def resolve(given: object, folder: File) -> Wanted:
@@ -115,10 +156,9 @@ def resolve(given: object, folder: File) -> Wanted:
     settings = complete(given)
     problems: dict[str, str] = {}
     strategy, method = settings["strategy"], settings["method"]
-    if strategy is not None and strategy not in STRATEGIES:
-        problems["strategy"] = f"{strategy[:40]!r} is not known; there are {', '.join(STRATEGIES)}"
-    if method not in methods.methods():
-        problems["method"] = f"{method[:40]!r} is not known; there are {', '.join(methods.methods())}"
+    for name, known in (("strategy", STRATEGIES), ("method", methods.methods())):
+        if settings[name] not in (None, *known):
+            problems[name] = f"{str(settings[name])[:40]!r} is not known; there are {', '.join(known)}"
     period = _quantity(settings["period"], "time", "period", problems) or PAPER_PERIOD
     smooth = _quantity(settings["smooth"], "length", "smooth", problems)
     machine = machine_of(settings["machine"], problems)
@@ -136,18 +176,8 @@ def resolve(given: object, folder: File) -> Wanted:
         strategy = strategy_for(limits, strategy)
     except SplinefeedError as error:
         raise SettingsError({"strategy": str(error)}) from error
-    return Wanted(
-        given=settings,
-        path=path,
-        origin=origin,
-        limits=limits,
-        strategy=strategy,
-        method=method,
-        corrections=settings["corrections"],
-        period=period,
-        machine=machine,
-        notes=tuple(notes),
-    )
+    corrections = settings["corrections"]
+    return Wanted(settings, path, origin, limits, strategy, method, corrections, period, machine, tuple(notes))
 
 
 def field_of(error: SplinefeedError) -> str:
@@ -155,54 +185,44 @@ def field_of(error: SplinefeedError) -> str:
     name = re.split(r"[ :.]", str(error), maxsplit=1)[0]
     if name in limits_toml.KINDS:
         return f"limits.{name}"
-    if name == "period":
-        return name
-    return "source" if isinstance(error, CurveError) else ""
+    return name if name == "period" else "source" if isinstance(error, CurveError) else ""
 
 
-def _quantity(value: object, kind: str, field: str, problems: dict[str, str]) -> float | None:
+def _quantity(value: Any, kind: str, field: str, problems: dict[str, str]) -> float | None:
     """A quantity as text or number; None for an empty text, and for one that is wrong."""
     if value is None or value == "":
         return None
     try:
-        if isinstance(value, bool) or not isinstance(value, str | int | float):
-            raise InputError(f"{str(value)[:40]!r} is not a quantity")
         number = units.parse(value, kind)
-        if number <= 0.0:
-            raise InputError("must be greater than 0")
-        return number
+        if number > 0.0:
+            return number
+        problems[field] = "must be greater than 0"
     except InputError as error:
         problems[field] = str(error)
-        return None
+    return None
 
 
-def machine_of(given: object, problems: dict[str, str]) -> Machine | None:
+def machine_of(given: Any, problems: dict[str, str]) -> sf.Machine | None:
     """The machine by its name, or from the text of a machine file."""
     if given is None or given == "":
         return None
-    name = given.get("name") if isinstance(given, Mapping) else given
-    text = given.get("toml") if isinstance(given, Mapping) else None
-    if not isinstance(name, str) or not (text is None or isinstance(text, str)):
-        problems["machine"] = "must be the name of a machine"
-        return None
-    if text is None and name not in Machine.names():
-        problems["machine"] = f"{name[:40]!r} is not a machine; there are {', '.join(Machine.names())}"
-        return None
-    if text is not None and len(text) > LONGEST_MACHINE:
-        problems["machine"] = f"the machine file has {len(text)} characters; at most {LONGEST_MACHINE} are read"
-        return None
+    name, text = (given.get("name"), given.get("toml")) if isinstance(given, Mapping) else (given, None)
     try:
-        return Machine.load(name) if text is None else Machine.parse(text, name[:60])
-    except MachineError as error:
-        problems["machine"] = "; ".join(error.problems)
+        if text is not None:
+            if not isinstance(text, str) or len(text) > LONGEST_MACHINE:
+                raise InputError(f"a machine file is text of at most {LONGEST_MACHINE} characters")
+            return sf.Machine.parse(text, str(name)[:60])
+        if name in sf.Machine.names():
+            return sf.Machine.load(name)
+        raise InputError(f"{str(name)[:40]!r} is not a machine; there are {', '.join(sf.Machine.names())}")
     except InputError as error:
-        problems["machine"] = str(error)
+        problems["machine"] = "; ".join(error.problems) if isinstance(error, ProblemsError) else str(error)
     return None
 
 
 def _limits(
-    given: Mapping[str, Any], path: Path, machine: Machine | None, problems: dict[str, str], notes: list[str]
-) -> Limits | None:
+    given: Mapping[str, Any], path: sf.Path, machine: sf.Machine | None, problems: dict[str, str], notes: list[str]
+) -> sf.Limits | None:
     """Limits as the fields say them, over those of the machine; None where one is wrong."""
     said = {str(name): value for name, value in given.items() if value not in ("", None, {})}
     for name in BY_AXIS:
@@ -213,17 +233,52 @@ def _limits(
         # the feed of a program stands in below; here another one lets all else be checked
         flat = limits_toml.from_content({"feed": _ANY_FEED, **said} if programmed else said, "limits").as_dict()
         limits = completed(flat, machine, planned_axes(path, machine), assume=False)
-    except limits_toml.LimitsFileError as error:
-        for problem in error.problems:
-            name, _, words = problem.partition(": ")
-            kind = name.partition(".")[0]
-            known = kind in limits_toml.KINDS or kind == "travel"
-            problems[f"limits.{kind}" if known else "limits.feed"] = (words or problem) if known else problem
-        return None
     except InputError as error:
-        problems[field_of(error) or "limits.feed"] = str(error)
+        for problem in getattr(error, "problems", (str(error),)):
+            name = re.split(r"[ :.]", problem, maxsplit=1)[0]
+            known = name in limits_toml.KINDS or name == "travel"
+            problems[f"limits.{name}" if known else "limits.feed"] = problem.partition(": ")[2] or problem
         return None
     if programmed:
         limits, assumed = at_programmed_feeds(limits, path)
         notes += assumed
     return limits
+
+
+@dataclass
+class Bench:
+    """Folders of uploads and of files made, the mail to the server, and the last runs by their settings."""
+
+    uploads: File
+    made: File
+    mail: Mail
+    runs: OrderedDict[str, tuple[Wanted, sf.Run]] = field(default_factory=OrderedDict)
+
+    def say(self, words: str) -> None:
+        """Tell the page what is being done."""
+        self.mail.tell({"kind": "progress", "words": words})
+
+    def done(self, requested: Mapping[str, Any], *, follow: bool = True) -> tuple[Wanted, sf.Run]:
+        """The run of these settings, followed by its machine if `follow`; from the last ones where it is there."""
+        key = json.dumps({**complete(requested), "follow": follow}, sort_keys=True)
+        if key not in self.runs:
+            wanted = resolve(requested, self.uploads)
+            self.say(f"planning {wanted.path.name}, {wanted.strategy}")
+            try:
+                made = sf.run(
+                    wanted.moved,
+                    wanted.limits,
+                    machine=wanted.machine if follow and wanted.followed else None,
+                    period=wanted.period,
+                    strategy=wanted.strategy,
+                    method=wanted.method,
+                    corrections=wanted.corrections,
+                    on_progress=lambda what, done, of: self.say(f"{what}: {done} of {of} ticks"),
+                )
+            except SplinefeedError as error:
+                raise SettingsError({field_of(error): sources.words(error, self.uploads)}) from error
+            self.runs[key] = wanted, made
+        self.runs.move_to_end(key)
+        while len(self.runs) > KEPT:
+            self.runs.popitem(last=False)
+        return self.runs[key]

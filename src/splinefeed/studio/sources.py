@@ -1,34 +1,69 @@
-"""Where a page's path comes from: a shape, an upload, or curves that were edited by hand."""
+"""Where a page's path comes from: a shape, an upload, or curves that were edited by hand; and the folders of files."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import re
+import secrets
+import shutil
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path as File
 from typing import Any
 
+import splinefeed as sf
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import json_curve, registry
 from splinefeed.formats.contents import Contents
-from splinefeed.geometry import shapes
-from splinefeed.geometry.path import Path
 from splinefeed.geometry.tangential import tangential as with_theta
 from splinefeed.pipeline.smooth import smooth as smoothed
 
-#: What an upload is called on our side; nothing else is looked for in the folder of uploads.
-UPLOAD = re.compile(r"[0-9a-f]{32}")
-#: Longest text of edited curves.
-LONGEST_CURVES = 4_000_000
+#: Size of an upload at most, bytes; files of a folder that are kept: the oldest goes when another one comes.
+LARGEST, MOST = 64 * 2**20, 16
+#: What a file is called on our side; nothing else is looked for in its folder.
+NAME = re.compile(r"[0-9a-f]{32}")
+#: Longest name of a file that is kept, and longest text of edited curves.
+LONGEST_NAME, LONGEST_CURVES = 80, 4_000_000
 #: Control points that a page shows for editing, at the most.
 MOST_EDITED = 2000
 #: Options of readers that a page may give, each with the kind of its value.
 READING = {"chord": float, "tolerance": float, "layer": str, "units": str, "dialect": str, "offsets": str, "tools": str}
 #: Those of programs.
 PROGRAM = ("dialect", "offsets", "tools")
+
+
+def room(folder: File) -> File:
+    """A new folder with a name of ours in the folder of uploads, or of files made; the oldest ones go."""
+    kept = sorted(folder.iterdir(), key=lambda each: each.stat().st_mtime_ns)
+    for old in kept[: max(len(kept) - MOST + 1, 0)]:
+        shutil.rmtree(old, ignore_errors=True)
+    place = folder / secrets.token_hex(16)
+    place.mkdir(mode=0o700)
+    return place
+
+
+def put(folder: File, name: str, content: bytes) -> str:
+    """Keep a file under a harmless name that users know again; what it is called on our side."""
+    if not 0 < len(content) <= LARGEST:
+        raise InputError(f"the file has {len(content)} bytes; from 1 to {LARGEST} are taken, more by the command line")
+    clean = re.sub(r"[^\w. -]", "_", re.split(r"[/\\]", name)[-1]).lstrip(". ")
+    stem, dot, suffix = clean.rpartition(".")
+    place = room(folder)
+    kept = f"{stem[: LONGEST_NAME - 12]}{dot}{suffix[:11]}" if stem else clean[:LONGEST_NAME]
+    (place / (kept or "upload")).write_bytes(content)
+    return place.name
+
+
+def upload(name: object, folder: File) -> File:
+    """The file of an upload, or one that was made; InputError where it is not there any more."""
+    if not isinstance(name, str) or not NAME.fullmatch(name):
+        raise InputError("there is no such upload; drop the file again")
+    files = sorted((folder / name).glob("*"))
+    if not files:
+        raise InputError("the uploaded file is gone; drop it again")
+    return files[0]
 
 
 @dataclass(frozen=True)
@@ -44,7 +79,9 @@ class Origin:
     reading: Mapping[str, Any]
 
 
-def path_of(source: Mapping[str, Any], folder: File, *, smooth: float | None, tangential: bool) -> tuple[Path, Origin]:
+def path_of(
+    source: Mapping[str, Any], folder: File, *, smooth: float | None, tangential: bool
+) -> tuple[sf.Path, Origin]:
     """The path that `source` means, smoothed, with theta behind if the settings say so; folder: where uploads are.
 
     Raises InputError for what is not a source, and what the readers raise.
@@ -61,59 +98,25 @@ def path_of(source: Mapping[str, Any], folder: File, *, smooth: float | None, ta
 
 
 @lru_cache(maxsize=8)
-def _plain_path(text: str, folder: File) -> tuple[Path, Origin]:
+def _plain_path(text: str, folder: File) -> tuple[sf.Path, Origin]:
     source = json.loads(text)
     if "shape" in source:
         shape = source["shape"]
-        if not isinstance(shape, str) or not shapes.is_shape(shape):
-            raise InputError(f"{str(shape)[:80]!r} is not a shape; there are {', '.join(shapes.names())}")
-        return shapes.from_text(shape), Origin(shape, None, {})
+        if not isinstance(shape, str) or not sf.shapes.is_shape(shape):
+            raise InputError(f"{str(shape)[:80]!r} is not a shape; there are {', '.join(sf.shapes.names())}")
+        return sf.shapes.from_text(shape), Origin(shape, None, {})
     if "curves" in source:
-        return edited(source["curves"])
+        return _edited(source["curves"])
     contents, file = contents_of(source, folder)
     which = source.get("which")
     if len(contents) > 1 and which is None:
         raise InputError(f"{file.name} holds {len(contents)} paths; choose one")
     path = contents[0] if which is None else registry.choose(contents, which, file.name)
-    with file.open("rb") as stream:
-        digest = hashlib.file_digest(stream, "sha256").hexdigest()
-    reading = {name: source[name] for name in READING if source.get(name) is not None}
-    return path, Origin(file.name, digest, {**reading, **({} if which is None else {"which": which})})
+    reading = {name: source[name] for name in (*READING, "which") if source.get(name) is not None}
+    return path, Origin(file.name, hashlib.sha256(file.read_bytes()).hexdigest(), reading)
 
 
-def contents_of(source: Mapping[str, Any], folder: File) -> tuple[Contents, File]:
-    """All paths of an upload, and its file."""
-    file = upload(source.get("file"), folder)
-    return registry.read_all(file, **_options(source, READING, folder)), file
-
-
-def program(source: Mapping[str, Any], folder: File) -> tuple[File, dict[str, Any]]:
-    """The file of a program, and how it is read."""
-    return upload(source.get("file"), folder), _options(source, PROGRAM, folder)
-
-
-def _options(source: Mapping[str, Any], names: Iterable[str], folder: File) -> dict[str, Any]:
-    """Options of a reader: a tool table is an upload too."""
-    options = {name: source[name] for name in names if source.get(name) is not None}
-    for name, value in options.items():
-        kind = READING[name]
-        if isinstance(value, bool) or not isinstance(value, kind | int if kind is float else kind):
-            raise InputError(f"{name}: {str(value)[:40]!r} is of the wrong kind")
-    return options | ({"tools": upload(options["tools"], folder)} if "tools" in options else {})
-
-
-def upload(name: object, folder: File) -> File:
-    """The file of an upload; InputError where it is not there any more."""
-    if not isinstance(name, str) or not UPLOAD.fullmatch(name):
-        raise InputError("there is no such upload; drop the file again")
-    place = folder / name
-    files = sorted(place.iterdir()) if place.is_dir() else []
-    if not files:
-        raise InputError("the uploaded file is gone; drop it again")
-    return files[0]
-
-
-def edited(text: object) -> tuple[Path, Origin]:
+def _edited(text: object) -> tuple[sf.Path, Origin]:
     """The path of curves that a page has changed, from the text of a JSON curve file."""
     if not isinstance(text, str) or len(text) > LONGEST_CURVES:
         raise InputError(f"edited curves must be the text of a JSON curve file of at most {LONGEST_CURVES} characters")
@@ -122,6 +125,22 @@ def edited(text: object) -> tuple[Path, Origin]:
         raise InputError(f"the edited curves are {len(found)} paths that do not meet; move their ends together")
     digest = hashlib.sha256(text.encode()).hexdigest()
     return found[0], Origin(f"{found[0].name}.json", digest, {})
+
+
+def contents_of(source: Mapping[str, Any], folder: File) -> tuple[Contents, File]:
+    """All paths of an upload, and its file."""
+    file = upload(source.get("file"), folder)
+    return registry.read_all(file, **reading_of(source, READING, folder)), file
+
+
+def reading_of(source: Mapping[str, Any], names: Iterable[str], folder: File) -> dict[str, Any]:
+    """Options of a reader: a tool table is an upload too."""
+    options = {name: source[name] for name in names if source.get(name) is not None}
+    for name, value in options.items():
+        kind = READING[name]
+        if isinstance(value, bool) or not isinstance(value, kind | int if kind is float else kind):
+            raise InputError(f"{name}: {str(value)[:40]!r} is of the wrong kind")
+    return options | ({"tools": upload(options["tools"], folder)} if "tools" in options else {})
 
 
 def words(error: Exception, folder: File) -> str:

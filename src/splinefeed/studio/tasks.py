@@ -1,53 +1,75 @@
-"""What a worker process does for a page: read, plan, follow, tune, and make files; all through `pipeline`."""
+"""What a worker process does for a page: read, plan, follow, tune, and make files; all through `pipeline`.
+
+Uploads are read here, never in the server: what crashes a reader, eats memory or does not end takes a worker with it
+and nothing else.
+"""
 
 from __future__ import annotations
 
-import secrets
+import json
+import threading
+import time
 from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path as File
 from typing import Any
 
+import splinefeed as sf
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL
+from splinefeed.formats.plain import plain
+from splinefeed.live.motion import Motion, planned
+from splinefeed.live.operator import MOST, Operator
+from splinefeed.live.sinks import ClockSink
+from splinefeed.live.stream import play
+from splinefeed.machine import writing
+from splinefeed.pipeline.cycle_time import CycleTime, cycle_time
+from splinefeed.pipeline.experiment import serve
 from splinefeed.pipeline.run import PAPER_LIMITS
-from splinefeed.studio import programs, results, sources
-from splinefeed.studio.bench import Bench
-from splinefeed.studio.settings import SettingsError, complete, resolve
+from splinefeed.pipeline.tuned import TunedMachine, along_path, by_rule
+from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE
+from splinefeed.report import interactive
+from splinefeed.report.servo_figures import errors_figure, step_figure
+from splinefeed.report.time_figures import program_figure, time_figure
+from splinefeed.studio import results, sources
+from splinefeed.studio.settings import PATHS, Bench, SettingsError, Wanted, complete, field_of, machine_of, resolve
+from splinefeed.workers import Answer, Handler, Mail
 
 #: Paths of more curves than this are not planned while a slider moves.
 MOST_WHILE_MOVING = 20_000
+#: A program of more bytes is timed as a job, which says how far it is and can be cancelled.
+MOST_AT_ONCE = 2_000_000
+#: Runs of the path that a page may ask for.
+MOST_RUNS = 5000
+#: Least time between two reports of progress, s.
+OFTEN = 0.1
+#: Look-ahead that is kept before the clock, and at least so many rows; time between two pictures, s.
+AHEAD, LEAST_ROWS, FRAME = 0.15, 24, 1.0 / 30.0
 
 
-def plan(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
-    """A run at once: by the strategy of the settings, or by `look-ahead` in its place where that takes its time.
+def plan(request: Mapping[str, Any], bench: Bench, *, at_once: bool = True) -> dict[str, Any]:
+    """A run of the settings, followed by its machine, or a program as its control plans it.
 
-    `final` says whether there is nothing to add: another strategy, or a machine to follow. A request that looks at one
-    figure, `look`, gets no other, and the history does not hear of it.
+    `at_once`, while a slider moves, without the machine and by `look-ahead` where the strategy takes its time: `final`
+    says whether there is nothing to add. A request that looks at one figure, `look`, gets no other, and the history
+    does not hear of it.
     """
     settings = complete(request.get("settings"))
     if settings["by_control"]:
-        return programs.timed(settings, bench, at_once=True)
+        return timed(settings, bench, at_once=at_once)
     wanted = resolve(settings, bench.uploads)
-    final = wanted.strategy != TIME_OPTIMAL and not wanted.followed
-    quick = {**settings, "strategy": LOOK_AHEAD} if wanted.strategy == TIME_OPTIMAL else settings
-    if len(wanted.path.curves) > MOST_WHILE_MOVING:
+    slow, look = wanted.strategy == TIME_OPTIMAL, request.get("look")
+    if at_once and len(wanted.path.curves) > MOST_WHILE_MOVING:
         return {"final": False, "shown": None}
-    wanted, made = bench.done(quick, follow=False)
-    look = request.get("look")
+    final = not at_once or not (slow or wanted.followed)
+    quick = {**settings, "strategy": LOOK_AHEAD} if at_once and slow else settings
+    wanted, made = bench.done(quick, follow=not at_once)
     found = results.result(wanted, made, look if isinstance(look, Mapping) else None)
     out = {"final": final, "shown": wanted.strategy, "result": found}
     return {**out, "entry": results.entry(wanted, found["numbers"], made)} if final and not look else out
 
 
-def settle(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
-    """A run of the settings, followed by its machine, or a program as its control plans it."""
-    settings = complete(_settings(request))
-    if settings["by_control"]:
-        return programs.timed(settings, bench, at_once=False)
-    wanted, made = bench.done(settings)
-    bench.say("drawing")
-    found = results.result(wanted, made)
-    entry = results.entry(wanted, found["numbers"], made)
-    return {"final": True, "shown": wanted.strategy, "result": found, "entry": entry}
+settle = partial(plan, at_once=False)
 
 
 def read(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
@@ -67,54 +89,211 @@ def read(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
 
 def make(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """A file to download: what it is called, and where it lies in the folder of files made."""
-    from splinefeed.studio import downloads
+    from splinefeed.formats import registry
+    from splinefeed.report import files, html
+    from splinefeed.report.record import documented
 
-    settings, what, form = _settings(request), request.get("what"), request.get("form")
-    place = bench.made / secrets.token_hex(16)
-    place.mkdir(mode=0o700)
-    file = downloads.make(str(what), None if form is None else str(form), settings, bench, place)
-    return {"download": place.name, "name": file.name, "bytes": file.stat().st_size}
+    wanted, made = bench.done(request["settings"])
+    machine, served = wanted.machine, made.served
 
+    def setpoints(form: str, file: File) -> None:
+        sf.save(documented(made, results.numbers(wanted, made, (form,))).setpoints(), file)
 
-def tune(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
-    """New gains for the machine."""
-    from splinefeed.studio import tuning
+    def report(file: File) -> None:
+        responses = {} if served is None else {made.kept.method: served.response}
+        drawn = files.of_run(made, responses, results.machine_name(wanted) or "")
+        files.write_report(html.page(made, results.numbers(wanted, made), drawn), file)
 
-    how = request.get("how")
-    return tuning.tuned(_settings(request), how if isinstance(how, Mapping) else {}, bench)
-
-
-def play(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
-    """Play a motion in real time."""
-    from splinefeed.studio import playing
-
-    return playing.played(request, bench)
+    makers: dict[str, tuple[str, Callable[[File], object]]] = {
+        "law": (files.LAW, partial(sf.save, made.law)),
+        "numbers": (files.RECORD, partial(files.write_record, results.numbers(wanted, made))),
+        "report": (files.REPORT, report),
+        **{f"path {form}": (f"path.{form}", partial(registry.write, made.path)) for form in PATHS},
+        **{f"setpoints {form}": (name, partial(setpoints, form)) for form, name in files.SETPOINTS.items()},
+    }
+    if machine is not None:
+        makers["machine"] = ("machine.toml", machine.save)
+    if served is not None:
+        makers["response"] = (files.RESPONSE, partial(sf.save, served.response))
+    what = " ".join(str(request[name]) for name in ("what", "form") if request.get(name))
+    if what not in makers:
+        raise InputError(f"there is no download {what[:40]!r}; there are {', '.join(makers)}")
+    name, write = makers[what]
+    bench.say(f"writing {what}")
+    file = sources.room(bench.made) / name
+    write(file)
+    return {"download": file.parent.name, "name": name, "bytes": file.stat().st_size}
 
 
 def warm(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """Load or compile the kernels: for moving sliders alone, for playing, or for everything else."""
     usual = complete({})
     if request.get("play"):
-        from splinefeed.studio import playing
-
-        motion = playing.motion_of({"settings": usual}, bench)[1]
+        motion = motion_of({"settings": usual}, bench)[1]
         for _ in range(2):
             motion.take(8, 1.0)
         return {}
-    wanted, made = bench.done({**usual, "strategy": LOOK_AHEAD})
-    results.result(wanted, made)
+    results.result(*bench.done({**usual, "strategy": LOOK_AHEAD}))
     bench.done({**usual, "limits": PAPER_LIMITS.as_dict()})
     if request.get("all"):
-        wanted, made = bench.done({**usual, "machine": {"name": "xytheta"}})
-        results.result(wanted, made)
+        results.result(*bench.done({**usual, "machine": {"name": "xytheta"}}))
     return {}
 
 
-def _settings(request: Mapping[str, Any]) -> Mapping[str, Any]:
-    settings = request.get("settings")
-    if not isinstance(settings, Mapping):
-        raise InputError("a request without settings")
-    return settings
+def timed(settings: Mapping[str, Any], bench: Bench, *, at_once: bool) -> dict[str, Any]:
+    """All that a page shows of a program on a machine, or `at_once` for a long one that it takes a job.
+
+    Raises SettingsError with what is wrong beside its field.
+    """
+    problems: dict[str, str] = {}
+    machine = machine_of(settings["machine"], problems)
+    if machine is None:
+        raise SettingsError(problems or {"machine": "choose the machine whose control is to run the program"})
+    try:
+        source = settings["source"]
+        file = sources.upload(source.get("file"), bench.uploads)
+        options = sources.reading_of(source, sources.PROGRAM, bench.uploads)
+        if at_once and file.stat().st_size > MOST_AT_ONCE:
+            return {"final": False, "shown": None}
+        bench.say(f"timing {file.name} on {machine.name}")
+        time = cycle_time(file, machine, **options)
+    except (InputError, OSError) as error:
+        field = "machine" if str(error).startswith(f"{machine.name}:") else "source"
+        raise SettingsError({field: sources.words(error, bench.uploads)}) from error
+    bench.say("planning with other limits")
+    page = {**time.as_dict(), "name": file.name, "saves": time.saves()}
+    bench.say("drawing")
+    text = file.read_bytes().decode("utf-8", errors="replace")
+    result = {**shown(time, text), "numbers": plain(page)}
+    return {"final": True, "shown": f"as the control of {machine.name} runs it", "result": result}
+
+
+def shown(time: CycleTime, text: str) -> dict[str, Any]:
+    """The text, the path and figure, and each line's time as arrays."""
+    figure, of = program_figure(time), time.by_line
+    columns = {name: getattr(of, name) for name in ("line", "seconds", "beyond", "begin", "limit", "operation")}
+    columns |= dict(zip("xyz", of.place.T, strict=True))
+    return {
+        "program": text,
+        "lines": {name: interactive.array(values) for name, values in columns.items()},
+        "limits": time.limits,
+        "path": results.drawn(figure),
+        "figures": {"tools": interactive.to_plain(time_figure(time))},
+        "axes": ["x", "y", "z"],
+    }
+
+
+def tuned(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
+    """The new machine as the text of its file, its page of numbers, and figures of steps and errors.
+
+    The request's `how` has `rule`, `kind` and `identify` of a rule; `runs` and `feed_forward` of rule path. Raises
+    SettingsError.
+    """
+    wanted, run = bench.done(request["settings"])
+    machine, before, how = wanted.machine, run.served, dict(request.get("how") or {})
+    if machine is None or before is None:
+        raise SettingsError({"machine": "choose the machine to tune"})
+    try:
+        found = _found(machine, wanted, run, how, bench)
+        bench.say(f"following on the tuned {machine.name}")
+        after = serve(wanted.path, run.law, run.points, found.machine)
+    except SplinefeedError as error:
+        raise SettingsError({"": sources.words(error, bench.uploads)}) from error
+    bench.say("drawing")
+    old, new = before.tally.numbers(), after.tally.numbers()
+    figures = {"tuning": step_figure(found.curves(), machine.name)}
+    if len(before.response) and len(after.response):
+        figures["errors"] = errors_figure({"old gains": before.response, "new gains": after.response})
+    page = {
+        **found.page,
+        "contour_error_max_before_mm": old.get("contour_error_max_mm"),
+        "contour_error_max_mm": new.get("contour_error_max_mm"),
+        "tracking_error_max_before": old.get("tracking_error_max"),
+        "tracking_error_max": new.get("tracking_error_max"),
+        "stopped": new.get("stopped"),
+    }
+    name = f"{machine.name.removesuffix('-tuned')}-tuned"
+    return {
+        "numbers": plain(page),
+        "figures": {key: interactive.to_plain(figure) for key, figure in figures.items()},
+        "machine": {"name": name, "toml": writing.to_text(found.machine)},
+        "rule": how.get("rule"),
+    }
+
+
+def _found(machine: sf.Machine, wanted: Wanted, run: sf.Run, how: Mapping[str, Any], bench: Bench) -> TunedMachine:
+    moving = [axis for axis in wanted.path.axes if axis in machine.axes]
+    if how.get("rule") != PATH_RULE:
+        kind, identify = str(how.get("kind", "pid")), str(how.get("identify", "model"))
+        return by_rule(
+            machine, moving, str(how.get("rule")), period=wanted.period, kind=kind, identify=identify, say=bench.say
+        )
+    runs = how.get("runs", EVALUATIONS)
+    if isinstance(runs, bool) or not isinstance(runs, int) or not 1 <= runs <= MOST_RUNS:
+        raise InputError(f"runs is {runs!r}; it must be a whole number from 1 to {MOST_RUNS}")
+    said_at = 0.0
+
+    def progress(done: int, total: int) -> None:
+        nonlocal said_at
+        if (now := time.monotonic()) - said_at >= OFTEN or done == total:
+            said_at = now
+            bench.mail.tell({"kind": "progress", "words": f"{done} of {total} runs", "share": [done, total]})
+
+    forward, points = bool(how.get("feed_forward")), run.points
+    return along_path(
+        machine, points, wanted.path, axes=moving, evaluations=runs, feed_forward=forward, on_progress=progress
+    )
+
+
+def played(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
+    """Plan with a reserve for the override, play to the end or to a stop, and say how it went.
+
+    Orders are those of `Operator.obey`.
+    """
+    operator = Operator()
+    operator.obey({"override": request["override"]})
+    law, motion, moved = motion_of(request, bench, operator.rate)
+    ahead = max(round(AHEAD / motion.period), LEAST_ROWS)
+    sink = ClockSink(fill=ahead // 2)
+    ended = threading.Event()
+
+    def show() -> None:
+        """Tell the page some thirty times a second where the axes are, or the tip of a tool path."""
+        last = 0
+        while not ended.wait(FRAME):
+            row, position = sink.now()
+            if row == last:
+                continue
+            last, tau = row, motion.tau_of(row)
+            if isinstance(moved, sf.JointPath):
+                position = moved.kinematics.forward(position)[0]
+            frame = {"kind": "frame", "row": row, "tau_s": tau, "planned_s": law.duration, "s_mm": float(law(tau))}
+            rates = {"rate": motion.override.rate, "wanted": operator.wanted, "top": motion.override.top}
+            bench.mail.tell({**frame, **rates, "position": position.tolist()})
+
+    bench.mail.obey = operator.obey
+    frames = threading.Thread(target=show, daemon=True)
+    frames.start()
+    try:
+        state = play(motion, sink, operator, ahead)
+    finally:
+        ended.set()
+        frames.join()
+    return {"done": state.done, "rows": state.row, "underruns": state.underruns, "tau_s": state.tau}
+
+
+def motion_of(
+    request: Mapping[str, Any], bench: Bench, rate: float = 1.0
+) -> tuple[sf.TimeLaw, Motion, sf.Path | sf.JointPath]:
+    """Law, motion and path of the settings, planned with a reserve for overrides up to `top`."""
+    wanted = resolve(request["settings"], bench.uploads)
+    bench.say(f"planning {wanted.path.name}, {wanted.strategy}, with a reserve for the override")
+    try:
+        top, period, strategy = float(request.get("top", 1.0)), wanted.period, wanted.strategy
+        how = planned(wanted.moved, wanted.limits, period=period, strategy=strategy, top=top, most=MOST, rate=rate)
+        return *how, wanted.moved
+    except SplinefeedError as error:
+        raise SettingsError({field_of(error): sources.words(error, bench.uploads)}) from error
 
 
 #: Every task by its name.
@@ -123,19 +302,34 @@ TASKS: dict[str, Callable[[Mapping[str, Any], Bench], dict[str, Any]]] = {
     "settle": settle,
     "read": read,
     "make": make,
-    "tune": tune,
-    "play": play,
+    "tune": tuned,
+    "play": played,
     "warm": warm,
 }
 
 
-def error_of(error: BaseException) -> dict[str, Any]:
+def open_bench(mail: Mail, uploads: str, made: str) -> Handler:
+    """What answers requests with the two folders; errors are answers too, and the next request finds it sound."""
+    bench = Bench(File(uploads), File(made), mail)
+
+    def answer(request: dict[str, Any]) -> Answer:
+        try:
+            found = TASKS[request["task"]](request, bench)
+            entry = found.pop("entry", None)
+            return {"entry": entry}, json.dumps(found, separators=(",", ":"), allow_nan=False).encode()
+        except Exception as error:  # the page shows it
+            return {"error": error_of(error)}, b""
+
+    return answer
+
+
+def error_of(error: Exception) -> dict[str, Any]:
     """What went wrong, for the page: words by field, and whether it is a fault of the program."""
     if isinstance(error, SettingsError):
         return {"fields": error.problems, "fault": False}
-    if isinstance(error, SplinefeedError):
-        return {"fields": {"": " ".join(str(error).split())}, "fault": False}
+    words = " ".join(str(error).split())
     if isinstance(error, MemoryError):
         words = "not enough memory for this; choose a longer period or a shorter path"
-        return {"fields": {"": words}, "fault": False}
-    return {"fields": {"": f"internal fault, please report it: {type(error).__name__}: {error}"}, "fault": True}
+    elif not isinstance(error, SplinefeedError):
+        return {"fields": {"": f"internal fault, please report it: {type(error).__name__}: {words}"}, "fault": True}
+    return {"fields": {"": words}, "fault": False}

@@ -8,7 +8,7 @@ import json
 import math
 import os
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -34,8 +34,8 @@ MOST_VALUES = 1_000_000
 PLAIN = ("strategy", "method", "period", "corrections", "machine")
 _TOP = ("name", "seed", "sources", "set", "grid", "list", "random", "output")
 _OUTPUT = ("setpoints", "reports")
-#: Distributions and how many numbers each takes.
-DISTRIBUTIONS = {"uniform": 2, "loguniform": 2, "normal": 2}
+#: Distributions of two numbers.
+DISTRIBUTIONS = ("uniform", "loguniform", "normal")
 
 Settings = dict[str, Any]
 
@@ -125,72 +125,78 @@ def read(source: str | os.PathLike[str]) -> Sweep:
 def from_dict(content: Mapping[str, Any], source: str = "sweep", folder: Path | None = None) -> Sweep:
     """The sweep in a dict as the TOML file has it; `folder` is where relative names of files begin."""
     problems: list[str] = []
+    base = folder or Path()
+
+    def tried(place: str, check: Callable[..., Any], *given: Any) -> Any:
+        """What a check gives; None, and a problem at its place, where it raises."""
+        try:
+            return check(*given)
+        except InputError as error:
+            problems.append(f"{place}: {error}")
+            return None
+
     for key in content:
         if key not in _TOP:
             problems.append(f"{key}: is not part of a sweep; {nearest(key, _TOP)}")
-    tables = {}
-    for key in ("set", "grid", "list", "random", "output"):
-        tables[key] = content.get(key, {})
-        if not isinstance(tables[key], Mapping):
-            problems.append(f"{key}: write a table: [{key}]")
-            tables[key] = {}
-    seed = content.get("seed", 0)
-    if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
-        problems.append(f"seed: {seed!r} must be a whole number from 0")
-        seed = 0
-    draws = dict(_flat(tables["random"], stop=DISTRIBUTIONS))
-    count = draws.pop("count", 1)
-    if not isinstance(count, int) or isinstance(count, bool) or not 1 <= count <= MOST_RUNS:
-        problems.append(f"random.count: {count!r} must be a whole number from 1 to {MOST_RUNS}")
-        count = 1
-    base = folder or Path()
-    listed = {name: _values("list", name, given, base, problems) for name, given in _flat(tables["list"]).items()}
-    lengths = {len(values) for values in listed.values()}
-    if len(lengths) > 1:
-        problems.append(
-            "list: " + ", ".join(f"{name} has {len(v)} values" for name, v in listed.items()) + "; give all as many"
-        )
+    tables = {key: tried(key, _flat, content.get(key, {})) or {} for key in ("set", "grid", "list", "random", "output")}
+    seed = tried("seed", _whole, content.get("seed", 0), 0, math.inf)
+    count = tried("random.count", _whole, tables["random"].pop("count", 1), 1, MOST_RUNS)
+    sources = tried("sources", _sources, content.get("sources"), base)
+    checks = {"set": checked, "grid": _values, "list": _values, "random": _distribution}
     made = {
-        "fixed": {name: _value("set", name, given, base, problems) for name, given in _flat(tables["set"]).items()},
-        "grid": {name: _values("grid", name, given, base, problems) for name, given in _flat(tables["grid"]).items()},
-        "listed": listed,
-        "random": {name: _distribution(name, given, problems) for name, given in draws.items()},
+        table: {name: tried(f"{table}.{name}", check, name, given, base) for name, given in tables[table].items()}
+        for table, check in checks.items()
     }
-    seen: dict[str, str] = {}
-    for table, names in made.items():
-        for name in names:
-            if name in seen:
-                problems.append(f"{name}: is in two tables, {seen[name]} and {table}; leave one out")
-            seen[name] = table
+    lengths = {name: len(values) for name, values in made["list"].items() if values}
+    if len(set(lengths.values())) > 1:
+        said = ", ".join(f"{name} has {length} values" for name, length in lengths.items())
+        problems.append(f"list: {said}; give all as many")
+    names = [name for table in made.values() for name in table]
+    for name in {name for name in names if names.count(name) > 1}:
+        problems.append(f"{name}: is in two tables; leave one out")
     for key, value in tables["output"].items():
         if key not in _OUTPUT or not isinstance(value, bool):
             problems.append(f"output.{key}: write setpoints = true or reports = true")
-    sources = _sources(content.get("sources"), folder or Path(), problems)
     if problems:
         raise SpecError(source, problems)
-    name = str(content.get("name", Path(source).stem))
-    output = {key: bool(tables["output"].get(key, False)) for key in _OUTPUT}
-    sweep = Sweep(name=name, sources=sources, count=count, seed=seed, **made, **output)  # type: ignore[arg-type]
+    sweep = Sweep(
+        name=str(content.get("name", Path(source).stem)),
+        sources=sources,
+        fixed=made["set"],
+        grid=made["grid"],
+        listed=made["list"],
+        random=made["random"],
+        count=count,
+        seed=seed,
+        **tables["output"],
+    )
     if len(sweep) > MOST_RUNS:
         raise SpecError(source, [f"{len(sweep)} runs; at most {MOST_RUNS} in one sweep"])
     return sweep
 
 
-def _flat(table: Mapping[str, Any], stop: Iterable[str] = (), prefix: str = "") -> dict[str, Any]:
+def _flat(table: Any, prefix: str = "") -> dict[str, Any]:
     """Nested tables as one, names joined by dots: limits.feed may be written either way."""
+    if not isinstance(table, Mapping):
+        raise InputError("write a table in brackets")
     out: dict[str, Any] = {}
     for key, value in table.items():
-        if isinstance(value, Mapping) and not (len(value) == 1 and next(iter(value)) in stop):
-            out |= _flat(value, stop, f"{prefix}{key}.")
+        if isinstance(value, Mapping) and not (len(value) == 1 and next(iter(value)) in DISTRIBUTIONS):
+            out |= _flat(value, f"{prefix}{key}.")
         else:
             out[f"{prefix}{key}"] = value
     return out
 
 
-def _sources(given: Any, folder: Path, problems: list[str]) -> tuple[str, ...]:
+def _whole(given: Any, least: int, most: float) -> int:
+    if not isinstance(given, int) or isinstance(given, bool) or not least <= given <= most:
+        raise InputError(f"{given!r} must be a whole number from {least}{f' to {most}' if most < math.inf else ''}")
+    return given
+
+
+def _sources(given: Any, folder: Path) -> tuple[str, ...]:
     if not isinstance(given, list) or not given or not all(isinstance(each, str) for each in given):
-        problems.append('sources: write a list of files, patterns and shapes, such as ["parts/*.dxf", "butterfly"]')
-        return ()
+        raise InputError('write a list of files, patterns and shapes, such as ["parts/*.dxf", "butterfly"]')
     found: list[str] = []
     for each in given:
         if shapes.is_shape(each) and not (folder / each).exists():
@@ -199,29 +205,32 @@ def _sources(given: Any, folder: Path, problems: list[str]) -> tuple[str, ...]:
         names = sorted(glob.glob(str(folder / each), recursive=True)) if glob.has_magic(each) else [str(folder / each)]
         names = [name for name in names if os.path.isfile(name)]
         if not names:
-            problems.append(f"sources: {each}: no such file or shape, and no file matches it as a pattern")
+            raise InputError(f"{each}: no such file or shape, and no file matches it as a pattern")
         found += names
     return tuple(dict.fromkeys(found))
 
 
-def _values(table: str, name: str, given: Any, base: Path, problems: list[str]) -> tuple[Any, ...]:
+def _values(name: str, given: Any, base: Path) -> tuple[Any, ...]:
     if not isinstance(given, list) or not 1 <= len(given) <= MOST_VALUES:
-        problems.append(f"{table}.{name}: write a list of values")
-        return (None,)
-    return tuple(_value(table, name, each, base, problems) for each in given)
+        raise InputError("write a list of values")
+    return tuple(checked(name, each, base) for each in given)
 
 
-def _value(table: str, name: str, given: Any, base: Path, problems: list[str]) -> Any:
-    """One value of a setting in mm, s and rad; what is wrong with it goes to `problems`."""
-    try:
-        return checked(name, given, base)
-    except InputError as error:
-        problems.append(f"{table}.{name}: {error}")
-        return None
+def _distribution(name: str, given: Any, base: Path) -> tuple[str, tuple[Any, ...]]:
+    """Name and numbers of a distribution, numbers in mm, s and rad, or ("choice", values)."""
+    if not isinstance(given, Mapping):
+        return "choice", _values(name, given, base)
+    kind, numbers = next(iter(given.items()))
+    if name in PLAIN and name != "period":
+        raise InputError("is not a number; give a list to choose from")
+    values = _values(name, numbers, base)
+    if len(values) != 2 or (kind != "normal" and not values[0] < values[1]):
+        raise InputError(f"{kind} takes two numbers{', the smaller first' * (kind != 'normal')}, not {numbers}")
+    return kind, values
 
 
-def checked(name: str, given: Any, base: Path | None = None) -> Any:
-    """The value of a setting as runs take it; InputError for a setting or a value that cannot be."""
+def checked(name: str, given: Any, base: Path) -> Any:
+    """The value of a setting as runs take it, in mm, s and rad; InputError for a setting or a value that cannot be."""
     kind, _, rest = name.partition(".")
     if kind == "limits" and rest:
         limit, _, axis = rest.partition(".")
@@ -231,13 +240,13 @@ def checked(name: str, given: Any, base: Path | None = None) -> Any:
     if kind == "machine" and rest:
         if len(rest.split(".")) != 3:
             raise InputError("write machine.AXIS.PART.FIELD, such as machine.x.load.inertia: a multiple of its value")
-        return _factor(given)
+        if isinstance(given, bool) or not isinstance(given, int | float) or not 0.0 < given < math.inf:
+            raise InputError(f"{given!r} must be a number above 0: a multiple of what the machine file says")
+        return float(given)
     if name == "period":
         return units.parse(given, "time")
     if name == "corrections":
-        if not isinstance(given, int) or isinstance(given, bool) or not 0 <= given <= 100:
-            raise InputError(f"{given!r} must be a whole number from 0 to 100")
-        return given
+        return _whole(given, 0, 100)
     if name == "strategy":
         if given not in STRATEGIES:
             raise InputError(f"{given!r} is not a strategy; {nearest(str(given), STRATEGIES)}")
@@ -247,45 +256,15 @@ def checked(name: str, given: Any, base: Path | None = None) -> Any:
     if name == "machine":
         if given in Machine.names():
             return given
-        file = (base or Path()) / str(given)
-        Machine.load(file)
-        return str(file)
+        Machine.load(base / str(given))
+        return str(base / str(given))
     raise InputError(f"is not a setting; {nearest(name, [*PLAIN, 'limits.feed', 'machine.x.load.inertia'])}")
-
-
-def _factor(given: Any) -> float:
-    if isinstance(given, bool) or not isinstance(given, int | float) or not 0.0 < given < math.inf:
-        raise InputError(f"{given!r} must be a number above 0: a multiple of what the machine file says")
-    return float(given)
-
-
-def _distribution(name: str, given: Any, problems: list[str]) -> tuple[str, tuple[Any, ...]]:
-    """Name and numbers of a distribution, numbers in mm, s and rad, or ("choice", values)."""
-    if isinstance(given, list) and given:
-        return "choice", tuple(_value("random", name, each, Path(), problems) for each in given)
-    if isinstance(given, Mapping) and len(given) == 1:
-        kind, numbers = next(iter(given.items()))
-        if kind in DISTRIBUTIONS and isinstance(numbers, list) and len(numbers) == DISTRIBUTIONS[kind]:
-            if name in PLAIN and name != "period":
-                problems.append(f"random.{name}: is not a number; give a list to choose from")
-                return "choice", (None,)
-            values = tuple(_value("random", name, each, Path(), problems) for each in numbers)
-            if None not in values and kind != "normal" and not values[0] < values[1]:
-                problems.append(
-                    f"random.{name}: {kind} from {numbers[0]} to {numbers[1]}; the first must be the smaller"
-                )
-            return kind, values
-    forms = ", ".join(f"{{ {kind} = [a, b] }}" for kind in DISTRIBUTIONS)
-    problems.append(f"random.{name}: write a list to choose from, or one of {forms}")
-    return "choice", (None,)
 
 
 def _draw(generator: np.random.Generator, kind: str, numbers: tuple[Any, ...]) -> Any:
     if kind == "choice":
         return numbers[int(generator.integers(len(numbers)))]
     first, second = numbers
-    if kind == "uniform":
-        return float(generator.uniform(first, second))
     if kind == "loguniform":
         return float(math.exp(generator.uniform(math.log(first), math.log(second))))
-    return float(generator.normal(first, second))
+    return float(getattr(generator, kind)(first, second))

@@ -1,29 +1,41 @@
-"""The dataset that a sweep leaves: Parquet parts that are whole, and a journal of what is not in them yet."""
+"""The dataset that a sweep leaves: Parquet parts that are whole, a journal of each that is not, and their summary."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import rows_parquet
 from splinefeed.formats.atomic import TEMPORARIES, atomic_write
-from splinefeed.records import BoolArray
+from splinefeed.records import Array, BoolArray, IntArray
 from splinefeed.sweeps.spec import Sweep
-from splinefeed.sweeps.work import COLUMNS, Row
+from splinefeed.sweeps.work import COLUMNS, DONE, FAILED, OVER, Row
 
 #: Runs in one part of the dataset.
 PART = 1000
 #: What a sweep's folder holds.
-ABOUT, JOURNAL, LOCK, PARTS = "sweep.json", "journal.jsonl", "lock", "rows"
+ABOUT, LOCK, PARTS = "sweep.json", "lock", "rows"
 _TEXT_SETTINGS = {"strategy": "text", "method": "text", "machine": "text", "corrections": "whole"}
+
+#: Numbers whose least and greatest values are reported, in the order of the table.
+REPORTED = (
+    "duration_s",
+    "ripple_max",
+    "chord_error_max_mm",
+    "worst_share",
+    "contour_error_max_mm",
+    "tracking_error_max_mm",
+)
+#: Texts of errors that are reported, the most frequent first.
+ERRORS = 10
 
 
 def columns_of(sweep: Sweep) -> dict[str, str]:
@@ -36,158 +48,126 @@ def columns_of(sweep: Sweep) -> dict[str, str]:
 class Store:
     """The folder of one sweep, held by one process at a time; `done` says which runs it has.
 
-    Rows go to a journal as they come, line by line, and from there to a Parquet part when all its runs are there. A
-    part is written whole or not at all, and always from the same rows in the same order, so that the dataset does not
-    tell who made it, when, or how often it was killed.
+    Rows go to the journal of their part as they come, line by line, and from there to a Parquet file when all its runs
+    are there. A part is written whole or not at all, and always from the same rows in the same order, so that the
+    dataset does not tell who made it, when, or how often it was killed.
     Raises InputError for a folder that holds another sweep, or that another process works in.
     """
 
     def __init__(self, folder: str | os.PathLike[str], sweep: Sweep) -> None:
         rows_parquet.available()
-        self.folder = Path(folder)
+        self.folder, self.rows = Path(folder), Path(folder) / PARTS
         self.sweep = sweep
         self.columns = columns_of(sweep)
         self.done: BoolArray = np.zeros(len(sweep), dtype=np.bool_)
-        self._rows: dict[int, dict[int, Row]] = {}
-        self._lock: BinaryIO | None = None
-        self._journal: BinaryIO | None = None
+        self._waiting: dict[int, dict[int, Row]] = {}  # rows of parts that are not whole
         try:
-            (self.folder / PARTS).mkdir(parents=True, exist_ok=True)
+            self.rows.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise FormatError(f"{folder}: cannot be made: {error.strerror or error}") from None
 
     def __enter__(self) -> Store:
-        self._take()
+        import fcntl
+
+        self._lock = (self.folder / LOCK).open("ab")
+        try:  # for as long as this process lives; the system lets go of it even after kill -9
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            self._lock.close()
+            raise InputError(f"{self.folder}: another sweep is at work in this folder; wait, or use another") from None
         try:
+            for left in (*self.folder.glob(TEMPORARIES), *self.rows.glob(TEMPORARIES)):
+                left.unlink()  # begun by a sweep that was killed
             self._check_same()
             self._load()
         except BaseException:
-            self._release()
+            self._lock.close()
             raise
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._release()
+    def __exit__(self, *error: object) -> None:
+        self._lock.close()
 
     def add(self, row: Row) -> None:
         """Keep a row: it survives whatever happens from here on but the loss of the disk."""
-        assert self._journal is not None
-        self._journal.write(json.dumps(row, allow_nan=True).encode() + b"\n")
-        self._journal.flush()
+        with self._part(row["index"] // PART, "jsonl").open("ab") as journal:
+            journal.write(json.dumps(row).encode() + b"\n")
         self._keep(row)
 
+    def _part(self, number: int, form: str) -> Path:
+        return self.rows / f"part-{number:06d}.{form}"
+
     def _keep(self, row: Row) -> None:
-        index = int(row["index"])
-        if self.done[index]:
-            return
+        index = row["index"]
+        number = index // PART
         self.done[index] = True
-        part = self._rows.setdefault(index // PART, {})
-        part[index] = row
-        if len(part) == min(PART, len(self.sweep) - index // PART * PART):
-            self._write_part(index // PART)
-
-    def _write_part(self, number: int) -> None:
-        rows = self._rows.pop(number)
-        name = self.folder / PARTS / f"part-{number:06d}.parquet"
-        rows_parquet.write([rows[index] for index in sorted(rows)], self.columns, name)
-
-    def _take(self) -> None:
-        """Lock the folder for as long as this process lives; the system lets go of it even after kill -9."""
-        import fcntl
-
-        lock = (self.folder / LOCK).open("ab")
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            lock.close()
-            raise InputError(
-                f"{self.folder}: another sweep is at work in this folder; wait for it, or use another"
-            ) from None
-        self._lock = lock
-        for left in (*self.folder.glob(TEMPORARIES), *(self.folder / PARTS).glob(TEMPORARIES)):
-            with suppress(OSError):  # begun by a sweep that was killed
-                left.unlink()
-
-    def _release(self) -> None:
-        if self._journal is not None:
-            self._journal.close()
-            self._journal = None
-            self._compact()
-        if self._lock is not None:
-            self._lock.close()
-            self._lock = None
-
-    def _compact(self) -> None:
-        """Leave in the journal what no part holds."""
-        left = [row for rows in self._rows.values() for row in rows.values()]
-        with suppress(OSError, FormatError), atomic_write(self.folder / JOURNAL) as temporary:
-            temporary.write_text("".join(f"{json.dumps(row)}\n" for row in left), encoding="utf-8")
+        rows = self._waiting.setdefault(number, {})
+        rows[index] = row
+        if len(rows) == min(PART, len(self.sweep) - number * PART):
+            rows_parquet.write([rows[k] for k in sorted(rows)], self.columns, self._part(number, "parquet"))
+            self._part(number, "jsonl").unlink()
+            del self._waiting[number]
 
     def _check_same(self) -> None:
         about = self.folder / ABOUT
         if about.exists():
-            try:
-                said = json.loads(about.read_text(encoding="utf-8"))
-                digest = said["digest"]
-            except (ValueError, KeyError, TypeError, OSError) as error:
-                raise FormatError(f"{about}: cannot be read: {error}") from None
-            if digest != self.sweep.digest:
+            if _about(self.folder)["digest"] != self.sweep.digest:
                 raise InputError(
                     f"{self.folder}: holds another sweep, or its sources have changed since; use another folder"
                 )
             return
-        foreign = [each.name for each in self.folder.iterdir() if each.name not in (PARTS, LOCK, JOURNAL)]
+        foreign = [each.name for each in self.folder.iterdir() if each.name not in (PARTS, LOCK)]
         if foreign:
             raise InputError(f"{self.folder}: is not a folder of a sweep: it holds {foreign[0]}; use another")
         page = {
             "name": self.sweep.name, "digest": self.sweep.digest, "runs": len(self.sweep), "seed": self.sweep.seed,
-            "part": PART, "varied": list(self.sweep.varied), "columns": self.columns,
-            "fixed": {name: value for name, value in self.sweep.fixed.items()},
+            "part": PART, "varied": list(self.sweep.varied), "columns": self.columns, "fixed": dict(self.sweep.fixed),
         }  # fmt: skip
         with atomic_write(about) as temporary:
             temporary.write_text(json.dumps(page, indent=2, default=str) + "\n", encoding="utf-8")
 
     def _load(self) -> None:
-        for file in sorted((self.folder / PARTS).glob("part-*.parquet")):
+        for file in self.rows.glob("*.parquet"):
             self.done[np.array(rows_parquet.read([file])["index"], dtype=np.int64)] = True
-        journal = self.folder / JOURNAL
-        for row in _lines(journal):
-            if 0 <= int(row.get("index", -1)) < len(self.sweep):
+            file.with_suffix(".jsonl").unlink(missing_ok=True)
+        for journal in sorted(self.rows.glob("*.jsonl")):
+            rows = _lines(journal)
+            with atomic_write(journal) as temporary:  # without a line that was cut off
+                temporary.write_text("".join(f"{json.dumps(row)}\n" for row in rows), encoding="utf-8")
+            for row in rows:
                 self._keep(row)
-        self._compact()
-        self._journal = journal.open("ab")
 
 
-def _lines(journal: Path) -> Iterator[Row]:
-    """Rows of a journal; a last line that was cut off is left out."""
-    if not journal.exists():
-        return
-    with journal.open("rb") as stream:
-        for line in stream:
-            if not line.endswith(b"\n"):
-                return
+def _lines(journal: Path) -> list[Row]:
+    """Rows of a journal; what is behind the last line that is whole is left out."""
+    rows = []
+    with suppress(FileNotFoundError):  # its part has become whole
+        for line in journal.read_bytes().split(b"\n")[:-1]:
             with suppress(ValueError):
-                row = json.loads(line)
-                if isinstance(row, dict):
-                    yield row
+                rows.append(json.loads(line))
+    return rows
+
+
+def _about(folder: Path) -> dict[str, Any]:
+    try:
+        about: dict[str, Any] = json.loads((folder / ABOUT).read_text(encoding="utf-8"))
+        if about["digest"] and about["columns"]:
+            return about
+    except (OSError, ValueError, LookupError, TypeError):
+        pass
+    raise FormatError(f"{folder}: is not a folder of a sweep; it has no {ABOUT} that can be read")
 
 
 def load(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, list[Any]]]:
-    """What a sweep's folder says of itself, and all rows that it has as columns, by index."""
-    place = Path(folder)
-    try:
-        about = json.loads((place / ABOUT).read_text(encoding="utf-8"))
-        columns = about["columns"]
-    except (OSError, ValueError, KeyError, TypeError):
-        raise FormatError(f"{folder}: is not a folder of a sweep; it has no {ABOUT} that can be read") from None
-    whole = rows_parquet.read(sorted((place / PARTS).glob("part-*.parquet"))) or {name: [] for name in columns}
+    """What a sweep's folder says of itself, and all rows that it has as columns."""
+    place = Path(folder) / PARTS
+    about = _about(Path(folder))
+    rows = [row for journal in sorted(place.glob("*.jsonl")) for row in _lines(journal)]  # first: they become parts
+    whole = rows_parquet.read(sorted(place.glob("*.parquet"))) or {name: [] for name in about["columns"]}
     known = set(whole["index"])
-    for row in sorted(_lines(place / JOURNAL), key=lambda row: int(row["index"])):
+    for row in sorted(rows, key=lambda row: int(row["index"])):
         if row["index"] not in known:
-            known.add(row["index"])
-            for name in columns:
+            for name in about["columns"]:
                 whole[name].append(row.get(name))
     return about, whole
 
@@ -195,3 +175,53 @@ def load(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, list
 def settings_columns(about: Mapping[str, Any]) -> list[str]:
     """The columns that the sweep varies."""
     return [f"{name}_s" if name == "period" else name for name in about["varied"]]
+
+
+def summary(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]]) -> dict[str, Any]:
+    """Counts by status, extremes of each number over the runs that gave one, and failures by kind."""
+    status = Counter(rows["status"])
+    kinds = Counter(
+        (kind, error) for kind, error, state in zip(rows["error_kind"], rows["error"], rows["status"], strict=True)
+        if state == FAILED
+    )  # fmt: skip
+    numbers: dict[str, Any] = {}
+    for name in REPORTED:
+        values = column(rows, name)
+        if np.isfinite(values).any():
+            least, most = int(np.nanargmin(values)), int(np.nanargmax(values))
+            numbers[name] = {
+                "least": float(values[least]), "least_run": rows["index"][least], "median": float(np.nanmedian(values)),
+                "most": float(values[most]), "most_run": rows["index"][most],
+            }  # fmt: skip
+    front = pareto(rows)
+    return {
+        "name": about["name"],
+        "runs": about["runs"],
+        "there": len(rows["index"]),
+        "ok": status[DONE],
+        "not_kept": status[OVER],
+        "failed": status[FAILED],
+        "numbers": numbers,
+        "failures": [
+            {"kind": kind, "error": error, "runs": count} for (kind, error), count in kinds.most_common(ERRORS)
+        ],
+        "pareto": [{"index": rows["index"][k], "source": rows["source"][k]} for k in front],
+    }
+
+
+def column(rows: Mapping[str, Sequence[Any]], name: str) -> Array:
+    """A column as numbers, NaN where there is none, (n,)."""
+    return np.array([np.nan if value is None else float(value) for value in rows[name]], dtype=np.float64)
+
+
+def pareto(rows: Mapping[str, Sequence[Any]]) -> IntArray:
+    """Rows that no other one beats in both cycle time and contour error, by cycle time; empty without a machine.
+
+    Only runs that keep every limit count: it is easy to be fast without.
+    """
+    time, error = column(rows, "duration_s"), column(rows, "contour_error_max_mm")
+    kept = np.array([status == DONE for status in rows["status"]], dtype=np.bool_)
+    known = np.flatnonzero(np.isfinite(time) & np.isfinite(error) & kept)
+    order = known[np.lexsort((error[known], time[known]))]
+    best = np.minimum.accumulate(np.append(np.inf, error[order]))  # of those that are faster
+    return np.asarray(order[error[order] < best[:-1]], dtype=np.int64)

@@ -1,23 +1,51 @@
-"""`sweep`: all runs of a spec over an executor, lazily, and kept in a folder if one is given."""
+"""`sweep`: all runs of a spec over any `concurrent.futures.Executor`, lazily, and kept in a folder if one is given."""
 
 from __future__ import annotations
 
+import multiprocessing
 import os
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Executor
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
 from contextlib import ExitStack
+from itertools import chain, islice
 from typing import Any
 
+from splinefeed.errors import SplinefeedError
 from splinefeed.sweeps import spec as specs
-from splinefeed.sweeps.engine import drive, processes, serial
 from splinefeed.sweeps.spec import Sweep, Task
 from splinefeed.sweeps.store import Store
-from splinefeed.sweeps.work import Artefacts, Row
+from splinefeed.sweeps.work import Artefacts, Row, lost_row, work
+from splinefeed.workers import end_with_parent
+
+#: Work that is handed out in one piece, s, and the most runs in it: small runs travel together.
+BATCH_SECONDS, MOST_IN_BATCH = 0.1, 256
+#: Pieces that wait for each worker after its current one.
+WAITING = 2
+#: How often a task that lost its worker is tried in all; one that kills every worker is a failure of its own.
+TRIES = 3
+#: Workers are lost so often in a row, with no result between, and the sweep gives up.
+LOST_IN_A_ROW = 8
+#: Address space of a worker, bytes; the libraries alone take some GB of it, most never touched.
+MOST_MEMORY = 12 * 2**30
+
+Engine = Callable[[], Executor]
+
+
+class EngineError(SplinefeedError):
+    """The workers of a sweep cannot be kept alive."""
 
 
 def sweep(
     spec: str | os.PathLike[str] | Mapping[str, Any] | Sweep,
-    executor: Executor | Callable[[], Executor] | None = None,
+    executor: Executor | Engine | None = None,
     *,
     folder: str | os.PathLike[str] | None = None,
     workers: int | None = None,
@@ -43,7 +71,7 @@ def sweep(
 
 def timed(
     spec: Sweep,
-    executor: Executor | Callable[[], Executor] | None = None,
+    executor: Executor | Engine | None = None,
     *,
     folder: str | os.PathLike[str] | None = None,
     workers: int | None = None,
@@ -54,33 +82,75 @@ def timed(
     with ExitStack() as stack:
         store = None if folder is None else stack.enter_context(Store(folder, spec))
         start(0 if store is None else int(store.done.sum()))
-        tasks = _tasks(spec, store)
+        rows: Iterator[tuple[Row, float]]
+        tasks = (spec.task(index) for index in range(len(spec)) if store is None or not store.done[index])
         if workers == 0 and executor is None:
-            rows = serial(tasks, artefacts)
+            rows = chain.from_iterable(work([task], artefacts) for task in tasks)
         else:
-            count = workers or _workers(executor)
-            engine = _engine(executor, count)
-            rows = drive(tasks, engine, count, artefacts, close=not isinstance(executor, Executor))
+            count = workers or int(getattr(executor, "_max_workers", 0) or os.cpu_count() or 1)
+            rows = drive(tasks, executor or (lambda: processes(count)), count, artefacts)
         for row, took in rows:
             if store is not None:
                 store.add(row)
             yield row, took
 
 
-def _tasks(spec: Sweep, store: Store | None) -> Iterator[Task]:
-    for index in range(len(spec)):
-        if store is None or not store.done[index]:
-            yield spec.task(index)
+def processes(workers: int | None = None) -> ProcessPoolExecutor:
+    """Processes on this machine, one a core unless said; they start clean and share the cache of compiled kernels."""
+    context = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(
+        workers or os.cpu_count() or 1, mp_context=context, initializer=end_with_parent, initargs=(MOST_MEMORY,)
+    )
 
 
-def _workers(executor: object) -> int:
-    """How many runs an executor makes at a time, as far as it tells."""
-    return int(getattr(executor, "_max_workers", 0) or os.cpu_count() or 1)
+def drive(
+    tasks: Iterable[Task], given: Executor | Engine, workers: int, artefacts: Artefacts | None = None
+) -> Iterator[tuple[Row, float]]:
+    """Rows as they come, with the time each took, s, in no order; at most a few pieces a worker are on their way.
 
-
-def _engine(executor: Executor | Callable[[], Executor] | None, workers: int) -> Callable[[], Executor]:
-    if executor is None:
-        return lambda: processes(workers)
-    if not isinstance(executor, Executor):
-        return executor
-    return lambda: executor
+    given  an executor, or what makes one, which is done again when it breaks; the tasks that were on their way are
+           tried again, one at a time: the one that kills its worker is not to take others along
+    Raises EngineError where workers are lost again and again without a result.
+    """
+    waiting = iter(tasks)
+    again: list[tuple[Task, int]] = []  # tasks that lost their worker, and how often
+    seconds, lost = BATCH_SECONDS, 0
+    flying: dict[Future[list[tuple[Row, float]]], list[tuple[Task, int]]] = {}
+    executor = given if isinstance(given, Executor) else given()
+    try:
+        while True:
+            size = max(1, min(MOST_IN_BATCH, int(BATCH_SECONDS / max(seconds, 1e-9))))
+            try:
+                while len(flying) < (1 if again else workers * (1 + WAITING)):
+                    batch = [again[-1]] if again else [(task, 0) for task in islice(waiting, size)]
+                    if not batch:
+                        break
+                    again = again or batch  # until it is handed out
+                    flying[executor.submit(work, [task for task, _ in batch], artefacts)] = batch
+                    again = again[: -len(batch)]
+                if not flying:
+                    return
+                for future in wait(flying, return_when=FIRST_COMPLETED).done:
+                    rows = future.result()
+                    del flying[future]
+                    lost = 0
+                    seconds = 0.8 * seconds + 0.2 * (sum(took for _, took in rows) / len(rows))
+                    yield from rows
+            except (BrokenExecutor, CancelledError, OSError) as error:
+                lost += 1
+                if lost > LOST_IN_A_ROW:
+                    raise EngineError(f"workers were lost {lost} times in a row without a result: {error}") from None
+                again += [(task, tried + 1) for batch in flying.values() for task, tried in batch]
+                flying.clear()
+                if not isinstance(given, Executor):
+                    executor.shutdown(wait=False, cancel_futures=True)
+                    executor = given()
+                for task, tried in again:
+                    if tried >= TRIES:
+                        yield lost_row(task, tried), 0.0
+                again = [each for each in again if each[1] < TRIES]
+    finally:
+        for future in flying:
+            future.cancel()
+        if not isinstance(given, Executor):  # one that was handed in is not ours to close
+            executor.shutdown(wait=False, cancel_futures=True)

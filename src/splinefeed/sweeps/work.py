@@ -28,30 +28,16 @@ from splinefeed.sweeps.spec import Settings, Task
 
 #: What a run came to: every limit holds; a limit or a check does not; there is no result.
 DONE, OVER, FAILED = "ok", "not kept", "failed"
+_TEXT = ("status", "error_kind", "error", "strategy", "method")
+_NUMBERS = ("period_s", "length_mm", "duration_s", "lower_bound_s")
+_ERRORS = ("ripple_max", "ripple_rms", "end_error_mm", "chord_error_max_mm")
+_SERVO = ("contour_error_max_mm", "contour_error_rms_mm", "tracking_error_max_mm")
 #: Columns of the dataset in addition to index, source and the settings that vary, with their kinds.
 COLUMNS = {
-    "status": "text",
-    "error_kind": "text",
-    "error": "text",
-    "strategy": "text",
-    "method": "text",
-    "period_s": "number",
-    "length_mm": "number",
-    "duration_s": "number",
-    "lower_bound_s": "number",
-    "ticks": "whole",
-    "ripple_max": "number",
-    "ripple_rms": "number",
-    "end_error_mm": "number",
-    "chord_error_max_mm": "number",
-    "worst_limit": "text",
-    "worst_share": "number",
-    "worst_at_s": "number",
-    "contour_error_max_mm": "number",
-    "contour_error_rms_mm": "number",
-    "tracking_error_max_mm": "number",
-    "stopped": "text",
-}
+    **dict.fromkeys(_TEXT, "text"), **dict.fromkeys(_NUMBERS, "number"), "ticks": "whole",
+    **dict.fromkeys(_ERRORS, "number"), "worst_limit": "text", "worst_share": "number", "worst_at_s": "number",
+    **dict.fromkeys(_SERVO, "number"), "stopped": "text",
+}  # fmt: skip
 #: Longest text of an error that is kept.
 LONGEST = 500
 
@@ -102,14 +88,13 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
     limits = completed(given, machine, planned_axes(path, machine))
     limits = limits if "feed" in given else at_programmed_feeds(limits, path)[0]
     period = settings.get("period", PAPER_PERIOD)
-    motion = tuple(limits.as_dict().items()), settings.get("machine") if tool else None
-    moved = _moved(task.source, *motion)
-    law = _law(task.source, *motion, settings.get("strategy"), period)
+    flat, joints = tuple(limits.as_dict().items()), settings.get("machine") if tool else None
+    moved, law = _planned(task.source, flat, joints, settings.get("strategy"), period)
     method = settings.get("method", DEFAULT_METHOD)
     corrections = settings.get("corrections", 1)
     followed = None if tool else machine
     run = make_run(moved, limits, machine=followed, period=period, method=method, corrections=corrections, law=law)
-    worst = max(run.verdict.limits.items(), key=lambda each: each[1].share, default=None)
+    name, worst = max(run.verdict.limits.items(), key=lambda each: each[1].share, default=(None, None))
     row: Row = {
         "status": DONE if run.ok else OVER,
         "error": None if run.ok else "; ".join(run.verdict.problems)[:LONGEST] or None,
@@ -124,9 +109,9 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
         "ripple_rms": run.ripple.rms,
         "end_error_mm": run.end_error_mm,
         "chord_error_max_mm": run.chord_error_mm,
-        "worst_limit": None if worst is None else worst[0],
-        "worst_share": None if worst is None else worst[1].share,
-        "worst_at_s": None if worst is None else worst[1].at_s,
+        "worst_limit": name,
+        "worst_share": worst and worst.share,
+        "worst_at_s": worst and worst.at_s,
     }
     if run.served is not None:
         tally = run.served.tally
@@ -150,15 +135,13 @@ def _path(source: str) -> Path:
 
 
 @lru_cache(maxsize=4)
-def _moved(source: str, limits: Flat, machine: str | None) -> Path | JointPath:
-    """What is planned: the path, or joints of a machine for a path with a tool axis."""
-    return on_machine(_path(source), machine, Limits.from_dict(dict(limits)))
-
-
-@lru_cache(maxsize=4)
-def _law(source: str, limits: Flat, machine: str | None, strategy: str | None, period: float) -> TimeLaw:
-    """The law of a motion; runs that differ in method, or in what a machine does about it, share it."""
-    return plan(_moved(source, limits, machine), Limits.from_dict(dict(limits)), strategy=strategy, period=period)
+def _planned(
+    source: str, limits: Flat, machine: str | None, strategy: str | None, period: float
+) -> tuple[Path | JointPath, TimeLaw]:
+    """Path, or joints, and law; runs that differ in method, or in what a machine does about it, share them."""
+    held = Limits.from_dict(dict(limits))
+    moved = on_machine(_path(source), machine, held)
+    return moved, plan(moved, held, strategy=strategy, period=period)
 
 
 def _machine(settings: Settings) -> Machine | None:

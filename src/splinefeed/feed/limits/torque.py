@@ -9,9 +9,6 @@ from splinefeed.feed.limits.rows import Linear, Places, Row
 from splinefeed.feed.numbers import ALMOST
 from splinefeed.records import Limits
 
-#: Places at which a model is looked at for friction.
-LOOKED = 8
-
 
 def rows(at: Places, limits: Limits) -> Iterator[Row]:
     """|a q'/2 + b q + c| <= tau, with a, b, c from three runs of the inverse dynamics f(q, q', q'').
@@ -27,8 +24,7 @@ def rows(at: Places, limits: Limits) -> Iterator[Row]:
     none = np.zeros_like(r)
     c = torque.of(r, none, none)
     a, b = torque.of(r, none, r1) - c, torque.of(r, r1, r2) - c
-    some = np.linspace(0, len(r) - 1, LOOKED).astype(int)
-    faster = torque.of(r[some], 2.0 * r1[some], 4.0 * r2[some]) - c[some] - 4.0 * b[some]
+    faster = torque.of(r, 2.0 * r1, 4.0 * r2) - c - 4.0 * b
     if np.max(np.abs(faster)) > ALMOST * np.max(np.abs(b) + np.abs(c)):
         raise LimitsError(
             "torque: at twice the velocity and four times the acceleration the model's torque is not four times what "

@@ -175,7 +175,7 @@ class Summary:
         first = replace(piece, kept=chosen, places=piece.places[: len(chosen) + 1])
         for length, curve in zip(piece.lengths[chosen].tolist(), first.curves() if len(chosen) else (), strict=True):
             said = {"path": 1, "degree": curve.degree, "control_points": len(curve.control_points)}
-            said |= {"spans": len(curve.spans), "rational": curve.rational, "closed": curve.closed}
+            said |= {"spans": len(curve.breaks) - 1, "rational": curve.rational, "closed": curve.closed}
             self.curves.append({**said, "length_mm": length})
 
     def _add_joints(self, moves: Moves, ends: Ends, kept: IntArray) -> None:

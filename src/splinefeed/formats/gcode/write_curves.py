@@ -16,7 +16,7 @@ from splinefeed.formats.gcode.text import CONTROLS, Text
 from splinefeed.geometry import editing
 from splinefeed.geometry.arcs import polyline
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.nearest import Nearest, nearest
+from splinefeed.geometry.nearest import Nearest
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array
 
@@ -234,7 +234,7 @@ def _measured(curve: NurbsCurve, pieces: Sequence[NurbsCurve]) -> float:
     joined = Path(pieces, [f"l{i}" for i in range(curve.axes)], tolerance=1e-3)
     spans = len(curve.breaks) - 1
     there = Nearest(joined.table, joined.shape).find(_samples(curve, max(MEASURED_SPAN, math.ceil(MEASURED / spans))))
-    back = nearest(curve, np.concatenate([_samples(piece, MEASURED_PIECE) for piece in pieces]))
+    back = curve.nearest(np.concatenate([_samples(piece, MEASURED_PIECE) for piece in pieces]))
     return float(max(there[2].max(), back[1].max()))
 
 

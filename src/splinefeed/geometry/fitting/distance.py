@@ -9,7 +9,7 @@ import numpy as np
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat
 from splinefeed.geometry.nearest import Nearest
-from splinefeed.geometry.tables import arc_rows
+from splinefeed.geometry.tables import arc_pieces
 from splinefeed.records import Array
 
 
@@ -46,4 +46,4 @@ def distances(curves: Sequence[NurbsCurve], points: Array) -> Array:
     """
     flat, axes = Flat.of(curves), curves[0].axes
     shape = (int(flat.degrees.max()), axes, axes, int(flat.rational.max()))
-    return Nearest(arc_rows(flat, shape, curves)[0], shape).find(points)[2]
+    return Nearest(arc_pieces(flat, shape, curves).table, shape).find(points)[2]

@@ -9,8 +9,18 @@ import numpy as np
 
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
-from splinefeed.geometry.fitting.grid import MAX_SPANS, ROUNDS, check_degree, check_tolerance, graded, halved, in_spans
-from splinefeed.geometry.fitting.spline_space import columns, design, least_squares
+from splinefeed.geometry.fitting.grid import (
+    MAX_SPANS,
+    ROUNDS,
+    check_degree,
+    check_tolerance,
+    columns,
+    design,
+    graded,
+    halved,
+    in_spans,
+    least_squares,
+)
 from splinefeed.records import Array
 
 #: Samples that give the size of the function's image, before anything is fitted.

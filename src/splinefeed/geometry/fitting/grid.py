@@ -1,15 +1,16 @@
-"""Knot grids that are refined where a fit is not yet good enough, and the checks that every fit begins with."""
+"""Knot grids that are refined where a fit is not yet good enough, and splines over them by least squares."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from splinefeed.errors import InputError
-from splinefeed.geometry.curve import MAX_DEGREE
+from splinefeed.errors import CurveError, InputError
+from splinefeed.geometry.curve import MAX_DEGREE, NurbsCurve
 from splinefeed.records import Array, IntArray
 
 #: Most spans of one fitted curve.
@@ -21,6 +22,8 @@ LEAST_TOLERANCE = 1e-12
 #: Neighbouring spans differ by this factor at most, with a little for rounding: knots that change their density
 #: abruptly show in the curvature.
 GRADE = 2.01
+#: Matrices with fewer elements are kept dense: sparse ones would cost more to handle, larger ones wake BLAS threads.
+DENSE = 3_000
 
 
 def check_degree(degree: int) -> int:
@@ -77,3 +80,127 @@ def graded(grid: Array, periodic: bool = False, grade: float = GRADE) -> Array:
             break
         grid = halved(grid, wide)
     return grid
+
+
+def columns(chosen: IntArray, count: int) -> Any:
+    """Sparse (count, len(chosen)) matrix whose column j is the unit vector chosen[j]."""
+    from scipy.sparse import csr_matrix
+
+    return csr_matrix((np.ones(len(chosen)), (chosen, np.arange(len(chosen)))), shape=(count, len(chosen)))
+
+
+def design(degree: int, knots: Array, u: Array) -> Any:
+    """Sparse (n, coefficients) values N_i,p(u) of all basis functions at u (n,)."""
+    from scipy.interpolate import BSpline
+
+    return BSpline.design_matrix(u, knots, degree).tocsr()
+
+
+def derivative_design(degree: int, knots: Array, u: Array, order: int) -> Any:
+    """Sparse (n, coefficients) order-th derivatives of all basis functions at u (n,), by differences of coefficients.
+
+    C' = sum N_i,p-1 p (P_i+1 - P_i) / (u_i+p+1 - u_i+1)      (The NURBS Book, 2nd ed., eq. 3.4)
+    """
+    from scipy.sparse import diags_array, eye_array
+
+    total: Any = eye_array(len(knots) - degree - 1, format="csr")
+    for p in range(degree, degree - order, -1):
+        count = len(knots) - p - 1
+        slope = p / (knots[p + 1 : p + count] - knots[1:count])
+        total = diags_array([-slope, slope], offsets=[0, 1], shape=(count - 1, count)).tocsr() @ total
+        knots = knots[1:-1]
+    return design(degree - order, knots, u) @ total
+
+
+def compact(matrix: Any) -> Any:
+    """A sparse matrix as an array if it is small."""
+    return matrix.toarray() if matrix.shape[0] * matrix.shape[1] < DENSE else matrix
+
+
+def solve(matrix: Any, right: Array) -> Array:
+    """x (unknowns, axes) of a symmetric, positive definite system; CurveError where rounding leaves none."""
+    from scipy.linalg import LinAlgError, cho_factor, cho_solve
+    from scipy.sparse.linalg import splu
+
+    try:
+        if isinstance(matrix, np.ndarray):
+            return np.asarray(cho_solve(cho_factor(matrix), right))
+        factor = splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        return np.asarray(factor.solve(right))
+    except (LinAlgError, RuntimeError):
+        raise CurveError(
+            "the points lie so unevenly that rounding leaves no curve near them; clean or thin them"
+        ) from None
+
+
+def least_squares(matrix: Any, right: Array) -> Array:
+    """x that makes |matrix x - right| least, by normal equations and one step of iterative refinement."""
+    normal = matrix.T @ matrix
+    x = solve(normal, matrix.T @ right)
+    return np.asarray(x + solve(normal, matrix.T @ (right - matrix @ x)))
+
+
+@dataclass(frozen=True, eq=False)
+class SplineSpace:
+    """Curves on [0, 1] of one degree over a grid: with both ends given, or periodic.
+
+    unknown    sparse (coefficients, unknowns): the coefficients that are free are unknown @ x
+    roughness  sparse (spans * nodes, coefficients): C''' (C'' or C' for degree 2 or 1) at Gauss nodes of every span
+    rough      roughness @ unknown
+    weights    (spans, nodes): int |C'''|^2 du = sum weights |roughness @ coefficients|^2
+    """
+
+    degree: int
+    grid: Array
+    periodic: bool
+    knots: Array
+    unknown: Any
+    roughness: Any
+    rough: Any
+    weights: Array
+
+    @classmethod
+    def of(cls, degree: int, grid: Array, periodic: bool) -> SplineSpace:
+        """The space over `grid` (spans + 1,), from 0 to 1."""
+        if periodic:
+            knots = np.concatenate([grid[-degree - 1 : -1] - 1.0, grid, grid[1 : degree + 1] + 1.0])
+            count = len(grid) - 1
+            unknown = columns(np.arange(count + degree) % count, count).T.tocsr()
+        else:
+            knots = np.concatenate([np.full(degree, grid[0]), grid, np.full(degree, grid[-1])])
+            count = len(knots) - degree - 1
+            unknown = columns(np.arange(1, count - 1), count)
+        order = min(3, degree)
+        nodes, weights = np.polynomial.legendre.leggauss(degree - order + 1)
+        roughness = derivative_design(degree, knots, in_spans(grid, nodes).ravel(), order)
+        even = 0.5 * np.diff(grid)[:, None] * weights
+        return cls(degree, grid, periodic, knots, unknown, roughness, compact(roughness @ unknown), even)
+
+    def even(self, strength: float) -> Array:
+        """lambda (spans,) that weighs the roughness of wide and of narrow spans alike."""
+        return np.asarray(strength * np.diff(self.grid) ** (2 * min(3, self.degree) - 1))
+
+    def normal(self, u: Array, points: Array) -> tuple[Any, Any, Array, Array]:
+        """Design, its normal matrix, what is left of the points, and the given coefficients, for points at u (n,)."""
+        given = np.zeros((self.unknown.shape[0], points.shape[1]))
+        if not self.periodic:
+            given[0], given[-1] = points[0], points[-1]
+        values = design(self.degree, self.knots, u)
+        free = compact(values @ self.unknown)
+        return free, free.T @ free, points - values @ given, given
+
+    def fitted(self, normal: tuple[Any, Any, Array, Array], strength: Array, sharpen: bool = False) -> NurbsCurve:
+        """The curve with the least sum of squares plus int lambda |C'''|^2 du; lambda = strength (spans,).
+
+        With `sharpen` one more step on what is left over squares the bias of lambda away: not for smoothing.
+        """
+        from scipy.sparse import diags_array
+
+        free, squares, rest, given = normal
+        weights = (self.weights * strength[:, None]).ravel()
+        weighted = self.rough.T * weights if isinstance(self.rough, np.ndarray) else self.rough.T @ diags_array(weights)
+        matrix = squares + weighted @ self.rough
+        x = solve(matrix, free.T @ rest - weighted @ (self.roughness @ given))
+        if sharpen:
+            x += solve(matrix, free.T @ (rest - free @ x))
+        return NurbsCurve(self.degree, self.knots, self.unknown @ x + given)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from splinefeed.geometry.shapes.airfoil import naca
-from splinefeed.geometry.shapes.conics import circle, ellipse, figure_eight, line
-from splinefeed.geometry.shapes.freeform import butterfly, helix
+from splinefeed.geometry.shapes.curves import butterfly, circle, ellipse, figure_eight, helix, line
 from splinefeed.geometry.shapes.text import describe, from_text, is_shape, names
 
 __all__ = [

@@ -11,7 +11,7 @@ from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.fitting import fit_function
 from splinefeed.geometry.fitting.grid import check_degree
 from splinefeed.geometry.path import CORNER_ANGLE, Path
-from splinefeed.geometry.shapes.checks import positive
+from splinefeed.geometry.shapes.curves import positive
 from splinefeed.records import Array
 
 #: Coefficients of tau, tau^2, tau^4, tau^6, tau^8 in y / (5 t c), tau = sqrt(x / c). The last one closes the edge; the

@@ -6,11 +6,11 @@ export class Play {
     Object.assign(this, { link, settings, picture, on: false, held: false, back: false });
     $("play").addEventListener("click", () => this.start());
     $("hold").addEventListener("click", () => this.hold(!this.held));
-    $("back").addEventListener("click", () => { this.back = !this.back; this.order({ back: this.back }); this.buttons(); });
+    $("back").addEventListener("click", () => { this.back = !this.back; this.order({ reverse: this.back }); this.buttons(); });
     $("stop").addEventListener("click", () => this.order({ stop: true }));
     $("override").addEventListener("input", () => {
       $("override-value").textContent = `${$("override").value} %`;
-      this.order({ rate: this.rate() });
+      this.order({ override: this.rate() });
     });
     link.on("playing", ({ words }) => { $("play-state").textContent = `${words} ...`; });
     link.on("frame", (frame) => this.frame(frame));
@@ -19,7 +19,7 @@ export class Play {
     this.reset();
   }
 
-  rate() { return Number($("override").value) / 100; }
+  rate() { return Number($("override").value); }
 
   order(said) {
     if (this.on) this.link.send({ do: "order", ...said });
@@ -32,7 +32,7 @@ export class Play {
     this.picture.move(null);
     this.buttons();
     $("play-state").textContent = "begins ...";
-    this.link.send({ do: "play", settings: this.settings.value, top: Number($("top").value), rate: this.rate() });
+    this.link.send({ do: "play", settings: this.settings.value, top: Number($("top").value), override: this.rate() });
   }
 
   hold(held) {
