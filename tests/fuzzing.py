@@ -32,7 +32,7 @@ SPLINTERS = [
 WORDS = (
     """
 G0 G1 G2 G3 G5 G5.1 G5.2 G5.3 G6.2 G4 G10 G20 G28 G53 G55 G61.1 G64 G91 G92 G93 G18 G90.1 X Y Z A I J K R P1 P-2 Q3 L2
-L99 K0 K1 F1 F0 S5 M3 M30 #1=2 #1 [ ] [1/0] nan 1e9 -.5 9999999999 ; ( ) % / BSPLINE PL=1 PW=0.5 SD=3 X=3 CR=2 SPL K3X1
+L99 K0 K1 F1 F0 S5 M3 M30 #1=2 #1 [ ] [1/0] nan 1e9 -.5 9999999999 ; ( ) % / BSPLINE PL=1 PW=0.5 SD=3 X=3 CR=2
 CC CR DR+ LX+1 IX-2 O1sub ~ \x00 é X=IC(5) I=AC(1) STOP T5 M6 TRAORI
 """.replace("\n", " ").split(" ")
     + 8 * ["\n"]

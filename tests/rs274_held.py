@@ -12,12 +12,12 @@ import pytest
 from rs274_twin import ROUNDED, Canon, Run, run
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode import layout
-from splinefeed.formats.gcode.arcs import arc_curve
+from splinefeed.formats.gcode.arcs import arc_curve, find_arcs
 from splinefeed.formats.gcode.dialects import named
 from splinefeed.formats.gcode.moves import RAPID, SPLINE, Moves
+from splinefeed.formats.gcode.piece import arcs_of
 from splinefeed.formats.gcode.reader import Reading, joined
 from splinefeed.formats.gcode.state import UNSAID
-from splinefeed.formats.gcode.to_path import find_arcs
 from splinefeed.formats.gcode.tools import Tool, Tools, read_tools
 from splinefeed.geometry.curve import NurbsCurve
 
@@ -42,7 +42,7 @@ def ours(file: Path, tools: Tools | None = None) -> tuple[Moves, str]:
     try:
         for part in Reading(dialect=named("linuxcnc"), offsets=PLACES, tools=tools).moves(file):
             parts.append(part)
-            find_arcs(part, file, Reading().findings, False)
+            arcs_of(file, part, Reading())
     except FormatError as error:
         message = str(error)
     return joined(parts), message
@@ -66,7 +66,7 @@ def limits(canon: Canon) -> np.ndarray:
 
 def compare(moves: Moves, twin: Run, file: Path) -> None:
     step = np.max(np.abs(moves.ends - moves.starts), axis=1) if len(moves) else np.zeros(0)
-    arcs = find_arcs(moves, file, Reading().findings, False)
+    arcs = find_arcs(moves)
     number = {int(move): i for i, move in enumerate(arcs.move)}
     columns = np.arange(3)
     # LinuxCNC leaves out moves that lead nowhere in some places and not in others

@@ -57,7 +57,7 @@ def test_the_time_from_a_line_on(splinefeed):
         (("time", BOX, "--machine", "mill"), "mill: no machine of this name"),
         (("time", BOX, "--machine", "hurco-02", "--figure", "time.doc"), "time.doc: figures are written as"),
         (("time", BOX, "--machine", "bad.toml"), "control.spindle.start: -1s; must not be negative"),
-        (("calibrate", "none.csv", "--machine", "hurco-02"), "none.csv: no program beside it"),
+        (("calibrate", "none.csv", "--machine", "hurco-02"), "none.csv: its program is missing; write PROGRAM="),
         (("calibrate", f"{BOX}=none.csv", "--machine", "hurco-02"), "none.csv: no such file"),
         (("calibrate", "x.csv", "--machine", "hurco-02", "--keep", "colour"), "--keep: 'colour' is not fitted"),
     ],
@@ -77,7 +77,7 @@ def test_calibrate_writes_a_machine_file(splinefeed, folder):
 
     fitted = ("tool_change", "spindle.start", "velocity_step")
     keep = [word for name in PRIORS if name not in fitted for word in ("--keep", name)]
-    log = str(DATA / "box-op2-hurco02-part11.csv")
+    log = f"{BOX}={DATA / 'box-op2-hurco02-part11.csv'}"
     result = splinefeed("calibrate", log, "--machine", "hurco-02", *keep, "-o", "new.toml", "--json")
     assert result.exit_code == 0, result.stderr
     page = json.loads(result.stdout)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import click
@@ -16,33 +15,34 @@ from splinefeed.errors import InputError
 
 EXAMPLES = """\b
 Examples:
-  splinefeed calibrate runs/part-1.csv runs/part-2.csv --machine my-mill.toml
   splinefeed calibrate part.nc=monday.csv part.nc=friday.csv --machine my-mill.toml -o calibrated.toml
   splinefeed calibrate part.nc=run.csv --machine my-mill.toml --keep home.z --json
 
 A run is a CSV with the columns seconds,what,value: Block_Number is the line that runs, Program_Status ACTIVE and
-PROGRAM_COMPLETED its start and end. Its program is named
-before =, or is a file beside it whose name its own begins with.
+PROGRAM_COMPLETED its start and end.
 """
 
 
 def _print(page: Mapping[str, Any]) -> None:
-    rows = []
-    for each in page["numbers"]:
-        known = f"{number(each['low'])} to {number(each['high'])}" if each["shown"] else "not shown by these runs"
-        rows.append([each["name"], number(each["value"]), each["unit"], known])
+    rows = [
+        [
+            each["name"], number(each["value"]), each["unit"],
+            f"{number(each['low'])} to {number(each['high'])}" if each["shown"] else "not shown by these runs",
+        ]
+        for each in page["numbers"]
+    ]  # fmt: skip
     print_table(["number", "value", "unit", "95 % interval"], rows)
     print_text()
-    runs = []
-    for run in page["runs"]:
-        for each in (run, *run["tools"]):
-            name = run["run"] if each is run else f"  {each['tool']}"
-            runs.append([name, f"{each['recorded_s']:.2f}", f"{each['estimated_s']:.2f}", f"{each['error']:+.2%}"])
+    runs = [
+        [name, f"{each['recorded_s']:.2f}", f"{each['estimated_s']:.2f}", f"{each['error']:+.2%}"]
+        for run in page["runs"]
+        for name, each in ((run["run"], run), *((f"  {tool['tool']}", tool) for tool in run["tools"]))
+    ]
     print_table(["run", "recorded, s", "estimated, s", "error"], runs)
 
 
 @click.command(epilog=EXAMPLES)
-@click.argument("runs", nargs=-1, required=True, metavar="[PROGRAM=]RUN...")
+@click.argument("runs", nargs=-1, required=True, metavar="PROGRAM=RUN...")
 @click.option("--machine", metavar="NAME|FILE", required=True, help="The machine; its [control] is the prior.")
 @click.option("--keep", multiple=True, metavar="NAME", help="A number that stays as the file has it; may be repeated.")
 @options.reading_program
@@ -64,23 +64,12 @@ def command(say: Say, runs: tuple[str, ...], **given: Any) -> Page:
     file = given["output"] if given["output"] is not None else f"{machine.name}-calibrated.toml"
     reading = {name: given[name] for name in ("dialect", "start", "offsets", "tools", "repair")}
     say("reading runs")
-    recorded = [record(*_pair(run), machine, **reading) for run in runs]
+    recorded = []
+    for run in runs:
+        program, equals, log = run.rpartition("=")
+        if not equals:
+            raise InputError(f"{run}: its program is missing; write PROGRAM={run}")
+        recorded.append(record(program, log, machine, **reading))
     found = calibrate(recorded, machine, keep=given["keep"], say=say)
     found.machine.save(file)
     return {**found.as_dict(), "files": [file]}
-
-
-def _pair(run: str) -> tuple[str, str]:
-    """Program and log that an argument names; InputError where no program lies beside the log."""
-    program, equals, log = run.rpartition("=")
-    if equals:
-        return program, log
-    folder, stem = Path(run).parent, Path(run).stem
-    beside = [each for each in folder.glob("*") if each.suffix.lower() in _PROGRAMS and stem.startswith(each.stem)]
-    if not beside:
-        raise InputError(f"{run}: no program beside it whose name its own begins with; write PROGRAM={run}")
-    return str(max(beside, key=lambda each: len(each.stem))), run
-
-
-#: Suffixes of programs that are looked for beside a run.
-_PROGRAMS = (".nc", ".ngc", ".tap", ".cnc", ".mpf", ".eia", ".txt")

@@ -167,7 +167,7 @@ READING_PROGRAM = """
 --dialect  NAME             G-code: the control, if the program does not show it.
 --start    X,Y,Z,...        G-code: tool position before the first line, mm and deg.
 --offsets  G54=X,Y,Z;...    G-code: work offsets.  [default: at 0]
---tools    FILE             G-code: tool table (.tbl, .toml); G43 takes tool lengths from it.
+--tools    FILE             G-code: tool table (.tbl); G43 takes tool lengths from it.
 --repair   -                Repair what is safe to repair in a faulty file, and list it.
 """
 FROM_LINE = """

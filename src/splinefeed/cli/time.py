@@ -22,28 +22,30 @@ Examples:
   splinefeed time part.nc --machine hurco-04 --from-line 120
 
 """
-#: What the table calls each kind of time.
-_TITLES = {"cutting_s": "cutting", "rapid_s": "rapid", "tool_change_s": "tool change", "spindle_s": "spindle",
-           "dwell_s": "dwell", "start_s": "start"}  # fmt: skip
 
 
 def _print(page: Mapping[str, Any]) -> None:
-    print_text(f"{page['name']} on {page['machine']}: {_clock(page['total_s'])}, {page['blocks']} blocks")
+    whole = round(page["total_s"])
+    clock = f"{whole // 3600} h " * (whole >= 3600) + f"{whole // 60 % 60} min " * (whole >= 60) + f"{whole % 60} s"
+    print_text(f"{page['name']} on {page['machine']}: {clock} ({page['total_s']:.2f} s), {page['blocks']} blocks")
     print_notes(page["notes"])
     print_text()
-    shown = [key for key in _TITLES if page[key] > 0.0]
-    rows = [[each["tool"] or "-", *[_seconds(each[key]) for key in (*shown, "total_s")]] for each in page["tools"]]
-    rows.append(["all", *[_seconds(page[key]) for key in (*shown, "total_s")]])
-    print_table(["tool (s)", *[_TITLES[key] for key in shown], "total"], rows)
+    shown = [f"{kind}_s" for kind in ("cutting", "rapid", "tool_change", "spindle", "dwell", "start")]
+    shown = [key for key in shown if page[key] > 0.0] + ["total_s"]
+    rows = [
+        [each["tool"] or "-", *(f"{each[key]:.2f}" for key in shown)]
+        for each in (*page["tools"], {**page, "tool": "all"})
+    ]
+    print_table(["tool (s)", *(key.removesuffix("_s").replace("_", " ") for key in shown)], rows)
     print_text()
     rows = [
-        [f"line {each['line']}", _seconds(each["seconds"]), _seconds(each["beyond_feed_s"]), each["limit"]]
+        [f"line {each['line']}", f"{each['seconds']:.2f}", f"{each['beyond_feed_s']:.2f}", each["limit"]]
         for each in page["places"]
     ]
     print_table(["place", "s", "beyond feed, s", "what binds"], rows)
-    if page["saves"]:
+    rows = [[each["what"], f"{each['saves_s']:.2f}"] for each in page["saves"] if each["saves_s"] >= 0.005]
+    if rows:
         print_text()
-        rows = [[each["what"], _seconds(each["saves_s"])] for each in page["saves"] if each["saves_s"] >= 0.005]
         print_table(["20 % better", "saves, s"], rows)
 
 
@@ -76,15 +78,3 @@ def command(say: Say, program: str, **given: Any) -> Page:
         time_figure(time).save(given["figure"])
         page["files"] = [given["figure"]]
     return page
-
-
-def _seconds(value: float) -> str:
-    return f"{value:.2f}"
-
-
-def _clock(seconds: float) -> str:
-    """1 h 02 min 03 s, and in seconds."""
-    whole = round(seconds)
-    parts = [f"{whole // 3600} h "] if whole >= 3600 else []
-    parts += [f"{whole // 60 % 60} min "] if whole >= 60 else []
-    return f"{''.join(parts)}{whole % 60} s ({seconds:.2f} s)"

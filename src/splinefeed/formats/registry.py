@@ -86,7 +86,7 @@ FORMATS = (
     Format("SVG drawing", "svg", (".svg", ".svgz"), MAX_DRAWING_BYTES),
     Format("airfoil", "airfoil", (".dat", ".txt")),
     Format("table of points", "points", (".csv", ".txt", ".xyz", ".pts", ".asc")),
-    Format("G-code", "gcode", (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".mpf", ".h", ".gc", ".g"), 2 * 2**30),
+    Format("G-code", "gcode", (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".mpf", ".gc", ".g"), 2 * 2**30),
 )
 
 

@@ -103,13 +103,13 @@ def values(control: Control) -> Iterator[tuple[str, Field[Any], Any, bool]]:
 def changed(control: Control, new: Mapping[str, Any]) -> Control:
     """`control` with other values, by their names in the file."""
     for name, value in new.items():
-        *section, key = name.split(".")
+        section, _, key = name.rpartition(".")
         if not section:
             control = replace(control, **{key: value})
-        elif section[0] == "axis":
-            part = replace(control.axes.get(section[1], AxisControl()), **{key: value})
-            control = replace(control, axes={**control.axes, section[1]: part})
+        elif section.startswith("axis."):
+            axis = section.removeprefix("axis.")
+            part = replace(control.axes.get(axis, AxisControl()), **{key: value})
+            control = replace(control, axes={**control.axes, axis: part})
         else:
-            part = getattr(control, section[0])
-            control = replace(control, **{section[0]: replace(part, **{key: value})})
+            control = replace(control, **{section: replace(getattr(control, section), **{key: value})})
     return control

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,9 +14,10 @@ from splinefeed.formats import registry
 from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import Arcs
 from splinefeed.formats.gcode.ends import Ends
-from splinefeed.formats.gcode.moves import AXES, LETTERS, LINEAR, RAPID, Mark, Moves, Spline
+from splinefeed.formats.gcode.moves import AXES, RAPID, Mark, Moves, Spline
 from splinefeed.formats.gcode.offsets import REFERENCES
-from splinefeed.formats.gcode.to_path import NO_LENGTH, Program
+from splinefeed.formats.gcode.piece import NO_LENGTH, NOTHING, straight_lengths
+from splinefeed.formats.gcode.to_path import Program
 from splinefeed.machine.control import Control, Place
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -63,11 +63,6 @@ class Blocks:
         return len(self.line)
 
 
-#: Fields of `Blocks` that have one row a block.
-_ARRAYS = ("line", "rapid", "length", "feed", "step", "moved", "first", "last", "radius", "kink", "tolerance", "stops",
-           "end")  # fmt: skip
-
-
 def read_blocks(file: str | os.PathLike[str], control: Control, **options: Any) -> Blocks:
     """Read the program in `file` with the options of `splinefeed.read`; `control` says where G28 and changes go.
 
@@ -85,85 +80,64 @@ def read_blocks(file: str | os.PathLike[str], control: Control, **options: Any) 
     moves = program.all_moves(reading)
     if not len(moves):
         raise FormatError(f"{file}: no line moves an axis")
+    moves, step = _by_way_of_changes(moves, control.change_place)
     (piece,) = program.pieces([moves], reading, np.arange(AXES), len(moves))
-    step, rapid = moves.ends - moves.starts, moves.kind == RAPID
-    end, trace = _trace(moves, piece.arcs, step)
-    ways = _by_way_of_changes(step, moves, control.change_place)
-    length = np.where(rapid, _straight(step), piece.lengths)
-    feed = piece.programmed_feeds
-    if missing := moves.line[(feed <= 0.0) & ~rapid & (length > NO_LENGTH)].tolist():
-        reading.findings.say(f"line {missing[0]}: no feed before it (F): timed as rapid")
-    kink, arcs, moved = np.zeros(len(moves)), piece.arcs, step != 0.0
+    rapid, arcs = moves.kind == RAPID, piece.arcs
+    length = np.where(rapid, straight_lengths(step), piece.lengths)
+    moved = step != 0.0
     moved[arcs.move[:, None], arcs.axes] = True
+    kink = np.zeros(len(moves))
     kink[arcs.move] = np.sqrt(4.0 * np.abs(arcs.first - arcs.last) / (arcs.first + arcs.last))
     ends = Ends.of(moves, arcs)
-    first, last = (np.nan_to_num(each) for each in ends.tangents)
     for i, spline in moves.spline_moves():
         moved[i] = np.ptp(spline.points, axis=0) > 0.0
         ends.radius[i] = _radius(spline)
-    tolerance = moves.values[:, layout.ROW_TOLERANCE]
-    made = Blocks(
-        moves.line, rapid, length, np.where((feed <= 0.0) | rapid, np.inf, feed), step, moved, first, last, ends.radius,
-        kink, np.where(tolerance >= 0.0, tolerance, np.nan), moves.flags & layout.STOPS != 0, end, trace,
-        tuple(moves.marks), (),
-    )  # fmt: skip
-    made = _with_length(_with_ways(made, ways))
-    if not len(made):
-        raise FormatError(f"{file}: no move has a length; is the program complete?")
-    return replace(made, findings=tuple(reading.findings.all()))
-
-
-def _with_length(blocks: Blocks) -> Blocks:
-    """Without blocks that have no length."""
-    kept = np.flatnonzero(blocks.length > NO_LENGTH)
-    numbers = np.searchsorted(kept, [mark.move for mark in blocks.marks])
-    marks = tuple(replace(mark, move=int(k)) for mark, k in zip(blocks.marks, numbers, strict=True))
-    return replace(blocks, **{name: getattr(blocks, name)[kept] for name in _ARRAYS}, marks=marks)
-
-
-def _with_ways(blocks: Blocks, ways: Mapping[int, Array]) -> Blocks:
-    """With a rapid block behind each mark of that number: the way (9,) to where tools are changed."""
-    if not ways:
-        return blocks
-    at = [blocks.marks[number].move for number in ways]
-    steps = np.array(list(ways.values()))
-    size = np.linalg.norm(steps[:, LINEAR], axis=1)
-    straight = steps[:, LINEAR] / np.maximum(size, NO_LENGTH)[:, None]
-    more: dict[str, Any] = {
-        "line": [blocks.marks[number].line for number in ways], "rapid": True, "length": size, "feed": np.inf,
-        "step": steps, "moved": steps != 0.0, "first": straight, "last": straight, "radius": np.inf, "kink": 0.0,
-        "tolerance": np.nan, "stops": False, "end": np.append(blocks.end, 0)[np.array(at) - 1],
+    kept = np.flatnonzero(length > NO_LENGTH)
+    if not len(kept):
+        raise FormatError(f"{file}: {NOTHING}")
+    feed, tolerance = piece.programmed_feeds, moves.values[:, layout.ROW_TOLERANCE]
+    if missing := moves.line[kept[(feed <= 0.0)[kept] & ~rapid[kept]]].tolist():
+        reading.findings.say(f"line {missing[0]}: no feed before it (F): timed as rapid")
+    end, trace = _trace(moves, arcs)
+    first, last = (np.nan_to_num(each) for each in ends.tangents)
+    arrays = {
+        "line": moves.line, "rapid": rapid, "length": length, "step": step, "moved": moved, "first": first,
+        "feed": np.where((feed <= 0.0) | rapid, np.inf, feed), "last": last, "radius": ends.radius, "kink": kink,
+        "tolerance": np.where(tolerance >= 0.0, tolerance, np.nan), "end": end,
+        "stops": moves.flags & layout.STOPS != 0,
     }  # fmt: skip
-    arrays = {name: np.insert(getattr(blocks, name), at, more[name], axis=0) for name in _ARRAYS}
-    before = np.searchsorted(list(ways), np.arange(len(blocks.marks)), "left").tolist()
-    marks = tuple(replace(mark, move=mark.move + k) for mark, k in zip(blocks.marks, before, strict=True))
-    return replace(blocks, **arrays, marks=marks)
+    numbers = np.searchsorted(kept, [mark.move for mark in moves.marks]).tolist()
+    marks = tuple(replace(mark, move=number) for mark, number in zip(moves.marks, numbers, strict=True))
+    chosen: dict[str, Any] = {name: values[kept] for name, values in arrays.items()}
+    return Blocks(**chosen, trace=trace, marks=marks, findings=tuple(reading.findings.all()))
 
 
-def _straight(step: Array) -> Array:
-    """Lengths (n,) of straight moves (n, 9): mm, of rotary moves alone deg."""
-    length = np.linalg.norm(step[:, LINEAR], axis=1)
-    out: Array = np.where(length > 0.0, length, np.rad2deg(np.linalg.norm(step[:, 3:6], axis=1)))
-    return out
+def _by_way_of_changes(moves: Moves, place: Place) -> tuple[Moves, Array]:
+    """With a rapid move behind each M6, and the steps (n, 9) of all moves.
 
-
-def _by_way_of_changes(step: Array, moves: Moves, place: Place) -> dict[int, Array]:
-    """The way (9,) to where tools change, by number of each M6 mark; rapid moves in `step` behind it begin there."""
+    The step of that move leads to where tools change; those of rapid moves that state an axis begin there.
+    """
     there = {axis: value for axis, value in enumerate((place.x, place.y, place.z)) if value is not None}
-    ways = {}
-    for number, mark in enumerate(moves.marks if there else ()):
-        if "M6" not in mark.text.split():
-            continue
-        at = moves.starts[mark.move] if mark.move < len(moves) else moves.ends[-1]
-        away = {axis: value - at[axis] for axis, value in there.items()}
-        ways[number] = np.array([away.get(axis, 0.0) for axis in range(AXES)])
-        for move in range(mark.move, len(moves)):
+    changes = [k for k, mark in enumerate(moves.marks) if there and "M6" in mark.text.split()]
+    at = np.array([moves.marks[k].move for k in changes], dtype=np.int64)
+    values, codes = np.zeros((len(at), layout.FLOATS)), np.zeros((len(at), layout.INTEGERS), dtype=np.int64)
+    values[:, :AXES] = np.concatenate([moves.start[None], moves.ends])[at]
+    codes[:, layout.ROW_LINE] = [moves.marks[k].line for k in changes]
+    codes[:, layout.ROW_PLANE], codes[:, layout.SPLINE] = 17, -1
+    before = np.searchsorted(changes, np.arange(len(moves.marks))).tolist()
+    marks = tuple(replace(mark, move=mark.move + k) for mark, k in zip(moves.marks, before, strict=True))
+    values, codes = np.insert(moves.values, at, values, axis=0), np.insert(moves.codes, at, codes, axis=0)
+    moves = replace(moves, values=values, codes=codes, marks=marks)
+    step = moves.ends - moves.starts
+    for way in (at + np.arange(len(at))).tolist():
+        away = {axis: value - moves.ends[way, axis] for axis, value in there.items()}
+        step[way, list(away)] = list(away.values())
+        for move in range(way + 1, len(moves)):
             if not away or moves.kind[move] != RAPID:
                 break
-            stated = int(moves.codes[move, layout.AXES]) >> layout.STATED
-            for axis in [axis for axis in away if stated >> axis & 1]:
+            for axis in [axis for axis in away if codes[move, layout.AXES] >> layout.STATED + axis & 1]:
                 step[move, axis] -= away.pop(axis)
-    return ways
+    return moves, step
 
 
 def _radius(spline: Spline) -> float:
@@ -176,7 +150,7 @@ def _radius(spline: Spline) -> float:
     return float(np.min(0.5 * (sizes[:-1] + sizes[1:]) / np.maximum(turns, 1e-12)))
 
 
-def _trace(moves: Moves, arcs: Arcs, step: Array) -> tuple[IntArray, Array]:
+def _trace(moves: Moves, arcs: Arcs) -> tuple[IntArray, Array]:
     """The row (n,) at which each move ends, and X, Y and Z (k, 3) along all of them, the first row where they begin."""
     count = np.ones(len(moves), dtype=np.int64)
     count[arcs.move] = np.maximum(np.ceil(np.abs(arcs.sweep) / _CHORD), 1.0)
@@ -185,7 +159,7 @@ def _trace(moves: Moves, arcs: Arcs, step: Array) -> tuple[IntArray, Array]:
     end = np.cumsum(count)
     move = np.repeat(np.arange(len(moves)), count)
     share = (np.arange(1, len(move) + 1) - (end - count)[move]) / count[move]
-    trace = moves.starts[move, :3] + share[:, None] * step[move, :3]
+    trace = moves.starts[move, :3] + share[:, None] * (moves.ends - moves.starts)[move, :3]
     number = np.full(len(moves), -1)
     number[arcs.move] = np.arange(len(arcs))
     rows = np.flatnonzero(number[move] >= 0)
@@ -202,8 +176,3 @@ def _trace(moves: Moves, arcs: Arcs, step: Array) -> tuple[IntArray, Array]:
                 if axis in "xyz":
                     trace[end[i] - count[i] : end[i], "xyz".index(axis)] = at[:, column]
     return end, np.concatenate([moves.start[None, :3], trace])
-
-
-def letter(axis: int) -> str:
-    """Name of the axis of a column, as machine files have it."""
-    return LETTERS[axis].lower()

@@ -11,8 +11,8 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from itertools import product
+from dataclasses import dataclass, replace
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -70,7 +70,7 @@ WIDTH = 1.96
 class Recorded:
     """One run of a program, cut into pieces: lines (k,) that begin and end each, seconds, tool, and scatter, s.
 
-    end  past the last line of the program
+    names  of the tools; options  of reading the program
     """
 
     program: str
@@ -114,11 +114,8 @@ class Calibration:
 
     def as_dict(self) -> dict[str, Any]:
         """The keys of `splinefeed calibrate --json`."""
-        return {
-            "machine": self.machine.name,
-            "numbers": [vars(each) for each in self.numbers],
-            "runs": list(self.runs),
-        }
+        numbers = [vars(each) for each in self.numbers]
+        return {"machine": self.machine.name, "numbers": numbers, "runs": list(self.runs)}
 
 
 def record(program: str | os.PathLike[str], log: str | os.PathLike[str], machine: Machine, **options: Any) -> Recorded:
@@ -127,8 +124,7 @@ def record(program: str | os.PathLike[str], log: str | os.PathLike[str], machine
     Raises FormatError for files that cannot be read, InputError for a run of another program, or one with loops.
     """
     run = read_run(log)
-    control = machine.control or Control()
-    blocks = read_blocks(program, control, **options)
+    blocks = read_blocks(program, machine.control or Control(), **options)
     end = int(max(blocks.line.max(), max((mark.line for mark in blocks.marks), default=0))) + 1
     if run.line.max() > end:
         raise InputError(
@@ -137,32 +133,23 @@ def record(program: str | os.PathLike[str], log: str | os.PathLike[str], machine
     if np.any(np.diff(blocks.line) < 0):
         raise InputError(f"{program}: its lines do not run in order (loops, subprograms); use runs of other programs")
     changes = [mark for mark in blocks.marks if "M6" in mark.text.split()]
+    names = tuple(next((w for w in mark.text.split() if w[0] == "T"), "") for mark in changes) or ("",)
     starts = [mark.line for mark in changes] or [0]
     # line, when, tool, scatter of what follows: the way to the first change may come before its line is logged
     cuts: list[tuple[int, float, int, float]] = [(0, run.start, 0, FIRST)]
-    for tool, (low, high) in enumerate(zip(starts, [*starts[1:], end], strict=True)):
-        _cut(cuts, run, blocks, tool, low, high)
-    cuts.append((end, run.end, -1, 0.0))
-    seconds = np.diff([each[1] for each in cuts])
-    scatter = np.sqrt(SAMPLING**2 + (MODEL * seconds) ** 2 + np.array([each[3] for each in cuts[:-1]]) ** 2)
-    line, tools = np.array([each[0] for each in cuts]), np.array([each[2] for each in cuts[:-1]])
-    names = tuple(next((w for w in mark.text.split() if w[0] == "T"), "") for mark in changes)
-    return Recorded(os.fspath(program), run, line[:-1], line[1:], seconds, tools, scatter, names or ("",), options)
-
-
-def _cut(
-    cuts: list[tuple[int, float, int, float]], run: RunLog, blocks: Blocks, tool: int, low: int, high: int
-) -> None:
-    """Add where a tool begins, each line that was seen before and behind its cutting, and pieces of that."""
-    cutting = blocks.line[(blocks.line >= low) & (blocks.line < high) & ~blocks.rapid]
-    first, last = (int(cutting[0]), int(cutting[-1])) if len(cutting) else (high, high)
-    for line, when in zip(run.line.tolist(), run.seconds.tolist(), strict=True):
-        if not low <= line < high or line <= cuts[-1][0] or when <= cuts[-1][1] or (tool == 0 and line <= low):
-            continue
-        inside = first < line <= last
-        if not inside or when - cuts[-1][1] >= PIECE:
-            loose = 0.0 if inside or line == first else CHANGING
-            cuts.append((line, when, tool, loose))
+    for tool, (low, high) in enumerate(pairwise([*starts, end])):
+        cutting = blocks.line[(blocks.line >= low) & (blocks.line < high) & ~blocks.rapid]
+        first, last = (int(cutting[0]), int(cutting[-1])) if len(cutting) else (high, high)
+        for line, when in zip(run.line.tolist(), run.seconds.tolist(), strict=True):
+            if not low + (tool == 0) <= line < high or line <= cuts[-1][0] or when <= cuts[-1][1]:
+                continue
+            inside = first < line <= last
+            if not inside or when - cuts[-1][1] >= PIECE:
+                cuts.append((line, when, tool, 0.0 if inside or line == first else CHANGING))
+    lines, whens, tools, loose = (np.array(each) for each in zip(*cuts, (end, run.end, -1, 0.0), strict=True))
+    seconds = np.diff(whens)
+    scatter = np.sqrt(SAMPLING**2 + (MODEL * seconds) ** 2 + loose[:-1] ** 2)
+    return Recorded(os.fspath(program), run, lines[:-1], lines[1:], seconds, tools[:-1], scatter, names, options)
 
 
 def calibrate(
@@ -181,13 +168,10 @@ def calibrate(
     """
     if not runs:
         raise InputError("no runs: give at least one recorded run")
-    start = _started(machine, keep)
-    names = [name for name in _names(start) if name not in keep]
-    middle = {name: _inner(name, _value(start, name)) for name in names}
-    fit = _Fit(runs, machine, start, middle)
-    say(f"fitting {len(names)} numbers to {sum(len(run.seconds) for run in runs)} pieces")
-    solved, deviation = fit.solve(names, fit.place(names))
-    seen = names
+    fit = _Fit(runs, machine, _started(machine.control or Control(), keep), keep)
+    say(f"fitting {len(fit.middle)} numbers to {sum(len(run.seconds) for run in runs)} pieces")
+    seen = list(fit.middle)
+    solved, deviation = fit.solve(seen, fit.place())
     while hidden := [name for name in seen if deviation[name] > SHOWN * PRIORS[name][1]]:
         # what no run shows at all goes at once; of those that stand in for each other the least known one
         worst = max(hidden, key=lambda name: deviation[name] / PRIORS[name][1])
@@ -197,11 +181,17 @@ def calibrate(
         solved, known = fit.solve(seen, solved)
         deviation |= known
     numbers = []
-    for name in names:
-        x, width = solved.get(name, middle[name]), WIDTH * (deviation[name] if name in seen else PRIORS[name][1])
-        value, low, high = (_rounded(_outer(name, each)) for each in (x, x - width, x + width))
-        numbers.append(Fitted(name, value, low, high, _unit(start, name), name in seen))
-    best = changed(start, {each.name: each.value for each in numbers} | {"source": _source(runs, numbers)})
+    for name, x in (fit.middle | solved).items():
+        width = WIDTH * (deviation[name] if name in seen else PRIORS[name][1])
+        # four digits: far within every interval, and fit to be read in a file
+        value, low, high = (float(f"{_outer(name, each):.4g}") for each in (x, x - width, x + width))
+        kind = fit.kinds[name]
+        unit = KINDS[kind][False].base if kind in KINDS else ""
+        numbers.append(Fitted(name, value, low, high, unit, name in seen))
+    prior = ", ".join(each.name for each in numbers if not each.shown)
+    source = f"fitted by splinefeed calibrate to {', '.join(run.log.name for run in runs)}"
+    source += f"; left at the prior: {prior}" if prior else ""
+    best = changed(fit.start, {each.name: each.value for each in numbers} | {"source": source})
     model = replace(machine, control=best)
     return Calibration(model, tuple(numbers), tuple(compared(run, model) for run in runs))
 
@@ -209,8 +199,7 @@ def calibrate(
 def compared(run: Recorded, machine: Machine) -> dict[str, Any]:
     """Recorded and estimated seconds of a run, in total and per tool."""
     assert machine.control is not None
-    time = timed(read_blocks(run.program, machine.control, **run.options), machine, run.program)
-    estimated = run.estimated(time)
+    estimated = run.estimated(timed(read_blocks(run.program, machine.control, **run.options), machine))
     tools = []
     for number, name in enumerate(run.names):
         of = run.tool == number
@@ -222,34 +211,12 @@ def _pair(recorded: float, estimated: float) -> dict[str, float]:
     return {"recorded_s": recorded, "estimated_s": estimated, "error": estimated / recorded - 1.0 if recorded else 0.0}
 
 
-def _started(machine: Machine, keep: Sequence[str]) -> Control:
+def _started(control: Control, keep: Sequence[str]) -> Control:
     """The control of the file, with the prior's middle for what it leaves out and is not kept so."""
-    control = machine.control or Control()
     said = {name for name, one, value, _ in values(control) if value != one.default}
-    new = {name: middle for name, (middle, _) in PRIORS.items() if name not in said and name not in keep}
     if control.spindle is None:
-        new = {name: value for name, value in new.items() if not name.startswith("spindle.")}
-    return changed(control, new)
-
-
-def _names(control: Control) -> list[str]:
-    there = {name for name, _, _, _ in values(control)}
-    return [name for name in PRIORS if name in there]
-
-
-def _value(control: Control, name: str) -> float:
-    return next(float(value) for key, _, value, _ in values(control) if key == name)
-
-
-def _unit(control: Control, name: str) -> str:
-    kind = next(one.metadata["kind"] for key, one, _, _ in values(control) if key == name)
-    return KINDS[kind][False].base if kind in KINDS else ""
-
-
-def _source(runs: Sequence[Recorded], numbers: Sequence[Fitted]) -> str:
-    prior = [each.name for each in numbers if not each.shown]
-    kept = f"; left at the prior: {', '.join(prior)}" if prior else ""
-    return f"fitted by splinefeed calibrate to {', '.join(run.log.name for run in runs)}{kept}"
+        said |= {name for name in PRIORS if name.startswith("spindle.")}
+    return changed(control, {name: middle for name, (middle, _) in PRIORS.items() if name not in {*said, *keep}})
 
 
 def _inner(name: str, value: float) -> float:
@@ -260,20 +227,16 @@ def _outer(name: str, x: float) -> float:
     return x if name in PLAIN else math.exp(x)
 
 
-def _rounded(value: float) -> float:
-    """`value` in four digits: far within every interval, and fit to be read in a file."""
-    return float(f"{value:.4g}")
-
-
-@dataclass
 class _Fit:
     """The least squares of one calibration; programs are read once for each set of places."""
 
-    runs: Sequence[Recorded]
-    machine: Machine
-    start: Control
-    middle: Mapping[str, float]
-    _read: dict[tuple[str, Place, Place], Blocks] = field(default_factory=dict)
+    def __init__(self, runs: Sequence[Recorded], machine: Machine, start: Control, keep: Sequence[str]) -> None:
+        self.runs, self.machine, self.start = runs, machine, start
+        there = {name: (one.metadata.get("kind"), value) for name, one, value, _ in values(start)}
+        names = [name for name in PRIORS if name in there and name not in keep]
+        self.kinds = {name: there[name][0] for name in names}
+        self.middle = {name: _inner(name, float(there[name][1])) for name in names}
+        self._read: dict[tuple[str, Place, Place], Blocks] = {}
 
     def residuals(self, best: Mapping[str, float]) -> Array:
         """Those of all pieces for numbers as they are fitted."""
@@ -290,9 +253,9 @@ class _Fit:
             found.append((run.estimated(times[run.program]) - run.seconds) / run.scatter)
         return np.concatenate(found)
 
-    def place(self, names: Sequence[str]) -> dict[str, float]:
+    def place(self) -> dict[str, float]:
         """The prior's middle, with tools changed at the best place of those tried."""
-        pair = [name for name in ("change_place.x", "change_place.y") if name in names]
+        pair = [name for name in ("change_place.x", "change_place.y") if name in self.middle]
         tried = [dict(self.middle, **dict(zip(pair, at, strict=True))) for at in product(TRIED, repeat=len(pair))]
         return min(tried, key=lambda each: float(np.sum(np.sqrt(1.0 + self.residuals(each) ** 2))))
 

@@ -8,23 +8,26 @@ row of short lines counts as the arc that it stands for.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from splinefeed.errors import InputError
-from splinefeed.formats.gcode.moves import AXES
-from splinefeed.machine.control import AxisControl
+from splinefeed.formats.gcode.moves import AXES, LETTERS
+from splinefeed.machine.control import Control
 from splinefeed.machine.machine import Machine
-from splinefeed.pipeline.blocks import Blocks, letter
+from splinefeed.pipeline.blocks import Blocks
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: Directions that differ by less are one: a turn of 0.06 degrees, rounding of the words of a program.
 SMOOTH = 1e-3
-#: Halvings of the interval of a peak speed: to 1e-12 of the speed.
-_HALVINGS = 40
+#: Halvings of the interval of a peak speed: to 1e-15 of the speed.
+_HALVINGS = 50
+#: What binds, by number; with an axis behind them those of AXIS_NAMES.
+NAMES = ("programmed feed", "arc acceleration", "block time", "acceleration", "rapid acceleration")
+AXIS_NAMES = ("rapid velocity", "axis acceleration")
+LIMITS = (*NAMES, *(f"{name} {letter}" for name in AXIS_NAMES for letter in LETTERS.lower()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +37,7 @@ class BlockTimes:
     seconds: Array
     end_speed: Array
     limit: IntArray
-    limits: tuple[str, ...]
+    limits: tuple[str, ...] = LIMITS
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,18 +52,12 @@ class _Bounds:
     acceleration_by: IntArray
 
 
-#: What binds, by number; with an axis behind them those of AXIS_NAMES.
-NAMES = ("programmed feed", "arc acceleration", "block time", "acceleration", "rapid acceleration")
-AXIS_NAMES = ("rapid velocity", "axis acceleration")
-LIMITS = (*NAMES, *(f"{name} {letter(axis)}" for name in AXIS_NAMES for axis in range(AXES)))
-
-
 def block_times(blocks: Blocks, machine: Machine) -> BlockTimes:
     """Time each block under `machine.control`; InputError where the machine file has too little."""
     control = machine.control
     assert control is not None
-    bounds = _bounds(blocks, machine)
-    stop, junction = _junctions(blocks, machine, bounds)
+    bounds = _bounds(blocks, machine, control)
+    stop, junction = _junctions(blocks, control, bounds)
     length, speed, a, j = blocks.length, bounds.speed, bounds.acceleration, bounds.jerk
     energy = np.concatenate([[0.0], np.where(stop[:-1], 0.0, junction) ** 2, [0.0]])
     gain = 2.0 * a * length
@@ -68,55 +65,44 @@ def block_times(blocks: Blocks, machine: Machine) -> BlockTimes:
         seen = np.concatenate([[0.0], np.cumsum(gain)])
         ahead = np.minimum(np.arange(len(seen)) + control.look_ahead, len(seen) - 1)
         energy = np.minimum(energy, seen[ahead] - seen)
-    energy = _passes(energy.tolist(), gain.tolist())
+    energy = _reached(_reached(energy, gain)[::-1], gain[::-1])[::-1]
     begin, end = np.sqrt(energy[:-1]), np.sqrt(energy[1:])
     peak = np.sqrt(np.minimum(speed * speed, 0.5 * (gain + energy[:-1] + energy[1:])))
     peak = np.maximum(peak, np.maximum(begin, end))
     curved = np.isfinite(j) & ((begin == 0.0) | (end == 0.0))
-    if curved.any():
-        peak[curved] = _peaks(*(each[curved] for each in (begin, end, peak, a, j, length)))
-    up, down = _change(begin, peak, a, j), _change(end, peak, a, j)
-    rest = length - 0.5 * (begin + peak) * up - 0.5 * (end + peak) * down
-    seconds = np.maximum(up + down + rest / peak, length / speed)
-    seconds += np.where(stop, control.stop_time, 0.0)
+    peak[curved] = _peaks(*(each[curved] for each in (begin, end, peak, a, j, length)))
+    seconds, way = _changes(begin, end, peak, a, j)
+    seconds = np.maximum(seconds + (length - way) / peak, length / speed) + np.where(stop, control.stop_time, 0.0)
     limit = np.where(peak < speed * (1.0 - 1e-6), bounds.acceleration_by, bounds.speed_by)
-    return BlockTimes(seconds, end, limit, LIMITS)
+    return BlockTimes(seconds, end, limit)
 
 
-def _axis_values(machine: Machine, take: Callable[[AxisControl], float | None], limit: str) -> Array:
-    """A value (9,) of each axis: of the control, else the limit of the axis, else inf."""
-    assert machine.control is not None
-    found = np.full(AXES, np.inf)
-    for axis in range(AXES):
-        name = letter(axis)
-        said = machine.control.axes.get(name)
-        value = None if said is None else take(said)
+def _along(blocks: Blocks, machine: Machine, control: Control, key: str, limit: str) -> tuple[Array, IntArray]:
+    """What the bounds of axes allow along each straight block (n,), and which axis binds; arcs turn through all.
+
+    The bound of an axis is that of the control, `key`, else its own `limit`, else there is none.
+    """
+    bound = np.full(AXES, np.inf)
+    for axis, name in enumerate(LETTERS.lower()):
+        value = getattr(control.axes.get(name), key, None)
         if value is None and name in machine.axes:
             value = getattr(machine.axes[name].limits, limit)
-        found[axis] = np.inf if value is None else value
-    return found
-
-
-def _along(blocks: Blocks, bound: Array) -> tuple[Array, IntArray]:
-    """What bounds (9,) of axes allow along each straight block (n,), and which axis binds; arcs turn through all."""
+        bound[axis] = np.inf if value is None else value
     with np.errstate(divide="ignore", invalid="ignore"):
         allowed = np.where(blocks.step != 0.0, bound * blocks.length[:, None] / np.abs(blocks.step), np.inf)
-    turning = np.isfinite(blocks.radius)
-    allowed[turning] = np.where(blocks.moved[turning], bound, np.inf)
+    allowed = np.where(np.isfinite(blocks.radius)[:, None], np.where(blocks.moved, bound, np.inf), allowed)
     by = np.argmin(allowed, axis=1)
     return allowed[np.arange(len(blocks)), by], by
 
 
-def _bounds(blocks: Blocks, machine: Machine) -> _Bounds:
-    control = machine.control
-    assert control is not None
+def _bounds(blocks: Blocks, machine: Machine, control: Control) -> _Bounds:
     rapid = blocks.rapid | ~np.isfinite(blocks.feed)
-    velocity, velocity_by = _along(blocks, _axis_values(machine, lambda axis: axis.rapid, "velocity"))
+    velocity, velocity_by = _along(blocks, machine, control, "rapid", "velocity")
     if not np.all(np.isfinite(velocity[rapid])):
-        axis = letter(int(np.argmax(np.abs(blocks.step[rapid & ~np.isfinite(velocity)][0]))))
+        axis = LETTERS.lower()[int(np.argmax(np.abs(blocks.step[rapid & ~np.isfinite(velocity)][0])))]
         raise InputError(f"{machine.name}: control.axis.{axis}.rapid: missing; give the rapid velocity of {axis}")
-    axis_acceleration, axis_by = _along(blocks, _axis_values(machine, lambda axis: axis.acceleration, "acceleration"))
-    axis_jerk, _ = _along(blocks, _axis_values(machine, lambda axis: axis.jerk, "jerk"))
+    axis_acceleration, axis_by = _along(blocks, machine, control, "acceleration", "acceleration")
+    axis_jerk, _ = _along(blocks, machine, control, "jerk", "jerk")
 
     def chosen(feed: float | None, fast: float | None) -> Array:
         at_feed = np.inf if feed is None else feed
@@ -128,10 +114,12 @@ def _bounds(blocks: Blocks, machine: Machine) -> _Bounds:
         raise InputError(f"{machine.name}: control.acceleration: missing; give the acceleration along the path")
     arc = np.minimum(np.inf if control.arc_acceleration is None else control.arc_acceleration, axis_acceleration)
     speed, by = np.where(rapid, velocity, blocks.feed), np.where(rapid, len(NAMES) + velocity_by, 0)
-    lowered: list[tuple[Any, Array]] = [(1, _arc_speed(arc, blocks.radius, control.arc_growth))]
-    if control.block_time:
-        lowered.append((2, np.where(rapid, np.inf, blocks.length / control.block_time)))
-    lowered.append((len(NAMES) + velocity_by, velocity))
+    shortest = np.where(rapid, 0.0, control.block_time)
+    lowered: list[tuple[Any, Array]] = [
+        (1, _arc_speed(arc, blocks.radius, control.arc_growth)),
+        (2, np.where(shortest > 0.0, blocks.length / np.maximum(shortest, 1e-300), np.inf)),
+        (len(NAMES) + velocity_by, velocity),
+    ]
     for number, top in lowered:
         by = np.where(top < speed, number, by)
         speed = np.minimum(speed, top)
@@ -146,89 +134,66 @@ def _arc_speed(acceleration: Array, radius: Array, growth: float) -> Array:
     return np.where(np.isfinite(radius) & np.isfinite(acceleration), speed, np.inf)
 
 
-def _junctions(blocks: Blocks, machine: Machine, bounds: _Bounds) -> tuple[BoolArray, Array]:
+def _junctions(blocks: Blocks, control: Control, bounds: _Bounds) -> tuple[BoolArray, Array]:
     """Whether the tool stops at the end of each block (n,), and the speed between each two (n - 1,), mm/s."""
-    control = machine.control
-    assert control is not None
-    stop = blocks.stops.copy()
+    stop = blocks.stops | (control.mode == "exact stop")
     stop[:-1] |= blocks.rapid[:-1] | blocks.rapid[1:]
     stop[-1] = True
     at = np.array([mark.move for mark in blocks.marks if mark.stop], dtype=np.int64)
     stop[at[(at > 0) & (at < len(blocks))] - 1] = True
-    if control.mode == "exact stop":
-        stop[:] = True
     step = blocks.first[1:] - blocks.last[:-1]
     kink = control.arc_kink * (blocks.kink[:-1] + blocks.kink[1:])
     turn = np.linalg.norm(step, axis=1) + kink
+    arc, acceleration = (np.minimum(each[:-1], each[1:]) for each in (bounds.arc, bounds.acceleration))
     speed = np.minimum(bounds.speed[:-1], bounds.speed[1:])
-    bends = turn > SMOOTH
-    bound = np.zeros(len(turn))
-    arc = np.minimum(bounds.arc[:-1], bounds.arc[1:])
     with np.errstate(divide="ignore", invalid="ignore"):
-        if control.velocity_step is not None:
-            bound = control.velocity_step / (np.max(np.abs(step), axis=1) + kink)
+        bound = (control.velocity_step or 0.0) / (np.max(np.abs(step), axis=1) + kink)
         tolerance = np.where(np.isnan(blocks.tolerance[:-1]), control.tolerance or 0.0, blocks.tolerance[:-1])
         half = np.cos(np.arcsin(np.minimum(0.5 * turn, 1.0)))  # of half the angle by which the path turns
         blend = np.where(tolerance > 0.0, tolerance * half / (1.0 - half), 0.0)
         room = 0.5 * np.minimum(blocks.length[:-1], blocks.length[1:])
         blend = np.minimum(blend, room * half / np.sqrt(1.0 - half * half))
-        around = np.where(np.isfinite(arc), arc, np.minimum(bounds.acceleration[:-1], bounds.acceleration[1:]))
+        around = np.where(np.isfinite(arc), arc, acceleration)
         bound = np.maximum(bound, _arc_speed(around, blend, control.arc_growth))
         row = 0.5 * (blocks.length[:-1] + blocks.length[1:]) / turn
         bound = np.minimum(bound, _arc_speed(arc, row, control.arc_growth))
-    return stop, np.where(bends, np.minimum(speed, bound), speed)
+    return stop, np.where(turn > SMOOTH, np.minimum(speed, bound), speed)
 
 
-def _passes(energy: list[float], gain: list[float]) -> Array:
-    """Squares of speeds at the ends of blocks (n + 1,), lowered to what 2 a L lets them change by."""
-    here = energy[0]
-    for k, more in enumerate(gain):
+def _reached(energy: Array, gain: Array) -> Array:
+    """Squares of speeds at the ends of blocks (n + 1,), lowered to what they may grow by, one behind the other."""
+    found = energy.tolist()
+    here = found[0]
+    for k, more in enumerate(gain.tolist(), 1):
         here += more
-        if here < energy[k + 1]:
-            energy[k + 1] = here
-        else:
-            here = energy[k + 1]
-    here = energy[-1]
-    for k in range(len(gain) - 1, -1, -1):
-        here += gain[k]
-        if here < energy[k]:
-            energy[k] = here
-        else:
-            here = energy[k]
-    return np.array(energy)
+        if found[k] > here:
+            found[k] = here
+        here = found[k]
+    return np.array(found)
 
 
-def _change(low: Array, high: Array, a: Array, j: Array) -> Array:
-    """Seconds from one speed to a higher one; from rest under jerk, else at constant acceleration."""
-    step = high - low
-    with np.errstate(divide="ignore", invalid="ignore"):
+def _changes(begin: Array, end: Array, peak: Array, a: Array, j: Array) -> tuple[Array, Array]:
+    """Seconds and way of speeding up to a peak and slowing down: at rest under jerk, else at constant acceleration."""
+    seconds, way = np.zeros(len(peak)), np.zeros(len(peak))
+    for low in (begin, end):
+        step = peak - low
         ramp = step / a
-        curve = np.where(step * j >= a * a, ramp + a / j, 2.0 * np.sqrt(step / j))
-    return np.where((low == 0.0) & np.isfinite(j) & (step > 0.0), curve, ramp)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            curve = np.where(step * j >= a * a, ramp + a / j, 2.0 * np.sqrt(step / j))
+        change = np.where((low == 0.0) & np.isfinite(j) & (step > 0.0), curve, ramp)
+        seconds, way = seconds + change, way + 0.5 * (low + peak) * change
+    return seconds, way
 
 
 def _peaks(begin: Array, end: Array, high: Array, a: Array, j: Array, length: Array) -> Array:
     """The greatest peak speed, at most `high`, for which both changes of speed fit into the length."""
-
-    def needs(peak: Array) -> Array:
-        up, down = _change(begin, peak, a, j), _change(end, peak, a, j)
-        total: Array = 0.5 * (begin + peak) * up + 0.5 * (end + peak) * down
-        return total
-
-    short = needs(high) > length
-    still = short & (begin == 0.0) & (end == 0.0)  # L = v (v/a + a/j), or 2 v sqrt(v/j): in closed form
-    knee = a * a / j
-    peak = 0.5 * (np.sqrt(knee * knee + 4.0 * a * length) - knee)
-    peak = np.where(peak >= knee, peak, np.cbrt(0.25 * length * length * j))
-    found = np.where(still, np.minimum(peak, high), high)
-    rest = np.flatnonzero(short & ~still)
-    if not len(rest):
-        return found
-    begin, end, a, j, length = (each[rest] for each in (begin, end, a, j, length))
-    low, top = np.maximum(begin, end), high[rest]
+    found = high.copy()
+    short = np.flatnonzero(_changes(begin, end, high, a, j)[1] > length)
+    begin, end, a, j, length, top = (each[short] for each in (begin, end, a, j, length, high))
+    low = np.maximum(begin, end)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + top)
-        fits = needs(middle) <= length
+        fits = _changes(begin, end, middle, a, j)[1] <= length
         low, top = np.where(fits, middle, low), np.where(fits, top, middle)
-    found[rest] = low
+    found[short] = low
     return found

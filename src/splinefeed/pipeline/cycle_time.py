@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -30,17 +31,7 @@ RPM = 30.0 / np.pi
 #: Parameters whose decrease saves time; all other numbers of a control save it by growing.
 _LESS = ("stop_time", "block_time", "tool_change", "start_time", "spindle.start", "spindle.stop")
 #: Numbers of a control that are not performance.
-_NEITHER = ("arc_growth", "arc_kink", "look_ahead", "spindle.top_speed")
-
-
-@dataclass(frozen=True, eq=False)
-class Waits:
-    """Seconds that pass between blocks, (k,) each, in order: before which block, of which line, kind and tool."""
-
-    block: IntArray
-    line: IntArray
-    seconds: Array
-    kind: IntArray
+_NEITHER, _PLACES = ("arc_growth", "arc_kink", "look_ahead", "spindle.top_speed"), ("home.", "change_place.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +56,8 @@ class LineTimes:
 class CycleTime:
     """The time of a program, s, in all and of each block (n,), wait (m,), operation and tool. Made by `cycle_time`.
 
-    blocks, times  what moves, and how long; waits  what is between; tools  (block from which it cuts, line, its name)
+    blocks, times  what moves, and how long; waits  between: before which block, of which line, s, and kind
+    changes  of tools: block, line, and name of the new one
     Raises InputError where the machine file has too little. Source: docs/cycle-time.md.
 
     Example:
@@ -80,21 +72,20 @@ class CycleTime:
     machine: Machine
     blocks: Blocks
     times: BlockTimes
-    waits: Waits
+    waits: tuple[tuple[int, int, float, int], ...]
     changes: tuple[tuple[int, int, str], ...]
 
     @cached_property
     def rows(self) -> tuple[IntArray, Array, IntArray, IntArray]:
         """All blocks and waits in the order of time: line, seconds, kind, and number of the block or -1, (m,) each."""
-        blocks, waits = self.blocks, self.waits
-        order = np.argsort(np.concatenate([waits.block - 0.5, np.arange(len(blocks))]), kind="stable")
+        blocks, numbers = self.blocks, np.arange(len(self.blocks))
         to_change = np.isin(blocks.line, [line for _, line, _ in self.changes])
         moving = np.where(blocks.rapid, np.where(to_change, CHANGE, RAPID), CUTTING)
-        kind = np.concatenate([waits.kind, moving])
-        number = np.concatenate([np.full(len(waits.line), -1), np.arange(len(blocks))])
-        line = np.concatenate([waits.line, blocks.line])
-        seconds = np.concatenate([waits.seconds, self.times.seconds])
-        return line[order], seconds[order], kind[order], number[order]
+        before, line, seconds, kind = (np.array(each) for each in zip(*self.waits, strict=True))
+        order = np.argsort(np.concatenate([before - 0.5, numbers]), kind="stable")
+        both = ((line, blocks.line), (seconds, self.times.seconds), (kind, moving), (np.full(len(line), -1), numbers))
+        line, seconds, kind, number = (np.concatenate(each)[order] for each in both)
+        return line, seconds, kind, number
 
     def by_kind(self, chosen: Any = slice(None)) -> dict[str, float]:
         """Seconds of each kind, and in all, of the rows that are chosen."""
@@ -113,11 +104,11 @@ class CycleTime:
         line, _, kind, number = self.rows
         starts = [0, *np.flatnonzero((kind == CHANGE) & (number < 0)).tolist(), len(line)]
         names = [("", 1), *[(name, at) for _, at, name in self.changes]]
-        found = []
-        for (name, at), low, high in zip(names, starts[:-1], starts[1:], strict=True):
-            if high > low:
-                found.append({"tool": name, "line": at, **self.by_kind(slice(low, high))})
-        return found
+        return [
+            {"tool": name, "line": at, **self.by_kind(slice(low, high))}
+            for (name, at), (low, high) in zip(names, pairwise(starts), strict=True)
+            if high > low
+        ]
 
     @property
     def tools(self) -> list[dict[str, Any]]:
@@ -125,9 +116,7 @@ class CycleTime:
         found: dict[str, dict[str, Any]] = {}
         for each in self.operations:
             tool = found.setdefault(each["tool"], {"tool": each["tool"]})
-            for key, value in each.items():
-                if key.endswith("_s"):
-                    tool[key] = tool.get(key, 0.0) + value
+            tool |= {key: tool.get(key, 0.0) + value for key, value in each.items() if key.endswith("_s")}
         return list(found.values())
 
     @cached_property
@@ -176,19 +165,14 @@ class CycleTime:
         """What each parameter of the control saves if it were better by this share, s: planned again, most first."""
         control = self.machine.control
         assert control is not None
-        found = [{"what": "programmed feeds", "saves_s": self.total - self._again(control, 1.0 + better)}]
+        faster = replace(self.blocks, feed=(1.0 + better) * self.blocks.feed)
+        again = {"programmed feeds": timed(faster, self.machine)}
         for name, one, value, _ in values(control):
-            kind = one.metadata.get("kind")
-            if kind is None or name in _NEITHER or not value or "place" in name or name.startswith("home"):
-                continue
-            factor = 1.0 - better if name in _LESS else 1.0 + better
-            found.append({"what": name, "saves_s": self.total - self._again(changed(control, {name: factor * value}))})
+            if "kind" in one.metadata and value and name not in _NEITHER and not name.startswith(_PLACES):
+                other = changed(control, {name: value * (1.0 - better if name in _LESS else 1.0 + better)})
+                again[name] = timed(self.blocks, replace(self.machine, control=other))
+        found = [{"what": name, "saves_s": self.total - time.total} for name, time in again.items()]
         return sorted(found, key=lambda each: -float(each["saves_s"]))
-
-    def _again(self, control: Control, feeds: float = 1.0) -> float:
-        machine = replace(self.machine, control=control)
-        blocks = self.blocks if feeds == 1.0 else replace(self.blocks, feed=feeds * self.blocks.feed)
-        return timed(blocks, machine, self.name).total
 
     def as_dict(self) -> dict[str, Any]:
         """The keys of `splinefeed time --json`."""
@@ -246,101 +230,79 @@ def timed(blocks: Blocks, machine: Machine, name: str = "") -> CycleTime:
     """The times of blocks that are read; `machine` has a control."""
     assert machine.control is not None
     times = block_times(blocks, machine)
-    waits, changes = _waits(blocks, times.seconds, machine.control)
-    return CycleTime(name, machine, blocks, times, waits, changes)
+    between = _Between(blocks, np.concatenate([[0.0], np.cumsum(times.seconds)]), machine.control)
+    return CycleTime(name, machine, blocks, times, tuple(between.waits), tuple(between.changes))
 
 
 def _limits(model: Machine) -> dict[str, AxisControl]:
     """The axes of a machine without [control]; InputError where they have no limits."""
-    found = {}
-    for name, axis in model.axes.items():
-        one = axis.limits
-        if one.velocity is not None and one.acceleration is not None:
-            found[name] = AxisControl(rapid=one.velocity, acceleration=one.acceleration, jerk=one.jerk)
+    found = {
+        name: AxisControl(rapid=one.velocity, acceleration=one.acceleration, jerk=one.jerk)
+        for name, one in ((name, axis.limits) for name, axis in model.axes.items())
+        if one.velocity is not None and one.acceleration is not None
+    }
     if not found:
         raise InputError(f"{model.name}: control: missing, and its axes have no limits; give a section [control]")
     return found
 
 
-@dataclass
-class _Spindle:
-    """The spindle while a program runs: commanded speed, rad/s, and when it is reached."""
+class _Between:
+    """What passes between blocks while a program runs: waits, and where tools change."""
 
-    control: Control
-    turning: bool = False
-    commanded: float = 0.0
-    speed: float = 0.0
-    ready: float = 0.0
+    def __init__(self, blocks: Blocks, clock: Array, control: Control) -> None:
+        self.clock, self.control = clock, control
+        self.waits = [(0, 0, control.start_time, START)]
+        self.changes: list[tuple[int, int, str]] = []
+        self.passed = control.start_time
+        self.commanded = self.speed = self.ready = 0.0  # the spindle: rad/s, and when it turns so, s
+        self.turning = False
+        tool = ""
+        due: tuple[int, int] | None = None  # the block before which a start of the spindle is waited for
+        last = max([int(blocks.line[-1]), *[mark.line for mark in blocks.marks[-1:]]])
+        for mark in (*blocks.marks, Mark(len(blocks), last, "M2")):
+            if due is not None and (due[0] < mark.move or mark.line > due[1]):
+                block = min(due[0], mark.move)
+                self.settle(block, int(blocks.line[block]) if block < mark.move else mark.line)
+                due = None
+            codes = mark.text.split()
+            tool = next((each for each in codes if each[0] == "T"), tool)
+            if any([self.run(code, mark, tool) for code in codes]):
+                behind = blocks.line[mark.move :] != mark.line  # the start is waited for behind the moves of its line
+                due = mark.move + int(np.argmax(np.append(behind, True))), mark.line
+            self.wait(mark.move, mark.line, mark.dwell, DWELL)
 
-    def to(self, speed: float, now: float) -> None:
-        """Begin to change to `speed`."""
-        spindle = self.control.spindle
-        if spindle is None or speed == self.speed:
-            return
-        full = spindle.start if speed > self.speed else spindle.stop
-        self.ready = now + spindle.wait(full, self.speed, speed)
-        self.speed = speed
+    def run(self, code: str, mark: Mark, tool: str) -> bool:
+        """Carry out a word; whether the spindle begins to turn as commanded."""
+        if code[0] == "S":
+            self.commanded = float(code[1:]) / RPM
+        if code in ("M3", "M4") or (code[0] == "S" and self.turning):
+            if code[0] == "M" and self.speed == 0.0:
+                self.settle(mark.move, mark.line)  # it stops before it turns again
+            self.spin(mark, self.commanded, turning=True)
+            return True
+        if code in ("M5", "M6", "M2", "M30", "M60"):
+            self.spin(mark, 0.0, turning=False)
+        if code in ("M6", "M0", "M1", "M2", "M30", "M60"):
+            self.settle(mark.move, mark.line)
+        if code == "M6":
+            self.changes.append((mark.move, mark.line, tool))
+            self.wait(mark.move, mark.line, self.control.tool_change, CHANGE)
+        return False
 
-
-def _waits(blocks: Blocks, seconds: Array, control: Control) -> tuple[Waits, tuple[tuple[int, int, str], ...]]:
-    """What passes between blocks, and where tools change: (block, line, tool)."""
-    clock = np.concatenate([[0.0], np.cumsum(seconds)])
-    found: list[tuple[int, int, float, int]] = [(0, 0, control.start_time, START)]
-    changes: list[tuple[int, int, str]] = []
-    spindle, tool, passed = _Spindle(control), "", control.start_time
-
-    def wait(block: int, line: int, time: float, kind: int) -> None:
-        nonlocal passed
+    def wait(self, block: int, line: int, time: float, kind: int) -> None:
+        """Let time pass before a block."""
         if time > 0.0 or kind == CHANGE:  # each change begins an operation
-            found.append((block, line, time, kind))
-            passed += time
+            self.waits.append((block, line, time, kind))
+            self.passed += time
 
-    def settle(block: int, line: int) -> None:
+    def settle(self, block: int, line: int) -> None:
         """Wait until the spindle turns as commanded, or has stopped."""
-        wait(block, line, spindle.ready - (clock[block] + passed), SPINDLE)
+        self.wait(block, line, self.ready - (self.clock[block] + self.passed), SPINDLE)
 
-    due: tuple[int, int] | None = None  # the block before which a start of the spindle is waited for
-    for mark in (*blocks.marks, Mark(len(blocks), _last_line(blocks), "M2")):
-        if due is not None and (due[0] < mark.move or mark.line > due[1]):
-            block = min(due[0], mark.move)
-            settle(block, int(blocks.line[block]) if block < mark.move else mark.line)
-            due = None
-        codes = mark.text.split()
-        tool = next((each for each in codes if each[0] == "T"), tool)
-        for code in codes:
-            if code[0] == "S":
-                spindle.commanded = float(code[1:]) / RPM
-                if not spindle.turning:
-                    continue
-            if code[0] == "S" or code in ("M3", "M4"):
-                if code[0] == "M" and spindle.ready > clock[mark.move] + passed and spindle.speed == 0.0:
-                    settle(mark.move, mark.line)  # it stops before it turns again
-                spindle.turning = True
-                spindle.to(spindle.commanded, clock[mark.move] + passed)
-                due = (_behind(blocks, mark), mark.line)
-            elif code in ("M5", "M6", "M0", "M1", "M2", "M30", "M60"):
-                if code != "M1" and code != "M0":
-                    spindle.turning = False
-                    spindle.to(0.0, clock[mark.move] + passed)
-                if code != "M5":
-                    settle(mark.move, mark.line)
-                if code == "M6":
-                    changes.append((mark.move, mark.line, tool))
-                    wait(mark.move, mark.line, mark.dwell or control.tool_change, CHANGE)
-        if mark.dwell and "M6" not in codes:
-            wait(mark.move, mark.line, mark.dwell, DWELL)
-    columns = [np.array(each) for each in zip(*found, strict=True)]
-    return Waits(*columns), tuple(changes)
-
-
-def _last_line(blocks: Blocks) -> int:
-    """The line of the end of the program."""
-    return max([int(blocks.line[-1]), *[mark.line for mark in blocks.marks[-1:]]])
-
-
-def _behind(blocks: Blocks, mark: Mark) -> int:
-    """Number of the first block behind a mark that is not of its line."""
-    at = mark.move
-    while at < len(blocks) and blocks.line[at] == mark.line:
-        at += 1
-    return at
+    def spin(self, mark: Mark, speed: float, *, turning: bool) -> None:
+        """Begin to change the speed of the spindle."""
+        spindle, self.turning = self.control.spindle, turning
+        if spindle is not None and speed != self.speed:
+            full = spindle.start if speed > self.speed else spindle.stop
+            self.ready = float(self.clock[mark.move]) + self.passed + spindle.wait(full, self.speed, speed)
+            self.speed = speed

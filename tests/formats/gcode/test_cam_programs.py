@@ -232,39 +232,6 @@ def test_modal_words_of_g6_2(tmp_path: Path) -> None:
     )
 
 
-HEIDENHAIN = """0 BEGIN PGM X MM
-1 BLK FORM 0.1 Z X-10 Y-10 Z-20
-3 TOOL CALL 5 Z S3000
-4 CYCL DEF 247 DATUM SETTING ~
-    Q339=+1 ;DATUM NUMBER
-5 L X+0 Y+0 Z+100 R0 FMAX M3
-6 CYCL DEF 32.0 TOLERANCE
-7 CYCL DEF 32.1 T0.05
-8 CYCL DEF 32.2 HSC-MODE:1 TA0.5
-10 L Z-1 F500
-11 CC X+10 Y+0
-12 C X+20 Y+0 DR+
-13 STOP
-14 CYCL DEF 32.0 TOLERANCE
-15 CYCL DEF 32.1
-16 L IX+10
-17 SPL X+40 Y+5 K3X+1 K2X-2 K1X-9 K3Y+0 K2Y-3 K1Y-2 F200
-18 END PGM X MM
-"""
-
-
-def test_settings_and_stops_of_heidenhain(tmp_path: Path) -> None:
-    path = sf.read(program(tmp_path, HEIDENHAIN, name="part.h"))
-    assert [curve.degree for curve in path.curves] == [1, 2, 1, 3]
-    assert path.tolerances is not None and path.tolerances.tolist() == [0.05, 0.05, 0.0, 0.0]
-    assert [(m.before, m.text) for m in path.markers] == [(0, "T5 M6 S3000"), (0, "M3"), (2, "M0")]
-    assert any("datum of CYCL DEF 247 is not known" in finding for finding in path.findings)
-    spline = path.curves[3]
-    t = np.linspace(1.0, 0.0, 11)
-    want = np.column_stack([((t - 2) * t - 9) * t + 40, (-3 * t - 2) * t + 5])
-    assert np.allclose(spline(np.linspace(0.0, 1.0, 11))[:, :2], want, atol=1e-13)
-
-
 def test_a_round_pocket_of_a_haas_is_not_left_out_in_silence(tmp_path: Path) -> None:
     file = tmp_path / "part.nc"
     file.write_text("%\nO00005 (POCKET)\nG21 G90\nG1 X1. F100.\nG13 I5. F50.\nM30\n%\n")

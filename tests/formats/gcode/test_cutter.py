@@ -74,7 +74,7 @@ def test_what_cannot_be_is_refused_with_its_line(tmp_path: Path, text: str, line
 
 
 def test_the_radius_is_that_of_the_tool(tmp_path: Path) -> None:
-    (tmp_path / "t.toml").write_text('[tools.3]\ndiameter = "4 mm"\n')
-    path = path_of(tmp_path, *BEGIN, "T3 M6", "G41", "G1 X0 Y0", "Y20", "G40", "G0 X50", tools=tmp_path / "t.toml")
+    (tmp_path / "t.tbl").write_text("T3 D4\n")
+    path = path_of(tmp_path, *BEGIN, "T3 M6", "G41", "G1 X0 Y0", "Y20", "G40", "G0 X50", tools=tmp_path / "t.tbl")
     ends = np.array([curve.control_points[-1] for curve in path.curves])
     assert ends == pytest.approx(np.array([[-10, -10], [-2, 0.8284271], [-2, 20], [50, 20]]), abs=1e-6)

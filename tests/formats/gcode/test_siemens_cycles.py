@@ -73,10 +73,10 @@ def test_the_axis_is_that_across_the_plane(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("line", "reason"),
     [
-        ("CYCLE81(110,100,2)", "CYCLE81 needs DP or DPR, the depth"),
+        ("CYCLE81(110,100,2)", "CYCLE81 needs DP or DPR"),
         ("CYCLE81(110,,2,35)", "CYCLE81 needs RFP"),
         ("CYCLE81(110,100,2,35,,7)", "CYCLE81: parameter 6 is not supported; leave out what follows DPR"),
-        ("CYCLE81(110,100,2,x)", "CYCLE81: DP is 'x', not a number"),
+        ("CYCLE81(110,100,2,x)", "CYCLE81: DP is 'X', not a number"),
         ("CYCLE81(110,100,2,35", "CYCLE81( is not closed by )"),
         ("CYCLE81(110,100,2,105)", "CYCLE81: the depth lies 3 mm above the plane where it begins (RFP + SDIS)"),
         ("CYCLE81(100,100,2,35)", "CYCLE81: RTP lies 2 mm below the plane where it begins (RFP + SDIS)"),

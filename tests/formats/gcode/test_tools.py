@@ -5,24 +5,16 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import splinefeed as sf
 from gcode_programs import path_of, program, refusal
 from splinefeed.errors import FormatError
-from splinefeed.formats.gcode.overview import summary
 from splinefeed.formats.gcode.tools import read_tools
 from splinefeed.formats.path_parts import read_parts
 
 TBL = "T1 P1 D6 Z+50.5 ;drill\n\nt2 p12 x1.5 A90 Z-.5 I10 Q1\n; T3\n"
-TOML = """change_time = "6 s"
-[tools.1]
-length = "50.5 mm"
-diameter = "0.25in"
-[tools.2]
-offset = { x = 1.5, z = "-0.5mm", a = "90 deg" }
-"""
+TABLE = "T1 P1 Z50.5 D6.35\nT2 P2 X1.5 Z-.5 A90\n"
 
 
 def table(folder: Path, text: str, name: str) -> Path:
@@ -31,26 +23,22 @@ def table(folder: Path, text: str, name: str) -> Path:
     return file
 
 
-def test_both_tables_say_the_same(tmp_path: Path) -> None:
-    lines, toml = read_tools(table(tmp_path, TBL, "tool.tbl")), read_tools(table(tmp_path, TOML, "tools.toml"))
-    assert list(lines.by_number) == list(toml.by_number) == [1, 2]
-    for number in (1, 2):
-        assert np.allclose(lines.by_number[number].offset, toml.by_number[number].offset, atol=1e-15)
-    assert lines.by_number[2].offset[3] == pytest.approx(math.pi / 2)
-    assert lines.by_number[1].diameter == 6.0 and toml.by_number[1].diameter == 6.35
-    assert (lines.change, toml.change) == (0.0, 6.0)
+def test_a_table_is_read_as_linuxcnc_has_it(tmp_path: Path) -> None:
+    tools = read_tools(table(tmp_path, TBL, "tool.tbl")).by_number
+    assert list(tools) == [1, 2]
+    assert tools[1].offset.tolist() == [0, 0, 50.5, 0, 0, 0, 0, 0, 0] and tools[1].diameter == 6.0
+    assert tools[2].offset.tolist() == pytest.approx([1.5, 0, -0.5, math.pi / 2, 0, 0, 0, 0, 0])
 
 
-def test_lengths_shift_the_path_and_changes_take_their_time(tmp_path: Path) -> None:
+def test_lengths_shift_the_path(tmp_path: Path) -> None:
     lines = ["G0 X0 Z60", "T1 M6", "G43 H1 G0 Z10", "T2", "G1 X5 F600", "M6", "G43", "X6 Z3", "G49 X0 Z0"]
-    tools = table(tmp_path, TOML, "tools.toml")
+    tools = table(tmp_path, TABLE, "tools.tbl")
     file = program(tmp_path, *lines)
     path = sf.read(file, start=(0, 0, 0), tools=tools)
     assert path.axes == ("x", "z", "a") or path.axes == ("x", "z")
     assert [curve.control_points[-1][:2].tolist() for curve in path.curves] == [
         [0, 60], [0, 60.5], [5, 60.5], [7.5, 2.5], [0, 0],
     ]  # fmt: skip
-    assert sum(wait for _, wait in path.dwells) == 12.0 == summary(file, start=(0, 0, 0), tools=tools).dwell_time
     parts = list(read_parts(file, start=(0, 0, 0), tools=tools))
     assert sum(part.length for part in parts) == pytest.approx(path.length)
     bare = path_of(tmp_path, *lines)
@@ -60,7 +48,7 @@ def test_lengths_shift_the_path_and_changes_take_their_time(tmp_path: Path) -> N
 
 def test_tables_are_changed_by_the_program(tmp_path: Path) -> None:
     """L1 says the offset, L10 the place in the system in force, L11 that in G59.3; M61 names the tool that is there."""
-    tools = table(tmp_path, TOML, "tools.toml")
+    tools = table(tmp_path, TABLE, "tools.tbl")
     begin = ["G10 L2 P9 X2 Z1", "G10 L2 P1 X4", "G0 X1 Z9"]  # the tool at X5 Z9 of the machine
     for word, x, z in (("L1 X1 Z3", 1, 3), ("L10 X1 Z3", 0, 6), ("L11 X1 Z3", 2, 5)):
         path = path_of(tmp_path, *begin, f"G10 P1 {word}", "M61 Q1", "G43", "G0 X0 Z0", tools=tools)
@@ -97,14 +85,7 @@ def test_a_tool_that_is_missing(tmp_path: Path, line: str, reason: str) -> None:
         ("T1 Z5 hello\n", "a.tbl", "line 1: expected T1 P1 Z50.2 D6, got 'T1 Z5 hello'"),
         ("T1 Z5\nT1 Z6\n", "a.tbl", "line 2: T1 appears twice, or is not a tool number"),
         ("T1 Z1e9\n", "a.tbl", "line 1: expected T1 P1 Z50.2 D6"),
-        ("T1 Z99999999999\n", "a.tbl", "an offset or diameter of a tool is beyond 1e+09 mm"),
-        ("[tools.1]\nlength = nan\n", "a.toml", "tools.1.z: "),
-        ("[tools.1]\nlenght = 5\n", "a.toml", "tools.1.lenght is not known; there are diameter, length, offset"),
-        ("[tools.x]\nlength = 5\n", "a.toml", "tools: expected a table [tools.1] a tool, got 'x'"),
-        ("tools = 5\n", "a.toml", "tools: expected a table [tools.1] a tool, got ''"),
-        ("change_time = '5mm'\n", "a.toml", "change_time: "),
-        ("change_time = -1\n", "a.toml", "change_time: -1 s is less than 0"),
-        ("[[[\n", "a.toml", ""),
+        ("T1 Z99999999999\n", "a.tbl", "line 1: a word is beyond 1e+09"),
     ],
 )
 def test_tables_that_cannot_be_read(tmp_path: Path, text: str, name: str, reason: str) -> None:

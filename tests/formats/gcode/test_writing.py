@@ -200,8 +200,8 @@ def test_several_paths_are_joined_by_rapid_moves(tmp_path: Path) -> None:
 
 def test_circles_are_found_and_nothing_else() -> None:
     angle = np.linspace(0.2, 4.0, 65)
-    points = np.column_stack([3 + 2 * np.cos(angle), 1 + 2 * np.sin(angle)])
-    found = circle_of(points)
-    assert found is not None and np.allclose(found[0], [3, 1]) and found[1] == pytest.approx(3.8)
-    assert circle_of(points + 1e-6 * np.random.default_rng(0).normal(size=points.shape)) is None
-    assert circle_of(np.column_stack([angle, angle])) is None
+    places = 3 + 1j + 2 * np.exp(1j * angle)
+    found = circle_of(places)
+    assert found is not None and found[0] == pytest.approx(3 + 1j) and found[1] == pytest.approx(3.8)
+    assert circle_of(places + 1e-6 * np.random.default_rng(0).normal(size=places.shape)) is None
+    assert circle_of(angle + 1j * angle) is None

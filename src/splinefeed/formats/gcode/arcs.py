@@ -7,6 +7,7 @@ rational curve is: x and y stay exact, and z (and axes that turn with it) is wit
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -14,7 +15,7 @@ import numpy as np
 
 from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import AXES, CLOCKWISE, COUNTERCLOCKWISE, Findings, Moves
+from splinefeed.formats.gcode.moves import CLOCKWISE, COUNTERCLOCKWISE, Findings, Moves
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -59,108 +60,66 @@ class Arcs:
 def find_arcs(moves: Moves, findings: Findings | None = None, repair: bool = False) -> Arcs:
     """The circles of all arcs; LineError with the line for one that misses its circle, or a finding with `repair`."""
     chosen = np.flatnonzero((moves.kind == CLOCKWISE) | (moves.kind == COUNTERCLOCKWISE))
-    planes = moves.codes[chosen, layout.ROW_PLANE]
-    axes = np.array(list(layout.PLANES.values()))[planes - 17]
+    axes = np.array(list(layout.PLANES.values()))[moves.codes[chosen, layout.ROW_PLANE] - 17]
     rows = np.arange(len(chosen))[:, None]
-    start = moves.starts[chosen][rows, axes]
-    end = moves.ends[chosen][rows, axes]
+    start, end = moves.starts[chosen][rows, axes], moves.ends[chosen][rows, axes]
     words = moves.values[chosen, layout.CENTER : layout.CENTER + 3][rows, axes]
-    flags = moves.flags[chosen]
-    ccw = moves.kind[chosen] == COUNTERCLOCKWISE
-    absolute = (flags & layout.ABSOLUTE != 0)[:, None]
-    centre = np.where(absolute, words, start + words)
+    flags, ccw = moves.flags[chosen], moves.kind[chosen] == COUNTERCLOCKWISE
     by_radius = flags & layout.HAS_R != 0
-    if by_radius.any():
-        centre[by_radius] = _centres(
-            moves, chosen[by_radius], start[by_radius], end[by_radius], ccw[by_radius], findings, repair
-        )
+    radius, length = moves.values[chosen, layout.RADIUS], np.linalg.norm(end - start, axis=1)
+
+    def refuse(wrong: BoolArray, reason: Callable[[int], str], read_as: Callable[[int], str] | None = None) -> None:
+        for i in np.flatnonzero(wrong).tolist():
+            line = int(moves.line[chosen[i]])
+            if read_as is None or findings is None or not repair:
+                fault = LineError(reason(i))
+                fault.line = line
+                raise fault
+            findings.say(f"line {line}: {reason(i)}: read as {read_as(i)}")
+
+    refuse(
+        by_radius & (length == 0.0), lambda _: "an arc with R ends where it begins; write a full circle with I and J"
+    )
+    short = 0.5 * length - np.abs(radius)
+    refuse(
+        by_radius & (short > SHORT_RADIUS),
+        lambda i: (
+            f"the radius R {radius[i]:.6g} mm is {short[i]:.6g} mm too small for ends {length[i]:.6g} mm apart "
+            f"(tolerance {SHORT_RADIUS:g} mm)"
+        ),
+        lambda i: f"half a circle of radius {0.5 * length[i]:.6g} mm",
+    )
+    centre = np.where((flags & layout.ABSOLUTE != 0)[:, None], words, start + words)
+    # less than half a turn if R > 0, more if R < 0
+    height = np.sqrt(np.maximum((radius - 0.5 * length) * (radius + 0.5 * length), 0.0))
+    aside = np.where(ccw == (radius > 0.0), height, -height) / np.where(by_radius, length, 1.0)
+    left = np.column_stack([start[:, 1] - end[:, 1], end[:, 0] - start[:, 0]])
+    centre = np.where(by_radius[:, None], 0.5 * (start + end) + left * aside[:, None], centre)
     first, last = (np.linalg.norm(each - centre, axis=1) for each in (start, end))
-    _check_radii(moves, chosen, first, last, flags, findings, repair)
+    refuse(first <= SAME_POINT, lambda _: "the arc has its centre where it begins: radius 0")
+    off, inch = np.abs(last - first), flags & layout.INCH != 0
+    always, rounded = np.where(inch, ALWAYS_INCH, ALWAYS), np.where(inch, ROUNDED_INCH, ROUNDED)
+    refuse(
+        ~by_radius & ((off > always) | ((off > rounded) & (off > RELATIVE * np.maximum(first, last)))),
+        lambda i: (
+            f"the arc ends {off[i]:.6g} mm off its circle: radius {first[i]:.6g} mm at its start, "
+            f"{last[i]:.6g} mm at its end (tolerance {rounded[i]:.4g} mm and {RELATIVE:.1%} of the radius, at most "
+            f"{always[i]:.4g} mm)"
+        ),
+        lambda _: "a spiral between them",
+    )
     angle = np.arctan2(*(start - centre).T[::-1])
     sweep = np.arctan2(*(end - centre).T[::-1]) - angle
-    sweep = np.mod(np.where(ccw, sweep, -sweep), 2.0 * math.pi)
-    sweep = np.maximum(sweep, LEAST_SWEEP)
-    full = np.linalg.norm(end - start, axis=1) <= SAME_POINT
-    sweep = np.where(full, 2.0 * math.pi, sweep) + 2.0 * math.pi * (moves.values[chosen, layout.TURNS] - 1.0)
+    sweep = np.maximum(np.mod(np.where(ccw, sweep, -sweep), 2.0 * math.pi), LEAST_SWEEP)
+    sweep = np.where(length <= SAME_POINT, 2.0 * math.pi, sweep)
+    sweep += 2.0 * math.pi * (moves.values[chosen, layout.TURNS] - 1.0)
     return Arcs(chosen, axes, centre, first, last, angle, np.where(ccw, sweep, -sweep))
-
-
-def _centres(
-    moves: Moves, chosen: IntArray, start: Array, end: Array, ccw: BoolArray, findings: Findings | None, repair: bool
-) -> Array:
-    """Centres (m, 2) of arcs with R: less than half a turn if R > 0, more if R < 0."""
-    radius = moves.values[chosen, layout.RADIUS]
-    chord = end - start
-    length = np.linalg.norm(chord, axis=1)
-    if np.any(length == 0.0):
-        i = int(np.argmax(length == 0.0))
-        raise ArcError(moves, int(chosen[i]), "an arc with R ends where it begins; write a full circle with I and J")
-    short = 0.5 * length - np.abs(radius)
-    if np.any(short > SHORT_RADIUS):
-        if not repair or findings is None:
-            i = int(np.argmax(short > SHORT_RADIUS))
-            raise ArcError(
-                moves,
-                int(chosen[i]),
-                f"the radius R {radius[i]:.6g} mm is {short[i]:.6g} mm too small for ends {length[i]:.6g} mm apart "
-                f"(tolerance {SHORT_RADIUS:g} mm)",
-            )
-        for i in np.flatnonzero(short > SHORT_RADIUS).tolist():
-            findings.say(
-                f"line {moves.line[chosen[i]]}: the radius R {radius[i]:.6g} mm is {short[i]:.6g} mm too small for "
-                f"ends {length[i]:.6g} mm apart: read as half a circle of radius {0.5 * length[i]:.6g} mm"
-            )
-    height = np.sqrt(np.maximum((radius - 0.5 * length) * (radius + 0.5 * length), 0.0))
-    left = np.column_stack([-chord[:, 1], chord[:, 0]]) / length[:, None]
-    side = np.where(ccw == (radius > 0.0), height, -height)
-    centres: Array = 0.5 * (start + end) + left * side[:, None]
-    return centres
-
-
-def _check_radii(
-    moves: Moves,
-    chosen: IntArray,
-    first: Array,
-    last: Array,
-    flags: IntArray,
-    findings: Findings | None,
-    repair: bool,
-) -> None:
-    off = np.abs(last - first)
-    inch = flags & layout.INCH != 0
-    always, rounded = np.where(inch, ALWAYS_INCH, ALWAYS), np.where(inch, ROUNDED_INCH, ROUNDED)
-    missed = (off > always) | ((off > rounded) & (off > RELATIVE * np.maximum(first, last)))
-    missed &= flags & layout.HAS_R == 0
-    none = first <= SAME_POINT
-    if np.any(none):
-        raise ArcError(moves, int(chosen[int(np.argmax(none))]), "the arc has its centre where it begins: radius 0")
-    if not np.any(missed):
-        return
-    said = [
-        f"the arc ends {off[i]:.6g} mm off its circle: radius {first[i]:.6g} mm at its start, {last[i]:.6g} mm at its "
-        f"end (tolerance {rounded[i]:.4g} mm and {RELATIVE:.1%} of the radius, at most {always[i]:.4g} mm)"
-        for i in np.flatnonzero(missed).tolist()
-    ]
-    lines = moves.line[chosen[missed]]
-    if not repair or findings is None:
-        raise ArcError(moves, int(chosen[int(np.argmax(missed))]), said[0])
-    for line, each in zip(lines.tolist(), said, strict=True):
-        findings.say(f"line {line}: {each}: read as a spiral between them")
-
-
-class ArcError(LineError):
-    """An arc that misses its circle; `line` is where it stands."""
-
-    def __init__(self, moves: Moves, move: int, reason: str) -> None:
-        super().__init__(reason)
-        self.line = int(moves.line[move])
 
 
 def arc_lengths(moves: Moves, arcs: Arcs) -> Array:
     """Lengths (m,) of the arcs over the linear axes, mm: sqrt((r sweep)^2 + dr^2 + rise^2) with the mean radius."""
     step = (moves.ends - moves.starts)[arcs.move]
-    rows = np.arange(len(arcs))[:, None]
-    step[rows, arcs.axes] = 0.0
+    step[np.arange(len(arcs))[:, None], arcs.axes] = 0.0
     step[:, 3:6] = 0.0
     along = 0.5 * (arcs.first + arcs.last) * arcs.sweep
     lengths: Array = np.hypot(np.hypot(along, arcs.last - arcs.first), np.linalg.norm(step, axis=1))
@@ -181,12 +140,11 @@ def arc_curve(start: Array, end: Array, arcs: Arcs, i: int, columns: IntArray) -
     Weights are those of a circle in pieces of a quarter turn at most; the radius goes linearly from the one at the
     start to the one at the end, which differ by rounding.
     """
-    a, b = (int(axis) for axis in arcs.axes[i])
-    rest = np.array([column for column in range(AXES) if column not in (a, b)])
-    rise = end[rest] - start[rest]
-    sweep = float(arcs.sweep[i])
+    axes, sweep = arcs.axes[i], float(arcs.sweep[i])
     if abs(sweep) <= CHORD_SWEEP:
         return NurbsCurve.bezier([start[columns], end[columns]])
+    rise = end - start
+    rise[axes] = 0.0
     steep = bool(np.any(rise != 0.0))
     pieces = math.ceil(abs(sweep) / (_HELIX_PIECE if steep else 0.5 * math.pi) - 1e-12)
     if steep:
@@ -199,67 +157,44 @@ def arc_curve(start: Array, end: Array, arcs: Arcs, i: int, columns: IntArray) -
     radius = arcs.first[i] + (arcs.last[i] - arcs.first[i]) * steps
     radius[1::2] /= math.cos(half)
     plane = arcs.centre[i] + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
-    plane[0], plane[-1] = start[[a, b]], end[[a, b]]
+    plane[0], plane[-1] = start[axes], end[axes]
     weights = np.ones(2 * pieces + 1)
     weights[1::2] = math.cos(half)
-    if not steep:
-        degree, along, places = 2, steps, plane
-    else:
-        degree = _HELIX_DEGREE
-        places, weights, along = _raised(plane, weights, pieces, half)
-    points = np.tile(start, (len(places), 1))
-    points[:, [a, b]] = places
-    points[:, rest] = start[rest] + along[:, None] * rise
+    degree, along = 2, steps
+    if steep:
+        degree, wide = _HELIX_DEGREE, np.column_stack([plane * weights[:, None], weights])
+        raised = _elevation()[:-1] @ np.stack([wide[:-2:2], wide[1::2], wide[2::2]], axis=1)
+        raised = np.append(raised.reshape(-1, 3), wide[-1:], axis=0)
+        plane, weights = raised[:, :2] / raised[:, 2:], raised[:, 2]
+        parts = np.arange(pieces)[:, None] + _rises(half)[:-1] / weights[:degree]
+        along = np.append(parts.ravel() / pieces, 1.0)
+    points = start + along[:, None] * rise
+    points[:, axes] = plane
     points[-1] = end
     knots = np.repeat(np.arange(pieces + 1.0), [degree + 1, *[degree] * (pieces - 1), degree + 1])
     return NurbsCurve(degree, knots, points[:, columns], weights)
 
 
-def _raised(plane: Array, weights: Array, pieces: int, half: float) -> tuple[Array, Array, Array]:
-    """The pieces of degree 2 raised to _HELIX_DEGREE: points, weights, and the part of the rise at each of them."""
-    matrix = _elevation()
-    homogeneous = np.column_stack([plane * weights[:, None], weights])
-    raised = np.concatenate(
-        [(matrix @ homogeneous[2 * k : 2 * k + 3])[: None if k == pieces - 1 else -1] for k in range(pieces)]
-    )
-    rises = _rises(half)
-    along = np.concatenate([(k + rises)[: None if k == pieces - 1 else -1] / pieces for k in range(pieces)])
-    places = raised[:, :2] / raised[:, 2:]
-    places[0], places[-1] = plane[0], plane[-1]
-    return places, raised[:, 2], along
-
-
 @lru_cache(maxsize=1)
 def _elevation() -> Array:
     """Bernstein coefficients of degree 2 to those of _HELIX_DEGREE, (p + 1, 3)."""
-    p = _HELIX_DEGREE
-    return np.array(
-        [[math.comb(2, j) * math.comb(p - 2, i - j) / math.comb(p, i) if 0 <= i - j <= p - 2 else 0.0 for j in range(3)]
-         for i in range(p + 1)]
-    )  # fmt: skip
+    return NurbsCurve.bezier(np.eye(3)).elevated(_HELIX_DEGREE - 2).control_points
 
 
 @lru_cache(maxsize=1024)
 def _rises(half: float) -> Array:
-    """Parts of the rise at the control points of a piece of angle 2 half, (p + 1,).
+    """Parts of the rise at the control points of a piece of angle 2 half, times their weights, (p + 1,).
 
-    w(u) (theta(u) + half) / (2 half), interpolated at Chebyshev's nodes with both ends held, over the weights.
+    w(u) (theta(u) + half) / (2 half), interpolated at Chebyshev's nodes with both ends held.
     """
+    from scipy.interpolate import make_interp_spline
+
     p = _HELIX_DEGREE
-    nodes = 0.5 - 0.5 * np.cos((2.0 * np.arange(p - 1) + 1.0) * math.pi / (2.0 * (p - 1)))
-    basis = _bernstein(p, nodes)
-    square = _bernstein(2, nodes)
-    weight = square @ [1.0, math.cos(half), 1.0]
-    sine, cosine = square @ [-math.sin(half), 0.0, math.sin(half)], square @ [math.cos(half), 1.0, math.cos(half)]
-    wanted = weight * (np.arctan2(sine, cosine) + half) / (2.0 * half)
-    inner = np.linalg.solve(basis[:, 1:p], wanted - basis[:, p])
-    rises: Array = np.concatenate([[0.0], inner, [1.0]]) / (_elevation() @ [1.0, math.cos(half), 1.0])
+    inner = 0.5 - 0.5 * np.cos((2.0 * np.arange(p - 1) + 1.0) * math.pi / (2.0 * (p - 1)))
+    u = np.concatenate([[0.0], inner, [1.0]])
+    low, middle, high = (1.0 - u) ** 2, 2.0 * u * (1.0 - u), u**2
+    weight = low + middle * math.cos(half) + high
+    theta = np.arctan2(math.sin(half) * (high - low), math.cos(half) * (low + high) + middle)
+    wanted = weight * (theta + half) / (2.0 * half)
+    rises: Array = make_interp_spline(u, wanted, p, t=np.repeat([0.0, 1.0], p + 1)).c
     return rises
-
-
-def _bernstein(degree: int, u: Array) -> Array:
-    """Bernstein polynomials (n, degree + 1) at u (n,)."""
-    i = np.arange(degree + 1)
-    binomial = np.array([math.comb(degree, int(k)) for k in i])
-    values: Array = binomial * u[:, None] ** i * (1.0 - u[:, None]) ** (degree - i)
-    return values

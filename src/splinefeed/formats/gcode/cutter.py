@@ -2,15 +2,14 @@
 
 Source: LinuxCNC documentation, "Cutter Compensation". The first move is a line that ends beside its own end; convex
 corners become arcs around the corner (rapid moves: lines), concave ones are cut off where the moves meet; G40 leaves
-the tool where it is. What the tool cannot reach without a gouge is refused.
+the tool where it is. What the tool cannot reach without a gouge is refused. Places of the plane are complex numbers.
 """
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass
-
-import numpy as np
 
 from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import find_arcs
@@ -22,42 +21,38 @@ from splinefeed.records import Array
 #: A turn below this, rad, is no corner, and one this near to half a turn leads back: what LinuxCNC 2.9 does there, its
 #: interpreter shows with pairs of lines and arcs. Places this near each other, mm, are one.
 NO_CORNER, SAME_PLACE = 0.05, 1e-7
-GOUGE = "the tool of radius {:.6g} mm cannot reach this corner without a gouge; take a smaller one or a larger radius"
+_ARCS = (CLOCKWISE, COUNTERCLOCKWISE)
 
 
 @dataclass
 class _Side:
-    """A move beside its contour in the plane: the row, directions at its ends, where it begins and ends.
+    """A move beside its contour: the row, directions at its ends, where it begins and ends.
 
     sense  of an arc, 1 counterclockwise, with its centre and radius beside the contour; 0 for a line
     """
 
     row: int
-    first: Array
-    last: Array
-    begin: Array
-    end: Array
+    first: complex
+    last: complex
+    begin: complex
+    end: complex
     sense: int = 0
-    centre: Array | None = None
+    centre: complex = 0j
     radius: float = 0.0
 
-    def reaches(self, begin: Array, end: Array) -> bool:
+    def reaches(self, begin: complex, end: complex) -> bool:
         """Whether `end` lies behind `begin` on the move as it is without its neighbours."""
-        if self.centre is None:
-            return float((end - begin) @ self.first) >= -SAME_PLACE
-        from_begin = [self._angle(self.begin, each) for each in (begin, end)]
-        whole = self._angle(self.begin, self.end) or 2.0 * math.pi
-        slack = SAME_PLACE / self.radius
-        inside = [0.0 if each > 2.0 * math.pi - slack else each for each in from_begin]
-        if inside[1] == 0.0 and np.linalg.norm(end - self.end) < SAME_PLACE:
-            inside[1] = whole
-        return inside[0] <= inside[1] + slack and inside[1] <= whole + slack
+        if not self.sense:
+            return _along(end - begin, self.first) >= -SAME_PLACE
+        whole, slack = self._angle(self.end) or 2.0 * math.pi, SAME_PLACE / self.radius
+        low, high = (0.0 if each > 2.0 * math.pi - slack else each for each in map(self._angle, (begin, end)))
+        if high == 0.0 and abs(end - self.end) < SAME_PLACE:
+            high = whole
+        return low <= high + slack and high <= whole + slack
 
-    def _angle(self, start: Array, end: Array) -> float:
-        """How far an arc turns from one place to another, rad, 0 to 2 pi."""
-        assert self.centre is not None
-        (x, y), (u, v) = start - self.centre, end - self.centre
-        turned = self.sense * math.atan2(x * v - y * u, x * u + y * v)
+    def _angle(self, end: complex) -> float:
+        """How far the arc turns from its begin to another place, rad, 0 to 2 pi."""
+        turned = self.sense * cmath.phase((end - self.centre) * (self.begin - self.centre).conjugate())
         return turned % (2.0 * math.pi) if abs(turned) * self.radius > SAME_PLACE else 0.0
 
 
@@ -69,8 +64,14 @@ class Cutter:
         self.on, self._radius, self.first_line = False, 0.0, 0
         self._ended = False  # G40 was the last word about it
         self._last: _Side | None = None
-        self._here = self._begins = np.zeros(2)
+        self._here = self._begins = 0j
         self._axes = [0, 1]
+
+    def _at(self, row: Array, column: int = 0) -> complex:
+        return complex(*(row[column + axis] for axis in self._axes))
+
+    def _put(self, row: Array, place: complex, column: int = 0) -> None:
+        row[[column + axis for axis in self._axes]] = place.real, place.imag
 
     def begin(self, radius: float, line: int) -> None:
         """G41 (radius above 0) and G42."""
@@ -78,7 +79,7 @@ class Cutter:
         self.on = self.state.held = True
         self._radius, self._last = radius, None
         self._axes = list(layout.PLANES[int(self.state.modes[layout.PLANE])])
-        self._here = self.state.position[self._axes].copy()
+        self._here = self._at(self.state.position)
 
     def end(self) -> None:
         """G40: the tool is where it is; axes that the next line leaves out go to the contour, as in LinuxCNC."""
@@ -88,7 +89,7 @@ class Cutter:
     def forget(self) -> None:
         """M6: the next line begins where the tool is, as in LinuxCNC, which asks the machine for its place."""
         if self._ended:
-            self.state.position[self._axes] = self._here
+            self._put(self.state.position, self._here)
         self._ended = False
 
     @property
@@ -98,95 +99,90 @@ class Cutter:
 
     def check_exit(self, kind: int) -> None:
         """LineError for an arc as the first move behind G40, as in LinuxCNC."""
-        if self._ended and kind in (CLOCKWISE, COUNTERCLOCKWISE):
+        if self._ended and kind in _ARCS:
             raise LineError("the first move after G40 must be a line, G0 or G1")
         self._ended = False
 
     def moved(self, start: Array) -> None:
         """The last row of the state leads from `start` (9,) on the contour: put it to the side."""
-        state, axes, radius = self.state, self._axes, self._radius
-        i = state.count - 1
-        row = state.rows[i]
-        kind = int(state.marks[i, layout.KIND])
-        if kind not in (CLOCKWISE, COUNTERCLOCKWISE) and np.linalg.norm(row[axes] - start[axes]) < SAME_PLACE:
-            row[axes] = self._here
+        state, i = self.state, self.state.count - 1
+        corner, end = self._at(start), self._at(state.rows[i])
+        if state.marks[i, layout.KIND] not in _ARCS and abs(end - corner) < SAME_PLACE:
+            self._put(state.rows[i], self._here)
             return
         state.count -= 1  # a row that is refused is none
         side = self._beside(i, start)
         last, self._last = self._last, side
-        if last is None:
-            if side.sense:
-                self._enter(side)
-            elif np.linalg.norm(row[axes] - self._here) <= abs(radius) + SAME_PLACE:
-                raise LineError(
-                    f"the line on which cutter compensation begins must be longer than the tool's radius, "
-                    f"{abs(radius):.6g} mm"
-                )
-            self._begins = self._here
+        before, self._begins = self._begins, side.begin
+        if last is not None:
+            self._corner(last, side, corner, before)
+        elif side.sense:
+            self._enter(side)
+        elif abs(end - self._here) <= abs(self._radius) + SAME_PLACE:
+            raise LineError(
+                f"the line on which cutter compensation begins must be longer than the tool's radius, "
+                f"{abs(self._radius):.6g} mm"
+            )
         else:
-            before = self._begins
-            self._begins = side.begin
-            self._corner(last, side, start[axes], before)
+            self._begins = self._here
         state.count = side.row + 1
-        state.rows[side.row, axes] = self._here = side.end
+        self._here = side.end
+        self._put(state.rows[side.row], self._here)
 
     def _enter(self, side: _Side) -> None:
         """An arc as first move: from where the tool is, tangent at its end to the arc beside the contour."""
-        assert side.centre is not None
         out, way = (side.end - side.centre) / side.radius, side.end - self._here
-        radius = float(way @ way) / (2.0 * float(way @ out)) if way @ out > SAME_PLACE else 0.0
+        aside = _along(way, out)
+        radius = abs(way) ** 2 / (2.0 * aside) if aside > SAME_PLACE else 0.0
         if not 0.0 < radius <= layout.LARGEST:
             raise LineError("the arc on which cutter compensation begins does not lead beside its contour; take a line")
-        centre = side.end - radius * out
-        self.state.rows[side.row, [layout.CENTER + axis for axis in self._axes]] = centre
-        side.centre, side.radius, side.begin = centre, radius, self._here
+        side.centre, side.radius, side.begin = side.end - radius * out, radius, self._here
+        self._put(self.state.rows[side.row], side.centre, layout.CENTER)
+        self._begins = self._here
 
     def _beside(self, i: int, start: Array) -> _Side:
         """Row i, which begins at `start`, beside its contour."""
-        state, axes, radius = self.state, self._axes, self._radius
+        state, shift = self.state, 1j * self._radius
         row, codes = state.rows[i], state.marks[i]
-        begin, end = start[axes], row[axes].copy()
-        normal = np.array([[0.0, -1.0], [1.0, 0.0]])
-        if codes[layout.KIND] not in (CLOCKWISE, COUNTERCLOCKWISE):
-            along = (end - begin) / np.linalg.norm(end - begin)
-            shift = radius * (normal @ along)
-            return _Side(i, along, along, begin + shift, end + shift)
+        begin, end = self._at(start), self._at(row)
+        if codes[layout.KIND] not in _ARCS:
+            along = (end - begin) / abs(end - begin)
+            return _Side(i, along, along, begin + shift * along, end + shift * along)
         arcs = find_arcs(Moves(start, state.rows[i : i + 1], state.marks[i : i + 1]))
-        centre, sense = arcs.centre[0], 1 if arcs.sweep[0] > 0.0 else -1
-        first, last = (sense * (normal @ (each - centre)) / np.linalg.norm(each - centre) for each in (begin, end))
-        beside = float(arcs.last[0]) - sense * radius
+        centre, sense = complex(*arcs.centre[0]), 1 if arcs.sweep[0] > 0.0 else -1
+        first, last = (1j * sense * (each - centre) / abs(each - centre) for each in (begin, end))
+        beside = float(arcs.last[0]) - sense * self._radius
         if beside <= SAME_PLACE:
-            raise LineError(f"the arc's radius {arcs.last[0]:.6g} mm is too small for the tool's {abs(radius):.6g} mm")
-        row[[layout.CENTER + axis for axis in axes]] = centre
+            raise LineError(
+                f"the arc's radius {arcs.last[0]:.6g} mm is too small for the tool's {abs(self._radius):.6g} mm"
+            )
+        self._put(row, centre, layout.CENTER)
         row[layout.RADIUS] = 0.0
-        codes[layout.FLAGS] = codes[layout.FLAGS] & ~layout.HAS_R | layout.ABSOLUTE | sum(1 << axis for axis in axes)
-        return _Side(
-            i, first, last, begin + radius * (normal @ first), end + radius * (normal @ last), sense, centre, beside
-        )
+        codes[layout.FLAGS] = codes[layout.FLAGS] & ~layout.HAS_R | layout.ABSOLUTE | sum(1 << a for a in self._axes)
+        return _Side(i, first, last, begin + shift * first, end + shift * last, sense, centre, beside)
 
-    def _corner(self, last: _Side, side: _Side, corner: Array, before: Array) -> None:
+    def _corner(self, last: _Side, side: _Side, corner: complex, before: complex) -> None:
         """Lead from one move to the next one around the corner of the contour."""
-        radius = self._radius
-        sine = float(last.last[0] * side.first[1] - last.last[1] * side.first[0])
-        turn = math.copysign(1.0, radius) * math.atan2(sine, float(last.last @ side.first))
+        turn = math.copysign(1.0, self._radius) * cmath.phase(side.first * last.last.conjugate())
         if abs(turn) < NO_CORNER:
             return
         # what leads back beside it meets an arc that bends away from the tool, and passes by everything else
         back, bend = abs(turn) > math.pi - NO_CORNER, side.sense or last.sense
-        if bend * radius >= 0.0 if back else turn < 0.0:
+        if bend * self._radius >= 0.0 if back else turn < 0.0:
             self._around(side, corner)
             return
-        meets = [
-            each for each in _meets(last, side, corner, radius)
-            if last.reaches(before, each) and side.reaches(each, side.end)
-        ]  # fmt: skip
-        if not meets:
-            raise LineError(GOUGE.format(abs(radius)))
-        meet = meets[0]
-        self.state.rows[last.row : side.row, self._axes] = meet
-        self._begins = meet
+        for meet in _meets(last, side, corner, self._radius):
+            if last.reaches(before, meet) and side.reaches(meet, side.end):
+                for row in self.state.rows[last.row : side.row]:
+                    self._put(row, meet)
+                self._begins = meet
+                return
+        raise LineError(
+            f"the tool of radius {abs(self._radius):.6g} mm cannot reach this corner without a gouge; take a smaller "
+            "one or a larger radius"
+        )
 
-    def _around(self, side: _Side, corner: Array) -> None:
+    def _around(self, side: _Side, corner: complex) -> None:
         """An arc, or a line where the tool moves rapidly, before the row of `side`."""
         state, i = self.state, side.row
         rapid = int(state.marks[i, layout.KIND]) == RAPID
@@ -197,38 +193,37 @@ class Cutter:
         for rows in (state.rows, state.marks):
             rows[[i, i + 1]] = rows[[i + 1, i]]
         state.rows[i, : len(end)] = state.rows[i - 1, : len(end)] if i else end
-        state.rows[i, self._axes] = side.begin
+        self._put(state.rows[i], side.begin)
         bits = sum(1 << axis for axis in self._axes)
         state.marks[i, layout.AXES] = bits | state.marks[i + 1, layout.AXES]
         if not rapid:
-            state.rows[i, [layout.CENTER + axis for axis in self._axes]] = corner
+            self._put(state.rows[i], corner, layout.CENTER)
             state.marks[i, layout.FLAGS] |= layout.ABSOLUTE | bits
         side.row += 1
         self._begins = side.begin
 
 
-def _meets(last: _Side, side: _Side, corner: Array, radius: float) -> list[Array]:
+def _along(way: complex, direction: complex) -> float:
+    return (way * direction.conjugate()).real
+
+
+def _meets(last: _Side, side: _Side, corner: complex, radius: float) -> list[complex]:
     """Where two moves beside the contour meet, the place nearest to the corner first."""
-    if last.centre is None and side.centre is None:
+    if not (last.sense or side.sense):
         normals = (last.end + side.begin - 2.0 * corner) / radius
-        return [corner + radius * normals / (1.0 + float(last.last @ side.first))]
-    if last.centre is not None and side.centre is not None:
+        return [corner + radius * normals / (1.0 + _along(last.last, side.first))]
+    arc = last if last.sense else side
+    if last.sense and side.sense:
         between = side.centre - last.centre
-        distance = float(np.linalg.norm(between))
+        distance = abs(between)
         if distance < SAME_PLACE:
             return []
-        along = (distance**2 + last.radius**2 - side.radius**2) / (2.0 * distance)
-        foot, way, circle = last.centre + along * between / distance, between / distance, last.radius
-        centre, way = last.centre, np.array([-way[1], way[0]])
+        way = between / distance
+        foot = last.centre + (distance**2 + last.radius**2 - side.radius**2) / (2.0 * distance) * way
+        way *= 1j
     else:
-        line, arc = (last, side) if last.centre is None else (side, last)
-        assert arc.centre is not None
-        centre, circle, way = arc.centre, arc.radius, line.first
-        foot = line.begin + float((centre - line.begin) @ way) * way
-        if line is last:
-            foot = line.end + float((centre - line.end) @ way) * way
-    height = circle**2 - float((foot - centre) @ (foot - centre))
-    if height < 0.0:
-        return []
-    both = [foot + sign * math.sqrt(height) * way for sign in (1.0, -1.0)]
-    return sorted(both, key=lambda each: float(np.linalg.norm(each - corner)))
+        way, base = (side.first, side.begin) if last.sense else (last.first, last.end)
+        foot = base + _along(arc.centre - base, way) * way
+    height = arc.radius**2 - abs(foot - arc.centre) ** 2
+    both = [foot + sign * math.sqrt(height) * way for sign in (1.0, -1.0)] if height >= 0.0 else []
+    return sorted(both, key=lambda each: abs(each - corner))

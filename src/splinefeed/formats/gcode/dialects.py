@@ -70,13 +70,11 @@ DIALECTS = {
             silent=("M117", "M118"),
         ),
         Dialect("siemens", "Siemens Sinumerik"),
-        Dialect("heidenhain", "Heidenhain"),
     )
 }
 
 #: What tells a dialect, the first that is found; G6.2 with a method is what LinuxCNC alone has.
 _SIGNS = {
-    "heidenhain": r"^[ \t]*\d*[ \t]*BEGIN[ \t]+PGM\b|^[ \t]*\d+[ \t]+(?:L|SPL|CC|C|TOOL CALL|BLK FORM)\s+[XYZIU+-]",
     "siemens": r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;(?:\$PATH|\s*SINUMERIK)|^%_N_"
     r"|\bCYCLE\d+[ \t]*\(|\bG(?:500|505|64[12])\b|\bTRA(?:ORI|FOOF)\b|\b[ABC]3[ \t]*=",
     "linuxcnc": r"\bG0?6\.2\b[^\n]*Q\s*[123]\b",
@@ -118,8 +116,6 @@ def holds(head: bytes) -> bool:
     if b"\0" in head:
         return False
     text = head_text(head)
-    if _DETECTED["heidenhain"].search(text[:4096]):
-        return True
     lines = [line.strip() for line in text.splitlines()[:_LOOKED_AT]]
     if len(head) >= 2**16:  # the last line may be cut
         lines = lines[:-1] or lines

@@ -214,7 +214,7 @@ class Interpreter(LineWords):
     def _outputs(self, block: Block) -> None:
         """S, T and M as markers before the motion of the line; dwells likewise."""
         state, words, linuxcnc = self.state, self._words, self.dialect.of_linuxcnc
-        wait, change = self._dwell() if 40 in block.g else None, 0.0
+        wait = self._dwell() if 40 in block.g else None
         if "T" in words:
             state.select(words["T"])
         stop = "T" in words or ("S" in words and state.new_speed(words["S"]))
@@ -224,7 +224,7 @@ class Interpreter(LineWords):
         for code in block.m:
             if code in codes.M_GROUPS["stop"] or (linuxcnc and self._modal_state(code)):
                 continue
-            change += state.switch(code)
+            state.switch(code)
             if code == 6:
                 self.cutter.forget()
             if linuxcnc and code in (SWITCH_ON, SWITCH_OFF):
@@ -242,7 +242,7 @@ class Interpreter(LineWords):
         if any_m and not any(code in codes.GROUP_OF for code in block.g):
             said += [f"{each}{number(words.pop(each))}" for each in _M_WORDS if each in words]
         if said:
-            state.say(self.line, " ".join(said), change, stop)
+            state.say(self.line, " ".join(said), stop=stop)
         if wait is not None:
             state.say(self.line, dwell=wait)
 

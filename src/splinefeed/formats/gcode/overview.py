@@ -20,9 +20,10 @@ from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import Arcs, arc_degrees
 from splinefeed.formats.gcode.ends import Ends
 from splinefeed.formats.gcode.moves import AXES, LETTERS, LINE, LINEAR, Moves
+from splinefeed.formats.gcode.piece import Piece, axis_names, path_columns
 from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.state import CAPACITY
-from splinefeed.formats.gcode.to_path import Piece, Program, axis_names, path_columns
+from splinefeed.formats.gcode.to_path import Program
 from splinefeed.formats.metadata import axis_units, to_degrees
 from splinefeed.geometry.corners import CORNER_ANGLE, CURVATURE_JUMP, STOP_ANGLE
 from splinefeed.records import Array, BoolArray, IntArray

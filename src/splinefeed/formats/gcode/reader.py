@@ -15,7 +15,6 @@ from splinefeed.formats.gcode.dialects import Dialect, detect
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
 from splinefeed.formats.gcode.flow import PLAIN, Flow, Text, blocks_of
-from splinefeed.formats.gcode.heidenhain import Heidenhain
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.lines import Lines
 from splinefeed.formats.gcode.moves import AXES, Findings, Mark, Moves, Spline
@@ -27,7 +26,7 @@ from splinefeed.formats.source import check_file, check_size, read_bytes, read_h
 from splinefeed.records import Array
 
 #: Dialects whose lines are not those of RS274.
-_INTERPRETERS: dict[str, type[Interpreter]] = {"siemens": Siemens, "heidenhain": Heidenhain}
+_INTERPRETERS: dict[str, type[Interpreter]] = {"siemens": Siemens}
 #: Largest program, bytes.
 MAX_BYTES = 2 * 2**30
 #: Bytes that are read at once: what is made of them stays in the processor's cache.

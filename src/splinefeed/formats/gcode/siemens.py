@@ -14,37 +14,38 @@ import re
 import numpy as np
 
 from splinefeed.formats.gcode import layout
+from splinefeed.formats.gcode.cycles import SIEMENS, parameters, siemens
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.moves import LETTERS
-from splinefeed.formats.gcode.siemens_cycles import PARAMETERS, Call, call_of, drill
-from splinefeed.formats.gcode.spline_words import BSPLINE
+from splinefeed.formats.gcode.spline_words import BSPLINE, order_of
 
-DEFAULT_DEGREE, HIGHEST_DEGREE = 3, 3
+DEFAULT_DEGREE = 3
 #: Components of the tool axis, from the tip to the spindle.
 _TOOL_AXIS = ("A3", "B3", "C3")
-#: Weights that PW may have.
-HIGHEST_WEIGHT = 3.0
 #: What LinuxCNC calls what Siemens calls otherwise: exact stop, continuous path, cancelled offsets, units with feeds.
 _CODES = {
     **dict.fromkeys(("G601", "G602", "G603", "G9", "G450", "G451"), ""),
     **dict.fromkeys(("G641", "G642", "G643", "G644", "G645"), "G64"),
     **{"G60": "G61", "G71": "G21", "G710": "G21", "G70": "G20", "G700": "G20"},
 }
-#: Words that switch functions of the control and move nothing.
+#: Words and calls that switch functions of the control, or set it up, and move nothing.
 _IGNORED = frozenset(
     ("SOFT", "BRISK", "DRIVE", "FFWON", "FFWOF", "COMPOF", "COMPON", "COMPCURV", "COMPCAD", "UPATH", "SPATH", "STOPRE",
-     "CUT2D", "CFIN", "CFTCP", "CFC", "ORIAXES", "ORIVECT", "ORIMKS", "ORIWKS", "RTLION", "RTLIOF")
+     "CUT2D", "CFIN", "CFTCP", "CFC", "ORIAXES", "ORIVECT", "ORIMKS", "ORIWKS", "RTLION", "RTLIOF",
+     "CYCLE832", "MSG", "WORKPIECE", "FGROUP", "DISPLOF")
 )  # fmt: skip
-#: Calls that set the control up and move nothing: high speed settings, messages, the blank, what feeds refer to.
-_SETTINGS = frozenset(("CYCLE832", "MSG", "WORKPIECE", "FGROUP", "DISPLOF", "TRAORI"))
+#: Values that a line has beside its words, and values that say nothing here: tools by name, corrections, tolerances.
+_COLLECTED, _SILENT = ("SD", "PL", "PW", *_TOOL_AXIS), ("T", "D", "ADIS", "ADISPOS", "CTOL", "OTOL")
+#: A cycle, and its parameters.
+_Call = tuple[str, dict[str, float]]
 #: Coordinates that say by themselves whether they are absolute or steps.
-_OWN_WAY = re.compile(r"([A-Z])\s*=\s*(AC|IC)\s*\(\s*([-+]?[0-9]*\.?[0-9]+|[-+]?[0-9]+\.)\s*\)", re.IGNORECASE)
-_DISTANCES = re.compile(r"(?<![A-Z0-9.])G9([01])(?![0-9.])", re.IGNORECASE)
+_OWN_WAY = re.compile(r"([A-Z])\s*=\s*(AC|IC)\s*\(\s*([-+]?[0-9]*\.?[0-9]+|[-+]?[0-9]+\.)\s*\)")
+_DISTANCES = re.compile(r"(?<![A-Z0-9.])G9([01])(?![0-9.])")
 _WORD = re.compile(
-    r"\s*(?:(?P<name>[A-Z_][A-Z_]*[0-9]*)\s*=\s*(?P<text>\"[^\"]*\"|[-+]?[0-9]*\.?[0-9]+(?:EX[-+]?[0-9]+)?|[-+]?[0-9]+\.)"
-    r"|(?P<letter>[A-Z])\s*(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))|(?P<key>[A-Z_][A-Z_0-9]*)(?P<call>\s*\()?)",
-    re.IGNORECASE,
+    r"\s*(?:(?P<name>[A-Z_]+[0-9]*)\s*=\s*(?P<text>\"[^\"]*\"|[-+]?[0-9]*\.?[0-9]+(?:EX[-+]?[0-9]+)?|[-+]?[0-9]+\.)"
+    r"|(?P<letter>[A-Z])\s*(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))"
+    r"|(?P<key>[A-Z_][A-Z_0-9]*)(?:\s*\((?P<inside>[^)]*)(?P<closed>\)?))?)"
 )
 
 
@@ -54,43 +55,30 @@ class Siemens(Interpreter):
     def __init__(self, *arguments: object, **options: bool) -> None:
         super().__init__(*arguments, **options)  # type: ignore[arg-type]
         self._degree = DEFAULT_DEGREE
-        self._intervals: list[float | None] = []
-        self._modal_call: Call | None = None  # of MCALL: behind each line that moves
+        self._modal_call: _Call | None = None  # of MCALL: behind each line that moves
 
     def run(self, text: str, line: int) -> None:
         """One line: translated, or taken as a control point."""
         self.line = line
-        text = text.partition(";")[0]
+        text = text.partition(";")[0].strip().upper()
+        if text.startswith("%") or re.match(r"MSG\s*\(", text):
+            text = ""
         said = _DISTANCES.findall(text)
         relative = said[-1] == "1" if said else bool(self.state.modes[layout.RELATIVE])
-        text = _OWN_WAY.sub(lambda match: self._in_force(match, relative), text)
+        text = _OWN_WAY.sub(lambda match: self._in_force(match, relative), text).rstrip()
         words, extra, keys, call = _translated(text)
-        for key in sorted(keys - {"BSPLINE", "MCALL"}):
+        for key in sorted(keys - _IGNORED - {"BSPLINE", "MCALL"}):
             if key == "TRAORI":
                 self.tool_tip.begin(key, line)
             elif key == "TRAFOOF":
                 self.tool_tip.end(line)
             elif key == "SUPA":
                 words.append("G53")
-            elif key not in _IGNORED:
+            else:
                 raise LineError(f"{key} is not supported in a Siemens program; write plain lines")
-        motion = any(re.fullmatch(r"G0*[0123]", word) for word in words)
-        if "BSPLINE" in keys:
-            self._close()
-            self.splines.begin(BSPLINE, line)
-            self.splines.here(1.0)
-        elif self.splines.open and (motion or any(word in ("M2", "M02", "M30", "M17") for word in words)):
-            self._close()
-        if "SD" in extra:
-            self._degree = round(extra.pop("SD"))
-            if not 2 <= self._degree <= HIGHEST_DEGREE:
-                raise LineError(f"SD={self._degree}: the degree of a BSPLINE is 2 or 3")
-        if self.splines.open:
-            words = self._point(words, extra)
-        elif extra.keys() & {"PL", "PW"}:
-            raise LineError("PL and PW belong to BSPLINE")
+        self._splines(words, extra, "BSPLINE" in keys)
         if extra.keys() & set(_TOOL_AXIS):
-            x, y, z = (extra.pop(name, 0.0) for name in _TOOL_AXIS)
+            x, y, z = (extra.get(name, 0.0) for name in _TOOL_AXIS)
             self.tool_tip.given = x, y, z
         super().run(" ".join(words), line)
         if self.tool_tip.given is not None:
@@ -98,126 +86,103 @@ class Siemens(Interpreter):
             raise LineError("A3= B3= C3= need a G0 or G1 on the line")
         if "MCALL" in keys:
             self._modal_call = call
-        elif call is not None:
-            drill(call, self.state, line, self.findings)
-        elif self._modal_call is not None and any(word[0] in LETTERS for word in words):
-            drill(self._modal_call, self.state, line, self.findings)
-
-    def _in_force(self, match: re.Match[str], relative: bool) -> str:
-        """X=IC(5) or I=AC(5) as the word that means the same by the modes in force."""
-        letter, value = match[1].upper(), float(match[3])
-        absolute = match[2].upper() == "AC"
-        if letter in "IJK":
-            axis = "IJK".index(letter)
-            if absolute:
-                value -= self._place(axis)
-        elif letter in LETTERS:
-            axis = LETTERS.index(letter)
-            if absolute and relative:
-                value -= self._place(axis)
-            elif not absolute and not relative:
-                value += self._place(axis)
-        else:
-            raise LineError(f"{letter}={match[2].upper()}( is not supported in a Siemens program")
-        return f"{letter}={value:.17f} "
-
-    def _place(self, axis: int) -> float:
-        """Where the tool, or the control point before, is on an axis, in the words of the program."""
-        place = (self.splines.points[-1] if self.splines.open else self.state.position)[axis]
-        return float((place - self.state.values[layout.OFFSET + axis]) / self.state.values[layout.SCALE + axis])
+        elif any(word[0] in LETTERS for word in words):
+            call = call or self._modal_call
+        if call is not None and "MCALL" not in keys:
+            siemens(*call, self.state, line, self.findings)
 
     def end(self) -> None:
         """The file is at its end."""
         self._close()
         super().end()
 
-    def _point(self, words: list[str], extra: dict[str, float]) -> list[str]:
-        """Take the axis words of a line as a control point; the other words come back."""
+    def _in_force(self, match: re.Match[str], relative: bool) -> str:
+        """X=IC(5) or I=AC(5) as the word that means the same by the modes in force."""
+        letter, absolute, value = match[1], match[2] == "AC", float(match[3])
+        if letter not in LETTERS + "IJK":
+            raise LineError(f"{letter}={match[2]}( is not supported in a Siemens program")
+        axis = "IJK".index(letter) if letter in "IJK" else LETTERS.index(letter)
+        steps = relative or letter in "IJK"
+        # where the tool, or the control point before, is on an axis, in the words of the program
+        place = (self.splines.points[-1] if self.splines.open else self.state.position)[axis]
+        place = (place - self.state.values[layout.OFFSET + axis]) / self.state.values[layout.SCALE + axis]
+        value += 0.0 if absolute != steps else float(-place if absolute else place)
+        return f"{letter}={value:.17f} "
+
+    def _splines(self, words: list[str], extra: dict[str, float], begins: bool) -> None:
+        """Open or close a BSPLINE, and take the axis words of the line as a control point."""
+        splines, line = self.splines, self.line
+        if begins:
+            self._close()
+            splines.begin(BSPLINE, line)
+            splines.here(1.0)
+        elif splines.open and any(re.fullmatch(r"G0*[0123]|M(0*2|30|17)", word) for word in words):
+            self._close()
+        if "SD" in extra:
+            self._degree = order_of(extra["SD"] + 1.0) - 1
+        if not splines.open:
+            if extra.keys() & {"PL", "PW"}:
+                raise LineError("PL and PW belong to BSPLINE")
+            return
         axes = {word[0]: float(word[1:]) for word in words if word[0] in LETTERS}
-        weight, interval = extra.pop("PW", 1.0), extra.pop("PL", None)
+        interval = extra.get("PL")
         if not axes:
-            return words
-        if not 0.0 < weight <= HIGHEST_WEIGHT:
-            raise LineError(f"PW={weight:g}: weights are greater than 0 and at most {HIGHEST_WEIGHT:g}")
-        if interval is not None and not 0.0 <= interval <= layout.LARGEST:
-            raise LineError(f"PL={interval:g}: the interval between knots must be 0 or more")
-        splines = self.splines
-        splines.point(axes, weight)
-        if len(splines.points) == 2 and interval == 0.0 and np.array_equal(splines.points[0], splines.points[1]):
+            return
+        splines.point(axes, extra.get("PW", 1.0))
+        if len(splines.points) == 2 and interval == 0.0 and not np.ptp(splines.points, axis=0).any():
             del splines.points[1], splines.weights[0]  # the place of the tool, said again
         else:
-            self._intervals.append(interval)
-        return [word for word in words if word[0] not in LETTERS]
+            splines.steps.append(interval)
+        words[:] = [word for word in words if word[0] not in LETTERS]
 
     def _close(self) -> None:
         """The spline that is open is complete."""
-        splines, degree = self.splines, self._degree
-        if not splines.open:
-            return
-        count, line = len(splines.points), splines.first_line
-        intervals, self._intervals, self._degree = self._intervals, [], DEFAULT_DEGREE
-        if count == 1:
+        splines = self.splines
+        if len(splines.points) == 1:
             splines.clear()
-            return
-        if count <= degree:
-            raise LineError(f"the BSPLINE of line {line} has {count} control points; degree {degree} needs more")
-        spans = count - degree
-        steps = [1.0 if step is None else step for step in intervals[:spans]]
-        if any(intervals[spans:]):
-            raise LineError(f"the BSPLINE of line {line}: the last {degree - 1} PL must be 0 or left out")
-        self.findings.say("BSPLINE is read as the manual describes it; it was not checked on a control")
-        knots = np.concatenate([np.zeros(degree + 1), np.cumsum(steps), np.full(degree, np.sum(steps))])
-        splines.finish(degree + 1, knots)
+        if splines.open:
+            self.findings.say("BSPLINE is read as the manual describes it; it was not checked on a control")
+            splines.order = self._degree + 1
+            splines.end()
+        self._degree = DEFAULT_DEGREE
 
 
-def _translated(text: str) -> tuple[list[str], dict[str, float], set[str], Call | None]:
+def _translated(text: str) -> tuple[list[str], dict[str, float], set[str], _Call | None]:
     """Words of LinuxCNC, values of SD, PL and PW, words without a value, and a cycle; LineError for what is none."""
     words: list[str] = []
     extra: dict[str, float] = {}
     keys: set[str] = set()
-    call: Call | None = None
-    text = text.strip()
-    if text.startswith("%") or re.match(r"MSG\s*\(", text, re.IGNORECASE):
-        return words, extra, keys, call
+    call: _Call | None = None
     at = 0
     while at < len(text):
         match = _WORD.match(text, at)
         if match is None:
             raise LineError(f"expected a word of a Siemens program, got {text[at : at + 20].strip()!r}")
         at = match.end()
-        if match["letter"] is not None:
-            letter = match["letter"].upper()
-            word = f"{letter}{match['number']}"
-            if letter == "G":
-                word = _CODES.get(f"G{match['number'].lstrip('0') or '0'}", word)
-            words += [word] if word and letter != "D" else []
-        elif match["name"] is not None:
-            name, value = match["name"].upper(), match["text"]
-            if name in ("T", "D") or value.startswith('"'):
-                continue  # tools by name, and corrections of tools
-            number = float(re.sub("EX", "e", value, flags=re.IGNORECASE))
-            if name in ("SD", "PL", "PW", *_TOOL_AXIS):
-                extra[name] = number
-            elif name in ("ADIS", "ADISPOS", "CTOL", "OTOL"):
+        name, value, key, inside = match["name"], match["text"], match["key"], match["inside"]
+        if match["letter"]:
+            word = match["letter"] + match["number"]
+            if word[0] == "G":
+                word = _CODES.get(f"G{word[1:].lstrip('0') or '0'}", word)
+            words += [word] if word and word[0] != "D" else []
+        elif name:
+            if name in _SILENT or value.startswith('"'):
                 continue
+            number = float(value.replace("EX", "E"))
+            if name in _COLLECTED:
+                extra[name] = number
             elif name in ("CR", "TURN") or (len(name) == 1 and name not in "RN"):
-                letter = {"CR": "R", "TURN": "P"}.get(name, name)
-                words.append(f"{letter}{number + (name == 'TURN'):.17f}")
+                words.append(f"{ {'CR': 'R', 'TURN': 'P'}.get(name, name) }{number + (name == 'TURN'):.17f}")
             else:
                 raise LineError(f"{name}= is not supported in a Siemens program")
-        elif match["call"] is not None and match["key"].upper() in _SETTINGS:
-            keys |= {match["key"].upper()} & {"TRAORI"}
-            end = text.find(")", at)
-            at = len(text) if end < 0 else end + 1
-        elif match["call"] is not None and match["key"].upper() in PARAMETERS:
-            inside, closed, behind = text[at:].partition(")")
-            if not closed:
-                raise LineError(f"{match['key'].upper()}( is not closed by )")
-            call, at = call_of(match["key"].upper(), inside), len(text) - len(behind)
-        elif match["call"] is not None:
-            raise LineError(f"{match['key'].upper()}( is a call, which is not supported; write plain lines")
+        elif inside is None or key in _IGNORED or key == "TRAORI":
+            keys.add(key)
+        elif key not in SIEMENS:
+            raise LineError(f"{key}( is a call, which is not supported; write plain lines")
+        elif not match["closed"]:
+            raise LineError(f"{key}( is not closed by )")
         else:
-            keys.add(match["key"].upper())
+            call = key, parameters(key, inside)
     if "G4" in words or "G04" in words:  # F is in seconds there
         words = [f"P{word[1:]}" if word[0] == "F" else word for word in words]
     return words, extra, keys, call

@@ -29,8 +29,6 @@ MAX_POINTS = 100_000
 START_TOLERANCE = 1e-3
 #: The kind of a spline of Siemens.
 BSPLINE = 1
-#: Letters of a control point of G5.2 in each plane.
-_PLANE_LETTERS = {plane: [LETTERS[axis] for axis in sorted(axes)] for plane, axes in layout.PLANES.items()}
 
 
 class SplineWords:
@@ -47,11 +45,12 @@ class SplineWords:
         self.begin(0, 0)
 
     def begin(self, kind: int, line: int, order: int = 0, more: dict[str, float] | None = None) -> None:
-        """Open a spline; `kind` is 52, 62, or BSPLINE, which Siemens' reader finishes."""
-        self.open, self.first_line, self._order, self._more = kind, line, order, more or {}
+        """Open a spline; `kind` is 52, 62, or BSPLINE."""
+        self.open, self.first_line, self.order, self._more = kind, line, order, more or {}
         self.points: list[Array] = []
         self.weights: list[float] = []
         self._knots: list[float] = []
+        self.steps: list[float | None] = []  # between knots, of Siemens' PL; None for 1
         self._said = 0
         self._stated = 0
 
@@ -68,71 +67,55 @@ class SplineWords:
             more = {"feed": inverse, "flags": layout.INVERSE_FEED}
         elif self.state.modes[layout.FEED_MODE] == layout.INVERSE and code in (50, 51, 52, 62) and not self.open:
             raise LineError("F is missing; in inverse time (G93) every move needs its own")
-        if kind == 50:
-            self._cubic(code is not None and self._tangent is None, words, line, more)
-        elif kind == 51:
-            self._quadratic(words, line, more)
-        elif kind == 53:
-            if self.open != 52:
-                raise LineError("G5.3 has no G5.2 before it")
-        elif kind == 52:
-            self._nurbs(code, words, line, more)
-        elif kind == 62:
-            self._knotted(code, words, line, more)
         if kind != 50:
             self._tangent = None
+        if kind in (50, 51):
+            self._bezier(kind, words, line, more)
+        elif kind == 53 and self.open != 52:
+            raise LineError("G5.3 has no G5.2 before it")
+        elif kind == 52:
+            self._planar(code, words, line, more)
+        elif kind == 62:
+            self._knotted(code, words, line, more)
 
-    def _pair(self, words: dict[str, float], letters: str) -> tuple[float, float] | None:
-        """Two words in mm, or None if neither stands; LineError for one alone."""
-        there = [letter in words for letter in letters]
-        if not any(there):
-            return None
-        if not all(there):
-            raise LineError(f"{letters[0]} and {letters[1]} belong together; one is missing")
-        first, second = (words.pop(letter) for letter in letters)
-        return self.state.scaled(0, first), self.state.scaled(0, second)
-
-    def _end(self, words: dict[str, float], code: int) -> tuple[Array, int, int]:
+    def _bezier(self, kind: int, words: dict[str, float], line: int, more: dict[str, float]) -> None:
+        """G5 and G5.1: a polynomial curve by its control points beside its ends."""
+        leave, arrive = self._pair(words, "IJ", kind == 50), self._pair(words, "PQ", True) if kind == 50 else None
         axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
         if not axes or set(axes) - {"X", "Y"}:
-            raise LineError(f"{g_name(code)} moves X and Y, and nothing else")
+            raise LineError(f"{g_name(kind)} moves X and Y, and nothing else")
         there, _, stated = self.state.target(axes)
-        return there, 3, stated
-
-    def _cubic(self, first: bool, words: dict[str, float], line: int, more: dict[str, float]) -> None:
-        there, said, stated = self._end(words, 50)
-        start, leave, arrive = self.state.position.copy(), self._pair(words, "IJ"), self._pair(words, "PQ")
-        if arrive is None:
-            raise LineError("G5 needs P and Q")
-        tangent = self._tangent if leave is None else np.array(leave)
-        if tangent is None:
-            raise LineError("the first G5 of a row needs I and J")
-        points = np.array([start, start, there, there])
-        points[1, :2] += tangent
-        points[2, :2] += arrive
-        self.state.add_spline(Spline.bezier(points, line), said, stated, **more)
-        self._tangent = -np.array(arrive)
-
-    def _quadratic(self, words: dict[str, float], line: int, more: dict[str, float]) -> None:
-        offset = [self.state.scaled(0, words.pop(letter, 0.0)) for letter in "IJ"]
-        there, said, stated = self._end(words, 51)
-        if offset == [0.0, 0.0]:
+        if kind == 50:
+            leave = self._tangent if leave is None else leave
+            if leave is None or arrive is None:
+                raise LineError("G5 needs P and Q" if arrive is None else "the first G5 of a row needs I and J")
+            self._tangent = -arrive
+        elif leave is None or not leave.any():
             raise LineError("G5.1 needs I or J, and not both 0")
-        start = self.state.position.copy()
-        points = np.array([start, start, there])
-        points[1, :2] += offset
-        self.state.add_spline(Spline.bezier(points, line), said, stated, **more)
+        points = np.array([self.state.position, self.state.position, *([there] if kind == 50 else []), there])
+        points[1, :2] += leave
+        if arrive is not None:
+            points[2, :2] += arrive
+        self.state.add_spline(Spline.bezier(points, line), 3, stated, **more)
 
-    def _nurbs(self, code: int | None, words: dict[str, float], line: int, more: dict[str, float]) -> None:
+    def _pair(self, words: dict[str, float], letters: str, both: bool) -> Array | None:
+        """Two words in mm, or None if neither stands; LineError for one alone where `both` are needed."""
+        there = [letter for letter in letters if letter in words]
+        if both and len(there) == 1:
+            raise LineError(f"{letters[0]} and {letters[1]} belong together; one is missing")
+        return np.array([self.state.scaled(0, words.pop(letter, 0.0)) for letter in letters]) if there else None
+
+    def _planar(self, code: int | None, words: dict[str, float], line: int, more: dict[str, float]) -> None:
+        """G5.2: a control point in the plane in force; the first one may be where the tool is."""
         axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
         weight = words.pop("P", 1.0)
         if code == 52:
-            self.begin(52, line, _order(words.pop("L", LINUXCNC_ORDER)), more)
+            self.begin(52, line, order_of(words.pop("L", LINUXCNC_ORDER)), more)
             self.here(1.0 if axes else weight)
             if not axes:
                 return
         plane = int(self.state.modes[layout.PLANE])
-        first, second = _PLANE_LETTERS[plane]
+        first, second = (LETTERS[axis] for axis in sorted(layout.PLANES[plane]))
         if set(axes) != {first, second}:
             raise LineError(f"a control point of G5.2 in G{plane} needs {first} and {second}, and nothing else but P")
         if self.state.modes[layout.RELATIVE]:
@@ -144,23 +127,22 @@ class SplineWords:
         return code == self.open == 62 and "K" in words and "P" not in words and not words.keys() & set(LETTERS)
 
     def _knotted(self, code: int | None, words: dict[str, float], line: int, more: dict[str, float]) -> None:
+        """G6.2: a control point with its knot, or one of the last knots."""
         if code == 62 and not self.open:
-            self.begin(62, line, _order(words.pop("P", FANUC_ORDER)), more)
+            self.begin(62, line, order_of(words.pop("P", FANUC_ORDER)), more)
             words.pop("Q", None), words.pop("L", None)
         elif not self.open:
             raise LineError("the spline before has all its knots; begin the next one with G6.2")
         axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
-        knot = words.pop("K", None)
-        weight = words.pop("R", 1.0)
+        knot, weight = words.pop("K", None), words.pop("R", 1.0)
         if knot is None and (code is None or axes):
             raise LineError("every line of G6.2 needs its knot, K")
         if axes:
             self.point(axes, weight)
         elif not self.points:
             self.here(weight)
-        if knot is not None:
-            self._knots.append(knot)
-        if len(self._knots) == len(self.points) + self._order:
+        self._knots += [] if knot is None else [knot]
+        if len(self._knots) == len(self.points) + self.order:
             self.end()
 
     def here(self, weight: float) -> None:
@@ -184,55 +166,37 @@ class SplineWords:
         """Finish the block that is open, if one is; LineError for one that is not complete."""
         if not self.open:
             return
-        count, order = len(self.points), self._order
-        who = f"the spline from line {self.first_line} on"
-        if self.open == 62 and len(self._knots) != count + order:
-            raise LineError(
-                f"{who} has {len(self._knots)} knots; {count} control points of order {order} need {count + order}"
+        order, points, weights = self.order, np.array(self.points), np.array(self.weights)
+        who, spans = f"the spline from line {self.first_line} on", max(len(points) - order + 1, 0)
+        if any(self.steps[spans:]):
+            raise LineError(f"{who}: the last {order - 2} PL must be 0 or left out")
+        steps = [1.0 if step is None else step for step in self.steps[:spans]] or [1.0] * spans
+        knots = np.array(self._knots if self.open == 62 else np.pad(np.cumsum([0.0, *steps]), order - 1, "edge"))
+        if len(knots) != len(points) + order or spans < 1 or np.ptp(points, axis=0).any():  # else it has no length
+            try:
+                curve = NurbsCurve(order - 1, knots, points, weights).with_clamped_ends()
+            except CurveError as error:
+                raise LineError(f"{who}: {error}") from None
+            knots, points = curve.knots, curve.control_points.copy()
+            weights = np.ones(len(points)) if curve.weights is None else curve.weights
+        if (off := float(np.max(np.abs(points[-1] - self.points[-1])))) > START_TOLERANCE:
+            self.findings.say(
+                f"line {self.first_line}: the spline ends where its last knot span ends, at knot {knots[-1]:g}, "
+                f"{off:.6g} mm from its last control point; repeat the last knot {order} times to reach it"
             )
-        if count < order:
-            raise LineError(f"{who} has {count} control points; order {order} needs at least {order}")
-        spans = count - order + 1.0
-        uniform = [0.0] * (order - 1) + [float(k) for k in range(int(spans) + 1)] + [spans] * (order - 1)
-        self.finish(order, np.array(self._knots if self.open == 62 else uniform))
-
-    def finish(self, order: int, knots: Array) -> None:
-        """Add the spline of the control points so far; LineError for knots that decrease or begin elsewhere."""
-        knots, points, weights = self._clamped(order - 1, knots, np.array(self.points))
+        if (gap := float(np.max(np.abs(points[0] - self.state.position)))) > START_TOLERANCE:
+            raise LineError(
+                f"{who} begins {gap:.6g} mm from where the tool is; its first control point must be the place "
+                "reached before"
+            )
+        points[0] = self.state.position
         spline = Spline(order - 1, knots, points, weights, self.first_line)
         self.state.add_spline(spline, self._said, self._stated, **self._more)
         self.clear()
 
-    def _clamped(self, degree: int, knots: Array, points: Array) -> tuple[Array, Array, Array]:
-        """Knots, control points and weights with clamped ends, the first one where the tool is."""
-        count, weights = len(points), np.array(self.weights)
-        steps = np.diff(knots)
-        if np.any(steps < 0.0):
-            raise LineError(f"knot {knots[int(np.argmax(steps < 0.0)) + 1]:g} is less than the one before")
-        if knots[1] < knots[degree] or knots[count] < knots[-2]:
-            last = points[-1].copy()
-            try:
-                curve = NurbsCurve(degree, knots, points, weights).with_clamped_ends()
-            except CurveError as error:
-                raise LineError(f"the spline from line {self.first_line} on: {error}") from None
-            knots, points = curve.knots, curve.control_points.copy()
-            weights = np.ones(len(points)) if curve.weights is None else curve.weights
-            if (off := float(np.max(np.abs(points[-1] - last)))) > START_TOLERANCE:
-                self.findings.say(
-                    f"line {self.first_line}: the spline ends where its last knot span ends, at knot {knots[-1]:g}, "
-                    f"{off:.6g} mm from its last control point; repeat the last knot {degree + 1} times to reach it"
-                )
-        gap = float(np.max(np.abs(points[0] - self.state.position)))
-        if gap > START_TOLERANCE:
-            raise LineError(
-                f"the spline from line {self.first_line} on begins {gap:.6g} mm from where the tool is; "
-                "its first control point must be the place reached before"
-            )
-        points[0] = self.state.position
-        return knots, points, weights
 
-
-def _order(value: float) -> int:
+def order_of(value: float) -> int:
+    """The order that a program says; LineError for none that can be."""
     if not 2 <= value <= MAX_DEGREE + 1 or value != round(value):
         raise LineError(f"the order {value:g} of a spline must be whole, 2 to {MAX_DEGREE + 1}")
     return round(value)

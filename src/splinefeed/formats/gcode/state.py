@@ -232,16 +232,14 @@ class State:
             length = math.nan if self.tools is None else float(self.offsets.tool[2])
             self.said.append(Mark(self.count, line, length=length))
 
-    def switch(self, code: int) -> float:
-        """Take over what M3, M4, M5 and M6 say of spindle and tool: the seconds that it takes."""
+    def switch(self, code: int) -> None:
+        """Take over what M3, M4, M5 and M6 say of spindle and tool."""
         if 3 <= code <= 5:
             self.spindle = code % 5
         if 7 <= code <= 9:
             self.coolant = {} if code == 9 else self.coolant | {code: None}
-        if code != 6:
-            return 0.0
-        self.loaded = self.selected
-        return 0.0 if self.tools is None else self.tools.change
+        if code == 6:
+            self.loaded = self.selected
 
     def modal(self) -> Modal:
         """How things are but for places and the motion: what M70 keeps (LinuxCNC, "M70 Saved State")."""

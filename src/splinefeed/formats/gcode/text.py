@@ -10,10 +10,37 @@ import numpy as np
 from splinefeed.formats.gcode.moves import Findings
 from splinefeed.records import Array
 
-#: Decimals of numbers where a control does not read all digits of a float; LinuxCNC, which does, gets them all.
-DECIMALS = {"linuxcnc": 17, "fanuc": 6, "siemens": 9, "mach3": 6, "printer": 5}
-#: Highest degree of a spline: Fanuc's P is 2 to 4, Siemens' SD 2 or 3.
-HIGHEST_DEGREE = {"linuxcnc": 12, "fanuc": 3, "siemens": 3}
+
+@dataclass(frozen=True)
+class Control:
+    """How programs of a control are written.
+
+    forms     its spline words, the default first; header  first lines, by which a reader recognizes the dialect
+    decimals  of numbers, 17 where it reads all digits of a float; degree  the highest of its splines
+    dwell     letter of a wait in seconds; exact  its exact stop; footer  last lines
+    """
+
+    forms: tuple[str, ...]
+    header: tuple[str, ...]
+    decimals: int
+    degree: int = 0
+    dwell: str = "P"
+    exact: str = "G61"
+    footer: tuple[str, ...] = ("M2",)
+
+
+#: Fanuc's P, the order of a spline, is 2 to 4, Siemens' SD 2 or 3.
+CONTROLS = {
+    "linuxcnc": Control(("g5.2", "g6.2", "arcs", "g1"), ("G17 G21 G40 G49 G80 G90 G91.1 G94",), 17, 12),
+    "fanuc": Control(
+        ("g6.2", "arcs", "g1"), ("%", "O0001", "G17 G21 G40 G49 G80 G90 G94"), 6, 3, dwell="X", footer=("M30", "%")
+    ),
+    "siemens": Control(
+        ("bspline", "arcs", "g1"), ("; SINUMERIK", "G17 G71 G40 G90 G94"), 9, 3, "F", "G60", footer=("M30",)
+    ),
+    "mach3": Control(("arcs", "g1"), ("(Mach3)", "G17 G21 G40 G49 G80 G90 G91.1 G94"), 6),
+    "printer": Control(("g1", "arcs"), (";FLAVOR:Marlin", "G21", "G90"), 5, dwell="S"),
+}
 
 
 @dataclass
@@ -34,8 +61,7 @@ class Text:
 
     def number(self, value: float) -> str:
         """A number as the control reads it: no exponent, all digits that count, a point."""
-        rounded = float(value) + 0.0
-        text = np.format_float_positional(rounded, unique=True, precision=self.decimals, trim="-")
+        text = np.format_float_positional(float(value) + 0.0, unique=True, precision=self.decimals, trim="-")
         text = "0" if text in ("-0", "-0.", "0.") else text
         return text if "." in text or self.dialect != "fanuc" else f"{text}."
 
@@ -55,22 +81,17 @@ class Text:
         line += words
         if feed is not None and motion != "G0":
             said = self.number(60.0 * feed)
-            if said != self.feed:
-                line.append(f"F{said}")
-                self.feed = said
+            line += [f"F{said}"] if said != self.feed else []
+            self.feed = said
         self.motion = motion
         if line:
             self.lines.append(" ".join(line))
 
-    def set_plane(self, plane: str) -> None:
-        """G17, G18 or G19 where it changes."""
-        if plane != self.plane:
-            self.lines.append(plane)
-            self.plane = plane
-
-    def break_motion(self) -> None:
-        """The next line of motion says its G word again."""
-        self.motion = ""
+    def change(self, name: str, said: str) -> None:
+        """A line that says `plane` or `control` where it changes."""
+        if said != getattr(self, name):
+            self.lines.append(said)
+            setattr(self, name, said)
 
     def approximate(self, what: str, curve: int, error: float) -> None:
         """Curve number `curve` is not what it was."""

@@ -8,6 +8,7 @@ it takes to reverse, are not known here.
 from __future__ import annotations
 
 import math
+from itertools import count, takewhile
 
 import numpy as np
 
@@ -53,50 +54,43 @@ def thread(state: State, words: dict[str, float], line: int, findings: Findings)
     for letter in "PZIJK":
         if letter not in taken:
             raise LineError(f"G76 needs {letter}")
-    lead, peak = taken["P"], state.scaled(_X, taken["I"])
-    first, full = (state.scaled(_X, taken[letter]) for letter in "JK")
+    peak, first, full = (state.scaled(_X, taken[letter]) for letter in "IJK")
     springs, regression, angle = taken.get("H", 0.0), max(taken.get("R", 1.0), 1.0), taken.get("Q", 0.0)
     ends, taper = taken.get("L", 0.0), state.scaled(_Z, taken.get("E", 0.0))
-    if peak == 0.0:
-        raise LineError("G76: I, from the drive line to the crest of the thread, must not be 0")
-    if not 0.0 < first < full:
-        raise LineError(f"G76: J, the first cut, must be greater than 0 and less than K, got {first:g} and {full:g} mm")
-    if not (0.0 <= springs <= MAX_PASSES and springs == math.floor(springs)):
-        raise LineError(f"G76 H{springs:g}: spring passes are whole, 0 to {MAX_PASSES}")
-    if not abs(angle) < 90.0:
-        raise LineError(f"G76 Q{angle:g}: the angle of the slide is less than 90 degrees")
-    if ends not in (0.0, 1.0, 2.0, 3.0) or taper < 0.0:
-        raise LineError("G76: L is 0 to 3, the ends with a taper, and E, its length, is not less than 0")
-    if (full / first) ** regression > MAX_PASSES:
-        raise LineError(f"G76 has more than {MAX_PASSES} passes; cut deeper at a time (J)")
+    whole = 0.0 <= springs <= MAX_PASSES and springs == math.floor(springs)
+    for right, reason in (
+        (peak != 0.0, "I, from the drive line to the crest of the thread, must not be 0"),
+        (0.0 < first < full, f"J, the first cut, is greater than 0 and less than K, got {first:g}, {full:g} mm"),
+        (whole, f"H{springs:g}: passes are whole, 0 to {MAX_PASSES}"),
+        (abs(angle) < 90.0, f"Q{angle:g}: the angle of the slide is less than 90 degrees"),
+        (ends in (0.0, 1.0, 2.0, 3.0), "L is 0 to 3, the ends with a taper"),
+        (taper >= 0.0, "E, the length of a taper, must not be less than 0"),
+        (full <= first * MAX_PASSES ** (1.0 / regression), f"more than {MAX_PASSES} passes; cut deeper at a time (J)"),
+    ):
+        if not right:
+            raise LineError(f"G76: {reason}")
     start = state.position.copy()
     base = start[_Z] if state.modes[layout.RELATIVE] else state.values[layout.OFFSET + _Z]
     bottom = base + state.scaled(_Z, taken["Z"])
     check_size("Z", float(bottom))
     check_size("I", start[_X] + abs(peak) + full)
-    rate = _feed(state, 760, abs(lead), line, findings)
+    rate = _feed(state, 760, abs(taken["P"]), line, findings)
     slope = rate * math.hypot(1.0, full / taper) if taper else rate
-    entry, leave = (taper if ends in which and taper else 0.0 for which in ((1.0, 3.0), (2.0, 3.0)))
+    entry, leave = (taper if ends in which else 0.0 for which in ((1.0, 3.0), (2.0, 3.0)))
     out = -math.copysign(1.0, peak)  # from the thread to the drive line
     way = math.copysign(1.0, start[_Z] - bottom)
-    slide = math.tan(math.radians(angle))
+    slide = way * math.tan(math.radians(angle))
 
     def move(kind: int, x: float, z: float, feed: float = 0.0) -> None:
         there = start.copy()
         there[[_X, _Z]] = x, z
-        if np.array_equal(there, state.position):
-            return
-        state.add(kind, there, 0b101, 0b101, line, **({"feed": feed} if feed else {}))
+        if not np.array_equal(there, state.position):
+            state.add(kind, there, 0b101, 0b101, line, **({"feed": feed} if feed else {}))
 
-    depth, count = first, 1
-    passes = []
-    while depth < full:
-        passes.append(depth)
-        count += 1
-        depth = first * count ** (1.0 / regression)
-    for depth in passes + [full] * (1 + int(springs)):
+    depths = takewhile(lambda depth: depth < full, (first * k ** (1.0 / regression) for k in count(1)))
+    for depth in (*depths, *[full] * (1 + int(springs))):
         safe, cut = start[_X] + out * (full - depth), start[_X] + peak - out * depth
-        begin, end = start[_Z] - way * slide * depth, bottom + way * slide * (full - depth)
+        begin, end = start[_Z] - slide * depth, bottom + slide * (full - depth)
         move(RAPID, safe, begin)
         if entry:
             move(LINE, cut + out * full, begin, slope)

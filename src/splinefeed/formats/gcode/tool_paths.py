@@ -7,163 +7,135 @@ tool turns while its tip rests: arc length of the tip says nothing there.
 from __future__ import annotations
 
 import math
+import os
+import pathlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from splinefeed.errors import CurveError, FormatError
 from splinefeed.formats.gcode import layout
-from splinefeed.formats.gcode.moves import LETTERS, LINE, RAPID, ROTARY, Findings, Moves
+from splinefeed.formats.gcode.moves import LETTERS, LINE, RAPID, ROTARY, Moves
+from splinefeed.formats.gcode.piece import NOTHING, Piece, leading, say_leading
+from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.tool_tip import TOOL_AXIS
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.resolution import RESOLUTION
 from splinefeed.geometry.tool_path import ANGLES, JUMP, VECTORS, ToolPath, beside
-from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records import Array
 
-if TYPE_CHECKING:
-    from splinefeed.formats.gcode.to_path import Piece
-
-#: Bits of X, Y and Z.
-_XYZ = 7
-_CENTRE = slice(layout.CENTER, layout.CENTER + 3)
-#: Makes a Piece of moves, with how many of them are left out, those without length, the others, and places between.
-Make = Callable[[Moves, IntArray, int, BoolArray, IntArray, Array], "Piece"]
-#: Makes a path of a name.
-Named = Callable[[str], Path]
+#: Bits of X, Y and Z, and of the rotary axes.
+_XYZ, _TURNS = 7, sum(1 << column for column in ROTARY)
 
 
-def sections(moves: Moves) -> Iterator[tuple[Moves, bool, float]]:
+def tool_paths(
+    file: str | os.PathLike[str],
+    moves: Moves,
+    reading: Reading,
+    keeps_start: bool,
+    in_joints: Callable[[Moves], Piece],
+) -> list[Path]:
+    """The tool paths of a program, and what it does in joints with a feed between them, in order."""
+    rotary = [column for column in ROTARY if moves.used >> column & 1]
+    known, makers = (-1 if keeps_start else 0), list[Callable[[str], Path]]()
+    for part, tip, length in _sections(moves):
+        if tip:
+            found = _under_control(file, part, reading, rotary, known)
+            makers += [partial(_tool_path, piece, axes, rotary, length) for piece, axes in found]
+        elif np.any(part.kind != RAPID):
+            piece = in_joints(part)
+            makers += [piece.path] if len(piece.kept) else []
+        else:
+            for line in part.line.tolist():
+                reading.findings.count("rapid moves without tool centre point control are left out", line)
+        known |= int(np.bitwise_or.reduce(part.codes[:, layout.AXES] >> layout.STATED)) & _TURNS
+    if not makers:
+        raise FormatError(f"{file}: {NOTHING}")
+    stem = pathlib.Path(file).stem
+    return [make(stem if len(makers) == 1 else f"{stem}-{i}") for i, make in enumerate(makers, start=1)]
+
+
+def _sections(moves: Moves) -> Iterator[tuple[Moves, bool, float]]:
     """Moves under the same control, in order: whether places are the tool's tip, and the tool's length, mm."""
     tip = moves.flags & layout.TIP != 0
     lengths = [(mark.move, mark.length) for mark in moves.marks if mark.length is not None]
-    inner = np.union1d(np.flatnonzero(np.diff(tip)) + 1, np.array([at for at, _ in lengths], dtype=np.int64))
-    bounds = [0, *inner[(inner > 0) & (inner < len(moves))].tolist(), len(moves)]
-    for low, high in pairwise(bounds):
+    inner = {*(np.flatnonzero(np.diff(tip)) + 1).tolist(), *(at for at, _ in lengths)}
+    for low, high in pairwise([0, *sorted(at for at in inner if 0 < at < len(moves)), len(moves)]):
         said = [length for at, length in lengths if at <= low]
         part = moves.part(low, high)
         marks = tuple(mark for mark in part.marks if mark.length is None)
         yield replace(part, marks=marks), bool(tip[low]), said[-1] if said else math.nan
 
 
-def tool_paths(
-    moves: Moves, length: float, rotary: Sequence[int], known: int, make: Make, file: str, findings: Findings
-) -> Iterator[Named]:
-    """What makes the tool paths of moves under tool centre point control, one call each.
+def _under_control(
+    file: str | os.PathLike[str], moves: Moves, reading: Reading, rotary: Sequence[int], known: int
+) -> Iterator[tuple[Piece, Array | None]]:
+    """Pieces between which the tool does not turn while its tip rests, with the tool axes (k, 2, 3) of their curves.
 
-    length  of the tool, mm, or not a number; rotary  columns of the rotary axes that the program moves
-    known   bits of the axes whose places are stated before
+    The axes are None where angles stand behind z; `known` are bits of the axes whose places are stated before.
     """
     vectors = moves.flags & layout.VECTOR != 0
-    _check_one_way(moves, vectors, file)
-    axis = _axes(moves, vectors) if vectors.any() else None
+    turned = moves.codes[:, layout.AXES] & _TURNS != 0
+    axis: Array | None = None
+    if vectors.any():
+        if turned.any():
+            raise FormatError(
+                f"{file}: line {moves.line[np.argmax(turned)]}: a rotary axis is programmed, and line "
+                f"{moves.line[np.argmax(vectors)]} gives the tool axis as a vector; write one of them"
+            )
+        # before the first move and behind each, (n + 1, 3); upright before the first vector
+        rows = np.concatenate([[[0.0, 0.0, 1.0]], moves.values[:, layout.CENTER : layout.CENTER + 3]])
+        axis = rows[np.maximum.accumulate(np.append(0, np.where(vectors, np.arange(1, len(rows)), 0)))]
+        axis = axis / np.linalg.norm(axis, axis=1)[:, None]
     columns = np.array([0, 1, 2] if axis is not None else [0, 1, 2, *rotary], dtype=np.int64)
     needed = TOOL_AXIS | _XYZ if axis is not None else sum(1 << int(column) for column in columns)
-    first = _first(moves, needed, known, findings)
-    for low, high in _runs(moves, first, axis, rotary, findings):
-        part = moves.part(low, high)
-        none = np.zeros(len(part), dtype=bool)
-        step = np.linalg.norm((part.ends - part.starts)[:, :3], axis=1)
-        none[(part.kind <= LINE) & (step <= RESOLUTION)] = True
-        kept = np.flatnonzero(~none)
-        if not len(kept):
-            continue
-        places = np.concatenate([part.starts[:1], part.ends[kept]])
-        piece = make(part, columns, 0, none, kept, places)
-        ends = None if axis is None else np.stack([axis[low:high], axis[low + 1 : high + 1]], axis=1)[kept]
-        yield partial(_tool_path, piece, ends, tuple(LETTERS[column].lower() for column in rotary), length)
-
-
-def _check_one_way(moves: Moves, vectors: BoolArray, file: str) -> None:
-    """FormatError where both vectors and rotary words say how the tool stands."""
-    said = moves.codes[:, layout.AXES] & sum(1 << column for column in ROTARY) != 0
-    if vectors.any() and said.any():
-        both = int(moves.line[np.flatnonzero(said)[0]])
-        raise FormatError(
-            f"{file}: line {both}: a rotary axis is programmed, and line "
-            f"{int(moves.line[np.argmax(vectors)])} gives the "
-            "tool axis as a vector; write one of them"
-        )
-
-
-def _axes(moves: Moves, vectors: BoolArray) -> Array:
-    """Unit vectors (n + 1, 3) of the tool axis before the first move and behind each; upright before the first one."""
-    rows = np.concatenate([[[0.0, 0.0, 1.0]], moves.values[:, _CENTRE]])
-    last = np.maximum.accumulate(np.concatenate([[0], np.where(vectors, np.arange(1, len(moves) + 1), 0)]))
-    found = rows[last]
-    return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
-
-
-def _first(moves: Moves, needed: int, known: int, findings: Findings) -> int:
-    """How many rapid moves only lead to the first place of tip and tool axis; a finding says so."""
-    stated = moves.codes[:, layout.AXES] >> layout.STATED
-    for i in range(len(moves)):
-        missing = needed & ~known
-        if not missing:
-            if i:
-                findings.say(
-                    f"{i} rapid move(s) to the first place of the tool, up to line {moves.line[i - 1]}, are left out"
-                )
-            return i
-        if moves.kind[i] != RAPID:
-            names = [letter for column, letter in enumerate(LETTERS) if missing >> column & 1]
-            names += ["the tool axis (upright)"] if missing & TOOL_AXIS else []
-            findings.say(
-                f"line {moves.line[i]}: where {', '.join(names)} is before this move is unknown: taken as it was "
-                "before tool centre point control began; write a rapid move (G0) with all of them"
-            )
-            return i
-        known |= int(stated[i])
-    return len(moves) if not needed & ~known else 0
-
-
-def _runs(
-    moves: Moves, first: int, axis: Array | None, rotary: Sequence[int], findings: Findings
-) -> Iterator[tuple[int, int]]:
-    """Moves from one to the one before another between which the tool does not turn while its tip rests."""
+    first, missing = leading(moves, needed, known)
+    if first == len(moves) and missing:
+        first = 0  # rapid moves alone: all of them are the path
+    else:
+        names = [*LETTERS, "the tool axis (upright)"]
+        names = [name for column, name in enumerate(names) if missing >> column & 1]
+        say_leading(moves, first, names, "as it was before tool centre point control began", reading.findings)
     step = moves.ends - moves.starts
     still = (moves.kind <= LINE) & (np.linalg.norm(step[:, :3], axis=1) <= RESOLUTION)
     turn = np.linalg.norm(step[:, list(rotary)] if axis is None else np.diff(axis, axis=0), axis=1)
     cut = np.flatnonzero(still & (turn > JUMP) & (np.arange(len(moves)) >= first))
     for line in moves.line[cut].tolist():
-        findings.count(
+        reading.findings.count(
             "the tool turns while its tip stands still; one path ends before it and the next begins after it", line
         )
-    yield from zip([first, *(cut + 1).tolist()], [*cut.tolist(), len(moves)], strict=True)
+    for low, high in zip([first, *(cut + 1).tolist()], [*cut.tolist(), len(moves)], strict=True):
+        piece = Piece.of(file, moves.part(low, high), columns, reading, tip=True)
+        if len(piece.kept):
+            both = None if axis is None else np.stack([axis[low:high], axis[low + 1 : high + 1]], axis=1)
+            yield piece, None if both is None else both[piece.kept]
 
 
-def _tool_path(piece: Piece, ends: Array | None, rotary: tuple[str, ...], length: float, name: str) -> ToolPath:
-    """The tool path of a piece; ends (k, 2, 3) are the tool axes of its curves, None where angles stand behind z."""
-    feeds = piece.feeds
+def _tool_path(piece: Piece, ends: Array | None, rotary: Sequence[int], length: float, name: str) -> ToolPath:
     curves = piece.curves()
     tips = [beside(curve, curve.control_points[:, :3]) for curve in curves]
     axes: list[NurbsCurve] | None = None
-    if ends is not None:
-        axes = []
-        for curve, (begin, end) in zip(tips, ends, strict=True):
-            count = len(curve.control_points)
-            share = np.linspace(0.0, 1.0, count)[:, None]  # a line has two; on others the axis stands still
-            axes.append(beside(curve, begin + share * (end - begin)))
+    if ends is not None:  # a line has two control points; on others the axis stands still
+        shares = [np.linspace(0.0, 1.0, len(curve.control_points))[:, None] for curve in tips]
+        axes = [
+            beside(curve, begin + share * (end - begin))
+            for curve, share, (begin, end) in zip(tips, shares, ends, strict=True)
+        ]
     elif rotary:
         axes = [beside(curve, curve.control_points[:, 3:]) for curve in curves]
-    tolerances, said = piece.tolerances
     try:
         return ToolPath(
             tips,
             axes,
             kind=ANGLES if ends is None else VECTORS,
-            rotary=rotary if ends is None else (),
+            rotary=tuple(LETTERS[column].lower() for column in rotary) if ends is None else (),
             lines=piece.moves.line[piece.kept],
             tool_length=None if math.isnan(length) else length,
-            name=name,
-            feeds=feeds,
-            findings=piece.findings.all(),
-            tolerances=tolerances if said else None,
-            markers=piece.markers,
+            **piece.said(name),
         )
     except CurveError as error:
         raise FormatError(f"{piece.file}: {error}") from None

@@ -35,42 +35,48 @@ class ToolTip:
         state = self.state
         if state.tools is not None:
             state.offsets.tool[:] = state.tools.tool(number or state.loaded or state.selected).offset
-        self._on(by, line, vectors)
+        self._switch(by, line, vectors)
 
     def switch(self, code: int, line: int) -> None:
         """M428 and M429: the kinematics of the machine, or those of its joints; G43 says the tool's length."""
-        if code == SWITCH_ON:
-            self._on(f"M{code}", line)
-        elif self.state.tip:
-            self._off(line)
+        if code == SWITCH_ON or self.state.tip:
+            self._switch(f"M{code}" if code == SWITCH_ON else "", line)
 
     def length(self, code: int, line: int) -> None:
         """G43 or G49 has changed the tool's length: one ends what G43.4 began, the other counts for M428."""
-        if self._by.startswith("M") and self.state.tip:
-            if self.state.tools is not None and self._length != self.state.offsets.tool[2]:
-                self._on(self._by, line)
-        elif code == 490:
-            self.end(line)
+        if not (self._by.startswith("M") and self.state.tip):
+            if code == 490:
+                self.end(line)
+        elif self.state.tools is not None and self._length != self.state.offsets.tool[2]:
+            self._switch(self._by, line)
 
     def end(self, line: int) -> None:
         """Places are those of the axes again; the tool has no length."""
         if self.state.tip:
             self.state.offsets.tool[:] = 0.0
-            self._off(line)
+            self._switch("", line)
+
+    def _switch(self, by: str, line: int, vectors: bool = False) -> None:
+        """Begin what the word `by` says, or end it."""
+        self._by, self._vectors, self._length = by, vectors, float(self.state.offsets.tool[2])
+        if by and self.state.tools is None:
+            self.findings.say(
+                f"line {line}: {by}: X, Y, Z are the tool tip; its length is that of the machine file (option tools)"
+            )
+        self.state.control_tip(bool(by), line)
 
     def taken(self, words: dict[str, float], modal: int | None) -> dict[str, float]:
         """The tool axis that a line says, as `State.add` takes it, its words taken away; nothing if it says none."""
         vector, self.given = self.given, None
-        if vector is None and self._vectors and self.state.tip and modal in (0, 10):
-            found = [words.pop(letter, None) for letter in "IJK"]
-            if any(each is not None for each in found):
-                x, y, z = (each or 0.0 for each in found)
-                vector = x, y, z
+        lines = modal in (0, 10)
+        if vector is None and self._vectors and self.state.tip and lines and words.keys() & set("IJK"):
+            x, y, z = (words.pop(letter, 0.0) for letter in "IJK")
+            vector = x, y, z
         if vector is None:
             return {}
         if not self.state.tip:
             raise LineError("a tool axis (A3= B3= C3=) has no TRAORI before it")
-        if modal not in (0, 10):
+        if not lines:
             raise LineError("a tool axis is given with an arc or a spline; give it with lines, G0 or G1")
         size = max(map(abs, vector))
         if not 0.0 < size <= layout.LARGEST:
@@ -78,15 +84,3 @@ class ToolTip:
             raise LineError(f"the tool axis {shown} has no direction; write a vector from the tip to the spindle")
         x, y, z = (each / size for each in vector)
         return {"i": x, "j": y, "k": z, "flags": layout.VECTOR}
-
-    def _on(self, by: str, line: int, vectors: bool = False) -> None:
-        self._by, self._vectors, self._length = by, vectors, float(self.state.offsets.tool[2])
-        if self.state.tools is None:
-            self.findings.say(
-                f"line {line}: {by}: X, Y, Z are the tool tip; its length is that of the machine file (option tools)"
-            )
-        self.state.control_tip(True, line)
-
-    def _off(self, line: int) -> None:
-        self._by, self._vectors = "", False
-        self.state.control_tip(False, line)
