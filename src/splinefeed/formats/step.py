@@ -24,7 +24,6 @@ from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.editing import clamped
 from splinefeed.geometry.path import JOIN_TOLERANCE, Path
 
-_OCCT = cad_process.Library("step", "OCP", "OCCT (package cadquery-ocp-novtk)")
 START = b"ISO-10303-21"
 _COMMENTS = re.compile(rb"\A(?:\xef\xbb\xbf)?(?:\s|/\*.*?\*/)*", re.DOTALL)
 
@@ -39,7 +38,7 @@ def from_file(
 ) -> Contents:
     """The paths in `file`; `edges` adds the edges of faces, curves whose ends meet within `tolerance` make one path."""
     allowed = join_tolerance(tolerance)
-    return cad_process.read(file, _OCCT, [], tolerance=allowed, repair=repair, edges=edges)
+    return cad_process.read(file, "step", [], tolerance=allowed, repair=repair, edges=edges)
 
 
 # --- out --------------------------------------------------------------------------------------------------------------
