@@ -85,7 +85,7 @@ def test_two_columns_are_points_unless_they_look_like_a_section(tmp_path):
 
 
 REFUSED = {
-    "east,north\n1,2\n3,4\n": "line 1: none of the columns 'east,north' is called x or y; name them",
+    "east,north\n1,2\n3,4\n": "line 1: 'east,north' does not name 2 columns, one of them x or y",
     "1.234,5;2\n3;4\n": "line 1: expected numbers, got '1.234,5;2'",
     "3\n1 2\n3 4\n": "says 3 points, but 2 follow; is the file complete?",
     "1_0,2\n3,4\n": "line 1: expected numbers, got '1_0,2'",
@@ -93,7 +93,7 @@ REFUSED = {
     "x,y\n1,2\n3\n": "line 3: holds 1 numbers, the lines above 2",
     "1,2\n3,4\nend\n": "line 3: expected numbers, got 'end'",
     "1,1\n1,1\n1,1\n": "1 distinct point(s) among 3; expected at least 2",
-    "x,y,z\n1,2\n3,4\n": "names 3 columns, but line 2 holds 2 numbers",
+    "x,y,z\n1,2\n3,4\n": "line 1: 'x,y,z' does not name 2 columns",
     "x,x\n1,2\n3,4\n": "two columns are called x",
     "x [lb],y\n1,2\n3,4\n": "column x: ",
     "1,1\n2,1e12\n": "line 2: is not a finite point within 1e+09 mm",

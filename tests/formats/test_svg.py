@@ -280,10 +280,10 @@ def test_what_svg_cannot_hold_is_approximated_within_a_tolerance_that_is_kept(tm
 @pytest.mark.parametrize(
     ("body", "reason"),
     [
-        ('<path id="p" d="L 1 2"/>', "line 1: <path id='p'>: path data: expected M first at 'L 1 2'"),
-        ('<path d="M 1 2 X 3"/>', "line 1: <path>: path data: expected a command at 'X 3'"),
+        ('<path id="p" d="L 1 2"/>', "line 1: <path id='p'>: path data: expected a command, M first at 'L 1 2'"),
+        ('<path d="M 1 2 X 3"/>', "line 1: <path>: path data: expected a command, M first at 'X 3'"),
         ('<path d="M 1 2 C 3 4 5 6 7"/>', "line 1: <path>: path data: expected 6 numbers for C at '3 4 5 6 7'"),
-        ('<path d="M 1 2 L 3 4 5"/>', "line 1: <path>: path data: expected a command at '5'"),
+        ('<path d="M 1 2 L 3 4 5"/>', "line 1: <path>: path data: expected a command, M first at '5'"),
         ('<path d="M 1 2 L"/>', "line 1: <path>: path data: expected 2 numbers for L, but the data ends"),
         ('<path d="M 1 2 A 3 3 0 2 0 5 5"/>', "line 1: <path>: path data: expected 7 numbers for A at '3 3 0 2 0 5 5'"),
         ('<path d="M 1,,2 L3 4"/>', "line 1: <path>: path data: expected 2 numbers for M at '1,,2 L3 4'"),
@@ -373,11 +373,7 @@ def test_repair_keeps_what_stands_before_a_fault(tmp_path: Path) -> None:
 def test_rotary_axes_feeds_and_depth_are_lost_in_words(tmp_path: Path) -> None:
     helix = read_json_helix()
     notes = write(helix, tmp_path / "out.svg")
-    assert notes == (
-        "SVG has no rotary axes: a are left out",
-        "SVG is flat: z is left out",
-        "SVG has no feeds: they are left out",
-    )
+    assert notes == ("SVG has no place for these, which are left out: rotary axes (a), z, feeds",)
     with pytest.raises(InputError, match="option 'colour' is not one of a SVG drawing file"):
         write(helix, tmp_path / "out.svg", colour="red")
 

@@ -135,7 +135,7 @@ def test_an_element_lies_where_css_and_svg_2_put_it(tmp_path: Path, body: str, e
         ('<path d="M0 0H9" style="transform:rotate3d(1,1,1,3deg)"/>', "transform: expected functions such as"),
         ('<path d="M0 0H9" style="transform:scale(2px)"/>', "transform: scale is '2px'; expected a number"),
         ('<path d="M0 0H9" transform="scale(2)" transform-origin="1 2"/>', "the property transform-origin is not"),
-        ('<path d="M0 0H9em"/>', "path data: expected a command at 'em'"),
+        ('<path d="M0 0H9em"/>', "path data: expected a command, M first at 'em'"),
         ('<path d="M0 0H9" style="rotate:3deg"/>', "the property rotate is not supported; write it as transform"),
         ('<path d="M0 0H9" style="transform:scale(2);transform-box:fill-box"/>', "the property transform-box is"),
     ],

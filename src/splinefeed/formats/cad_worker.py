@@ -48,7 +48,6 @@ def open_libraries(mail: Mail) -> Handler:
 
 
 def _read(task: dict[str, Any]) -> dict[str, Any]:
-    """What is in the file of `task`, or why nothing is."""
     module, title = MODULES[task["kind"]]
     try:
         found: dict[str, Any] = import_module(f"splinefeed.formats.{module}").read(task)

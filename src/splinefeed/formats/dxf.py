@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pathlib
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,24 +16,17 @@ from splinefeed.formats.drawing import Drawing, join_tolerance, layers_from
 from splinefeed.formats.dxf_entities import EntityReader
 from splinefeed.formats.dxf_tags import BINARY_MARK, Entity, Sections, read_sections
 from splinefeed.formats.dxf_write import write as write
-from splinefeed.formats.source import head_text
 from splinefeed.geometry.path import JOIN_TOLERANCE
 
 #: What the number in $INSUNITS means.
 INSERT_UNITS = {"1": "in", "2": "ft", "4": "mm", "5": "cm", "6": "m", "9": "mil", "13": "um"}
-#: Header lines and comments that may stand before the first section.
-_COMMENT = "999"
+#: Comments that may stand before the first section.
+_START = re.compile(rb"(?:\xef\xbb\xbf)?(?:\s*999\s*[\r\n][^\r\n]*[\r\n])*\s*0\s*[\r\n]\s*SECTION\s")
 
 
 def holds(head: bytes) -> bool:
     """Whether `head` looks like this format: the mark of a binary file, or a section after comments at most."""
-    if head.startswith(BINARY_MARK):
-        return True
-    lines = [line.strip() for line in head_text(head[:8192]).replace("\r\n", "\n").replace("\r", "\n").split("\n")]
-    k = 0
-    while k + 1 < len(lines) and lines[k] == _COMMENT:
-        k += 2
-    return lines[k : k + 2] == ["0", "SECTION"]
+    return head.startswith(BINARY_MARK) or _START.match(head) is not None
 
 
 def from_file(
@@ -66,7 +60,6 @@ def from_file(
 
 
 def _unit(found: Sections, drawing: Drawing) -> str:
-    """Name of the drawing's unit."""
     number, measurement = (str(found.header.get(name, "")).strip() for name in ("$INSUNITS", "$MEASUREMENT"))
     if number in ("", "0"):
         hint = " ($MEASUREMENT says inch: if so, give units in)" if measurement == "0" else ""

@@ -45,7 +45,6 @@ _REQUIRED = {
 }
 #: Flags of a POLYLINE and of its vertices, and of a block.
 _IN_SPACE, _MESH, _FRAME_VERTEX, _EXTERNAL = 8, 16 | 64, 16, 4
-_ON_PAPER = "in paper space"
 _NO_LENGTH = "entity without length"
 _FIT = "spline given by fit points alone: a cubic by chord length, natural ends where no tangent is given"
 
@@ -64,15 +63,6 @@ class TooMuchError(FormatError):
     """A limit on the whole drawing; not even repairing goes on after it."""
 
 
-class _Known(NamedTuple):
-    """An entity that is drawn: what ezdxf says of it, and its curves in the coordinates of its block."""
-
-    layer: str
-    unseen: str  # why it is not seen on the screen, if so
-    insert: Any  # ezdxf's INSERT; None for a curve
-    curves: list[NurbsCurve]
-
-
 class EntityReader:
     """Reads entities into a `Drawing`, piece by piece."""
 
@@ -82,7 +72,8 @@ class EntityReader:
         self.blocks: dict[str, Block] = {}
         self.visits = self.faulty = 0
         self.seen_layers: Counter[str] = Counter()
-        self._known: dict[int, _Known] = {}  # by id: entities of a block are met again at each reference to it
+        # by id what ezdxf loads and its curves: entities of a block are met again at each reference to it
+        self._known: dict[int, tuple[Any, list[NurbsCurve]]] = {}
         self._shapes: dict[str, Callable[[Entity, Any], list[NurbsCurve]]] = {
             "LINE": self._line,
             "ARC": self._arc,
@@ -120,13 +111,14 @@ class EntityReader:
                     if self._wanted(str(values.get(8, "0")).strip(), inherited) is not None:
                         self.drawing.left_out[kind[:40]] += 1
                     continue
-                known = self._known.get(id(entity)) or self._understood(entity)
-                if known.unseen and not (known.unseen == _ON_PAPER and above):
-                    self.drawing.left_out[f"{kind} {known.unseen}"] += 1
-                elif known.insert is not None:
-                    self._insert(entity, known.insert, place, inherited, above)
+                loaded, curves = self._known.get(id(entity)) or self._understood(entity)
+                said = loaded.dxf.get
+                if said("invisible", 0) or (said("paperspace", 0) and not above):
+                    self.drawing.left_out[f"{kind} {'invisible' if said('invisible', 0) else 'in paper space'}"] += 1
+                elif kind == "INSERT":
+                    self._insert(entity, loaded, place, inherited, above)
                 else:
-                    self._add(kind, known.curves, place, self._wanted(known.layer, inherited))
+                    self._add(kind, curves, place, self._wanted(said("layer", "0").strip(), inherited))
             except TooMuchError:
                 raise
             except FormatError as error:
@@ -160,20 +152,14 @@ class EntityReader:
     def _error(self, entity: Entity, text: str) -> FormatError:
         return FormatError(f"{self.drawing.source}: {entity.place}: {entity.kind}: {text}")
 
-    def _understood(self, entity: Entity) -> _Known:
+    def _understood(self, entity: Entity) -> tuple[Any, list[NurbsCurve]]:
         loaded = self.understood(entity)
-        insert, curves = None, []
-        if entity.kind == "INSERT":
-            insert = loaded
-        else:
-            try:
-                curves = self._shapes[entity.kind](entity, loaded)
-            except (CurveError, OverflowError) as error:
-                raise self._error(entity, in_brief(error)) from None
-        said = loaded.dxf.get
-        unseen = "invisible" if said("invisible", 0) else _ON_PAPER if said("paperspace", 0) else ""
-        known = self._known[id(entity)] = _Known(said("layer", "0").strip(), unseen, insert, curves)
-        return known
+        try:
+            curves = [] if entity.kind == "INSERT" else self._shapes[entity.kind](entity, loaded)
+        except (CurveError, OverflowError) as error:
+            raise self._error(entity, in_brief(error)) from None
+        self._known[id(entity)] = loaded, curves
+        return loaded, curves
 
     def _wanted(self, layer: str, inherited: str) -> str | None:
         """The layer that something is drawn on, or None if that one is not to be read."""
@@ -206,7 +192,8 @@ class EntityReader:
     # --- curves -------------------------------------------------------------------------------------------------------
 
     def _line(self, entity: Entity, line: Any) -> list[NurbsCurve]:
-        return self._vertices(np.array([line.dxf.start.xyz, line.dxf.end.xyz]))
+        ends = np.array([line.dxf.start.xyz, line.dxf.end.xyz])
+        return [polyline(ends)] if line.dxf.start != line.dxf.end else self._vertices(ends)
 
     def _arc(self, entity: Entity, circle: Any) -> list[NurbsCurve]:
         radius = circle.dxf.radius

@@ -14,11 +14,10 @@ from itertools import chain, pairwise
 from ezdxf.entities import factory
 from ezdxf.entities.dxfentity import DXFEntity
 from ezdxf.filemanagement import dxf_stream_info
-from ezdxf.lldxf.const import DXFError, DXFStructureError
+from ezdxf.lldxf.const import DXFError
 from ezdxf.lldxf.extendedtags import ExtendedTags
-from ezdxf.lldxf.repair import fix_coordinate_order
 from ezdxf.lldxf.tagger import ascii_tags_loader, binary_tags_loader, tag_compiler
-from ezdxf.lldxf.tags import Tags, group_tags
+from ezdxf.lldxf.tags import group_tags
 from ezdxf.lldxf.types import DXFTag
 
 from splinefeed.errors import FormatError
@@ -44,15 +43,8 @@ class Entity:
     def loaded(self) -> DXFEntity:
         """The entity as ezdxf understands it; DXFError for tags of which it makes nothing."""
         # a point of two coordinates ends where another tag begins
-        said = [tag for tag in self.tags if tag.code != _COMMENT]
-        try:
-            compiled = list(tag_compiler(chain(said, [DXFTag(0, "")])))
-        except DXFStructureError:
-            if self.kind != "LINE":
-                raise
-            said = fix_coordinate_order(Tags(said))  # x, x, y, y of old writers
-            compiled = list(tag_compiler(chain(said, [DXFTag(0, "")])))
-        tags = ExtendedTags(compiled[:-1])
+        said = [*(tag for tag in self.tags if tag.code != _COMMENT), DXFTag(0, "")]
+        tags = ExtendedTags(list(tag_compiler(iter(said)))[:-1])
         if len(tags.subclasses) < _SUBCLASSES:
             tags.subclasses += tags.subclasses[-1:] * (_SUBCLASSES - len(tags.subclasses))
         return factory.load(tags)

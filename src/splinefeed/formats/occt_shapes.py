@@ -293,7 +293,6 @@ def _arc(adaptor: Any, circle: bool, first: float, last: float) -> Curve:
 
 
 def _b_spline(curve: Any) -> Curve:
-    """Knots, points and weights as they are."""
     places = range(1, curve.NbPoles() + 1)
     knots: list[float] = []
     for i in range(1, curve.NbKnots() + 1):

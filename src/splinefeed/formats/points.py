@@ -133,7 +133,6 @@ def _paths(file: pathlib.Path) -> Iterator[Path]:
 
 
 def _named(names: list[tuple[str, str]]) -> bool:
-    """Whether x or y is among the names of the columns."""
     return bool({"x", "y"} & {name for name, _ in names})
 
 
@@ -195,16 +194,15 @@ def _names(
     remarked: list[tuple[str, str]] = []
     for line, text, remark in heads:
         found, marked = table_text.names(text)
-        if _named(found) and not remark:
-            if len(found) != width:
-                raise FormatError(f"{source}: names {len(found)} columns, but line {number} holds {width} numbers")
-            return found
-        if _named(found) and len(found) == width:
+        fits = len(found) == width
+        if fits and _named(found):
+            if not remark:
+                return found
             remarked = remarked or found
-        elif not remark and marked and len(found) == width:
+        elif not remark and (_named(found) or (marked and fits)):
             raise FormatError(
-                f"{source}: line {line}: none of the columns {text[:40]!r} is called x or y; "
-                f"name them ({', '.join(AXES)}), or take the line out"
+                f"{source}: line {line}: {text[:40]!r} does not name {width} columns, one of them x or y, "
+                f"as line {number} has; name them ({', '.join(AXES)}), or take the line out"
             )
     return remarked
 

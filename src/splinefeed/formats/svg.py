@@ -177,7 +177,6 @@ class _Reader:
             self.depth -= 1
 
     def _fault(self, node: Node, text: str, fate: str) -> None:
-        """An error, or when repairing a finding."""
         if not self.repair:
             raise FormatError(f"{self.source}: {node.place()}: {text}")
         self.drawing.findings.append(f"{node.place()}: {text}; {fate}")

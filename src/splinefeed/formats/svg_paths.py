@@ -59,31 +59,30 @@ class _Builder:
 
     def read(self, data: str) -> str:
         """Take over path data up to its first fault, and say what that is."""
-        at, end = 0, len(data.rstrip())
-        while at < end:
+        at, end, expected = 0, len(data.rstrip()), ""
+        while at < end and not expected:
             match = _COMMAND.match(data, at)
-            expected = "a command" if match is None else "M first" if not self.last and match[1] not in "Mm" else ""
-            if match is not None and not expected:
-                letter, at = match[1], match.end()
-                if letter in "Zz":
-                    self._close()
-                    continue
-                pattern = _ARGUMENTS[letter.upper()]
+            if match is None or not (self.last or match[1] in "Mm"):
+                expected = "a command, M first"
+                break
+            letter, at = match[1], match.end()
+            if letter in "Zz":
+                self._close()
+                continue
+            pattern = _ARGUMENTS[letter.upper()]
+            found = pattern.match(data, at)
+            expected = "" if found else f"{_COUNTS[letter.upper()]} numbers for {letter}"
+            while found and not expected:
+                values = [float(each) for each in found.groups()]
+                if not all(map(math.isfinite, values)):
+                    expected = "finite numbers"
+                    break
+                self._draw(letter, values)
+                at = found.end()
+                letter = {"M": "L", "m": "l"}.get(letter, letter)  # more pairs after a move are lines
                 found = pattern.match(data, at)
-                expected = "" if found else f"{_COUNTS[letter.upper()]} numbers for {letter}"
-                while found and not expected:
-                    values = [float(each) for each in found.groups()]
-                    if all(map(math.isfinite, values)):
-                        self._draw(letter, values)
-                        at = found.end()
-                        letter = {"M": "L", "m": "l"}.get(letter, letter)  # more pairs after a move are lines
-                        found = pattern.match(data, at)
-                    else:
-                        expected = "finite numbers"
-            if expected:
-                rest = data[at:].strip()[:20]
-                return f"expected {expected} at {rest!r}" if rest else f"expected {expected}, but the data ends"
-        return ""
+        rest = data[at:].strip()[:20]
+        return expected and f"expected {expected}{f' at {rest!r}' if rest else ', but the data ends'}"
 
     def _draw(self, letter: str, values: list[float]) -> None:
         command, origin = letter.upper(), self.here if letter.islower() else 0j

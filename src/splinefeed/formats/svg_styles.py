@@ -91,7 +91,6 @@ class Styles:
                 unknown.append(f"@{rule.at_keyword} {words}")
 
     def _means(self, parts: Sequence[_Part], node: Node) -> bool:
-        """Whether a selector means `node`."""
         self._asked += 1
         if self._asked > MAX_QUESTIONS:
             raise FormatError(f"{self.source}: its style sheets have too many rules for its elements; simplify them")

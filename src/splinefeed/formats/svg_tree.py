@@ -18,16 +18,8 @@ MAX_ELEMENTS = 500_000
 MAX_DEPTH = 200
 #: How a packed file begins.
 GZIP = b"\x1f\x8b"
-_SVG = "http://www.w3.org/2000/svg"
-#: Name spaces of elements and attributes that mean something here, by the prefix that is usual.
-_SPACES = {
-    "": _SVG,
-    "svg": _SVG,
-    "xlink": "http://www.w3.org/1999/xlink",
-    "inkscape": "http://www.inkscape.org/namespaces/inkscape",
-}
-#: Attributes of other name spaces, under the name they get.
-_FOREIGN = {(_SPACES["xlink"], "href"): "xlink:href", (_SPACES["inkscape"], "label"): "label"}
+#: Attributes of other name spaces that mean something, under the name they get whatever their prefix is.
+_FOREIGN = {"href": "xlink:href", "label": "label"}
 
 
 @dataclass(eq=False)
@@ -77,36 +69,30 @@ def unpacked(content: bytes, source: str) -> bytes:
 def read_tree(content: bytes, source: str) -> Node:
     """The root element; FormatError for what is not XML, refers to other files, or is too large or too deep.
 
-    A prefix that the file does not declare means what it usually does. What entities stand for is bounded by expat.
+    Elements of SVG have no prefix, svg, or that of the root. What entities stand for is bounded by expat.
     """
     parser = expat.ParserCreate()
     roots: list[Node] = []
     stack: list[Node] = []
-    spaces = [_SPACES]
-    count = 0
+    count, own = 0, ""
 
     def fault(text: str) -> FormatError:
         return FormatError(f"{source}: line {parser.CurrentLineNumber}: {text}")
 
     def start(name: str, attributes: dict[str, str]) -> None:
-        nonlocal count
+        nonlocal count, own
         count += 1
         if count > MAX_ELEMENTS or len(stack) >= MAX_DEPTH:
             raise fault(f"has more than {MAX_ELEMENTS} elements, or they are nested more than {MAX_DEPTH} deep")
-        declared = {key[6:]: value for key, value in attributes.items() if key == "xmlns" or key.startswith("xmlns:")}
-        spaces.append({**spaces[-1], **declared} if declared else spaces[-1])
         prefix, _, tag = name.rpartition(":")
-        own = attributes
+        own = own if roots else prefix
         if any(":" in key for key in attributes):
-            own = {_attribute(key, spaces[-1]): value for key, value in attributes.items()}
+            known = {key: key.partition(":")[2] for key in attributes}
+            attributes = {_FOREIGN.get(known[key], key): value for key, value in attributes.items()}
         above = stack[-1] if stack else None
-        node = Node(tag if spaces[-1].get(prefix) in (_SVG, "") else "", own, parser.CurrentLineNumber, above)
+        node = Node(tag if prefix in ("", "svg", own) else "", attributes, parser.CurrentLineNumber, above)
         (roots if above is None else above.children).append(node)
         stack.append(node)
-
-    def end(_: str) -> None:
-        stack.pop()
-        spaces.pop()
 
     def text(data: str) -> None:
         if stack and stack[-1].tag == "style":
@@ -117,7 +103,7 @@ def read_tree(content: bytes, source: str) -> Node:
             raise fault(f"declares the entity {name[:40]!r}, which is in another file; save it without a DOCTYPE")
 
     parser.StartElementHandler = start
-    parser.EndElementHandler = end
+    parser.EndElementHandler = lambda _: stack.pop()
     parser.CharacterDataHandler = text
     parser.EntityDeclHandler = declared
     try:
@@ -133,8 +119,3 @@ def read_tree(content: bytes, source: str) -> Node:
     if roots[0].tag != "svg":
         raise FormatError(f"{source}: {roots[0].place()}: expected <svg>")
     return roots[0]
-
-
-def _attribute(key: str, spaces: dict[str, str]) -> str:
-    prefix, _, name = key.rpartition(":")
-    return _FOREIGN.get((spaces.get(prefix, ""), name), key) if prefix else key
