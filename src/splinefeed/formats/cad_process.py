@@ -16,7 +16,7 @@ import numpy as np
 
 from splinefeed.errors import CurveError, FormatError
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.drawing import BROKEN, Drawing
+from splinefeed.formats.drawing import BROKEN, Drawing, join_tolerance
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.editing import unbroken
 from splinefeed.workers import LostError, Worker
@@ -33,13 +33,16 @@ _worker = Worker("splinefeed.formats.cad_worker:open_libraries", memory=MAX_ADDR
 
 
 def read(
-    file: pathlib.Path, kind: str, findings: list[str], *, tolerance: float, repair: bool, **wanted: Any
+    file: pathlib.Path, kind: str, faults: list[str], *, tolerance: float | str, repair: bool, **wanted: Any
 ) -> Contents:
-    """The paths in the checked `file`; `findings` are those of the check, `wanted` is for the library's side.
+    """The paths in `file`; `faults` are those of its own check, `wanted` is for the library's side.
 
-    Curves whose ends meet within `tolerance`, mm, make one path; see `drawing`. With `repair` a curve that cannot be is
-    a finding. Raises FormatError for all else, and where the library is not installed.
+    Curves whose ends meet within `tolerance` make one path; see `drawing`. With `repair` a fault or a curve that cannot
+    be is a finding. Raises FormatError for all else, and where the library is not installed.
     """
+    allowed = join_tolerance(tolerance)
+    if faults and not repair:
+        raise FormatError(f"{file}: {faults[0]}")
     seconds = MAX_SECONDS + SECONDS_PER_MB * file.stat().st_size / 1e6
     try:
         task = {"kind": kind, "file": os.path.abspath(file), "repair": repair, **wanted}
@@ -49,7 +52,7 @@ def read(
         raise FormatError(f"{file}: {why}; is it damaged?") from None
     if "refused" in answer:
         raise FormatError(f"{file}: {answer['refused']}")
-    drawing = Drawing(os.fspath(file), findings=[*findings, *answer["findings"]])
+    drawing = Drawing(os.fspath(file), findings=[*faults, *answer["findings"]])
     number = 0
     for group in answer["groups"]:
         curves: list[NurbsCurve] = []
@@ -69,7 +72,7 @@ def read(
             curves += made
         drawing.add_runs(curves, group["name"] or file.stem)
     unit = answer["units"].lower()
-    return Contents(drawing.paths(file.stem, tolerance, repair), _UNITS.get(unit, unit) or "mm")
+    return Contents(drawing.paths(file.stem, allowed, repair), _UNITS.get(unit, unit) or "mm")
 
 
 def _curves(said: dict[str, Any]) -> list[NurbsCurve]:

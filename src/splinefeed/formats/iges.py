@@ -10,10 +10,8 @@ from __future__ import annotations
 import pathlib
 import re
 
-from splinefeed.errors import FormatError
 from splinefeed.formats import cad_process
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.drawing import join_tolerance
 from splinefeed.formats.source import read_bytes
 from splinefeed.geometry.path import JOIN_TOLERANCE
 
@@ -31,15 +29,11 @@ def from_file(
     file: pathlib.Path, *, edges: bool = False, tolerance: float | str = JOIN_TOLERANCE, repair: bool = False
 ) -> Contents:
     """The paths in `file`; `edges` adds the edges of faces, curves whose ends meet within `tolerance` make one path."""
-    allowed = join_tolerance(tolerance)
-    fault = _fault(read_bytes(file))
-    if fault and not repair:
-        raise FormatError(f"{file}: {fault}")
-    return cad_process.read(file, "iges", [fault] if fault else [], tolerance=allowed, repair=repair, edges=edges)
+    return cad_process.read(file, "iges", _faults(read_bytes(file)), tolerance=tolerance, repair=repair, edges=edges)
 
 
-def _fault(content: bytes) -> str:
-    """What is wrong with the lines of a file; empty if nothing is. OCCT takes what lies in memory for what is missing.
+def _faults(content: bytes) -> list[str]:
+    """What is wrong with the lines of a file, if anything. OCCT takes what lies in memory for what is missing.
 
     Every line has the letter of its section in column 73, and the last one says how many there are of each.
     """
@@ -47,8 +41,9 @@ def _fault(content: bytes) -> str:
     letters = b"".join(line[_TEXT : _TEXT + 1] or b"-" for _, line in lines)
     end = re.match(rb"S*G*D*P*T?", letters)
     if end and end.end() < len(letters):
-        return f"line {lines[end.end()][0]}: has none of S, G, D, P, T in column 73, or not in order; save it as ASCII"
+        place = f"line {lines[end.end()][0]}"
+        return [f"{place}: has none of S, G, D, P, T in column 73, or not in order; save it as ASCII"]
     said = re.findall(rb"([SGDP])\s*([0-9]{1,7})", lines[-1][1]) if letters.endswith(b"T") else []
     if len(said) != 4 or any(int(count) != letters.count(letter) for letter, count in said):
-        return f"line {len(letters)}: does not count the lines of sections S, G, D and P rightly; is the file complete?"
-    return ""
+        return [f"line {len(letters)}: does not count the lines of sections S, G, D and P; is the file complete?"]
+    return []

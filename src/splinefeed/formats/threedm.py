@@ -9,10 +9,9 @@ from __future__ import annotations
 import pathlib
 from collections.abc import Sequence
 
-from splinefeed.errors import FormatError
 from splinefeed.formats import cad_process
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.drawing import join_tolerance, layers_from
+from splinefeed.formats.drawing import layers_from
 from splinefeed.formats.source import read_bytes
 from splinefeed.geometry.path import JOIN_TOLERANCE
 
@@ -39,7 +38,6 @@ def from_file(
     Curves whose ends meet within `tolerance`, mm, make one path.
     Of a file that is cut off rhino3dm gives what is there.
     """
-    allowed, layers = join_tolerance(tolerance), layers_from(layer)
     content, faults = read_bytes(file), []
     # the last record is a mark and two sizes, of 4 or 8 bytes, the second of which is that of the file
     if not any(
@@ -47,6 +45,5 @@ def from_file(
         for size in (4, 8)
     ):
         faults.append(f"the record that ends it is missing at byte {len(content)}; is it 3DM, and not cut off?")
-    if faults and not repair:
-        raise FormatError(f"{file}: {faults[0]}")
-    return cad_process.read(file, "3dm", faults, tolerance=allowed, repair=repair, edges=edges, layers=layers)
+    layers = layers_from(layer)
+    return cad_process.read(file, "3dm", faults, tolerance=tolerance, repair=repair, edges=edges, layers=layers)
