@@ -165,7 +165,7 @@ def spread(function: Callable[[Any, Any], Any], shared: Any, items: Sequence[Any
     if not work:
         yield from (function(shared, item) for item in items[done:])
         return
-    with tempfile.TemporaryDirectory(prefix="splinefeed-") as folder:
+    with tempfile.TemporaryDirectory(prefix="splinefeed-") as folder, ThreadPoolExecutor(many) as pool:
         file = pathlib.Path(folder, "work")
         file.write_bytes(work)
         workers = [Worker("splinefeed.workers:_part", str(file), memory=MOST_MEMORY, quiet=True) for _ in range(many)]
@@ -178,11 +178,10 @@ def spread(function: Callable[[Any, Any], Any], shared: Any, items: Sequence[Any
             try:
                 return pickle.loads(worker.ask({"first": first})[1])  # type: ignore[no-any-return]
             except LostError:
-                return [_outcome(function, shared, item) for item in items[first : first + TOGETHER]]
+                return _outcomes(function, shared, items[first : first + TOGETHER])
             finally:
                 idle.put(worker)
 
-        pool = ThreadPoolExecutor(many)
         try:
             for outcomes in pool.map(part, range(done, len(items), TOGETHER)):
                 for result, failed in outcomes:
@@ -194,7 +193,6 @@ def spread(function: Callable[[Any, Any], Any], shared: Any, items: Sequence[Any
             for worker in workers:
                 worker.stop()
                 atexit.unregister(worker.stop)
-            pool.shutdown()
 
 
 def _part(mail: Mail, file: str) -> Handler:
@@ -202,20 +200,23 @@ def _part(mail: Mail, file: str) -> Handler:
     global _alone
     _alone = True
     function, shared, items = pickle.loads(pathlib.Path(file).read_bytes())
-
-    def handle(request: Said) -> Answer:
-        some = items[request["first"] : request["first"] + TOGETHER]
-        return {}, pickle.dumps([_outcome(function, shared, item) for item in some])
-
-    return handle
+    return lambda request: (
+        {},
+        pickle.dumps(_outcomes(function, shared, items[request["first"] : request["first"] + TOGETHER])),
+    )
 
 
-def _outcome(function: Callable[[Any, Any], Any], shared: Any, item: Any) -> tuple[Any, Exception | None]:
-    """A result, or the exception in its place."""
-    try:
-        return function(shared, item), None
-    except Exception as failed:
-        return None, failed
+def _outcomes(
+    function: Callable[[Any, Any], Any], shared: Any, items: Sequence[Any]
+) -> list[tuple[Any, Exception | None]]:
+    """For each item the result, or the exception in its place."""
+    found: list[tuple[Any, Exception | None]] = []
+    for item in items:
+        try:
+            found.append((function(shared, item), None))
+        except Exception as failed:
+            found.append((None, failed))
+    return found
 
 
 # --- in the process ---------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.errors import FormatError, InputError
-from splinefeed.formats import points_in_parts
+from splinefeed.formats import points as points_of_a_table
 from splinefeed.formats.gcode import to_path
 
 DATA = pathlib.Path(__file__).parents[1] / "data"
@@ -93,7 +93,7 @@ def test_a_faulty_line_is_told_before_anything_is_made(tmp_path):
 
 
 def test_the_points_of_a_table_are_joined_by_lines(tmp_path, monkeypatch):
-    monkeypatch.setattr(points_in_parts, "PART", 7)
+    monkeypatch.setattr(points_of_a_table, "PART", 7)
     file = tmp_path / "scan.csv"
     at = np.arange(50.0)
     points = np.column_stack([0.5 * at, np.sin(at)])

@@ -36,7 +36,7 @@ def test_the_butterfly_of_the_package_is_the_one_of_the_tests(data_dir: Path) ->
     [
         (b"", "is empty; was its writing interrupted?"),
         (b" \n\t\n", "holds only white space"),
-        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", f"is binary and not one of {EXPECTED}"),
+        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", f"is not one of {EXPECTED}"),
         (b"version https://git-lfs.x/v1\n", "is a pointer of Git LFS, not the file itself; run: git lfs pull"),
         (b"\xff\xfe{\0}\0", "is UTF-16 text; save it as UTF-8"),
         (b"solid of a kind\nfacet normal 0 0 1\n", f"is not one of {EXPECTED}"),

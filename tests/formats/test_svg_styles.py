@@ -1,4 +1,4 @@
-"""SVG: style sheets, transforms as properties, letters as units, symbols and inner pages, packed files."""
+"""SVG: style sheets, transforms as properties, symbols and inner pages, packed files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 import svgelements
 
 from splinefeed.errors import FormatError
-from splinefeed.formats import svg_places, svg_styles, svg_tree
+from splinefeed.formats import svg_styles
 from splinefeed.formats.registry import format_of, read, read_all, write
 from splinefeed.formats.svg_tree import read_tree
 from splinefeed.geometry.shapes import circle
@@ -44,11 +44,7 @@ TREE = (
         ("path", "pqs"), ("*", "abcpqrs"), (".cut", "ps"), (".cut.deep", "p"), ("path.cut#p", "p"), ("#b path", "s"),
         ("#b > path", ""), ("#b > g > path", "s"), ("g g path", "s"), ("svg .two > .cut", "ps"),
         (".one.two > path", "pq"),
-        ("path + path", "q"), ("path ~ rect", "r"), ("path+rect", "r"), (".cut ~ rect", "r"), ("#a, #b", "ab"),
-        ("[class]", "acps"), ("[class~=two]", "ac"), ("[data-k|='x']", "r"), ("[id^=p], [id$='q']", "pq"),
-        ("[data-k*='y z']", "r"), ("g > :first-child", "pcs"), ("path:last-child", "s"), (":root > g", "ab"),
-        ("path:hover", ""), ("svg|path", "pqs"), ("g path:only-child", "s"), ("[id='p'],rect", "pr"),
-        ("path:nth-child(2)", "q"), ("path:not(.cut)", "q"), (":is(rect, #q)", "qr"), ("g:has(> .deep)", "a"),
+        ("svg|path", "pqs"), ("g > g > .cut", "s"), ("#a, #b", "ab"), ("#a>.cut", "p"), (".cut.two", ""),
     ],
 )  # fmt: skip
 def test_a_selector_means_what_css_says(selector: str, meant: str) -> None:
@@ -80,25 +76,20 @@ def test_the_cascade_decides(rules: str, own: str, value: str | None) -> None:
 
 def test_rules_that_are_not_understood_are_findings_where_they_matter(tmp_path: Path) -> None:
     file = tmp_path / "part.svg"
-    rules = "path:wild{display:none} path:wild{fill:red} @import url(x.css); @media (width>9px){path{r:1}}"
+    rules = "path + rect{display:none} path:wild{fill:red} @import url(x.css); @media (width>9px){path{r:1}}"
     file.write_text(drawing(f"<style><![CDATA[{rules}]]></style><path d='M0 0H9'/>"))
     assert read(file).findings == (
-        "rules of the style sheet that are not read here are left out: 'path:wild', '@import url(x.css)', "
+        "3 rules of the style sheet are not read here, such as 'path + rect', '@import url(x.css)', "
         "'@media (width>9px)'",
     )
 
 
 def test_sheets_too_large_for_their_drawing_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(svg_styles, "MAX_QUESTIONS", 1000)
-    monkeypatch.setattr(svg_styles, "MAX_SELECTORS", 100)
     file = tmp_path / "part.svg"
-    for rules, reason in (
-        ("* * * * * *~*{x:1}" * 20, "too many rules for its elements"),
-        ("path:nth-last-of-type(2n){x:1}", "too many rules for its elements"),
-        ("a{x:1}" * 101, "more than 100 selectors"),
-    ):
+    for rules in ("* * * * * *{x:1}" * 20, "a{x:1}" * 101):
         file.write_text(drawing(f"<style>{rules}</style>" + "<g>" * 50 + "<path d='M0 0H9'/>" * 50 + "</g>" * 50))
-        with pytest.raises(FormatError, match=reason):
+        with pytest.raises(FormatError, match="too many rules for its elements"):
             read(file)
 
 
@@ -112,20 +103,11 @@ def test_sheets_too_large_for_their_drawing_are_refused(tmp_path: Path, monkeypa
         ('<path d="M0 0H9" transform="scale(3)" style="transform: translate(10px, 20px)"/>', [[10, 20], [19, 20]]),
         ('<style>path{transform:rotate(0.25turn)}</style><path d="M0 0H9"/>', [[0, 0], [0, 9]]),
         ('<path d="M0 0H9" style="transform:translateX(1in)"/>', [[96, 0], [105, 0]]),
-        ('<path d="M0 0H9" style="transform:translateY(10%) scaleX(2) skewY(45deg)"/>', [[0, 10], [18, 19]]),
+        ('<path d="M0 0H9" style="transform:translateY(10px) scaleX(2) skewY(45deg)"/>', [[0, 10], [18, 19]]),
         ('<path d="M0 0H9" style="transform:rotate(100grad) scale(1, -1) skew(0)"/>', [[0, 0], [0, 9]]),
-        ('<path d="M50 50H60" transform="rotate(90)" transform-origin="50 50"/>', [[50, 50], [50, 60]]),
-        ('<path d="M50 50H60" transform="scale(2)" style="transform-origin:center"/>', [[50, 50], [70, 50]]),
-        ('<path d="M100 0V10" transform="scale(2)" style="transform-origin:right top"/>', [[100, 0], [100, 20]]),
         ('<path d="M0 0H9" style="transform:none" transform="scale(2)"/>', [[0, 0], [9, 0]]),
         ('<path d="M0 0H9" style="d:path(&quot;M1 1H5&quot;)"/>', [[1, 1], [5, 1]]),
         ('<style>line{x1:1}</style><line x1="2" y1="3" x2="9" y2="3"/>', [[2, 3], [9, 3]]),
-        # letters as units
-        ('<line x1="1em" y1="2ex" x2="2rem" y2="1ch"/>', [[16, 16], [32, 8]]),
-        ('<g font-size="10"><g style="font-size:2em"><line x2="1em" y2="50%"/></g></g>', [[0, 0], [20, 50]]),
-        ('<g style="font:italic 700 12px/1.5 Arial"><line x2="1em" y2="1rem"/></g>', [[0, 0], [12, 16]]),
-        ('<g font-size="small"><line x2="1em" y1="1" y2="1"/></g>', [[0, 1], [13, 1]]),
-        ('<g font-size="50%"><line x2="1em" y1="1" y2="1"/></g>', [[0, 1], [8, 1]]),
         # pages within pages, symbols
         ('<svg x="10" y="20" width="50" height="40"><line x2="100%" y2="50%"/></svg>', [[10, 20], [60, 40]]),
         ('<svg x="10%" width="50" height="50" viewBox="0 0 10 20"><line x2="100%"/></svg>', [[22.5, 0], [47.5, 0]]),
@@ -150,22 +132,18 @@ def test_an_element_lies_where_css_and_svg_2_put_it(tmp_path: Path, body: str, e
 @pytest.mark.parametrize(
     ("body", "reason"),
     [
-        ('<path d="M0 0H9" style="transform:rotate3d(1,1,1,3deg)"/>', "transform: 'rotate3d(1,1,1,3deg)' is no"),
-        ('<path d="M0 0H9" style="transform:scale(2px)"/>', "transform: scale: '2px' is not a number"),
+        ('<path d="M0 0H9" style="transform:rotate3d(1,1,1,3deg)"/>', "transform: expected functions such as"),
+        ('<path d="M0 0H9" style="transform:scale(2px)"/>', "transform: scale is '2px'; expected a number"),
+        ('<path d="M0 0H9" transform="scale(2)" transform-origin="1 2"/>', "the property transform-origin is not"),
+        ('<path d="M0 0H9em"/>', "path data: expected a command, M first at 'em'"),
         ('<path d="M0 0H9" style="rotate:3deg"/>', "the property rotate is not supported; write it as transform"),
-        ('<path d="M0 0H9" style="transform:scale(2);transform-box:fill-box"/>', "transform-box is 'fill-box'; only"),
+        ('<path d="M0 0H9" style="transform:scale(2);transform-box:fill-box"/>', "the property transform-box is"),
     ],
 )  # fmt: skip
 def test_what_css_can_and_this_cannot_is_said(tmp_path: Path, body: str, reason: str) -> None:
     with pytest.raises(FormatError) as caught:
         drawn(tmp_path, body)
     assert str(caught.value).split("<path>: ")[1].startswith(reason)
-
-
-def test_the_height_of_letters_that_are_not_known_is_said(tmp_path: Path) -> None:
-    file = tmp_path / "part.svg"
-    file.write_text(drawing('<line x2="2ex"/>'))
-    assert read(file).findings == ("ex and ch are read as half the size of the letters: the font is not known here",)
 
 
 def test_symbols_that_are_not_shown_stay_away(tmp_path: Path) -> None:
@@ -179,7 +157,7 @@ def test_clips_masks_and_moved_pages_are_findings(tmp_path: Path) -> None:
     file.write_text(drawing(body, 'transform="scale(2)"'))
     assert read_all(file)[0].findings == (
         "the transform of the page itself is not applied",
-        "clips and masks are not applied; what they cut is drawn whole: 1 clip-path of g, 1 mask of path",
+        "left out: 1 clip-path of g, which is drawn whole, 1 mask of path, which is drawn whole",
     )
 
 
@@ -230,7 +208,7 @@ def test_packed_drawings_that_are_cut_garbled_or_bombs_are_refused(tmp_path: Pat
     for content, reason in (
         (whole[:20] + b"\xff\xff" + whole[22:], "is not a valid gzip file"),
         (whole[:-8] + b"\0" * 8, "is not a valid gzip file"),
-        (whole + b"PK", "more data follows its packed data"),
+        (whole + b"PK", "is not a valid gzip file"),
         (gzip.compress(b"<svg>" + b" " * (300 * 2**20), 1), "unpacks to more than 256 MB"),
     ):
         file.write_bytes(content)
@@ -244,12 +222,8 @@ def test_entities_as_illustrator_writes_them_are_read(tmp_path: Path) -> None:
     body = '<path d="M0 0H9"/><path d="M0 1H9" style="&st0;"/>'
     file.write_text(f"<!DOCTYPE svg [{names}]>{drawing(body).replace('http://www.w3.org/2000/svg', '&ns_svg;', 1)}")
     assert read(file).length == pytest.approx(9.0)
-    for long in (f'<!ENTITY a "{"x" * (svg_tree.MAX_ENTITY + 1)}">', '<!ENTITY b "x"><!ENTITY a "&b;">'):
-        file.write_text(f"<!DOCTYPE svg [{long}]>{drawing(body)}")
-        with pytest.raises(FormatError, match="only short texts may be entities"):
-            read(file)
-    file.write_text(f'<!DOCTYPE svg [<!ENTITY a "{"x" * 200}">]><svg>{"&a;" * 6000}</svg>')
-    with pytest.raises(FormatError, match="declares the entity 'a'"):
+    file.write_text(f'<!DOCTYPE svg [<!ENTITY a SYSTEM "other.svg">]>{drawing(body)}')
+    with pytest.raises(FormatError, match="line 1: declares the entity 'a', which is in another file"):
         read(file)
 
 
@@ -259,4 +233,3 @@ def test_a_page_gets_its_size_from_its_style_where_it_has_no_other(tmp_path: Pat
     assert read(file).length == pytest.approx(5.0)
     file.write_text(f'<svg {SPACES} style="width:100%" width="50mm" viewBox="0 0 10 10"><path d="M0 0H1"/></svg>')
     assert read(file).length == pytest.approx(5.0)
-    assert svg_places.font_size("bold 1.5em serif", svg_places.Viewport(None, None)) == 24.0

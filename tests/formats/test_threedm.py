@@ -147,7 +147,7 @@ def test_edges_of_solids_on_request_or_where_there_is_nothing_else(tmp_path: Pat
     file.Write(str(tmp_path / "part.3dm"), 7)
     contents = read_all(tmp_path / "part.3dm")
     assert sorted(path.length for path in contents) == pytest.approx([1.0] * 4 + [2.0] * 4 + [3.0] * 4, rel=1e-14)
-    assert contents[0].findings[0] == "no free curves; these are the edges of its surfaces"
+    assert contents[0].findings[0] == "no free curves; these are the edges of its faces"
     file.Objects.AddCurve(circle())
     file.Write(str(tmp_path / "part.3dm"), 7)
     assert len(read_all(tmp_path / "part.3dm")) == 1

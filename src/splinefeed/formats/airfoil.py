@@ -6,7 +6,6 @@ the nose to the trailing edge. A name may stand in the first line.
 
 from __future__ import annotations
 
-import math
 import os
 import pathlib
 import re
@@ -32,16 +31,12 @@ MAX_END_DIFFERENCE = 0.02
 UNIT_CHORD_SLACK = 0.02
 #: A word that is no slip in a number.
 _WORDS = re.compile(r"[^\W\d_]{3}")
-#: Fewer points than this are no section.
-LEAST_POINTS = 5
-#: More points than this are no section but a scan of one; published sections have some hundreds.
-MAX_AIRFOIL_POINTS = 20_000
+#: Fewer points than this are no section; more are no section but a scan of one: published ones have some hundreds.
+LEAST_POINTS, MAX_AIRFOIL_POINTS = 5, 20_000
 #: A section of unit chord is nowhere farther from 0 than this along the chord; one in percent is.
 _PERCENT = 2.0
 #: How far points of a section may lie before its nose or behind its trailing edge, in chords.
 _BEYOND = 0.1
-#: How many repeated points a finding names.
-_NAMED_REPEATS = 3
 
 
 def holds(head: bytes) -> bool:
@@ -50,14 +45,13 @@ def holds(head: bytes) -> bool:
     Its points begin at the trailing edge, or at the nose and end there, or two counts stand before them. Any other two
     columns are points in mm, which `points` reads.
     """
-    lines = [line for line in head_text(head).splitlines() if line.strip()]
-    if all(_pair(line) is None for line in lines[:2]):
+    lines = [line for line in head_text(head).splitlines() if line.strip()][:MAX_AIRFOIL_POINTS]
+    pairs = [_pair(line) for line in lines]
+    rows = np.array([pair for pair in pairs if pair is not None]).reshape(-1, 2)
+    if not any(pairs[:2]) or len(rows) < 3:
         return False
-    rows = np.array([pair for pair in map(_pair, lines[:MAX_AIRFOIL_POINTS]) if pair is not None])
-    counted = _counts(*rows[0])
+    counted = _counts(rows[0])
     x, y = rows[int(counted) :].T
-    if len(x) < 2:
-        return False
     span = 100.0 if np.max(np.abs(x)) > _PERCENT else 1.0
     if not (np.all((x >= -_BEYOND * span) & (x <= (1.0 + _BEYOND) * span)) and np.max(np.abs(y)) <= 0.5 * span):
         return False
@@ -79,13 +73,14 @@ def from_text(
     the distance reached, and everything that the file leaves open.
     """
     scale, allowed = _positive(chord, "chord"), _positive(tolerance, "tolerance")
-    name, rows, remarks = _rows(text, source)
-    points, lines, order = _in_order(rows, source)
+    name, rows, lines, remarks = _rows(text, source)
+    points, order = _in_order(rows, lines, source)
     findings = [f"{order} order, {len(points)} points; 1 unit of the file is {scale:g} mm (option chord)", *remarks]
-    points, repeats = _without_repeats(points, lines)
-    findings += repeats
-    _check_section(points, source)
-    span = float(np.ptp(points[:, 0]))
+    repeated = np.append(False, np.all(points[1:] == points[:-1], axis=1))
+    if repeated.any():
+        points = points[~repeated]
+        findings.append(f"repeated points are left out: {np.count_nonzero(repeated)}")
+    span = _checked_span(points, source)
     if abs(span - 1.0) > UNIT_CHORD_SLACK:
         findings.append(f"the chord is {span:g} in the file, not 1, so the section is {span * scale:g} mm long")
     points = points * scale
@@ -111,82 +106,66 @@ def _pair(line: str) -> tuple[float, float] | None:
     return None if found is None or len(found[0]) != 2 else (found[0][0], found[0][1])
 
 
-def _counts(first: float, second: float) -> bool:
+def _counts(row: Array) -> bool:
     """Whether two numbers are how many points each side has, as Lednicer's order says before them."""
-    return first >= 2.0 and second >= 2.0 and first.is_integer() and second.is_integer()
+    return bool(np.all(row >= 2.0) and np.all(row == np.floor(row)))
 
 
-def _rows(text: str, source: str | os.PathLike[str]) -> tuple[str, list[tuple[int, float, float]], list[str]]:
-    """The name of the section, line number, x and y of every line with numbers, and a finding on words behind them."""
-    name, behind = "", 0
-    rows: list[tuple[int, float, float]] = []
-    first = True
-    for number, line in enumerate(text.splitlines(), start=1):
-        if not line.strip():
-            continue
+def _rows(text: str, source: str | os.PathLike[str]) -> tuple[str, Array, list[int], list[str]]:
+    """The name of the section, x and y (n, 2) and the number of every line with numbers, and a finding on words behind.
+
+    Collections put sources and coefficients behind the points.
+    """
+    lines = [(i, line.strip()) for i, line in enumerate(text.splitlines(), start=1) if line.strip()]
+    name = "" if not lines or _pair(lines[0][1]) else " ".join(lines.pop(0)[1].split())[:80]
+    rows: list[tuple[float, float]] = []
+    behind = 0
+    for number, line in lines:
         pair = _pair(line)
-        if pair is None and first:
-            name = " ".join(line.split())[:80]
-        elif behind or (pair is None and len(rows) >= LEAST_POINTS and _WORDS.search(line)):
-            behind = behind or number  # collections put sources and coefficients there
-            if pair is not None:
-                raise FormatError(f"{source}: line {number}: holds a point, but line {behind} above it is text")
-        elif pair is None:
-            raise FormatError(f"{source}: line {number}: expected two numbers x y, got {line.strip()[:40]!r}")
-        elif not (math.isfinite(pair[0]) and math.isfinite(pair[1])):
-            raise FormatError(f"{source}: line {number}: {line.strip()[:40]!r} is not a finite point")
-        else:
-            rows.append((number, *pair))
-        first = False
-    if len(rows) > MAX_AIRFOIL_POINTS:
-        raise FormatError(f"{source}: has {len(rows)} points; at most {MAX_AIRFOIL_POINTS} can be read")
-    if len(rows) < LEAST_POINTS:
-        raise FormatError(f"{source}: has {len(rows)} point(s); a section needs at least {LEAST_POINTS}")
-    return name, rows, [f"text behind the points, from line {behind} on, is left out"] if behind else []
+        if not behind and pair is None and len(rows) >= LEAST_POINTS and _WORDS.search(line):
+            behind = number
+        if behind and pair is not None:
+            raise FormatError(f"{source}: line {number}: holds a point, but line {behind} above it is text")
+        if not behind and (pair is None or not np.isfinite(pair).all()):
+            raise FormatError(f"{source}: line {number}: expected two finite numbers x y, got {line[:40]!r}")
+        if pair is not None:
+            rows.append(pair)
+    if not LEAST_POINTS <= len(rows) <= MAX_AIRFOIL_POINTS:
+        raise FormatError(f"{source}: has {len(rows)} points; a section has {LEAST_POINTS} to {MAX_AIRFOIL_POINTS}")
+    findings = [f"text behind the points, from line {behind} on, is left out"] if behind else []
+    return name, np.array(rows), [number for number, _ in lines], findings
 
 
-def _in_order(rows: list[tuple[int, float, float]], source: str | os.PathLike[str]) -> tuple[Array, list[int], str]:
-    """Points (n, 2) from the trailing edge over the nose and back, their line numbers, and the order of the file."""
-    number, first, second = rows[0]
-    if not _counts(first, second):
-        return np.array([row[1:] for row in rows]), [row[0] for row in rows], "Selig"
-    upper, lower = int(first), int(second)
+def _in_order(rows: Array, lines: list[int], source: str | os.PathLike[str]) -> tuple[Array, str]:
+    """Points (n, 2) from the trailing edge over the nose and back, and the order of the file."""
+    if not _counts(rows[0]):
+        return rows, "Selig"
+    upper, lower = rows[0].astype(np.int64).tolist()
     if upper + lower != len(rows) - 1:
         raise FormatError(
-            f"{source}: line {number}: says {upper} and {lower} points, but {len(rows) - 1} follow; "
+            f"{source}: line {lines[0]}: says {upper} and {lower} points, but {len(rows) - 1} follow; "
             f"is the file complete?"
         )
     sides = rows[1 : upper + 1], rows[upper + 1 :]
-    for side, title in zip(sides, ("upper", "lower"), strict=True):
-        if not side[0][1] < side[-1][1]:
-            raise FormatError(f"{source}: line {side[0][0]}: the {title} side does not run from the nose backwards")
-    ordered = [*reversed(sides[0]), *sides[1]]
-    if ordered[upper - 1][1:] == ordered[upper][1:]:
-        del ordered[upper]  # each side begins with the nose
-    return np.array([row[1:] for row in ordered]), [row[0] for row in ordered], "Lednicer"
+    for side, first in zip(sides, (lines[1], lines[upper + 1]), strict=True):
+        if not side[0, 0] < side[-1, 0]:
+            raise FormatError(f"{source}: line {first}: the side does not run from the nose backwards")
+    shared = int(np.array_equal(sides[0][0], sides[1][0]))  # each side begins with the nose
+    return np.concatenate([sides[0][::-1], sides[1][shared:]]), "Lednicer"
 
 
-def _without_repeats(points: Array, lines: list[int]) -> tuple[Array, list[str]]:
-    """The points without those that repeat the one before, and a finding that names their lines."""
-    repeats = np.flatnonzero(np.all(points[1:] == points[:-1], axis=1)) + 1
-    if not repeats.size:
-        return points, []
-    named = ", ".join(str(lines[i]) for i in repeats[:_NAMED_REPEATS])
-    more = f" and {repeats.size - _NAMED_REPEATS} more" if repeats.size > _NAMED_REPEATS else ""
-    return np.delete(points, repeats, axis=0), [f"repeated points are left out: line {named}{more}"]
-
-
-def _check_section(points: Array, source: str | os.PathLike[str]) -> None:
-    """FormatError unless the points run from the trailing edge to a nose and back."""
-    if len(points) < LEAST_POINTS:
-        raise FormatError(f"{source}: has {len(points)} different point(s); a section needs at least {LEAST_POINTS}")
+def _checked_span(points: Array, source: str | os.PathLike[str]) -> float:
+    """The chord in the file; FormatError unless the points run from the trailing edge to a nose and back."""
     x = points[:, 0]
     span, nose = float(np.ptp(x)), float(np.min(x))
-    if not 0.0 < span <= MAX_COORDINATE:
-        raise FormatError(f"{source}: the chord in the file is {span:g}; that is not a section")
+    if len(points) < LEAST_POINTS or not 0.0 < span <= MAX_COORDINATE:
+        raise FormatError(
+            f"{source}: {len(points)} different point(s) along a chord of {span:g} in the file are not a section"
+        )
     if x[0] - nose < 0.5 * span:
         raise FormatError(f"{source}: begins at x = {x[0]:g}, at its nose; points must begin at the trailing edge")
     if abs(x[-1] - x[0]) > MAX_END_DIFFERENCE * span:
         raise FormatError(
             f"{source}: begins at x = {x[0]:g} but ends at x = {x[-1]:g}; points are missing, is the file complete?"
         )
+    return span

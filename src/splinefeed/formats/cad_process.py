@@ -7,17 +7,18 @@ error of one line, and the next file finds a new process. It is started by the f
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import os
 import pathlib
-from typing import Any, NamedTuple
+from typing import Any
+
+import numpy as np
 
 from splinefeed.errors import CurveError, FormatError
-from splinefeed.formats.cad_curves import curves_of
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.drawing import Drawing, many, runs_that_meet
-from splinefeed.formats.sizes import MAX_DRAWING_CURVES, MAX_DRAWING_POINTS
+from splinefeed.formats.drawing import BROKEN, Drawing, join_tolerance
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.editing import unbroken
 from splinefeed.workers import LostError, Worker
 
 #: Time that a library gets for a file, s, and for each MB of it.
@@ -27,80 +28,58 @@ SECONDS_PER_MB = 5.0
 MAX_ADDRESS_SPACE = 6 * 2**30
 #: Names that files give to their units.
 _UNITS = {"millimetre": "mm", "metre": "m", "centimetre": "cm", "micrometre": "um", "inch": "in", "foot": "ft"}
-_INSTALL = "run: pip install 'splinefeed[cad]'"
-
-
-class Library(NamedTuple):
-    """What reads a kind of file: the kind, the module to import, and what people call it."""
-
-    kind: str
-    module: str
-    title: str
-
 
 _worker = Worker("splinefeed.formats.cad_worker:open_libraries", memory=MAX_ADDRESS_SPACE, quiet=True)
 
 
 def read(
-    file: pathlib.Path,
-    library: Library,
-    findings: list[str],
-    *,
-    tolerance: float,
-    repair: bool,
-    **wanted: Any,
+    file: pathlib.Path, kind: str, faults: list[str], *, tolerance: float | str, repair: bool, **wanted: Any
 ) -> Contents:
-    """The paths in the checked `file`; `findings` are those of the check, `wanted` is for the library's side.
+    """The paths in `file`; `faults` are those of its own check, `wanted` is for the library's side.
 
-    Curves whose ends meet within `tolerance`, mm, make one path; see `drawing`. With `repair` a curve that cannot be is
-    a finding. Raises FormatError for all else, and where the library is not installed.
+    Curves whose ends meet within `tolerance` make one path; see `drawing`. With `repair` a fault or a curve that cannot
+    be is a finding. Raises FormatError for all else, and where the library is not installed.
     """
-    _check_installed(file, library)
-    limits = {"most_curves": MAX_DRAWING_CURVES, "most_points": MAX_DRAWING_POINTS}
-    task = {"kind": library.kind, "file": os.path.abspath(file), "repair": repair, **limits, **wanted}
-    seconds = MAX_SECONDS + SECONDS_PER_MB * file.stat().st_size / 2**20
+    allowed = join_tolerance(tolerance)
+    if faults and not repair:
+        raise FormatError(f"{file}: {faults[0]}")
+    seconds = MAX_SECONDS + SECONDS_PER_MB * file.stat().st_size / 1e6
     try:
+        task = {"kind": kind, "file": os.path.abspath(file), "repair": repair, **wanted}
         answer = json.loads(_worker.ask(task, seconds=seconds)[1])
     except LostError as error:
         why = f"takes longer than {seconds:.0f} s" if error.late else "makes the CAD library crash"
         raise FormatError(f"{file}: {why}; is it damaged?") from None
-    if "missing" in answer:
-        raise FormatError(f"{file}: needs {library.title}, which cannot be loaded ({answer['missing']}); {_INSTALL}")
     if "refused" in answer:
         raise FormatError(f"{file}: {answer['refused']}")
-    drawing = Drawing(os.fspath(file), findings=[*findings, *answer["findings"]])
-    number = no_length = broken = 0
+    drawing = Drawing(os.fspath(file), findings=[*faults, *answer["findings"]])
+    number = 0
     for group in answer["groups"]:
-        curves = []
+        curves: list[NurbsCurve] = []
         for said in group["curves"]:
             number += 1
             try:
-                made = curves_of(said)
+                made = _curves(said)
             except CurveError as error:
                 if not repair:
                     raise FormatError(f"{file}: curve {number}: {error}") from None
                 drawing.findings.append(f"curve {number} is left out: {error}")
                 continue
-            no_length += not made
-            broken += len(made) > 1
+            if not made:
+                drawing.left_out["curve of no length"] += 1
+            elif len(made) > 1:
+                drawing.notes[BROKEN] += 1
             curves += made
-        for run in runs_that_meet(curves):
-            drawing.add(run, group["name"] or file.stem)
-    if broken:
-        drawing.findings.append(
-            f"{many(broken, 'spline has a knot', 'splines have knots')} of multiplicity degree + 1, at which it may "
-            f"jump; each is the pieces between, exactly"
-        )
-    if no_length:
-        drawing.left_out["curve of no length"] = no_length
+        drawing.add_runs(curves, group["name"] or file.stem)
     unit = answer["units"].lower()
-    return Contents(drawing.paths(file.stem, tolerance, repair), _UNITS.get(unit, unit) or "mm")
+    return Contents(drawing.paths(file.stem, allowed, repair), _UNITS.get(unit, unit) or "mm")
 
 
-def _check_installed(file: pathlib.Path, library: Library) -> None:
-    try:
-        there = importlib.util.find_spec(library.module) is not None
-    except (ImportError, ValueError):  # ValueError: someone put None in sys.modules
-        there = False
-    if not there:
-        raise FormatError(f"{file}: needs {library.title}, which is not installed; {_INSTALL}")
+def _curves(said: dict[str, Any]) -> list[NurbsCurve]:
+    """The curve that the worker describes, in mm; none if it has no length, its pieces where it may jump at knots."""
+    # the first and the last knot touch no point of the domain; OCCT moves them where it made a closed curve periodic
+    knots = np.array([said["knots"][1], *said["knots"][1:-1], said["knots"][-2]])
+    weights = None if said["weights"] is None else np.array(said["weights"], dtype=np.float64)
+    parts = unbroken(said["degree"], knots, np.array(said["points"], dtype=np.float64), weights)
+    curves = [NurbsCurve(said["degree"], *part).with_clamped_ends() for part in parts if np.any(part[1] != part[1][0])]
+    return [curve.reversed() for curve in reversed(curves)] if said["reversed"] else curves

@@ -1,23 +1,38 @@
 """What runs in the process of the CAD libraries, which `cad_process` asks.
 
-A task is {"kind", "file", "most_curves", "most_points", ...}. The answer is {"units", "findings", "groups"}, with
-groups of {"name", "curves"}, whose curves `cad_curves` knows; {"refused": why} where the file is not what it should
-be, which the readers say by a FormatError without the file's name; or {"missing": why} without the library.
+A task is {"kind", "file", "edges", "repair", ...}. The answer is {"units", "findings", "groups"}, with groups of
+{"name", "curves"} that make one path each, and curves of {"degree", "knots", "points", "weights", "reversed"}; or
+{"refused": why}, which the readers say by a FormatError without the file's name.
 """
 
 from __future__ import annotations
 
 import gc
 import json
+import math
+from collections import Counter
+from collections.abc import Sequence
 from importlib import import_module
 from typing import Any
 
+import numpy as np
+
 from splinefeed.errors import FormatError
+from splinefeed.formats.sizes import MAX_DRAWING_CURVES, MAX_DRAWING_POINTS
 from splinefeed.formats.source import in_brief
+from splinefeed.geometry.arcs import arc
 from splinefeed.workers import Answer, Handler, Mail
 
-#: The module that reads each kind of file.
-MODULES = {"step": "occt_shapes", "iges": "occt_shapes", "3dm": "rhino_objects"}
+#: The module that reads each kind of file, and what people call its library.
+MODULES = {
+    "step": ("occt_shapes", "OCCT (package cadquery-ocp-novtk)"),
+    "iges": ("occt_shapes", "OCCT (package cadquery-ocp-novtk)"),
+    "3dm": ("rhino_objects", "rhino3dm"),
+}
+#: Arcs shorter than this, mm, have no length.
+SHORTEST = 1e-9
+
+Curve = dict[str, Any]
 
 
 def open_libraries(mail: Mail) -> Handler:
@@ -33,15 +48,67 @@ def open_libraries(mail: Mail) -> Handler:
 
 
 def _read(task: dict[str, Any]) -> dict[str, Any]:
-    """What is in the file of `task`, or why nothing is."""
+    module, title = MODULES[task["kind"]]
     try:
-        found: dict[str, Any] = import_module(f"splinefeed.formats.{MODULES[task['kind']]}").read(task)
+        found: dict[str, Any] = import_module(f"splinefeed.formats.{module}").read(task)
     except FormatError as error:
         return {"refused": str(error)}
     except ImportError as error:
-        return {"missing": str(error)}
+        why = f"needs {title}, which cannot be loaded ({error}); run: pip install 'splinefeed[cad]'"
+        return {"refused": why}
     except MemoryError:
         return {"refused": "needs more memory than a CAD file may take"}
     except Exception as error:  # the libraries' own exceptions are of many kinds
         return {"refused": f"the CAD library cannot read it: {in_brief(error)}"}
     return found
+
+
+class Gathered:
+    """The curves of a file, bodies whose edges may be curves, and what there is to say."""
+
+    def __init__(self, task: dict[str, Any]) -> None:
+        self.task = task
+        self.groups: list[dict[str, Any]] = []
+        self.bodies: list[Any] = []
+        self.findings: list[str] = []
+        self.left_out: Counter[str] = Counter()
+        self.curves = self.points = 0
+
+    def add(self, curves: Sequence[Curve], name: str = "") -> None:
+        """One path; FormatError for more curves or points than can be read."""
+        self.curves += len(curves)
+        self.points += sum(len(each["points"]) for each in curves)
+        if self.curves > MAX_DRAWING_CURVES or self.points > MAX_DRAWING_POINTS:
+            raise FormatError(f"has more than {MAX_DRAWING_CURVES} curves or {MAX_DRAWING_POINTS} control points")
+        self.groups.append({"name": name, "curves": curves})
+
+    def wants_edges(self) -> bool:
+        """Whether the edges of bodies are read: on request, or where there is nothing else."""
+        if self.task["edges"] or not self.bodies:
+            return bool(self.task["edges"])
+        if self.groups:
+            self.findings.append("edges of faces are left out; edges=True (--edges) reads them too")
+        else:
+            self.findings.append("no free curves; these are the edges of its faces")
+        return not self.groups
+
+    def answer(self, units: str) -> dict[str, Any]:
+        """What the other process gets."""
+        left_out = [f"left out: {count} x {what}" for what, count in self.left_out.items()]
+        return {"units": units, "findings": self.findings + left_out, "groups": self.groups}
+
+
+def arc_of(center: Any, x: Any, y: Any, first: float, last: float) -> Curve:
+    """The arc center + x cos(t) + y sin(t), t from `first` to `last`; a single point where it has no length."""
+    center, x, y = (np.array(each, dtype=np.float64) for each in (center, x, y))
+    sweep = float(np.clip(last - first, -2.0 * math.pi, 2.0 * math.pi))
+    if abs(sweep) * float(np.max(np.abs([x, y]))) <= SHORTEST:
+        return nurbs(1, [0.0, 0.0, 1.0, 1.0], [center.tolist()] * 2, None)
+    made = arc(center, x, y, first, sweep)
+    weights = None if made.weights is None else made.weights.tolist()
+    return nurbs(2, made.knots.tolist(), made.control_points.tolist(), weights)
+
+
+def nurbs(degree: int, knots: Sequence[float], points: Sequence[Sequence[float]], weights: Any) -> Curve:
+    """A NURBS curve, run through as its parameter grows."""
+    return {"degree": degree, "knots": knots, "points": points, "weights": weights, "reversed": False}

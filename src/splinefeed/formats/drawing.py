@@ -5,35 +5,37 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
 
 from splinefeed import units
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats.sizes import MAX_COORDINATE, MAX_DRAWING_CURVES, MAX_DRAWING_POINTS
-from splinefeed.geometry.chaining import Chain, chain, copies
+from splinefeed.geometry.chaining import chain
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.overlaps import overlaps
+from splinefeed.geometry.joints import moved_ends
 from splinefeed.geometry.path import JOIN_TOLERANCE, Path
-from splinefeed.records import Array, IntArray
+from splinefeed.records import IntArray
 
 #: A drawing whose z is nowhere farther from 0 than this share of its size is flat: its paths have axes x and y.
 FLAT = 1e-12
-#: How many kinds or places a finding names.
+#: How many kinds a finding names.
 NAMED = 8
-#: Units that an option may name, in mm.
-MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8, "mil": 0.0254, "um": 0.001}
+BROKEN = "spline with a knot of multiplicity degree + 1, at which it may jump; it is the pieces between, exactly"
 
 
 @dataclass
 class Drawing:
-    """Pieces in file order: the curves of each, joined end to end, mm, and its name; and what there is to say."""
+    """Pieces in file order: the curves of each, joined end to end, mm, and its name; and what there is to say.
+
+    notes, left_out  how many of a kind were read in a way that is worth a finding, or not at all
+    """
 
     source: str
     pieces: list[list[NurbsCurve]] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
     findings: list[str] = field(default_factory=list)
+    notes: Counter[str] = field(default_factory=Counter)
     left_out: Counter[str] = field(default_factory=Counter)
     curves: int = 0
     points: int = 0
@@ -50,52 +52,76 @@ class Drawing:
         self.pieces.append(curves)
         self.names.append(name)
 
+    def add_runs(self, curves: Iterable[NurbsCurve], name: str) -> None:
+        """A piece for each run of neighbouring curves whose ends meet."""
+        run: list[NurbsCurve] = []
+        for curve in curves:
+            if run and np.linalg.norm(curve.ends[0] - run[-1].ends[1]) > JOIN_TOLERANCE:
+                self.add(run, name)
+                run = []
+            run.append(curve)
+        if run:
+            self.add(run, name)
+
+    def check_layers(self, wanted: Iterable[str], there: Iterable[str], kind: str) -> None:
+        """FormatError for a wanted layer or group that is not there; capitals count as small letters."""
+        known = {name.casefold(): name for name in there}
+        for name in wanted:
+            if name.casefold() not in known:
+                listed = ", ".join(repr(each) for each in list(known.values())[:12]) or "none"
+                raise FormatError(f"{self.source}: has no {kind} {name[:40]!r}; there are {listed}")
+
     def paths(self, stem: str, tolerance: float, repair: bool) -> list[Path]:
         """The pieces as paths: those whose ends meet are one; see `geometry.chaining`. FormatError without any."""
+        self.findings += [f"{count} x {kind}" for kind, count in self.notes.items()]
         if self.left_out:
-            self.findings.append(f"left out: {counted(self.left_out)}")
+            most = [f"{count} {kind}" for kind, count in self.left_out.most_common()]
+            self.findings.append(f"left out: {', '.join(most[:NAMED])}{' and others' * (len(most) > NAMED)}")
         if not self.pieces:
             why = f" ({self.findings[-1]})" if self.findings else ""
             raise FormatError(f"{self.source}: holds no curves{why}")
-        pieces, names = self._without_z(), self.names
-        ends = np.array([[piece[0].ends[0], piece[-1].ends[1]] for piece in pieces])
-        pools = self._copies(pieces, ends, repair)
-        if repair and pools.any():
-            kept = np.flatnonzero(pools == 0)
-            pieces, names, ends = [pieces[i] for i in kept], [names[i] for i in kept], ends[kept]
-            pools = pools[kept]
-        found = chain(ends, tolerance, pools)
-        self.findings += found.findings
-        self._say_overlaps([piece for piece, pool in zip(pieces, pools.tolist(), strict=True) if not pool], names)
-        moved = _Moves(tolerance)
-        runs = [_run(pieces, each, moved) for each in found.chains]
-        if moved.count:
+        pieces = self._without_z()
+        pools = self._copies(pieces)
+        if pools.any():
+            fate = "copies are left out" if repair else "each copy is a separate path"
+            at = int(np.argmax(pools > 0))
+            place = ", ".join(f"{value:.6g}" for value in pieces[at][0].ends[0].tolist())
             self.findings.append(
-                f"{many(moved.count, 'joint had a gap', 'joints had gaps')} of up to {moved.widest:.3g} mm; "
-                f"ends were moved together, each by half of its gap"
+                f"{np.count_nonzero(pools)} curve(s) lie exactly on others, the first from ({place}) in "
+                f"{self.names[at]!r}; {fate}"
             )
-        findings = tuple(self.findings)
-        lone = len(runs) == 1
-        axes = ("x", "y", "z")[: ends.shape[2]]
+        kept = np.flatnonzero(pools == 0) if repair else np.arange(len(pieces))
+        ends = np.array([[pieces[i][0].ends[0], pieces[i][-1].ends[1]] for i in kept])
+        chains, findings = chain(ends, tolerance, pools[kept])
+        self.findings += findings
+        gaps: list[float] = []
+        runs = []
+        for each in chains:
+            run: list[NurbsCurve] = []
+            for i, backwards in each:
+                piece = pieces[kept[i]]
+                run += [curve.reversed() for curve in reversed(piece)] if backwards else piece
+            runs.append(_moved_together(run, tolerance, gaps) if len(each) > 1 else run)
+        if gaps:
+            self.findings.append(
+                f"{len(gaps)} gap(s) of up to {max(gaps):.3g} mm closed: ends were moved, each by half"
+            )
+        names = [f"{self.names[kept[each[0][0]]]}#{i}" for i, each in enumerate(chains, start=1)]
+        axes, said = ("x", "y", "z")[: ends.shape[2]], tuple(self.findings)
         return [
-            Path(run, axes, name=stem if lone else f"{names[each.pieces[0]]}#{i}", findings=findings)
-            for i, (run, each) in enumerate(zip(runs, found.chains, strict=True), start=1)
+            Path(run, axes, name=name if len(runs) > 1 else stem, findings=said)
+            for run, name in zip(runs, names, strict=True)
         ]
 
     def _without_z(self) -> list[list[NurbsCurve]]:
         """The pieces, without their z where the drawing is flat; FormatError for points too far out for a workpiece."""
         every = np.concatenate([curve.control_points for piece in self.pieces for curve in piece])
-        near = np.abs(every).max(axis=1) <= MAX_COORDINATE
-        if not near.all():
-            owners = [
-                name
-                for piece, name in zip(self.pieces, self.names, strict=True)
-                for c in piece
-                for _ in c.control_points
-            ]
+        far = ~(np.abs(every).max(axis=1) <= MAX_COORDINATE)
+        if far.any():
+            counts = [sum(len(curve.control_points) for curve in piece) for piece in self.pieces]
+            name = self.names[int(np.searchsorted(np.cumsum(counts), np.argmax(far), side="right"))]
             raise FormatError(
-                f"{self.source}: a curve of {owners[int(np.argmin(near))]!r} goes beyond {MAX_COORDINATE:g} mm; "
-                "check the units and the transforms"
+                f"{self.source}: a curve of {name!r} goes beyond {MAX_COORDINATE:g} mm; check the units and transforms"
             )
         if every.shape[1] == 2 or np.abs(every[:, 2]).max() > FLAT * np.ptp(every[:, :2], axis=0).max():
             return self.pieces
@@ -105,78 +131,25 @@ class Drawing:
         for piece in self.pieces:
             curves = []
             for curve in piece:
-                count = len(curve.control_points)
-                points = flat[row : row + count]
+                points = flat[row : row + len(curve.control_points)]
+                row += len(points)
                 curves.append(
                     NurbsCurve.trusted(curve.degree, curve.knots, points, curve.weights, clamped=curve.clamped)
                 )
-                row += count
             pieces.append(curves)
         return pieces
 
-    def _say_overlaps(self, pieces: list[list[NurbsCurve]], names: list[str]) -> None:
-        """A finding for lines and arcs that lie on others in part; what is to become of them is not to be guessed."""
-        shared = overlaps(pieces, JOIN_TOLERANCE)
-        if shared is not None:
-            begin, end = (", ".join(f"{value:.6g}" for value in place.tolist()) for place in (shared.begin, shared.end))
-            self.findings.append(
-                f"{many(shared.count, 'line or arc lies', 'lines or arcs lie')} on others in part, the first from "
-                f"({begin}) to ({end}) in {names[shared.piece]!r}; they are left as drawn and cut twice there"
-            )
-
-    def _copies(self, pieces: list[list[NurbsCurve]], ends: Array, repair: bool) -> IntArray:
+    def _copies(self, pieces: list[list[NurbsCurve]]) -> IntArray:
         """(n,) how many earlier pieces lie exactly where this one does, run through either way."""
-        rounded = np.round(ends.reshape(len(ends), -1) / JOIN_TOLERANCE) + 0.0
-        width = rounded.shape[1] // 2
-        swapped = np.concatenate([rounded[:, width:], rounded[:, :width]], axis=1)
-        column = np.argmax(rounded != swapped, axis=1)
-        rows = np.arange(len(rounded))
-        swap = rounded[rows, column] > swapped[rows, column]
-        rounded[swap] = swapped[swap]
-        _, group, counts = np.unique(rounded, axis=0, return_inverse=True, return_counts=True)
-        suspects = np.flatnonzero(counts[group.ravel()] > 1)
+        seen: Counter[bytes] = Counter()
         pools = np.zeros(len(pieces), dtype=np.int64)
-        pools[suspects] = copies([_key(pieces[i]) for i in suspects])
-        twice = np.flatnonzero(pools)
-        if twice.size:
-            fate = "copies are left out" if repair else "each copy is a separate path"
-            place = ", ".join(f"{value:.6g}" for value in ends[twice[0], 0].tolist())
-            self.findings.append(
-                f"{many(twice.size, 'curve lies', 'curves lie')} exactly on others, the first from ({place}) "
-                f"in {self.names[twice[0]]!r}; {fate}"
-            )
+        for i, piece in enumerate(pieces):
+            points = np.concatenate([curve.control_points for curve in piece])
+            grid = np.round(points / JOIN_TOLERANCE) + 0.0
+            key = min(grid.tobytes(), grid[::-1].tobytes())
+            pools[i] = seen[key]
+            seen[key] += 1
         return pools
-
-
-def counted(kinds: Counter[str]) -> str:
-    """Kinds and their numbers, the most frequent first, for a finding."""
-    most = kinds.most_common()
-    shown = ", ".join(f"{count} {kind}" for kind, count in most[:NAMED])
-    rest = most[NAMED:]
-    return shown + (f" and {sum(count for _, count in rest)} of {len(rest)} other kinds" if rest else "")
-
-
-def many(count: int, one: str, several: str) -> str:
-    """The count and the words for one or for several, for a finding."""
-    return f"{count} {one if count == 1 else several}"
-
-
-def runs_that_meet(curves: Iterable[NurbsCurve]) -> list[list[NurbsCurve]]:
-    """Runs of neighbouring curves whose ends meet."""
-    runs: list[list[NurbsCurve]] = []
-    for curve in curves:
-        if runs and np.linalg.norm(curve.ends[0] - runs[-1][-1].ends[1]) <= JOIN_TOLERANCE:
-            runs[-1].append(curve)
-        else:
-            runs.append([curve])
-    return runs
-
-
-def unit_in_mm(name: str) -> float:
-    """How many mm the unit `name` of an option is; InputError for one that is not known."""
-    if name not in MILLIMETRES:
-        raise InputError(f"units {name!r} are not known; choose one of {', '.join(MILLIMETRES)}")
-    return MILLIMETRES[name]
 
 
 def join_tolerance(tolerance: float | str) -> float:
@@ -189,53 +162,21 @@ def join_tolerance(tolerance: float | str) -> float:
 
 def layers_from(layer: str | Sequence[str] | None) -> list[str]:
     """The names in the option `layer`: a list, or one text with commas between them."""
-    if layer is None:
-        return []
-    names: Iterable[str] = layer.split(",") if isinstance(layer, str) else layer
+    names = layer.split(",") if isinstance(layer, str) else layer or ()
     return [name.strip() for name in names if name.strip()]
 
 
-class _Moves:
-    """How wide gaps may be that are closed by moving ends, mm, how many were, and the widest of them, mm."""
-
-    def __init__(self, tolerance: float) -> None:
-        self.tolerance = tolerance
-        self.count = 0
-        self.widest = 0.0
-
-
-def _run(pieces: list[list[NurbsCurve]], each: Chain, moved: _Moves) -> list[NurbsCurve]:
-    """The curves of a chain, turned where they run backwards, and moved together at joints wider than a path's."""
-    curves: list[NurbsCurve] = []
-    for i, backwards in zip(each.pieces, each.backwards, strict=True):
-        piece = pieces[i]
-        curves += [curve.reversed() for curve in reversed(piece)] if backwards else piece
-    if moved.tolerance <= JOIN_TOLERANCE or len(each.pieces) == 1:
+def _moved_together(curves: list[NurbsCurve], tolerance: float, gaps: list[float]) -> list[NurbsCurve]:
+    """The curves, and the last one with the first, moved together where they are farther apart than a path's may be."""
+    if tolerance <= JOIN_TOLERANCE:
         return curves
-    # the last joint is the one of a closed path
-    for before, after in [*pairwise(range(len(curves))), (len(curves) - 1, 0)]:
-        left, right = curves[before].ends[1], curves[after].ends[0]
-        gap = float(np.linalg.norm(right - left))
-        if not JOIN_TOLERANCE < gap <= moved.tolerance:
-            continue
-        middle = 0.5 * (left + right)
-        curves[before] = _with_end(curves[before], -1, middle)
-        curves[after] = _with_end(curves[after], 0, middle)
-        moved.count += 1
-        moved.widest = max(moved.widest, gap)
-    return curves
-
-
-def _with_end(curve: NurbsCurve, index: int, place: Array) -> NurbsCurve:
-    whole = curve.with_clamped_ends()
-    points = whole.control_points.copy()
-    points[index] = place
-    return NurbsCurve(whole.degree, whole.knots, points, whole.weights)
-
-
-def _key(piece: list[NurbsCurve]) -> bytes:
-    """The same for pieces of the same shape, whichever way they are run through."""
-    grids = [np.round(curve.control_points / JOIN_TOLERANCE) + 0.0 for curve in piece]
-    there = b"".join(grid.tobytes() for grid in grids)
-    back = b"".join(np.ascontiguousarray(grid[::-1]).tobytes() for grid in reversed(grids))
-    return min(there, back)
+    ends = np.array([curve.ends for curve in curves])
+    after = np.roll(ends[:, 0], -1, axis=0)
+    gap = np.linalg.norm(after - ends[:, 1], axis=1)
+    wide = (gap > JOIN_TOLERANCE) & (gap <= tolerance)
+    middle = np.where(wide[:, None], 0.5 * (ends[:, 1] + after), ends[:, 1])
+    starts = np.where(np.roll(wide, 1)[:, None], np.roll(middle, 1, axis=0), ends[:, 0])
+    gaps += gap[wide].tolist()
+    touched = wide | np.roll(wide, 1)
+    places = np.stack([starts, middle], axis=1)
+    return [moved_ends(curves[i], places[i]) if touched[i] else curves[i] for i in range(len(curves))]

@@ -4,52 +4,29 @@ from __future__ import annotations
 
 import os
 import pathlib
+import re
 from collections.abc import Sequence
 
 import numpy as np
-from ezdxf.math import Vec3
 
+from splinefeed import units as known_units
 from splinefeed.errors import FormatError
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.drawing import Drawing, join_tolerance, layers_from, many, unit_in_mm
-from splinefeed.formats.dxf_entities import Block, EntityReader
+from splinefeed.formats.drawing import Drawing, join_tolerance, layers_from
+from splinefeed.formats.dxf_entities import EntityReader
 from splinefeed.formats.dxf_tags import BINARY_MARK, Entity, Sections, read_sections
 from splinefeed.formats.dxf_write import write as write
-from splinefeed.formats.source import head_text
 from splinefeed.geometry.path import JOIN_TOLERANCE
 
-#: What the number in $INSUNITS means, in mm, and how info calls it.
-INSERT_UNITS = {
-    1: ("in", 25.4),
-    2: ("ft", 304.8),
-    3: ("mi", 1609344.0),
-    4: ("mm", 1.0),
-    5: ("cm", 10.0),
-    6: ("m", 1000.0),
-    7: ("km", 1e6),
-    8: ("microinch", 2.54e-5),
-    9: ("mil", 0.0254),
-    10: ("yd", 914.4),
-    13: ("um", 0.001),
-    14: ("dm", 100.0),
-    15: ("dam", 10000.0),
-    16: ("hm", 100000.0),
-    21: ("US ft", 1200000.0 / 3937.0),
-}
-#: Header lines and comments that may stand before the first section.
-_COMMENT = "999"
-_EXTERNAL = 4  # flag of a block
+#: What the number in $INSUNITS means.
+INSERT_UNITS = {"1": "in", "2": "ft", "4": "mm", "5": "cm", "6": "m", "9": "mil", "13": "um"}
+#: Comments that may stand before the first section.
+_START = re.compile(rb"(?:\xef\xbb\xbf)?(?:\s*999\s*[\r\n][^\r\n]*[\r\n])*\s*0\s*[\r\n]\s*SECTION\s")
 
 
 def holds(head: bytes) -> bool:
     """Whether `head` looks like this format: the mark of a binary file, or a section after comments at most."""
-    if head.startswith(BINARY_MARK):
-        return True
-    lines = [line.strip() for line in head_text(head[:8192]).replace("\r\n", "\n").replace("\r", "\n").split("\n")]
-    k = 0
-    while k + 1 < len(lines) and lines[k] == _COMMENT:
-        k += 2
-    return lines[k : k + 2] == ["0", "SECTION"]
+    return head.startswith(BINARY_MARK) or _START.match(head) is not None
 
 
 def from_file(
@@ -68,107 +45,39 @@ def from_file(
     source = os.fspath(file)
     found = read_sections(pathlib.Path(file).read_bytes(), source)
     drawing = Drawing(source)
-    _check_complete(found, drawing, repair)
-    name, scale = _units(found, drawing, units)
-    reader = EntityReader(source, drawing, wanted, repair)
-    _read_blocks(found, reader)
+    if "ENTITIES" not in found.entities:
+        raise FormatError(f"{source}: has no section ENTITIES; is the file complete, and is it a drawing?")
+    if found.fault and not repair:
+        raise FormatError(f"{source}: {found.fault}")
+    drawing.findings += [found.fault] if found.fault else []
+    name = _unit(found, drawing) if units is None else units
+    scale = known_units.parse(f"1{name}", "length")
+    reader = EntityReader(drawing, wanted, repair)
+    reader.read_blocks(found.entities.get("BLOCKS", []))
     reader.read(found.entities["ENTITIES"], None if scale == 1.0 else (np.diag([scale] * 3), np.zeros(3)))
-    _say_layers(found, reader, wanted)
-    _say_notes(reader)
+    _say_layers(found.entities.get("TABLES", []), reader, wanted)
     return Contents(drawing.paths(pathlib.Path(file).stem, allowed, repair), name)
 
 
-def _check_complete(found: Sections, drawing: Drawing, repair: bool) -> None:
-    """FormatError for a file without entities or cut inside a section; when repairing, its last entity goes."""
-    if "ENTITIES" not in found.entities:
-        raise FormatError(f"{found.source}: has no section ENTITIES; is the file complete, and is it a drawing?")
-    if found.complete:
-        return
-    if found.open_section:
-        text = f"ends inside section {found.open_section}; is the file complete?"
-        if not repair:
-            raise found.error(found.last, text)
-        lost = found.entities[found.open_section]
-        drawing.findings.append(f"the file {text} its last entity is left out" if lost else f"the file {text}")
-        del lost[-1:]
-    else:
-        drawing.findings.append("the file has no EOF at its end, but its sections are complete")
+def _unit(found: Sections, drawing: Drawing) -> str:
+    number, measurement = (str(found.header.get(name, "")).strip() for name in ("$INSUNITS", "$MEASUREMENT"))
+    if number in ("", "0"):
+        hint = " ($MEASUREMENT says inch: if so, give units in)" if measurement == "0" else ""
+        drawing.findings.append(f"the drawing has no units; read as mm{hint}")
+    elif number not in INSERT_UNITS:
+        raise FormatError(f"{drawing.source}: $INSUNITS is {number[:40]}, not a unit of workpieces; give units")
+    return INSERT_UNITS.get(number, "mm")
 
 
-def _units(found: Sections, drawing: Drawing, override: str | None) -> tuple[str, float]:
-    """Name of the drawing's unit, and how many mm it is."""
-    if override is not None:
-        return override, unit_in_mm(override)
-    number, measurement = (_header_number(found, name) for name in ("$INSUNITS", "$MEASUREMENT"))
-    if number in INSERT_UNITS:
-        return INSERT_UNITS[number]
-    if number:
-        raise FormatError(f"{found.source}: $INSUNITS is {number}, not a unit of workpieces; give units")
-    hint = " ($MEASUREMENT says inch: if so, give units in)" if measurement == 0 else ""
-    drawing.findings.append(f"the drawing has no units; read as mm{hint}")
-    return "mm", 1.0
-
-
-def _header_number(found: Sections, name: str) -> int | None:
-    said = found.header.get(name)
-    try:
-        return None if said is None else int(float(str(said)))
-    except (ValueError, OverflowError):
-        raise FormatError(
-            f"{found.source}: {name} is {str(said).strip()[:40]!r}; expected a whole number, or give units"
-        ) from None
-
-
-def _read_blocks(found: Sections, reader: EntityReader) -> None:
-    """The blocks by their name in small letters, as DXF compares names."""
-    inside: list[Entity] | None = None
-    for entity in found.entities.get("BLOCKS", []):
-        if entity.kind == "BLOCK":
-            block = reader.understood(entity).dxf
-            inside = []
-            external = block.xref_path.strip() or "another file" if block.flags & _EXTERNAL else ""
-            base = np.array(Vec3(block.base_point).xyz)
-            reader.blocks[block.get("name", "").strip().casefold()] = Block(inside, base, external)
-        elif entity.kind == "ENDBLK":
-            inside = None
-        elif inside is not None:
-            inside.append(entity)
-
-
-def _say_layers(found: Sections, reader: EntityReader, wanted: Sequence[str]) -> None:
+def _say_layers(tables: list[Entity], reader: EntityReader, wanted: Sequence[str]) -> None:
     """FormatError for a wanted layer that is not there; findings for layers that are hidden but were read."""
-    table = [reader.understood(entity) for entity in found.entities.get("TABLES", []) if entity.kind == "LAYER"]
-    states = {
-        each.dxf.get("name", ""): "frozen" if each.is_frozen() else "off" if each.is_off() else "" for each in table
-    }
-    there = {name.casefold(): name for name in [*states, *reader.seen_layers]}
-    for name in wanted:
-        if name.casefold() not in there:
-            listed = ", ".join(repr(each) for each in list(there.values())[:12])
-            raise FormatError(f"{found.source}: has no layer {name[:40]!r}; there are {listed or 'none'}")
-    hidden = {name.casefold(): state for name, state in states.items() if state}
-    for name, count in reader.seen_layers.items():
-        if count and name.casefold() in hidden:
+    layers = [reader.understood(entity) for entity in tables if entity.kind == "LAYER"]
+    names = [each.dxf.get("name", "") for each in layers]
+    reader.drawing.check_layers(wanted, [*names, *reader.seen_layers], "layer")
+    for name, each in zip(names, layers, strict=True):
+        count = reader.seen_layers.get(name, 0)
+        if count and (each.is_frozen() or each.is_off()):
+            state = "frozen" if each.is_frozen() else "off"
             reader.drawing.findings.append(
-                f"layer {name!r} is {hidden[name.casefold()]} in the drawing; its {count} curves are read anyway"
+                f"layer {name!r} is {state} in the drawing; its {count} curves are read anyway"
             )
-
-
-def _say_notes(reader: EntityReader) -> None:
-    sentences = {
-        "faulty": ("faulty entity is left out", "faulty entities are left out"),
-        "zero": ("entity without length is left out", "entities without length are left out"),
-        "flat": ("block reference of scale 0 is left out", "block references of scale 0 are left out"),
-        "knots": ("knot of a spline differs", "knots of splines differ"),
-        "open": ("spline says that it is closed but is not", "splines say that they are closed but are not"),
-        "broken": ("spline has a knot", "splines have knots"),
-        "fit": ("spline is given by fit points alone", "splines are given by fit points alone"),
-    }
-    more = {
-        "knots": " by rounding only from the one before and was made equal",
-        "open": "; left as drawn",
-        "broken": " of multiplicity degree + 1, at which it may jump; each is the pieces between, exactly",
-        "fit": ": a cubic by chord length runs through them, with natural ends where no tangent is given",
-    }
-    for key, count in reader.notes.items():
-        reader.drawing.findings.append(many(count, *sentences[key]) + more.get(key, ""))

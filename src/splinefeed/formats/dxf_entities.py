@@ -16,12 +16,12 @@ from ezdxf.lldxf.const import DXFError
 from ezdxf.math import Vec3
 
 from splinefeed.errors import CurveError, FormatError
-from splinefeed.formats import dxf_splines
-from splinefeed.formats.drawing import Drawing, runs_that_meet
-from splinefeed.formats.dxf_tags import Entity, Faults
+from splinefeed.formats.drawing import BROKEN, Drawing
+from splinefeed.formats.dxf_tags import Entity
 from splinefeed.formats.source import in_brief
 from splinefeed.geometry.arcs import arc, bulge_arc, moved, polyline
 from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.editing import unbroken
 from splinefeed.records import Array
 
 #: Blocks within blocks; drawings of people have three or four.
@@ -32,6 +32,8 @@ MAX_VISITS = 1_000_000
 NAMED_FAULTS = 20
 #: A bulge below this is straight: the arc is within rounding of its chord.
 LEAST_BULGE = 1e-15
+#: Knots closer than this share of the whole range are one: CAD writes them apart by rounding.
+SAME_KNOT = 1e-12
 #: What ezdxf would put a default for and no drawing leaves out.
 _REQUIRED = {
     "LINE": ("start", "end"),
@@ -41,10 +43,10 @@ _REQUIRED = {
     "VERTEX": ("location",),
     "INSERT": ("name",),
 }
-#: Flags of a POLYLINE and of its vertices.
-_CLOSED, _IN_SPACE, _MESH, _FRAME_VERTEX = 1, 8, 16 | 64, 16
-
-_ON_PAPER = "in paper space"
+#: Flags of a POLYLINE and of its vertices, and of a block.
+_IN_SPACE, _MESH, _FRAME_VERTEX, _EXTERNAL = 8, 16 | 64, 16, 4
+_NO_LENGTH = "entity without length"
+_FIT = "spline given by fit points alone: a cubic by chord length, natural ends where no tangent is given"
 
 Placement = tuple[Array, Array]  # matrix (3, 3) and offset (3,), mm: where coordinates p lie, matrix @ p + offset
 
@@ -61,25 +63,17 @@ class TooMuchError(FormatError):
     """A limit on the whole drawing; not even repairing goes on after it."""
 
 
-class _Known(NamedTuple):
-    """An entity that is drawn: what ezdxf says of it, and its curves in the coordinates of its block."""
-
-    layer: str
-    unseen: str  # why it is not seen on the screen, if so
-    insert: Any  # ezdxf's INSERT; None for a curve
-    curves: list[NurbsCurve]
-
-
-class EntityReader(Faults):
+class EntityReader:
     """Reads entities into a `Drawing`, piece by piece."""
 
-    def __init__(self, source: str, drawing: Drawing, layers: Sequence[str], repair: bool) -> None:
-        super().__init__(source, drawing, repair)
+    def __init__(self, drawing: Drawing, layers: Sequence[str], repair: bool) -> None:
+        self.drawing, self.repair = drawing, repair
         self.layers = {name.casefold() for name in layers}
         self.blocks: dict[str, Block] = {}
-        self.visits = 0
+        self.visits = self.faulty = 0
         self.seen_layers: Counter[str] = Counter()
-        self._known: dict[int, _Known] = {}  # by id: entities of a block are met again at each reference to it
+        # by id what ezdxf loads and its curves: entities of a block are met again at each reference to it
+        self._known: dict[int, tuple[Any, list[NurbsCurve]]] = {}
         self._shapes: dict[str, Callable[[Entity, Any], list[NurbsCurve]]] = {
             "LINE": self._line,
             "ARC": self._arc,
@@ -90,6 +84,19 @@ class EntityReader(Faults):
             "SPLINE": self._spline,
             "HELIX": self._spline,
         }
+
+    def read_blocks(self, entities: Sequence[Entity]) -> None:
+        """Take over the blocks by their name in small letters, as DXF compares names."""
+        inside: list[Entity] = []
+        for entity in entities:
+            if entity.kind == "BLOCK":
+                block = self.understood(entity).dxf
+                external = block.xref_path.strip() or "another file" if block.flags & _EXTERNAL else ""
+                inside = []
+                name = block.get("name", "").strip().casefold()
+                self.blocks[name] = Block(inside, np.array(Vec3(block.base_point).xyz), external)
+            elif entity.kind != "ENDBLK":
+                inside.append(entity)
 
     def read(
         self, entities: list[Entity], place: Placement | None, inherited: str = "", above: tuple[str, ...] = ()
@@ -104,55 +111,55 @@ class EntityReader(Faults):
                     if self._wanted(str(values.get(8, "0")).strip(), inherited) is not None:
                         self.drawing.left_out[kind[:40]] += 1
                     continue
-                known = self._known.get(id(entity)) or self._understood(entity)
-                if known.unseen and not (known.unseen == _ON_PAPER and above):
-                    self.drawing.left_out[f"{kind} {known.unseen}"] += 1
-                elif known.insert is not None:
-                    self._insert(entity, known.insert, place, inherited, above)
+                loaded, curves = self._known.get(id(entity)) or self._understood(entity)
+                said = loaded.dxf.get
+                if said("invisible", 0) or (said("paperspace", 0) and not above):
+                    self.drawing.left_out[f"{kind} {'invisible' if said('invisible', 0) else 'in paper space'}"] += 1
+                elif kind == "INSERT":
+                    self._insert(entity, loaded, place, inherited, above)
                 else:
-                    self._add(kind, known.curves, place, self._wanted(known.layer, inherited))
+                    self._add(kind, curves, place, self._wanted(said("layer", "0").strip(), inherited))
             except TooMuchError:
                 raise
             except FormatError as error:
                 if not self.repair:
                     raise
-                self.notes["faulty"] += 1
-                if self.notes["faulty"] <= NAMED_FAULTS:
-                    self.drawing.findings.append(str(error).removeprefix(f"{self.source}: ") + "; left out")
+                self.faulty += 1
+                if self.faulty <= NAMED_FAULTS:
+                    self.drawing.findings.append(str(error).removeprefix(f"{self.drawing.source}: ") + "; left out")
+                else:
+                    self.drawing.left_out["faulty entity"] += 1
 
     def understood(self, entity: Entity) -> Any:
         """The entity as ezdxf loads it; FormatError for what it cannot, lacks a place, or has a number not finite."""
         try:
             loaded = entity.loaded()
         except (DXFError, ValueError, TypeError) as error:
-            raise self.error(entity, f"ezdxf says: {in_brief(error).rstrip('.')}") from None
+            raise self._error(entity, f"ezdxf says: {in_brief(error).rstrip('.')}") from None
         values = loaded.dxf.all_existing_dxf_attribs()
         for name in _REQUIRED.get(entity.kind, ()):
             if name not in values:
-                raise self.error(entity, f"has no {name}; is the file complete?")
+                raise self._error(entity, f"has no {name}; is the file complete?")
         # a spline lies in space as it is, whatever its extrusion
         if "extrusion" in values and values["extrusion"].is_null and entity.kind not in ("SPLINE", "HELIX"):
-            raise self.error(entity, "the extrusion (group 210) has no length")
+            raise self._error(entity, "the extrusion (group 210) has no length")
         for name, value in values.items():
             size = value.x + value.y + value.z if isinstance(value, Vec3) else value
             if isinstance(size, float) and not math.isfinite(size):
-                raise self.error(entity, f"{name} is {value}; expected finite numbers")
+                raise self._error(entity, f"{name} is {value}; expected finite numbers")
         return loaded
 
-    def _understood(self, entity: Entity) -> _Known:
+    def _error(self, entity: Entity, text: str) -> FormatError:
+        return FormatError(f"{self.drawing.source}: {entity.place}: {entity.kind}: {text}")
+
+    def _understood(self, entity: Entity) -> tuple[Any, list[NurbsCurve]]:
         loaded = self.understood(entity)
-        insert, curves = None, []
-        if entity.kind == "INSERT":
-            insert = loaded
-        else:
-            try:
-                curves = self._shapes[entity.kind](entity, loaded)
-            except (CurveError, OverflowError) as error:
-                raise self.error(entity, in_brief(error)) from None
-        said = loaded.dxf.get
-        unseen = "invisible" if said("invisible", 0) else _ON_PAPER if said("paperspace", 0) else ""
-        known = self._known[id(entity)] = _Known(said("layer", "0").strip(), unseen, insert, curves)
-        return known
+        try:
+            curves = [] if entity.kind == "INSERT" else self._shapes[entity.kind](entity, loaded)
+        except (CurveError, OverflowError) as error:
+            raise self._error(entity, in_brief(error)) from None
+        self._known[id(entity)] = loaded, curves
+        return loaded, curves
 
     def _wanted(self, layer: str, inherited: str) -> str | None:
         """The layer that something is drawn on, or None if that one is not to be read."""
@@ -169,38 +176,36 @@ class EntityReader(Faults):
         if place is not None:
             curves = [moved(curve, *place) for curve in curves]
         self.seen_layers[layer] += len(curves)
-        # only the pieces of a spline that jumps do not meet
-        for run in [curves] if kind != "SPLINE" or len(curves) == 1 else runs_that_meet(curves):
-            self.drawing.add(run, layer)
+        if kind == "SPLINE" and len(curves) > 1:  # it may jump
+            self.drawing.add_runs(curves, layer)
+        else:
+            self.drawing.add(curves, layer)
 
     def _visit(self, count: int) -> None:
         self.visits += count
         if self.visits > MAX_VISITS:
             raise TooMuchError(
-                f"{self.source}: has more than {MAX_VISITS} entities with those of its nested blocks; "
+                f"{self.drawing.source}: has more than {MAX_VISITS} entities with those of its nested blocks; "
                 f"choose layers, or explode the blocks that are needed"
             )
 
     # --- curves -------------------------------------------------------------------------------------------------------
 
     def _line(self, entity: Entity, line: Any) -> list[NurbsCurve]:
-        start, end = line.dxf.start.xyz, line.dxf.end.xyz
-        if start == end:
-            self.notes["zero"] += 1
-            return []
-        return [polyline(np.array([start, end]))]
+        ends = np.array([line.dxf.start.xyz, line.dxf.end.xyz])
+        return [polyline(ends)] if line.dxf.start != line.dxf.end else self._vertices(ends)
 
     def _arc(self, entity: Entity, circle: Any) -> list[NurbsCurve]:
         radius = circle.dxf.radius
         if radius < 0.0:
-            raise self.error(entity, f"radius (group 40) is {radius:g}; expected one above 0")
+            raise self._error(entity, f"radius (group 40) is {radius:g}; expected one above 0")
         start, sweep = 0.0, 2.0 * math.pi
         if entity.kind == "ARC":
             turn = math.fmod(circle.dxf.end_angle - circle.dxf.start_angle, 360.0)
             turn += 360.0 if turn <= 0.0 else 0.0
             start, sweep = math.radians(circle.dxf.start_angle), math.radians(turn)
         if radius == 0.0:
-            self.notes["zero"] += 1
+            self.drawing.left_out[_NO_LENGTH] += 1
             return []
         axes = own_axes(circle)
         return [arc(axes @ circle.dxf.center.xyz, axes[:, 0] * radius, axes[:, 1] * radius, start, sweep)]
@@ -209,7 +214,7 @@ class EntityReader(Faults):
         major, first, last = ellipse.dxf.major_axis, ellipse.dxf.start_param, ellipse.dxf.end_param
         minor = Vec3(ellipse.dxf.extrusion).normalize().cross(major) * ellipse.dxf.ratio
         if major.is_null or minor.is_null:
-            raise self.error(entity, f"an axis has no length (ratio {ellipse.dxf.ratio:g})")
+            raise self._error(entity, f"an axis has no length (ratio {ellipse.dxf.ratio:g})")
         sweep = math.fmod(last - first, 2.0 * math.pi)
         if abs(last - first) >= 2.0 * math.pi - 1e-9 or sweep == 0.0:
             sweep = 2.0 * math.pi
@@ -218,52 +223,88 @@ class EntityReader(Faults):
         center, *radii = (np.array(each.xyz) for each in (ellipse.dxf.center, major, minor))
         return [arc(center, radii[0], radii[1], first, sweep)]
 
-    def _spline(self, entity: Entity, spline: Any) -> list[NurbsCurve]:
-        return dxf_splines.curves(self, entity, spline)
-
     def _lwpolyline(self, entity: Entity, line: Any) -> list[NurbsCurve]:
         rows = np.array(line.lwpoints.values).reshape(-1, 5)  # x, y, two widths, bulge
         if not np.isfinite(rows).all():
-            raise self.error(entity, "has a vertex that is not finite")
+            raise self._error(entity, "has a vertex that is not finite")
         points = np.column_stack([rows[:, :2], np.full(len(rows), line.dxf.elevation)])
         return self._vertices(points, rows[:, 4].tolist(), line.closed, own_axes(line))
 
     def _polyline(self, entity: Entity, line: Any) -> list[NurbsCurve]:
-        flags = line.dxf.flags
-        if flags & _MESH:
+        if line.dxf.flags & _MESH:
             self.drawing.left_out["POLYLINE mesh"] += 1
             return []
         vertices = [self.understood(vertex).dxf for vertex in entity.vertices]
         vertices = [each for each in vertices if not each.flags & _FRAME_VERTEX]  # on no curve: a control point
         points = np.array([each.location.xyz for each in vertices]).reshape(-1, 3)
-        if flags & _IN_SPACE:
-            return self._vertices(points, [0.0] * len(points), bool(flags & _CLOSED), _SAME)
+        if line.dxf.flags & _IN_SPACE:
+            return self._vertices(points, closed=line.is_closed)
         points[:, 2] = Vec3(line.dxf.elevation).z
-        return self._vertices(points, [each.bulge for each in vertices], bool(flags & _CLOSED), own_axes(line))
+        return self._vertices(points, [each.bulge for each in vertices], line.is_closed, own_axes(line))
 
-    def _vertices(self, points: Array, bulges: list[float], closed: bool, axes: Array) -> list[NurbsCurve]:
+    def _vertices(
+        self, points: Array, bulges: Sequence[float] = (), closed: bool = False, axes: Array | None = None
+    ) -> list[NurbsCurve]:
         """Straight runs as one curve each, and the arcs between them."""
         if closed and len(points) > 1:
             points = np.concatenate([points, points[:1]])
         moves = (points[1:] != points[:-1]).any(axis=1)
-        if len(points) < 2 or not moves.any():
-            self.notes["zero"] += 1
+        if not moves.any():
+            self.drawing.left_out[_NO_LENGTH] += 1
             return []
-        bent = bulges[: len(moves)]
-        if not moves.all():
-            points = np.concatenate([points[:1], points[1:][moves]])
-            bent = [b for b, moving in zip(bent, moves.tolist(), strict=True) if moving]
+        bent = [i for i, (bulge, moves_there) in enumerate(zip(bulges, moves.tolist(), strict=False))
+                if moves_there and not abs(bulge) < LEAST_BULGE]  # fmt: skip
         curves: list[NurbsCurve] = []
         begin = 0
-        for i, bulge in enumerate(bent):
-            if not abs(bulge) < LEAST_BULGE:
-                if i > begin:
-                    curves.append(polyline(points[begin : i + 1]))
-                curves.append(bulge_arc(points[i], points[i + 1], bulge))
-                begin = i + 1
-        if begin < len(points) - 1:
-            curves.append(polyline(points[begin:]))
-        return curves if axes is _SAME else [moved(curve, axes, np.zeros(3)) for curve in curves]
+        for i in [*bent, len(moves)]:
+            run = points[begin : i + 1]
+            run = run if moves[begin:i].all() else run[np.append(True, moves[begin:i])]
+            if len(run) > 1:
+                curves.append(polyline(run))
+            if i < len(moves):
+                curves.append(bulge_arc(points[i], points[i + 1], bulges[i]))
+            begin = i + 1
+        return curves if axes is None or axes is _SAME else [moved(curve, axes, np.zeros(3)) for curve in curves]
+
+    def _spline(self, entity: Entity, spline: Any) -> list[NurbsCurve]:
+        control, fit = (np.array(each.values).reshape(-1, 3) for each in (spline.control_points, spline.fit_points))
+        knots, weights = np.array(spline.knots), np.array(spline.weights)
+        if not all(np.isfinite(values).all() for values in (control, fit, knots, weights)):
+            raise self._error(entity, "has a point, knot or weight that is not finite")
+        if not len(control):
+            return self._through(entity, spline, fit)
+        if len(weights) not in (0, len(control)):
+            raise CurveError(f"{len(weights)} weights (group 41) for {len(control)} control points; expected one each")
+        if len(knots):
+            apart = np.diff(knots, prepend=knots[0])
+            number = np.cumsum(np.abs(apart) > SAME_KNOT * abs(knots[-1] - knots[0]))
+            knots = np.where(apart < 0.0, knots, knots[np.searchsorted(number, number)])
+        parts = unbroken(spline.dxf.degree, knots, control, weights if len(weights) else None)
+        if len(parts) > 1:
+            self.drawing.notes[BROKEN] += 1
+            parts = [part for part in parts if np.any(part[1] != part[1][0])]
+        return [NurbsCurve(spline.dxf.degree, *part) for part in parts]
+
+    def _through(self, entity: Entity, spline: Any, fit: Array) -> list[NurbsCurve]:
+        """The cubic through fit points by chord length, with the tangents given or natural ends; periodic if closed."""
+        from scipy.interpolate import make_interp_spline
+
+        around = spline.dxf.flags & (spline.CLOSED | spline.PERIODIC) and len(fit) > 2
+        fit = np.concatenate([fit, fit[:1]]) if around else fit
+        fit = fit[np.append(True, np.any(fit[1:] != fit[:-1], axis=1))[: len(fit)]]
+        if len(fit) < 2:
+            raise self._error(entity, "has no control points and no two different fit points")
+        self.drawing.notes[_FIT] += 1
+        chords = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fit, axis=0), axis=1))])
+        if around:
+            made = make_interp_spline(chords, fit, k=3, bc_type="periodic")
+            return [NurbsCurve(3, made.t, made.c).with_clamped_ends()]
+        tangents = [spline.dxf.get(name) for name in ("start_tangent", "end_tangent")]
+        if len(fit) == 2 and tangents == [None, None]:
+            return [polyline(fit)]
+        ends = [[(2, np.zeros(3))] if each is None else [(1, np.array(each.normalize().xyz))] for each in tangents]
+        made = make_interp_spline(chords, fit, k=3, bc_type=(ends[0], ends[1]))
+        return [NurbsCurve(3, made.t, made.c)]
 
     # --- blocks -------------------------------------------------------------------------------------------------------
 
@@ -273,21 +314,17 @@ class EntityReader(Faults):
         dxf = insert.dxf
         name = dxf.name.strip()
         key = name.casefold()
-        layer = inherited if inherited and dxf.layer.strip() == "0" else dxf.layer.strip()
         block = self.blocks.get(key)
         if block is None:
-            raise self.error(entity, f"there is no block {name[:40]!r}")
-        if key in above:
-            chain = " > ".join([*above[above.index(key) :], key])
-            raise self.error(entity, f"block {name[:40]!r} inserts itself ({chain[:120]})")
-        if len(above) >= MAX_DEPTH:
-            raise self.error(entity, f"blocks are nested more than {MAX_DEPTH} deep")
-        if block.external:
-            self.drawing.left_out[f"external reference to {block.external[:60]}"] += 1
+            raise self._error(entity, f"there is no block {name[:40]!r}")
+        if key in above or len(above) >= MAX_DEPTH:
+            chain = " > ".join([*above, key])[-120:]
+            raise self._error(entity, f"block {name[:40]!r} inserts itself, or more than {MAX_DEPTH} deep: {chain}")
+        if block.external or not dxf.xscale or not dxf.yscale:
+            why = f"external reference to {block.external[:60]}" if block.external else "block reference of scale 0"
+            self.drawing.left_out[why] += 1
             return
-        if not dxf.xscale or not dxf.yscale:
-            self.notes["flat"] += 1
-            return
+        layer = inherited if inherited and dxf.layer.strip() == "0" else dxf.layer.strip()
         count = insert.mcount
         self._visit(count)
         for one in insert.multi_insert() if count > 1 else [insert]:

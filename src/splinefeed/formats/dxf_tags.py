@@ -8,23 +8,19 @@ from __future__ import annotations
 
 import io
 import struct
-from collections import Counter
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import chain, pairwise
 
 from ezdxf.entities import factory
 from ezdxf.entities.dxfentity import DXFEntity
 from ezdxf.filemanagement import dxf_stream_info
-from ezdxf.lldxf.const import DXFError, DXFStructureError
+from ezdxf.lldxf.const import DXFError
 from ezdxf.lldxf.extendedtags import ExtendedTags
-from ezdxf.lldxf.repair import fix_coordinate_order
 from ezdxf.lldxf.tagger import ascii_tags_loader, binary_tags_loader, tag_compiler
-from ezdxf.lldxf.tags import Tags, group_tags
+from ezdxf.lldxf.tags import group_tags
 from ezdxf.lldxf.types import DXFTag
 
 from splinefeed.errors import FormatError
-from splinefeed.formats.drawing import Drawing
 from splinefeed.formats.source import in_brief
 
 BINARY_MARK = b"AutoCAD Binary DXF\r\n\x1a\x00"
@@ -46,66 +42,32 @@ class Entity:
 
     def loaded(self) -> DXFEntity:
         """The entity as ezdxf understands it; DXFError for tags of which it makes nothing."""
-        try:
-            compiled = _compiled(self.tags)
-        except DXFStructureError:
-            if self.kind != "LINE":
-                raise
-            compiled = _compiled(fix_coordinate_order(Tags(self.tags)))  # x, x, y, y of old writers
-        tags = ExtendedTags(compiled)
+        # a point of two coordinates ends where another tag begins
+        said = [*(tag for tag in self.tags if tag.code != _COMMENT), DXFTag(0, "")]
+        tags = ExtendedTags(list(tag_compiler(iter(said)))[:-1])
         if len(tags.subclasses) < _SUBCLASSES:
             tags.subclasses += tags.subclasses[-1:] * (_SUBCLASSES - len(tags.subclasses))
         return factory.load(tags)
 
 
-class Faults:
-    """What is wrong with entities: errors with file, place and kind, or when repairing findings; and counts."""
-
-    def __init__(self, source: str, drawing: Drawing, repair: bool) -> None:
-        self.source, self.drawing, self.repair = source, drawing, repair
-        self.notes: Counter[str] = Counter()
-
-    def error(self, entity: Entity, text: str) -> FormatError:
-        """A FormatError that names file, place and kind of an entity."""
-        return FormatError(f"{self.source}: {entity.place}: {entity.kind}: {text}")
-
-    def faulty(self, entity: Entity, text: str) -> None:
-        """An error, or when repairing a finding."""
-        if not self.repair:
-            raise self.error(entity, text)
-        self.drawing.findings.append(f"{entity.place}: {entity.kind} {text}; read as it is")
-
-
-def _compiled(tags: Iterable[DXFTag]) -> list[DXFTag]:
-    # a point of two coordinates ends where another tag begins
-    return list(tag_compiler(chain([tag for tag in tags if tag.code != _COMMENT], [DXFTag(0, "")])))[:-1]
-
-
 @dataclass
 class Sections:
-    """Entities of each section by its name, the header's values, and the section that the file is cut in."""
+    """The header's values, entities of each section by its name, and what is wrong with the end of the file, if so."""
 
-    source: str
     header: dict[str, object] = field(default_factory=dict)
     entities: dict[str, list[Entity]] = field(default_factory=dict)
-    complete: bool = False
-    open_section: str = ""
-    last: str = ""  # the place of the last tag
-
-    def error(self, place: str, text: str) -> FormatError:
-        """A FormatError that names the file and the place."""
-        return FormatError(f"{self.source}: {place}: {text}")
+    fault: str = ""
 
 
 def read_sections(content: bytes, source: str) -> Sections:
     """The sections of a file; strict about what begins and ends where, but not about a file that stops early."""
-    found = Sections(source)
+    found = Sections()
     binary = content.startswith(BINARY_MARK)
-    name = ""
+    name = place = ""
     inside: list[Entity] | None = None
+    start = 0  # the number of a tag, from 0
     try:
         loader = binary_tags_loader(content) if binary else ascii_tags_loader(_text(content, source), False)
-        start = 0  # the number of a tag, from 0
         for head in loader:
             if head.code == 0:
                 break
@@ -115,36 +77,32 @@ def read_sections(content: bytes, source: str) -> Sections:
         for tags in group_tags(chain([head], loader)):
             place = f"tag {start + 1}" if binary else f"line {2 * start + 1}"
             start += len(tags)
-            found.last = f"tag {start}" if binary else f"line {2 * start - 1}"
             if start > MAX_TAGS:
                 raise FormatError(f"{source}: has more than {MAX_TAGS} tags; that is not a drawing for a tool path")
             kind = str(tags[0].value).strip()
-            if kind == "SECTION":
-                if inside is not None:
-                    raise found.error(place, f"a section begins inside section {name}; its ENDSEC is missing")
-                if len(tags) < 2 or tags[1].code != 2:
-                    raise found.error(place, "a section without a name; is the file complete?")
+            if kind == "SECTION" and inside is None and len(tags) > 1 and tags[1].code == 2:
                 name = str(tags[1].value).strip().upper()
                 inside = found.entities.setdefault(name, [])
                 if name == "HEADER":
                     found.header = {str(key.value).strip(): said.value for key, said in pairwise(tags) if key.code == 9}
+            elif kind == "SECTION" or (inside is None and kind not in ("ENDSEC", "EOF")):
+                raise FormatError(f"{source}: {place}: {kind[:40]!r} where no section may begin; is the file complete?")
             elif kind == "ENDSEC":
                 inside = None
-            elif kind == "EOF":
-                found.complete = inside is None
+            elif kind == "EOF" or inside is None:
                 break
-            elif inside is None:
-                raise found.error(place, f"expected a section, got {kind[:40]!r}")
             elif kind == "VERTEX" and inside and inside[-1].kind == "POLYLINE":
                 inside[-1].vertices.append(Entity(kind, place, tags))
             elif kind not in ("VERTEX", "ATTRIB", "SEQEND"):
                 inside.append(Entity(kind, place, tags))
-    except FormatError:
-        raise
     except (DXFError, IndexError, ValueError, struct.error) as error:
+        if isinstance(error, FormatError):
+            raise
         said = f"ezdxf says: {in_brief(error).rstrip('.')}" if isinstance(error, DXFError) else "ends inside a tag"
         raise FormatError(f"{source}: {said}; is the file complete?") from None
-    found.open_section = name if inside is not None else ""
+    if inside is not None:
+        found.fault = f"{place}: ends inside section {name}; is the file complete?"
+        del inside[-1:]  # what the end of the file cuts
     return found
 
 

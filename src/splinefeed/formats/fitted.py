@@ -21,11 +21,7 @@ def fitted_path(
     degree: int = 3,
     closed: bool = False,
 ) -> Path:
-    """The path near points (n, axes), mm, within `tolerance`, mm; its findings tell the distance that was measured.
-
-    The nearest point of the path to each of them is found among boxes of its arc-length pieces, not by what the fit
-    measures itself by. Raises FormatError if that is over the tolerance, which no file is known to bring about.
-    """
+    """The path near points (n, axes), mm, within `tolerance`, mm; its findings tell the distance that was measured."""
     from splinefeed.geometry.fitting import fit
     from splinefeed.geometry.nearest import Nearest
 
@@ -36,8 +32,7 @@ def fitted_path(
         raise FormatError(f"{source}: the fit is {far:.6g} mm from a point, not {tolerance:g} mm; please report it")
     controls = sum(len(curve.control_points) for curve in made.curves)
     told = (
-        f"fitted by {len(made.curves)} curve(s) of degree {degree} with {made.knots} inner knots, {controls} control "
-        f"points; largest distance of a point {max(far, made.error) if path.linear < len(axes) else far:.3g} mm "
-        f"(tolerance {tolerance:g} mm)"
+        f"fitted by {len(made.curves)} curve(s) of degree {degree} with {controls} control points; largest distance of "
+        f"a point {max(far, made.error) if path.linear < len(axes) else far:.3g} mm (tolerance {tolerance:g} mm)"
     )
     return Path(made.curves, axes, name=name, findings=(*findings, told))

@@ -10,57 +10,40 @@ from __future__ import annotations
 import pathlib
 import re
 
-from splinefeed.errors import FormatError
 from splinefeed.formats import cad_process
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.drawing import join_tolerance
 from splinefeed.formats.source import read_bytes
 from splinefeed.geometry.path import JOIN_TOLERANCE
 
-_OCCT = cad_process.Library("iges", "OCP", "OCCT (package cadquery-ocp-novtk)")
-_SECTIONS = re.compile(rb"S*G*D*P*T?")
-_COUNTS = re.compile(rb"S\s*([0-9]{1,7})G\s*([0-9]{1,7})D\s*([0-9]{1,7})P\s*([0-9]{1,7})")
 #: Columns of a line before the letter of its section.
 _TEXT = 72
 
 
 def holds(head: bytes) -> bool:
-    """Whether `head` looks like this format: the letter S or, in the compressed form, C, and a number in column 73."""
+    """Whether `head` looks like this format: the letter S and a number in column 73."""
     line = head[: _TEXT * 2].splitlines()[0] if head.splitlines() else b""
-    return line[_TEXT : _TEXT + 1] in (b"S", b"C", b"B") and line[_TEXT + 1 :].strip().lstrip(b"0") == b"1"
+    return line[_TEXT : _TEXT + 1] == b"S" and line[_TEXT + 1 :].strip().lstrip(b"0") == b"1"
 
 
 def from_file(
     file: pathlib.Path, *, edges: bool = False, tolerance: float | str = JOIN_TOLERANCE, repair: bool = False
 ) -> Contents:
     """The paths in `file`; `edges` adds the edges of faces, curves whose ends meet within `tolerance` make one path."""
-    allowed = join_tolerance(tolerance)
-    fault = _fault(read_bytes(file))
-    if fault and not repair:
-        raise FormatError(f"{file}: {fault}")
-    return cad_process.read(file, _OCCT, [fault] if fault else [], tolerance=allowed, repair=repair, edges=edges)
+    return cad_process.read(file, "iges", _faults(read_bytes(file)), tolerance=tolerance, repair=repair, edges=edges)
 
 
-def _fault(content: bytes) -> str:
-    """What is wrong with the lines of a file; empty if nothing is. OCCT takes what lies in memory for what is missing.
+def _faults(content: bytes) -> list[str]:
+    """What is wrong with the lines of a file, if anything. OCCT takes what lies in memory for what is missing.
 
     Every line has the letter of its section in column 73, and the last one says how many there are of each.
     """
     lines = [(i, line) for i, line in enumerate(content.splitlines(), start=1) if line.strip(b" \0\x1a")]
     letters = b"".join(line[_TEXT : _TEXT + 1] or b"-" for _, line in lines)
-    if letters[:1] in (b"B", b"C"):
-        return f"is IGES in its {'binary' if letters[:1] == b'B' else 'compressed'} form; save it as ASCII"
-    sound = _SECTIONS.match(letters)
-    end = sound.end() if sound else 0
-    if end < len(letters):
-        return f"line {lines[end][0]}: has none of S, G, D, P, T in column 73, or not in order; is it IGES, and whole?"
-    counts = _COUNTS.match(lines[-1][1]) if letters.endswith(b"T") else None
-    if counts is None:
-        return (
-            f"the line that counts the others (S, G, D, P) is missing behind line {len(letters)}; is the file cut off?"
-        )
-    for letter, count in zip("SGDP", counts.groups(), strict=True):
-        if int(count) != letters.count(letter.encode()):
-            there = letters.count(letter.encode())
-            return f"section {letter} has {there} lines, but the last line says {int(count)}; is the file complete?"
-    return ""
+    end = re.match(rb"S*G*D*P*T?", letters)
+    if end and end.end() < len(letters):
+        place = f"line {lines[end.end()][0]}"
+        return [f"{place}: has none of S, G, D, P, T in column 73, or not in order; save it as ASCII"]
+    said = re.findall(rb"([SGDP])\s*([0-9]{1,7})", lines[-1][1]) if letters.endswith(b"T") else []
+    if len(said) != 4 or any(int(count) != letters.count(letter) for letter, count in said):
+        return [f"line {len(letters)}: does not count the lines of sections S, G, D and P; is the file complete?"]
+    return []

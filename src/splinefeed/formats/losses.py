@@ -15,21 +15,21 @@ _PLACES = {"x": 0, "y": 1, "z": 2}
 
 
 def losses(paths: Sequence[Path], title: str, *, depth: bool = True) -> list[str]:
-    """One sentence for each kind of thing that `paths` have and a format does not; depth: whether it has a z."""
-    found = []
+    """A sentence on what `paths` have and a format does not; depth: whether it has a z."""
     rotary = sorted({axis for path in paths for axis in path.axes if axis in ROTARY_AXES})
-    if rotary:
-        found.append(f"{title} has no rotary axes: {', '.join(rotary)} are left out")
-    if not depth and any(np.ptp(_z(path)) > 0.0 for path in paths):
-        found.append(f"{title} is flat: z is left out")
-    if any(path.feeds is not None for path in paths):
-        found.append(f"{title} has no feeds: they are left out")
-    if any(path.tolerances is not None for path in paths):
-        found.append(f"{title} has no tolerances of smoothing: they are left out")
-    count = sum(len(path.markers) for path in paths)
-    if count:
-        found.append(f"{title} has no markers: {count} are left out")
-    return found
+    deep = not depth and any(
+        np.ptp(np.concatenate([three_axes(each.control_points, path)[:, 2] for each in path.curves])) > 0.0
+        for path in paths
+    )
+    lost = {
+        f"rotary axes ({', '.join(rotary)})": bool(rotary),
+        "z": deep,
+        "feeds": any(path.feeds is not None for path in paths),
+        "tolerances of smoothing": any(path.tolerances is not None for path in paths),
+        "markers": any(path.markers for path in paths),
+    }
+    found = [what for what, there in lost.items() if there]
+    return [f"{title} has no place for these, which are left out: {', '.join(found)}"] if found else []
 
 
 def three_axes(points: Array, path: Path) -> Array:
@@ -41,7 +41,3 @@ def three_axes(points: Array, path: Path) -> Array:
     out = np.zeros((len(points), len(_PLACES)))
     out[:, placed] = points[:, : path.linear]
     return out
-
-
-def _z(path: Path) -> Array:
-    return np.concatenate([three_axes(curve.control_points, path)[:, 2] for curve in path.curves])

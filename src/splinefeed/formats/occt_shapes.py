@@ -2,27 +2,36 @@
 
 from __future__ import annotations
 
-import math
 import os
 import pathlib
 import re
 import tempfile
 from collections.abc import Iterator
+from itertools import groupby
 from typing import Any
 
 from splinefeed.errors import FormatError
-from splinefeed.formats import occt_splines
+from splinefeed.formats.cad_worker import Curve, Gathered, arc_of, nurbs
 
 #: Ends of a line farther out than this, mm, are OCCT's sign for infinite.
 INFINITE = 1e50
 #: How far an approximation may be from an offset curve that is no circle and no line, mm, and its most spans.
 OFFSET_TOLERANCE = 1e-7
 OFFSET_SPANS = 2000
+#: An end of an edge this near to an end of its curve, mm and as a share of the domain, is that end: edges are cut by
+#: points that are rounded.
+SAME_END, SAME_PARAMETER = 1e-7, 1e-3
+#: Resolution below which an IGES file's word for it is not believed, units of the file: what ten digits are worth.
+LEAST_RESOLUTION = 1e-6
 #: Most faults of a file that are findings each when it is repaired.
 MOST_FAULTS = 5
 _SYNTAX = re.compile(r"Line (\d+): (.*?)\s*\*{4}")
 _ENTITY = "entity "
 _UNSOUND = "OCCT finds no valid data in it; is the file complete?"
+_FULL_KNOT = (
+    "a B-spline has an inner knot of multiplicity degree + 1, which OCCT cannot hold; let the CAD split it there"
+)
+_IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 5: "mi", 6: "m", 7: "km", 8: "mil", 9: "um", 10: "cm", 11: "uin"}
 
 
 def read(task: dict[str, Any]) -> dict[str, Any]:
@@ -31,7 +40,8 @@ def read(task: dict[str, Any]) -> dict[str, Any]:
     Raises FormatError for what OCCT holds against the file as a whole, or, when repairing, makes findings of it; what
     it holds against single entities are findings.
     """
-    reader, faults, findings, units = (_step if task["kind"] == "step" else _iges)(task["file"])
+    gathered = _Shapes(task)
+    reader, faults, units = (_step if task["kind"] == "step" else _iges)(task["file"])
     said = _said(reader.WS().ModelCheckList(True))
     faults += [each for each in said if not each.startswith(_ENTITY)]
     if faults and not task["repair"]:
@@ -41,79 +51,91 @@ def read(task: dict[str, Any]) -> dict[str, Any]:
         raise FormatError("holds no geometry that OCCT can read; was it exported whole?")
     read = reader.TransferRoots()
     if read < roots:
-        findings.append(f"{roots - read} of {roots} roots could not be read by OCCT")
-    findings += _shortened(_said(reader.WS().TransferReader().TransientProcess().CheckList(False), "not mapped"))
-    findings += _shortened(faults + [each for each in said if each.startswith(_ENTITY)])
-    gathered = _Gathered(task["most_curves"], task["most_points"])
+        gathered.findings.append(f"{roots - read} of {roots} roots could not be read by OCCT")
+    faults += [each for each in said if each.startswith(_ENTITY)]
+    faults = _said(reader.WS().TransferReader().TransientProcess().CheckList(False), "not mapped") + faults
+    gathered.findings += faults[:MOST_FAULTS] + ["... and more of OCCT's checks"] * (len(faults) > MOST_FAULTS)
     for i in range(1, reader.NbShapes() + 1):
-        gathered.add(reader.Shape(i))
-    wanted = bool(task["edges"])
-    if not wanted and not gathered.groups and gathered.bodies:
-        wanted = True
-        findings.append("no free curves; these are the edges of its faces")
-    if wanted:
+        gathered.add_shape(reader.Shape(i))
+    if gathered.wants_edges():
         gathered.add_edges_of_faces()
-    elif gathered.bodies:
-        findings.append("edges of faces are left out; edges=True (--edges) reads them too")
-    return {"units": units, "findings": findings + gathered.findings(), "groups": gathered.groups}
+    return gathered.answer(units)
 
 
-def _step(file: str) -> tuple[Any, list[str], list[str], str]:
+def _step(file: str) -> tuple[Any, list[str], str]:
+    """OCCT's reader of a STEP file, what is wrong with its curves, and the unit of its first shape.
+
+    No curve is closed for OCCT from here on: it makes such curves periodic and drops the last weight. Points stay.
+    """
     from OCP.IFSelect import IFSelect_RetDone
+    from OCP.Message import Message, Message_Gravity, Message_PrinterOStream
     from OCP.STEPControl import STEPControl_Reader
+    from OCP.StepData import StepData_LFalse
 
-    reader = STEPControl_Reader()
+    reader, faults = STEPControl_Reader(), []
     with tempfile.TemporaryDirectory(prefix="splinefeed-") as folder:
-        said = _listened(os.path.join(folder, "said"))
+        words = pathlib.Path(folder, "said")
+        said = Message_PrinterOStream(os.fspath(words), False, Message_Gravity.Message_Trace)
+        Message.DefaultMessenger_s().ChangePrinters().Clear()
+        Message.DefaultMessenger_s().AddPrinter(said)
         done = reader.ReadFile(file) == IFSelect_RetDone
         said.Close()
         if not done:
-            words = pathlib.Path(folder, "said").read_text(encoding="utf-8", errors="replace")
-            line = _SYNTAX.search(words)
+            line = _SYNTAX.search(words.read_text(encoding="utf-8", errors="replace"))
             raise FormatError(f"line {line[1]}: OCCT says: {line[2]}; is the file complete?" if line else _UNSOUND)
-    return reader, occt_splines.mend_step(reader.WS().Model()), [], _step_units(reader)
-
-
-def _listened(file: str) -> Any:
-    """What writes the messages of OCCT to `file` from here on."""
-    from OCP.Message import Message, Message_Gravity, Message_PrinterOStream
-
-    said = Message_PrinterOStream(file, False, Message_Gravity.Message_Trace)
-    messenger = Message.DefaultMessenger_s()
-    messenger.ChangePrinters().Clear()
-    messenger.AddPrinter(said)
-    return said
-
-
-def _step_units(reader: Any) -> str:
-    """The unit of length of the first shape, as the file calls it."""
+    model = reader.WS().Model()
+    for number in range(1, model.NbEntities() + 1):
+        curve = model.Value(number)
+        if type(curve).__name__.startswith("StepGeom_BSplineCurveWithKnots"):
+            curve.SetClosedCurve(StepData_LFalse)
+            knots = curve
+            if hasattr(curve, "WeightsData"):  # a rational one holds itself as parts
+                knots = curve.BSplineCurveWithKnots()
+                knots.SetClosedCurve(StepData_LFalse)
+                curve.RationalBSplineCurve().SetClosedCurve(StepData_LFalse)
+            inner = range(2, knots.NbKnotMultiplicities())
+            if any(knots.KnotMultiplicitiesValue(i) > curve.Degree() for i in inner):
+                faults.append(f"entity {number}: {_FULL_KNOT}")
     try:
         from OCP.collections import Sequence_TCollection_AsciiString as Names
     except ImportError:  # before OCP 8
         from OCP.TColStd import TColStd_SequenceOfAsciiString as Names
     lengths, angles, solid_angles = Names(), Names(), Names()
     reader.FileUnits(lengths, angles, solid_angles)
-    return str(lengths.Value(1).ToCString()) if lengths.Length() else ""
+    return reader, faults, str(lengths.Value(1).ToCString()) if lengths.Length() else ""
 
 
-def _iges(file: str) -> tuple[Any, list[str], list[str], str]:
+def _iges(file: str) -> tuple[Any, list[str], str]:
+    """OCCT's reader of an IGES file, what is wrong with its curves, and its unit.
+
+    Faults are B-splines (126) that may jump and arcs (100) that do not end on the circle that they begin on: OCCT moves
+    both. The error that a file allows itself is the resolution in its section G.
+    """
     from OCP.IFSelect import IFSelect_RetDone
     from OCP.IGESControl import IGESControl_Reader
     from OCP.Interface import Interface_Static
 
-    reader = IGESControl_Reader()
+    reader, faults = IGESControl_Reader(), []
     # 0: no splitting of curves where a derivative jumps
     Interface_Static.SetIVal_s("read.iges.bspline.continuity", 0)
     if reader.ReadFile(file) != IFSelect_RetDone or not (model := reader.IGESModel()).NbEntities():
         raise FormatError(_UNSOUND)
-    section, findings = model.GlobalSection(), []
-    scale = section.Scale()
-    if scale != 1.0:
-        findings.append(f"the model space is {scale:g} times the real size by the header; the model is read as it is")
+    section = model.GlobalSection()
+    allowed = max(section.Resolution(), LEAST_RESOLUTION)
+    for number in range(1, model.NbEntities() + 1):
+        curve = model.Entity(number)
+        label, kind = f"entity D{model.DNum(curve)}", type(curve).__name__
+        if kind == "IGESGeom_CircularArc":
+            begin, end = (curve.Center().Distance(point) for point in (curve.StartPoint(), curve.EndPoint()))
+            if not (begin > 0.0 and abs(end - begin) <= allowed):
+                faults.append(f"{label}: an arc begins with radius {begin:.9g} and ends with {end:.9g}")
+        elif kind == "IGESGeom_BSplineCurve":
+            degree = curve.Degree()
+            times = [len(list(run)) for _, run in groupby(curve.Knot(i - degree) for i in range(curve.NbKnots()))]
+            if max(times[1:-1], default=0) > degree:
+                faults.append(f"{label}: {_FULL_KNOT}")
     name = section.UnitName()
-    units = {1: "in", 2: "mm", 4: "ft", 5: "mi", 6: "m", 7: "km", 8: "mil", 9: "um", 10: "cm", 11: "uin"}
-    said = name.ToCString() if name is not None else ""
-    return reader, occt_splines.check_iges(model), findings, units.get(section.UnitFlag(), said)
+    return reader, faults, _IGES_UNITS.get(section.UnitFlag(), name.ToCString() if name is not None else "")
 
 
 def _said(checks: Any, warning: str = "") -> list[str]:
@@ -128,32 +150,15 @@ def _said(checks: Any, warning: str = "") -> list[str]:
         words = [check.CFail(i) for i in range(1, check.NbFails() + 1)]
         words += [said for i in range(1, check.NbWarnings() + 1) if warning and warning in (said := check.CWarning(i))]
         place = f"{_ENTITY}{checks.Number()}: " if checks.Number() else ""
-        found += [f"{place}OCCT says: {_sentence(each)}" for each in words]
+        found += [f"{place}OCCT says: {' '.join(each.split()).rstrip('.')}" for each in words]
         checks.Next()
     return found
 
 
-def _shortened(faults: list[str]) -> list[str]:
-    more = [f"... and {len(faults) - MOST_FAULTS} more of OCCT's checks"] if len(faults) > MOST_FAULTS else []
-    return faults[:MOST_FAULTS] + more
-
-
-def _sentence(words: str) -> str:
-    return " ".join(words.split()).rstrip(".")
-
-
-class _Gathered:
+class _Shapes(Gathered):
     """Curves of shapes: wires and edges as they stand, faces kept for later."""
 
-    def __init__(self, most_curves: int, most_points: int) -> None:
-        self.most_curves, self.most_points = most_curves, most_points
-        self.groups: list[dict[str, Any]] = []
-        self.bodies: list[Any] = []
-        self.curves = self.points = 0
-        self.left_out: dict[str, int] = {}
-        self.approximated: list[str] = []
-
-    def add(self, shape: Any) -> None:
+    def add_shape(self, shape: Any) -> None:
         """The curves of `shape`; one path a wire, one an edge."""
         from OCP.TopAbs import TopAbs_COMPOUND, TopAbs_EDGE, TopAbs_VERTEX, TopAbs_WIRE
 
@@ -164,13 +169,13 @@ class _Gathered:
                 continue
             kind = each.ShapeType()
             if kind == TopAbs_EDGE:
-                self.add_group([each])
+                self.add_edges([each])
             elif kind == TopAbs_WIRE:
-                self.add_group(list(_edges_of_wire(each)))
+                self.add_edges(_edges_of_wire(each))
             elif kind == TopAbs_COMPOUND:
-                stack += reversed(_members(each))
+                stack += reversed(list(_members(each)))
             elif kind == TopAbs_VERTEX:
-                self.leave_out("point")
+                self.left_out["point"] += 1
             else:
                 self.bodies.append(each)
 
@@ -188,152 +193,109 @@ class _Gathered:
                 alike = seen.setdefault(hash(edge), [])
                 if not any(edge.IsSame(other) for other in alike):
                     alike.append(edge)
-                    self.add_group([edge], as_it_runs=True)
+                    self.add_edges([edge], as_it_runs=True)
 
-    def add_group(self, edges: list[Any], *, as_it_runs: bool = False) -> None:
+    def add_edges(self, edges: list[Any], *, as_it_runs: bool = False) -> None:
         """A path of `edges`, those without a curve in space left out."""
+        from OCP.TopAbs import TopAbs_REVERSED
+
         curves = []
         for edge in edges:
-            found = self.curve(edge)
+            found = self.curve(_cast(edge, "Edge"))
             if found is not None:
-                found["reversed"] = not as_it_runs and _is_reversed(edge)
+                found["reversed"] = not as_it_runs and edge.Orientation() == TopAbs_REVERSED
                 curves.append(found)
         if curves:
-            self.groups.append({"name": "", "curves": curves})
+            self.add(curves)
 
-    def curve(self, edge: Any) -> dict[str, Any] | None:
-        """The curve of an edge, None if there is none that a tool can follow."""
+    def curve(self, edge: Any) -> Curve | None:
+        """The curve of an edge: an arc, or a B-spline as exact as the file has it; None if no tool can follow it."""
+        from OCP import GeomAbs
+        from OCP.Approx import Approx_Curve3d
         from OCP.BRep import BRep_Tool
         from OCP.BRepAdaptor import BRepAdaptor_Curve
-
-        edge = _as_edge(edge)
-        if BRep_Tool.Degenerated_s(edge):
-            self.leave_out("edge of no length")
-            return None
-        adaptor = BRepAdaptor_Curve(edge)
-        if not adaptor.Is3DCurve():
-            self.leave_out("curve in the parameters of a surface")
-            return None
-        first, last = adaptor.FirstParameter(), adaptor.LastParameter()
-        if not (math.isfinite(first) and math.isfinite(last)) or max(abs(first), abs(last)) > INFINITE:
-            self.leave_out("curve without ends")
-            return None
-        self.curves += 1
-        if self.curves > self.most_curves:
-            raise FormatError(f"holds more than {self.most_curves} curves; that is more than can be read")
-        found = self.described(edge, adaptor, first, last)
-        self.points += len(found.get("points", ()))
-        if self.points > self.most_points:
-            raise FormatError(f"holds more than {self.most_points} control points; that is more than can be read")
-        return found
-
-    def described(self, edge: Any, adaptor: Any, first: float, last: float) -> dict[str, Any]:
-        """What `cad_curves.curves_of` makes a curve of: an arc, or a B-spline as exact as the file has it."""
-        from OCP import GeomAbs
-        from OCP.BRep import BRep_Tool
         from OCP.Geom import Geom_TrimmedCurve
         from OCP.GeomConvert import GeomConvert
 
+        adaptor = None if BRep_Tool.Degenerated_s(edge) else BRepAdaptor_Curve(edge)
+        if adaptor is None or not adaptor.Is3DCurve():
+            self.left_out["edge of no length" if adaptor is None else "curve in the parameters of a surface"] += 1
+            return None
+        first, last = adaptor.FirstParameter(), adaptor.LastParameter()
+        if not max(abs(first), abs(last)) <= INFINITE:
+            self.left_out["curve without ends"] += 1
+            return None
         kind = adaptor.GetType()
         if kind in (GeomAbs.GeomAbs_Circle, GeomAbs.GeomAbs_Ellipse):
             return _arc(adaptor, kind == GeomAbs.GeomAbs_Circle, first, last)
         if kind == GeomAbs.GeomAbs_BSplineCurve:
-            return _b_spline(adaptor.BSpline(), first, last)
-        if kind not in (GeomAbs.GeomAbs_OffsetCurve, GeomAbs.GeomAbs_OtherCurve):
-            part = Geom_TrimmedCurve(BRep_Tool.Curve_s(edge, 0.0, 0.0), first, last)
-            return _b_spline(GeomConvert.CurveToBSplineCurve_s(part), first, last)
-        return self.approximation(adaptor, first, last)
-
-    def approximation(self, adaptor: Any, first: float, last: float) -> dict[str, Any]:
-        """A B-spline near a curve that is none, such as the offset of one."""
-        from OCP.Approx import Approx_Curve3d
-        from OCP.GeomAbs import GeomAbs_C2
-
-        made = Approx_Curve3d(adaptor, OFFSET_TOLERANCE, GeomAbs_C2, OFFSET_SPANS, 9)
-        if not made.IsDone() or not made.HasResult():
-            raise FormatError("holds an offset curve that no B-spline approximates closely enough")
-        self.approximated.append(f"an offset curve is approximated; largest distance {made.MaxError():.3g} mm")
-        return _b_spline(made.Curve(), first, last)
-
-    def leave_out(self, what: str) -> None:
-        """Count what is not a tool path."""
-        self.left_out[what] = self.left_out.get(what, 0) + 1
-
-    def findings(self) -> list[str]:
-        """What was left out and what was approximated."""
-        return [f"left out: {count} x {what}" for what, count in self.left_out.items()] + self.approximated
+            whole = adaptor.BSpline()
+            ends = (whole.FirstParameter(), whole.LastParameter())
+            slack = SAME_PARAMETER * (ends[1] - ends[0])
+            if all(
+                abs(u - end) <= slack and whole.Value(u).Distance(whole.Value(end)) <= SAME_END
+                for u, end in zip((first, last), ends, strict=True)
+            ):
+                if whole.IsPeriodic():
+                    whole.SetNotPeriodic()
+                return _b_spline(whole)
+        if kind in (GeomAbs.GeomAbs_OffsetCurve, GeomAbs.GeomAbs_OtherCurve):
+            made = Approx_Curve3d(adaptor, OFFSET_TOLERANCE, GeomAbs.GeomAbs_C2, OFFSET_SPANS, 9)
+            if not made.IsDone() or not made.HasResult():
+                raise FormatError("holds an offset curve that no B-spline approximates closely enough")
+            self.findings.append(f"an offset curve is approximated; largest distance {made.MaxError():.3g} mm")
+            return _b_spline(made.Curve())
+        part = Geom_TrimmedCurve(BRep_Tool.Curve_s(edge, 0.0, 0.0), first, last)
+        return _b_spline(GeomConvert.CurveToBSplineCurve_s(part))
 
 
-def _members(shape: Any) -> list[Any]:
+def _members(shape: Any) -> Iterator[Any]:
     """The shapes that a compound or a wire directly holds."""
     from OCP.TopoDS import TopoDS_Iterator
 
-    found, iterator = [], TopoDS_Iterator(shape)
+    iterator = TopoDS_Iterator(shape)
     while iterator.More():
-        found.append(iterator.Value())
+        yield iterator.Value()
         iterator.Next()
-    return found
 
 
-def _edges_of_wire(wire: Any) -> Iterator[Any]:
+def _edges_of_wire(wire: Any) -> list[Any]:
     """The edges of a wire one behind the other where it is sound, else as they stand."""
     from OCP.BRepTools import BRepTools_WireExplorer
-    from OCP.TopoDS import TopoDS
 
-    listed = _members(wire)
+    listed = list(_members(wire))
     ordered: list[Any] = []
-    explorer = BRepTools_WireExplorer(TopoDS.Wire_s(wire) if hasattr(TopoDS, "Wire_s") else TopoDS.Wire(wire))
+    explorer = BRepTools_WireExplorer(_cast(wire, "Wire"))
     while explorer.More() and len(ordered) <= len(listed):
         ordered.append(explorer.Current())
         explorer.Next()
-    yield from ordered if len(ordered) == len(listed) else listed
+    return ordered if len(ordered) == len(listed) else listed
 
 
-def _as_edge(shape: Any) -> Any:
+def _cast(shape: Any, kind: str) -> Any:
     from OCP.TopoDS import TopoDS
 
-    return TopoDS.Edge_s(shape) if hasattr(TopoDS, "Edge_s") else TopoDS.Edge(shape)  # the name changed with OCP 8
-
-
-def _is_reversed(edge: Any) -> bool:
-    from OCP.TopAbs import TopAbs_REVERSED
-
-    return bool(edge.Orientation() == TopAbs_REVERSED)
+    return (getattr(TopoDS, f"{kind}_s", None) or getattr(TopoDS, kind))(shape)  # the name changed with OCP 8
 
 
 def _xyz(point: Any) -> tuple[float, float, float]:
     return point.X(), point.Y(), point.Z()
 
 
-def _arc(adaptor: Any, circle: bool, first: float, last: float) -> dict[str, Any]:
-    """Centre, the two conjugate radii, and the stretch of their parameter."""
+def _arc(adaptor: Any, circle: bool, first: float, last: float) -> Curve:
     conic = adaptor.Circle() if circle else adaptor.Ellipse()
     radii = (conic.Radius(), conic.Radius()) if circle else (conic.MajorRadius(), conic.MinorRadius())
-    axes = [
+    x, y = (
         [radius * value for value in _xyz(axis.Direction())]
         for radius, axis in zip(radii, (conic.XAxis(), conic.YAxis()), strict=True)
-    ]
-    return {"type": "arc", "center": _xyz(conic.Location()), "x": axes[0], "y": axes[1], "first": first, "last": last}
+    )
+    return arc_of(_xyz(conic.Location()), x, y, first, last)
 
 
-def _b_spline(curve: Any, first: float, last: float) -> dict[str, Any]:
-    """Knots, points and weights as they are; a periodic curve is cut open where the edge begins, which is exact."""
-    if curve.IsPeriodic():
-        start, end = curve.FirstParameter(), curve.LastParameter()
-        if first == start and last == end:
-            curve.SetNotPeriodic()
-        else:
-            curve.Segment(first, last)
+def _b_spline(curve: Any) -> Curve:
     places = range(1, curve.NbPoles() + 1)
     knots: list[float] = []
     for i in range(1, curve.NbKnots() + 1):
         knots += [curve.Knot(i)] * curve.Multiplicity(i)
-    return {
-        "type": "nurbs",
-        "degree": curve.Degree(),
-        "knots": knots,
-        "points": [_xyz(curve.Pole(i)) for i in places],
-        "weights": [curve.Weight(i) for i in places] if curve.IsRational() else None,
-        "first": first,
-        "last": last,
-    }
+    weights = [curve.Weight(i) for i in places] if curve.IsRational() else None
+    return nurbs(curve.Degree(), knots, [_xyz(curve.Pole(i)) for i in places], weights)

@@ -79,4 +79,4 @@ def too_long(source: str | os.PathLike[str]) -> bool:
 
 
 #: Modules with `in_parts`, by the title of their format.
-_PARTED = {"G-code": "gcode.to_path", "table of points": "points_in_parts"}
+_PARTED = {"G-code": "gcode.to_path", "table of points": "points"}

@@ -1,15 +1,7 @@
 """Read and write paths: which format a file is, by its content and its name; formats are imported when first used.
 
-A format is a module in this folder with some of these functions, named in `FORMATS`:
-
-    holds(head: bytes) -> bool                                  whether the first HEAD_BYTES of a file look like it
-    from_text(text, source, *, option=...) -> list[Path]        reader that wants the file's text, or
-    from_file(file: pathlib.Path, *, option=...) -> list[Path]  reader that wants the file (binary, or a library's own)
-    write(paths, target, *, option=...) -> list[str]            writer; it returns what it approximated and what is lost
-
-Readers raise FormatError with file, place and mend. One that can mend takes `repair`: False is strict, True makes of
-what is safe to mend a finding with its numbers. Keyword-only arguments are the options that users may give. A reader
-whose file is not in mm returns `Contents` with its units. Modules import heavy libraries inside functions only.
+A format is a module in this folder, named in `FORMATS`, with `holds`, `from_text` or `from_file`, and perhaps `write`:
+docs/how-to/add-a-format.md. A reader whose file is not in mm returns `Contents` with its units.
 """
 
 from __future__ import annotations
@@ -21,7 +13,6 @@ import pathlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from types import ModuleType
 from typing import Any
 
 from splinefeed.errors import CurveError, FormatError, InputError, expect
@@ -46,22 +37,15 @@ class Format:
     suffixes: tuple[str, ...]
     max_bytes: int | None = None  # None: source.MAX_FILE_BYTES
 
-    def load(self) -> ModuleType:
+    def load(self) -> Any:
         """The module, imported at its first use."""
         return import_module(f"splinefeed.formats.{self.module}")
 
-    def holds(self, head: bytes) -> bool:
-        """Whether `head`, the first bytes of a file, look like this format."""
-        holds = getattr(self.load(), "holds", None)
-        return bool(holds is not None and holds(head))
-
     @property
-    def reader(self) -> Callable[..., list[Path]] | None:
-        """`from_text` or `from_file` of the module; None if this format is only written."""
+    def reader(self) -> Callable[..., list[Path]]:
+        """`from_text` or `from_file` of the module."""
         module = self.load()
-        found: Callable[..., list[Path]] | None = getattr(module, "from_text", None) or getattr(
-            module, "from_file", None
-        )
+        found: Callable[..., list[Path]] = getattr(module, "from_text", None) or module.from_file
         return found
 
     @property
@@ -128,8 +112,6 @@ def read_all(source: str | os.PathLike[str], *, repair: bool = False, **options:
     """Every path in the file `source`, in the order of the file, and the units of the file; see `read`."""
     found = format_of(source)
     reader = found.reader
-    if reader is None:
-        raise FormatError(f"{source}: {found.title} files can be written but not read")
     known = options_of(reader)
     check_options(found, known - {"repair"}, options)
     if "repair" in known:
@@ -139,9 +121,8 @@ def read_all(source: str | os.PathLike[str], *, repair: bool = False, **options:
     gc.disable()
     try:
         if reader.__name__ == "from_text":
-            paths = reader(
-                source_files.read_text(source, f"the text of a {found.title}", found.max_bytes), source, **options
-            )
+            text = source_files.read_text(source, f"the text of a {found.title}", found.max_bytes)
+            paths = reader(text, source, **options)
         else:
             paths = reader(pathlib.Path(source), **options)
         for each in paths:
@@ -166,15 +147,13 @@ def write(paths: Path | Iterable[Path], target: str | os.PathLike[str], **option
     """
     expect("write(path, file)", (paths, object), (target, (str, os.PathLike)))
     found = format_to_write(target)
-    writer = found.writer
-    assert writer is not None
     check_options(found, found.writing_options, options)
     chosen = (paths,) if isinstance(paths, Path) else tuple(paths)
     if not chosen:
         raise InputError(f"{target}: there is no path to write")
     lost = [each.name for each in chosen if isinstance(each, ToolPath) and found.module != "json_curve"]
     left_out = [f"the tool axis of {name} is left out: a {found.title} cannot hold it" for name in lost]
-    return (*writer(chosen, target, **options), *left_out)
+    return (*found.load().write(chosen, target, **options), *left_out)
 
 
 def format_to_write(target: str | os.PathLike[str]) -> Format:
@@ -196,12 +175,10 @@ def format_of(source: str | os.PathLike[str], *, any_size: bool = False) -> Form
     file = source_files.check_file(source)
     head = source_files.read_head(source, HEAD_BYTES)
     promised = [each for each in FORMATS if file.suffix.lower() in each.suffixes]
-    found = next((each for each in promised if each.holds(head)), None)
-    found = found or next((each for each in FORMATS if each not in promised and each.holds(head)), None)
+    others = [each for each in FORMATS if each not in promised]
+    found = next((each for each in promised + others if each.load().holds(head)), None)
     found = found or (promised[-1] if promised else None)
     if found is None:
-        if b"\0" in head:
-            raise FormatError(f"{source}: is binary and not one of {_listed(FORMATS)}")
         raise FormatError(f"{source}: is not one of {_listed(FORMATS)}")
     if not any_size:
         source_files.check_size(file, found.max_bytes)

@@ -18,13 +18,11 @@ from splinefeed.errors import FormatError
 from splinefeed.formats import cad_process
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.drawing import join_tolerance
 from splinefeed.formats.losses import losses, three_axes
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.editing import clamped
 from splinefeed.geometry.path import JOIN_TOLERANCE, Path
 
-_OCCT = cad_process.Library("step", "OCP", "OCCT (package cadquery-ocp-novtk)")
 START = b"ISO-10303-21"
 _COMMENTS = re.compile(rb"\A(?:\xef\xbb\xbf)?(?:\s|/\*.*?\*/)*", re.DOTALL)
 
@@ -38,8 +36,7 @@ def from_file(
     file: pathlib.Path, *, edges: bool = False, tolerance: float | str = JOIN_TOLERANCE, repair: bool = False
 ) -> Contents:
     """The paths in `file`; `edges` adds the edges of faces, curves whose ends meet within `tolerance` make one path."""
-    allowed = join_tolerance(tolerance)
-    return cad_process.read(file, _OCCT, [], tolerance=allowed, repair=repair, edges=edges)
+    return cad_process.read(file, "step", [], tolerance=tolerance, repair=repair, edges=edges)
 
 
 # --- out --------------------------------------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
-"""The data of SVG paths: commands to exact curves, in user units, y down.
+"""Path data and basic shapes of SVG as exact pieces of curves, in user units, y down.
 
-Source: W3C, Scalable Vector Graphics (SVG) 1.1, chapter 8 and appendix F.6; 2.0, chapter 9.
+Source: W3C, Scalable Vector Graphics (SVG) 1.1, chapters 8 and 9 and appendix F.6; 2.0, chapter 9.
 """
 
 from __future__ import annotations
@@ -8,102 +8,85 @@ from __future__ import annotations
 import cmath
 import math
 import re
+from collections.abc import Mapping
+from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
-from splinefeed.geometry.arcs import bulge_points
+import numpy as np
+
+from splinefeed.formats.svg_places import ShapeError, View, length, numbers
+from splinefeed.geometry.arcs import arc, bulge_points
 from splinefeed.records import Array
 
 _NUMBER = r"\s*+,?\s*+((?>[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?))"
 _FLAG = r"\s*+,?\s*+([01])"
-_COMMAND = re.compile(r"\s*([MmZzLlHhVvCcSsQqTtAa])")
-_MORE = re.compile(rf"{_NUMBER}|\s*,")
+_COMMAND = re.compile(r"\s*([MmZzLlHhVvCcSsQqTtAa])(?!\s*,)")
 #: How many numbers each command takes at a time; an arc's fourth and fifth are flags.
-_COUNTS = {"M": 2, "Z": 0, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7}
+_COUNTS = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7}
 _ARGUMENTS = {letter: re.compile(_NUMBER * count) for letter, count in _COUNTS.items()}
 _ARGUMENTS["A"] = re.compile(_NUMBER * 3 + _FLAG * 2 + _NUMBER * 2)
-#: Letters of the data that a message shows.
-_SHOWN = 20
 
 
 class Piece(NamedTuple):
-    """One curve: Bezier control points as complex numbers x + i y; weights where they are not 1; knots of an arc."""
+    """Straight lines, a Bezier curve or an arc: control points x + i y; weights where they are not 1; knots of an arc.
+
+    straight  whether it is a line through all of its points
+    """
 
     points: list[complex]
+    straight: bool = False
     weights: Array | None = None
     knots: Array | None = None
 
 
-class Subpath(NamedTuple):
-    """Pieces joined end to end."""
-
-    pieces: list[Piece]
-
-
-def parse(data: str) -> tuple[list[Subpath], str]:
-    """Subpaths of path data, and what is wrong with it; "" if nothing is. What stands before the fault is kept."""
-    if data.strip() in ("", "none"):
-        return [], ""
-    return _Builder(data).build()
+@lru_cache(maxsize=256)
+def parse(data: str) -> tuple[list[list[Piece]], str]:
+    """Runs of pieces joined end to end, and what is wrong with path data, if anything; what comes before is kept."""
+    builder = _Builder()
+    fault = "" if data.strip() == "none" else builder.read(data)
+    return [run for run in builder.runs if run], fault
 
 
 class _Builder:
-    """Walks the data once; `fault` says where it stopped."""
+    """The curves of path data, command by command."""
 
-    def __init__(self, data: str) -> None:
-        self.data = data
-        self.at = 0
-        self.subpaths: list[Subpath] = []
-        self.pieces: list[Piece] = []
+    def __init__(self) -> None:
+        self.runs: list[list[Piece]] = []
         self.here = self.start = 0j
         self.handle: complex | None = None  # the last control point, which S and T mirror
         self.last = ""
 
-    def build(self) -> tuple[list[Subpath], str]:
-        fault = self._walk()
-        self._end()
-        return self.subpaths, fault
-
-    def _walk(self) -> str:
-        data = self.data.rstrip()
-        while self.at < len(data):
-            match = _COMMAND.match(data, self.at)
-            if match is None:
-                return self._fault("expected a command")
-            letter = match[1]
-            command, relative = letter.upper(), letter.islower()
-            if not self.last and command != "M":
-                return self._fault("expected M first")
-            self.at = match.end()
-            if command == "Z":
+    def read(self, data: str) -> str:
+        """Take over path data up to its first fault, and say what that is."""
+        at, end, expected = 0, len(data.rstrip()), ""
+        while at < end and not expected:
+            match = _COMMAND.match(data, at)
+            if match is None or not (self.last or match[1] in "Mm"):
+                expected = "a command, M first"
+                break
+            letter, at = match[1], match.end()
+            if letter in "Zz":
                 self._close()
                 continue
-            found = None if data.startswith(",", self.at) else _ARGUMENTS[command].match(data, self.at)
-            if found is None or found[0].lstrip().startswith(","):
-                return self._fault(f"{letter} needs {_COUNTS[command]} numbers")
-            while found is not None:
+            pattern = _ARGUMENTS[letter.upper()]
+            found = pattern.match(data, at)
+            expected = "" if found else f"{_COUNTS[letter.upper()]} numbers for {letter}"
+            while found and not expected:
                 values = [float(each) for each in found.groups()]
-                self.at = found.end()
                 if not all(map(math.isfinite, values)):
-                    return self._fault("a number is too large")
-                self._draw(command, values, relative)
-                if command == "M":
-                    command = "L"  # more pairs after a move are lines
-                found = _ARGUMENTS[command].match(data, self.at)
-            if _MORE.match(data, self.at):
-                return self._fault(f"{letter} needs {_COUNTS[command]} numbers")
-        return ""
+                    expected = "finite numbers"
+                    break
+                self._draw(letter, values)
+                at = found.end()
+                letter = {"M": "L", "m": "l"}.get(letter, letter)  # more pairs after a move are lines
+                found = pattern.match(data, at)
+        rest = data[at:].strip()[:20]
+        return expected and f"expected {expected}{f' at {rest!r}' if rest else ', but the data ends'}"
 
-    def _fault(self, text: str) -> str:
-        rest = self.data[self.at :].strip()
-        return f"{text} at {rest[:_SHOWN]!r}" if rest else f"{text}, but the data ends"
-
-    # --- commands -----------------------------------------------------------------------------------------------------
-
-    def _draw(self, command: str, values: list[float], relative: bool) -> None:
-        if self.last == "Z" and command != "M":
-            self.here = self.start
+    def _draw(self, letter: str, values: list[float]) -> None:
+        command, origin = letter.upper(), self.here if letter.islower() else 0j
         last, self.last = self.last, command
-        origin = self.here if relative else 0j
         if command == "H":
             points = [complex(values[0] + origin.real, self.here.imag)]
         elif command == "V":
@@ -112,34 +95,35 @@ class _Builder:
             coordinates = values[-2:] if command == "A" else values
             points = [complex(x, y) + origin for x, y in zip(coordinates[0::2], coordinates[1::2], strict=True)]
         if command == "M":
-            self._end()
             self.here = self.start = points[0]
-            self.handle = None
+            self.runs.append([])
             return
+        if last in ("", "Z"):
+            self.runs.append([])
         if command in "ST":  # the control point of a curve of the same degree before goes on
-            same = self.handle is not None and last in ("CS" if command == "S" else "QT")
-            points.insert(0, 2.0 * self.here - self.handle if same and self.handle is not None else self.here)
+            mirrored = self.handle is not None and last in ("CS" if command == "S" else "QT")
+            points.insert(0, 2.0 * self.here - self.handle if mirrored and self.handle is not None else self.here)
+        self.handle = points[-2] if command in "CSQT" else None
         if command == "A" and (piece := elliptical(self.here, points[0], *values[:5])):
-            self.pieces.append(piece)
-            self.handle, self.here = None, points[0]
-            return
-        self._add([self.here, *points], points[-2] if command in "CSQT" else None)
-
-    def _add(self, points: list[complex], handle: complex | None = None) -> None:
-        self.handle = handle
-        if any(point != points[0] for point in points):
-            self.pieces.append(Piece(points))
+            self.runs[-1].append(piece)
+        elif len(points) == 1:
+            self._line(points[0])
+        elif any(point != self.here for point in points):
+            self.runs[-1].append(Piece([self.here, *points]))
         self.here = points[-1]
 
-    def _end(self) -> None:
-        if self.pieces:
-            self.subpaths.append(Subpath(self.pieces))
-        self.pieces = []
+    def _line(self, end: complex) -> None:
+        run = self.runs[-1]
+        if end == self.here:
+            return
+        if run and run[-1].straight:
+            run[-1].points.append(end)
+        else:
+            run.append(Piece([self.here, end], straight=True))
 
     def _close(self) -> None:
-        if self.here != self.start:
-            self._add([self.here, self.start])
-        self._end()
+        if self.last != "Z":
+            self._line(self.start)
         self.here, self.handle, self.last = self.start, None, "Z"
 
 
@@ -173,4 +157,46 @@ def elliptical(
     places, knots, weights = bulge_points(chord, bulge)
     points = [begin + complex(place.real * rx, place.imag * ry) * turn for place in places]
     points[-1] = end
-    return Piece(points, weights, knots)
+    return Piece(points, weights=weights, knots=knots)
+
+
+def shape(tag: str, given: Mapping[str, str], view: View) -> list[list[Piece]]:
+    """The outline of a basic shape; empty where its size is 0."""
+    if tag in ("polyline", "polygon", "line"):
+        if tag == "line":
+            listed = [length(given, name, view) for name in ("x1", "y1", "x2", "y2")]
+        else:
+            listed = numbers(given.get("points", ""), "points")
+        if len(listed) % 2:
+            raise ShapeError(f"points: {len(listed)} numbers; expected pairs")
+        points = [complex(x, y) for x, y in zip(listed[0::2], listed[1::2], strict=True)]
+        points += points[:1] if tag == "polygon" else []
+        points = points[:1] + [end for begin, end in pairwise(points) if begin != end]
+        return [[Piece(points, straight=True)]] if len(points) > 1 else []
+    rx, ry = (length(given, name, view, math.nan) for name in (("r", "r") if tag == "circle" else ("rx", "ry")))
+    rx, ry = (ry if math.isnan(rx) else rx), (rx if math.isnan(ry) else ry)
+    rx, ry = (0.0, 0.0) if math.isnan(rx) else (rx, ry)  # one that is not given is as the other
+    width, height = length(given, "width", view), length(given, "height", view)
+    if min(width, height, rx, ry) < 0.0:
+        raise ShapeError("its width, height or radius is below 0; expected 0 or more")
+    if tag == "rect":
+        return _rectangle(length(given, "x", view), length(given, "y", view), width, height, rx, ry)
+    if rx == 0.0 or ry == 0.0:
+        return []
+    center = np.array([length(given, "cx", view), length(given, "cy", view)])
+    whole = arc(center, np.array([rx, 0.0]), np.array([0.0, ry]), 0.0, 2.0 * math.pi)
+    points = whole.control_points.view(np.complex128).ravel().tolist()
+    return [[Piece(points, weights=whole.weights, knots=whole.knots)]]
+
+
+def _rectangle(x: float, y: float, width: float, height: float, rx: float, ry: float) -> list[list[Piece]]:
+    if width == 0.0 or height == 0.0:
+        return []
+    rx, ry = min(rx, 0.5 * width), min(ry, 0.5 * height)
+    rx, ry = (rx, ry) if rx > 0.0 and ry > 0.0 else (0.0, 0.0)
+    right, low = x + width, y + height
+    corner = f"A{rx!r} {ry!r} 0 0 1"
+    return parse(
+        f"M{x + rx!r} {y!r}H{right - rx!r}{corner}{right!r} {y + ry!r}V{low - ry!r}{corner}{right - rx!r} {low!r}"
+        f"H{x + rx!r}{corner}{x!r} {low - ry!r}V{y + ry!r}{corner}{x + rx!r} {y!r}Z"
+    )[0]

@@ -1,10 +1,13 @@
-"""The elements of an SVG file as a tree of plain nodes, with the line of each; nothing outside the file is opened."""
+"""The elements of an SVG file with the line of each; nothing outside the file is opened."""
 
 from __future__ import annotations
 
+import gzip
+import io
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from xml.parsers import expat
 
 from splinefeed.errors import FormatError
@@ -13,125 +16,82 @@ from splinefeed.formats.sizes import MAX_DRAWING_BYTES
 #: Most elements in one file, and how deep they may be nested.
 MAX_ELEMENTS = 500_000
 MAX_DEPTH = 200
-#: Longest text that an entity may stand for, and letters that all uses of one may come to.
-MAX_ENTITY, MAX_ENTITIES = 200, 2**20
-#: Longest name in a message.
-_SHOWN = 40
 #: How a packed file begins.
 GZIP = b"\x1f\x8b"
-_SVG = "http://www.w3.org/2000/svg"
-_XLINK = "http://www.w3.org/1999/xlink"
-_INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
-#: Attributes of other name spaces that mean something here, under the name they get.
-_FOREIGN = {f"{_XLINK} href": "xlink:href", f"{_INKSCAPE} label": "label", "inkscape:label": "label"}
+#: Attributes of other name spaces that mean something, under the name they get whatever their prefix is.
+_FOREIGN = {"href": "xlink:href", "label": "label"}
 
 
 @dataclass(eq=False)
 class Node:
-    """An element: its name ("" in a name space that is not SVG's), attributes, children, line and text of a style."""
+    """An element: its name ("" in a name space that is not SVG's), attributes, line, and text of a style."""
 
     tag: str
     attributes: dict[str, str]
     line: int
+    parent: Node | None
     children: list[Node] = field(default_factory=list)
     text: str = ""
 
     def walk(self) -> Iterator[Node]:
         """This node and all below it, in the order of the file."""
-        pending = [self]
-        while pending:
-            node = pending.pop()
-            pending += reversed(node.children)
-            yield node
+        yield self
+        for child in self.children:
+            yield from child.walk()
 
-    def __iter__(self) -> Iterator[Node]:
-        return iter(self.children)
-
-    @property
-    def attrib(self) -> dict[str, str]:
-        """The attributes, by the name that the standard library's elements have for them, as cssselect2 asks."""
-        return self.attributes
-
-    def get(self, name: str, otherwise: str | None = None) -> str | None:
-        """An attribute, likewise."""
-        return self.attributes.get(name, otherwise)
-
-    def __str__(self) -> str:
-        name = self.attributes.get("id", "")
-        return f"<{self.tag}" + (f" id={name[:_SHOWN]!r}>" if name else ">")
+    @cached_property
+    def marks(self) -> set[str]:
+        """Its id and classes as selectors write them."""
+        classes = self.attributes.get("class", "").split()
+        return {f"#{self.attributes.get('id', '')}", *(f".{each}" for each in classes)}
 
     def place(self) -> str:
         """Line and element, as a message names them."""
-        return f"line {self.line}: {self}"
+        name = self.attributes.get("id", "")
+        return f"line {self.line}: <{self.tag}" + (f" id={name[:40]!r}>" if name else ">")
 
 
-def unpacked(content: bytes, source: str, most: int = MAX_DRAWING_BYTES) -> bytes:
-    """`content`, unpacked if it is gzip (.svgz); FormatError for what is damaged or unpacks to more than `most`."""
+def unpacked(content: bytes, source: str) -> bytes:
+    """`content`, unpacked if it is gzip (.svgz)."""
     if not content.startswith(GZIP):
         return content
-    parts, size = [], 0
     try:
-        while content:
-            unpacker = zlib.decompressobj(zlib.MAX_WBITS | 16)
-            parts.append(unpacker.decompress(content, most - size + 1))
-            size += len(parts[-1])
-            if size > most:
-                raise FormatError(f"{source}: unpacks to more than {most // 2**20} MB; that is not a drawing of a part")
-            if not unpacker.eof:
-                raise FormatError(f"{source}: ends inside of its packed data (gzip); is the file complete?")
-            content = unpacker.unused_data.lstrip(b"\0")
-            if content and not content.startswith(GZIP):
-                raise FormatError(f"{source}: more data follows its packed data (gzip); is it damaged?")
-    except zlib.error as error:
+        found = gzip.GzipFile(fileobj=io.BytesIO(content)).read(MAX_DRAWING_BYTES + 1)
+    except (OSError, EOFError, zlib.error) as error:
         raise FormatError(f"{source}: is not a valid gzip file: {error}; is it damaged?") from None
-    return b"".join(parts)
+    if len(found) > MAX_DRAWING_BYTES:
+        raise FormatError(
+            f"{source}: unpacks to more than {MAX_DRAWING_BYTES // 2**20} MB; that is not a drawing of a part"
+        )
+    return found
 
 
-def read_tree(content: bytes, source: str, findings: list[str] | None = None) -> Node:
-    """The root element; FormatError for what is not XML, declares entities, or is too large or too deep.
+def read_tree(content: bytes, source: str) -> Node:
+    """The root element; FormatError for what is not XML, refers to other files, or is too large or too deep.
 
-    A prefix that the file does not declare means what it usually does; `findings` say so.
+    Elements of SVG have no prefix, svg, or that of the root. What entities stand for is bounded by expat.
     """
-    try:
-        return _tree(content, source, " ")
-    except expat.ExpatError as error:
-        if error.code != expat.errors.codes[expat.errors.XML_ERROR_UNBOUND_PREFIX]:
-            raise _not_xml(error, source) from None
-        if findings is not None:
-            findings.append(f"line {error.lineno}: a prefix is not declared (xmlns:...); it is taken for the usual one")
-    try:
-        return _tree(content, source, "")
-    except expat.ExpatError as error:
-        raise _not_xml(error, source) from None
-
-
-def _not_xml(error: expat.ExpatError, source: str) -> FormatError:
-    return FormatError(
-        f"{source}: line {error.lineno}, column {error.offset + 1}: {expat.ErrorString(error.code)}; "
-        f"expected SVG, is the file complete?"
-    )
-
-
-def _tree(content: bytes, source: str, between: str) -> Node:
-    parser = expat.ParserCreate(namespace_separator=between or None)
-    root: list[Node] = []
+    parser = expat.ParserCreate()
+    roots: list[Node] = []
     stack: list[Node] = []
-    count = 0
+    count, own = 0, ""
+
+    def fault(text: str) -> FormatError:
+        return FormatError(f"{source}: line {parser.CurrentLineNumber}: {text}")
 
     def start(name: str, attributes: dict[str, str]) -> None:
-        nonlocal count
+        nonlocal count, own
         count += 1
-        if count > MAX_ELEMENTS:
-            raise FormatError(f"{source}: has more than {MAX_ELEMENTS} elements; that is not a drawing for a tool path")
-        if len(stack) >= MAX_DEPTH:
-            raise FormatError(f"{source}: line {parser.CurrentLineNumber}: elements are nested {MAX_DEPTH} deep")
-        space, _, tag = name.rpartition(between or ":")
-        own = {_FOREIGN.get(key, key): value for key, value in attributes.items()}
-        node = Node(tag if space in ("", "svg", _SVG) else "", own, parser.CurrentLineNumber)
-        if stack:
-            stack[-1].children.append(node)
-        else:
-            root.append(node)
+        if count > MAX_ELEMENTS or len(stack) >= MAX_DEPTH:
+            raise fault(f"has more than {MAX_ELEMENTS} elements, or they are nested more than {MAX_DEPTH} deep")
+        prefix, _, tag = name.rpartition(":")
+        own = own if roots else prefix
+        if any(":" in key for key in attributes):
+            known = {key: key.partition(":")[2] for key in attributes}
+            attributes = {_FOREIGN.get(known[key], key): value for key, value in attributes.items()}
+        above = stack[-1] if stack else None
+        node = Node(tag if prefix in ("", "svg", own) else "", attributes, parser.CurrentLineNumber, above)
+        (roots if above is None else above.children).append(node)
         stack.append(node)
 
     def text(data: str) -> None:
@@ -139,13 +99,8 @@ def _tree(content: bytes, source: str, between: str) -> Node:
             stack[-1].text += data
 
     def declared(name: str, parameter: int, value: str | None, *_: object) -> None:
-        plain = not parameter and value is not None and not set(value) & set("&%<") and len(value) <= MAX_ENTITY
-        if plain and content.count(f"&{name};".encode()) * len(value or "") <= MAX_ENTITIES:
-            return  # as Illustrator names its name spaces
-        raise FormatError(
-            f"{source}: line {parser.CurrentLineNumber}: declares the entity {name[:_SHOWN]!r}; "
-            f"only short texts may be entities, save it without a DOCTYPE"
-        )
+        if parameter or value is None:
+            raise fault(f"declares the entity {name[:40]!r}, which is in another file; save it without a DOCTYPE")
 
     parser.StartElementHandler = start
     parser.EndElementHandler = lambda _: stack.pop()
@@ -153,10 +108,14 @@ def _tree(content: bytes, source: str, between: str) -> Node:
     parser.EntityDeclHandler = declared
     try:
         parser.Parse(content, True)
+    except expat.ExpatError as error:
+        place = f"line {error.lineno}, column {error.offset + 1}"
+        said = expat.ErrorString(error.code)
+        raise FormatError(f"{source}: {place}: {said}; expected SVG, is the file complete?") from None
     except (ValueError, LookupError) as error:
         if isinstance(error, FormatError):
             raise
         raise FormatError(f"{source}: its encoding is not known: {error}") from None
-    if root[0].tag != "svg":
-        raise FormatError(f"{source}: line {root[0].line}: begins with {root[0]}; expected <svg>")
-    return root[0]
+    if roots[0].tag != "svg":
+        raise FormatError(f"{source}: {roots[0].place()}: expected <svg>")
+    return roots[0]

@@ -13,7 +13,6 @@ import numpy as np
 from splinefeed import units
 from splinefeed.errors import CurveError, FormatError
 from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.drawing import many
 from splinefeed.formats.losses import losses, three_axes
 from splinefeed.geometry.arcs import as_circle
 from splinefeed.geometry.curve import NurbsCurve
@@ -27,7 +26,8 @@ DEFAULT_TOLERANCE = 1e-3
 SAME_POINT = 1e-14
 #: Width of the lines on the page, as a share of its diagonal.
 _LINE_WIDTH = 2e-3
-_ORIGIN = "data-splinefeed-origin"
+#: Attribute of the root element that keeps where the page lies, x and y of its lower left corner, mm.
+ORIGIN = "data-splinefeed-origin"
 
 
 def write(
@@ -39,101 +39,88 @@ def write(
     Curves of a degree above 3 and rational ones that are no arcs become cubics within `tolerance`, mm, which is
     checked; returns what was approximated and what SVG has no place for.
     """
-    page = _Page(paths, units.parse(tolerance, "length"))
-    elements = [page.element(path) for path in paths]
-    width, height = page.size
+    allowed, errors = units.parse(tolerance, "length"), []
+    flat = [[_flat(curve, path) for curve in path.curves] for path in paths]
+    boxes = np.array([curve.bounding_box() for curves in flat for curve in curves])
+    low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+    least = 1e-3 * float((high - low).max()) or 1.0  # a page needs an area, though a straight line has none
+    width, height = np.maximum(high - low, least).tolist()
+    elements = []
+    for path, curves in zip(paths, flat, strict=True):
+        shape, far = _element(
+            [_on_page(curve, low, height) for curve in curves], allowed, SAME_POINT * max(width, height)
+        )
+        elements.append(f"<{shape[0]} id={quoteattr(_id(path.name))} {shape[1]}/>")
+        errors += far
     stroke = _LINE_WIDTH * math.hypot(width, height)
-    low = " ".join(repr(float(value)) for value in page.low)
     text = (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width!r}mm" height="{height!r}mm" '
-        f'viewBox="0 0 {width!r} {height!r}" {_ORIGIN}="{low}">\n'
+        f'viewBox="0 0 {width!r} {height!r}" {ORIGIN}="{_pair(low)}">\n'
         f'<g fill="none" stroke="black" stroke-width="{stroke:.3g}">\n' + "\n".join(elements) + "\n</g>\n</svg>\n"
     )
     with atomic_write(target) as temporary:
         content = text.encode()
         packed = os.fspath(target).lower().endswith("z")  # .svgz; without the time, so that it is the same each time
         temporary.write_bytes(gzip.compress(content, mtime=0) if packed else content)
-    if page.split:
-        page.notes.append(f"{many(page.split, 'curve has', 'curves have')} several pieces now, each exact")
-    if page.approximated:
-        count = many(page.approximated, "curve is", "curves are")
-        page.notes.append(
-            f"{count} approximated by cubics, at most {page.worst:.3g} mm away (tolerance {page.tolerance:g} mm)"
-        )
-    return page.notes + losses(paths, "SVG", depth=False)
+    said = f"{len(errors)} curve(s) approximated by cubics, at most {max(errors, default=0.0):.3g} mm away"
+    return [f"{said} (tolerance {allowed:g} mm)"] * bool(errors) + losses(paths, "SVG", depth=False)
 
 
-class _Page:
-    """The box around all paths, and the maker of elements within it."""
+def _flat(curve: NurbsCurve, path: Path) -> NurbsCurve:
+    points = three_axes(curve.control_points, path)[:, :2]
+    if np.all(points == points[0]):
+        raise FormatError(f"path {path.name!r} has a curve along z alone, which SVG cannot show")
+    return NurbsCurve(curve.degree, curve.knots, points, curve.weights)
 
-    def __init__(self, paths: Sequence[Path], tolerance: float) -> None:
-        boxes = np.array([_box(path) for path in paths])
-        self.low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
-        extent = high - self.low
-        least = 1e-3 * float(extent.max()) or 1.0  # a page needs an area, though a straight line has none
-        self.size = float(max(extent[0], least)), float(max(extent[1], least))
-        self.tolerance = tolerance
-        self.approximated = 0
-        self.worst = 0.0
-        self.split = 0
-        self.notes: list[str] = []
 
-    def element(self, path: Path) -> str:
-        """One element with all curves of a path."""
-        name = f"id={quoteattr(_id(path.name))}"
-        curves = [self._flat(curve, path) for curve in path.curves]
-        if len(curves) == 1:
-            circle = as_circle(curves[0])
-            if circle is not None and circle[3] <= -2.0 * math.pi and circle[2] == 0.0:
-                (x, y), radius = circle[:2]
-                return f'<circle {name} cx="{x!r}" cy="{y!r}" r="{radius!r}"/>'
-        data: list[str] = []
-        here: Array | None = None
-        start = curves[0].ends[0]
-        for curve in curves:
-            begin = curve.ends[0]
-            if here is None or np.linalg.norm(begin - here) > SAME_POINT * max(self.size):
-                data.append(f"M{_pair(begin)}")  # a gap stays one; readers that join gaps join this one too
-            commands = self._commands(curve)
-            if len(commands) > 1 and curve.degree > 1:
-                self.split += 1
-            data += commands
-            here = curve.ends[1]
-        if here is not None and np.array_equal(here, start):
-            data.append("Z")
-        return f'<path {name} d="{" ".join(data)}"/>'
+def _on_page(curve: NurbsCurve, low: Array, height: float) -> NurbsCurve:
+    """The curve on the page: x to the right from its left edge, y down from its upper edge."""
+    points = curve.control_points - low
+    points[:, 1] = height - points[:, 1]
+    return NurbsCurve(curve.degree, curve.knots, points, curve.weights)
 
-    def _flat(self, curve: NurbsCurve, path: Path) -> NurbsCurve:
-        """The curve on the page: x to the right from its left edge, y down from its upper edge."""
-        points = three_axes(curve.control_points, path)[:, :2] - self.low
-        points[:, 1] = self.size[1] - points[:, 1]
-        if np.all(points == points[0]):
-            raise FormatError(f"path {path.name!r} has a curve along z alone, which SVG cannot show")
-        return NurbsCurve(curve.degree, curve.knots, points, curve.weights)
 
-    def _commands(self, curve: NurbsCurve) -> list[str]:
-        circle = as_circle(curve)
-        if circle is not None and abs(circle[3]) < 2.0 * math.pi:
-            _, radius, _, sweep = circle
-            large = int(abs(sweep) > math.pi)
-            return [f"A{radius!r} {radius!r} 0 {large} {int(sweep > 0.0)} {_pair(curve.ends[1])}"]
-        whole = curve.with_clamped_ends()
-        if curve.degree == 1 and not curve.rational:
-            return [f"L{_pair(point)}" for point in whole.control_points[1:]]
-        inner = whole.breaks[1:-1]
-        pieces = whole.split(*inner) if inner.size else [whole]
-        written = [_exact(piece) for piece in pieces]
-        if all(each is not None for each in written):
-            return [each for each in written if each is not None]
-        try:
-            near, error = fit_function(curve, self.tolerance, 3, curve.domain, inner.tolist())
-        except CurveError as error_of_fit:
-            raise FormatError(f"a curve cannot be written as cubics: {error_of_fit}") from None
-        self.approximated += 1
-        self.split -= 1
-        self.worst = max(self.worst, error)
-        cubics = near.split(*near.breaks[1:-1]) if len(near.breaks) > 2 else [near]
-        return [_bezier(piece.control_points) for piece in cubics]
+def _element(curves: list[NurbsCurve], tolerance: float, same: float) -> tuple[tuple[str, str], list[float]]:
+    """The name of an element with all curves of a path and what it says, and how far each approximation is away."""
+    circle = as_circle(curves[0]) if len(curves) == 1 else None
+    if circle is not None and circle[3] <= -2.0 * math.pi and circle[2] == 0.0:
+        (x, y), radius = circle[:2]
+        return ("circle", f'cx="{x!r}" cy="{y!r}" r="{radius!r}"'), []
+    data: list[str] = []
+    errors: list[float] = []
+    here: Array | None = None
+    for curve in curves:
+        begin, end = curve.ends
+        if here is None or np.linalg.norm(begin - here) > same:
+            data.append(f"M{_pair(begin)}")  # a gap stays one; readers that join gaps join this one too
+        data += _commands(curve, tolerance, errors)
+        here = end
+    if np.array_equal(curves[-1].ends[1], curves[0].ends[0]):
+        data.append("Z")
+    return ("path", f'd="{" ".join(data)}"'), errors
+
+
+def _commands(curve: NurbsCurve, tolerance: float, errors: list[float]) -> list[str]:
+    circle = as_circle(curve)
+    if circle is not None and abs(circle[3]) < 2.0 * math.pi:
+        _, radius, _, sweep = circle
+        large = int(abs(sweep) > math.pi)
+        return [f"A{radius!r} {radius!r} 0 {large} {int(sweep > 0.0)} {_pair(curve.ends[1])}"]
+    whole = curve.with_clamped_ends()
+    if curve.degree == 1 and not curve.rational:
+        return [f"L{_pair(point)}" for point in whole.control_points[1:]]
+    inner = whole.breaks[1:-1]
+    exact = [_exact(piece) for piece in (whole.split(*inner) if inner.size else [whole])]
+    found = [each for each in exact if each is not None]
+    if len(found) == len(exact):
+        return found
+    try:
+        near, error = fit_function(curve, tolerance, 3, curve.domain, inner.tolist())
+    except CurveError as error_of_fit:
+        raise FormatError(f"a curve cannot be written as cubics: {error_of_fit}") from None
+    errors.append(error)
+    cubics = near.split(*near.breaks[1:-1]) if len(near.breaks) > 2 else [near]
+    return [_bezier(piece.control_points) for piece in cubics]
 
 
 def _exact(piece: NurbsCurve) -> str | None:
@@ -166,12 +153,6 @@ def _bezier(points: Array) -> str:
 def _pair(point: Array) -> str:
     x, y = point.tolist()
     return f"{x!r} {y!r}"
-
-
-def _box(path: Path) -> tuple[Array, Array]:
-    low, high = path.bounding_box()
-    corners = three_axes(np.array([low, high]), path)[:, :2]
-    return corners[0], corners[1]
 
 
 def _id(name: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 
 #: What begins a line that does not count.
@@ -19,17 +18,19 @@ _PLACE = r"(?:pos|position|coord|coordinate|axis|machine|actual|value)"
 _NAME = re.compile(rf"(?:{_PLACE}[\s_.-]*)?(?P<name>[a-z]+?)(?:[\s_.-]*{_PLACE})?{_UNIT}")
 
 
-def comment(line: str) -> str | None:
-    """What stands behind the mark of a line that does not count; None for any other line."""
-    mark = next((each for each in COMMENTS if line.startswith(each)), None)
-    return None if mark is None else line.lstrip("#%!/ ")
-
-
 def numbers(line: str) -> tuple[list[float], bool] | None:
     """The numbers of a line, and whether commas stand in place of their decimal points; None for anything else."""
     if _PLAIN.fullmatch(line):
         return [float(word) for word in line.split(",")], False
-    words, decimal = _words(line)
+    text = line.strip().rstrip(",;").strip()
+    # semicolons or tabs between columns: a comma can only be a decimal point
+    if ";" in text or "\t" in text:
+        words = [word.strip().rstrip(",") for word in (text.split(";") if ";" in text else text.split("\t")) if word]
+        decimal = any("," in word for word in words)
+    else:
+        words = text.split()
+        decimal = len(words) > 1 and "," in text and all(_DECIMAL_COMMA.fullmatch(word) for word in words)
+        words = words if decimal else _EITHER.split(text)
     if decimal:
         words = [word.replace(",", ".") if _DECIMAL_COMMA.fullmatch(word) else word for word in words]
     if not all(_NUMBER.fullmatch(word) for word in words):
@@ -45,26 +46,3 @@ def names(line: str) -> tuple[list[tuple[str, str]], bool]:
     words = re.split(r"\s*[,;\t]\s*", line.strip().rstrip(",;")) if marked else line.split()
     found = [_NAME.fullmatch(word.strip(" \"'").lower()) for word in words]
     return [(m["name"], m["boxed"] or m["bare"] or "") if m else ("", "") for m in found], marked
-
-
-def _words(line: str) -> tuple[list[str], bool]:
-    """The words of a line, and whether commas within them are decimal points."""
-    text = line.strip().replace("\N{MINUS SIGN}", "-").rstrip(",;").strip()
-    if '"' in text:
-        closed = re.match(r'"[^"]*"\s*(.)', text)
-        try:
-            words = next(csv.reader([text], delimiter=closed[1] if closed and closed[1] in ",;\t " else ","))
-        except csv.Error:
-            return [text], False
-        return [word.strip() for word in words], any("," in word for word in words)
-    if text[:1] in "([{" and text[-1:] in ")]}":
-        text = text[1:-1].strip()
-    # semicolons or tabs between columns: a comma can only be a decimal point
-    if ";" in text or "\t" in text:
-        parts = text.split(";") if ";" in text else filter(None, text.split("\t"))
-        words = [word.strip().rstrip(",") for word in parts]
-        return words, any("," in word for word in words)
-    words = text.split()
-    if len(words) > 1 and "," in text and all(_DECIMAL_COMMA.fullmatch(word) for word in words):
-        return words, True
-    return _EITHER.split(text), False
