@@ -74,8 +74,11 @@ def from_file(
     allowed, wanted = join_tolerance(tolerance), layers_from(layer)
     source = os.fspath(file)
     content = unpacked(pathlib.Path(file).read_bytes(), source)
-    reader = _Reader(source, read_tree(content, source), wanted, repair)
-    unit = reader.read()
+    try:
+        reader = _Reader(source, read_tree(content, source), wanted, repair)
+        unit = reader.read()
+    except RecursionError:  # of tinycss2; elements have their own bound
+        raise FormatError(f"{source}: its styles have brackets that are nested too deeply; simplify them") from None
     return Contents(reader.drawing.paths(pathlib.Path(file).stem, allowed, repair), unit)
 
 
@@ -104,8 +107,8 @@ class _Reader:
         self.named: dict[str, Node] = {}
         groups: dict[str, None] = {}
         for node in root.walk():
-            if "id" in node.attributes:
-                self.named.setdefault(node.attributes["id"], node)
+            if "id" in node.attrib:
+                self.named.setdefault(node.attrib["id"], node)
             if node.tag == "g":
                 groups |= dict.fromkeys(_labels(node))
         self.drawing.check_layers(layers, groups, "group")
@@ -113,7 +116,7 @@ class _Reader:
     def read(self) -> str:
         """Read everything that is drawn; the unit of the page."""
         # what a web page makes of its size counts only where the drawing says none
-        given = {**self.styles.of(self.root), **self.root.attributes}
+        given = {**self.styles.of(self.root), **self.root.attrib}
         findings = self.drawing.findings
         if given.get("transform", "none").strip() not in ("", "none"):
             findings.append("the transform of the page itself is not applied")
@@ -164,7 +167,7 @@ class _Reader:
                 self.drawing.left_out[f"{name} of {tag}, which is drawn whole"] += 1
         self.depth += 1
         try:
-            at = at._replace(map=at.map.after(svg_places.transform(given)), visible=visible)
+            at = at._replace(map=at.map.after(svg_places.transform(given, at.view)), visible=visible)
             if tag == "use":
                 self._use(given, at)
             elif tag in _HOLDERS:
@@ -217,7 +220,7 @@ class _Reader:
                 self._fault(node, f"path data: {fault}", "what comes before it is kept")
         else:
             runs = svg_paths.shape(node.tag, given, at.view)
-        name = node.attributes.get("label") or node.attributes.get("id") or node.tag
+        name = node.get("label") or node.get("id") or node.tag
         for run in runs:
             if curves := _curves(run, at.map):
                 self.drawing.add(curves, name)
@@ -225,7 +228,7 @@ class _Reader:
 
 def _meant(node: Node) -> bool:
     """Whether an element is for a reader that knows no extensions. Source: W3C, SVG 1.1, section 5.8."""
-    return not node.attributes.get("requiredExtensions", "").strip()
+    return not node.get("requiredExtensions").strip()
 
 
 def _visible(given: Mapping[str, str], above: bool) -> bool:
@@ -259,4 +262,4 @@ def _curves(run: list[Piece], place: Affine) -> list[NurbsCurve]:
 
 
 def _labels(node: Node) -> list[str]:
-    return [node.attributes[key] for key in ("label", "id") if node.attributes.get(key)]
+    return [node.attrib[key] for key in ("label", "id") if node.get(key)]

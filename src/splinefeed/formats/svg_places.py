@@ -12,6 +12,7 @@ PIXELS = {"": 1.0, "px": 1.0, "in": 96.0, "cm": 96.0 / 2.54, "mm": 96.0 / 25.4, 
           "pc": 16.0}  # fmt: skip
 _DEGREES = {"": 1.0, "deg": 1.0, "grad": 0.9, "rad": 180.0 / math.pi, "turn": 360.0}
 _PLAIN = {"": 1.0}
+_SIDES = {"left": "0%", "top": "0%", "center": "50%", "right": "100%", "bottom": "100%"}
 _DIGITS = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _QUANTITY = re.compile(rf"({_DIGITS})\s*([a-zA-Z]*|%)")
 _NUMBER = re.compile(rf"\s*,?\s*({_DIGITS})(?=[\s,+.-]|$)")
@@ -107,14 +108,16 @@ _FUNCTIONS: dict[str, tuple[tuple[dict[str, float], ...], tuple[int, ...], Calla
 }
 
 
-def transform(given: Mapping[str, str]) -> Affine:
-    """The transform of an element; ShapeError for properties that move it in other words."""
-    for name in ("translate", "rotate", "scale", "transform-origin", "transform-box"):
+def transform(given: Mapping[str, str], view: View) -> Affine:
+    """The transform of an element about its origin; ShapeError for properties that move it in other words."""
+    for name in ("translate", "rotate", "scale"):
         if given.get(name, "none").strip().lower() not in ("none", ""):
             raise ShapeError(f"the property {name} is not supported; write it as transform")
     text, whole = given.get("transform", ""), Affine()
     if text.strip().lower() in ("", "none"):
         return whole
+    if given.get("transform-box", "view-box").strip().lower() != "view-box":
+        raise ShapeError(f"transform-box is {given['transform-box'][:40]!r}; only view-box is supported")
     if rest := _FUNCTION.sub(" ", text).strip():
         raise ShapeError(f"transform: expected functions such as translate(1 2), got {rest[:40]!r}")
     for kind, inside in _FUNCTION.findall(text):
@@ -124,6 +127,13 @@ def transform(given: Mapping[str, str]) -> Affine:
             raise ShapeError(f"transform: {kind}({inside[:40]}) is not a function of SVG with as many numbers")
         values = [quantity(word, f"transform: {kind}", unit) for word, unit in zip(words, units, strict=False)]
         whole = whole.after(make(*values))
+    if about := given.get("transform-origin", "").lower().split():
+        about = [*about, "center"][:2]
+        if about[0] in ("top", "bottom") or about[1] in ("left", "right"):
+            about.reverse()
+        words = [_SIDES.get(word, word) for word in about]
+        x, y = (quantity(word, "transform-origin", PIXELS, of) for word, of in zip(words, view, strict=True))
+        return Affine(e=x, f=y).after(whole).after(Affine(e=-x, f=-y))
     return whole
 
 

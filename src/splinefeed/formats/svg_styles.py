@@ -1,15 +1,18 @@
 """What style sheets, style attributes and presentation attributes say of elements, by the cascade of CSS.
 
-tinycss2 reads the sheets. Properties are those of SVG 2 that move or hide something. Selectors are those that drawing
-programs write: names, classes and ids, one within the other. Source: W3C, CSS Cascading and Inheritance 3.
+tinycss2 reads the sheets, cssselect2 says which elements a selector means. Properties are those of SVG 2 that move or
+hide something. Source: W3C, CSS Cascading and Inheritance 3.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
+
+import cssselect2
+import tinycss2
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.svg_tree import Node
@@ -20,22 +23,16 @@ RELEVANT = frozenset(
      "cx", "cy", "r", "rx", "ry", "translate", "rotate", "scale", "clip-path", "mask")
 )  # fmt: skip
 #: Elements that all selectors of one file together may look at, and at-rules in at-rules.
-MAX_QUESTIONS, MAX_NESTED = 20_000_000, 8
+MAX_QUESTIONS, MAX_NESTED = 10_000_000, 8
+#: Comparisons in a row, of rules or of siblings, that take the time of one of these.
+_AT_ONCE = 8
 _SAYS = re.compile(rf"(?<![\w-])(?:{'|'.join(RELEVANT)})\s*(?:/\*.*?\*/\s*)*:", re.IGNORECASE | re.DOTALL)
 #: At-rules that move nothing.
 _SILENT = ("charset", "namespace", "font-face", "keyframes", "-webkit-keyframes", "page", "color-profile")
-_COMPOUND = re.compile(r"(>?)(?:svg\|)?(\*|[\w-]*)((?:[.#][\w-]+)*)")
-_MARK = re.compile(r"[.#][\w-]+")
+#: What cssselect2 raises for a selector; all but the first for one that is nested too deeply or of a name space.
+_UNREAD = (cssselect2.SelectorError, SyntaxError, RecursionError, MemoryError, NotImplementedError)
 
 Said = dict[str, tuple[str, bool]]  # property: its value, and whether it is called important
-
-
-class _Part(NamedTuple):
-    """What one element of a selector must be; child: whether the one before it is its parent, or any above it."""
-
-    child: bool
-    tag: str
-    marks: frozenset[str]
 
 
 class Styles:
@@ -44,86 +41,94 @@ class Styles:
     def __init__(self, root: Node, source: str) -> None:
         self.source = source
         self.findings: list[str] = []
-        self._rules: list[tuple[list[_Part], tuple[int, ...], Said]] = []
         self._asked = 0
+        self._matcher = cssselect2.Matcher()
+        self._rules: dict[Node, list[tuple[tuple[int, ...], Said]]] = {}
         unknown: list[str] = []
         for node in root.walk():
-            if node.tag == "style" and node.attributes.get("type", "text/css").strip() in ("", "text/css"):
-                import tinycss2
-
+            if node.tag == "style" and node.get("type", "text/css").strip() in ("", "text/css"):
                 self._sheet(tinycss2.parse_stylesheet(node.text, skip_comments=True, skip_whitespace=True), unknown)
         if unknown:
             named = ", ".join(repr(each[:40]) for each in unknown[:3])
             self.findings.append(f"{len(unknown)} rules of the style sheet are not read here, such as {named}")
+        if self._matcher.order:
+            counting: Any = type("_Counting", (_Element,), {"ask": self._ask})
+            for element in counting.from_xml_root(root).iter_subtree():
+                found = self._matcher.match(element)
+                self._ask(len(found) + self._matcher.order // _AT_ONCE)
+                if found:
+                    self._rules[element.etree_element] = [((0, *weight), said) for weight, _, _, said in found]
 
     def of(self, node: Node) -> Mapping[str, str]:
         """Attributes of `node`, those that are properties as the cascade has them."""
-        own = _relevant(node.attributes.get("style", ""))
-        rules = [(weight, said) for parts, weight, said in self._rules if self._means(parts, node)]
+        own = _relevant(node.get("style"))
+        rules = self._rules.get(node, ())
         if not own and not rules:
-            return node.attributes
+            return node.attrib
         ranked: dict[str, tuple[tuple[int, ...], str]] = {}
         for weight, said in (*rules, ((1,), own)):  # a weight of a rule begins with 0
             for name, (value, important) in said.items():
                 rank = (int(important), *weight)
                 if name not in ranked or ranked[name][0] <= rank:
                     ranked[name] = (rank, value)
-        found = {**node.attributes, **{name: value for name, (_, value) in ranked.items()}}
+        found = {**node.attrib, **{name: value for name, (_, value) in ranked.items()}}
         return {name: value for name, value in found.items() if value.lower() not in ("initial", "unset", "revert")}
 
     def _sheet(self, rules: Sequence[Any], unknown: list[str], depth: int = 0) -> None:
-        import tinycss2
-
         for rule in rules:
             if rule.type not in ("at-rule", "qualified-rule"):
                 continue
             words, body = tinycss2.serialize(rule.prelude).strip(), tinycss2.serialize(rule.content or ())
             if rule.type == "qualified-rule":
-                said, selectors = _relevant(body), [_parts(each) for each in words.split(",")]
-                if said and not all(selectors):
+                try:
+                    said = _relevant(body)
+                    for selector in cssselect2.compile_selector_list(rule.prelude, {"svg": ""}) if said else ():
+                        if selector.pseudo_element is None:
+                            self._matcher.add_selector(selector, said)
+                except _UNREAD:
                     unknown.append(words)
-                elif said:
-                    self._rules += [(parts, _weight(parts), said) for parts in selectors]
             elif rule.lower_at_keyword == "media" and depth < MAX_NESTED and _on_screen(words):
                 inner = tinycss2.parse_rule_list(rule.content or (), skip_comments=True, skip_whitespace=True)
                 self._sheet(inner, unknown, depth + 1)
             elif rule.lower_at_keyword == "import" or (_SAYS.search(body) and rule.lower_at_keyword not in _SILENT):
                 unknown.append(f"@{rule.at_keyword} {words}")
 
-    def _means(self, parts: Sequence[_Part], node: Node) -> bool:
-        self._asked += 1
+    def _ask(self, number: int = 1) -> None:
+        self._asked += number
         if self._asked > MAX_QUESTIONS:
             raise FormatError(f"{self.source}: its style sheets have too many rules for its elements; simplify them")
-        *above, last = parts
-        if not ((last.tag in ("", "*") or last.tag == node.tag) and last.marks <= node.marks):
-            return False
-        other = node.parent
-        while above and other is not None:
-            if self._means(above, other):
-                return True
-            other = None if last.child else other.parent
-        return not above
+
+
+class _Element(cssselect2.ElementWrapper):  # type: ignore[misc]
+    """An element that counts what selectors look at, and walks by loops: recursion ends at a thousand siblings."""
+
+    ask: Callable[..., None]
+    ancestors = property(lambda self: self._chain("parent"))
+    previous_siblings = property(lambda self: self._chain("previous"))
+
+    def __init__(self, *words: Any, **named: Any) -> None:
+        self.ask()
+        super().__init__(*words, **named)
+
+    @property
+    def etree_siblings(self) -> list[Node]:
+        self.ask(len(self._siblings) // _AT_ONCE)
+        return self._siblings
+
+    @etree_siblings.setter
+    def etree_siblings(self, siblings: list[Node]) -> None:
+        self._siblings = siblings
+
+    def _chain(self, name: str) -> Iterator[_Element]:
+        found = getattr(self, name)
+        while found is not None:
+            self.ask()
+            yield found
+            found = getattr(found, name)
 
 
 def _on_screen(words: str) -> bool:
     return bool(set(words.lower().replace(" ", "").split(",")) & {"screen", "all", ""})
-
-
-def _parts(selector: str) -> list[_Part]:
-    """What a selector asks of an element and those above it, itself last; empty for one that is not understood."""
-    parts = []
-    for word in selector.replace(">", " >").replace("> ", ">").split():
-        match = _COMPOUND.fullmatch(word)
-        if match is None or not (match[2] or match[3]):
-            return []
-        parts.append(_Part(bool(match[1]), match[2], frozenset(_MARK.findall(match[3]))))
-    return parts
-
-
-def _weight(parts: Sequence[_Part]) -> tuple[int, ...]:
-    """Its specificity: how many ids, classes and names it has."""
-    marks = [mark[0] for part in parts for mark in part.marks]
-    return 0, marks.count("#"), marks.count("."), sum(part.tag not in ("", "*") for part in parts)
 
 
 @lru_cache(maxsize=4096)
@@ -131,8 +136,6 @@ def _relevant(text: str) -> Said:
     """The declarations in `text`, such as "display: none; fill: red", that move or hide something."""
     if not _SAYS.search(text):
         return {}
-    import tinycss2
-
     found: Said = {}
     for each in tinycss2.parse_blocks_contents(text, skip_comments=True, skip_whitespace=True):
         if each.type != "declaration" or each.lower_name not in RELEVANT:

@@ -7,7 +7,6 @@ import io
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
 from xml.parsers import expat
 
 from splinefeed.errors import FormatError
@@ -24,14 +23,23 @@ _FOREIGN = {"href": "xlink:href", "label": "label"}
 
 @dataclass(eq=False)
 class Node:
-    """An element: its name ("" in a name space that is not SVG's), attributes, line, and text of a style."""
+    """An element: its name ("" in a name space that is not SVG's), attributes, line, and text of a style.
+
+    `attrib`, `get` and what it is iterated by are named as in the standard library's elements, as cssselect2 asks.
+    """
 
     tag: str
-    attributes: dict[str, str]
+    attrib: dict[str, str]
     line: int
-    parent: Node | None
     children: list[Node] = field(default_factory=list)
     text: str = ""
+
+    def __iter__(self) -> Iterator[Node]:
+        return iter(self.children)
+
+    def get(self, name: str, otherwise: str = "") -> str:
+        """An attribute."""
+        return self.attrib.get(name, otherwise)
 
     def walk(self) -> Iterator[Node]:
         """This node and all below it, in the order of the file."""
@@ -39,15 +47,9 @@ class Node:
         for child in self.children:
             yield from child.walk()
 
-    @cached_property
-    def marks(self) -> set[str]:
-        """Its id and classes as selectors write them."""
-        classes = self.attributes.get("class", "").split()
-        return {f"#{self.attributes.get('id', '')}", *(f".{each}" for each in classes)}
-
     def place(self) -> str:
         """Line and element, as a message names them."""
-        name = self.attributes.get("id", "")
+        name = self.get("id")
         return f"line {self.line}: <{self.tag}" + (f" id={name[:40]!r}>" if name else ">")
 
 
@@ -89,9 +91,8 @@ def read_tree(content: bytes, source: str) -> Node:
         if any(":" in key for key in attributes):
             known = {key: key.partition(":")[2] for key in attributes}
             attributes = {_FOREIGN.get(known[key], key): value for key, value in attributes.items()}
-        above = stack[-1] if stack else None
-        node = Node(tag if prefix in ("", "svg", own) else "", attributes, parser.CurrentLineNumber, above)
-        (roots if above is None else above.children).append(node)
+        node = Node(tag if prefix in ("", "svg", own) else "", attributes, parser.CurrentLineNumber)
+        (stack[-1].children if stack else roots).append(node)
         stack.append(node)
 
     def text(data: str) -> None:
