@@ -81,16 +81,14 @@ class Lap:
 
     def room(self) -> Room:
         """Arrays for curve, u, s, feed and position, in memory already."""
-        return tuple(np.zeros_like(array) for array in self.source._room(self.ticks))
+        u, s, feed = np.zeros((3, self.ticks))
+        return np.zeros(self.ticks, dtype=np.int64), u, s, feed, np.zeros((self.ticks, len(self.path.axes)))
 
     def by_numba(self, room: Room) -> None:
         """Fill `room` by what `Interpolator` runs: its loop, or the arrays of a method that has none."""
-        source = self.source
-        if source._method.fill is not None:
-            source._run(0, room)
-            return
-        state = np.zeros_like(source._integers), np.zeros_like(source._floats)
-        source._loop(*source._given, 0, *state, *source._requested, *room)
+        source = Interpolator(self.path, self.law, method=self.method, compiled=True)
+        for out, found in zip(room, source._filled(self.ticks), strict=True):
+            out[:] = found
 
     def by_c(self, library: ctypes.CDLL, room: Room) -> None:
         """Fill `room` by the kernel of ticks.c."""

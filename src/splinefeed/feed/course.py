@@ -127,13 +127,14 @@ def _of_joints(path: JointPath, law: TimeLaw, low: Array, high: Array) -> tuple[
     inside = np.linspace(1e-6, 1.0 - 1e-6, LOOKED_AT)
     t = (low[:, None] + (high - low)[:, None] * inside).ravel()
     v, a, j = (each(t)[:, None] for each in (law.feed, law.acceleration, law.jerk))
-    r = path.derivatives(np.clip(law(t), 0.0, path.length))[:, :, 3:]
+    away = BESIDE * path.length
+    s = _beside_stops(law, np.asarray(path.stops), t, away)
+    r = path.derivatives(np.clip(s, 0.0, path.length))[:, :, 3:]
     joints = (r[:, 1] * v, r[:, 2] * v**2 + r[:, 1] * a, r[:, 3] * v**3 + 3.0 * r[:, 2] * v * a + r[:, 1] * j)
     each = np.stack([np.concatenate(pair, axis=1) for pair in zip(joints, (v, a, j), strict=True)], axis=1)
     each = np.concatenate([np.abs(each[:, :2]), each[:, 2:], -each[:, 2:]], axis=1)
     cells = np.max(each.reshape(len(low), LOOKED_AT, 4, -1), axis=1)
     cells[low >= high] = 0.0
-    away = BESIDE * path.length
     stops = np.array([-1.0, *path.stops, path.length + 1.0])
     after = np.searchsorted(stops, path.breaks)
     moving = np.minimum(path.breaks - stops[after - 1], stops[after] - path.breaks) > away
@@ -146,3 +147,14 @@ def _of_joints(path: JointPath, law: TimeLaw, low: Array, high: Array) -> tuple[
     v, a = law.feed(at)[:, None], law.acceleration(at)[:, None]
     jumps = (behind[:, 2] - before[:, 2]) * v**2 + (behind[:, 1] - before[:, 1]) * a
     return cells, at, np.pad(jumps, ((0, 0), (0, 1)))
+
+
+def _beside_stops(law: TimeLaw, stops: Array, t: Array, away: float) -> Array:
+    """Arc lengths (n,) at times (n,), s; those within `away` mm of a stop as far from it, on the side of their time."""
+    s: Array = np.asarray(law(t))
+    if not len(stops):
+        return s
+    nearest = np.clip(np.searchsorted(0.5 * (stops[1:] + stops[:-1]), s), 0, len(stops) - 1)
+    when = law.breaks[np.searchsorted(law.coefficients[:, 0], stops - away)]
+    beside = stops[nearest] + np.where(t < when[nearest], -away, away)
+    return np.where(np.abs(s - stops[nearest]) <= away, beside, s)

@@ -15,7 +15,7 @@ from splinefeed.feed.grid import FASTER, SLOW, Samples, graded, lay, sample
 from splinefeed.feed.law import Pieces, pieces_of
 from splinefeed.feed.limits import Places, Rows
 from splinefeed.feed.limits.rows import FREE
-from splinefeed.feed.numbers import SAME
+from splinefeed.feed.numbers import ALMOST, SAME
 from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.feed.solve import End, Problem, solve
 from splinefeed.feed.spline import DEGREE, Spline
@@ -303,7 +303,8 @@ def _ends(setting: Setting, samples: Samples, low: float, high: float, start: St
     inner = setting.inside(low, high)
     ends = []
     for state, place in ((start, low), (stop, high)):
-        beside = min(way, float(np.min(np.abs(inner - place), initial=np.inf)))
+        away = np.abs(inner - place)
+        beside = float(np.min(away[away > ALMOST * setting.track.length], initial=way))
         moving = state.feed > 0.0
         ends.append(End(q=state.feed**2, slope=2.0 * state.acceleration) if moving else End(ramp=RAMP * beside))
     return ends[0], ends[1]
