@@ -9,12 +9,12 @@ from __future__ import annotations
 import re
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.moves import LETTERS
 from splinefeed.formats.gcode.state import State
-from splinefeed.records import Array, IntArray
+from splinefeed.records import Array, BoolArray, IntArray
 
 _WORDS = "GNXYZABCUVWIJKRFSME"
 _COMMENT = re.compile(rb"\([^)\n]*\)|;[^\n]*")
@@ -34,8 +34,11 @@ for _kind, _next in (
     (_BLANK, (_LETTER, _N, _BLANK, _END)), (_END, (_LETTER, _N, _BLANK, _END)),
 ):  # fmt: skip
     _FOLLOWS[_kind, list(_next)] = True
-_NUMBERS, _UPPER = b"+-.0123456789 \t\r", bytes(range(256)).upper()
-_NO_NUMBERS = bytes(each if each in _NUMBERS else 32 for each in range(256))
+_RIGHT = bytes(np.flatnonzero(_FOLLOWS).tolist())
+_UPPER = bytes(range(256)).upper()
+_NO_NUMBERS = bytes(each if each in b"+-.0123456789" else 32 for each in range(256))
+#: Most digits of an integer that a float is exactly, and powers of ten that are floats exactly.
+_DIGITS, _POWERS = 15, 10.0 ** np.arange(16)
 #: M codes that a line may have here.
 _M = (3, 4, 5, 7, 8, 9)
 
@@ -55,22 +58,26 @@ class Lines:
         self.count = len(ends)
         odd = lengths > layout.MAX_LINE + 1
         pairs = 8 * np.concatenate([[np.uint8(_END)], kinds[:-1]]) + kinds
-        odd[np.searchsorted(ends, np.flatnonzero(~_FOLLOWS.ravel()[pairs]))] = True
+        if pairs.tobytes().translate(None, _RIGHT):
+            odd[np.searchsorted(ends, np.flatnonzero(~_FOLLOWS.ravel()[pairs]))] = True
         if odd.any():
             data = np.where(np.repeat(odd, lengths), np.uint8(32), np.frombuffer(block, dtype=np.uint8))
             data[ends] = ord("\n")
             block = data.tobytes()
-        marks = np.frombuffer(block.translate(_UPPER, _NUMBERS), dtype=np.uint8)
+        text = block.translate(_UPPER, b"+ \t\r")
+        body = np.frombuffer(text, dtype=np.uint8)
+        edges = np.flatnonzero((body - np.uint8(ord("0")) > 9) & (body != ord("-")))  # letters, points, line feeds
+        marks = body[edges]
+        is_letter = marks >= ord("A")
+        line_of, codes = np.cumsum(marks == ord("\n"))[is_letter], marks[is_letter]
         try:
-            values = np.fromiter(map(float, block.translate(_NO_NUMBERS).split()), dtype=float)
+            values = _values(block, body, edges, is_letter)
         except ValueError:  # two points, or nothing but one: the interpreter says where
-            marks, values, odd = np.full(self.count, ord("\n"), dtype=np.uint8), np.zeros(0), np.ones_like(odd)
-        is_letter = marks != ord("\n")
-        line_of, codes = np.cumsum(~is_letter)[is_letter], marks[is_letter]
+            line_of, codes, values, odd = line_of[:0], codes[:0], np.zeros(0), np.ones_like(odd)
         self._columns: dict[str, Array] = {}
         for each in _WORDS:
-            at = np.flatnonzero(codes == ord(each))
-            if len(at):
+            if each.encode() in text:
+                at = np.flatnonzero(codes == ord(each))
                 lines = line_of[at]
                 self._columns[each] = np.full(self.count, np.nan)
                 self._columns[each][lines] = values[at]
@@ -98,29 +105,30 @@ class Lines:
         with np.errstate(all="ignore"):  # behind a line that is not known anything may come
             mode = _last(10.0 * get["G"], modes[layout.MOTION]).astype(np.int64) // 10
             axes = [axis for axis, letter in enumerate(LETTERS) if letter in self._columns] or [0]
-            words = np.stack([get[LETTERS[axis]] for axis in axes], axis=1) * state.scale[axes]
-            centre = np.stack([get[letter] for letter in "IJK"], axis=1) * state.scale[:3]
+            words = np.stack([get[LETTERS[axis]] for axis in axes]) * state.scale[axes, None]
+            centre = np.stack([get[letter] for letter in "IJK"]) * state.scale[:3, None]
             radius, rate = get["R"] * state.scale[0], get["F"]
             said, fed, turning = ~np.isnan(words), ~np.isnan(rate), mode >= 2
-            arc = ~np.isnan(centre).all(axis=1) | ~np.isnan(radius)
-            moves = said.any(axis=1) | (turning & ~np.isnan(centre).all(axis=1))
-            across = centre[:, state.across]
+            has_centre, has_radius = ~np.isnan(centre), ~np.isnan(radius)
+            about = has_centre.any(axis=0)
+            arc, moves = about | has_radius, said.any(axis=0) | (turning & about)
+            across = centre[state.across]
             across[turning & (across == 0.0)] = np.nan  # as FreeCAD writes it beside I and J
             has_centre = ~np.isnan(centre)
-            wrong = has_centre.any(axis=1) == ~np.isnan(radius)
+            wrong = has_centre.any(axis=0) == has_radius
             known = ~arc | (moves & turning)
-            known &= ~(moves & turning) | ~(wrong | has_centre[:, state.across])
+            known &= ~(moves & turning) | ~(wrong | has_centre[state.across])
             known &= ~fed | ((rate >= 0.0) & (rate <= layout.LARGEST))
             known &= np.isnan(get["M"]) | ~np.isnan(get["G"]) | ~(moves | arc)  # there they would be words of M
             if inverse:
                 known &= np.where(moves, fed | (mode == 0), ~fed)
             if modes[layout.RELATIVE]:
-                steps = np.concatenate([state.position[None, axes], np.where(said, words, 0.0)])
-                ends = np.cumsum(steps, axis=0)[1:]
+                steps = np.concatenate([state.position[axes, None], np.where(said, words, 0.0)], axis=1)
+                ends = np.cumsum(steps, axis=1)[:, 1:]
             else:
-                ends = _last(words + state.offset[axes], state.position[axes])
-            sizes = np.nan_to_num(np.abs(np.column_stack([np.where(said, ends, 0.0), centre, radius])), nan=0.0)
-            known &= (sizes <= layout.LARGEST).all(axis=1)
+                ends = _last(words + state.offset[axes, None], state.position[axes, None])
+            sizes = np.abs(np.concatenate([np.where(said, ends, 0.0), centre, radius[None]]))
+            known &= ~(sizes > layout.LARGEST).any(axis=0)
             done = len(known) if known.all() else int(np.argmin(known))
         if not done:
             return 0
@@ -130,15 +138,15 @@ class Lines:
         before = np.searchsorted(at, speaks) + state.count
         rows, marks = state.room(len(at))
         rows[:, : len(LETTERS)] = state.position
-        rows[:, axes] = ends[at]
-        rows[:, layout.CENTER : layout.CENTER + 3] = np.where(has_centre, centre, 0.0)[at]
-        rows[:, layout.RADIUS] = np.where(np.isnan(radius), 0.0, radius)[at]
+        rows[:, axes] = ends[:, at].T
+        rows[:, layout.CENTER : layout.CENTER + 3] = np.where(has_centre, centre, 0.0)[:, at].T
+        rows[:, layout.RADIUS] = np.where(has_radius, radius, 0.0)[at]
         rows[:, layout.TURNS], rows[:, layout.ROW_TOLERANCE] = 1.0, values[layout.TOLERANCE]
         timed = inverse & (mode[at] > 0)
         rows[:, layout.ROW_FEED] = np.where(timed, rate[at], feed[at])
-        flags = has_centre @ np.array([layout.HAS_I, layout.HAS_J, layout.HAS_K])
-        flags += np.where(np.isnan(radius), 0, layout.HAS_R)
-        bits = said @ (1 << np.array(axes))
+        flags = np.array([layout.HAS_I, layout.HAS_J, layout.HAS_K]) @ has_centre
+        flags += np.where(has_radius, layout.HAS_R, 0)
+        bits = (1 << np.array(axes)) @ said
         stated = np.zeros_like(bits) if modes[layout.RELATIVE] else bits << layout.STATED
         bits |= np.where(turning, 7 & ~(1 << state.across), 0)  # an arc has both axes of its plane, said or not
         marks[:, layout.KIND], marks[:, layout.ROW_LINE] = mode[at], number + at
@@ -148,14 +156,32 @@ class Lines:
         for i, move in zip(speaks.tolist(), before.tolist(), strict=True):
             state.switched(number + i, move, get["S"][i], get["M"][i])
         modes[layout.MOTION], values[layout.FEED] = 10 * mode[done - 1], feed[done - 1]
-        state.position[axes] = ends[done - 1]
+        state.position[axes] = ends[:, done - 1]
         modes[layout.EXTRUDED] |= self.extruded[low : low + done].any()
         return done
 
 
+def _values(block: bytes, body: NDArray[np.uint8], edges: IntArray, is_letter: BoolArray) -> Array:
+    """The nearest floats to the numbers of a block; ValueError if one is none.
+
+    body   the bytes without blanks and +; edges  places of all in it but digits and -; is_letter  which are letters
+
+    Digits behind each other are an integer; over a power of ten, both exact in float64, it is rounded once.
+    """
+    letters, points = edges[is_letter], body[edges] == ord(".")
+    lengths = np.diff(edges, append=len(body)) - 1
+    of, negative, places = np.cumsum(is_letter)[points] - 1, body[letters + 1] == ord("-"), np.zeros_like(letters)
+    places[of] = lengths[points]
+    digits = lengths[is_letter] - negative + places
+    if not (digits.all() and 0 < digits.max(initial=0) <= _DIGITS and (np.diff(of) > 0).all()):
+        return np.fromiter(map(float, block.translate(_NO_NUMBERS).split()), dtype=float)
+    values = np.fromstring(block.translate(_NO_NUMBERS, b"+-."), dtype=np.int64, sep=" ") / _POWERS[places]
+    return np.where(negative, -values, values)
+
+
 def _last(values: Array, before: ArrayLike) -> Array:
-    """Along the first axis the last of the values that is a number at or before each place, `before` if none is."""
-    index = np.arange(1, len(values) + 1).reshape(-1, *(1,) * (values.ndim - 1))
-    rows = np.maximum.accumulate(np.where(np.isnan(values), 0, index), axis=0)
-    first = np.broadcast_to(before, values.shape[1:])[None]
-    return np.take_along_axis(np.concatenate([first, values]), rows, axis=0)
+    """Along the last axis the last of the values that is a number at or before each place, `before` if none is."""
+    index = np.arange(1, values.shape[-1] + 1)
+    places = np.maximum.accumulate(np.where(np.isnan(values), 0, index), axis=-1)
+    first = np.broadcast_to(before, (*values.shape[:-1], 1))
+    return np.take_along_axis(np.concatenate([first, values], axis=-1), places, axis=-1)

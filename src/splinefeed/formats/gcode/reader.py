@@ -31,7 +31,7 @@ _INTERPRETERS: dict[str, type[Interpreter]] = {"siemens": Siemens}
 MAX_BYTES = 2 * 2**30
 #: Bytes that are read at once: what is made of them stays in the processor's cache.
 BLOCK = 2**18
-#: Lines that are carried out by arrays at once, at first, behind a line for the interpreter, and at most.
+#: Lines that are carried out by arrays at once, behind a line for the interpreter, and at most.
 _FIRST, _MOST = 256, 16384
 _HEAD = 2**16
 
@@ -148,7 +148,7 @@ class Reading:
         state, texts = run.state, block.split(b"\n")[:-1]
         fast = self.fast and not shown and len(texts) >= PLAIN
         lines = Lines(block, run.dialect.extruder) if fast else None
-        at, size = 0, _FIRST
+        at, size = 0, _MOST
         while at < len(texts) and not run.ended:
             if lines is not None and not (run.splines.open or run.cutter.busy):
                 high = min(int(lines.next_odd[at]), at + size)
