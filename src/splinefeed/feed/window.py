@@ -216,11 +216,12 @@ def plan_window(
     With `exact` the audit holds it to 1, not to 1 + `mode.tolerance`: for motion that is not slowed down afterwards.
     known  samples from `low` to `high` or further
     """
+    if not high - low > SAME * setting.track.length:
+        raise PlanError(f"from s = {low:.6g} to {high:.6g} mm a limit leaves almost no feed")
     samples = sample(setting, low, high, start.feed**2, stop.feed**2, known)
     if samples.push == np.inf:
         raise PlanError(f"from s = {low:.6g} to {high:.6g} mm nothing limits the acceleration or jerk")
-    little = np.min(samples.top) < SAME * np.max(samples.top)  # feeds a million times lower
-    if little or not high - low > SAME * setting.track.length:
+    if np.min(samples.top) < SAME * np.max(samples.top):  # feeds a million times lower
         raise PlanError(f"from s = {low:.6g} to {high:.6g} mm a limit leaves almost no feed")
     if start.feed**2 >= np.max(samples.top) and State(start.feed) == stop == start:  # nothing to choose
         steady = Pieces(np.array([(high - low) / start.feed]), np.array([[low, start.feed, 0.0, 0.0, 0.0, 0.0]]))
