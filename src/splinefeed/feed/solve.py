@@ -233,7 +233,7 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Sol
         dq, dg = problem.change(y, r, dc)
         ds = -residual - dg
         dz = (mu - z * s - z * ds) / s
-        along = _longest(ds / s, 1.0 - NEAR, min(1.0, (1.0 - NEAR) / max(float(np.max(-dq / y[0])), 1e-300)))
+        along = _longest(ds / s, 1.0 - NEAR, min(1.0, (1.0 - FAR) / max(float(np.max(-dq / y[0])), 1e-300)))
         along_z = _longest(dz / z, 1.0 - NEAR, 1.0)
         held = residual <= 0.0
         for _ in range(HALVINGS):

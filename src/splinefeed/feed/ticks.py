@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.errors import PlanError
-from splinefeed.feed.numbers import KEPT, ROUNDINGS, SAME, TOGETHER
+from splinefeed.feed.numbers import HOPELESS, KEPT, ROUNDINGS, SAME, TOGETHER
 from splinefeed.feed.stretches import lasting, on_tick
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
@@ -17,8 +17,8 @@ from splinefeed.records import AXIS_LIMITS, BOUNDED, LAW_COEFFICIENTS, Array, In
 MOST_TICKS = 1e9
 #: Slopes of joints count where the tip moves by more than this share of its longest step.
 MOVING = 0.01
-#: Rounds of slowing down; what is over a limit by this factor on q is no matter of feed.
-ROUNDS, FAR = 6, 2.0
+#: Rounds of slowing down.
+ROUNDS = 6
 #: What a chord is over its limit is noted as if it were an axis of this number.
 CHORD = -1
 
@@ -42,14 +42,16 @@ def held_at_ticks(
             f"the motion would take {law.duration:.3g} s, which is more than {MOST_TICKS:.0e} setpoints, the "
             "most that are held to limits; raise the feed or the period"
         )
+    most = np.full(len(first), HOPELESS)
     for _ in range(ROUNDS):
         over, worst = _over(law, path, limits, law.breaks[first], passed, breaks)
         moving = np.zeros(len(first), dtype=bool)
         moving[0], moving[-1] = limits.start_feed > 0.0, moving[-1] | (limits.end_feed > 0.0)
         if not np.any(over > 1.0):
             return law
-        if np.any(over > np.where(moving, 1.0, FAR)):
+        if np.any(over > np.where(moving, 1.0, most)):
             break
+        most = np.maximum(0.5 * over, 2.0)  # what slowing down does not halve is no matter of feed
         law = _slower(law, first, over)
     k = int(np.argmax(np.where(moving & (over > 1.0), np.inf, over)))
     s, axis = worst[k, 0], int(worst[k, 1])
