@@ -222,7 +222,7 @@ QUICK = {
 }  # fmt: skip
 #: And those that are refused, as an axis turns on while the linear ones stand still, or all but stand still.
 REFUSED = (
-    300418, 401368, 402711, 20066002, 30073763, 30095864, 40093986, 30060, 405169, 9001126, 10008665,
+    300418, 401368, 20066002, 30073763, 30095864, 40093986, 30060, 405169, 9001126, 10008665,
 )  # fmt: skip
 REASONS = (
     "stand still while", "would take", "the rounding of arc length shows", "no motion within the limits was found",
