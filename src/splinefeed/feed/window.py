@@ -307,7 +307,8 @@ def _ends(setting: Setting, samples: Samples, low: float, high: float, start: St
         away = np.abs(inner - place)
         beside = float(np.min(away[away > ALMOST * setting.track.length], initial=way))
         moving = state.feed > 0.0
-        ends.append(End(q=state.feed**2, slope=2.0 * state.acceleration) if moving else End(ramp=RAMP * beside))
+        ramp = max(RAMP * beside, ALMOST * (high - low))  # arc length must resolve it
+        ends.append(End(q=state.feed**2, slope=2.0 * state.acceleration) if moving else End(ramp=ramp))
     return ends[0], ends[1]
 
 
