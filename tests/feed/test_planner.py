@@ -184,8 +184,9 @@ def test_setpoints_over_a_limit_are_seen_at_ticks() -> None:
     assert slower(limits) == slower(sf.Limits(feed=60, chord_error=1e-3)) == 1.0
     assert slower(sf.Limits(feed=60, axis_jerk=19_000)) == pytest.approx((20 / 19) ** (1 / 3), rel=1e-3)
     assert slower(sf.Limits(feed=60, axis_acceleration=450)) == pytest.approx((500 / 450) ** 0.5, rel=1e-3)
+    assert slower(sf.Limits(feed=60, chord_error=1e-6)) == pytest.approx((8.24e-5 / 1e-6) ** 0.5, rel=0.02)
     with pytest.raises(sf.errors.PlanError, match="chords are over their limit"):
-        slower(sf.Limits(feed=60, chord_error=1e-6))
+        slower(sf.Limits(feed=60, chord_error=1e-8))
 
 
 def test_chords_look_as_far_as_they_reach() -> None:
