@@ -249,6 +249,7 @@ def plan_window(
         if k == 0 and mode.bounded:
             bound = lower_bound(setting, window.problem, solution, low, high)
         pieces = pieces_of(window.spline, c, ends)
+        closely = k > 0
         shares = worst_shares(setting, pieces, high, closely=closely)
         broken = ~np.isfinite(np.max(window.of_cells(shares), axis=0))
         if np.any(broken) and k < rounds:  # q falls to nothing between places
@@ -256,7 +257,7 @@ def plan_window(
             c, z, factor, often = window.guess(), None, factor[:, was], often[:, was]
             continue
         hopeless = exact and not solution.kept and k == 0
-        if not closely and (3 * k >= 2 * rounds or np.max(shares) <= goal or hopeless):
+        if k == 0 and (np.max(shares) <= goal or hopeless):
             closely = True
             shares = worst_shares(setting, pieces, high, closely=True)
         if closely:
@@ -264,10 +265,9 @@ def plan_window(
             found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
         if hopeless or (closely and found[-1].over <= goal):
             break
-        over = window.of_cells(shares) / goal
-        lower = over > 1.0 - 0.5 * mode.tolerance
-        often += lower  # a cell that stays over what it was tightened for is so between its places: tighten it more
-        factor = np.where(lower, factor / (over * (1.0 + 0.5 * mode.tolerance)) ** often, factor)
+        over = window.of_cells(shares) * ((1.0 + mode.tolerance) / goal)
+        often += over > 1.0  # a cell that stays over what it was tightened for is so between its places: more then
+        factor = np.where(over > 1.0, factor / over**often, factor)
     best = min(found, key=lambda plan: (exact and plan.over > goal, plan.seconds))
     return dataclasses.replace(best, bound=bound)
 
