@@ -9,21 +9,19 @@ from splinefeed.feed.numbers import ALMOST, SAME, TOGETHER
 from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.records import Array, IntArray
 
-#: Shares of each piece's time at which it is looked at, dense at both ends: while it is planned, closely, and where it
-#: may be over what was seen.
-LOOKED, CLOSELY, MORE_CLOSELY = (0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count in (5, 9, 33))
+#: Shares of each piece's time at which it is looked at, dense at both ends, and those where it may be over what was seen.
+LOOKED, CLOSELY = (0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count in (7, 33))
 
 
-def worst_shares(setting: Setting, pieces: Pieces, end: float, *, closely: bool = False) -> Array:
+def worst_shares(setting: Setting, pieces: Pieces, end: float) -> Array:
     """Largest shares in each piece of tops, linear limits and jerk, (3, m), as factors on q; it ends at `end`, mm.
 
-    A peak between places follows from a parabola through three of them. Looking closely, a piece in which a limit bends
-    so much between its places that it might be over all that was seen, and over 1, is looked at in more of them.
+    A peak between places follows from a parabola through three of them. A piece in which a limit bends so much between
+    its places that it might be over all that was seen, and over 1, is looked at closely.
     """
-    worst, seen, bound = _looked_at(setting, pieces, end, CLOSELY if closely else LOOKED)
-    if closely:
-        doubtful = np.flatnonzero(~(bound <= max(1.0, seen)))
-        worst[:, doubtful] = _looked_at(setting, pieces, end, MORE_CLOSELY, doubtful)[0]
+    worst, seen, bound = _looked_at(setting, pieces, end, LOOKED)
+    doubtful = np.flatnonzero(~(bound <= max(1.0, seen)))
+    worst[:, doubtful] = _looked_at(setting, pieces, end, CLOSELY, doubtful)[0]
     return worst
 
 
@@ -84,7 +82,7 @@ def _rising(a: Array, j: Array, steps: Array) -> Array:
 def _peaks(shares: Array) -> tuple[Array, Array]:
     """The largest of shares (places, limits, n), (limits, n), with what parabolas tell between places; how they bend.
 
-    A parabola rises between places by an eighth of its second difference at most: the whole of it is 8 times that.
+    A parabola rises between places by an eighth of its second difference at most: how they bend is twice that.
     """
     below, here, above = shares[:-2], shares[1:-1], shares[2:]
     with np.errstate(invalid="ignore"):
@@ -92,4 +90,4 @@ def _peaks(shares: Array) -> tuple[Array, Array]:
         peak = (here >= below) & (here >= above) & (bend > 0.0) & (bend < np.inf)
         rise = np.where(peak, (above - below) ** 2 / np.where(peak, 8.0 * bend, 1.0), 0.0)
     found: Array = np.maximum(np.max(shares, axis=0), np.max(here + rise, axis=0))
-    return found, np.max(np.abs(bend), axis=0)
+    return found, 0.25 * np.max(np.abs(bend), axis=0)

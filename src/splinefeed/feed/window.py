@@ -239,7 +239,7 @@ def plan_window(
         window, c = _turned(setting, window, c, mode)
     factor = np.ones((3, len(window)))
     often = np.zeros_like(factor)
-    z, bound, closely = None, 0.0, False
+    z, bound = None, 0.0
     found: list[Plan] = []
     rounds = 2 * ROUNDS if exact else ROUNDS
     for k in range(rounds + 1):
@@ -249,21 +249,15 @@ def plan_window(
         if k == 0 and mode.bounded:
             bound = lower_bound(setting, window.problem, solution, low, high)
         pieces = pieces_of(window.spline, c, ends)
-        closely = k > 0
-        shares = worst_shares(setting, pieces, high, closely=closely)
+        shares = worst_shares(setting, pieces, high)
         broken = ~np.isfinite(np.max(window.of_cells(shares), axis=0))
         if np.any(broken) and k < rounds:  # q falls to nothing between places
             window, was = window.halved(broken, c, mode)
             c, z, factor, often = window.guess(), None, factor[:, was], often[:, was]
             continue
-        hopeless = exact and not solution.kept and k == 0
-        if k == 0 and (np.max(shares) <= goal or hopeless):
-            closely = True
-            shares = worst_shares(setting, pieces, high, closely=True)
-        if closely:
-            shares = shares * (1.0 + UNSEEN)
-            found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
-        if hopeless or (closely and found[-1].over <= goal):
+        shares = shares * (1.0 + UNSEEN)
+        found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
+        if found[-1].over <= goal or (exact and not solution.kept and k == 0):
             break
         over = window.of_cells(shares) * ((1.0 + mode.tolerance) / goal)
         often += over > 1.0  # a cell that stays over what it was tightened for is so between its places: more then

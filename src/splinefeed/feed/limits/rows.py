@@ -166,20 +166,26 @@ def stacked(rows: Sequence[Row], n: int) -> Rows:
     linear = [row for row in rows if isinstance(row, Linear)]
     jerk = [row for row in rows if isinstance(row, Jerk)]
 
-    def across(values: Sequence[object]) -> Array:
-        return np.array([np.broadcast_to(np.asarray(v, dtype=np.float64), n) for v in values]).reshape(len(values), n)
-
-    none = np.zeros((2, n))
-    jump = [[none if row.up is None else row.up, none if row.down is None else row.down] for row in jerk]
-    each = np.minimum(across([row.q for row in tops]), FREE**2)
+    each, low, high = np.empty((len(tops), n)), np.empty((len(linear), n)), np.empty((len(linear), n))
+    factors, jerks, jump = np.empty((len(linear), 2, n)), np.empty((len(jerk), 3, n)), np.zeros((2, 2, len(jerk), n))
+    for k, top in enumerate(tops):
+        each[k] = np.minimum(top.q, FREE**2)
+    for k, row in enumerate(linear):
+        factors[k, 0], factors[k, 1] = row.c0, row.c1
+        low[k], high[k] = np.maximum(row.low, -FREE), np.minimum(row.high, FREE)
+    for k, curved in enumerate(jerk):
+        jerks[k, 0], jerks[k, 1], jerks[k, 2] = curved.c0, curved.c1, curved.c2
+        for side, taken in enumerate((curved.up, curved.down)):
+            if taken is not None:
+                jump[side, :, k] = taken
     return Rows(
         top=np.min(each, axis=0),
         tops=each,
-        linear=np.stack([across([row.c0 for row in linear]), across([row.c1 for row in linear])], axis=1),
-        low=np.maximum(across([row.low for row in linear]), -FREE),
-        high=np.minimum(across([row.high for row in linear]), FREE),
-        jerk=np.stack([across([getattr(row, name) for row in jerk]) for name in ("c0", "c1", "c2")], axis=1),
-        jump=np.moveaxis(np.array(jump).reshape(len(jerk), 2, 2, n), 0, 2),
+        linear=factors,
+        low=low,
+        high=high,
+        jerk=jerks,
+        jump=jump,
         names=(
             tuple(row.name for row in tops),
             tuple(row.name for row in linear),
