@@ -57,7 +57,7 @@ class Samples:
 def sample(
     setting: Setting, low: float, high: float, q_low: float, q_high: float, known: Samples | None = None
 ) -> Samples:
-    """Places between two ends with these q, halved until tangent and feed change little from one to the next.
+    """Places between two ends with these q, parted until tangent and feed change little from one to the next.
 
     known  samples from `low` to `high` or further, to go on from.
     Where nothing limits the jerk or the acceleration, they are what the top feed can do with: see ABRUPT.
@@ -83,11 +83,14 @@ def sample(
         turn = np.linalg.norm(np.diff(directions, axis=0), axis=1)
         turn = np.maximum(turn, gap * np.minimum(curvature[1:], curvature[:-1]))
         change = np.abs(np.diff(q)) / (np.maximum(q[1:], q[:-1]) + SLOW * np.max(q))
-        more = (turn > CHANGE) | (change > CHANGE)
-        at = np.flatnonzero(more & (gap > ALMOST * (high - low)) & (piece[1:] == piece[:-1]))
+        parts = np.clip(np.maximum(turn, change), CHANGE, 1.0) / CHANGE
+        parts[(gap <= ALMOST * (high - low)) | (piece[1:] != piece[:-1])] = 1.0
+        more = np.ceil(parts).astype(int) - 1
+        at = np.repeat(np.arange(len(gap)), more)
         if not len(at):
             break
-        new = 0.5 * (s[at] + s[at + 1])
+        share = (np.arange(len(at)) - np.repeat(np.cumsum(more) - more, more) + 1.0) / (more[at] + 1.0)
+        new = s[at] + share * gap[at]
         s = np.insert(s, at + 1, new)
         looked = [np.insert(a, at + 1, b, axis=0) for a, b in zip(looked, _look(setting, new)[0], strict=True)]
     q = profile(s, looked[0], push, twist, low, high, q_low, q_high)
