@@ -9,7 +9,7 @@ from splinefeed.feed.numbers import ALMOST, SAME, TOGETHER
 from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.records import Array, IntArray
 
-#: Shares of each piece's time at which it is looked at, dense at both ends, and those where it may be over what was seen.
+#: Shares of each piece's time at which it is looked at, dense at both ends; and where it may be over what was seen.
 LOOKED, CLOSELY = (0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count in (7, 33))
 
 

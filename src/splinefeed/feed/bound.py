@@ -15,23 +15,23 @@ from scipy.linalg import lapack
 from splinefeed.feed.dual import REACHING, Dual, smooth
 from splinefeed.feed.numbers import SAME
 from splinefeed.feed.setting import Setting
-from splinefeed.feed.solve import FAR, NEAR, RIDGES, Problem, Solution
+from splinefeed.feed.solve import FAR, NEAR, RIDGES, STEPS, Problem, Solution
+from splinefeed.feed.spline import DEGREE
 from splinefeed.records import Array, IntArray
 
-#: Cells on a ramp at rest, each half as long as the next one.
-RAMP_CELLS = 10
 #: While the bound is below this share of the time it is looked for once more, on cells half as long.
 CLOSE = 0.995
-#: Most steps, and complementarity at last, as a share of the time.
-STEPS, GAP = 40, 1e-4
-#: A multiplier that begins below this, and so do so many before and behind it, stays 0: its row does not bind there.
-BINDING, BESIDE = 1e-3, 3
+#: A multiplier that begins below this, and those whose splines overlap it, too, stays 0: its row does not bind there.
+BINDING = 1e-2
 
 
-def lower_bound(setting: Setting, problem: Problem, solution: Solution, low: float, high: float) -> float:
-    """A lower bound of the time, s, from `low` to `high`, mm, between the ends of a problem; from a solution of it."""
+def lower_bound(setting: Setting, problem: Problem, solution: Solution, low: float, high: float, gap: float) -> float:
+    """A lower bound of the time, s, from `low` to `high`, mm, between the ends of a problem; from a solution of it.
+
+    It is within the share `gap` of the best that multipliers on its cells can tell.
+    """
     inner, ends = problem.spline.nodes, problem.ends
-    ramp = 0.5 ** np.arange(RAMP_CELLS)[1:]
+    ramp = 0.5 ** np.arange(1.0, DEGREE + 1.0)  # cells on a ramp, as many as splines overlap
     up, down = low + (inner[0] - low) * ramp, high - (high - inner[-1]) * ramp
     nodes = np.unique(np.concatenate([[low], up, inner, down, [high]]))
     states, found = tuple((end.q, end.slope) for end in ends), 0.0
@@ -45,7 +45,10 @@ def lower_bound(setting: Setting, problem: Problem, solution: Solution, low: flo
                 q *= np.minimum(away / end.ramp, 1.0) ** (4.0 / 3.0)
         q = np.maximum(q, SAME * np.max(q)).reshape(dual.top.shape)
         here = dual.spline.greville()
-        at, x = here, _best(dual, q, np.array([np.interp(here, at, each) for each in x.T]).reshape(-1, len(here)).T)
+        at, x = (
+            here,
+            _best(dual, q, np.array([np.interp(here, at, each) for each in x.T]).reshape(-1, len(here)).T, gap),
+        )
         least = close.bound(x, *close.at(x))
         found = max(found, least - abs(least - dual.bound(x, *dual.at(x))))
         if found > CLOSE * float(np.sum(dual.weight / np.sqrt(q))):
@@ -72,7 +75,7 @@ def _total(problem: Problem, each: Array) -> Array:
     return np.asarray(total, dtype=np.float64)
 
 
-def _best(dual: Dual, q: Array, x: Array) -> Array:
+def _best(dual: Dual, q: Array, x: Array, gap: float) -> Array:
     """Multipliers (n, f) whose bound is nearly the best, from q (m, g) at the places and multipliers to begin with.
 
     They are those of the least sum of p (n,) under tested rows C(q) + y = fixed, and + p for jerk, under
@@ -81,7 +84,7 @@ def _best(dual: Dual, q: Array, x: Array) -> Array:
     """
     f, weight, top = dual.fields, dual.weight, dual.top
     free = x > BINDING
-    for _ in range(BESIDE):
+    for _ in range(DEGREE):
         free[1:] |= free[:-1]
         free[:-1] |= free[1:]
     free &= ~dual.held
@@ -105,7 +108,7 @@ def _best(dual: Dual, q: Array, x: Array) -> Array:
         left, P = dual.at(x)
         found = dual.bound(x, left, P)
         best, most = (x, found) if found > most else (best, most)
-        if np.sum(z * y) + np.sum(u * w) + np.sum(weight * v * t) < GAP * most:
+        if np.sum(z * y) + np.sum(u * w) + np.sum(weight * v * t) < gap * most:
             break
         r3 = r * r * r
         stiff = 0.75 * left * r3 * r * r + v / t

@@ -36,8 +36,6 @@ MODES = {
 }
 #: A motion over a limit is slowed down as a whole: a note says so where that is by more than this, as a factor on q.
 POOR = 1.2
-#: Where no motion is found, cells are half as long, and what is over a limit is tightened by half this share more.
-TIGHTER = 1e-2
 #: Names of a tool tip's own coordinates, which have no limits, before those of the joints.
 TIP = ("tip.x", "tip.y", "tip.z")
 
@@ -115,7 +113,7 @@ def plan_in_mode(
     begin = State(limits.start_feed) if start is None else start
     with np.errstate(all="ignore"):  # what is not a number is not a motion to take
         setting = setting_of(path, limits, period)
-        for each in (mode, replace(mode, cell=0.5 * mode.cell, tolerance=TIGHTER)):
+        for each in (mode, replace(mode, cell=0.5 * mode.cell, tolerance=MODES[LOOK_AHEAD].tolerance)):
             try:
                 law = motion(setting, strategy, each, begin)
                 at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))

@@ -11,6 +11,8 @@ ALMOST = 1e-9
 HOPELESS = 100.0
 #: What rounding of a value may come to, in units of its last place.
 ROUNDINGS = 8.0
+#: Rounds in which what is over a limit is held lower, at most; twice as many where nothing is slowed down afterwards.
+ROUNDS = 4
 #: Halvings that tell where a motion can begin or end to a thousandth.
 BISECTIONS = 10
 #: Halvings that take any interval to the rounding of its middle.

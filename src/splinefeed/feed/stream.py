@@ -15,16 +15,13 @@ from splinefeed.feed.numbers import ALMOST, SAME
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.soft_limits import check_travel
 from splinefeed.feed.window import REST, State
-from splinefeed.feed.windows import Windows
+from splinefeed.feed.windows import OPEN, Windows
 from splinefeed.geometry.parts import cut, joined
 from splinefeed.geometry.path import Path
 from splinefeed.records import LAW_COEFFICIENTS, Limits, TimeLaw, positive
 
 #: Cells of a window, and the fewest that it may have.
 WINDOW, LEAST_WINDOW = MODES[LOOK_AHEAD].cells, 20
-#: Where too little was known ahead, the path is looked at again when that has grown by this share, or to what a window
-#: seems to need less this share.
-GROWN = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,7 +220,7 @@ class LookAhead:
                 continue
             near = windows.reach(setting, self._mode, high)
             if not last and near == high:
-                self._looked = (path.length - windows.low) * max(1.0 + GROWN, (1.0 - GROWN) / windows.ahead)
+                self._looked = (path.length - windows.low) * max(1.0 + OPEN, (1.0 - OPEN) / windows.ahead)
                 break
             end = State(self.limits.end_feed) if whole and not len(stop) else REST
             pieces = windows.advance(setting, self._mode, near, end, ends_here=last and near == high)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.errors import PlanError
-from splinefeed.feed.numbers import HOPELESS, KEPT, ROUNDINGS, SAME, TOGETHER
+from splinefeed.feed.numbers import HOPELESS, KEPT, ROUNDINGS, ROUNDS, SAME, TOGETHER
 from splinefeed.feed.stretches import lasting, on_tick
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
@@ -17,8 +17,6 @@ from splinefeed.records import AXIS_LIMITS, BOUNDED, LAW_COEFFICIENTS, Array, In
 MOST_TICKS = 1e9
 #: Slopes of joints count where the tip moves by more than this share of its longest step.
 MOVING = 0.01
-#: Rounds of slowing down.
-ROUNDS = 6
 #: What a chord is over its limit is noted as if it were an axis of this number.
 CHORD = -1
 

@@ -15,7 +15,7 @@ from splinefeed.feed.grid import FASTER, SLOW, Samples, graded, lay, sample
 from splinefeed.feed.law import Pieces, pieces_of
 from splinefeed.feed.limits import Places, Rows
 from splinefeed.feed.limits.rows import FREE
-from splinefeed.feed.numbers import ALMOST, SAME
+from splinefeed.feed.numbers import ALMOST, ROUNDS, SAME
 from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.feed.solve import End, Problem, solve
 from splinefeed.feed.spline import DEGREE, Spline
@@ -24,11 +24,6 @@ from splinefeed.records import Array, BoolArray, IntArray
 #: A ramp at rest is this share of the way over which jerk builds up the acceleration, of the way to the next knot, and
 #: of the stretch: nothing bends within it, and a cell fits in behind it.
 RAMP = 0.01
-#: Rounds in which the places are found where speeding up turns into slowing down, if these have two limits of jerk.
-TURNINGS = 4
-#: Times that cells found over a limit are tightened and solved again, at most; twice as many where the motion is not
-#: slowed down afterwards.
-ROUNDS = 6
 #: What a close look may not see of a peak, as a factor on q: 1e-6 was found.
 UNSEEN = 1e-5
 #: The first guess of q, as a share of what limits of velocity and acceleration allow or of another solution.
@@ -247,7 +242,7 @@ def plan_window(
         solution = solve(window.problem, c, mode.tolerance, z)
         c, z = solution.c, solution.z
         if k == 0 and mode.bounded:
-            bound = lower_bound(setting, window.problem, solution, low, high)
+            bound = lower_bound(setting, window.problem, solution, low, high, mode.tolerance)
         pieces = pieces_of(window.spline, c, ends)
         shares = worst_shares(setting, pieces, high)
         broken = ~np.isfinite(np.max(window.of_cells(shares), axis=0))
@@ -259,9 +254,9 @@ def plan_window(
         found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
         if found[-1].over <= goal or (exact and not solution.kept and k == 0):
             break
-        over = window.of_cells(shares) * ((1.0 + mode.tolerance) / goal)
+        over = window.of_cells(shares)
         often += over > 1.0  # a cell that stays over what it was tightened for is so between its places: more then
-        factor = np.where(over > 1.0, factor / over**often, factor)
+        factor = np.where(over > 1.0, factor / (over * ((1.0 + mode.tolerance) / goal)) ** often, factor)
     best = min(found, key=lambda plan: (exact and plan.over > goal, plan.seconds))
     return dataclasses.replace(best, bound=bound)
 
@@ -275,7 +270,7 @@ def _turned(setting: Setting, window: Window, c: Array, mode: Mode) -> tuple[Win
     limits, samples = setting.limits, window.samples
     way = 1.0 if limits.deceleration_jerk is None or limits.jerk > limits.deceleration_jerk else -1.0
     level = 2.0 * SLOW * samples.push
-    for left in range(TURNINGS, 0, -1):
+    for left in range(ROUNDS, 0, -1):
         c = solve(window.problem, c, mode.tolerance).c
         slope = way * window.problem.look(window.problem.complete(c))[0][1]
         clear = np.ones(len(window), dtype=bool)

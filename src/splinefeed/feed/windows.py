@@ -13,16 +13,12 @@ from splinefeed.feed.law import Pieces, joined
 from splinefeed.feed.numbers import BISECTIONS, HOPELESS, KEPT, TOGETHER
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.straight import straights
-from splinefeed.feed.window import REST, Mode, Plan, State, plan_window
+from splinefeed.feed.window import GUESS, REST, Mode, Plan, State, plan_window
 from splinefeed.records import Array, Limits
 
-#: Pieces of a window that do not become final, as what follows still matters to them: this share, and so many, but no
-#: more than half of all.
-OPEN, MOST_OPEN = 0.25, 60
-#: What is left of a stretch joins a window that would hold this share more cells than its own number.
-JOINS = 1.3
-#: Share of the feed that new limits allow, at which the motion comes under them.
-BRIDGE = 0.5
+#: Share of a window's pieces that do not become final, as what follows still matters to them. What is left of a stretch
+#: joins a window that would hold so much more.
+OPEN = 0.25
 
 
 class OutOfReachError(PlanError):
@@ -119,7 +115,7 @@ class Windows:
         left, end = self._shortest(before, mode, high)
         for k in range(BISECTIONS):
             at = min(low + 2.0 * (end - low) * 0.5 ** (BISECTIONS - 1 - k), 0.5 * (low + near))
-            into = State(BRIDGE * float(np.interp(at, samples.s, samples.q)) ** 0.5)
+            into = State((GUESS * float(np.interp(at, samples.s, samples.q))) ** 0.5)
             bridge = self._found(before, mode, at, into)
             if bridge is None:
                 continue
@@ -152,7 +148,7 @@ class Windows:
 
     def reach(self, setting: Setting, mode: Mode, high: float) -> float:
         """Where a window of about `mode.cells` cells ends, mm: `high` if there is no more."""
-        near, self.ahead, self.samples = counted(setting, self.low, high, mode.cell, mode.cells, JOINS)
+        near, self.ahead, self.samples = counted(setting, self.low, high, mode.cell, mode.cells, 1.0 + OPEN)
         return near
 
     def move(self, origin: float) -> None:
@@ -182,7 +178,7 @@ class Windows:
 
 def _final(count: int) -> int:
     """How many of so many pieces become final."""
-    return max(count - max(int(OPEN * count), min(MOST_OPEN, count // 2)), 1)
+    return max(count - int(OPEN * count), 1)
 
 
 def _begin(pieces: Pieces, k: int) -> tuple[float, State]:
