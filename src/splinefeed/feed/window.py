@@ -254,9 +254,10 @@ def plan_window(
         found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
         if found[-1].over <= goal or (exact and not solution.kept and k == 0):
             break
-        over = window.of_cells(shares)
-        often += over > 1.0  # a cell that stays over what it was tightened for is so between its places: more then
-        factor = np.where(over > 1.0, factor / (over * ((1.0 + mode.tolerance) / goal)) ** often, factor)
+        over = window.of_cells(shares) / goal
+        lower = over > 1.0 - 0.5 * mode.tolerance
+        often += lower  # a cell that stays over what it was tightened for is so between its places: tighten it more
+        factor = np.where(lower, factor / (over * (1.0 + 0.5 * mode.tolerance)) ** often, factor)
     best = min(found, key=lambda plan: (exact and plan.over > goal, plan.seconds))
     return dataclasses.replace(best, bound=bound)
 
