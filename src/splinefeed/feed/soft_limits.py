@@ -5,12 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from splinefeed.errors import LimitsError
-from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.differential import extremes
 from splinefeed.geometry.path import Path
-from splinefeed.records import KEPT, ROTARY_AXES, Array, Limits
-
-#: Samples of each span among which the furthest point of a curve is looked for, and the rounds that then close in.
-SAMPLES, ROUNDS = 33, 8
+from splinefeed.records import KEPT, ROTARY_AXES, Limits
 
 
 def check_travel(path: Path, limits: Limits) -> None:
@@ -27,14 +24,17 @@ def check_travel(path: Path, limits: Limits) -> None:
     for index, curve in enumerate(path.curves):
         if np.all(np.abs(curve.control_points[:, columns] - middle) <= half):
             continue
-        low, high = (box[columns] for box in curve.bounding_box())
+        u = extremes(curve)
+        points = curve(u)[:, columns]
+        low, high = points.min(axis=0), points.max(axis=0)
         outside = (low < middle - half) | (high > middle + half)
         if not np.any(outside):
             continue
         k = int(np.argmax(outside))
         upwards = bool(high[k] - middle[k] >= middle[k] - low[k])
         position = float(high[k] if upwards else low[k])
-        s = float(path.arc_length(index, _furthest(curve, columns[k], upwards)))
+        furthest = u[np.argmax(points[:, k] if upwards else -points[:, k])]
+        s = float(path.arc_length(index, furthest))
         axis = path.axes[columns[k]]
         unit, factor = ("deg", np.degrees(1.0)) if axis in ROTARY_AXES else ("mm", 1.0)
         side = "most" if upwards else "least"
@@ -43,14 +43,3 @@ def check_travel(path: Path, limits: Limits) -> None:
             f"its travel allows at {side} {factor * ends[k, int(upwards)]:.6g} {unit}; "
             "move the path or widen the travel"
         )
-
-
-def _furthest(curve: NurbsCurve, axis: int, upwards: bool) -> Array:
-    """Parameter at which a coordinate is greatest, or least."""
-    sign = 1.0 if upwards else -1.0
-    fractions = np.linspace(0.0, 1.0, SAMPLES)
-    u = np.unique(curve.breaks[:-1, None] + np.diff(curve.breaks)[:, None] * fractions)
-    for _ in range(ROUNDS):
-        best = int(np.argmax(sign * curve(u)[:, axis]))
-        u = np.linspace(u[max(best - 1, 0)], u[min(best + 1, len(u) - 1)], SAMPLES)
-    return np.asarray(u[int(np.argmax(sign * curve(u)[:, axis]))])

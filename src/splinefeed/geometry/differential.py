@@ -124,25 +124,24 @@ def _limit_direction(curve: NurbsCurve, u: float, linear: Axes, backwards: bool)
     return np.zeros(axes)[_columns(linear)]
 
 
-def bounding_box(curve: NurbsCurve) -> tuple[Array, Array]:
-    """Least and greatest coordinates (axes,), mm: the ends of the pieces and where a coordinate's derivative is 0.
+def extremes(curve: NurbsCurve) -> Array:
+    """Parameters (k,) at which a coordinate may be least or greatest: ends of pieces and where its derivative is 0.
 
     x' = 0 where A' w - A w' = 0, a polynomial of degree 2p - 1 at most on every piece.
     """
-    table, shape = curve.table
-    degree, axes, _, rational = shape
-    ends = curve(curve.breaks)
-    low, high = ends.min(axis=0), ends.max(axis=0)
-    if degree == 1:
-        return low, high
-    first = pieces.ORIGIN + axes
-    for row in table:
-        columns = row[first:].reshape(axes + rational, degree + 1)
+    table, (degree, axes, _, rational) = curve.table
+    found = [curve.breaks]
+    for row in table if degree > 1 else ():
+        columns = row[pieces.ORIGIN + axes :].reshape(axes + rational, degree + 1)
         weight = columns[axes] if rational else np.ones(1)
-        for a in range(axes):
-            values = curve(zeros_on(row, slope_of(columns[a], weight), 1e-6))[:, a]
-            low[a], high[a] = values.min(initial=low[a]), values.max(initial=high[a])
-    return low, high
+        found += [zeros_on(row, slope_of(columns[a], weight), 1e-6) for a in range(axes)]
+    return np.concatenate(found)
+
+
+def bounding_box(curve: NurbsCurve) -> tuple[Array, Array]:
+    """Least and greatest coordinates (axes,), mm."""
+    points = curve(extremes(curve))
+    return points.min(axis=0), points.max(axis=0)
 
 
 def slope_of(a: Array, w: Array, times: float = 1.0) -> Array:
