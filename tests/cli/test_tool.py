@@ -11,7 +11,6 @@ import pytest
 from click.testing import Result
 
 from splinefeed.machine import Machine
-from splinefeed.machine.writing import to_text
 
 FLANK = str(Path(__file__).parents[1] / "data" / "five-axis" / "flank_milling_2022.json")
 RUN = ("run", FLANK, "--machine", "trunnion", "--feed", "100", "--period", "2ms")
@@ -62,7 +61,7 @@ def test_what_a_tool_path_needs_is_said_in_one_line(splinefeed: Callable[..., Re
 
 
 def test_a_machine_file_with_other_kinematics_is_taken(splinefeed: Callable[..., Result], folder: Path) -> None:
-    text = to_text(Machine.load("trunnion"))
+    text = Machine.load("trunnion").to_text()
     shifted = text.replace('type = "xyzac-trt"', 'type = "xyzac-trt"\ny-offset = "5mm"\nz-rot-point = "-20mm"')
     (folder / "mine.toml").write_text(shifted)
     done = splinefeed("run", FLANK, "--machine", "mine.toml", "--strategy", "look-ahead", "--no-figures", "--json")

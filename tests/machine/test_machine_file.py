@@ -12,7 +12,6 @@ import splinefeed as sf
 from splinefeed.errors import FormatError, InputError, UnitError
 from splinefeed.machine import Encoder, Machine, MachineError
 from splinefeed.machine.quantities import KINDS, parse, show
-from splinefeed.machine.writing import to_text
 from splinefeed.records import Limits
 
 pytestmark = pytest.mark.nojit
@@ -370,11 +369,11 @@ def test_kinematics_are_read_written_and_shown() -> None:
     assert machine.kinematics is not None
     assert machine.kinematics.kind == "xyzac-trt"
     assert Machine.load("router").kinematics is None
-    text = to_text(machine).replace('type = "xyzac-trt"', 'type = "xyzac-trt"\ny-offset = "1in"\ntool-offset = "60mm"')
+    text = machine.to_text().replace('type = "xyzac-trt"', 'type = "xyzac-trt"\ny-offset = "1in"\ntool-offset = "60mm"')
     other = Machine.parse(text, "other")
     assert other.kinematics is not None
     assert other.kinematics.parameters == {"y-offset": 25.4, "tool-offset": 60.0}
-    assert Machine.parse(to_text(other), "other") == other
+    assert Machine.parse(other.to_text(), "other") == other
     assert 'type = "xyzac-trt"\ny-offset = "25.4mm"' in other.describe()
     assert other.as_dict()["kinematics"]["y-offset"] == {"value": 25.4, "unit": "mm"}
 
@@ -422,7 +421,7 @@ def test_a_control_needs_no_axes_and_is_read_written_and_shown() -> None:
     assert machine.control.axes["x"].rapid == pytest.approx(500.0)
     assert machine.control.axes["c"].rapid == pytest.approx(math.pi / 2)
     assert machine.control.spindle.wait(7.0, 0.0, machine.control.spindle.top_speed / 2) == pytest.approx(7.0 / 4)
-    assert Machine.parse(to_text(machine), "mill") == machine
+    assert Machine.parse(machine.to_text(), "mill") == machine
     assert Machine.parse(f"{GOOD}{CONTROL}", "mill").control == machine.control
     assert 'start = "7s"' in machine.describe()
     assert machine.as_dict()["control"]["axis.c.rapid"] == {"value": pytest.approx(90.0), "unit": "deg/s"}

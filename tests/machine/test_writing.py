@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from splinefeed.errors import FormatError
 from splinefeed.machine import Machine
 from splinefeed.machine.quantities import KINDS, parse, write
-from splinefeed.machine.writing import to_text
 
 
 @pytest.mark.parametrize("name", Machine.names())
@@ -57,7 +56,7 @@ def test_any_words_come_back(words: str) -> None:
         notes=(words, "second"),
         axes={"x": replace(axis, motor=replace(axis.motor, source=words))},
     )
-    assert Machine.parse(to_text(changed), "router") == changed
+    assert Machine.parse(changed.to_text(), "router") == changed
 
 
 def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:

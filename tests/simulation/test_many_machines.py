@@ -11,7 +11,6 @@ import pytest
 
 from simulation.axes import setpoints
 from splinefeed.machine import Axis, Controller, Drive, Encoder, Friction, Load, Machine, Motor, Scale, Transmission
-from splinefeed.machine.writing import to_text
 from splinefeed.pipeline.follow import follow
 from splinefeed.simulation.linear import margins
 
@@ -139,7 +138,7 @@ def check(seed: int) -> str:
     names = [("x",), ("x", "y"), ("x", "theta"), ("x", "y", "a")][int(lottery.rng.integers(4))]
     machine = Machine(name="drawn", axes={name: lottery.axis(name) for name in names})
     if seed % 10 == 0:
-        assert Machine.parse(to_text(machine), "drawn") == machine
+        assert Machine.parse(machine.to_text(), "drawn") == machine
     period = float(lottery.rng.choice([2.5e-4, 1e-3, 2e-3]))
     time = np.arange(250) * period
     columns = []

@@ -39,9 +39,8 @@ def test_a_machine_holds_where_no_limit_is_given(tmp_path):
 
 
 def _text(name: str) -> str:
-    from splinefeed.machine import writing
 
-    return writing.to_text(sf.Machine.load(name))
+    return sf.Machine.load(name).to_text()
 
 
 @pytest.mark.parametrize(

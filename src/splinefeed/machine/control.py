@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import Field, dataclass, field, fields, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from splinefeed.machine.parts import _Part, choice, count, number, quantity, words
-from splinefeed.records import ROTARY_AXES
+from splinefeed.machine.parts import _Part, choice, count, number, part, quantity, words
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,26 +77,10 @@ class Control(_Part):
     tool_change: float = quantity("time", "not negative", 0.0)
     start_time: float = quantity("time", "not negative", 0.0)
     source: str = words()
-    spindle: SpindleControl | None = None
-    home: Place = field(default_factory=Place)
-    change_place: Place = field(default_factory=Place)
-    axes: Mapping[str, AxisControl] = field(default_factory=dict)
-
-
-#: Sections within [control], and the record that each becomes; [control.axis.NAME] stands beside them.
-PARTS: dict[str, type[_Part]] = {"spindle": SpindleControl, "home": Place, "change_place": Place}
-
-
-def values(control: Control) -> Iterator[tuple[str, Field[Any], Any, bool]]:
-    """Name in the file (`spindle.start`, `axis.x.jerk`), field, value and whether it is rotary, of all that is set."""
-    parts: list[tuple[str, Any, bool]] = [("", control, False)]
-    parts += [(f"{name}.", part, False) for name in PARTS if (part := getattr(control, name)) is not None]
-    parts += [(f"axis.{name}.", part, name in ROTARY_AXES) for name, part in control.axes.items()]
-    for prefix, part, rotary in parts:
-        for one in fields(part):
-            value = getattr(part, one.name)
-            if one.metadata and value is not None and value != "":
-                yield prefix + one.name, one, value, rotary or bool(one.metadata.get("motor"))
+    spindle: SpindleControl | None = field(default=None, metadata=part(SpindleControl))
+    home: Place = field(default_factory=Place, metadata=part(Place))
+    change_place: Place = field(default_factory=Place, metadata=part(Place))
+    axes: Mapping[str, AxisControl] = field(default_factory=dict, metadata=part(AxisControl, "axis"))
 
 
 def changed(control: Control, new: Mapping[str, Any]) -> Control:
@@ -108,8 +91,8 @@ def changed(control: Control, new: Mapping[str, Any]) -> Control:
             control = replace(control, **{key: value})
         elif section.startswith("axis."):
             axis = section.removeprefix("axis.")
-            part = replace(control.axes.get(axis, AxisControl()), **{key: value})
-            control = replace(control, axes={**control.axes, axis: part})
+            one = replace(control.axes.get(axis, AxisControl()), **{key: value})
+            control = replace(control, axes={**control.axes, axis: one})
         else:
             control = replace(control, **{section: replace(getattr(control, section), **{key: value})})
     return control

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -14,8 +14,8 @@ from splinefeed.errors import FormatError, InputError, ProblemsError, UnitError,
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.source import read_text
 from splinefeed.kinematics import Kinematics, kinds, kinematics
-from splinefeed.machine import parts, quantities, writing
-from splinefeed.machine.control import PARTS, AxisControl, Control
+from splinefeed.machine import parts, quantities
+from splinefeed.machine.control import Control
 from splinefeed.records import ROTARY_AXES
 
 #: Keys beside the axes at the top of a file.
@@ -41,7 +41,7 @@ class Machine:
     name: str
     axes: Mapping[str, parts.Axis]
     title: str = ""
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
     kinematics: Kinematics | None = None
     control: Control | None = None
 
@@ -86,11 +86,10 @@ class Machine:
             problems.append("axis: missing; a machine needs at least one [axis.NAME]")
         axes = {axis: _axis(axis, section, problems) for axis, section in given.items()}
         moves = _kinematics(content["kinematics"], given, problems) if "kinematics" in content else None
-        plans = _control(content["control"], problems) if "control" in content else None
+        plans = _part(content["control"], Control, "control", problems) if "control" in content else None
         if problems:
             raise MachineError(source, problems)
-        made = {key: axis for key, axis in axes.items() if axis is not None}
-        return Machine(name=name, axes=made, title=title, notes=tuple(notes), kinematics=moves, control=plans)
+        return Machine(name=name, axes=axes, title=title, notes=tuple(notes), kinematics=moves, control=plans)
 
     def limits(self, axes: Iterable[str]) -> dict[str, dict[str, float]]:
         """Limits of those `axes` that the machine has, as `Limits(feed=..., **machine.limits(path.axes))` takes them.
@@ -109,7 +108,34 @@ class Machine:
 
     def as_dict(self) -> dict[str, Any]:
         """The machine as `machine show --json` prints it: each quantity as its value and unit."""
-        return writing.numbers(self)
+        page: dict[str, Any] = {"name": self.name, "title": self.title}
+        if (moves := self.kinematics) is not None:
+            lengths = {key: quantities.as_quantity(value, "position", False) for key, value in moves.parameters.items()}
+            page["kinematics"] = {"type": moves.kind, "joints": list(moves.joints), **lengths}
+        if self.control is not None:
+            page["control"] = _numbers(parts.values(self.control))
+        page["axes"] = {}
+        for name, axis in self.axes.items():
+            page["axes"][name] = {"motion": axis.motion, **_nested(_numbers(axis.values()))}
+        return {**page, "notes": [*self.notes]}
+
+    def to_text(self) -> str:
+        """The text of the machine's file, without defaults; comments of the file that it came from are not kept."""
+        import tomlkit
+
+        content: dict[str, Any] = {}
+        if self.title:
+            content["title"] = self.title
+        if self.notes:
+            content["notes"] = tomlkit.array().multiline(True)
+            content["notes"].extend(self.notes)
+        if (moves := self.kinematics) is not None:
+            lengths = {name: quantities.write(value, "position", False) for name, value in moves.parameters.items()}
+            content["kinematics"] = {"type": moves.kind, **lengths}
+        if self.control is not None:
+            content["control"] = _nested(_texts(parts.values(self.control)))
+        axes = {name: _nested(_texts(axis.values())) for name, axis in self.axes.items()}
+        return tomlkit.dumps({**content, **({"axis": axes} if axes else {})})
 
     def save(self, path: str | Path) -> None:
         """Write a machine file that loads again as the same machine, whole or not at all.
@@ -118,13 +144,39 @@ class Machine:
         """
         if not str(path).endswith(".toml"):
             raise FormatError(f"{path}: a machine file is named .toml")
-        text = writing.to_text(self)
+        text = self.to_text()
         with atomic_write(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
 
     def describe(self) -> str:
         """The machine as its file says it, and what follows for each axis."""
-        return writing.describe(self)
+        return "\n".join([self.name, "", self.to_text(), *(axis.describe() for axis in self.axes.values())])
+
+
+def _numbers(said: Iterable[parts.Said]) -> dict[str, Any]:
+    """What is said by its name, quantities as value and unit."""
+    return {name: quantities.as_quantity(value, one.metadata.get("kind"), rotary) for name, one, value, rotary in said}
+
+
+def _texts(said: Iterable[parts.Said]) -> dict[str, Any]:
+    """What differs from the default by its name, as a file says it."""
+    return {
+        name: quantities.write(value, one.metadata.get("kind"), rotary)
+        for name, one, value, rotary in said
+        if one.default is MISSING or value != one.default
+    }
+
+
+def _nested(flat: Mapping[str, Any]) -> dict[str, Any]:
+    """Tables within tables by names such as `spindle.start`."""
+    content: dict[str, Any] = {}
+    for name, value in flat.items():
+        *tables, key = name.split(".")
+        table = content
+        for each in tables:
+            table = table.setdefault(each, {})
+        table[key] = value
+    return content
 
 
 @cache
@@ -175,77 +227,62 @@ def _kinematics(content: Any, axes: Mapping[str, Any], problems: list[str]) -> K
     return found
 
 
-def _control(content: Any, problems: list[str]) -> Control | None:
-    """The section [control], or None after adding what is wrong with it to `problems`."""
-    content = _table(content, "control", problems)
-    made = {
-        section: _part(content[section], part, f"control.{section}", (False, True), problems)
-        for section, part in PARTS.items()
-        if section in content
-    }
-    axes = _table(content.get("axis", {}), "control.axis", problems)
-    made["axes"] = {
-        name: _part(each, AxisControl, f"control.axis.{name}", (name in ROTARY_AXES, True), problems)
-        for name, each in axes.items()
-    }
-    plain = {key: value for key, value in content.items() if key not in PARTS and key != "axis"}
-    found: Control | None = _part(plain, Control, "control", (False, True), problems, made)
-    return found
-
-
-def _axis(name: str, content: Any, problems: list[str]) -> parts.Axis | None:
+def _axis(name: str, content: Any, problems: list[str]) -> Any:
     """One axis of the file, or None after adding what is wrong with it to `problems`."""
-    place = f"axis.{name}"
-    before = len(problems)
-    content = _table(content, place, problems)
-    if len(problems) > before:
-        return None
-    _unknown_keys(content, ("motion", *parts.SECTIONS), f"{place}.", problems)
     motion = "rotary" if name in ROTARY_AXES else "linear"
-    if content.get("motion", motion) != motion:
-        problems.append(f"{place}.motion: {content['motion']!r}; must be {motion}: rotary are {', '.join(ROTARY_AXES)}")
-    motor = content.get("motor")
-    turns = (motion == "rotary", not (isinstance(motor, dict) and motor.get("motion") == "linear"))
-    made: dict[str, Any] = {}
-    for section, part in parts.SECTIONS.items():
-        if section in content:
-            made[section] = _part(content[section], part, f"{place}.{section}", turns, problems)
-        elif section not in parts.OPTIONAL:
-            problems.append(f"{place}.{section}: missing")
-    if len(problems) > before:
-        return None
-    try:
-        return parts.Axis(name=name, motion=motion, **made)
-    except InputError as error:
-        problems.extend(str(error).splitlines())
-        return None
+    motor = "rotary"
+    if isinstance(content, dict):
+        if isinstance(content.get("motor"), dict):
+            motor = content["motor"].get("motion", motor)
+        content = dict(content)
+        if (given := content.pop("motion", motion)) != motion:
+            problems.append(f"axis.{name}.motion: {given!r}; must be {motion}: rotary are {', '.join(ROTARY_AXES)}")
+    turns = (motion == "rotary", motor != "linear")
+    return _part(content, parts.Axis, f"axis.{name}", problems, turns, name=name, motion=motion)
 
 
 def _part(
-    content: Any, part: type[Any], place: str, turns: tuple[bool, bool], problems: list[str], made: Any = None
-) -> Any:
+    content: Any, record: type[Any], place: str, problems: list[str], turns: tuple[bool, bool] = (False, True),
+    **made: Any,
+) -> Any:  # fmt: skip
     """One table as its record, or None after adding what is wrong with it to `problems`.
 
     turns  whether the axis turns and whether the motor does;  made  values that are there already
     """
     before = len(problems)
     content = _table(content, place, problems)
-    described = {each.name: each for each in fields(part) if each.metadata}
-    _unknown_keys(content, [each.name for each in fields(part)], f"{place}.", problems)
-    values: dict[str, Any] = dict(made or {})
+    if len(problems) > before:
+        return None
+    described = {one.metadata.get("key") or one.name: one for one in fields(record) if one.metadata}
+    _unknown_keys(content, described, f"{place}.", problems)
     for key, one in described.items():
         kind, rotary = one.metadata.get("kind"), turns[bool(one.metadata.get("motor"))]
+        part, where = one.metadata.get("part"), f"{place}.{key}"
         if key not in content:
-            if one.default is MISSING:
+            if one.default is MISSING and one.default_factory is MISSING:
                 wanted = f"; such as {quantities.KINDS[kind][rotary].example}" if kind in quantities.KINDS else ""
-                problems.append(f"{place}.{key}: missing{wanted}")
+                problems.append(f"{where}: missing{wanted}")
             continue
         given = value = content[key]
-        try:
-            values[key] = value = quantities.parse(given, kind, rotary) if kind in quantities.KINDS else given
-        except UnitError as error:
-            problems.append(f"{place}.{key}: {error}")
-            continue
-        if (rule := parts.rule_broken(one, value)) is not None:
-            problems.append(f"{place}.{key}: {given if kind else repr(given)}; {rule}")
-    return part(**values) if len(problems) == before else None
+        if part is not None and not one.metadata["key"]:
+            made[key] = _part(given, part, where, problems, turns)
+        elif part is not None:
+            made[one.name] = {
+                axis: _part(each, part, f"{where}.{axis}", problems, (axis in ROTARY_AXES, True))
+                for axis, each in _table(given, where, problems).items()
+            }
+        else:
+            try:
+                made[key] = value = quantities.parse(given, kind, rotary) if kind in quantities.KINDS else given
+            except UnitError as error:
+                problems.append(f"{where}: {error}")
+                continue
+            if (rule := parts.rule_broken(one, value)) is not None:
+                problems.append(f"{where}: {given if kind else repr(given)}; {rule}")
+    if len(problems) > before:
+        return None
+    try:
+        return record(**made)
+    except InputError as error:
+        problems += str(error).splitlines()
+        return None

@@ -9,6 +9,7 @@ from typing import Any
 
 from splinefeed.errors import InputError
 from splinefeed.machine.quantities import show
+from splinefeed.records import ROTARY_AXES
 
 #: Rounding of a unit, relative.
 _ROUNDING = 1e-12
@@ -72,6 +73,11 @@ def words(default: Any = "") -> Any:
     return _kept(default, "must be text", lambda value: isinstance(value, str))
 
 
+def part(of: type[Any], key: str = "") -> dict[str, Any]:
+    """What a field says that holds the record of a table; with `key`, those of all tables in [key], by axis."""
+    return {"part": of, "key": key}
+
+
 def rule_broken(described: Field[Any], value: Any) -> str | None:
     """The rule of a field that `value` breaks, in words, or None."""
     absent = value is None and described.default is None
@@ -85,8 +91,27 @@ class _Part:
         """Refuse a value that its field does not allow, naming the field."""
         for described in fields(self):
             value = getattr(self, described.name)
-            if described.metadata and (rule := rule_broken(described, value)) is not None:
+            if "rule" in described.metadata and (rule := rule_broken(described, value)) is not None:
                 raise InputError(f"{type(self).__name__.lower()}.{described.name}: {value!r}; {rule}")
+
+
+#: Name in the file (`spindle.start`), field, value, and whether that is of rotary motion.
+Said = tuple[str, Field[Any], Any, bool]
+
+
+def values(record: Any, turns: tuple[bool, bool] = (False, True), place: str = "") -> Iterator[Said]:
+    """All that a record and its parts say; turns: whether the axis and its motor turn."""
+    for one in fields(record):
+        value = getattr(record, one.name)
+        if value is None or value == "" or not one.metadata:
+            continue
+        if "part" not in one.metadata:
+            yield f"{place}{one.name}", one, value, turns[bool(one.metadata.get("motor"))]
+        elif key := one.metadata["key"]:
+            for axis, each in value.items():
+                yield from values(each, (axis in ROTARY_AXES, True), f"{place}{key}.{axis}.")
+        else:
+            yield from values(value, turns, f"{place}{one.name}.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -231,37 +256,21 @@ class AxisLimits(_Part):
     source: str = words()
 
 
-#: Sections of an axis and the record that each becomes.
-SECTIONS: dict[str, type[Any]] = {
-    "motor": Motor,
-    "drive": Drive,
-    "transmission": Transmission,
-    "load": Load,
-    "friction": Friction,
-    "encoder": Encoder,
-    "scale": Scale,
-    "limits": AxisLimits,
-    "controller": Controller,
-}
-#: Sections that an axis may do without.
-OPTIONAL = ("friction", "encoder", "scale", "limits")
-
-
 @dataclass(frozen=True, kw_only=True)
 class Axis:
     """One axis of a machine. Raises InputError, one line for each fault, if its parts do not fit."""
 
     name: str
-    motor: Motor
-    drive: Drive
-    transmission: Transmission
-    load: Load
-    controller: Controller
-    friction: Friction = field(default_factory=Friction)
-    encoder: Encoder | None = None
-    scale: Scale | None = None
-    limits: AxisLimits = field(default_factory=AxisLimits)
     motion: str = "linear"
+    motor: Motor = field(metadata=part(Motor))
+    drive: Drive = field(metadata=part(Drive))
+    transmission: Transmission = field(metadata=part(Transmission))
+    load: Load = field(metadata=part(Load))
+    friction: Friction = field(default_factory=Friction, metadata=part(Friction))
+    encoder: Encoder | None = field(default=None, metadata=part(Encoder))
+    scale: Scale | None = field(default=None, metadata=part(Scale))
+    limits: AxisLimits = field(default_factory=AxisLimits, metadata=part(AxisLimits))
+    controller: Controller = field(metadata=part(Controller))
 
     def __post_init__(self) -> None:
         problems = [f"axis.{self.name}.{problem}" for problem in self.problems()]
@@ -306,15 +315,19 @@ class Axis:
             return 0.0
         return 2.0 * math.pi * self.travel_per_motor / (self.encoder.pulses * self.encoder.multiplication)
 
-    def said(self) -> Iterator[tuple[str, Field[Any], Any, bool]]:
-        """Section, field, value, and whether that is of rotary motion, of all that its parts say."""
-        turns = (self.rotary, self.motor.motion == "rotary")
-        parts = {section: part for section in SECTIONS if (part := getattr(self, section)) is not None}
-        for section, part in parts.items():
-            for one in fields(part):
-                value = getattr(part, one.name)
-                if value is not None and value != "":
-                    yield section, one, value, turns[bool(one.metadata.get("motor"))]
+    def values(self) -> Iterator[Said]:
+        """All that its parts say."""
+        return values(self, (self.rotary, self.motor.motion == "rotary"))
+
+    def describe(self) -> str:
+        """What follows for the axis from its parts: inertias, peak force, an encoder count."""
+        unit, factor = ("kg*m^2", 1.0) if self.rotary else ("kg", 1000.0)
+        peak = show(self.motor.peak_force * self.force_per_motor_force, "force", self.rotary)
+        count = f", one encoder count {show(self.encoder_resolution, 'position', self.rotary)}" if self.encoder else ""
+        return (
+            f"Axis {self.name}: {factor * self.motor_inertia:.4g} {unit} of motor and transmission beside "
+            f"{factor * self.load_inertia:.4g} {unit} of load, peak {peak}{count}"
+        )
 
     def problems(self) -> Iterator[str]:
         """What does not fit between the parts, each with its place, `section.key: what; how to fix it`."""

@@ -20,8 +20,9 @@ from scipy.optimize import least_squares
 
 from splinefeed.errors import InputError
 from splinefeed.formats.run_log import RunLog, read_run
-from splinefeed.machine.control import Control, Place, changed, values
+from splinefeed.machine.control import Control, Place, changed
 from splinefeed.machine.machine import Machine
+from splinefeed.machine.parts import values
 from splinefeed.machine.quantities import KINDS
 from splinefeed.pipeline.blocks import Blocks, read_blocks
 from splinefeed.pipeline.cycle_time import CycleTime, timed

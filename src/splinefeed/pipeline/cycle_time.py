@@ -15,8 +15,9 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.formats.gcode.moves import Mark
 from splinefeed.formats.gcode.tools import Tools
-from splinefeed.machine.control import AxisControl, Control, changed, values
+from splinefeed.machine.control import AxisControl, Control, changed
 from splinefeed.machine.machine import Machine
+from splinefeed.machine.parts import values
 from splinefeed.pipeline.blocks import Blocks, read_blocks
 from splinefeed.pipeline.control_planning import BlockTimes, block_times
 from splinefeed.records import Array, IntArray

@@ -22,7 +22,6 @@ from splinefeed.live.motion import Motion, planned
 from splinefeed.live.operator import MOST, Operator
 from splinefeed.live.sinks import ClockSink
 from splinefeed.live.stream import play
-from splinefeed.machine import writing
 from splinefeed.pipeline.cycle_time import CycleTime, cycle_time
 from splinefeed.pipeline.follow import serve
 from splinefeed.pipeline.run import PAPER_LIMITS
@@ -215,7 +214,7 @@ def tuned(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     return {
         "numbers": plain(page),
         "figures": {key: interactive.to_plain(figure) for key, figure in figures.items()},
-        "machine": {"name": name, "toml": writing.to_text(found.machine)},
+        "machine": {"name": name, "toml": found.machine.to_text()},
         "rule": how.get("rule"),
     }
 
