@@ -38,12 +38,12 @@ from splinefeed.pipeline.follow import follow as follow
 from splinefeed.pipeline.run import Run as Run
 from splinefeed.pipeline.run import run as run
 from splinefeed.pipeline.tuning import tune as tune
-from splinefeed.records.drives import Combination as Combination
-from splinefeed.records.drives import Torque as Torque
-from splinefeed.records.law import TimeLaw as TimeLaw
+from splinefeed.records.limits import Combination as Combination
 from splinefeed.records.limits import Limits as Limits
-from splinefeed.records.response import Response as Response
-from splinefeed.records.setpoints import Setpoints as Setpoints
+from splinefeed.records.limits import Torque as Torque
+from splinefeed.records.motion import Response as Response
+from splinefeed.records.motion import Setpoints as Setpoints
+from splinefeed.records.motion import TimeLaw as TimeLaw
 from splinefeed.records.verdict import LimitResult as LimitResult
 from splinefeed.records.verdict import Verdict as Verdict
 from splinefeed.report import plot as plot

@@ -5,30 +5,20 @@ from __future__ import annotations
 import os
 import re
 import sys
-import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
 _IMPORT = re.compile(r"^from ([\w.]+) import (\w+) as \2$", re.MULTILINE)
 
 
-def lazily(
-    room: str, moved: Mapping[str, str] | None = None
-) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
-    """`__getattr__`, `__dir__` and `__all__` of a package whose stub, __init__.pyi, says where its public names live.
-
-    moved  where a name that was here stands now, "splinefeed.live.LookAhead"; it warns, for one release
-    """
+def lazily(room: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """`__getattr__`, `__dir__`, `__all__` of a package whose stub, __init__.pyi, says where its public names live."""
     package = sys.modules[room]
     with open(f"{os.path.splitext(str(package.__file__))[0]}.pyi", encoding="utf-8") as stub:
         homes = {name: home for home, name in _IMPORT.findall(stub.read())}
 
     def find(name: str) -> Any:
-        if moved is not None and name in moved:
-            warnings.warn(f"{room}.{name} is now {moved[name]}", DeprecationWarning, stacklevel=2)
-            home, _, now = moved[name].rpartition(".")
-            return getattr(import_module(home), now)
         if name not in homes:
             raise AttributeError(f"module {room!r} has no attribute {name!r}")
         within = None if homes[name] == room else getattr(import_module(homes[name]), name, None)

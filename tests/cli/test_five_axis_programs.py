@@ -114,7 +114,6 @@ def test_a_cam_program_of_an_impeller_keeps_every_limit(splinefeed: Callable[...
 def test_cam_programs_of_a_boat_keep_every_limit() -> None:
     for letters, machine in (("xyzac", kinematics("xyzac-trt")), ("xyzbc", kinematics("xyzbc-trt"))):
         limits = sf.Limits(axis_velocity=100.0, axis_acceleration=500.0, axis_jerk=3000.0, feed=50.0)
-        limits = limits.for_axes(machine.joints)
         paths = read_all(DEMOS / f"boat-{letters}.ngc")
         assert len(paths) >= 10
         for tool in paths[1::3]:

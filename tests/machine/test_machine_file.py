@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-import splinefeed as sf
 from splinefeed.errors import FormatError, InputError, UnitError
 from splinefeed.machine import Encoder, Machine, MachineError
 from splinefeed.machine.quantities import KINDS, parse, show
@@ -447,8 +446,3 @@ def test_a_control_that_cannot_be_is_refused(old: str, new: str, said: str) -> N
     with pytest.raises(MachineError) as caught:
         Machine.parse(CONTROL.replace(old, new), "mill")
     assert any(problem.startswith(said) for problem in caught.value.problems), caught.value.problems
-
-
-def test_the_old_name_of_a_machine_warns() -> None:
-    with pytest.warns(DeprecationWarning, match=r"splinefeed\.Table is now splinefeed\.Machine"):
-        assert sf.Table is sf.Machine

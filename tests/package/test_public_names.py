@@ -70,26 +70,6 @@ def test_a_checker_of_types_sees_the_same_names(room):
     assert typed == set(PUBLIC[room].split()) - {"__version__"}
 
 
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ("LookAhead", "live.LookAhead"),
-        ("Smoother", "geometry.Smoother"),
-        ("Table", "Machine"),
-        ("feed_ripple", "analysis.feed_ripple"),
-        ("read_parts", "formats.read_parts"),
-        ("smooth_stream", "geometry.smooth_stream"),
-        ("stream_setpoints", "live.stream_setpoints"),
-        ("tune_on_path", "simulation.tune_on_path"),
-    ],
-)
-def test_a_name_that_moved_warns_and_works(old, new):
-    with pytest.warns(DeprecationWarning, match=f"splinefeed.{old} is now splinefeed.{new}"):
-        found = getattr(sf, old)
-    room, _, name = new.rpartition(".")
-    assert found is getattr(getattr(sf, room) if room else sf, name)
-
-
 def test_a_name_that_is_none():
     with pytest.raises(AttributeError, match="module 'splinefeed' has no attribute 'plann'"):
         sf.plann  # noqa: B018

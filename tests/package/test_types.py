@@ -29,7 +29,7 @@ import numpy as np
 import splinefeed as sf
 
 path: sf.Path = sf.shapes.butterfly()
-limits = sf.Limits(feed=60, axis_acceleration=[500, 800], axis_jerk=np.array([20000, 30000]))
+limits = sf.Limits(feed=60, axis_acceleration={"x": 500, "y": 800}, axis_jerk=20000)
 law: sf.TimeLaw = sf.plan(path, limits, period=1e-3)
 points: sf.Setpoints = sf.interpolate(path, law)
 chunks: list[sf.Setpoints] = list(sf.interpolate(path, law, chunk=100))

@@ -83,7 +83,7 @@ def test_records_show_themselves(run):
     pages = {
         "382.86 mm": run.path,
         "degree 3, 51 control points, rational": run.path.curves[0],
-        "500, 800 mm/s²": sf.Limits(feed=60, axis_acceleration=[500, 800]),
+        "500 mm/s²": sf.Limits(feed=60, axis_acceleration={"x": 500, "y": 800}),
         "171.887 deg/s²": sf.Limits(feed=60, axis_acceleration={"x": 500, "b": 3}),
         "combinations.left.jerk": sf.Limits(
             feed=60, combinations={"left": sf.Combination(weights={"y": 1.0, "c": 400.0}, jerk=3e4)}

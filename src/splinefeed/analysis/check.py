@@ -61,7 +61,6 @@ def check(
         (path, (Path, JointPath)),
         (limits, Limits),
     )
-    limits = limits.for_axes(path.axes)
     slack = number(tolerance, "tolerance"), number(resolution, "resolution")
     if min(slack) < 0.0:
         raise InputError(f"tolerance {slack[0]:g} and resolution {slack[1]:g} must not be negative")

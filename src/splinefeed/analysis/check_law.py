@@ -15,7 +15,7 @@ from splinefeed.analysis.check_bounds import STEP, Bounds, Worst, jerks
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.rows import EPSILON, Places, Rows
 from splinefeed.records import AXIS_LIMITS, KEPT, Array, BoolArray, IntArray, LimitResult, Limits, TimeLaw, unit_along
-from splinefeed.records.law import polynomial
+from splinefeed.records.motion import derivative
 
 #: Chebyshev-Lobatto places 0 ... INSTANTS - 1 of a stretch, which are even in an angle.
 INSTANTS = 17
@@ -71,7 +71,7 @@ def check_law(law: TimeLaw, bounds: Bounds, period: float) -> Findings:
 
 def limits_along(law: TimeLaw, path: Path, limits: Limits) -> dict[str, LimitResult]:
     """How the limits along the path fare in a law alone: feed, acceleration, deceleration and jerk."""
-    bounds = Bounds(path, limits.for_axes(path.axes), 0.0, 0.0)
+    bounds = Bounds(path, limits, 0.0, 0.0)
     worsts = {name: worst for name, worst in bounds.worsts().items() if name in ALONG}
     LawMotion(law, bounds, 0.0).hold(worsts)
     return one_jerk({name: worst.result(path.axes, "law") for name, worst in worsts.items()})
@@ -278,8 +278,8 @@ class LawMotion:
 
     def _along(self, piece: IntArray, tau: Array) -> tuple[Array, Array, Array, Array]:
         """s, mm, and its three derivatives, mm/s^k, at tau (..., n), s, behind the start of pieces (n,)."""
-        s, v, a, j = polynomial(self.law.coefficients[piece], tau, 3)
-        return s, v, 2.0 * a, 6.0 * j
+        c = self.law.coefficients[piece]
+        return derivative(c, tau, 0), derivative(c, tau, 1), derivative(c, tau, 2), derivative(c, tau, 3)
 
     def _stretches(self) -> tuple[IntArray, IntArray, Array, Array, Array]:
         """Piece of the law, row of the path, way, first and last instant behind the piece's start, s, of z stretches.
@@ -332,7 +332,7 @@ def bisected(before: Callable[[Array], BoolArray], low: Array, high: Array) -> A
 
 def reached(c: Array, s: Array, low: Array, high: Array) -> Array:
     """tau (n,) in [low, high] at which polynomials c (n, 6), growing, reach s (n,)."""
-    return bisected(lambda tau: polynomial(c, tau, 0)[0] < s, low, high)
+    return bisected(lambda tau: derivative(c, tau, 0) < s, low, high)
 
 
 def times_at(law: TimeLaw, s: Array) -> Array:
@@ -344,12 +344,8 @@ def times_at(law: TimeLaw, s: Array) -> Array:
 
 def breaks_apart(law: TimeLaw) -> Iterator[tuple[float, float, float]]:
     """Largest jump of s, of the feed and of the acceleration between pieces of a law, each with its t and s."""
-    c = law.coefficients
-    s, v, a = polynomial(c[:-1], np.diff(law.breaks)[:-1], 2)
-    for k, each in enumerate((s, v, 2.0 * a)):
-        gap = np.abs(c[1:, k] * (2.0 if k == 2 else 1.0) - each)
-        if not len(gap):
-            yield 0.0, 0.0, 0.0
-            continue
-        i = int(np.argmax(gap))
-        yield float(gap[i]), float(law.breaks[i + 1]), float(s[i])
+    c, span = law.coefficients, np.diff(law.breaks)[:-1]
+    places = law.breaks[1:-1].tolist(), derivative(c[:-1], span, 0).tolist()
+    for order in range(3):
+        gap = np.abs(derivative(c[1:], 0.0 * span, order) - derivative(c[:-1], span, order))
+        yield max(zip(gap.tolist(), *places, strict=True), key=lambda each: each[0], default=(0.0, 0.0, 0.0))

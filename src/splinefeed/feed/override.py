@@ -77,7 +77,6 @@ class Override:
     ) -> None:
         if not 0.0 < highest <= MOST_RATE:
             raise LimitsError(f"the highest override is {highest:g}; it must be above 0 and at most {MOST_RATE:g}")
-        limits = limits.for_axes(course.axes)
         self.course, self.limits, self.period = course, limits, course.period
         if limits.axis_velocity_step is not None:
             raise LimitsError(

@@ -109,8 +109,6 @@ def plan(
             f"{path.name}: has a tool axis, which only a machine can follow; plan JointPath(tool_path, kinematics), or "
             "give run a machine"
         )
-    if isinstance(path, Path | JointPath):
-        limits = limits.for_axes(path.axes)
     if start is not None and strategy is None:
         strategy = TIME_OPTIMAL
     if strategy is None and not isinstance(path, Path):

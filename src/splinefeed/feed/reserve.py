@@ -7,7 +7,6 @@ from dataclasses import replace
 
 from splinefeed.errors import LimitsError
 from splinefeed.records import Limits
-from splinefeed.records.limits import ByAxis
 
 #: Share of the acceleration and of the jerk that a plan may use, so that the rest can brake it along its own law.
 ACCELERATION_SHARE, JERK_SHARE = 0.8, 0.6
@@ -50,9 +49,7 @@ def with_reserve(
     return replace(limits, **changed)  # type: ignore[arg-type]
 
 
-def _times(value: float | ByAxis | None, factor: float) -> float | ByAxis | None:
-    if value is None:
-        return None
+def _times(value: float | Mapping[str, float] | None, factor: float) -> float | Mapping[str, float] | None:
     if isinstance(value, Mapping):
         return {axis: each * factor for axis, each in value.items()}
-    return value * factor if isinstance(value, float) else [each * factor for each in value]
+    return None if value is None else value * factor

@@ -80,7 +80,7 @@ class LookAhead:
         start: State | None = None,
     ) -> None:
         self.axes, self.period = tuple(axes), positive(period, "period")
-        self.limits = limits = limits.for_axes(self.axes)
+        self.limits = limits
         start = State(limits.start_feed) if start is None else start
         if int(window) < LEAST_WINDOW:
             raise InputError(f"a window of {window} cells; it must have at least {LEAST_WINDOW}")
@@ -138,7 +138,6 @@ class LookAhead:
         Returns the motion up to there, which slows down within the limits of before: `Block.limits` tells which a block
         keeps. Raises LimitsError for limits that leave acceleration and jerk free, or whose travel the path leaves.
         """
-        limits = limits.for_axes(self.axes)
         check_limits(limits, self.axes, LOOK_AHEAD)
         for path in ([] if self._path is None else [self._path]) + self._waiting:
             check_travel(path, limits)

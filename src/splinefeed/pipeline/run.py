@@ -258,7 +258,6 @@ def run(
         path, model = on_machine(path, model, limits), None
     if isinstance(path, JointPath) and model is not None:
         raise InputError("machine: the path is already in the joints of a machine; leave it out")
-    limits = limits.for_axes(path.axes)
     law = plan(path, limits, strategy=strategy, period=period) if law is None else law
     ticks = check_ticks(law, period, MOST_IN_CHUNKS)
 

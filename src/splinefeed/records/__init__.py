@@ -3,26 +3,27 @@
 from __future__ import annotations
 
 from splinefeed.records.arrays import Array, BoolArray, IntArray, Points, check_finite, frozen_array
-from splinefeed.records.drives import BOUNDED, Combination, Torque
-from splinefeed.records.law import LAW_COEFFICIENTS, TimeLaw
 from splinefeed.records.limits import (
     ANGLES,
     AXIS_LIMITS,
+    BOUNDED,
     BY_AXIS,
     ORDERS,
     ROTARY_AXES,
     TRAVEL_ENDS,
+    Combination,
     Limits,
+    Torque,
     number,
     positive,
     raised,
     refuse_orientation,
+    shown_by,
     unit_along,
     unit_of,
 )
-from splinefeed.records.response import STREAM_COLUMNS, Response
-from splinefeed.records.setpoints import Setpoints
-from splinefeed.records.verdict import KEPT, LimitResult, Verdict, shown_by
+from splinefeed.records.motion import LAW_COEFFICIENTS, STREAM_COLUMNS, Response, Setpoints, TimeLaw
+from splinefeed.records.verdict import KEPT, LimitResult, Verdict
 
 __all__ = [
     "ANGLES",

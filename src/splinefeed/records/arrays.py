@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -45,17 +45,3 @@ def read_only(array: Any) -> Any:
     view = array.view()
     view.setflags(write=False)
     return view
-
-
-def hold_columns(record: Any, ticks: int, axes: int, flat: Mapping[str, Any], wide: Mapping[str, Any]) -> None:
-    """Make the columns of a record read-only arrays of a dtype: `flat` ones (ticks,), `wide` ones (ticks, axes).
-
-    Those that are None stay so. Raises InputError for another shape.
-    """
-    for columns, shape in ((flat, (ticks,)), (wide, (ticks, axes))):
-        for name, dtype in columns.items():
-            if (given := getattr(record, name)) is not None:
-                array = np.ascontiguousarray(given, dtype=dtype)
-                if array.shape != shape:
-                    raise InputError(f"{type(record).__name__}.{name} has shape {array.shape}; expected {shape}")
-                object.__setattr__(record, name, read_only(array))

@@ -1,20 +1,18 @@
-"""Limits: what a motion must never exceed."""
+"""Limits: what a motion must never exceed, on the path, on axes, on sums of axes, and on joint torques."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from splinefeed.errors import LimitsError
 from splinefeed.records import view
 from splinefeed.records.arrays import Array
-from splinefeed.records.drives import BOUNDED, Combination, Torque, check_axes
 
 #: Names of rotary axes: rad inside, degrees at the edges. Every other axis is linear.
 ROTARY_AXES = ("a", "b", "c", "theta")
@@ -59,13 +57,122 @@ def unit_of(name: str, along: str = "mm") -> str:
     return base + _PER[ORDERS.get(kind, ORDERS.get(f"axis_{kind}", 0))]
 
 
+def shown_by(name: str, axis: str | None) -> float:
+    """What a limit's values are taken times where people read them: degrees of what turns, torques as they are."""
+    turns = name in ANGLES or (axis in ROTARY_AXES and not name.startswith("torque."))
+    return 180.0 / math.pi if turns else 1.0
+
+
 def raised(unit: str) -> str:
     """A unit with its powers as they are printed, mm/s² for mm/s^2."""
     return unit.replace("^2", "²").replace("^3", "³")
 
 
-#: A limit of each axis: by name, or in the order of the path's axes.
-ByAxis: TypeAlias = Mapping[str, float] | Sequence[float] | NDArray[Any]
+#: What of a combination is bounded, in the order of the derivatives.
+BOUNDED = ("velocity", "acceleration", "jerk")
+
+
+def check_axes(name: str, given: Iterable[str], axes: Sequence[str]) -> None:
+    """LimitsError for an axis of the limit `name` that is not among those of the path."""
+    for axis in given:
+        if axis not in axes:
+            raise LimitsError(f"{name}.{axis}: the path has no axis {axis!r}; its axes are {', '.join(axes)}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Combination:
+    """Bounds on w . r, a linear combination of axis positions: the motor on one side of a gantry, a tool axis.
+
+    weights  by axis name: what 1 mm (rotary axes: 1 rad) of it counts;  velocity, acceleration, jerk  bounds of the
+    derivatives of w . r, in mm/s, mm/s^2 and mm/s^3 for weights without unit
+
+    Raises LimitsError for no weights, weights that are all 0 or not finite, and without any bound.
+    Source: docs/math/planner.md.
+
+    >>> import splinefeed as sf
+    >>> left = sf.Combination(weights={"y": 1.0, "c": 400.0}, acceleration=5000.0, jerk=100000.0)
+    >>> sf.Limits(feed=200.0, axis_jerk=80000.0, combinations={"left": left}).as_dict()["combinations.left.jerk"]
+    100000.0
+    """
+
+    weights: Mapping[str, float]
+    velocity: float = math.inf
+    acceleration: float = math.inf
+    jerk: float = math.inf
+
+    def __post_init__(self) -> None:
+        weights = {str(axis): float(weight) for axis, weight in self.weights.items()}
+        if not all(map(math.isfinite, weights.values())) or not any(weights.values()):
+            raise LimitsError(f"the weights of a combination are {weights}; give finite ones, not all of them 0")
+        object.__setattr__(self, "weights", MappingProxyType(weights))
+        bounds = [float(getattr(self, name)) for name in BOUNDED]
+        if not all(bound > 0.0 for bound in bounds) or min(bounds) == math.inf:
+            raise LimitsError(f"bounds of a combination are {bounds}; one at least is needed, and all must be positive")
+
+    def on(self, axes: Sequence[str]) -> Array:
+        """The weights of `axes`, (axes,); LimitsError for an axis that is not among them."""
+        check_axes("combinations", self.weights, axes)
+        return np.array([self.weights.get(axis, 0.0) for axis in axes])
+
+
+@dataclass(frozen=True)
+class Torque:
+    """Bounds on the torques (of linear joints: forces) that a rigid-body model gives for joints.
+
+    model  inverse dynamics tau(q, q', q''), each (n, joints), rad (linear joints mm) by s, to torques (n, joints),
+           N m (N): M(q) q'' + C(q, q') q' + g(q), without friction
+    most   the largest torque of every joint by axis name, in the order of the model's columns; inf for none
+
+    Along a path r(s) the torques are a(s) s'' + b(s) s'^2 + c(s), with a = M r', b = M r'' + C(r, r') r' and c = g; see
+    Bobrow, Dubowsky and Gibson, Int. J. Robotics Research 4(3), 1985, https://doi.org/10.1177/027836498500400301.
+    Raises LimitsError for a model that cannot be called, and for bounds that are not positive or all infinite.
+
+    >>> import splinefeed as sf
+    >>> sf.Torque(lambda q, v, a: 0.02 * a, {"a": 1.5}).most["a"]  # a turntable of 0.02 kg m^2
+    1.5
+    """
+
+    model: Callable[[Array, Array, Array], Array]
+    most: Mapping[str, float]
+
+    def __post_init__(self) -> None:
+        if not callable(self.model):
+            raise LimitsError("the model of torques is a function of positions, velocities and accelerations")
+        most = {str(axis): float(limit) for axis, limit in self.most.items()}
+        if not all(limit > 0.0 for limit in most.values()) or min(most.values(), default=math.inf) == math.inf:
+            raise LimitsError(f"torque limits are {most}; one at least is needed, and all must be positive")
+        object.__setattr__(self, "most", MappingProxyType(most))
+
+    def columns(self, axes: Sequence[str]) -> list[int]:
+        """Where the joints are among `axes`; LimitsError for one that is not."""
+        check_axes("torque", self.most, axes)
+        return [list(axes).index(axis) for axis in self.most]
+
+    def of(self, position: Array, velocity: Array, acceleration: Array) -> Array:
+        """Torques (n, joints) of joints (n, joints); LimitsError where the model returns something else."""
+        try:
+            found = np.asarray(self.model(position, velocity, acceleration), dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise LimitsError(f"torque: the model fails on arrays (n, joints): {error}") from error
+        if found.shape != position.shape or not np.all(np.isfinite(found)):
+            raise LimitsError(
+                f"torque: the model gives {found.shape} for {position.shape}, or numbers that are not finite; it gives "
+                "one finite torque for every joint of `most` and every row"
+            )
+        return found
+
+    def by_differences(self, position: Array, period: float, rounding: Array) -> tuple[Array, Array, Array]:
+        """Torques of joints at setpoints (n + 2, joints) but the first and the last, (n, joints), by differences.
+
+        f(q_k, (q_{k+1} - q_{k-1}) / 2T, (q_{k+1} - 2 q_k + q_{k-1}) / T^2); with it f(q_k, 0, 0), and what a rounding
+        of every setpoint, (joints,), can make of it.
+        """
+        q, none = position[1:-1], np.zeros_like(position[1:-1])
+        still = self.of(q, none, none)
+        found = self.of(q, (position[2:] - position[:-2]) / (2.0 * period), np.diff(position, 2, axis=0) / period**2)
+        each = 4.0 * np.diag(rounding) / period**2
+        floor = np.sum([np.abs(self.of(q, none, none + row) - still) for row in each], axis=0)
+        return found, still, np.asarray(floor)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,18 +185,17 @@ class Limits:
     chord_error   mm between the curve and the line from one setpoint to the next; centripetal  mm/s^2
     orientation_error  rad between the tool axis and that of a tool path, from one setpoint to the next
     axis_velocity, axis_acceleration, axis_jerk  mm/s, mm/s^2, mm/s^3 for every linear axis; or one value per axis
-                  (rotary ones in rad): a mapping from axis names, or an array (axes,) in the order of the path's axes,
-                  infinite for no limit, which `plan` and `check` resolve against the path
+                  (rotary ones in rad), by name
     axis_velocity_step  how much the velocity of each axis may jump at a corner, mm/s, given likewise; without it the
                   tool stops at every corner (exact stop)
-    axis_minimum, axis_maximum  ends of the travel of axes (soft limits), mm or rad: one value per axis, given likewise
+    axis_minimum, axis_maximum  ends of the travel of axes (soft limits), mm or rad, by name
     combinations  a `Combination` by name: bounds on weighted sums of axes
     torque        a `Torque`: the joint torques of a rigid-body model
 
     Raises LimitsError for a limit that is not a positive number, for an end feed outside [0, feed], for empty travel,
     and if neither feed nor axis_velocity is given.
     Source: docs/check.md defines each by the setpoints.
-    Example: `sf.Limits(feed=60, axis_acceleration=[500, 800], axis_jerk=20000)`
+    Example: `sf.Limits(feed=60, axis_acceleration={"x": 500, "y": 800}, axis_jerk=20000)`
     """
 
     feed: float = math.inf
@@ -102,12 +208,12 @@ class Limits:
     chord_error: float | None = None
     orientation_error: float | None = None
     centripetal: float | None = None
-    axis_velocity: float | ByAxis | None = None
-    axis_acceleration: float | ByAxis | None = None
-    axis_jerk: float | ByAxis | None = None
-    axis_velocity_step: float | ByAxis | None = None
-    axis_minimum: ByAxis | None = None
-    axis_maximum: ByAxis | None = None
+    axis_velocity: float | Mapping[str, float] | None = None
+    axis_acceleration: float | Mapping[str, float] | None = None
+    axis_jerk: float | Mapping[str, float] | None = None
+    axis_velocity_step: float | Mapping[str, float] | None = None
+    axis_minimum: Mapping[str, float] | None = None
+    axis_maximum: Mapping[str, float] | None = None
     combinations: Mapping[str, Combination] | None = None
     torque: Torque | None = None
 
@@ -118,8 +224,6 @@ class Limits:
                 value = _checked(value, name, number)
             elif not (isinstance(value, float) and value == math.inf):
                 value = _checked(value, name, positive)
-            if isinstance(value, float) and name in TRAVEL_ENDS:
-                raise LimitsError(f"{name} is {value!r}; give one position an axis, such as {{'x': 0.0}}")
             object.__setattr__(self, name, value)
         if self.deceleration is None:
             object.__setattr__(self, "deceleration", self.acceleration)
@@ -144,13 +248,9 @@ class Limits:
 
     def _check_travel(self) -> None:
         """LimitsError where an end of the travel is missing, or no travel is left."""
-        ends: list[dict[Any, float]] = []
-        for name in TRAVEL_ENDS:
-            value = getattr(self, name)
-            ends.append(dict(enumerate(value)) if isinstance(value, tuple) else dict(value or {}))
-        low, high = ends
+        low, high = self.axis_minimum or {}, self.axis_maximum or {}
         if set(low) != set(high):
-            axes = ", ".join(sorted(map(str, set(low) ^ set(high))))
+            axes = ", ".join(sorted(set(low) ^ set(high)))
             raise LimitsError(f"axis_minimum and axis_maximum of {axes}: one is missing; give both ends of its travel")
         for axis in low:
             if not low[axis] < high[axis]:
@@ -158,69 +258,34 @@ class Limits:
                     f"axis_minimum.{axis} is {low[axis]:g} and axis_maximum.{axis} is {high[axis]:g}; no travel is left"
                 )
 
-    def for_axes(self, axes: Sequence[str]) -> Limits:
-        """These limits with the names of `axes` for values that were given in order, as an array (axes,).
-
-        Raises LimitsError for another number of values than axes. Example: `limits.for_axes(path.axes).as_dict()`
-        """
-        named: dict[str, Any] = {}
-        for name in (*BY_AXIS, *TRAVEL_ENDS):
-            values = getattr(self, name)
-            if isinstance(values, tuple):
-                if len(values) != len(axes):
-                    raise LimitsError(
-                        f"{name} has the shape ({len(values)},); give one value for each axis of the path, in the "
-                        f"order {', '.join(axes)}"
-                    )
-                named[name] = {axis: value for axis, value in zip(axes, values, strict=True) if value != math.inf}
-        return replace(self, **named) if named else self
-
-    def _named(self, name: str) -> Mapping[str, float]:
-        """Values by axis, none where nothing is given; LimitsError for values in order, whose axes are not known."""
-        value = getattr(self, name)
-        if isinstance(value, tuple):
-            raise LimitsError(f"{name} has values in the order of axes; name them first: limits.for_axes(path.axes)")
-        return value or {}
-
     @property
     def travel(self) -> dict[str, tuple[float, float]]:
         """Least and greatest position of each axis that has soft limits, mm or rad."""
-        high = self._named("axis_maximum")
-        return {axis: (low, high[axis]) for axis, low in self._named("axis_minimum").items()}
+        high = self.axis_maximum or {}
+        return {axis: (low, high[axis]) for axis, low in (self.axis_minimum or {}).items()}
 
     def travel_of(self, axes: Sequence[str]) -> dict[str, tuple[float, float]]:
         """`travel`; LimitsError for the travel of an axis that is not among `axes`."""
-        travel = self.for_axes(axes).travel
-        check_axes("travel", travel, axes)
-        return travel
+        check_axes("travel", self.travel, axes)
+        return self.travel
 
     def of_axes(self, name: str, axes: Sequence[str]) -> Array:
         """One of BY_AXIS for each of `axes`, (axes,), infinite where there is none.
 
         Raises LimitsError for a limit on an axis that is not there.
         """
-        given = getattr(self.for_axes(axes), name)
-        if given is None:
-            return np.full(len(axes), np.inf)
-        if not isinstance(given, Mapping):
-            return np.array([math.inf if axis in ROTARY_AXES else given for axis in axes])
-        check_axes(name, given, axes)
-        return np.array([given.get(axis, math.inf) for axis in axes])
+        given = getattr(self, name)
+        if isinstance(given, Mapping):
+            check_axes(name, given, axes)
+            return np.array([given.get(axis, math.inf) for axis in axes])
+        return np.array([math.inf if given is None or axis in ROTARY_AXES else given for axis in axes])
 
     def as_dict(self) -> dict[str, float]:
         """Names and values in base units as files and reports write them, limits that are not there left out.
 
         A limit of one axis stands as "axis_jerk.x", one of a combination as "combinations.left.jerk".
-        Raises LimitsError for values in order: see `for_axes`.
         """
-        for name in ORDERS:
-            if isinstance(getattr(self, name), tuple):
-                self._named(name)
-        return self._values()
-
-    def _values(self) -> dict[str, Any]:
-        """`as_dict`, with values in order as they are."""
-        flat: dict[str, Any] = {}
+        flat: dict[str, float] = {}
         for name in ORDERS:
             value = getattr(self, name)
             if isinstance(value, Mapping):
@@ -235,13 +300,8 @@ class Limits:
         return flat | {f"torque.{axis}": most for axis, most in (self.torque.most if self.torque else {}).items()}
 
     def _repr_html_(self) -> str:
-        rows: dict[str, str] = {}
-        for name, value in self._values().items():
-            kind, _, axis = name.partition(".")
-            factor = 180.0 / math.pi if (axis in ROTARY_AXES and kind in ORDERS) or name in ANGLES else 1.0
-            shown = ", ".join(f"{factor * each:g}" for each in (value if isinstance(value, tuple) else (value,)))
-            rows[name] = f"{shown} {raised(unit_of(name))}"
-        return view.table(rows)
+        flat = {name: (shown_by(name, name.partition(".")[2]), value) for name, value in self.as_dict().items()}
+        return view.table({name: f"{unit * value:g} {raised(unit_of(name))}" for name, (unit, value) in flat.items()})
 
     @classmethod
     def from_dict(cls, flat: Mapping[str, float]) -> Limits:
@@ -263,25 +323,17 @@ class Limits:
 
 
 def _checked(value: Any, name: str, check: Callable[[object, str], float]) -> Any:
-    """A limit whose every number passes `check`: one, by axis, or in the order of axes; None for nothing."""
-    by_axis = name in (*BY_AXIS, *TRAVEL_ENDS)
+    """A limit whose every number passes `check`: one, or by axis; None for nothing."""
     if value is None:
         return None
-    if by_axis and isinstance(value, Mapping):
+    if name not in (*BY_AXIS, *TRAVEL_ENDS):
+        return check(value, name)
+    if isinstance(value, Mapping):
         named = {str(axis): check(each, f"{name}.{axis}") for axis, each in value.items()}
         return MappingProxyType(named) if named else None
-    if not by_axis or isinstance(value, str):
-        return check(value, name)
-    try:
-        values = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise LimitsError(f"{name} is {value!r}; give numbers, one per axis") from None
-    if values.ndim == 0:
-        return check(value, name)
-    if values.ndim != 1 or not values.size:
-        raise LimitsError(f"{name} has shape {values.shape}; expected (axes,), one value per axis")
-    free = math.inf if check is positive else math.nan
-    return tuple(each if each == free else check(each, f"{name}[{k}]") for k, each in enumerate(values.tolist()))
+    if name in TRAVEL_ENDS or np.ndim(value):
+        raise LimitsError(f"{name} is {value!r}; give its values by axis, such as {{'x': 500.0}}")
+    return check(value, name)
 
 
 def refuse_orientation(limits: Limits, name: str) -> None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from splinefeed.records import view
-from splinefeed.records.limits import ANGLES, ROTARY_AXES
+from splinefeed.records.limits import shown_by
 
 #: A limit counts as kept up to this, relative: the rounding of a plan that rides on it.
 KEPT = 1e-9
@@ -43,12 +42,6 @@ class LimitResult:
     def holds(self) -> bool:
         """worst <= limit (1 + 1e-9) + floor."""
         return self.worst <= self.limit * (1.0 + KEPT) + self.floor
-
-
-def shown_by(name: str, axis: str | None) -> float:
-    """What a limit's values are taken times where people read them: degrees of what turns, torques as they are."""
-    turns = name in ANGLES or (axis in ROTARY_AXES and not name.startswith("torque."))
-    return 180.0 / math.pi if turns else 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
