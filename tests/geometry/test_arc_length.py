@@ -15,8 +15,9 @@ from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tables import arc_pieces
-from splinefeed.kernels import pieces
-from splinefeed.kernels.arc_length import ARC, arc_length, parameter_in_row
+from splinefeed.kernels import layout
+from splinefeed.kernels.layout import ARC
+from splinefeed.kernels.pieces import arc_length, parameter_in_row
 
 #: Relative to the length.
 PROMISE = 1e-13
@@ -54,7 +55,7 @@ def graded_lengths(curve: NurbsCurve) -> tuple[np.ndarray, np.ndarray]:
 def inversion_error(curve: NurbsCurve) -> float:
     """Greatest |S(u(s)) - s| / L, at even places, close to both ends, and on both sides of every break of the table."""
     length = curve.length
-    starts = curve.arc.table[:, pieces.START]
+    starts = curve.arc.table[:, layout.START]
     even = np.linspace(0.0, length, 2001)
     edge = length * 10.0 ** np.linspace(-16.0, -1.0, 61)
     s = np.concatenate([even, edge, length - edge, starts, np.nextafter(starts, 0.0), np.nextafter(starts, length)])
@@ -64,7 +65,7 @@ def inversion_error(curve: NurbsCurve) -> float:
 
 def rounding_of_parameters(curve: NurbsCurve) -> float:
     """What one unit in the last place of u is worth as an arc length, relative to L, where the curve is fastest."""
-    low, high = curve.arc.table[:, pieces.LOW], curve.arc.table[:, pieces.HIGH]
+    low, high = curve.arc.table[:, layout.LOW], curve.arc.table[:, layout.HIGH]
     u = np.linspace(low, high, 33).clip(low, high)
     return float(np.spacing(np.abs(u).max()) * speed_at(curve, u).max() / curve.length)
 

@@ -14,7 +14,7 @@ from splinefeed.errors import CurveError
 from splinefeed.geometry import editing, tables
 from splinefeed.geometry import pieces as places
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.kernels import arc_length, pieces
+from splinefeed.kernels import layout, pieces
 
 EPSILON = np.finfo(float).eps
 pytestmark = pytest.mark.nojit
@@ -27,8 +27,8 @@ def polar(curve: NurbsCurve, span: int, *arguments: float) -> np.ndarray:
 
 def place(table: np.ndarray, u: float) -> tuple[int, float]:
     """Row and t of a parameter."""
-    row = pieces.find_row(table, 0, len(table) - 1, pieces.LOW, u)
-    return row, (u - table[row, pieces.MIDDLE]) * table[row, pieces.SCALE]
+    row = max(int(np.searchsorted(table[:, layout.LOW], u, side="right")) - 1, 0)
+    return row, (u - table[row, layout.MIDDLE]) * table[row, layout.SCALE]
 
 
 # --- polar and power forms --------------------------------------------------------------------------------------------
@@ -81,10 +81,10 @@ def test_rows_cover_the_domain_in_order(kind):
     for degree in (1, 4, 12):
         curve = random_curve(12 * kind + degree - 1)
         for table in (curve.table[0], curve.arc.table):
-            assert table[0, pieces.LOW] == curve.domain[0] and table[-1, pieces.HIGH] == curve.domain[1]
-            assert np.array_equal(table[1:, pieces.LOW], table[:-1, pieces.HIGH])
-            assert np.all(table[:, pieces.HIGH] > table[:, pieces.LOW])
-            assert set(curve.breaks) <= set(table[:, pieces.LOW]) | {curve.domain[1]}
+            assert table[0, layout.LOW] == curve.domain[0] and table[-1, layout.HIGH] == curve.domain[1]
+            assert np.array_equal(table[1:, layout.LOW], table[:-1, layout.HIGH])
+            assert np.all(table[:, layout.HIGH] > table[:, layout.LOW])
+            assert set(curve.breaks) <= set(table[:, layout.LOW]) | {curve.domain[1]}
     assert len(KINDS) == 3
 
 
@@ -120,33 +120,21 @@ def test_short_forms_agree_with_derivatives():
             shape = (degree, axes, linear, rational)
             for u in np.random.default_rng(seed).uniform(*curve.domain, 5):
                 row, t = place(table, u)
-                full = np.empty((4, axes))
-                pieces.derivatives(table, row, shape, t, 3, full)
+                full = np.empty((1, 2, axes))
+                places.derivatives(table[row, :, None], shape, np.array([t]), 1, full)
                 at = np.empty(axes)
                 pieces.point(table, row, shape, t, at)
-                assert np.array_equal(at, full[0])
-                first, second = full[1, :linear], full[2, :linear]
+                assert np.array_equal(at, full[0, 0])
+                first = full[0, 1, :linear]
                 assert pieces.speed(table, row, shape, t) == pytest.approx(np.linalg.norm(first), rel=1e-13)
-                square, product = pieces.first_two(table, row, shape, t)
-                assert square == pytest.approx(first @ first, rel=1e-13)
-                allowed = 1e-12 * np.linalg.norm(first) * np.linalg.norm(second)
-                assert product == pytest.approx(first @ second, abs=allowed)
-
-
-def test_find_row_is_the_last_one_not_above():
-    table = np.zeros((5, 1))
-    table[:, 0] = [0.0, 1.0, 1.0, 2.0, 4.0]
-    wanted = {-1.0: 0, 0.0: 0, 0.5: 0, 1.0: 2, 1.9: 2, 2.0: 3, 4.0: 4, 9.0: 4}
-    assert {value: pieces.find_row(table, 0, 4, 0, value) for value in wanted} == wanted
-    assert pieces.find_row(table, 1, 2, 0, 9.0) == 2 and pieces.find_row(table, 1, 2, 0, -9.0) == 1
 
 
 def test_walking_goes_where_bisection_goes():
     table = butterfly().arc.table
     last = len(table) - 1
     cursor = np.array([0, 0, last])
-    for u in [*np.linspace(0.0, 1.0, 301), *np.linspace(1.0, 0.0, 77), *table[::7, pieces.LOW]]:
-        assert pieces.walk_to(table, cursor, u) == pieces.find_row(table, 0, last, pieces.LOW, u) == cursor[0]
+    for u in [*np.linspace(0.0, 1.0, 301), *np.linspace(1.0, 0.0, 77), *table[::7, layout.LOW]]:
+        assert pieces.walk_to(table, cursor, u) == place(table, u)[0] == cursor[0]
     cursor[:] = 3, 2, 5
     assert pieces.walk_to(table, cursor, 1.0) == 5 and pieces.walk_to(table, cursor, 0.0) == 2
 
@@ -160,14 +148,14 @@ def test_pieces_join_and_their_slope_is_the_speed(name):
     table, shape = curve.arc.table, curve.arc.shape
     last_place = np.spacing(np.abs(curve.domain).max())
     for row in range(len(table)):
-        end = (table[row, pieces.HIGH] - table[row, pieces.MIDDLE]) * table[row, pieces.SCALE]
-        next_start = table[row + 1, pieces.START] if row + 1 < len(table) else curve.length
-        assert arc_length.arc_length(table, row, end) == pytest.approx(next_start, abs=4 * EPSILON * curve.length)
-        slopes = table[row, pieces.ARC + 1 : pieces.ARC + pieces.ARC_TERMS] * np.arange(1, pieces.ARC_TERMS)
+        end = (table[row, layout.HIGH] - table[row, layout.MIDDLE]) * table[row, layout.SCALE]
+        next_start = table[row + 1, layout.START] if row + 1 < len(table) else curve.length
+        assert pieces.arc_length(table, row, end) == pytest.approx(next_start, abs=4 * EPSILON * curve.length)
+        slopes = table[row, layout.ARC + 1 : layout.ARC + layout.ARC_TERMS] * np.arange(1, layout.ARC_TERMS)
         t = np.linspace(-1.0, 1.0, 7)
-        exact = np.array([pieces.speed(table, row, shape, x) for x in t]) / table[row, pieces.SCALE]
+        exact = np.array([pieces.speed(table, row, shape, x) for x in t]) / table[row, layout.SCALE]
         negligible = tables.NEGLIGIBLE / tables.END_SHARE * curve.length
-        allowed = 1e-12 * exact.max() + negligible + last_place * exact.max() * table[row, pieces.SCALE]
+        allowed = 1e-12 * exact.max() + negligible + last_place * exact.max() * table[row, layout.SCALE]
         assert np.abs(np.polynomial.polynomial.polyval(t, slopes) - exact).max() <= allowed
 
 
@@ -177,10 +165,10 @@ def test_inversion_in_a_row_from_any_guess(guess):
         table = curve.arc.table
         for row in (0, len(table) // 2, len(table) - 1):
             for t in (-1.0, -0.999, -0.2, 0.5, 1.0):
-                s = arc_length.arc_length(table, row, t)
-                found = arc_length.parameter_in_row(table, row, s, guess)
+                s = pieces.arc_length(table, row, t)
+                found = pieces.parameter_in_row(table, row, s, guess)
                 assert -1.0 <= found <= 1.0
-                assert abs(arc_length.arc_length(table, row, found) - s) <= 4 * EPSILON * curve.length
+                assert abs(pieces.arc_length(table, row, found) - s) <= 4 * EPSILON * curve.length
 
 
 @pytest.mark.parametrize("guess", [-1.0, -0.3, 0.0, 0.9999, 1.0, 7.0, -7.0])
@@ -191,7 +179,7 @@ def test_inversion_of_many_from_any_guess(guess):
         c = places.columns(table, row)
         t = np.tile([-1.0, -0.999, -0.2, 0.5, 1.0], len(table))
         with np.errstate(divide="ignore", invalid="ignore"):
-            found = places.inverted(c[pieces.ARC : pieces.ORIGIN], places.arc(c, t), np.full(len(t), guess))
+            found = places.inverted(c[layout.ARC : layout.ORIGIN], places.arc(c, t), np.full(len(t), guess))
         assert np.all((found >= -1.0) & (found <= 1.0))
         assert np.max(np.abs(places.arc(c, found) - places.arc(c, t))) <= 4 * EPSILON * curve.length
 
@@ -218,9 +206,9 @@ def test_arrays_and_leaves_are_one_arithmetic():
         c, t = places.columns(table, row), np.linspace(-1.0, 1.0, len(table))
         out = np.empty((len(table), 1, curve.axes))
         places.derivatives(c, shape, t, 0, out)
-        lengths, at = c[pieces.START] + places.arc(c, t), np.empty(curve.axes)
+        lengths, at = c[layout.START] + places.arc(c, t), np.empty(curve.axes)
         for k in row:
-            assert arc_length.arc_length(table, k, t[k]) == lengths[k]
+            assert pieces.arc_length(table, k, t[k]) == lengths[k]
             pieces.point(table, k, shape, t[k], at)
             assert np.array_equal(at, out[k, 0])
 

@@ -15,7 +15,7 @@ from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat, Lines
 from splinefeed.geometry.path import Marker, Path
 from splinefeed.geometry.tables import arc_pieces
-from splinefeed.kernels import pieces
+from splinefeed.kernels import layout
 
 AXES = [("x", "y"), ("x", "y", "z"), ("x", "a"), ("a",), ("x", "y", "z", "a", "b")]
 
@@ -122,10 +122,10 @@ def test_curves_of_every_kind_in_one_table_are_as_each_alone():
             alone = arc_pieces(Flat.of([curve]), shape, [curve])
             rows = path.table[path.curve_rows[i, 0] : path.curve_rows[i, 1] + 1]
             assert len(rows) == len(alone.table)
-            for column in (pieces.LOW, pieces.HIGH, *range(pieces.ARC, pieces.ARC + pieces.ARC_TERMS)):
+            for column in (layout.LOW, layout.HIGH, *range(layout.ARC, layout.ARC + layout.ARC_TERMS)):
                 assert np.array_equal(rows[:, column], alone.table[:, column])
             assert abs(path.curve_starts[i] - start) <= last_digit
-            assert np.abs(rows[:, pieces.START] - (alone.table[:, pieces.START] + start)).max() <= last_digit
+            assert np.abs(rows[:, layout.START] - (alone.table[:, layout.START] + start)).max() <= last_digit
             lengths.append(alone.length)
             start = math.fsum(lengths)
             u = np.linspace(*curve.domain, 31)

@@ -17,7 +17,7 @@ from splinefeed.geometry.curves import Flat
 from splinefeed.geometry.fitting.grid import graded, halved
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.pieces import arc
-from splinefeed.kernels import matching, pieces
+from splinefeed.kernels import layout, matching
 
 pytestmark = pytest.mark.nojit
 
@@ -35,7 +35,7 @@ def test_the_speed_of_a_piece_is_fitted_and_its_integral_is_the_length():
     shape = (3, 2, 2, 1)
     c = spans.columns(shape)
     assert not tables.fits(spans, c, shape, np.array([5.0]))  # one piece is too long for 14 digits, but not for 4
-    slopes = c[pieces.ARC : pieces.ORIGIN, 0] * np.arange(pieces.ARC_TERMS)
+    slopes = c[layout.ARC : layout.ORIGIN, 0] * np.arange(layout.ARC_TERMS)
     for t in (-1.0, -0.4, 0.3, 1.0):
         u = 0.5 * (t + 1.0)
         wanted, _ = quad(speed, 0.0, u, epsabs=1e-10)
@@ -64,7 +64,7 @@ def test_a_line_a_curve_and_a_line_are_one_table():
     rows = len(CURVE.arc.table)
     assert path.curve_starts == pytest.approx([0.0, 5.0, 5.0 + length, 7.0 + length], rel=1e-14)
     assert path.curve_rows.tolist() == [[0, 0], [1, rows], [rows + 1, rows + 1]]
-    assert path.table[:, pieces.START][[0, 1, -1]] == pytest.approx([0.0, 5.0, 5.0 + length], rel=1e-14)
+    assert path.table[:, layout.START][[0, 1, -1]] == pytest.approx([0.0, 5.0, 5.0 + length], rel=1e-14)
     assert path.span_pieces.rows.tolist() == [[0, 0], [1, 1], [2, 2]]
 
 

@@ -8,15 +8,15 @@ import pytest
 import splinefeed as sf
 from sample_curves import KINDS, random_curve
 from splinefeed.interpolation.feed_correction import TERMS, fit_feed_correction
-from splinefeed.kernels import pieces
+from splinefeed.kernels import layout
 from splinefeed.kernels.pieces import secant
 
 pytestmark = pytest.mark.nojit
 
 
 def place(path: sf.Path, u: float) -> tuple[int, float]:
-    row = pieces.find_row(path.table, 0, len(path.table) - 1, pieces.LOW, u)
-    return row, (u - path.table[row, pieces.MIDDLE]) * path.table[row, pieces.SCALE]
+    row = max(int(np.searchsorted(path.table[:, layout.LOW], u, side="right")) - 1, 0)
+    return row, (u - path.table[row, layout.MIDDLE]) * path.table[row, layout.SCALE]
 
 
 @pytest.mark.parametrize("seed", range(4 * len(KINDS)))
@@ -55,19 +55,19 @@ def test_the_feed_correction_polynomial_meets_both_ends_twice_differentiable(pat
     table = path.table
     for row in range(0, len(table), 7):
         length = fit_feed_correction(table, row, out)
-        start = table[row, pieces.START]
+        start = table[row, layout.START]
         polynomial = np.polynomial.Polynomial(out)
-        for x, end, side in ((0.0, pieces.LOW, "right"), (1.0, pieces.HIGH, "left")):
+        for x, end, side in ((0.0, layout.LOW, "right"), (1.0, layout.HIGH, "left")):
             u = table[row, end]
-            t = (u - table[row, pieces.MIDDLE]) * table[row, pieces.SCALE]  # -1 and 1, but for rounding
+            t = (u - table[row, layout.MIDDLE]) * table[row, layout.SCALE]  # -1 and 1, but for rounding
             d = path.curves[0].derivatives(u, 2, side=side)
             speed = np.linalg.norm(d[1])
             slope, bend = 1.0 / speed, -(d[1] @ d[2]) / speed**4
-            scale = table[row, pieces.SCALE]
+            scale = table[row, layout.SCALE]
             assert polynomial(x) == pytest.approx(t, abs=2e-15)
             assert polynomial.deriv()(x) == pytest.approx(slope * scale * length, rel=1e-9)
             assert polynomial.deriv(2)(x) == pytest.approx(bend * scale * length**2, abs=1e-7)
-        ahead = path.length if row + 1 == len(table) else table[row + 1, pieces.START]
+        ahead = path.length if row + 1 == len(table) else table[row + 1, layout.START]
         assert length == pytest.approx(ahead - start, abs=1e-13 * path.length)
 
 
@@ -79,8 +79,8 @@ def test_least_squares_do_better_than_the_six_end_conditions_alone():
     fitted, quintic = 0.0, 0.0
     for row in range(len(path.table)):
         length = fit_feed_correction(path.table, row, out)
-        _, u = path.locate(path.table[row, pieces.START] + s[1:-1] * length)
-        t = (u - path.table[row, pieces.MIDDLE]) * path.table[row, pieces.SCALE]
+        _, u = path.locate(path.table[row, layout.START] + s[1:-1] * length)
+        t = (u - path.table[row, layout.MIDDLE]) * path.table[row, layout.SCALE]
         fitted = max(fitted, np.max(np.abs(np.polynomial.Polynomial(out)(s[1:-1]) - t)))
         # taking x^3 (1 - x)^3 (a + b x) away again leaves the quintic
         b = -out[7]

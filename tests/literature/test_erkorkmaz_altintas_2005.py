@@ -14,8 +14,8 @@ import motions
 import splinefeed as sf
 from sample_curves import ellipse
 from splinefeed.interpolation.feed_correction import SAMPLES, TERMS, fit_feed_correction
-from splinefeed.kernels.arc_length import arc_length, fitted_speed
-from splinefeed.kernels.pieces import HIGH, LOW, MIDDLE, SCALE, START
+from splinefeed.kernels.layout import HIGH, LOW, MIDDLE, SCALE, START
+from splinefeed.kernels.pieces import arc_length, fitted_speed
 
 pytestmark = pytest.mark.nojit
 

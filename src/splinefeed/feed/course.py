@@ -8,11 +8,11 @@ from typing import Protocol
 import numpy as np
 
 from splinefeed.errors import LimitsError
+from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
-from splinefeed.kernels.layout import START
-from splinefeed.kernels.override_demand import ask
 from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, Limits, TimeLaw, positive
+from splinefeed.records.law import polynomial
 
 #: A law that is over its limits by less than this is at them.
 AT_LIMITS = 1e-6
@@ -22,8 +22,15 @@ REACH = 0.95
 PEAK, TICKS_IN_REACH = 0.75 / (1.0 - (1.5 - REACH) ** 3 / 3.0), 3
 #: A jump of q'' below this share of the largest q'' around is rounding.
 LEAST_JUMP = 1e-7
-#: Places in a tick at which joints of a tool path are looked at, and how far beside a break, as a share of the path.
-LOOKED_AT, BESIDE = 5, 1e-9
+#: Places, ends included, at which each part of a tick is looked at that lies in one piece of the law and of the path.
+PLACES = np.linspace(0.0, 1.0, 5)
+#: Joints of a tool path are looked at by this share of a part inside of its ends, and this share of the path beside
+#: stops.
+INSIDE, BESIDE = 1e-6, 1e-9
+#: Halvings that find when the law reaches a place, between two times that are known.
+BISECTIONS = 52
+#: Breaks nearer to each other than this share of the duration are one.
+ROUNDING = 1e-14
 
 
 class Course(Protocol):
@@ -96,16 +103,62 @@ class LawCourse:
             np.maximum.at(cells[:, 3], tick[inside], alone[inside])
 
     def _look(self, low: Array, high: Array) -> tuple[Array, Array, Array]:
-        """As the kernel `ask` finds it from times low to high (n,), s; with the times (k,) and jumps (k, axes + 1)."""
-        if isinstance(self.path, JointPath):
-            return _of_joints(self.path, self.law, low, high)
-        law, table, columns = self.law, self.path.table, len(self.axes) + 1
-        ends = np.array([low[0], high[-1]])
-        parts = np.searchsorted(law.breaks, ends) + np.searchsorted(table[:, START], law(ends))
-        most = int(parts[1] - parts[0]) + 4
-        cells, at, jumps = np.empty((len(low), 4, columns)), np.empty(most), np.empty((most, columns))
-        count = ask(law.breaks, law.coefficients, table, self.path.shape, low, high, cells, at, jumps)
-        return cells, at[:count], jumps[:count]
+        """Largest |q'|, |q''|, q''' and -q''' of every axis, and of the arc length, from times low to high (n,), s.
+
+        low, high increase; (n, 4, axes + 1): 0, and minus infinity for q''', where nothing is between them. With the
+        times (k,), s, at which q'' jumps, and by how much, (k, axes + 1).
+        """
+        law, ends = self.law, np.unique(np.concatenate([low, high]))
+        breaks = np.concatenate([law.breaks, self._times_of_breaks(ends)])
+        edges = np.unique(np.concatenate([ends, breaks[(breaks > ends[0]) & (breaks < ends[-1])]]))
+        edges = edges[np.diff(edges, prepend=-np.inf) > ROUNDING * self.duration]  # what ends together
+        middle = 0.5 * (edges[:-1] + edges[1:])
+        cell = np.searchsorted(low, middle, side="right") - 1
+        within = middle < high[cell]
+        begin, end, middle, cell = edges[:-1][within], edges[1:][within], middle[within], cell[within]
+        share = INSIDE + (1.0 - 2.0 * INSIDE) * PLACES if isinstance(self.path, JointPath) else PLACES
+        t = begin[:, None] + (end - begin)[:, None] * share
+        piece = np.searchsorted(law.breaks, middle, side="right") - 1
+        c = polynomial(law.coefficients[piece][:, None], t - law.breaks[piece][:, None], 3)
+        s, v, a, j = (k * each.ravel()[:, None] for k, each in zip((1.0, 1.0, 2.0, 6.0), c, strict=True))
+        with np.errstate(invalid="ignore", over="ignore"):  # where C' = 0
+            r = self._derivatives(law(middle), s.ravel(), t.ravel())
+            q = np.stack(
+                [r[:, 1] * v, r[:, 2] * v**2 + r[:, 1] * a, r[:, 3] * v**3 + 3.0 * r[:, 2] * v * a + r[:, 1] * j]
+            )
+        q = np.concatenate([q, np.stack([v, a, j])], axis=2)
+        known = np.all(np.isfinite(q), axis=(0, 2))
+        q[:, ~known] = 0.0
+        parts = np.stack([abs(q[0]), abs(q[1]), q[2], -q[2]], axis=1).reshape(*t.shape, 4, q.shape[2]).max(axis=1)
+        cells = np.zeros((len(low), *parts.shape[1:]))
+        cells[:, 2:] = -np.inf
+        np.maximum.at(cells, cell, parts)
+        known, push = known.reshape(t.shape), q[1].reshape(*t.shape, q.shape[2])
+        meet = (begin[1:] == end[:-1]) & known[1:, 0] & known[:-1, -1]
+        return cells, begin[1:][meet], (push[1:, 0] - push[:-1, -1])[meet]
+
+    def _times_of_breaks(self, ends: Array) -> Array:
+        """When (k,), s, the law passes the breaks of the path between its places at times `ends`, by bisection."""
+        path, s = self.path, self.law(ends)
+        places = path.breaks if isinstance(path, JointPath) else path.arc_pieces.starts
+        places = places[np.searchsorted(places, s[0], side="right") : np.searchsorted(places, s[-1])]
+        after = np.searchsorted(s, places)
+        low, high = ends[after - 1], ends[after]
+        for _ in range(BISECTIONS if len(places) else 0):
+            middle = 0.5 * (low + high)
+            short = self.law(middle) < places
+            low, high = np.where(short, middle, low), np.where(short, high, middle)
+        return high
+
+    def _derivatives(self, middle: Array, s: Array, t: Array) -> Array:
+        """Axes and their derivatives by s, (n, 4, axes), at s (n,), mm, and times t (n,); middles (parts,) of parts."""
+        path = self.path
+        if isinstance(path, JointPath):
+            s = _beside_stops(self.law, np.asarray(path.stops), t, BESIDE * path.length)
+            return path.derivatives(np.clip(s, 0.0, path.length))[:, :, 3:]
+        pieces = path.arc_pieces
+        row = np.repeat(pieces.row_by_length(middle), len(PLACES))
+        return by_arc_length(pieces.derivatives_on(row, s, 3), path.linear)
 
     def bend_share(self, limits: Limits) -> float:
         """Share of the limits that hold for the feed on a bend, at rate 1: the square root of what it asks for."""
@@ -120,33 +173,6 @@ class LawCourse:
                 "the law was not planned under the limits of centripetal acceleration, chord or orientation error"
             )
         return max(shares, default=0.0)
-
-
-def _of_joints(path: JointPath, law: TimeLaw, low: Array, high: Array) -> tuple[Array, Array, Array]:
-    """As `LawCourse._look`, of joints and tip."""
-    inside = np.linspace(1e-6, 1.0 - 1e-6, LOOKED_AT)
-    t = (low[:, None] + (high - low)[:, None] * inside).ravel()
-    v, a, j = (each(t)[:, None] for each in (law.feed, law.acceleration, law.jerk))
-    away = BESIDE * path.length
-    s = _beside_stops(law, np.asarray(path.stops), t, away)
-    r = path.derivatives(np.clip(s, 0.0, path.length))[:, :, 3:]
-    joints = (r[:, 1] * v, r[:, 2] * v**2 + r[:, 1] * a, r[:, 3] * v**3 + 3.0 * r[:, 2] * v * a + r[:, 1] * j)
-    each = np.stack([np.concatenate(pair, axis=1) for pair in zip(joints, (v, a, j), strict=True)], axis=1)
-    each = np.concatenate([np.abs(each[:, :2]), each[:, 2:], -each[:, 2:]], axis=1)
-    cells = np.max(each.reshape(len(low), LOOKED_AT, 4, -1), axis=1)
-    cells[low >= high] = 0.0
-    stops = np.array([-1.0, *path.stops, path.length + 1.0])
-    after = np.searchsorted(stops, path.breaks)
-    moving = np.minimum(path.breaks - stops[after - 1], stops[after] - path.breaks) > away
-    breaks = path.breaks[moving]  # at rest nothing jumps, however joints turn there
-    ends = np.unique(np.concatenate([low, high]))
-    s = law(ends)
-    breaks = breaks[(breaks > s[0]) & (breaks < s[-1])]
-    at = np.interp(breaks, s, ends)
-    before, behind = (path.derivatives(breaks + way)[:, :, 3:] for way in (-away, away))
-    v, a = law.feed(at)[:, None], law.acceleration(at)[:, None]
-    jumps = (behind[:, 2] - before[:, 2]) * v**2 + (behind[:, 1] - before[:, 1]) * a
-    return cells, at, np.pad(jumps, ((0, 0), (0, 1)))
 
 
 def _beside_stops(law: TimeLaw, stops: Array, t: Array, away: float) -> Array:

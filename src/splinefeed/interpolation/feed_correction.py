@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from splinefeed.interpolation.stepping import NEXT_S, row_at_length
-from splinefeed.kernels.arc_length import arc_length, fitted_speed
 from splinefeed.kernels.jit import hot_kernel, kernel
-from splinefeed.kernels.pieces import HIGH, LOW, MIDDLE, SCALE, START, Shape
+from splinefeed.kernels.layout import HIGH, LOW, MIDDLE, SCALE, START, Shape
+from splinefeed.kernels.pieces import arc_length, fitted_speed
 from splinefeed.records import Array, IntArray
 
 #: Coefficients of a polynomial of degree 7.

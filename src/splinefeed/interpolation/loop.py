@@ -18,10 +18,9 @@ from splinefeed.interpolation.stepping import (
     rate_in_row,
     runge_kutta_4,
 )
-from splinefeed.kernels.arc_length import arc_length
-from splinefeed.kernels.jit import Leaf, own_floats
-from splinefeed.kernels.law import law_at
-from splinefeed.kernels.pieces import HIGH, LOW, MIDDLE, SCALE, START, Shape, point, speed, walk_to
+from splinefeed.kernels.jit import Leaf, hot_kernel, own_floats
+from splinefeed.kernels.layout import HIGH, LOW, MIDDLE, SCALE, START, Shape
+from splinefeed.kernels.pieces import arc_length, point, speed, walk_to
 from splinefeed.records import Array, IntArray
 
 #: Places in the integer state that a loop leaves for the next one: row, first and last row of the curve, curve, law
@@ -37,6 +36,28 @@ STATE_FLOATS = 24
 AT_END = 64.0 * 2.0**-52
 #: Steps that Runge-Kutta takes before a multistep method has the history it needs.
 STARTING_STEPS = 3
+
+
+@hot_kernel
+def law_at(breaks: Array, coefficients: Array, piece: int, time: float) -> tuple[int, float, float, float]:
+    """Piece, s, feed and acceleration at `time`, s; the piece is found by walking on from `piece`.
+
+    s = sum_k c_k tau^k,  tau = time - breaks[piece], coefficients (m, 6) in mm/s^k. Beyond the ends the end holds.
+    """
+    last = coefficients.shape[0] - 1
+    while piece < last and time >= breaks[piece + 1]:
+        piece += 1
+    while piece > 0 and time < breaks[piece]:
+        piece -= 1
+    tau = min(max(time, breaks[0]), breaks[last + 1]) - breaks[piece]
+    s = coefficients[piece, 5]
+    feed = 0.0
+    acceleration = 0.0
+    for k in range(4, -1, -1):
+        acceleration = acceleration * tau + feed
+        feed = feed * tau + s
+        s = s * tau + coefficients[piece, k]
+    return piece, s, feed, 2.0 * acceleration
 
 
 def step(*_: Any) -> float:

@@ -11,7 +11,7 @@ from splinefeed.errors import MethodError, nearest
 from splinefeed.interpolation import arc_length, feed_correction, stepping
 from splinefeed.interpolation.loop import FIXED_SHAPE, STARTING_STEPS, UNROLLED_SHAPES, loop_for
 from splinefeed.kernels.jit import Kernel, Leaf
-from splinefeed.kernels.pieces import Shape
+from splinefeed.kernels.layout import Shape
 from splinefeed.records import Array, IntArray
 
 #: What every step takes, in this order; see `interpolation.stepping` for what each of them is.

@@ -17,9 +17,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from splinefeed.kernels.arc_length import fitted_speed, parameter_in_row
 from splinefeed.kernels.jit import hot_kernel, kernel
-from splinefeed.kernels.pieces import MIDDLE, SCALE, START, Shape, secant, speed, walk_to
+from splinefeed.kernels.layout import MIDDLE, SCALE, START, Shape
+from splinefeed.kernels.pieces import fitted_speed, parameter_in_row, secant, speed, walk_to
 from splinefeed.records import Array, IntArray
 
 #: Places in `law`: s at tick k+1, mm; feed at tick k, half-way and at k+1, mm/s; acceleration at tick k, mm/s^2.

@@ -5,53 +5,29 @@ from __future__ import annotations
 import math
 
 from splinefeed.kernels.jit import hot_kernel, kernel
-from splinefeed.kernels.layout import ARC as ARC
-from splinefeed.kernels.layout import ARC_TERMS as ARC_TERMS
-from splinefeed.kernels.layout import DEGREES as DEGREES
-from splinefeed.kernels.layout import HIGH as HIGH
-from splinefeed.kernels.layout import LOW as LOW
-from splinefeed.kernels.layout import MIDDLE as MIDDLE
-from splinefeed.kernels.layout import ORIGIN as ORIGIN
-from splinefeed.kernels.layout import SCALE as SCALE
-from splinefeed.kernels.layout import START as START
-from splinefeed.kernels.layout import Shape as Shape
-from splinefeed.kernels.layout import width as width
+from splinefeed.kernels.layout import ARC, ARC_TERMS, DEGREES, HIGH, LOW, ORIGIN, SCALE, START, Shape
 from splinefeed.records import Array, IntArray
 
+#: Newton steps of one inversion, bisections among them; steps or bracket shrink at each.
+MAX_STEPS = 80
+#: A Newton step longer than this share of the one before gives way to a bisection.
+SHRINKING = 0.75
+#: A Newton step in t, which runs over [-1, 1], after which the next one would be below rounding.
+SMALL_STEP = 1e-9
+
 
 @kernel
-def turns(table: Array, row: int, shape: Shape) -> bool:
-    """Whether no linear axis moves on one row. There A is 0 exactly: it is taken about one of its own points."""
+def turning_axes(table: Array, row: int, shape: Shape) -> tuple[int, int]:
+    """First axis that makes the arc length of a row, and the one behind the last, where rows may only turn.
+
+    On a row where no linear axis moves A is 0 exactly, as it is taken about one of its own points.
+    """
     degree, axes, linear, _ = shape
-    for a in range(abs(linear)):
-        at = ORIGIN + axes + a * (degree + 1)
-        for k in range(degree + 1):
-            if table[row, at + k] != 0.0:
-                return False
-    return True
-
-
-@kernel
-def measured(table: Array, row: int, shape: Shape) -> tuple[int, int]:
-    """First axis that makes the arc length of one row, and the one behind the last: behind all axes if it turns."""
-    linear = abs(shape[2])
-    if shape[2] <= 0 and turns(table, row, shape):
-        return linear, shape[1]
-    return 0, linear
-
-
-@kernel
-def find_row(table: Array, first: int, last: int, column: int, value: float) -> int:
-    """Row in [first, last] whose `column` (LOW or START, increasing) is the last one <= value; by bisection."""
-    low = first
-    high = last
-    while low < high:
-        middle = (low + high + 1) // 2
-        if table[middle, column] <= value:
-            low = middle
-        else:
-            high = middle - 1
-    return low
+    first = ORIGIN + axes
+    for k in range(first, first - linear * (degree + 1)):
+        if table[row, k] != 0.0:
+            return 0, -linear
+    return -linear, axes
 
 
 @hot_kernel
@@ -67,53 +43,51 @@ def walk_to(table: Array, cursor: IntArray, u: float) -> int:
 
 
 @hot_kernel
+def value_and_slope(table: Array, row: int, at: int, degree: int, t: float) -> tuple[float, float]:
+    """The polynomial whose coefficients begin at column `at` of one row, and its slope, at t."""
+    value = table[row, at + degree]
+    slope = 0.0
+    for k in range(degree - 1, -1, -1):
+        slope = slope * t + value
+        value = value * t + table[row, at + k]
+    return value, slope
+
+
+@hot_kernel
+def weight_at(table: Array, row: int, shape: Shape, t: float) -> tuple[float, float]:
+    """1 / w and w' / w at t of one row; 1 and 0 where the table has no weights."""
+    degree, axes, _, rational = shape
+    inverse = 1.0
+    slope = 0.0
+    if rational:
+        weight, slope = value_and_slope(table, row, ORIGIN + axes + axes * (degree + 1), degree, t)
+        inverse = 1.0 / weight
+        slope = slope * inverse
+    return inverse, slope
+
+
+@hot_kernel
 def point(table: Array, row: int, shape: Shape, t: float, out: Array) -> None:
     """Point of the curve at t of one row: C = origin + A(t) / w(t), into out (axes,). Eq. (1)."""
-    degree, axes, _, rational = shape
-    base = ORIGIN + axes
-    inverse = 1.0
-    if rational:
-        at = base + axes * (degree + 1)
-        weight = table[row, at + degree]
-        for k in range(degree - 1, -1, -1):
-            weight = weight * t + table[row, at + k]
-        inverse = 1.0 / weight
+    degree, axes, _, _ = shape
+    inverse, _ = weight_at(table, row, shape, t)
     for a in range(axes):
-        at = base + a * (degree + 1)
-        value = table[row, at + degree]
-        for k in range(degree - 1, -1, -1):
-            value = value * t + table[row, at + k]
+        value, _ = value_and_slope(table, row, ORIGIN + axes + a * (degree + 1), degree, t)
         out[a] = table[row, ORIGIN + a] + value * inverse
 
 
 @hot_kernel
 def speed(table: Array, row: int, shape: Shape, t: float) -> float:
     """|C'(u)| over the measured axes at t of one row, mm per unit of u: C' = (A' - w' A / w) / w."""
-    degree, axes, linear, rational = shape
-    base = ORIGIN + axes
-    inverse = 1.0
-    ratio = 0.0
-    if rational:
-        at = base + axes * (degree + 1)
-        weight = table[row, at + degree]
-        slope = 0.0
-        for k in range(degree - 1, -1, -1):
-            slope = slope * t + weight
-            weight = weight * t + table[row, at + k]
-        inverse = 1.0 / weight
-        ratio = slope * inverse
+    degree, axes, linear, _ = shape
+    inverse, ratio = weight_at(table, row, shape, t)
     begin = 0
     end = linear
     if linear <= 0:
-        begin, end = measured(table, row, shape)
+        begin, end = turning_axes(table, row, shape)
     total = 0.0
     for a in range(begin, end):
-        at = base + a * (degree + 1)
-        value = table[row, at + degree]
-        slope = 0.0
-        for k in range(degree - 1, -1, -1):
-            slope = slope * t + value
-            value = value * t + table[row, at + k]
+        value, slope = value_and_slope(table, row, ORIGIN + axes + a * (degree + 1), degree, t)
         slope = (slope - ratio * value) * inverse
         total += slope * slope
     if linear <= 0 and end == axes:
@@ -122,146 +96,102 @@ def speed(table: Array, row: int, shape: Shape, t: float) -> float:
 
 
 @hot_kernel
-def first_two(table: Array, row: int, shape: Shape, t: float) -> tuple[float, float]:
-    """C'.C' and C'.C'' over the measured axes at t of one row: what the second Taylor term of eq. (3) needs."""
-    degree, axes, linear, rational = shape
-    base = ORIGIN + axes
-    scale = table[row, SCALE]
-    inverse = 1.0
-    w1 = 0.0
-    w2 = 0.0
-    if rational:
-        at = base + axes * (degree + 1)
-        w0 = table[row, at + degree]
-        for k in range(degree - 1, -1, -1):
-            w2 = w2 * t + w1
-            w1 = w1 * t + w0
-            w0 = w0 * t + table[row, at + k]
-        inverse = 1.0 / w0
-    begin = 0
-    end = linear
-    if linear <= 0:
-        begin, end = measured(table, row, shape)
-    square = 0.0
-    product = 0.0
-    for a in range(begin, end):
-        at = base + a * (degree + 1)
-        c0 = table[row, at + degree]
-        c1 = 0.0
-        c2 = 0.0
-        for k in range(degree - 1, -1, -1):
-            c2 = c2 * t + c1
-            c1 = c1 * t + c0
-            c0 = c0 * t + table[row, at + k]
-        c0 = c0 * inverse
-        c1 = (c1 - w1 * c0) * inverse
-        c2 = 2.0 * (c2 - w1 * c1 - w2 * c0) * inverse
-        square += c1 * c1
-        product += c1 * c2
-    if linear <= 0 and end == axes:
-        square *= DEGREES * DEGREES
-        product *= DEGREES * DEGREES
-    return square * scale * scale, product * scale * scale * scale
-
-
-@kernel
-def derivatives(table: Array, row: int, shape: Shape, t: float, order: int, out: Array) -> None:
-    """Point and derivatives by u to `order` <= 3 at t of one row, into out (order + 1, axes).
-
-    C^(k) = (A^(k) - sum_{i=1..k} C(k, i) w^(i) C^(k-i)) / w      (The NURBS Book, 2nd ed., eq. 4.8)
-    """
-    degree, axes, _, rational = shape
-    base = ORIGIN + axes
-    scale = table[row, SCALE]
-    w0 = 1.0
-    w1 = 0.0
-    w2 = 0.0
-    w3 = 0.0
-    if rational:
-        at = base + axes * (degree + 1)
-        w0 = table[row, at + degree]
-        for k in range(degree - 1, -1, -1):
-            w3 = w3 * t + w2
-            w2 = w2 * t + w1
-            w1 = w1 * t + w0
-            w0 = w0 * t + table[row, at + k]
-        w2 *= 2.0
-        w3 *= 6.0
-    inverse = 1.0 / w0
-    for a in range(axes):
-        at = base + a * (degree + 1)
-        c0 = table[row, at + degree]
-        c1 = 0.0
-        c2 = 0.0
-        c3 = 0.0
-        for k in range(degree - 1, -1, -1):
-            c3 = c3 * t + c2
-            c2 = c2 * t + c1
-            c1 = c1 * t + c0
-            c0 = c0 * t + table[row, at + k]
-        c2 *= 2.0
-        c3 *= 6.0
-        if rational:
-            c0 = c0 * inverse
-            c1 = (c1 - w1 * c0) * inverse
-            c2 = (c2 - 2.0 * w1 * c1 - w2 * c0) * inverse
-            c3 = (c3 - 3.0 * w1 * c2 - 3.0 * w2 * c1 - w3 * c0) * inverse
-        out[0, a] = table[row, ORIGIN + a] + c0
-        if order >= 1:
-            out[1, a] = c1 * scale
-        if order >= 2:
-            out[2, a] = c2 * scale * scale
-        if order >= 3:
-            out[3, a] = c3 * scale * scale * scale
-
-
-@hot_kernel
 def secant(table: Array, row: int, t: float, ahead: int, t_ahead: float, shape: Shape) -> tuple[float, float, float]:
     """D.D, D.C' and C'.C' over the measured axes: D from t of `row` to t_ahead of `ahead`, C' (by u) at the latter.
 
     The axes are those that make the arc length of `ahead`; units are mm and mm per unit of u.
     """
-    degree, axes, linear, rational = shape
-    base = ORIGIN + axes
-    scale = table[ahead, SCALE]
-    inverse = 1.0
-    inverse_ahead = 1.0
-    ratio = 0.0
-    if rational:
-        at = base + axes * (degree + 1)
-        weight = table[row, at + degree]
-        weight_ahead = table[ahead, at + degree]
-        slope = 0.0
-        for k in range(degree - 1, -1, -1):
-            weight = weight * t + table[row, at + k]
-            slope = slope * t_ahead + weight_ahead
-            weight_ahead = weight_ahead * t_ahead + table[ahead, at + k]
-        inverse = 1.0 / weight
-        inverse_ahead = 1.0 / weight_ahead
-        ratio = slope * inverse_ahead
+    degree, axes, linear, _ = shape
+    inverse, _ = weight_at(table, row, shape, t)
+    inverse_ahead, ratio = weight_at(table, ahead, shape, t_ahead)
     begin = 0
     end = linear
     if linear <= 0:
-        begin, end = measured(table, ahead, shape)
+        begin, end = turning_axes(table, ahead, shape)
     chord = 0.0
     product = 0.0
     square = 0.0
     for a in range(begin, end):
-        at = base + a * (degree + 1)
-        value = table[row, at + degree]
-        value_ahead = table[ahead, at + degree]
-        slope = 0.0
-        for k in range(degree - 1, -1, -1):
-            value = value * t + table[row, at + k]
-            slope = slope * t_ahead + value_ahead
-            value_ahead = value_ahead * t_ahead + table[ahead, at + k]
-        slope = (slope - ratio * value_ahead) * inverse_ahead * scale
+        at = ORIGIN + axes + a * (degree + 1)
+        value, _ = value_and_slope(table, row, at, degree, t)
+        value_ahead, slope = value_and_slope(table, ahead, at, degree, t_ahead)
+        slope = (slope - ratio * value_ahead) * inverse_ahead * table[ahead, SCALE]
         across = table[ahead, ORIGIN + a] - table[row, ORIGIN + a] + (value_ahead * inverse_ahead - value * inverse)
         chord += across * across
         product += across * slope
         square += slope * slope
     if linear <= 0 and end == axes:
-        chord *= DEGREES * DEGREES
-        product *= DEGREES * DEGREES
-        square *= DEGREES * DEGREES
+        unit = DEGREES * DEGREES
+        return chord * unit, product * unit, square * unit
     return chord, product, square
+
+
+@kernel
+def fitted_speed(table: Array, row: int, t: float) -> tuple[float, float, float]:
+    """dS/dt at t of one row, from its polynomial, with its first and second derivative; mm."""
+    value = 0.0
+    slope = 0.0
+    bend = 0.0
+    for k in range(ARC_TERMS - 1, 0, -1):
+        bend = bend * t + slope
+        slope = slope * t + value
+        value = value * t + k * table[row, ARC + k]
+    return value, slope, 2.0 * bend
+
+
+@hot_kernel
+def arc_length(table: Array, row: int, t: float) -> float:
+    """S at t of one row, mm: START + sum_k arc_k t^k, even and odd terms apart so that they run side by side."""
+    x = t * t
+    even = table[row, ARC + 10]
+    odd = table[row, ARC + 9]
+    for k in range(4):
+        even = even * x + table[row, ARC + 8 - 2 * k]
+        odd = odd * x + table[row, ARC + 7 - 2 * k]
+    return table[row, START] + ((even * x + table[row, ARC]) + t * odd)
+
+
+@hot_kernel
+def parameter_in_row(table: Array, row: int, s: float, guess: float) -> float:
+    """t in [-1, 1] of one row with S(t) = s, by Newton's method kept inside a bracket; from `guess`, in t.
+
+    t <- t - (S(t) - s) / S'(t);  S and S' from one even-odd Horner scheme. Ends when a step is so small that the
+    next one, which is of the order of its square, would be below rounding.
+    """
+    wanted = s - table[row, START]
+    low = -1.0
+    high = 1.0
+    t = min(max(guess, low), high)
+    step = math.inf
+    for _ in range(MAX_STEPS):
+        x = t * t
+        even = table[row, ARC + 10]
+        odd = table[row, ARC + 9]
+        even_slope = 0.0
+        odd_slope = 0.0
+        for k in range(4):
+            even_slope = even_slope * x + even
+            odd_slope = odd_slope * x + odd
+            even = even * x + table[row, ARC + 8 - 2 * k]
+            odd = odd * x + table[row, ARC + 7 - 2 * k]
+        even_slope = even_slope * x + even
+        even = even * x + table[row, ARC]
+        rest = (even - wanted) + t * odd
+        slope = 2.0 * t * even_slope + (odd + 2.0 * x * odd_slope)
+        if rest > 0.0:
+            high = t
+        elif rest < 0.0:
+            low = t
+        else:
+            return t
+        after = min(max(t - rest / slope, -1.0), 1.0) if slope > 0.0 else 2.0
+        # steps must shrink: from an end where S' is small Newton goes to the other end, and from there back
+        if low <= after <= high and abs(after - t) <= SHRINKING * step:
+            step = abs(after - t)
+        else:
+            after = 0.5 * (low + high)
+            step = high - low
+        t = after
+        if step < SMALL_STEP or high - low < 4e-16:
+            break
+    return t
