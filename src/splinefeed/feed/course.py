@@ -12,7 +12,7 @@ from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, Limits, TimeLaw, positive
-from splinefeed.records.law import polynomial
+from splinefeed.records.motion import derivative
 
 #: A law that is over its limits by less than this is at them.
 AT_LIMITS = 1e-6
@@ -119,8 +119,8 @@ class LawCourse:
         share = INSIDE + (1.0 - 2.0 * INSIDE) * PLACES if isinstance(self.path, JointPath) else PLACES
         t = begin[:, None] + (end - begin)[:, None] * share
         piece = np.searchsorted(law.breaks, middle, side="right") - 1
-        c = polynomial(law.coefficients[piece][:, None], t - law.breaks[piece][:, None], 3)
-        s, v, a, j = (k * each.ravel()[:, None] for k, each in zip((1.0, 1.0, 2.0, 6.0), c, strict=True))
+        c, tau = law.coefficients[piece][:, None], t - law.breaks[piece][:, None]
+        s, v, a, j = (derivative(c, tau, order).reshape(-1, 1) for order in range(4))
         with np.errstate(invalid="ignore", over="ignore"):  # where C' = 0
             r = self._derivatives(law(middle), s.ravel(), t.ravel())
             q = np.stack(
