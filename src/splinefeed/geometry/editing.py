@@ -198,6 +198,12 @@ def moved_points(points: Array, matrix: ArrayLike, offset: ArrayLike | None = No
         return np.asarray(points @ square.T + shift)
 
 
+def greville(degree: int, knots: Array) -> Array:
+    """Where each control point counts most (n,): (u_i+1 + ... + u_i+p) / p, equal knots to the bit themselves."""
+    inner = np.lib.stride_tricks.sliding_window_view(knots[1:-1], degree)
+    return np.asarray(inner[:, 0] + np.mean(inner - inner[:, :1], axis=1))
+
+
 def blossom(knots: Array, points: Array, degree: int, span: IntArray, arguments: Array) -> Array:
     """Polar forms F(a_1, ..., a_p) (n, columns) of the polynomials on [knots[span], knots[span + 1]], span (n,).
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat, Lines, Packed
+from splinefeed.geometry.editing import greville
 from splinefeed.records import Array, BoolArray
 
 #: A gap below this many roundings of the largest coordinate counts as 0.
@@ -80,11 +81,9 @@ def begun_at(curves: Sequence[NurbsCurve], point: Array, linear: int) -> Sequenc
 def moved_ends(curve: NurbsCurve, ends: Array) -> NurbsCurve:
     """The curve with these first and last points, (2, axes): see `closed`."""
     whole = curve.with_clamped_ends()
-    p, knots = whole.degree, whole.knots
-    count = len(whole.control_points)
-    sums = np.concatenate([[0.0], np.cumsum(knots - knots[0])])
-    share = (sums[p + 1 : p + 1 + count] - sums[1 : 1 + count])[:, None] / (p * (knots[-1] - knots[0]))
+    places = greville(whole.degree, whole.knots)
+    share = ((places - places[0]) / (places[-1] - places[0]))[:, None]
     shift = ends - whole.control_points[[0, -1]]
     points = whole.control_points + (1.0 - share) * shift[0] + share * shift[1]
     points[0], points[-1] = ends
-    return NurbsCurve(p, knots, points, whole.weights)
+    return NurbsCurve(whole.degree, whole.knots, points, whole.weights)

@@ -4,30 +4,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
+from splinefeed.geometry.editing import greville
 from splinefeed.geometry.fitting.grid import (
     MAX_SPANS,
     ROUNDS,
     check_degree,
     check_tolerance,
-    columns,
-    design,
     graded,
     halved,
     in_spans,
-    least_squares,
 )
-from splinefeed.records import Array
+from splinefeed.records import Array, IntArray
 
 #: Samples that give the size of the function's image, before anything is fitted.
 FIRST_SAMPLES = 257
 #: Spans whose error is above this share of the tolerance are halved with those above it: beside a finer span the error
 #: grows a little, and would else come over the tolerance one span at a time.
-SHARE = 0.7
+SHARE = 0.6
+
+#: First and second derivative, as (order, value (axes,)), at one end of a curve.
+Held = Sequence[tuple[int, Array]] | None
 
 
 def fit_function(
@@ -39,7 +41,7 @@ def fit_function(
     *,
     smoothness: int = 0,
 ) -> tuple[NurbsCurve, float]:
-    """The curve C(u) near function(u) in the least-squares sense, and its largest error |C(u) - function(u)|, mm.
+    """The curve C(u) near function(u) that interpolates it, and its largest error |C(u) - function(u)|, mm.
 
     function    parameters (n,) -> points (n, axes), mm
     domain      first and last u, which the curve keeps
@@ -59,47 +61,55 @@ def fit_function(
     if smoothness < 0:
         raise InputError(f"smoothness is {smoothness}; expected 0 or more")
     allowed = check_tolerance(tolerance, _values(function, np.linspace(start, end, FIRST_SAMPLES)))
-    nodes = np.polynomial.legendre.leggauss(degree + 2)[0]
-    # between the nodes and near the ends of spans, where a least-squares error is largest
-    between = np.concatenate([[-1.0], 0.5 * (nodes[1:] + nodes[:-1]), [1.0], np.linspace(-0.97, 0.98, 2 * degree + 3)])
-    grid = np.concatenate([[start], inner, [end]])
+    times = np.full(len(inner), max(1, degree - smoothness))
+    spline, error = interpolated(
+        lambda u: _values(function, u), allowed, degree, np.concatenate([[start], inner, [end]]), times
+    )
+    if error > allowed:
+        spans = len(np.unique(spline.t)) - 1
+        raise CurveError(
+            f"{error:.3g} mm of error is left with {spans} spans of degree {degree}; allow more than {allowed:g} mm"
+        )
+    return NurbsCurve(degree, spline.t, spline.c), error
+
+
+def interpolated(
+    function: Callable[[Array], Array],
+    allowed: float,
+    degree: int,
+    grid: Array,
+    times: IntArray,
+    held: tuple[Held, Held] = (None, None),
+) -> tuple[Any, float]:
+    """The spline (a `scipy.interpolate.BSpline`) near function(u), (n,) -> (n, axes), and its largest error.
+
+    grid   (spans + 1,) to begin with: spans are halved until the error is `allowed`, or MAX_SPANS are reached
+    times  (spans - 1,) multiplicity of the inner knots of this grid; those that halve spans are simple
+    held   what it has at the start and at the end beside the value, if anything
+
+    It interpolates where each control point counts most (`editing.greville`): at the ends, and at knots of multiplicity
+    p, these are the places themselves.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    breaks = grid[1:-1]
+    between = np.sin(0.5 * np.pi * np.linspace(-1.0, 1.0, 3 * degree + 9))  # more near the ends of spans
     for _ in range(ROUNDS):
-        curve = _least_squares(function, degree, grid, inner, max(1, degree - smoothness), nodes)
+        counts = np.ones(len(grid), dtype=np.int64)
+        counts[[0, -1]] = degree + 1
+        counts[np.searchsorted(grid, breaks)] = times
+        knots = np.repeat(grid, counts)
+        more = [1, 2] * (held[0] is not None) + [-2, -3] * (held[1] is not None)
+        places = np.delete(greville(degree, knots), more)
+        spline = make_interp_spline(places, function(places), degree, knots, held)
         check = in_spans(grid, between)
-        errors = np.linalg.norm(curve(check.ravel()) - _values(function, check.ravel()), axis=1).reshape(check.shape)
+        errors = np.linalg.norm(spline(check.ravel()) - function(check.ravel()), axis=1).reshape(check.shape)
         error = float(errors.max())
-        if error <= allowed:
-            return curve, error
         finer = graded(halved(grid, errors.max(axis=1) > SHARE * allowed))
-        if len(finer) > MAX_SPANS:
+        if error <= allowed or len(finer) > MAX_SPANS:
             break
         grid = finer
-    raise CurveError(
-        f"{error:.3g} mm of error is left with {len(grid) - 1} spans of degree {degree}; allow more than {allowed:g} mm"
-    )
-
-
-def _least_squares(
-    function: Callable[[Array], Array], degree: int, grid: Array, breaks: Array, multiplicity: int, nodes: Array
-) -> NurbsCurve:
-    """The curve over `grid` with the least sum of squared errors at `nodes` of every span."""
-    counts = np.where(np.isin(grid, breaks), multiplicity, 1)
-    counts[[0, -1]] = degree + 1
-    knots = np.repeat(grid, counts)
-    # a knot of multiplicity p or more is a point of the curve: its control point is known
-    known = counts >= degree
-    held = np.maximum(np.cumsum(counts) - counts - 1, 0)[known]
-    values = _values(function, grid[known])
-    coefficients = np.zeros((len(knots) - degree - 1, values.shape[1]))
-    coefficients[held] = values
-    free = np.setdiff1d(np.arange(len(coefficients)), held)
-    if len(free):
-        u = in_spans(grid, nodes).ravel()
-        matrix = design(degree, knots, u)
-        coefficients[free] = least_squares(
-            matrix @ columns(free, len(coefficients)), _values(function, u) - matrix @ coefficients
-        )
-    return NurbsCurve(degree, knots, coefficients)
+    return spline, error
 
 
 def _values(function: Callable[[Array], Array], u: Array) -> Array:
