@@ -77,7 +77,7 @@ class AxisRun:
     def __call__(self) -> int:
         memory, scratch = np.zeros(mechanics.MEMORY), np.zeros(mechanics.SCRATCH)
         memory[[mechanics.MOTOR, mechanics.LOAD]] = self.command[0]
-        return servo.run_axis(servo.CLOSED, self.command, self.table, self.parameters, memory, scratch, *self.room)
+        return servo.run_axis(self.command, self.table, self.parameters, memory, scratch, *self.room)
 
 
 def _lap() -> np.ndarray:
@@ -140,7 +140,7 @@ def job(hours: float) -> dict[str, Any]:
     limits = sf.Limits(feed=60.0, acceleration=500.0, jerk=20000.0)
     points = sf.run(path, limits, period=cases.PERIOD).points
     wanted = round(3600.0 * hours / cases.PERIOD)
-    machine = Servo(sf.Machine.load("xytheta"), path)
+    machine = Servo(sf.Machine.load("xytheta"), points, path)
     start = time.perf_counter()
     for _ in follow_chunks(_laps(points, wanted), machine):
         pass

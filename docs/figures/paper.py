@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 
 import splinefeed as sf
 from splinefeed.machine.parts import Axis, Drive
-from splinefeed.pipeline.compare import PAPER_ERROR, PAPER_METHODS, Served, comparison, serve_methods
-from splinefeed.pipeline.follow import follow
+from splinefeed.pipeline.compare import PAPER_ERROR, PAPER_METHODS, comparison, serve_methods
+from splinefeed.pipeline.follow import Servo, follow
 from splinefeed.pipeline.run import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis as Scale
@@ -75,7 +75,7 @@ def methods(path: sf.Path, law: sf.TimeLaw) -> str:
     return rows(*lines)
 
 
-def errors(flat: list[Served], solid: list[Served]) -> str:
+def errors(flat: list[Servo], solid: list[Servo]) -> str:
     """Largest errors by method, in the plane and with theta, and what follows."""
     lines = [("method", "x, um", "y, um", "contour, um", "its rms, um", "where, mm", "theta, deg (3-D)")]
     for plane, space in zip(flat, solid, strict=True):

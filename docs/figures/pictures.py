@@ -6,7 +6,6 @@ from pathlib import Path
 
 import splinefeed as sf
 from splinefeed.pipeline.compare import serve_methods
-from splinefeed.pipeline.overview import deviation
 from splinefeed.report.path_figures import contour_figure
 from splinefeed.report.servo_figures import errors_figure
 
@@ -31,9 +30,9 @@ def experiment() -> None:
     path = sf.tangential(sf.shapes.naca("0025", perimeter=33))
     run = sf.run(path)
     served = list(serve_methods(path, run.law, sf.Machine.load("xytheta")))
-    responses = {each.setpoints.method: each.response for each in served}
+    responses = {each.method: each.response for each in served}
     errors_figure(responses, "NACA 0025, 33 mm", "xytheta").save(HERE / "experiment-errors.svg")
-    beside = deviation(served[-1].response, path, served[-1].points.s)
+    beside = served[-1].deviation()
     assert beside is not None
     contour_figure(beside, "NACA 0025, 33 mm", "xytheta").save(HERE / "experiment-contour.svg")
 

@@ -2,34 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import numpy as np
 from marked import rows, words, write
 
 import splinefeed as sf
-from splinefeed.kernels import servo
 from splinefeed.machine.parts import Axis
 from splinefeed.pipeline.tuning import PathTuning, tune_on_path
 from splinefeed.report.servo_figures import bode_figure, step_figure
 from splinefeed.simulation.curves import hunts, rest_swing, tuned_axis
-from splinefeed.simulation.experiments import driven, swept_sine
 from splinefeed.simulation.linear import Margins, margins
-from splinefeed.simulation.plant import parameters, plant, step_table
-from splinefeed.simulation.tuning import VOLTS, Tuning, model_response
+from splinefeed.simulation.tuning import Tuning
 
 HERE = Path(__file__).parent
 PERIOD = 1e-3
 put = partial(write, "tune.md", "tune")
 #: Lags of the drive that the paper may have had, s.
 LAGS = (1e-3, 3e-3, 5e-3, 10e-3, 20e-3)
-#: A sine that turns the axis round, Hz.
-TURNING = 70.0
-#: Ticks of a bare relay experiment, and the rises of its output at the end between which the swing is read.
-RELAY, SWINGS = 4000, 41
 
 
 def main() -> None:
@@ -39,8 +30,6 @@ def main() -> None:
     old, calm = sf.tune(x, "ziegler-nichols"), sf.tune(x, "tyreus-luyben")
     put("stable", stable(old))
     put("drives", drives(x))
-    put("experiments", experiments(old.ultimate, x))
-    put("traps", traps(x, old.ultimate))
     run = sf.run(sf.shapes.naca("0025", perimeter=33))
     plain = tune_on_path(table, run.points, run.path)
     forward = tune_on_path(table, run.points, run.path, feed_forward=True)
@@ -113,40 +102,6 @@ def short(found: Margins) -> str:
     return found.verdict.replace(" deg", "°").split(": a closed-loop")[0] + (
         f"; stable only below {found.stable_below:.3f} of these gains" if found.stable_below is not None else ""
     )
-
-
-def experiments(model: sf.simulation.experiments.UltimatePoint, x: Axis) -> str:
-    """The ultimate point of X by the model and by both experiments."""
-    sine, relay = (sf.tune(x, experiment=how).ultimate for how in ("sine", "relay"))
-    told = [f"{each.gain:.2f} V/mm and {1e3 * each.period:.2f} ms" for each in (model, sine, relay)]
-    return words(f"On X: {told[0]} by the model, {told[1]} by sines, {told[2]} by relay.")
-
-
-def traps(x: Axis, model: sf.simulation.experiments.UltimatePoint) -> str:
-    """How far off a bare relay is that switches at ticks, and a sine that turns the axis round."""
-    swing, gain = bare_relay(x)
-    sine = swept_sine(x, PERIOD, np.array([TURNING]), VOLTS)
-    off = abs(sine.value[0] / model_response(x, PERIOD, sine.frequency).value[0] - 1.0)
-    return words(
-        f"""On a real axis, mind two traps that the simulation shows. A relay in a 1 ms servo switches at ticks only:
-        with {VOLTS:g} V, X oscillates with {1e3 * swing:.4g} ms in place of {1e3 * model.period:.3g}, and the textbook
-        formula, 4 d / (π a) with d of the relay and a of the first harmonic, gives a gain
-        {100.0 * (gain / model.gain - 1.0):.0f} % too high. And friction reduces an oscillation that reverses: at
-        {VOLTS:g} V and {TURNING:g} Hz the response is {100.0 * off:.0f} % off. So the sines are superposed on a steady
-        motion, in which friction is constant."""
-    )
-
-
-def bare_relay(x: Axis) -> tuple[float, float]:
-    """Period, s, of the swing that a relay of VOLTS keeps up, and the gain, V/mm, that the textbook reads from it."""
-    table, numbers = step_table(plant(x), PERIOD), parameters(x, PERIOD)
-    _, measured, output, _ = driven(servo.RELAY, np.full(RELAY, VOLTS), table, numbers)
-    rises = np.flatnonzero((output[1:] > 0.0) & (output[:-1] < 0.0))[-SWINGS:]
-    swings = len(rises) - 1
-    measured = measured[rises[0] : rises[-1]]
-    turns = np.exp(-2j * np.pi * swings * np.arange(len(measured)) / len(measured))
-    harmonic = 2.0 * float(np.abs(np.mean(measured * turns)))
-    return len(measured) / swings * PERIOD, 4.0 * VOLTS / (math.pi * harmonic)
 
 
 def on_path(plain: PathTuning, forward: PathTuning) -> str:

@@ -42,7 +42,7 @@ def test_a_response_comes_back_bit_for_bit(tmp_path, response):
 
 
 def test_pieces_make_the_same_file(tmp_path, points, response):
-    servo = Servo(sf.Machine.load("xytheta"), motions.smooth())
+    servo = Servo(sf.Machine.load("xytheta"), points, motions.smooth())
     pieces = follow_chunks((points.part(i, i + 300) for i in range(0, len(points), 300)), servo)
     sf.save(pieces, tmp_path / "r.h5")
     np.testing.assert_array_equal(sf.load(tmp_path / "r.h5").contour_error, response.contour_error)

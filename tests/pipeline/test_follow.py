@@ -1,4 +1,4 @@
-"""Setpoints through a machine with their path: contour error, tally, overview, chunks, axes that one side lacks."""
+"""Setpoints through a machine with their path: contour error, tally, kept samples, chunks, axes that one side lacks."""
 
 from __future__ import annotations
 
@@ -12,10 +12,9 @@ import splinefeed as sf
 from splinefeed.analysis.contour import ContourMeter
 from splinefeed.analysis.place import Placer
 from splinefeed.analysis.tally import ErrorTally
+from splinefeed.analysis.thinning import Kept
 from splinefeed.errors import InputError
 from splinefeed.pipeline.follow import Servo, follow_chunks
-from splinefeed.pipeline.overview import Overview
-from splinefeed.records import Response
 
 TABLE = sf.Machine.load("xytheta")
 
@@ -38,15 +37,12 @@ def test_the_contour_error_is_attached_where_the_path_is_known(motion: sf.Setpoi
     )
     assert sf.follow(motion, TABLE).contour_error is None
     assert np.all(response.contour_error <= np.linalg.norm(response.tracking_error, axis=1) + 1e-12)
-    calls = []
-    sf.follow(motion, TABLE, path=path, on_progress=lambda done, total: calls.append((done, total)))
-    assert calls == [(len(motion), len(motion))]
 
 
 def test_pieces_give_the_bits_and_the_tally_of_one_run(motion: sf.Setpoints) -> None:
     path = motions.smooth()
     whole = sf.follow(motion, TABLE, path=path)
-    servo = Servo(TABLE, path)
+    servo = Servo(TABLE, motion, path)
     parts = list(follow_chunks((motion.part(i, i + 97) for i in range(0, len(motion), 97)), servo))
     for name in ("t", "command", "position", "measured", "output", "saturated", "contour_error"):
         np.testing.assert_array_equal(np.concatenate([getattr(part, name) for part in parts]), getattr(whole, name))
@@ -67,7 +63,7 @@ def test_pieces_give_the_bits_and_the_tally_of_one_run(motion: sf.Setpoints) -> 
 def test_rotary_axes_are_tallied_in_degrees() -> None:
     points = sf.run(sf.tangential(motions.smooth()), sf.Limits(feed=20, acceleration=100, jerk=5000)).points
     path = sf.tangential(motions.smooth())
-    servo = Servo(TABLE, path)
+    servo = Servo(TABLE, points, path)
     response = servo.follow(points)
     each = servo.tally.numbers()["tracking"]["theta"]
     assert each["unit"] == "deg"
@@ -93,7 +89,7 @@ def test_axes_that_one_side_lacks(motion: sf.Setpoints) -> None:
     still = replace(
         motion, axes=("x", "y", "z"), position=np.column_stack([motion.position, np.full(len(motion), 3.0)])
     )
-    servo = Servo(TABLE, motions.smooth())
+    servo = Servo(TABLE, still, motions.smooth())
     response = servo.follow(still)
     assert response.axes == ("x", "y")
     np.testing.assert_array_equal(response.position, sf.follow(motion, TABLE).position)
@@ -137,7 +133,7 @@ def test_a_run_away_ends_the_response_and_is_tallied(motion: sf.Setpoints) -> No
     wild = replace(
         TABLE, axes={**TABLE.axes, "x": replace(x, controller=replace(x.controller, kd=20.0, error_limit=1.0))}
     )
-    servo = Servo(wild, motions.smooth())
+    servo = Servo(wild, motion, motions.smooth())
     parts = list(follow_chunks((motion.part(i, i + 50) for i in range(0, len(motion), 50)), servo))
     ticks = sum(len(part) for part in parts)
     assert 0 < ticks < len(motion)
@@ -151,33 +147,22 @@ def test_a_run_away_ends_the_response_and_is_tallied(motion: sf.Setpoints) -> No
     assert len(whole.contour_error) == ticks
 
 
-def test_an_overview_keeps_every_peak_in_bounded_room() -> None:
-    rng = np.random.default_rng(3)
-    n = 20_000
-    error = rng.standard_normal((n, 2))
-    error[12_345, 1] = 50.0
-    blank = np.zeros((n, 2))
-    response = Response(
-        t=np.arange(n) * 1e-3, command=error, position=blank, measured=blank, output=blank,
-        saturated=blank > 1.0, axes=("x", "y"), period=1e-3, contour_error=np.abs(error[:, 0]),
-    )  # fmt: skip
-    overview = Overview(most=1000)
-    for i in range(0, n, 700):
-        part = replace(
-            response,
-            **{name: getattr(response, name)[i : i + 700] for name in (
-                "t", "command", "position", "measured", "output", "saturated", "contour_error"
-            )},
-        )  # fmt: skip
-        overview.see(part, np.zeros(0))
-    seen = overview.response
-    assert len(seen) <= 1000
-    assert (seen.t[0], seen.t[-1]) == (0.0, response.t[-1])
+def test_every_peak_of_a_response_is_kept_in_bounded_room(motion: sf.Setpoints) -> None:
+    path = motions.smooth()
+    whole = sf.follow(motion, TABLE, path=path)
+    servo = Servo(TABLE, motion, path, keep=Kept(most=300))
+    for _ in follow_chunks((motion.part(i, i + 170) for i in range(0, len(motion), 170)), servo):
+        pass
+    seen = servo.response
+    assert len(seen) <= 300 < len(motion) / 3
+    assert (seen.t[0], seen.t[-1]) == (0.0, whole.t[-1])
     for column in range(2):
-        assert np.max(seen.command[:, column]) == np.max(error[:, column])
-        assert np.min(seen.command[:, column]) == np.min(error[:, column])
-    assert np.max(seen.contour_error) == np.max(np.abs(error[:, 0]))
+        errors, kept = whole.tracking_error[:, column], seen.tracking_error[:, column]
+        assert (np.max(kept), np.min(kept)) == (np.max(errors), np.min(errors))
+    assert np.max(seen.contour_error) == np.max(whole.contour_error)
     assert np.all(np.diff(seen.t) > 0)
+    beside = servo.deviation()
+    np.testing.assert_allclose(np.linalg.norm(beside.offset, axis=1), seen.contour_error, rtol=0, atol=1e-9)
 
 
 def test_a_tally_wants_the_axes_it_was_made_for(motion: sf.Setpoints) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.cli.main import command_line
-from splinefeed.pipeline import meter
+from splinefeed.pipeline import run as runs
 from splinefeed.pipeline.run import measured
 
 LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000, axis_acceleration=450, axis_jerk=18000, chord_error=1e-3)
@@ -21,9 +21,9 @@ def both():
     path, table = sf.shapes.butterfly(), sf.Machine.load("xytheta")
     with pytest.MonkeyPatch.context() as patch:
         kept = sf.run(path, LIMITS, machine="xytheta", **HOW)
-        patch.setattr(meter, "LONG", 1000)
-        patch.setattr(meter, "COLUMNS", 40)
-        patch.setattr(meter, "MOST_IN_COLUMN", 700)
+        patch.setattr(runs, "LONG", 1000)
+        patch.setattr(runs, "COLUMNS", 40)
+        patch.setattr(runs, "CHUNK", 700)
         yield kept, sf.run(path, LIMITS, machine=table, **HOW)
 
 
@@ -56,7 +56,7 @@ def test_every_peak_is_among_the_ticks_of_its_figures(both):
     assert np.array_equal(long.use.share.max(axis=0), kept.use.share.max(axis=0))
     assert long.ripple.max == kept.ripple.max
     # not only the greatest of all: the greatest and the least in every stretch of a column
-    column = meter.column_of(len(kept.points))
+    column = runs.column_of(len(kept.points))
     for start in range(0, 3000, column):  # the last chunk has columns of its own
         jerk = kept.motion.jerk[start : start + column, 0]
         ticks = np.round(long.kept.t / HOW["period"])
@@ -86,7 +86,7 @@ def test_a_limit_that_is_not_kept_is_found(both):
 
 def test_the_command_writes_a_long_run_and_its_report_again(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(meter, "LONG", 3000)
+    monkeypatch.setattr(runs, "LONG", 3000)
     words = ["run", "butterfly", "--axis-accel", "450", "--axis-jerk", "18000", "--strategy", "look-ahead"]
     with pytest.raises(SystemExit) as ended:
         command_line.main(

@@ -22,8 +22,8 @@ def loop_response(axis, period, omega):
 
 @pytest.mark.parametrize("name", ["x", "theta"])
 def test_margins_are_drawn_where_they_are(name, tmp_path):
-    found = tune(Machine.load("xytheta").axes[name], "tyreus-luyben", experiment="sine")
-    tuned = tuned_axis(found.old, found.axis, found.rule, 1e-3, found.response)
+    found = tune(Machine.load("xytheta").axes[name], "tyreus-luyben")
+    tuned = tuned_axis(found.old, found.axis, found.rule, 1e-3)
     figure = bode_figure(tuned, "xytheta")
     gain, phase, closed = figure.panels
     marks = [
@@ -38,14 +38,10 @@ def test_margins_are_drawn_where_they_are(name, tmp_path):
     assert loop[0].real == pytest.approx(-1.0 / found.margins.gain_margin)
     assert abs(loop[1]) == pytest.approx(1.0)
     named = [mark.name for mark in gain.marks if isinstance(mark, Line | Dots) and mark.named]
-    assert named == ["old gains", "new gains", "measured by sines"]
+    assert named == ["old gains", "new gains"]
     assert closed.x.label.startswith("frequency (Hz)")
     for suffix in ("svg", "png"):
         figure.save(tmp_path / f"bode.{suffix}")
-    measured = tuned.identified
-    low = measured.frequency < 100.0
-    expected = loop_response(found.axis, 1e-3, 2.0 * np.pi * measured.frequency[low])
-    np.testing.assert_allclose(measured.value[low], expected, rtol=0.05)
 
 
 def test_an_unstable_loop_is_named_and_has_no_closed_response(tmp_path):

@@ -61,13 +61,13 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     from itertools import chain
     from pathlib import Path
 
-    from splinefeed.pipeline.follow import Servo, follow_chunks
-    from splinefeed.pipeline.overview import Overview
+    from splinefeed.analysis.thinning import Kept
+    from splinefeed.pipeline.follow import MOST_SAMPLES, Servo, follow_chunks
+    from splinefeed.pipeline.run import CHUNK
     from splinefeed.report import files
     from splinefeed.report.folder import default_name, staged
     from splinefeed.report.path_figures import contour_figure
     from splinefeed.report.servo_figures import errors_figure
-    from splinefeed.simulation.follow import CHUNK
 
     drawing = options.figure_formats(given)
     machine = sf.Machine.load(given["machine"])
@@ -82,12 +82,11 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     else:
         notes.append("the path is not known, so there is no contour error; give --path FILE or --path SHAPE")
     name = str(first.settings.get("path") or (path.name if path else Path(setpoints).stem))
-    servo, overview = Servo(machine, path, linear=given["linear"]), Overview()
+    servo = Servo(machine, first, path, linear=given["linear"], keep=Kept(most=MOST_SAMPLES))
 
     def responses() -> Iterator[sf.Response]:
-        """The response piece by piece on its way to the file, seen by what figures are drawn from."""
+        """The response piece by piece on its way to the file."""
         for response in follow_chunks(chain([first], chunks), servo):
-            overview.see(response, servo.commanded)
             yield response
             say(f"following: {servo.tally.ticks} ticks, {servo.tally.ticks * first.period:.6g} s of the motion")
 
@@ -102,9 +101,8 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
         names = [files.RESPONSE]
         if drawing:
             say("drawing")
-            drawn = {"errors": errors_figure({first.method: overview.response}, name, machine.name)}
-            beside = overview.deviation(path) if path is not None else None
-            if beside is not None:
+            drawn = {"errors": errors_figure({first.method: servo.response}, name, machine.name)}
+            if (beside := servo.deviation()) is not None:
                 drawn["contour"] = contour_figure(beside, name, machine.name)
             names += files.save_figures(drawn.items(), stage, drawing)
             notes += files.missing(drawing, page=False)

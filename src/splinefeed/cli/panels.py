@@ -6,7 +6,7 @@ import click
 
 #: Title of each panel and the options in it by parameter name, in this order; what stands in none comes last.
 PANELS = {
-    "Tuning": "axes rule kind identify volts feed_forward runs seed machine_file",
+    "Tuning": "axes rule kind feed_forward runs seed machine_file",
     "Most used": "feed axis_acceleration axis_jerk machine smooth output",
     "Limits": "limits_file acceleration deceleration jerk deceleration_jerk start_feed end_feed axis_velocity "
     "axis_velocity_step chord_error orientation_error centripetal travel",

@@ -20,16 +20,13 @@ from splinefeed.errors import InputError
 if TYPE_CHECKING:
     from splinefeed.pipeline.tuning import TunedMachine
 
-#: Options of the rules that start from the ultimate point, and those of every rule; all others are for `path`.
-_BY_RULE = ("kind", "identify", "volts")
+#: Option of the rules that start from the ultimate point, and those of every rule; all others are for `path`.
+_BY_RULE = ("kind",)
 _ALWAYS = ("axes", "rule", "period", "machine_file", "figures", "no_figures", "output")
 
 
 def _print(page: Mapping[str, Any]) -> None:
-    print_text(
-        f"{page['machine']}: {page['rule']}, servo period {units.format_quantity(page['period_s'], 'time')}"
-        + (f", ultimate point by {page['identify']}" if "identify" in page else "")
-    )
+    print_text(f"{page['machine']}: {page['rule']}, servo period {units.format_quantity(page['period_s'], 'time')}")
     for name, each in page["axes"].items():
         if "ultimate_gain" in each:
             print_text(
@@ -64,9 +61,6 @@ def _print(page: Mapping[str, Any]) -> None:
 --rule          NAME =ziegler-nichols  ziegler-nichols or tyreus-luyben, from the ultimate point; or path: small
                                  contour error on a path.
 --kind          NAME             Controller of a rule: p, pi or pid.  [default: pid]
---identify      HOW              The ultimate point: of the linear model, or by an experiment on the full one: sine,
-                                 relay.  [default: model]
---volts         NUMBER           Size of that experiment.  [default: 1]
 --path source   FILE|SHAPE       Rule path: the path.  [default: the paper's airfoil]
 --which         NAME|NUMBER      Which path of a file that holds several (from 1).
 --chord         LENGTH           Airfoil .dat: one unit of the file.
@@ -87,7 +81,7 @@ def command(say: Say, machine: str, **given: Any) -> Page:
 
     Examples:
       splinefeed tune xytheta
-      splinefeed tune xytheta --axis x --rule tyreus-luyben --identify relay -o x-tuned
+      splinefeed tune xytheta --axis x --rule tyreus-luyben -o x-tuned
       splinefeed tune my-table.toml --rule path --path wing.dat --feed 20 --write my-table-tuned.toml
     """
     from splinefeed.formats.plain import plain
@@ -112,9 +106,8 @@ def command(say: Say, machine: str, **given: Any) -> Page:
     if rule == PATH_RULE:
         found = _on_path(model, given, say)
     else:
-        said = {name: given[name] for name in _BY_RULE if given[name] is not None}
         period = PAPER_PERIOD if given["period"] is None else given["period"]
-        found = by_rule(model, names, rule, period=period, say=say, **said)
+        found = by_rule(model, names, rule, period=period, kind=given["kind"] or "pid", say=say)
     page = plain(
         {
             "ok": all(each["margins"]["stable"] for each in found.page["axes"].values()),

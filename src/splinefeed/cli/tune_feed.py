@@ -88,10 +88,9 @@ def command(say: Say, source: str, **given: Any) -> Page:
             vary=given["vary"], on_progress=say,
         )  # fmt: skip
         say("writing")
-        names, served = [], tuning.served
-        if tuning.best is not None and served is not None:
+        names, served, points = [], tuning.served, tuning.setpoints
+        if tuning.best is not None and served is not None and points is not None:
             limits_toml.write(tuning.best.limits, stage / files.LIMITS)
-            points = served.setpoints
             command = command_line(source, points.settings, what.reading, ("hdf5",), given["machine"])
             settings = {**points.settings, "source": source_of(source), "command": command}
             sf.save(dataclasses.replace(points, settings=settings), stage / files.SETPOINTS["hdf5"])

@@ -36,8 +36,6 @@ from splinefeed.kernels.mechanics import (
 )
 from splinefeed.records import Array
 
-#: What drives an axis, see `run_axis`.
-CLOSED, OPEN, RELAY = 0, 1, 2
 #: Ticks of one axis that plain Python does in the time that its loop takes to compile: 20 to 30 us each, and 3 s.
 WORTH = 125_000
 
@@ -98,7 +96,6 @@ def convert(volts: float, parameters: Array) -> float:
 
 @leaf(worth=WORTH, lists=("table", "parameters"))
 def run_axis(
-    kind: int,
     command: Array,
     table: Array,
     parameters: Array,
@@ -109,30 +106,21 @@ def run_axis(
     output: Array,
     saturated: Array,
 ) -> int:
-    """One axis over n ticks of `command` (n,); returns the ticks done: n, or up to that of a run-away.
+    """One axis over n ticks of `command` (n,), mm or rad; returns the ticks done: n, or up to that of a run-away.
 
-    kind  CLOSED: the command is a position, mm or rad;  OPEN: it is the output, V, nobody controls;  RELAY: the output
-          is minus the command above 0, the command below, else what it was
     At tick k: measure, compute, put out; then the plant moves one period. Outputs (n,): position of the load, what
     encoder or scale say, V, and 1 where the output is at its limit. memory (MEMORY,) and scratch (SCRATCH,) carry on.
     """
     on_load = parameters[ON_LOAD] != 0.0
-    sign = 1.0
     for k in range(len(command)):
         position[k] = memory[LOAD]
         seen = quantise(memory[LOAD] if on_load else memory[MOTOR], parameters[RESOLUTION])
         measured[k] = seen
-        wanted = command[k]
-        if kind == CLOSED:
-            wanted = control(command[k], seen, parameters, memory)
-        elif kind == RELAY:
-            if seen != 0.0:
-                sign = -1.0 if seen > 0.0 else 1.0
-            wanted = sign * command[k]
+        wanted = control(command[k], seen, parameters, memory)
         volts = convert(wanted, parameters)
         output[k] = volts
         saturated[k] = 1.0 if abs(wanted) > parameters[OUTPUT_LIMIT] else 0.0
-        if kind == CLOSED and not abs(command[k] - seen) <= parameters[ERROR_LIMIT]:
+        if not abs(command[k] - seen) <= parameters[ERROR_LIMIT]:
             return k + 1
         if parameters[DELAY] != 0.0:
             late = memory[PENDING]

@@ -15,7 +15,7 @@ from splinefeed.geometry.path import Path
 from splinefeed.interpolation import registry
 from splinefeed.interpolation.interpolator import Interpolator, interpolate
 from splinefeed.machine.machine import Machine
-from splinefeed.pipeline.follow import Served, serve
+from splinefeed.pipeline.follow import Servo, serve
 from splinefeed.pipeline.run import check_ticks
 from splinefeed.records import ROTARY_AXES, Array, TimeLaw, positive, view
 
@@ -168,7 +168,7 @@ def _seconds(fresh: Callable[[], Interpolator]) -> float:
 
 def serve_methods(
     path: Path, law: TimeLaw, machine: Machine, methods: Iterable[str] = PAPER_METHODS, corrections: int = 1
-) -> Iterator[Served]:
+) -> Iterator[Servo]:
     """The same motion by one method after the other, each followed by the same machine."""
     for method in methods:
         yield serve(path, law, interpolate(path, law, method=method, corrections=corrections), machine)
@@ -181,7 +181,7 @@ def largest_linear_error(tally: ErrorTally) -> tuple[str, float, float, float | 
     return axis, worst.value, worst.t, worst.s
 
 
-def comparison(served: list[Served]) -> dict[str, Any]:
+def comparison(served: list[Servo]) -> dict[str, Any]:
     """How far the methods are apart on this machine, beside the error that the servo makes itself, mm."""
     errors = [each.tally.contour.value for each in served if each.tally.contour is not None]
     if not errors:
@@ -196,11 +196,12 @@ def comparison(served: list[Served]) -> dict[str, Any]:
     }
 
 
-def sentences(served: list[Served], machine: Machine) -> list[str]:
+def sentences(served: list[Servo], machine: Machine) -> list[str]:
     """What is measured and what is assumed, and whether the choice of the method matters, from the numbers."""
     main = served[-1]
     axis, error, _, s = largest_linear_error(main.tally)
-    half = 0.5 * float(main.setpoints.s[-1])
+    assert main.path is not None
+    half = 0.5 * main.path.length
     place = "" if s is None else f", {abs(s - half):.2f} mm {'behind' if s > half else 'before'} the nose"
     words = [
         f"model: {machine.name}, simulated; the paper gives gains, encoders, scales and card, but not the plant: "
@@ -221,7 +222,7 @@ def sentences(served: list[Served], machine: Machine) -> list[str]:
     return words
 
 
-def servo_numbers(served: list[Served], machine: Machine, of_paper: bool) -> dict[str, Any]:
+def servo_numbers(served: list[Servo], machine: Machine, of_paper: bool) -> dict[str, Any]:
     """The numbers of `run` for a machine: errors of the last of `served`, and of the paper's experiment all of them."""
     main = served[-1]
     numbers: dict[str, Any] = {"machine": machine.name, **main.tally.numbers(), "servo_notes": list(main.notes)}

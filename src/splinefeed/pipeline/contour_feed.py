@@ -15,9 +15,9 @@ from splinefeed.geometry.path import Path
 from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.machine.machine import Machine
-from splinefeed.pipeline.follow import Served, serve
+from splinefeed.pipeline.follow import Servo, serve
 from splinefeed.pipeline.run import MOST_TICKS, check_ticks
-from splinefeed.records import Limits, TimeLaw, positive
+from splinefeed.records import Limits, Setpoints, TimeLaw, positive
 
 #: Scales that are tried first, from 1 down to LOWEST in equal ratios, and where the search for the boundary ends.
 GRID = 10
@@ -72,7 +72,7 @@ class Trial:
 
 @dataclass(frozen=True, eq=False)
 class FeedTuning:
-    """Trials by increasing scale, the best that keeps the tolerance, mm, with the response of the machine, or None.
+    """Trials by increasing scale, and the best that keeps the tolerance, mm, its setpoints and the machine's response.
 
     notes  what the search found that is unusual, one sentence each
     """
@@ -80,7 +80,8 @@ class FeedTuning:
     tolerance: float
     trials: tuple[Trial, ...]
     best: Trial | None
-    served: Served | None
+    setpoints: Setpoints | None
+    served: Servo | None
     notes: tuple[str, ...]
 
     @property
@@ -133,7 +134,7 @@ def tune_feed(
     """
     allowed = positive(tolerance, "contour tolerance")
     found: dict[float, Trial] = {}
-    kept: dict[float, Served] = {}
+    kept: list[tuple[float, Setpoints, Servo]] = []  # of the best so far
 
     def attempt(scale: float) -> Trial:
         if on_progress is not None:
@@ -149,9 +150,8 @@ def tune_feed(
         top = float(np.max(setpoints.feed))
         trial = Trial(scale, lower, law, top, law.duration, error, rms, at_s, tally.stopped)
         found[scale] = trial
-        if trial.keeps(allowed) and scale >= max(kept, default=0.0):
-            kept.clear()
-            kept[scale] = served
+        if trial.keeps(allowed) and (not kept or scale >= kept[0][0]):
+            kept[:] = [(scale, setpoints, served)]
         return trial
 
     notes = []
@@ -175,4 +175,5 @@ def tune_feed(
             notes.append(f"slower is not always better here: at top feeds of {feeds} mm/s the tolerance is exceeded")
         if best.scale == 1.0:
             notes.append("the given limits keep the tolerance already; raise them to go faster")
-    return FeedTuning(allowed, trials, best, None if best is None else kept[best.scale], tuple(notes))
+    _, setpoints, served = kept[0] if kept else (0.0, None, None)
+    return FeedTuning(allowed, trials, best, setpoints, served, tuple(notes))

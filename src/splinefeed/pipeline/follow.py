@@ -11,124 +11,52 @@ import numpy as np
 from splinefeed.analysis.contour import ContourMeter
 from splinefeed.analysis.place import Placer
 from splinefeed.analysis.tally import ErrorTally
+from splinefeed.analysis.thinning import Kept
 from splinefeed.errors import InputError, expect
 from splinefeed.geometry.path import Path
 from splinefeed.machine.machine import Machine
 from splinefeed.records import ROTARY_AXES, Array, Response, Setpoints, TimeLaw
-from splinefeed.simulation.follow import CHUNK, Follower, Progress, join, slices
+from splinefeed.simulation.follow import Follower
 from splinefeed.simulation.linear import margins
-from splinefeed.simulation.plant import SUB_STEPS
+
+#: Columns of a response.
+ANSWER = ("t", "command", "position", "measured", "output", "saturated", "contour_error")
+#: Samples of a response of any length that are kept at the most; a figure has some hundred columns of pixels.
+MOST_SAMPLES = 40_000
 
 
 @dataclass(frozen=True, eq=False)
-class Served:
-    """Setpoints of one method, the machine's response, the tally of its errors, and what was left out.
+class Deviation:
+    """Samples of a response over two linear axes: foot (n, 2) on the path, offset (n, 2) from it, error (n,), mm."""
 
-    off_law  largest distance of a setpoint from where the law wants it, mm over the linear axes
-    """
-
-    setpoints: Setpoints
-    response: Response
-    tally: ErrorTally
-    notes: tuple[str, ...]
-    off_law: float
-
-    def numbers(self) -> dict[str, Any]:
-        """What `--json` prints."""
-        return {"method": self.setpoints.method, "setpoints_off_law_mm": self.off_law, **self.tally.numbers()}
+    path: Path
+    foot: Array
+    offset: Array
+    error: Array
 
 
 class Servo:
     """A machine that follows setpoints piece by piece, and the tally of its errors; the same bits as in one run.
 
+    first    the first setpoints: they have the axes, the period, and the places of axes that rest
     path     the contour error is measured against it, near the commanded points; without it there is none
-    law      how far setpoints are off it along the path is measured, too
-    tally    the largest errors so far, where, and root mean squares; `stopped` says why it ended early, or None
-    notes    what is left out, one sentence each
-    sub_steps, linear  as `simulation.follow.Follower` takes them
+    law      how far setpoints are off it is measured, too: `off_law`, mm over the linear axes
+    linear   as `simulation.follow.Follower` takes it
+    keep     keeps the response for `response` and `deviation`: all of it, or the samples with its peaks
+    tally    the largest errors so far, where, and root mean squares; notes  what is left out, one sentence each
 
     An axis of the setpoints that the machine lacks is left out as long as it does not move; one that moves is an
     InputError, and so is a linear axis of the path that the setpoints lack.
     """
 
     def __init__(
-        self, machine: Machine, path: Path | None = None, *, law: TimeLaw | None = None, sub_steps: int = SUB_STEPS,
-        linear: bool = False,
+        self, machine: Machine, first: Setpoints, path: Path | None = None, *, law: TimeLaw | None = None,
+        linear: bool = False, keep: Kept | None = None,
     ) -> None:  # fmt: skip
-        self.machine, self.path, self.law = machine, path, law
-        self.notes: list[str] = []
-        self._options: dict[str, Any] = {"sub_steps": sub_steps, "linear": linear}
-        self._follower: Follower | None = None
-        self._tally: ErrorTally | None = None
-        self._axes: tuple[str, ...] = ()
-        self._rests: dict[str, float] = {}
-        self._meter = None if path is None or not path.linear else ContourMeter(path)
-        self._placer = None if path is None else Placer(path)
-        self._off_law = 0.0
-        #: Commanded arc length of the ticks followed last, mm; empty where it is not known.
-        self.commanded: Array = np.zeros(0)
-
-    @property
-    def tally(self) -> ErrorTally:
-        """The errors of all that was followed so far; InputError before the first setpoints."""
-        if self._tally is None:
+        if not len(first):
             raise InputError("no setpoints; at least one is needed")
-        return self._tally
-
-    @property
-    def stopped(self) -> str | None:
-        """Why an axis ran away and when, or None."""
-        return None if self._follower is None else self._follower.stopped
-
-    @property
-    def off_path(self) -> float:
-        """How far setpoints without arc length lay from the path at the most, mm."""
-        return 0.0 if self._placer is None else self._placer.apart
-
-    def follow(self, setpoints: Setpoints) -> Response:
-        """The response to the next setpoints; shorter than they are if an axis runs away."""
-        finite = np.isfinite(setpoints.position)
-        if not finite.all():
-            tick, column = (int(k) for k in np.unravel_index(int(np.argmin(finite)), finite.shape))
-            axis, value = setpoints.axes[column], setpoints.position[tick, column]
-            raise InputError(f"at t = {setpoints.t[tick]:.9g} s axis {axis} is {value}; expected a finite number")
-        if self._follower is None or self._tally is None:
-            self._begin(setpoints)
-        assert self._follower is not None
-        assert self._tally is not None
-        if setpoints.axes != self._axes:
-            raise InputError(f"setpoints have axes {', '.join(setpoints.axes)}; expected {', '.join(self._axes)}")
-        self._check_rests(setpoints)
-        moved = setpoints
-        if self._rests:
-            kept = [setpoints.axes.index(axis) for axis in self._follower.axes]
-            moved = replace(setpoints, axes=self._follower.axes, position=setpoints.position[:, kept])
-        response = self._follower.follow(moved)
-        s = None
-        if self._placer is not None:
-            s = self._placer.place(setpoints)[: len(response)]
-            if self._meter is not None:
-                found = self._meter.measure(self._position(response, setpoints), s_hint=s)
-                response = replace(response, contour_error=found.error)
-        elif np.isfinite(setpoints.s).all():
-            s = setpoints.s[: len(response)]
-        self.commanded = np.zeros(0) if s is None else s
-        if self.law is not None and self.path is not None:
-            wanted = self.path(np.clip(self.law(setpoints.t), 0.0, self.path.length))
-            away = np.linalg.norm((setpoints.position - wanted)[:, : self.path.linear], axis=1)
-            self._off_law = max(self._off_law, float(np.max(away, initial=0.0)))
-        self._tally.see(response, s)
-        return response
-
-    def served(self, setpoints: Setpoints, response: Response) -> Served:
-        """The result, with the setpoints and the response that are kept."""
-        return Served(setpoints, response, self.tally, tuple(self.notes), self._off_law)
-
-    def _begin(self, setpoints: Setpoints) -> None:
-        machine, path, moved = self.machine, self.path, setpoints.axes
+        moved = first.axes
         axes = tuple(axis for axis in moved if axis in machine.axes)
-        self._axes = moved
-        self._rests = {a: float(setpoints.position[0, i]) for i, a in enumerate(moved) if a not in axes}
         if not axes:
             raise InputError(
                 f"machine {machine.name!r} has none of the axes {', '.join(moved)}; "
@@ -137,7 +65,15 @@ class Servo:
         lacking = [] if path is None else [axis for axis in path.axes[: path.linear] if axis not in moved]
         if lacking:
             raise InputError(f"the path has an axis {lacking[0]}; the setpoints have only {', '.join(moved)}")
-        self.notes += [f"axis {axis} does not move and {machine.name} has none: left out" for axis in self._rests]
+        self.machine, self.path, self.law, self.method, self.axes = machine, path, law, first.method, moved
+        self.off_law = 0.0
+        self.tally = ErrorTally(axes, first.period)
+        self._keep = keep
+        self._rests = {axis: place for axis, place in zip(moved, first.position[0], strict=True) if axis not in axes}
+        self._follower = Follower(machine, axes, first.period, linear=linear)
+        self._placer = None if path is None else Placer(path)
+        self._meter = None if path is None or not path.linear else ContourMeter(path)
+        self.notes = [f"axis {axis} does not move and {machine.name} has none: left out" for axis in self._rests]
         self.notes += [
             f"{axis}: no setpoints; this axis of {machine.name} holds its position"
             for axis in machine.axes
@@ -148,41 +84,95 @@ class Servo:
             for axis in axes
             if path is not None and axis not in path.axes and axis not in ROTARY_AXES
         ]
-        for axis in axes:
-            found = margins(machine.axes[axis], setpoints.period)
-            if found.close or not found.stable:
-                self.notes.append(f"axis {axis}: gains {found.verdict}")
-        self._follower = Follower(machine, axes, setpoints.period, **self._options)
-        self._tally = ErrorTally(axes, setpoints.period)
+        loops = ((axis, margins(machine.axes[axis], first.period)) for axis in axes)
+        self.notes += [f"axis {axis}: gains {loop.verdict}" for axis, loop in loops if loop.close or not loop.stable]
 
-    def _check_rests(self, setpoints: Setpoints) -> None:
+    @property
+    def stopped(self) -> str | None:
+        """Why an axis ran away and when, or None."""
+        return self._follower.stopped
+
+    @property
+    def off_path(self) -> float:
+        """How far setpoints without arc length lay from the path at the most, mm."""
+        return 0.0 if self._placer is None else self._placer.apart
+
+    def follow(self, setpoints: Setpoints) -> Response:
+        """The response to the next setpoints; shorter than they are if an axis runs away."""
+        if setpoints.axes != self.axes:
+            raise InputError(f"setpoints have axes {', '.join(setpoints.axes)}; expected {', '.join(self.axes)}")
+        commanded = dict(zip(self.axes, setpoints.position.T, strict=True))
         for axis, rest in self._rests.items():
-            away = float(np.max(np.abs(setpoints.position[:, setpoints.axes.index(axis)] - rest), initial=0.0))
-            if away > 0.0:
+            away = float(np.max(np.abs(commanded[axis] - rest), initial=0.0))
+            if away != 0.0:
                 travel = f"{np.rad2deg(away):.4g} deg" if axis in ROTARY_AXES else f"{away:.4g} mm"
                 raise InputError(
                     f"the setpoints move axis {axis} by {travel}, and machine {self.machine.name!r} has no such axis; "
                     f"its axes are {', '.join(self.machine.axes)}"
                 )
+        axes = self._follower.axes
+        response = self._follower.follow(
+            setpoints
+            if not self._rests
+            else replace(setpoints, axes=axes, position=np.column_stack([commanded[axis] for axis in axes]))
+        )
+        count = len(response)
+        more: dict[str, Array] = {}
+        s = setpoints.s[:count] if np.isfinite(setpoints.s).all() else None
+        if self.path is not None and self._placer is not None:
+            s = self._placer.place(setpoints)[:count]
+            if self._meter is not None:  # linear axes that the machine lacks are at their setpoints
+                sides = {axis: column[:count] for axis, column in commanded.items()}
+                sides |= dict(zip(axes, response.position.T, strict=True))
+                at = np.column_stack([sides[axis] for axis in self.path.axes[: self.path.linear]])
+                found = self._meter.measure(at, s_hint=s)
+                response, more = replace(response, contour_error=found.error), {"foot": found.s}
+            if self.law is not None:
+                wanted = self.path(np.clip(self.law(setpoints.t), 0.0, self.path.length))
+                away = np.linalg.norm((setpoints.position - wanted)[:, : self.path.linear], axis=1)
+                self.off_law = max(self.off_law, float(np.max(away, initial=0.0)))
+        self.tally.see(response, s)
+        if self._keep is not None and count:
+            columns = {name: getattr(response, name) for name in ANSWER}
+            more |= {name: values for name, values in columns.items() if values is not None}
+            errors = [*response.tracking_error.T, *response.saturated.T]
+            errors += [] if response.contour_error is None else [response.contour_error]
+            self._keep.see(more, errors)
+        self._last = response
+        return response
 
-    def _position(self, response: Response, setpoints: Setpoints) -> Array:
-        """Where the linear axes of the path were, (n, linear); those that the machine lacks are at their setpoints."""
-        assert self.path is not None
-        sides = {axis: setpoints.position[: len(response), i] for i, axis in enumerate(setpoints.axes)}
-        sides |= {axis: response.position[:, i] for i, axis in enumerate(response.axes)}
-        return np.column_stack([sides[axis] for axis in self.path.axes[: self.path.linear]])
+    @property
+    def response(self) -> Response:
+        """The samples of the response that are kept, all or those with its peaks."""
+        assert self._keep is not None
+        columns: dict[str, Any] = {name: self._keep.column(name) for name in ANSWER}
+        return replace(self._last, **{name: values for name, values in columns.items() if len(values)})
+
+    def deviation(self) -> Deviation | None:
+        """Where the machine was beside the first two linear axes of the path; None if one of its linear axes lacks."""
+        path, response = self.path, self.response
+        if path is None or path.linear < 2 or response.contour_error is None:
+            return None
+        linear = path.axes[: path.linear]
+        if any(axis not in response.axes for axis in linear):
+            return None
+        assert self._keep is not None
+        position = response.position[:, [response.axes.index(axis) for axis in linear[:2]]]
+        foot = path(np.clip(self._keep.column("foot"), 0.0, path.length))[:, :2]
+        return Deviation(path, foot, position - foot, response.contour_error)
+
+    def numbers(self) -> dict[str, Any]:
+        """What `--json` prints of one method among others."""
+        return {"method": self.method, "setpoints_off_law_mm": self.off_law, **self.tally.numbers()}
 
 
-def follow(
-    setpoints: Setpoints, machine: Machine | str, *, path: Path | None = None, on_progress: Progress | None = None,
-    sub_steps: int = SUB_STEPS, linear: bool = False,
-) -> Response:  # fmt: skip
+def follow(setpoints: Setpoints, machine: Machine | str, *, path: Path | None = None, linear: bool = False) -> Response:
     """Simulate the axes of `machine` as they follow `setpoints`, from rest at the first one.
 
     machine  a Machine or its name
     path  the contour error is measured against it: the distance over its linear axes from the nearest point near the
           commanded one (`analysis.contour`); where the setpoints have no arc length it is found first
-    on_progress(done, total) is called from time to time; sub_steps, linear: see `simulation.follow.Follower`
+    linear  without friction, backlash, counts, converter codes and limits
 
     If an axis runs away the response ends there, with the reason in `stopped`. Raises InputError for no setpoints, ones
     that are not finite, and axes that machine or setpoints lack (see `Servo`). For jobs that do not fit in memory there
@@ -192,23 +182,14 @@ def follow(
     """
     machine = Machine.load(machine) if isinstance(machine, str) else machine
     expect("follow(setpoints, machine)", (setpoints, Setpoints), (machine, Machine))
-    servo = Servo(machine, path, sub_steps=sub_steps, linear=linear)
-    parts: list[Response] = []
-    done = 0
-    for response in follow_chunks(slices(setpoints, CHUNK), servo):
-        parts.append(response)
-        done += len(response)
-        if on_progress is not None:
-            on_progress(done, len(setpoints))
-    if not parts:
-        raise InputError("no setpoints; at least one is needed")
-    return join(parts)
+    return Servo(machine, setpoints, path, linear=linear).follow(setpoints)
 
 
-def serve(path: Path, law: TimeLaw, setpoints: Setpoints, machine: Machine) -> Served:
-    """Let the axes of `machine` follow all setpoints of a motion along `path`."""
-    servo = Servo(machine, path, law=law)
-    return servo.served(setpoints, servo.follow(setpoints))
+def serve(path: Path, law: TimeLaw, setpoints: Setpoints, machine: Machine) -> Servo:
+    """Let the axes of `machine` follow all setpoints of a motion along `path`, and keep the response."""
+    servo = Servo(machine, setpoints, path, law=law, keep=Kept())
+    servo.follow(setpoints)
+    return servo
 
 
 def follow_chunks(chunks: Iterable[Setpoints], servo: Servo) -> Iterator[Response]:

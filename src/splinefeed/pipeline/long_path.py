@@ -20,7 +20,7 @@ from splinefeed.geometry.joints import open_joints
 from splinefeed.geometry.parts import cut
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.smoothing import Smoother
-from splinefeed.pipeline.meter import MOST_IN_COLUMN
+from splinefeed.pipeline.run import CHUNK
 from splinefeed.pipeline.settings import arguments
 from splinefeed.records import Array, Limits, Setpoints, Verdict
 
@@ -42,7 +42,7 @@ class _Part:
 
 
 def stream_setpoints(
-    paths: Path | Iterable[Path], limits: Limits, *, period: float, chunk: int = MOST_IN_COLUMN, window: int = WINDOW
+    paths: Path | Iterable[Path], limits: Limits, *, period: float, chunk: int = CHUNK, window: int = WINDOW
 ) -> Iterator[Setpoints]:
     """Where every axis must be at each tick k T along a path that comes in parts, planned window by window.
 

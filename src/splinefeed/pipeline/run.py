@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from splinefeed.analysis.check import check
-from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple
+from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple, axis_motion, chord_errors, feed_ripple, limit_use
+from splinefeed.analysis.thinning import Kept
 from splinefeed.errors import InputError, LimitsError, expect
 from splinefeed.feed.planning import plan
 from splinefeed.geometry.path import Path
@@ -21,9 +22,9 @@ from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
 from splinefeed.machine.machine import Machine
-from splinefeed.pipeline.follow import Served, Servo
-from splinefeed.pipeline.meter import MOTION, Meter, chunk_of, with_neighbours
-from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along, view
+from splinefeed.pipeline.follow import Servo
+from splinefeed.records import Array, IntArray, Limits, Setpoints, TimeLaw, Verdict, unit_along, view
+from splinefeed.records.setpoints import COLUMNS as SAID
 
 if TYPE_CHECKING:
     from splinefeed.report.figure import Figure
@@ -41,6 +42,13 @@ CELLS, POINTS_DRAWN = 600, (1000, 40_000)
 #: Most ticks of a motion that is kept in memory, above an hour at 1 ms, and of one that is made in chunks, above ten
 #: days.
 MOST_TICKS, MOST_IN_CHUNKS = 4_000_000, 1_000_000_000
+#: Motions of at most so many ticks are one chunk, and every tick is kept. Of a longer one: stretches of time of which
+#: the least and the greatest of every quantity are kept, and most ticks of one stretch and of one chunk.
+LONG, COLUMNS, CHUNK = 1_000_000, 1200, 65_536
+#: Ticks on both sides of a chunk that its measures may use: what a third difference needs.
+NEIGHBOURS = 2
+#: What the axes do at a tick.
+MOTION = ("velocity", "acceleration", "jerk")
 #: Makes the setpoints again, in chunks of so many ticks, each time that it is called.
 Chunks = Callable[[int], Iterator[Setpoints]]
 #: Is called with what is being done, how many ticks are done, and of how many.
@@ -72,7 +80,7 @@ class Run:
     chord_error_mm: float
     chunks: Callable[[], Iterator[Setpoints]]
     joints: JointPath | None = None
-    served: Served | None = None
+    served: Servo | None = None
 
     @property
     def whole(self) -> bool:
@@ -312,29 +320,84 @@ def measured(
     """Setpoints that can be made, or read, again and again, at most `ticks` of them, measured and checked as a run."""
     say = on_progress or (lambda what, done, of: None)
     joints = path if isinstance(path, JointPath) else None
-    again = partial(chunks, chunk_of(ticks))
-    meter = Meter(path, limits, law, ticks)
-    servo = None if machine is None else Servo(machine, meter.tip, law=law)
+    tip = path.tool if isinstance(path, JointPath) else path
+    column = column_of(ticks)
+    again = partial(chunks, max(ticks, 1) if column == 1 else CHUNK // column * column)
+    rows, ripples = Kept(column), Kept(column)
+    servo: Servo | None = None
+    count, top, chord, squares, steps, floor = 0, 0.0, 0.0, 0.0, 0, 0.0
+    bound: IntArray = np.zeros(0, dtype=np.int64)
     for block, first, setpoints in with_neighbours(again()):
-        meter.see(block, first, setpoints, None if servo is None else servo.follow(setpoints))
-        say("measuring", meter.ticks, ticks)
-    kept = meter.setpoints
-    verdict = check(kept if len(kept) == meter.ticks else _said(again(), ticks, say), path, limits, law=law)
+        own = slice(first, first + len(setpoints))
+        if not count:
+            top = _top_feed(law, setpoints.period)
+            servo = None if machine is None else Servo(machine, setpoints, tip, law=law, keep=Kept(column))
+        motion = axis_motion(block, path, law)
+        use = limit_use(motion, block, path, law, limits)
+        counts = np.bincount(use.binding[own] + 1, minlength=len(use.names) + 1)
+        bound = bound + counts if count else counts
+        if joints is None:
+            chord = max(chord, float(np.max(chord_errors(block, tip)[own], initial=0.0)))
+        ripple = feed_ripple(block, tip, law, top=top)
+        here = (ripple.t >= setpoints.t[0]) & (ripple.t <= setpoints.t[-1])
+        if here.any():
+            relative = ripple.relative[here]
+            squares, steps = squares + float(np.sum(relative**2)), steps + len(relative)
+            floor = max(floor, ripple.floor)
+            ripples.see({"t": ripple.t[here], "relative": relative}, [relative])
+        columns = {name: getattr(setpoints, name) for name in SAID}
+        columns |= {name: getattr(motion, name)[own] for name in MOTION}
+        columns |= {"share": use.share[own], "top": use.top[own]}
+        peaked = [setpoints.feed, law.acceleration(setpoints.t), law.jerk(setpoints.t), columns["top"]]
+        rows.see(columns, peaked + [each for name in ("position", "share", *MOTION) for each in columns[name].T])
+        if servo is not None:
+            servo.follow(setpoints)
+        count += len(setpoints)
+        say("measuring", count, ticks)
+    said: dict[str, Any] = {name: rows.column(name) for name in SAID}
+    kept = replace(setpoints, **said)
+    verdict = check(kept if len(kept) == count else _said(again(), ticks, say), path, limits, law=law)
+    rms = math.sqrt(squares / steps) if steps else 0.0
     return Run(
-        path=meter.tip,
+        path=tip,
         limits=limits,
         law=law,
-        ticks=meter.ticks,
+        ticks=count,
         kept=kept,
-        ripple=meter.ripple,
-        motion=meter.motion,
-        use=meter.use,
+        ripple=Ripple(ripples.column("t"), ripples.column("relative"), floor, rms),
+        motion=AxisMotion(kept.t, *map(rows.column, MOTION)),
+        use=LimitUse(use.names, kept.t, kept.s, rows.column("share"), rows.column("top"), bound),
         verdict=verdict,
-        chord_error_mm=meter.chord if joints is None else float(verdict.numbers["chord_error_max_mm"]),
+        chord_error_mm=chord if joints is None else float(verdict.numbers["chord_error_max_mm"]),
         chunks=again,
         joints=joints,
-        served=None if servo is None else servo.served(kept, meter.response),
+        served=servo,
     )
+
+
+def column_of(ticks: int) -> int:
+    """Ticks in one column of a motion of so many: one where all are kept."""
+    return 1 if ticks <= LONG else min(-(-ticks // COLUMNS), CHUNK)
+
+
+def with_neighbours(chunks: Iterable[Setpoints]) -> Iterator[tuple[Setpoints, int, Setpoints]]:
+    """Each chunk with the ticks before and behind it, where it begins in that, and by itself."""
+    before: list[Setpoints] = []
+    held: Setpoints | None = None
+    for chunk in chunks:
+        if held is not None:
+            yield Setpoints.joined([*before, held, chunk.part(0, NEIGHBOURS)]), sum(map(len, before)), held
+            before = [held.part(max(len(held) - NEIGHBOURS, 0), len(held))]
+        held = chunk
+    if held is None:
+        raise InputError("there are no setpoints to measure")
+    yield Setpoints.joined([*before, held]), sum(map(len, before)), held
+
+
+def _top_feed(law: TimeLaw, period: float) -> float:
+    ticks = int(law.duration / period) + 1
+    starts = range(0, ticks, CHUNK)
+    return max(float(np.max(law.feed(np.arange(k, min(k + CHUNK, ticks)) * period))) for k in starts)
 
 
 def _said(chunks: Iterator[Setpoints], ticks: int, say: Progress) -> Iterator[Setpoints]:

@@ -117,8 +117,8 @@ def tune(what: Axis | Machine, rule: str | None = None, **options: Any) -> tunin
     """Tune the gains of an axis by a rule, or of a machine's axes together on a path.
 
     With an axis, a rule of `simulation.tuning.RULES` ("ziegler-nichols" by default) and the options of
-    `simulation.tuning.tune`: `period` in s, `kind`, `experiment`, `volts` in V. With a Machine, rule "path" and the
-    options of `tune_on_path`, of which `setpoints` and `path` are needed.
+    `simulation.tuning.tune`: `period` in s, `kind`. With a Machine, rule "path" and the options of `tune_on_path`, of
+    which `setpoints` and `path` are needed.
 
     Returns a Tuning or a PathTuning: gains in V/mm (rotary axes V/rad), margins in dB and deg.
     Raises InputError for anything but an axis or a Machine, a rule that does not fit it, and what the two raise.
@@ -246,32 +246,26 @@ def along_path(machine: Machine, setpoints: Setpoints, path: Path, **options: An
 
 
 def by_rule(
-    machine: Machine, names: Sequence[str], rule: str, *, period: float, kind: str = "pid", identify: str = "model",
-    volts: float = tuning.VOLTS, say: Callable[[str], None] = lambda words: None,
+    machine: Machine, names: Sequence[str], rule: str, *, period: float, kind: str = "pid",
+    say: Callable[[str], None] = lambda words: None,
 ) -> TunedMachine:  # fmt: skip
     """Gains of single axes by a rule that starts from the ultimate point; see `simulation.tuning.tune`."""
     tunings = []
     for name in names:
         say(f"tuning axis {name}")
-        tunings.append(
-            tuning.tune(machine.axes[name], rule, period=period, kind=kind, experiment=identify, volts=volts)
-        )
+        tunings.append(tuning.tune(machine.axes[name], rule, period=period, kind=kind))
     axes = {
         each.axis.name: {
             **_numbers(each.old, each.axis, each.before, each.margins, period),
             "ultimate_gain": each.ultimate.gain,
             "ultimate_period_s": each.ultimate.period,
-            "ultimate_source": each.ultimate.source,
         }
         for each in tunings
     }
-
     return TunedMachine(
         replace(machine, axes={**machine.axes, **{each.axis.name: each.axis for each in tunings}}),
-        {"period_s": period, "identify": identify, "axes": axes},
-        lambda: [
-            tuned_axis(t.old, t.axis, t.rule, period, t.response if identify == "sine" else None) for t in tunings
-        ],
+        {"period_s": period, "axes": axes},
+        lambda: [tuned_axis(each.old, each.axis, each.rule, period) for each in tunings],
     )
 
 

@@ -15,8 +15,7 @@ import numpy as np
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.setpoints import FORMATS, load_chunks, save
 from splinefeed.pipeline.compare import MethodTrace
-from splinefeed.pipeline.follow import Served
-from splinefeed.pipeline.overview import Deviation, deviation
+from splinefeed.pipeline.follow import Deviation, Servo
 from splinefeed.pipeline.run import Run
 from splinefeed.records import Response, Setpoints
 from splinefeed.report.figure import EXTRA, Figure, possible
@@ -99,7 +98,7 @@ def write(
     traces: Sequence[MethodTrace] = (),
     figure_formats: Iterable[str] = FIGURE_FORMATS[:1],
     record: Mapping[str, Any] | None = None,
-    others: Sequence[Served] = (),
+    others: Sequence[Servo] = (),
     tip: bool = False,
     with_path: bool = False,
 ) -> list[str]:
@@ -134,8 +133,8 @@ def write(
 
         machine = str((record or {}).get("machine", ""))
         served = [*others, *([] if run.served is None else [run.served])]
-        own_first = {each.setpoints.method: each.response for each in reversed(served)}
-        beside = None if own is None else deviation(own.response, run.path, run.kept.s)
+        own_first = {each.method: each.response for each in reversed(served)}
+        beside = None if own is None else own.deviation()
         drawn = of_run(run, own_first, machine, traces, beside)
         names += save_figures(to_files(drawn), place, wanted)
         if library.available():

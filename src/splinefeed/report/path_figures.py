@@ -11,7 +11,7 @@ from splinefeed.analysis.thinning import cells
 from splinefeed.errors import InputError
 from splinefeed.geometry.differential import curvatures
 from splinefeed.geometry.path import Path
-from splinefeed.pipeline.overview import Deviation
+from splinefeed.pipeline.follow import Deviation
 from splinefeed.pipeline.run import Run
 from splinefeed.records import Array, BoolArray, IntArray, Response, Setpoints, unit_along
 from splinefeed.report import theme
@@ -117,8 +117,7 @@ def _quantities(run: Run, response: Response | None) -> dict[str, Shades]:
         found = path.evaluate(setpoints.curve, setpoints.u, 2)
         out["curvature"] = _curvature(path, found, path.turning(setpoints.curve, setpoints.u))
     if response is not None and response.contour_error is not None:
-        error = np.full(len(setpoints), np.nan)
-        error[: len(response)] = 1e3 * response.contour_error
+        error = np.interp(setpoints.t, response.t, 1e3 * response.contour_error, right=np.nan)
         out["contour error"] = _shades(error, "contour error (µm)")
     most = 100.0 * use.share.max(axis=1, initial=0.0)
     out["nearest limit"] = Shades(most, "largest share (%)", 0.0, 100.0)

@@ -103,10 +103,6 @@ def bode_figure(tuned: TunedAxis, machine: str) -> Figure:
             decibels = _decibels(curves.closed)
             most = max(most, float(np.max(decibels)))
             closed.append(Line(curves.frequency, decibels, label, colour, dash=dash))
-    if tuned.identified is not None:
-        at, value = tuned.identified.frequency, tuned.identified.value
-        gain.append(Dots(at, _decibels(value), "measured by sines", colour=theme.INK, size=3.5, named=True))
-        phase.append(Dots(at, _phase(value), "measured by sines", colour=theme.INK, size=3.5))
     low, angle = -after.gain_margin_db, -180.0 + after.phase_margin
     gain += _margin("gain margin", after.gain_frequency, low, (low, 0.0))
     phase += _margin("phase margin", after.phase_frequency, angle, (-180.0, angle))

@@ -1,4 +1,4 @@
-"""The servo loop over setpoints, experiments on an axis, and the rules that tune it."""
+"""The servo loop over setpoints, and the rules that tune it."""
 
 from __future__ import annotations
 

@@ -1,11 +1,10 @@
-"""The servo loop over setpoints, experiments on an axis, and the rules that tune it."""
+"""The servo loop over setpoints, and the rules that tune it."""
 
 from splinefeed.pipeline.tuning import AxisTuning as AxisTuning
 from splinefeed.pipeline.tuning import PathTuning as PathTuning
 from splinefeed.pipeline.tuning import tune_on_path as tune_on_path
 from splinefeed.simulation.bound import Bound as Bound
-from splinefeed.simulation.experiments import FrequencyResponse as FrequencyResponse
-from splinefeed.simulation.experiments import UltimatePoint as UltimatePoint
 from splinefeed.simulation.linear import Margins as Margins
 from splinefeed.simulation.linear import margins as margins
 from splinefeed.simulation.tuning import Tuning as Tuning
+from splinefeed.simulation.tuning import UltimatePoint as UltimatePoint

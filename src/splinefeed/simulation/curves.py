@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from splinefeed.kernels import mechanics, servo
 from splinefeed.machine.parts import Axis
 from splinefeed.records import Array
-from splinefeed.simulation.experiments import FrequencyResponse, driven
+from splinefeed.simulation.follow import AxisRun
 from splinefeed.simulation.linear import ComplexArray, Margins, controller_response, discrete_plant, margins
-from splinefeed.simulation.plant import parameters, plant, step_table
 
 #: Points of a curve over frequency, between these shares of half the servo rate.
 POINTS = 800
@@ -53,8 +51,7 @@ class StepResponse:
 class TunedAxis:
     """What the figures of one axis show.
 
-    old, new    the loop before and after; before, margins: those of the two; steps: the two step responses
-    identified  the measured loop with the new gains: frequency and L, or None
+    old, new  the loop before and after; before, margins: those of the two; steps: the two step responses
     """
 
     axis: Axis
@@ -64,20 +61,13 @@ class TunedAxis:
     before: Margins
     margins: Margins
     steps: tuple[StepResponse, StepResponse]
-    identified: FrequencyResponse | None = None
 
 
-def tuned_axis(old: Axis, new: Axis, rule: str, period: float, measured: FrequencyResponse | None = None) -> TunedAxis:
-    """Curves of an axis with its old and new controller; `measured`: its plant's response by an experiment, if any."""
-    identified = None
-    if measured is not None:
-        back = controller_response(new.controller, period, 2.0 * np.pi * measured.frequency)[1]
-        identified = replace(measured, value=back * measured.value)
-    curves, loops = [loop_curves(axis, period) for axis in (old, new)], [margins(axis, period) for axis in (old, new)]
-    steps = step_responses(old, new, period)
+def tuned_axis(old: Axis, new: Axis, rule: str, period: float) -> TunedAxis:
+    """Curves of an axis with its old and new controller."""
     return TunedAxis(
-        axis=new, rule=rule, old=curves[0], new=curves[1], before=loops[0], margins=loops[1], steps=steps,
-        identified=identified,
+        axis=new, rule=rule, old=loop_curves(old, period), new=loop_curves(new, period),
+        before=margins(old, period), margins=margins(new, period), steps=step_responses(old, new, period),
     )  # fmt: skip
 
 
@@ -143,12 +133,9 @@ def hunts(axis: Axis, swing: float) -> bool:
 
 def _stepped(axis: Axis, period: float, ticks: int, size: float, linear: bool = False) -> tuple[Array, Array, bool]:
     """Position and output (n,) of an axis after a step, and whether it ran away, which a linear one may."""
-    numbers = parameters(axis, period, linear=linear)
-    limit = math.inf if linear else axis.controller.error_limit
-    numbers[mechanics.ERROR_LIMIT] = limit
-    command = np.where(np.arange(ticks) < BEFORE, 0.0, size)
-    position, measured, output, _ = driven(servo.CLOSED, command, step_table(plant(axis), period), numbers)
-    return position, output, not abs(command[len(measured) - 1] - measured[-1]) <= limit
+    run = AxisRun(axis, period, linear=linear, error_limit=math.inf if linear else None)
+    position, _, output, _ = run.follow(np.where(np.arange(ticks) < BEFORE, 0.0, size))
+    return position, output, run.ran_away is not None
 
 
 def rounded_down(value: float) -> float:

@@ -6,13 +6,9 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from splinefeed.errors import InputError
 from splinefeed.machine.parts import Axis, Controller
-from splinefeed.records import Array
-from splinefeed.simulation.experiments import FrequencyResponse, UltimatePoint, gentle, relay, swept_sine, ultimate_of
-from splinefeed.simulation.linear import Margins, discrete_plant, frequencies, margins
+from splinefeed.simulation.linear import Margins, margins
 
 #: K_p / K_u, T_i / P_u and T_d / P_u of each rule and sort of controller.
 #: Ziegler and Nichols, Trans. ASME 64 (1942) 759-768; Tyreus and Luyben, Ind. Eng. Chem. Res. 31 (1992) 2625-2628,
@@ -28,13 +24,17 @@ RULES: dict[str, dict[str, tuple[float, float, float]]] = {
         "pid": (1.0 / 2.2, 2.2, 1.0 / 6.3),
     },
 }
-#: Where the ultimate point comes from.
-EXPERIMENTS = ("model", "sine", "relay")
-#: Volts of relay and sines by default: many counts, far from the limits.
-VOLTS = 1.0
-#: A swept sine goes through this many frequencies, from the first of these shares of half the servo rate to the second.
-SINES = 40
-SWEPT_SHARES = (0.005, 0.9)
+
+
+@dataclass(frozen=True)
+class UltimatePoint:
+    """Where proportional control alone oscillates steadily: gain V/mm or V/rad, and period s.
+
+    Source: docs/tune.md. Example: `sf.tune(machine.axes["x"]).ultimate.gain`
+    """
+
+    gain: float
+    period: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,7 +42,7 @@ class Tuning:
     """Gains that a rule gives, and their source.
 
     old, axis  the axis as it was and with the new controller; before, margins: those of the two controllers
-    ultimate  gain and period; response: the frequency response of the plant that they were read from
+    ultimate  gain and period that the rule starts from
     period in s; gains in V/mm or V/rad. Source: docs/tune.md. Example: `sf.tune(machine.axes["x"]).controller.gains`
     """
 
@@ -51,7 +51,6 @@ class Tuning:
     axis: Axis
     period: float
     ultimate: UltimatePoint
-    response: FrequencyResponse
     margins: Margins
     before: Margins
 
@@ -68,20 +67,12 @@ class Tuning:
         return "\n".join(
             [
                 f"axis {self.axis.name}, {self.rule}, servo period {self.period * 1e3:g} ms",
-                f"  ultimate gain {self.ultimate.gain:.6g} {unit}, ultimate period {self.ultimate.period * 1e3:.4g} ms "
-                f"({self.ultimate.source})",
+                f"  ultimate gain {self.ultimate.gain:.6g} {unit}, ultimate period {self.ultimate.period * 1e3:.4g} ms",
                 f"  kp {new.kp:.6g} {unit}, ki {new.ki:.6g} {unit}/s, kd {new.kd:.6g} {slope}",
                 f"  new gains {self.margins.sentence}",
                 f"  old gains {self.before.sentence}",
             ]
         )
-
-
-def model_response(axis: Axis, period: float, frequency: Array | None = None) -> FrequencyResponse:
-    """The frequency response of the linear plant, converter and delay included, at `frequency`, Hz, or over a grid."""
-    if frequency is None:
-        frequency = frequencies(period) / (2.0 * np.pi)
-    return FrequencyResponse(frequency, discrete_plant(axis, period).response(2.0 * np.pi * frequency), "linear model")
 
 
 def ultimate_point(axis: Axis, period: float) -> UltimatePoint:
@@ -99,7 +90,7 @@ def ultimate_point(axis: Axis, period: float) -> UltimatePoint:
             f"axis {axis.name}: no ultimate gain: proportional control alone is unstable, or stable, at any gain; "
             f"rules that start from it need a drive in velocity mode; rule 'path' does not"
         )
-    return UltimatePoint(kp * found.gain_margin, 1.0 / found.gain_frequency, "linear model")
+    return UltimatePoint(kp * found.gain_margin, 1.0 / found.gain_frequency)
 
 
 def tune(
@@ -108,14 +99,10 @@ def tune(
     *,
     period: float = 1e-3,
     kind: str = "pid",
-    experiment: str = "model",
-    volts: float = VOLTS,
 ) -> Tuning:
-    """Gains of an axis by a rule, from its linear model or from an experiment on the full, simulated axis.
+    """Gains of an axis by a rule, from the ultimate point of its linear model.
 
     rule        one of RULES; kind "p", "pi" or "pid"; period  servo period, s
-    experiment  "model": the ultimate point of the linear plant; "sine": of its response to SINES sines of `volts`;
-                "relay": of sines around the oscillation that a relay of +-`volts` makes, see `experiments.relay`
     K_p = c K_u,  K_i = K_p / T_i,  K_d = K_p T_d with c, T_i and T_d of the rule. Filter and feed-forward stay, but
     for that of speed where a P-PI cascade becomes a PID: there it went through the speed loop.
 
@@ -126,14 +113,14 @@ def tune(
     if kind not in RULES[rule]:
         raise InputError(f"rule {rule!r} has no controller {kind!r}; it has {', '.join(RULES[rule])}")
     before = margins(axis, period)
-    point, response = identify(axis, period, experiment, volts)
+    point = ultimate_point(axis, period)
     share, integral, derivative = RULES[rule][kind]
     kp = share * point.gain
     gains: dict[str, Any] = {"kp": kp, "ki": kp / (integral * point.period), "kd": kp * derivative * point.period}
     cascade: dict[str, Any] = {"position_gain": 0.0, "velocity_kp": 0.0, "velocity_ki": 0.0}
     if axis.controller.kind == "p-pi":
         cascade["velocity_feed_forward"] = 0.0
-    source = f"{rule} ({kind}) from the ultimate point by {point.source}"
+    source = f"{rule} ({kind}) from the ultimate point of the linear model"
     tuned = replace(axis, controller=replace(axis.controller, kind="pid", source=source, **gains, **cascade))
     return Tuning(
         rule=rule,
@@ -141,29 +128,6 @@ def tune(
         axis=tuned,
         period=period,
         ultimate=point,
-        response=response,
         margins=margins(tuned, period),
         before=before,
     )
-
-
-def identify(
-    axis: Axis, period: float, experiment: str = "model", volts: float = VOLTS
-) -> tuple[UltimatePoint, FrequencyResponse]:
-    """The ultimate point of an axis and the response that it was read from, by one of EXPERIMENTS."""
-    if experiment == "model":
-        return ultimate_point(axis, period), model_response(axis, period)
-    if experiment == "relay":
-        return relay(axis, period, volts), model_response(axis, period)
-    if experiment == "sine":
-        found = sines(axis, period, volts)
-        return ultimate_of(found, axis.name), found
-    raise InputError(f"no experiment is called {experiment!r}; there are {', '.join(EXPERIMENTS)}")
-
-
-def sines(axis: Axis, period: float, volts: float = VOLTS) -> FrequencyResponse:
-    """The response of the full axis to SINES sines of `volts`, kept moving all the while; see `swept_sine`."""
-    amplitude, bias = gentle(axis, volts)
-    lowest, highest = (share * 0.5 / period for share in SWEPT_SHARES)
-    frequency = np.geomspace(lowest, highest, SINES)
-    return swept_sine(axis, period, frequency, amplitude, bias=bias)

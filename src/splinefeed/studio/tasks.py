@@ -184,7 +184,7 @@ def shown(time: CycleTime, text: str) -> dict[str, Any]:
 def tuned(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """The new machine as the text of its file, its page of numbers, and figures of steps and errors.
 
-    The request's `how` has `rule`, `kind` and `identify` of a rule; `runs` and `feed_forward` of rule path. Raises
+    The request's `how` has `rule` and `kind` of a rule; `runs` and `feed_forward` of rule path. Raises
     SettingsError.
     """
     wanted, run = bench.done(request["settings"])
@@ -222,10 +222,8 @@ def tuned(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
 def _found(machine: sf.Machine, wanted: Wanted, run: sf.Run, how: Mapping[str, Any], bench: Bench) -> TunedMachine:
     moving = [axis for axis in wanted.path.axes if axis in machine.axes]
     if how.get("rule") != PATH_RULE:
-        kind, identify = str(how.get("kind", "pid")), str(how.get("identify", "model"))
-        return by_rule(
-            machine, moving, str(how.get("rule")), period=wanted.period, kind=kind, identify=identify, say=bench.say
-        )
+        rule, kind = str(how.get("rule")), str(how.get("kind", "pid"))
+        return by_rule(machine, moving, rule, period=wanted.period, kind=kind, say=bench.say)
     runs = how.get("runs", EVALUATIONS)
     if isinstance(runs, bool) or not isinstance(runs, int) or not 1 <= runs <= MOST_RUNS:
         raise InputError(f"runs is {runs!r}; it must be a whole number from 1 to {MOST_RUNS}")

@@ -28,7 +28,7 @@ export class Tune {
   start() {
     const rule = $("tune-rule").value;
     const how = rule === "path" ? { rule, runs: Number($("tune-runs").value), feed_forward: $("tune-forward").checked }
-      : { rule, kind: $("tune-kind").value, identify: $("tune-identify").value };
+      : { rule, kind: $("tune-kind").value };
     this.link.send({ do: "job", kind: "tune", title: this.settings.value.machine.name, settings: this.settings.value, how });
   }
 
