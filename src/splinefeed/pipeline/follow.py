@@ -19,8 +19,6 @@ from splinefeed.records import ROTARY_AXES, Array, Response, Setpoints, TimeLaw
 from splinefeed.simulation.follow import Follower
 from splinefeed.simulation.linear import margins
 
-#: Columns of a response.
-ANSWER = ("t", "command", "position", "measured", "output", "saturated", "contour_error")
 #: Samples of a response of any length that are kept at the most; a figure has some hundred columns of pixels.
 MOST_SAMPLES = 40_000
 
@@ -133,11 +131,9 @@ class Servo:
                 self.off_law = max(self.off_law, float(np.max(away, initial=0.0)))
         self.tally.see(response, s)
         if self._keep is not None and count:
-            columns = {name: getattr(response, name) for name in ANSWER}
-            more |= {name: values for name, values in columns.items() if values is not None}
             errors = [*response.tracking_error.T, *response.saturated.T]
             errors += [] if response.contour_error is None else [response.contour_error]
-            self._keep.see(more, errors)
+            self._keep.see(response.columns | more, errors)
         self._last = response
         return response
 
@@ -145,8 +141,8 @@ class Servo:
     def response(self) -> Response:
         """The samples of the response that are kept, all or those with its peaks."""
         assert self._keep is not None
-        columns: dict[str, Any] = {name: self._keep.column(name) for name in ANSWER}
-        return replace(self._last, **{name: values for name, values in columns.items() if len(values)})
+        columns: dict[str, Any] = {name: self._keep.column(name) for name in self._last.columns}
+        return replace(self._last, **columns) if len(columns["t"]) else self._last
 
     def deviation(self) -> Deviation | None:
         """Where the machine was beside the first two linear axes of the path; None if one of its linear axes lacks."""

@@ -24,7 +24,6 @@ from splinefeed.kinematics import JointPath
 from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.follow import Servo
 from splinefeed.records import Array, IntArray, Limits, Setpoints, TimeLaw, Verdict, unit_along, view
-from splinefeed.records.setpoints import COLUMNS as SAID
 
 if TYPE_CHECKING:
     from splinefeed.report.figure import Figure
@@ -345,8 +344,7 @@ def measured(
             squares, steps = squares + float(np.sum(relative**2)), steps + len(relative)
             floor = max(floor, ripple.floor)
             ripples.see({"t": ripple.t[here], "relative": relative}, [relative])
-        columns = {name: getattr(setpoints, name) for name in SAID}
-        columns |= {name: getattr(motion, name)[own] for name in MOTION}
+        columns = setpoints.columns | {name: getattr(motion, name)[own] for name in MOTION}
         columns |= {"share": use.share[own], "top": use.top[own]}
         peaked = [setpoints.feed, law.acceleration(setpoints.t), law.jerk(setpoints.t), columns["top"]]
         rows.see(columns, peaked + [each for name in ("position", "share", *MOTION) for each in columns[name].T])
@@ -354,7 +352,7 @@ def measured(
             servo.follow(setpoints)
         count += len(setpoints)
         say("measuring", count, ticks)
-    said: dict[str, Any] = {name: rows.column(name) for name in SAID}
+    said: dict[str, Any] = {name: rows.column(name) for name in setpoints.columns}
     kept = replace(setpoints, **said)
     verdict = check(kept if len(kept) == count else _said(again(), ticks, say), path, limits, law=law)
     rms = math.sqrt(squares / steps) if steps else 0.0

@@ -120,6 +120,12 @@ class _Columns:
                         raise InputError(f"{type(self).__name__}.{name} has shape {array.shape}; expected {shape}")
                     object.__setattr__(self, name, read_only(array))
 
+    @property
+    def columns(self) -> dict[str, Any]:
+        """All columns that it has, by name."""
+        found = {name: getattr(self, name) for name in (*self._flat, *self._wide)}
+        return {name: values for name, values in found.items() if values is not None}
+
     def __len__(self) -> int:
         return len(self.t)
 
@@ -154,14 +160,9 @@ class Setpoints(_Columns):
     method: str
     settings: Mapping[str, Any] = field(default_factory=dict)
 
-    @property
-    def columns(self) -> dict[str, Array | IntArray]:
-        """All columns by name."""
-        return {name: getattr(self, name) for name in (*self._flat, *self._wide)}
-
     def part(self, start: int, stop: int) -> Setpoints:
         """Setpoints start ... stop - 1, as views of these."""
-        return replace(self, **{name: values[start:stop] for name, values in self.columns.items()})  # type: ignore[arg-type]
+        return replace(self, **{name: values[start:stop] for name, values in self.columns.items()})
 
     @staticmethod
     def joined(parts: Sequence[Setpoints]) -> Setpoints:
