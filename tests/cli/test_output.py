@@ -59,7 +59,7 @@ def test_json_is_plain(capsys):
 
 def test_no_cell_is_cut(capsys):
     row = ["a" * 90, "1" * 60, "[red]2[/red]"]
-    output.print_table(["name", "digits", "markup"], [row])
+    output.print_blocks([output.table(["name", "digits", "markup"], [row])])
     text = capsys.readouterr().out
     assert text.splitlines()[1].split() == row
     assert "\x1b" not in text

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
+from splinefeed.cli import options, setpoints_file
+from splinefeed.report import record
 
 RUN = ("--feed", "20", "--accel", "500", "--jerk", "20000", "--no-figures", "--no-compare", "--json", "-o", "out")
 
@@ -76,3 +78,13 @@ def test_a_program_without_g64_has_no_tolerance_of_its_own(splinefeed, folder):
     result = splinefeed("plan", "plain.ngc", "--smooth", "program")
     assert result.exit_code == 2
     assert "has no tolerance" in result.stderr
+
+
+def test_the_command_of_a_record_says_all_of_how_a_path_was_read():
+    reading = {
+        "which": "2", "layer": "a,b", "units": "in", "chord": 150.0, "edges": True, "dialect": "fanuc",
+        "start": "1,2,3", "offsets": "G54=1,2", "tools": "t.tbl", "repair": True, "from_line": "12", "tolerance": 0.0,
+        "tangential": True, "smooth": 0.01, "corners": "round", "corner_angle": 30.0, "angle_tolerance": 0.001,
+    }  # fmt: skip
+    said = record.command("part.nc", {"limits": {}}, reading, ("hdf5",))
+    assert options.reading_from(setpoints_file.options_of({"command": said})) == reading

@@ -2,57 +2,58 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import click
 
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers
-from splinefeed.cli.output import number, print_table, print_text
+from splinefeed.cli.answers import answers
+from splinefeed.cli.output import Block, Page, number, table
 from splinefeed.cli.progress import Say
 from splinefeed.errors import InputError
 
-EXAMPLES = """\b
-Examples:
-  splinefeed calibrate part.nc=monday.csv part.nc=friday.csv --machine my-mill.toml -o calibrated.toml
-  splinefeed calibrate part.nc=run.csv --machine my-mill.toml --keep home.z --json
-
+RUN = """\
 A run is a CSV with the columns seconds,what,value: Block_Number is the line that runs, Program_Status ACTIVE and
 PROGRAM_COMPLETED its start and end.
 """
 
 
-def _print(page: Mapping[str, Any]) -> None:
-    rows = [
+def _show(page: Page) -> list[Block]:
+    numbers = [
         [
             each["name"], number(each["value"]), each["unit"],
             f"{number(each['low'])} to {number(each['high'])}" if each["shown"] else "not shown by these runs",
         ]
         for each in page["numbers"]
     ]  # fmt: skip
-    print_table(["number", "value", "unit", "95 % interval"], rows)
-    print_text()
     runs = [
         [name, f"{each['recorded_s']:.2f}", f"{each['estimated_s']:.2f}", f"{each['error']:+.2%}"]
         for run in page["runs"]
         for name, each in ((run["run"], run), *((f"  {tool['tool']}", tool) for tool in run["tools"]))
     ]
-    print_table(["run", "recorded, s", "estimated, s", "error"], runs)
+    return [
+        table(["number", "value", "unit", "95 % interval"], numbers),
+        table(["run", "recorded, s", "estimated, s", "error"], runs),
+    ]
 
 
-@click.command(epilog=EXAMPLES)
+@answers(_show, RUN)
 @click.argument("runs", nargs=-1, required=True, metavar="PROGRAM=RUN...")
-@click.option("--machine", metavar="NAME|FILE", required=True, help="The machine; its [control] is the prior.")
-@click.option("--keep", multiple=True, metavar="NAME", help="A number that stays as the file has it; may be repeated.")
+@options.table("""
+--machine       NAME|FILE!  The machine; its [control] is the prior.
+--keep          NAME*       A number that stays as the file has it; may be repeated.
+-o --output     FILE        Machine file to write.  [default: MACHINE-calibrated.toml]
+""")
 @options.reading_program
-@click.option("-o", "--output", metavar="FILE", help="Machine file to write.  [default: MACHINE-calibrated.toml]")
-@answers(_print)
 def command(say: Say, runs: tuple[str, ...], **given: Any) -> Page:
     """Fit the section [control] of a machine file to recorded RUNS, and report how certain each number is.
 
     Numbers that the runs do not determine keep their value in the machine file, or a usual one, and are named. The
     machine is written to a new file.
+
+    Examples:
+      splinefeed calibrate part.nc=monday.csv part.nc=friday.csv --machine my-mill.toml -o calibrated.toml
+      splinefeed calibrate part.nc=run.csv --machine my-mill.toml --keep home.z --json
     """
     from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.calibration import PRIORS, calibrate, record
@@ -62,14 +63,13 @@ def command(say: Say, runs: tuple[str, ...], **given: Any) -> Page:
         if name not in PRIORS:
             raise InputError(f"--keep: {name!r} is not fitted; choose from {', '.join(PRIORS)}")
     file = given["output"] if given["output"] is not None else f"{machine.name}-calibrated.toml"
-    reading = {name: given[name] for name in ("dialect", "start", "offsets", "tools", "repair")}
     say("reading runs")
     recorded = []
     for run in runs:
         program, equals, log = run.rpartition("=")
         if not equals:
             raise InputError(f"{run}: its program is missing; write PROGRAM={run}")
-        recorded.append(record(program, log, machine, **reading))
+        recorded.append(record(program, log, machine, **options.reading_from(given)))
     found = calibrate(recorded, machine, keep=given["keep"], say=say)
     found.machine.save(file)
     return {**found.as_dict(), "files": [file]}

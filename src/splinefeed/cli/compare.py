@@ -7,29 +7,22 @@ from typing import Any
 import click
 
 import splinefeed as sf
-from splinefeed.cli import options
-from splinefeed.cli.answers import Page, declared
-from splinefeed.cli.output import print_text
+from splinefeed.cli import options, summary
+from splinefeed.cli.answers import answers
+from splinefeed.cli.output import Block, Page, notes
 from splinefeed.cli.progress import Say
 from splinefeed.cli.source import task_of
-from splinefeed.cli.summary import motion_sentence, print_methods, print_notes
 
 
-def _print(page: Page) -> None:
-    from splinefeed.records import unit_along
-
-    print_text(
-        f"{motion_sentence(page)}, {page['ticks']} setpoints; rounding alone makes a ripple of "
-        f"{page['ripple_floor']:.1e}"
-    )
-    print_notes(page["notes"])
-    print_text()
-    print_methods(page["methods"], unit_along(page["axes"]))
+def _show(page: Page) -> list[Block]:
+    floor = f"rounding alone makes a ripple of {page['ripple_floor']:.1e}"
+    head = f"{summary.motion_sentence(page)}, {page['ticks']} setpoints; {floor}"
+    return [[head, *notes(page["notes"])], summary.methods(page)]
 
 
-@declared(_print)
+@answers(_show)
 @click.argument("source", required=False)
-@click.option("--methods", "names", type=options.Names(), help="Only these methods.  [default: all]")
+@options.table("--methods names  NAMES  Only these methods.  [default: all]")
 @options.limits
 @options.corrections
 @options.reading

@@ -2,49 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import click
 
 import splinefeed as sf
 from splinefeed import units
-from splinefeed.cli import options
-from splinefeed.cli.answers import Page, declared, recorded
-from splinefeed.cli.output import number, print_text
+from splinefeed.cli import options, summary
+from splinefeed.cli.answers import answers, recorded
+from splinefeed.cli.output import Block, Page, notes, number
 from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import path_of, read_setpoints_chunks, says_path
-from splinefeed.cli.summary import print_errors, print_notes
 from splinefeed.errors import FormatError, InputError
 
 
-def _print(page: Mapping[str, Any]) -> None:
-    seconds = page["followed_ticks"] * page["period_s"]
-    print_text(
-        f"{page['name']} on {page['machine']}: {page['followed_ticks']} ticks, one every "
-        f"{units.format_quantity(page['period_s'], 'time')}, {number(seconds, 6)} s"
-        + (" (linear model)" if page["linear"] else "")
-    )
-    print_notes(page["notes"])
-    print_text()
-    print_errors(page)
-    if page["stopped"]:
-        print_text()
-        print_text(f"STOPPED: {page['stopped']}")
+def _show(page: Page) -> list[Block]:
+    ticks = f"{page['followed_ticks']} ticks, one every {units.format_quantity(page['period_s'], 'time')}"
+    seconds = f"{number(page['followed_ticks'] * page['period_s'], 6)} s" + " (linear model)" * page["linear"]
+    head = f"{page['name']} on {page['machine']}: {ticks}, {seconds}"
+    return [[head, *notes(page["notes"])], summary.errors(page), summary.stopped(page)]
 
 
-@declared(_print)
+@answers(_show)
 @click.argument("setpoints")
 @options.table("""
 --machine       NAME|FILE!       The machine; splinefeed machine list shows the built-in ones.
---path source   FILE|SHAPE       The true path.  [default: that of the setpoints]
---which         NAME|NUMBER      Which path of a file that holds several (from 1).
---chord         LENGTH           Airfoil .dat: one unit of the file.
---columns       NAMES            CSV without names: its columns, as t,x,y.
---period        TIME             CSV: the period.  [default: from t]
 --linear        -                Without friction, backlash, counts, converter codes and limits.
 -o --output     DIR              Folder to write to.  [default: splinefeed-NAME-on-MACHINE]
 """)
+@options.setpoints_path
+@options.setpoints_csv
 @options.figures
 def command(say: Say, setpoints: str, **given: Any) -> Page:
     """Simulate the axes of a machine on SETPOINTS; report following error and contour error.
@@ -72,7 +60,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     drawing = options.figure_formats(given)
     machine = sf.Machine.load(given["machine"])
     say(f"reading {setpoints}")
-    chunks, notes = read_setpoints_chunks(setpoints, given, CHUNK)
+    chunks, said = read_setpoints_chunks(setpoints, given, CHUNK)
     first = next(chunks, None)
     if first is None:
         raise FormatError(f"{setpoints}: holds no setpoints")
@@ -80,7 +68,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     if given["source"] or says_path(first.settings):
         path, source = path_of(first.settings, given, setpoints)
     else:
-        notes.append("the path is not known, so there is no contour error; give --path FILE or --path SHAPE")
+        said.append("the path is not known, so there is no contour error; give --path FILE or --path SHAPE")
     name = str(first.settings.get("path") or (path.name if path else Path(setpoints).stem))
     servo = Servo(machine, first, path, linear=given["linear"], keep=Kept(most=MOST_SAMPLES))
 
@@ -105,9 +93,9 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
             if (beside := servo.deviation()) is not None:
                 drawn["contour"] = contour_figure(beside, name, machine.name)
             names += files.save_figures(drawn.items(), stage, drawing)
-            notes += files.missing(drawing, page=False)
+            said += files.missing(drawing, page=False)
         if servo.off_path > 0.0:
-            notes.append(f"the setpoints are off the path by at most {servo.off_path:.3g} mm")
+            said.append(f"the setpoints are off the path by at most {servo.off_path:.3g} mm")
         numbers = servo.tally.numbers()
         page = {
             "ok": numbers["stopped"] is None,
@@ -119,6 +107,6 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
             "linear": given["linear"],
             "period_s": first.period,
             **numbers,
-            "notes": [*notes, *servo.notes],
+            "notes": [*said, *servo.notes],
         }
         return recorded(page, names, folder, stage, files.FOLLOW_RECORD)

@@ -3,65 +3,92 @@
 from __future__ import annotations
 
 import math
+import os
+import sys
+from collections.abc import Mapping
 from typing import Any
 
 import click
 
 import splinefeed as sf
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, declared
-from splinefeed.cli.output import counted, number, print_rows, print_text
-from splinefeed.cli.program import print_program, program_page
+from splinefeed.cli.answers import answers
+from splinefeed.cli.output import Block, Page, counted, listed, notes, number
 from splinefeed.cli.progress import Say
 from splinefeed.cli.source import read_contents
-from splinefeed.cli.summary import print_notes
 
 #: Curves and corners that the text lists; --json lists all.
 MOST_LISTED = 12
 #: Coordinates below this share of the largest, and radii beyond it of the length, are what rounding left of 0.
 ROUNDING = 1e-12
+#: Programs with at most this many moves are made into a path; of longer ones as many curves are listed.
+FEW = 5_000
+#: Options of programs; the registry says which of the others are none of theirs.
+_OF_PROGRAMS = {"dialect", "start", "offsets", "tools", "from_line", "repair"}
 
 
-def _print(page: Page) -> None:
+def _show(page: Page) -> list[Block]:
+    several = len(page["paths"]) > 1
+    head = f"{page['format']}, {counted(len(page['paths']), 'path')}, units of the file: {page['units']}"
+    paths = [line for path in page["paths"][:MOST_LISTED] for line in _path_lines(path)]
+    rows = [
+        {
+            **curve,
+            "curve": f"{i} (path {curve['path']})" if several else str(i),
+            "kind": "rational" if curve["rational"] else "polynomial",
+            "length": number(curve["length_mm"], 7),
+        }
+        for i, curve in enumerate(page["curves"][:MOST_LISTED])
+    ]
+    heads = "curve, kind, degree, control points=control_points, spans, length"
+    curves = listed(rows, heads, texts=2) if rows else []
+    if left := len(page["curves"]) + page["curves_left_out"] - len(rows):
+        curves.append(f"... and {left} more; --json{' --all' * bool(page['curves_left_out'])} lists all")
+    program = _program_lines(page["program"]) if "program" in page else []
+    return [[head, *paths, *program], [*curves, *notes(page["findings"])]]
+
+
+def _path_lines(path: Mapping[str, Any]) -> list[str]:
     from splinefeed.records import unit_along
 
-    print_text(f"{page['format']}, {counted(len(page['paths']), 'path')}, units of the file: {page['units']}")
-    for path in page["paths"][:MOST_LISTED]:
-        shape, unit = "closed" if path["closed"] else "open", unit_along(path["axes"])
-        print_text(f"{path['name']}: {shape}, {number(path['length_mm'], 7)} {unit}, axes {' '.join(path['axes'])}")
-        box = zip(path["axes"], path["axis_units"], path["bbox_min"], path["bbox_max"], strict=True)
-        for axis, axis_unit, low, high in box:
-            noise = ROUNDING * max(abs(low), abs(high))
-            ends = [number(0.0 if abs(end) < noise else end, 6) for end in (low, high)]
-            print_text(f"  {axis:<8}{' to '.join(ends)} {axis_unit}")
-        if unit == "mm":
-            print_text(f"  least radius of curvature {_radius_words(path['min_radius_mm'], path['length_mm'])}")
-        jumps = counted(path["corners"] - path["stops"], "jump")
-        print_text(f"  {counted(path['stops'], 'corner')} to stop at, {jumps} of curvature")
-        for corner in path["corner_places"][:MOST_LISTED]:
-            what = f"turns by {number(corner['angle_deg'])} deg" if corner["stop"] else "curvature jumps"
-            print_text(f"    at {number(corner['s_mm'], 6)} {unit}: {what}")
-        if path["gaps"]:
-            print_text(f"  {counted(path['gaps'], 'gap')}, the largest {number(path['largest_gap_mm'])} {unit}")
-    if "program" in page:
-        print_program(page["program"])
-    print_text()
-    rows = []
-    for i, curve in enumerate(page["curves"][:MOST_LISTED]):
-        name = f"{i} (path {curve['path']})" if len(page["paths"]) > 1 else str(i)
-        kind = "rational" if curve["rational"] else "polynomial"
-        rows.append({**curve, "curve": name, "kind": kind, "length": number(curve["length_mm"], 7)})
-    if rows:
-        print_rows(rows, "curve, kind, degree, control points=control_points, spans, length", texts=2)
-    if left := len(page["curves"]) + page["curves_left_out"] - len(rows):
-        print_text(f"... and {left} more; --json{' --all' * bool(page['curves_left_out'])} lists all")
-    print_notes(page["findings"])
+    shape, unit = "closed" if path["closed"] else "open", unit_along(path["axes"])
+    lines = [f"{path['name']}: {shape}, {number(path['length_mm'], 7)} {unit}, axes {' '.join(path['axes'])}"]
+    for axis, axis_unit, *box in zip(path["axes"], path["axis_units"], path["bbox_min"], path["bbox_max"], strict=True):
+        noise = ROUNDING * max(map(abs, box))
+        ends = [number(0.0 if abs(end) < noise else end, 6) for end in box]
+        lines.append(f"  {axis:<8}{' to '.join(ends)} {axis_unit}")
+    if unit == "mm":
+        lines.append(f"  least radius of curvature {_radius_words(path['min_radius_mm'], path['length_mm'])}")
+    jumps = counted(path["corners"] - path["stops"], "jump")
+    lines.append(f"  {counted(path['stops'], 'corner')} to stop at, {jumps} of curvature")
+    for corner in path["corner_places"][:MOST_LISTED]:
+        what = f"turns by {number(corner['angle_deg'])} deg" if corner["stop"] else "curvature jumps"
+        lines.append(f"    at {number(corner['s_mm'], 6)} {unit}: {what}")
+    if path["gaps"]:
+        lines.append(f"  {counted(path['gaps'], 'gap')}, the largest {number(path['largest_gap_mm'])} {unit}")
+    return lines
 
 
-@declared(_print)
+def _program_lines(program: Mapping[str, Any]) -> list[str]:
+    """Lines, moves, lengths, feeds and times of a program."""
+    counts = ", ".join(f"{count} {kind}" for kind, count in program["motion_blocks"].items())
+    lengths = ", ".join(f"{number(length, 7)} mm {kind}" for kind, length in program["lengths_mm"].items())
+    lines = [
+        f"program of {program['lines']} lines, dialect {program['dialect']}",
+        f"  moves     {counts}; {program['markers']} lines with M, S or T",
+        f"  lengths   {lengths}",
+    ]
+    if program["feed_max_mm_s"] is not None:
+        feeds = " to ".join(dict.fromkeys(number(program[f"feed_{end}_mm_s"]) for end in ("min", "max")))
+        times = f"{number(program['feed_time_s'])} s at them, {number(program['dwell_s'])} s of dwells"
+        lines.append(f"  feeds     {feeds} mm/s; {times}, without rapid moves")
+    return lines if program["ends"] else [*lines, "  note      no M2 or M30 ends it"]
+
+
+@answers(_show)
 @click.argument("source")
 @options.reading
-@click.option("--all", "every", is_flag=True, help="List every curve of a long program in --json, not the first alone.")
+@options.table("--all every  -  List every curve of a long program in --json, not the first alone.")
 def command(say: Say, source: str, every: bool, **given: Any) -> Page:
     """Show what SOURCE holds: curves, length, corners, least radius, and what its reader guessed or repaired.
 
@@ -70,20 +97,27 @@ def command(say: Say, source: str, every: bool, **given: Any) -> Page:
       splinefeed info part.json
       splinefeed info section.dat --chord 150mm --json
     """
+    from splinefeed.formats import registry
+    from splinefeed.formats.gcode.overview import summary
+
     say(f"reading {source}")
-    reading = options.reading_from(given)
-    page, program = program_page(source, reading, every)
-    if page is None:
-        paths = read_contents(source, reading)
-        page = {
-            "paths": [_path(path) for path in paths],
-            "curves": [_curve(path, i, k) for k, path in enumerate(paths, start=1) for i in range(len(path.curves))],
-            "curves_left_out": 0,
-            "format": paths.format,
-            "units": paths.units,
-            "findings": list(dict.fromkeys(finding for path in paths for finding in path.findings)),
-        }
-    return page if program is None else {**page, "program": program}
+    reading, more = options.reading_from(given), {}
+    is_file = not sf.shapes.is_shape(source) and os.path.isfile(source)
+    if is_file and registry.format_of(source).module == "gcode" and not set(reading) - _OF_PROGRAMS:
+        found = summary(source, **reading, most_listed=sys.maxsize if every else FEW)
+        more = {"program": found.program()}
+        if sum(found.moves.values()) > FEW:  # from its moves: a hundred megabytes take seconds
+            return {**found.page(source), "format": "G-code", **more}
+    paths = read_contents(source, reading)
+    return {
+        "paths": [_path(path) for path in paths],
+        "curves": [_curve(path, i, k) for k, path in enumerate(paths, start=1) for i in range(len(path.curves))],
+        "curves_left_out": 0,
+        "format": paths.format,
+        "units": paths.units,
+        "findings": list(dict.fromkeys(finding for path in paths for finding in path.findings)),
+        **more,
+    }
 
 
 def _path(path: sf.Path) -> dict[str, Any]:

@@ -4,22 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import click
-
 import splinefeed as sf
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers
-from splinefeed.cli.output import print_text
+from splinefeed.cli.answers import answers, group
+from splinefeed.cli.output import Block, Page
 from splinefeed.cli.progress import Say
 from splinefeed.errors import InputError
-
-EXAMPLES = """\b
-Examples:
-  splinefeed linuxcnc init --machine router
-  splinefeed linuxcnc init --machine my-table.toml -o mill --axes x,y,z
-  splinefeed linuxcnc init --machine xytheta --json
-
-"""
 
 INI = """\
 ; A fragment for an INI file of your own; HAL reads it with halcmd -i {name}.ini -f {name}.hal
@@ -35,21 +25,26 @@ FERROR = {axis.following:.17g}
 """
 
 
-@click.group(epilog=EXAMPLES)
+@group
 def command() -> None:
-    """Prepare LinuxCNC's HAL for streams."""
+    """Prepare LinuxCNC's HAL for streams.
+
+    Examples:
+      splinefeed linuxcnc init --machine router
+      splinefeed linuxcnc init --machine my-table.toml -o mill --axes x,y,z
+      splinefeed linuxcnc init --machine xytheta --json
+    """
 
 
-def _print(page: Page) -> None:
-    print_text(f"the drives of {', '.join(page['axes'])} are simulated, see the comments in the file")
-    for title, lines in (("start", page["start"]), ("stream", [page["stream"]]), ("end", page["stop"])):
-        print_text()
-        print_text(f"{title}:")
-        for line in lines:
-            print_text(f"  {line}")
+def _show(page: Page) -> list[Block]:
+    steps = (("start", page["start"]), ("stream", [page["stream"]]), ("end", page["stop"]))
+    return [
+        [f"the drives of {', '.join(page['axes'])} are simulated, see the comments in the file"],
+        *([f"{title}:", *(f"  {line}" for line in lines)] for title, lines in steps),
+    ]
 
 
-@command.command("init", short_help="Write the .hal file and INI fragment of a machine.", epilog=EXAMPLES)
+@answers(_show)
 @options.table("""
 --machine       NAME|FILE!       The machine; see splinefeed machine list.
 --axes          NAMES            Which of its axes, in order.  [default: all]
@@ -58,9 +53,13 @@ def _print(page: Page) -> None:
 --motion        -                Together with LinuxCNC's motion controller, which then shows the tool tip.
 -o --output     NAME =splinefeed  NAME.hal, NAME.ini
 """)
-@answers(_print)
 def init(say: Say, machine: str, output: str, motion: bool, **given: Any) -> Page:
-    """Write a HAL file with streamer, one controller an axis, and simulated drives to replace with your own."""
+    """Write a HAL file with streamer, one controller an axis, and simulated drives to replace with your own.
+
+    Examples:
+      splinefeed linuxcnc init --machine router
+      splinefeed linuxcnc init --machine my-table.toml -o mill --axes x,y,z
+    """
     import math
 
     from splinefeed.formats.atomic import atomic_write
@@ -93,3 +92,6 @@ def init(say: Say, machine: str, output: str, motion: bool, **given: Any) -> Pag
         stop = ["quit LinuxCNC"]
     play = f"splinefeed stream SOURCE --machine {machine} --to linuxcnc"
     return {"files": list(texts), "axes": list(names), "start": start, "stream": play, "stop": stop}
+
+
+command.add_command(init, "init")

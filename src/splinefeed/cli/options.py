@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -25,8 +25,10 @@ UNITS_NOTE = "Quantities may carry a unit (3600mm/min, 50mm/s^2, 1ms); bare numb
 class Value(click.ParamType):  # type: ignore[type-arg]  # only newer versions of click have it
     """What a function makes of the text of an option; its InputError is one of usage."""
 
-    def __init__(self, name: str, read: Callable[[str], Any]) -> None:
-        self.name, self._read = name, read
+    name = "value"
+
+    def __init__(self, read: Callable[[str], Any]) -> None:
+        self._read = read
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The value, in mm, s and rad."""
@@ -36,21 +38,13 @@ class Value(click.ParamType):  # type: ignore[type-arg]  # only newer versions o
             raise click.BadParameter(str(error), ctx, param) from None
 
 
-class Quantity(Value):
+def _quantity(kind: str) -> Value:
     """A number with or without a unit, as `units.parse` reads it; `kind` is one of its kinds."""
-
-    def __init__(self, kind: str) -> None:
-        super().__init__(kind, lambda value: units.parse(value, kind, "deg" if kind == "angle" else None))
-
-
-class Names(Value):
-    """A list of names between commas, each once."""
-
-    def __init__(self) -> None:
-        super().__init__("name,name", _names)
+    return Value(lambda value: units.parse(value, kind, "deg" if kind == "angle" else None))
 
 
 def _names(text: str) -> tuple[str, ...]:
+    """A list of names between commas, each once."""
     names = tuple(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
     if not names:
         raise InputError("no name is given; write for example taylor-2,milne-simpson")
@@ -71,23 +65,17 @@ def _of_axes(limit: str, text: str) -> dict[str, float]:
 
 def _travel(text: str) -> dict[str, float]:
     """Soft limits of axes, `x=0:500,theta=-90:90`, as `Limits.as_dict` has them."""
-    from splinefeed.formats.limits_toml import turning
-    from splinefeed.records import ROTARY_AXES, TRAVEL_ENDS
+    from splinefeed.formats.limits_toml import by_axis, travel_of
+    from splinefeed.records import TRAVEL_ENDS
 
-    found = {}
+    found: dict[str, float] = {}
     try:
-        for each in text.split(","):
-            axis, _, ends = each.partition("=")
-            axis = axis.strip()
-            for name, end in zip(TRAVEL_ENDS, (ends.partition(":")[0], ends.partition(":")[2]), strict=True):
-                found[f"{name}.{axis}"] = turning(end, 0) if axis in ROTARY_AXES else units.parse(end, "length")
+        for axis, ends in by_axis(text):
+            positions = travel_of(axis, list(ends.partition(":")[::2]))
+            found |= {f"{end}.{axis}": position for end, position in zip(TRAVEL_ENDS, positions, strict=True)}
     except InputError as error:
         raise InputError(f"{error}; write for example x=0:500") from None
     return found
-
-
-def _smoothing(text: str) -> float | str:
-    return text if text == "program" else units.parse(text, "length")
 
 
 def _percent(text: str) -> float:
@@ -97,27 +85,27 @@ def _percent(text: str) -> float:
         raise InputError(f"{text!r} is not a percentage; write for example 80%") from None
 
 
-def _of_axis(limit: str) -> Value:
-    return Value(limit, lambda text: _of_axes(limit, text))
-
-
-def quantity(*names: str, kind: str, text: str) -> Callable[[F], F]:
-    """An option that is a quantity of `kind`, with `text` as its help."""
-    return click.option(*names, type=Quantity(kind), metavar=kind.upper(), help=text)
-
-
 #: Kinds of values of options by what the help calls them; any other word in capitals is a text.
 _TYPES: dict[str, Any] = {
-    **{kind.upper(): Quantity(kind) for kind in ("length", "time", "feed", "acceleration", "jerk", "angle")},
-    "NAMES": Names(),
+    **{kind.upper(): _quantity(kind) for kind in units.KINDS},
+    "NAMES": Value(_names),
     "INTEGER": int,
     "COUNT": click.IntRange(0),
     "NUMBER": float,
     "DEGREES": click.FloatRange(0.0, 180.0, min_open=True),
-    "AXIS=LOW:HIGH": Value("x=low:high", _travel),
-    "PERCENT": Value("percent", _percent),
-    "LENGTH|program": Value("tolerance", _smoothing),
+    "AXIS=LOW:HIGH": Value(_travel),
+    "PERCENT": Value(_percent),
+    "LENGTH|program": Value(lambda text: text if text == "program" else units.parse(text, "length")),
 }
+
+
+def _rows(text: str) -> list[list[str]]:
+    """The options of a table: flags and parameter name, what they take, and the help."""
+    return [re.split(r" {2,}", line, maxsplit=2) for line in re.sub(r"\n +", " ", text).splitlines() if line]
+
+
+def _parameter(names: str) -> str:
+    return names.split()[-1].lstrip("-").replace("-", "_")
 
 
 def table(text: str) -> Callable[[F], F]:
@@ -128,20 +116,18 @@ def table(text: str) -> Callable[[F], F]:
     """
 
     def decorate(function: F) -> F:
-        for line in reversed(re.sub(r"\n +", " ", text).splitlines()):
-            if not line:
-                continue
-            names, takes, words = re.split(r" {2,}", line, maxsplit=2)
+        for names, takes, words in reversed(_rows(text)):
             takes, _, default = takes.partition(" =")
             more: dict[str, Any] = {"default": default, "show_default": True} if default else {}
             more |= {"required": takes.endswith("!"), "multiple": takes.endswith("*")}
-            takes, name = takes.rstrip("!*"), names.split()[-1].lstrip("-").replace("-", "_")
+            takes = takes.rstrip("!*")
             if takes == "-":
                 more["is_flag"] = True
             elif takes.islower():
                 more["type"] = click.Choice(takes.split("|"))
             else:
-                more |= {"type": _of_axis(name) if takes == "LIMIT" else _TYPES.get(takes), "metavar": takes}
+                limit = Value(partial(_of_axes, _parameter(names)))
+                more |= {"type": limit if takes == "LIMIT" else _TYPES.get(takes), "metavar": takes}
             function = click.option(*names.split(), help=words, **more)(function)
         return function
 
@@ -163,63 +149,69 @@ def figure_formats(given: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 #: How a G-code program is read.
-READING_PROGRAM = """
+_PROGRAM = """
 --dialect  NAME             G-code: the control, if the program does not show it.
 --start    X,Y,Z,...        G-code: tool position before the first line, mm and deg.
 --offsets  G54=X,Y,Z;...    G-code: work offsets.  [default: at 0]
 --tools    FILE             G-code: tool table (.tbl); G43 takes tool lengths from it.
 --repair   -                Repair what is safe to repair in a faulty file, and list it.
 """
-FROM_LINE = """
+_FROM_LINE = """
 --from-line  N              G-code: resume the program at this line, with the modes in force there.
 """
 #: How a SOURCE is read, but for the tolerance.
-READING_ALONE = f"""
+_READING_ALONE = f"""
 --path which  NAME|NUMBER   Which path of a file that holds several (from 1).
 --layer    NAME,NAME        DXF, 3DM, SVG (groups): only these layers.
 --units    UNIT             DXF: mm, in, ...; overrides the file.
 --chord    LENGTH           Airfoil .dat: length of one unit of the file.  [default: 100 mm]
 --edges    -                STEP, IGES, 3DM: edges of faces as well as free curves.
-{READING_PROGRAM.strip()}
-{FROM_LINE.strip()}
+{_PROGRAM.strip()}
+{_FROM_LINE.strip()}
 """
 #: How a SOURCE is read.
-READING = f"""{READING_ALONE}
+_READING = f"""{_READING_ALONE}
 --tolerance  LENGTH         Airfoil .dat, points .csv .xyz: largest distance of the fit.  [default: 0.001 mm]
                             Drawings, CAD, JSON: ends closer than this are joined.  [default: 1e-6 mm]
 """
-reading_program, from_line, reading_alone, reading = map(table, (READING_PROGRAM, FROM_LINE, READING_ALONE, READING))
-
 #: How the path is smoothed.
-smoothing = table("""
+_SMOOTHING = """
 --smooth   LENGTH|program   Replace short lines and corners by curves within this tolerance; `program`: that of its
                             G64 P.
 --corners  keep|round       What --smooth does at corners sharper than --corner-angle.
                             [default: keep; round for `program`]
 --corner-angle  DEGREES     Joints that turn by more than this are corners.  [default: 45]
 --angle-tolerance  ANGLE    How far --smooth may turn the tool axis, or rotary axes: 0.1deg, 1mrad.  [default: 0.05 deg]
+"""
+_TANGENTIAL = "--3d tangential  -  A third axis, theta, follows the tangent of a planar path."
+reading_program, from_line, reading_alone = map(table, (_PROGRAM, _FROM_LINE, _READING_ALONE))
+reading, smoothing, tangential = map(table, (_READING, _SMOOTHING, _TANGENTIAL))
+SMOOTHS = [_parameter(names) for names, *_ in _rows(_SMOOTHING)]
+_READS = [_parameter(names) for names, *_ in _rows(_READING + _TANGENTIAL)]
+
+#: A CSV of setpoints, and the path that they were made along.
+setpoints_csv = table("""
+--columns  NAMES            CSV without names: its columns, as t,x,y.
+--period   TIME             CSV: the period.  [default: from t]
 """)
-_SMOOTHING = ("smooth", "corners", "corner_angle", "angle_tolerance")
+setpoints_path = table("""
+--path source  FILE|SHAPE   The path.  [default: that of the setpoints]
+--which    NAME|NUMBER      Which path of a file that holds several (from 1).
+--chord    LENGTH           Airfoil .dat: one unit of the file.
+""")
 
 
-def smoothing_from(given: Mapping[str, Any]) -> dict[str, Any]:
-    """How to smooth a path, from what the options of `smoothing` were `given`; the angle in degrees.
+def reading_from(given: Mapping[str, Any]) -> dict[str, Any]:
+    """How to read a SOURCE, smooth it and give it a tangential axis, from what these options were `given`.
 
-    Raises InputError for how without by how much.
+    Raises InputError for how to smooth without by how much.
     """
-    said = {name: given[name] for name in _SMOOTHING if given.get(name) is not None}
-    if said and "smooth" not in said:
-        raise InputError(f"--{next(iter(said)).replace('_', '-')}: needs --smooth; give --smooth LENGTH too")
+    said = {
+        name: given[name] for name in (*_READS, *SMOOTHS) if given.get(name) is not None and given[name] is not False
+    }
+    if "smooth" not in said and (alone := [name for name in SMOOTHS if name in said]):
+        raise InputError(f"--{alone[0].replace('_', '-')}: needs --smooth; give --smooth LENGTH too")
     return said
-
-
-def smoothing_note(path: sf.Path, given: Mapping[str, Any]) -> list[str]:
-    """What to say of a program that asks for smoothing where none is given."""
-    if given["smooth"] is not None or path.tolerances is None or not path.tolerances.any():
-        return []
-    top = float(path.tolerances.max())
-    tolerance = f"G64 P{top:g}" if top < math.inf else "G64"
-    return [f"the program allows smoothing ({tolerance}), which is off; turn it on with --smooth program"]
 
 
 #: Limits; what the paper's experiment assumes is theirs by default where a command assumes anything.
@@ -264,39 +256,28 @@ machine = table("""
 --machine  NAME|FILE        A machine file or a built-in machine; its axis limits apply unless others are given. See
                             splinefeed machine.
 """)
-tangential = table("--3d tangential  -  A third axis, theta, follows the tangent of a planar path.")
 corrections = table("--corrections  INTEGER =1  Passes of a method's corrector, 0 to 100.")
 
 
 def limits_from(
-    given: dict[str, Any], machine: sf.Machine | None = None, axes: Sequence[str] = ()
-) -> tuple[sf.Limits, float, str | None]:
-    """Limits, period and strategy, None if it is left open, from what the options of `limits` were `given`.
+    given: Mapping[str, Any],
+    machine: sf.Machine | None = None,
+    axes: Sequence[str] = (),
+    path: sf.Path | PathParts | None = None,
+) -> tuple[sf.Limits, list[str]]:
+    """Limits from what the options of `limits` were `given`, and notes on what is assumed.
 
     Without a file of limits the paper's stand in for what is not said, but not where limits of the axes say enough.
-    The limits of the `axes` of a machine hold where neither file nor options say others.
+    The limits of the `axes` of a machine hold where neither file nor options say others, and the feeds of a program
+    that curves of the `path` carry where no feed is said.
     """
     from splinefeed.formats import limits_toml
-    from splinefeed.pipeline.run import PAPER_PERIOD
-    from splinefeed.pipeline.settings import completed
+    from splinefeed.pipeline.settings import at_programmed_feeds, completed
 
     file = given["limits_file"]
     flat = replaced(limits_toml.read(file).as_dict() if file else {}, given)
-    period = PAPER_PERIOD if given["period"] is None else given["period"]
-    return completed(flat, machine, axes, assume=not file), period, given["strategy"]
-
-
-def as_programmed(
-    limits: sf.Limits, path: sf.Path | PathParts, given: Mapping[str, Any]
-) -> tuple[sf.Limits, list[str]]:
-    """The limits for a path whose curves carry the feeds of a program, where no feed is said, and a note of it."""
-    from splinefeed.formats import limits_toml
-    from splinefeed.pipeline.settings import at_programmed_feeds
-
-    file = given["limits_file"]
-    if given["feed"] is not None or (file and "feed" in limits_toml.read(file).as_dict()):
-        return limits, []
-    return at_programmed_feeds(limits, path)
+    limits = completed(flat, machine, axes, assume=not file)
+    return (limits, []) if path is None or "feed" in flat else at_programmed_feeds(limits, path)
 
 
 def replaced(flat: Mapping[str, float], given: Mapping[str, Any]) -> dict[str, float]:
@@ -310,12 +291,3 @@ def replaced(flat: Mapping[str, float], given: Mapping[str, Any]) -> dict[str, f
         elif value is not None:
             out[name] = value
     return out
-
-
-_READING = ("which", "layer", "units", "chord", "edges", "dialect", "start", "offsets", "tools", "repair", "from_line",
-            "tolerance")  # fmt: skip
-
-
-def reading_from(given: Mapping[str, Any]) -> dict[str, Any]:
-    """How to read a SOURCE, from what the options of `reading` were `given`."""
-    return {name: given[name] for name in _READING if given.get(name) not in (None, False)}

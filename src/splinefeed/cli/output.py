@@ -1,14 +1,17 @@
-"""What commands print: one JSON object, or text and tables that stay whole in a pipe."""
+"""What commands print: one JSON object, or blocks of lines and tables that stay whole in a pipe."""
 
 from __future__ import annotations
 
 import json
 import math
-import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from splinefeed.cli.failures import visible
+
+Page = dict[str, Any]
+#: Lines without an empty one between them.
+Block = Sequence[str]
 
 
 def print_json(numbers: Mapping[str, Any]) -> None:
@@ -18,26 +21,38 @@ def print_json(numbers: Mapping[str, Any]) -> None:
     print(json.dumps(plain(numbers), indent=2, allow_nan=False))
 
 
-def print_text(text: str = "") -> None:
-    """One line of text on stdout, harmless to a terminal: a line break in a name is shown as one."""
-    print(visible(text))
+def print_blocks(blocks: Iterable[Block]) -> None:
+    """Blocks on stdout, an empty line between two; harmless to a terminal: a line break in a name is shown as one."""
+    print("\n\n".join("\n".join(map(visible, block)) for block in blocks if block))
 
 
-def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], *, texts: int = 1) -> None:
-    """A table on stdout; the first `texts` columns are words, all others are numbers and stand to the right."""
+def table(columns: Sequence[str], rows: Iterable[Sequence[str]], *, texts: int = 1) -> list[str]:
+    """The lines of a table; the first `texts` columns are words, all others are numbers and stand to the right."""
     lines = [list(map(visible, row)) for row in [columns, *rows]]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    for k, line in enumerate(lines):
-        cells = [f"{cell:{'<' if i < texts else '>'}{widths[i]}}" for i, cell in enumerate(line)]
-        bold = k == 0 and sys.stdout.isatty()
-        print("\x1b[1m" * bold + "   ".join(cells).rstrip() + "\x1b[0m" * bold)
+    return [
+        "   ".join(f"{cell:{'<' if i < texts else '>'}{widths[i]}}" for i, cell in enumerate(line)).rstrip()
+        for line in lines
+    ]
 
 
-def print_rows(rows: Iterable[Mapping[str, Any]], columns: str, *, texts: int = 1) -> None:
+def listed(rows: Iterable[Mapping[str, Any]], columns: str, *, texts: int = 1) -> list[str]:
     """A table of what pages of numbers list; columns between commas, a key or `title=key`, with units by the key."""
     pairs = [(title, key or title) for title, _, key in (each.strip().partition("=") for each in columns.split(","))]
     cells = [[shown(key, row.get(key)) for _, key in pairs] for row in rows]
-    print_table([title for title, _ in pairs], cells, texts=texts)
+    return table([title for title, _ in pairs], cells, texts=texts)
+
+
+def notes(said: Iterable[str]) -> list[str]:
+    """What a reader or a planner had to say, one line each."""
+    return [f"note      {note}" for note in said]
+
+
+def verdict(page: Page, why: str = "") -> list[str]:
+    """The problems of a page, and whether every limit holds; why: what to say if not, by default their number."""
+    problems = [f"problem   {problem}" for problem in page["problems"]]
+    bad = f"NOT KEPT: {why or counted(len(problems), 'problem')}"
+    return [*problems, "checked: every limit holds" if page["ok"] else bad]
 
 
 #: Units by the end of a key.

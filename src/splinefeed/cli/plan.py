@@ -8,12 +8,11 @@ import click
 
 import splinefeed as sf
 from splinefeed import units
-from splinefeed.cli import options
-from splinefeed.cli.answers import Page, declared
-from splinefeed.cli.output import number, print_table, print_text
+from splinefeed.cli import options, summary
+from splinefeed.cli.answers import answers
+from splinefeed.cli.output import Block, Page, notes, number, table
 from splinefeed.cli.progress import Say
 from splinefeed.cli.source import task_of
-from splinefeed.cli.summary import law_sentence, motion_sentence, print_limits, print_notes
 
 #: Decimals of the table: what is below is the rounding of the law.
 ROUNDED = 9
@@ -21,36 +20,37 @@ ROUNDED = 9
 MOST_ROWS = 28
 
 
-def _print(page: Page) -> None:
-    from splinefeed.records import unit_along
-
-    unit = unit_along(page["axes"])
-    period = units.format_quantity(page["period_s"], "time")
-    print_text(f"{motion_sentence(page)}, planned for a period of {period}")
-    print_text(f"law       {page['strategy']}; {law_sentence(page, unit)}")
-    if page["stops_mm"]:
-        print_text(f"stops     {len(page['stops_mm'])}, where the direction jumps")
-    print_notes(page["notes"])
-    print_text()
-    print_limits(page["limits"], unit)
-    print_text()
+def _show(page: Page) -> list[Block]:
+    period, unit = units.format_quantity(page["period_s"], "time"), summary.unit_of_path(page)
+    stops = [f"stops     {len(page['stops_mm'])}, where the direction jumps"] if page["stops_mm"] else []
     rows = [
         [str(i), *(number(round(value, ROUNDED), 6) for value in piece.values())]
-        for i, piece in enumerate(page["pieces"])
+        for i, piece in enumerate(page["pieces"][:MOST_ROWS])
     ]
     along = [f"from {unit}", f"to {unit}", f"feed {unit}/s", f"to {unit}/s", f"accel {unit}/s^2", f"jerk {unit}/s^3"]
-    print_table(["piece", "start s", "lasts s", *along], rows[:MOST_ROWS], texts=0)
-    if len(rows) > MOST_ROWS:
-        print_text(f"... and {len(rows) - MOST_ROWS} more pieces; --json lists all")
+    left = len(page["pieces"]) - len(rows)
+    return [
+        [
+            f"{summary.motion_sentence(page)}, planned for a period of {period}",
+            summary.law(page),
+            *stops,
+            *notes(page["notes"]),
+        ],
+        summary.limits(page),
+        [
+            *table(["piece", "start s", "lasts s", *along], rows, texts=0),
+            *([f"... and {left} more pieces; --json lists all"] if left else []),
+        ],
+    ]
 
 
-@declared(_print)
+@answers(_show)
 @click.argument("source", required=False)
 @options.limits
 @options.machine
 @options.reading
 @options.smoothing
-@click.option("-o", "--output", metavar="FILE", help="Save the law as HDF5 (.h5).")
+@options.table("-o --output  FILE  Save the law as HDF5 (.h5).")
 def command(say: Say, source: str | None, **given: Any) -> Page:
     """Plan the time law s(t) of the motion along SOURCE, and print its pieces.
 
@@ -93,6 +93,6 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
         "limits": verdict.as_dict()["limits"],
         "stops_mm": list(path.stops),
         "pieces": [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values(), strict=True)],
-        "notes": [*what.notes, *options.smoothing_note(path, given), *path.findings, *law.notes],
+        "notes": [*what.notes, *path.findings, *law.notes],
         "files": [given["output"]] if given["output"] else [],
     }

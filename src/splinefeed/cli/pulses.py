@@ -9,74 +9,65 @@ import click
 
 from splinefeed import units
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers
-from splinefeed.cli.output import number, print_table, print_text
+from splinefeed.cli.answers import answers
+from splinefeed.cli.output import Block, Page, notes, number, table
 from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import read_setpoints
-from splinefeed.cli.summary import print_notes
 from splinefeed.errors import FormatError, InputError
 
 if TYPE_CHECKING:
     from splinefeed.formats.bit_pattern import BitPattern
     from splinefeed.records import Array
 
-EXAMPLES = """\b
-Examples:
-  splinefeed pulses splinefeed-butterfly/setpoints.h5 --machine xytheta
-  splinefeed pulses wing.h5 --pulses x=1000,y=1000 --clock 256kHz -o wing.bits
-  splinefeed pulses wing.bits --decode -o wing-positions.csv
 
-"""
-
-
-def _print(page: Mapping[str, Any]) -> None:
-    period, clock = (
-        units.format_quantity(page[key], kind) for key, kind in (("period_s", "time"), ("pulse_clock_hz", "frequency"))
-    )
-    print_text(
-        f"{page['file']}: {page['periods']} periods of {period}, {page['slots_per_period']} slots in each, "
-        f"a pulse clock of {clock}"
-    )
-    print_notes(page["notes"])
-    for i, card in enumerate(page["cards"] if len(page["cards"]) > 1 else (), start=1):
-        print_text(f"card {i}    axes {', '.join(card)}")
-    print_text()
+def _show(page: Page) -> list[Block]:
+    period = units.format_quantity(page["period_s"], "time")
+    clock = units.format_quantity(page["pulse_clock_hz"], "frequency")
+    slots = f"{page['slots_per_period']} slots in each, a pulse clock of {clock}"
+    cards = [f"card {i}    axes {', '.join(card)}" for i, card in enumerate(page["cards"], start=1)]
     sent = [key for key in ("pulses_plus", "pulses_minus") if key in page]
     rows = [
         [a, f"{number(page['pulses_per_unit'][a], 8)} /{page['units'][a]}", *(str(page[key][a]) for key in sent)]
         for a in page["axes"]
     ]
-    print_table(["axis", "pulses", "sent plus", "sent minus"][: 2 + len(sent)], rows)
+    ends = []
+    if sent and (fastest := page["fastest"])["pulses"]:
+        rate = units.format_quantity(fastest["rate_hz"], "frequency")
+        ends = [f"fastest: {fastest['pulses']} pulses of {fastest['axis']} after tick {fastest['tick']}, {rate}"]
     if sent:
-        fastest = page["fastest"]
-        print_text()
-        if fastest["pulses"]:
-            rate = units.format_quantity(fastest["rate_hz"], "frequency")
-            print_text(f"fastest: {fastest['pulses']} pulses of {fastest['axis']} after tick {fastest['tick']}, {rate}")
-        print_text(f"decoded again: at most {number(page['off_max_pulses'], 3)} pulses off a setpoint")
+        ends.append(f"decoded again: at most {number(page['off_max_pulses'], 3)} pulses off a setpoint")
+    return [
+        [
+            f"{page['file']}: {page['periods']} periods of {period}, {slots}",
+            *notes(page["notes"]),
+            *(cards if len(cards) > 1 else []),
+        ],
+        table(["axis", "pulses", "sent plus", "sent minus"][: 2 + len(sent)], rows),
+        ends,
+    ]
 
 
-@click.command(epilog=EXAMPLES)
+@answers(_show, "")
 @click.argument("file", metavar="FILE")
-@click.option("--machine", metavar="NAME|FILE", help="One pulse is a count of this machine's encoders.")
-@click.option("--pulses", "scales", metavar="AXIS=N", help="Pulses per mm, of rotary axes per degree: x=1000.")
-@click.option(
-    "--clock",
-    type=options.Quantity("frequency"),
-    metavar="FREQUENCY",
-    help="Slots a second; a period takes a multiple of 16.  [default: the lowest that is enough]",
-)
-@click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
-@click.option("--period", type=options.Quantity("time"), metavar="TIME", help="CSV: the period.  [default: from t]")
-@click.option("--decode", is_flag=True, help="FILE holds pulse words; decode them into positions.")
-@click.option("-o", "--output", metavar="FILE", help="Words: .bits (with .bits.json); positions: .csv.")
-@answers(_print)
+@options.table("""
+--machine         NAME|FILE  One pulse is a count of this machine's encoders.
+--pulses scales   AXIS=N     Pulses per mm, of rotary axes per degree: x=1000.
+--clock           FREQUENCY  Slots a second; a period takes a multiple of 16.  [default: the lowest that is enough]
+--decode          -          FILE holds pulse words; decode them into positions.
+-o --output       FILE       Words: .bits (with .bits.json); positions: .csv.
+""")
+@options.setpoints_csv
 def command(say: Say, file: str, **given: Any) -> Page:
     """Turn setpoints into the 16-bit words of a motion card's bit-pattern mode, one pulse a bit, and back.
 
     FILE holds setpoints (.h5, .csv, ... of splinefeed, or a CSV of another program), or with --decode pulse words. No
     pulse is lost or added: after every period each axis is within half a pulse of its setpoint, and the words are
     decoded again before they are written. Too many pulses in a period are an error that names tick and axis.
+
+    Examples:
+      splinefeed pulses splinefeed-butterfly/setpoints.h5 --machine xytheta
+      splinefeed pulses wing.h5 --pulses x=1000,y=1000 --clock 256kHz -o wing.bits
+      splinefeed pulses wing.bits --decode -o wing-positions.csv
     """
     say(f"reading {file}")
     return _decoded(file, given) if given["decode"] else _encoded(file, given, say)
@@ -89,7 +80,7 @@ def _encoded(file: str, given: Mapping[str, Any], say: Say) -> Page:
 
     if (given["machine"] is None) == (given["scales"] is None):
         raise InputError("the size of a pulse is missing; give either --machine NAME or --pulses x=1000,y=1000")
-    points, notes = read_setpoints(file, given)
+    points, guessed = read_setpoints(file, given)
     if given["machine"] is None:
         scales, rotary = _scales(given["scales"]), "deg"
     else:
@@ -101,10 +92,10 @@ def _encoded(file: str, given: Mapping[str, Any], say: Say) -> Page:
     if output is not None:
         bit_pattern.write(pattern, output)
     files = [] if output is None else [output, str(bit_pattern.page_of(output))]
-    return {**_page(file, pattern, notes, files), **numbers}
+    return {**_page(file, pattern, guessed, files), **numbers}
 
 
-def _page(file: str, pattern: BitPattern, notes: list[str], files: list[str]) -> Page:
+def _page(file: str, pattern: BitPattern, guessed: list[str], files: list[str]) -> Page:
     from splinefeed.formats.metadata import axis_units
     from splinefeed.pipeline.pulses import per_degree
 
@@ -119,7 +110,7 @@ def _page(file: str, pattern: BitPattern, notes: list[str], files: list[str]) ->
         "units": dict(zip(pattern.axes, axis_units(pattern.axes, "deg"), strict=True)),
         "slots_per_period": pattern.slots_per_period,
         "pulse_clock_hz": pattern.pulse_clock,
-        "notes": notes,
+        "notes": guessed,
         "files": files,
     }
 

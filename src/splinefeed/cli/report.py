@@ -9,8 +9,8 @@ import click
 
 import splinefeed as sf
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, declared
-from splinefeed.cli.output import counted, print_text
+from splinefeed.cli.answers import answers
+from splinefeed.cli.output import Page, verdict
 from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import on_its_machine, path_of
 from splinefeed.errors import FormatError
@@ -22,11 +22,7 @@ if TYPE_CHECKING:
 FORMS = ("hdf5", "npz", "parquet", "mat", "csv")
 
 
-def _print(page: Page) -> None:
-    print_text("checked: every limit holds" if page["ok"] else f"NOT KEPT: {counted(len(page['problems']), 'problem')}")
-
-
-@declared(_print, "")
+@answers(lambda page: [verdict(page)], "")
 @click.argument("folder")
 @options.table("""
 -o --output     FILE             File to write.  [default: report.html in the folder]

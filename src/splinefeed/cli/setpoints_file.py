@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import shlex
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from splinefeed.cli import options
 from splinefeed.cli.source import read_path
 from splinefeed.errors import InputError
 
@@ -46,6 +48,8 @@ def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) ->
 
     Raises InputError where neither says one.
     """
+    from splinefeed.report.record import source_of
+
     if given["source"]:
         chosen = {name: given[name] for name in ("which", "chord") if given[name] is not None}
         return read_path(given["source"], chosen), given["source"]
@@ -55,8 +59,9 @@ def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) ->
     text: str = source["text"]
     if source.get("beside"):  # a run that was made in Python wrote its path beside its setpoints
         text = os.path.join(os.path.dirname(file), text)
-    _check_unchanged(text, source.get("sha256"), file)
-    return read_path(text, _reading(settings)), text
+    if (digest := source.get("sha256")) is not None and source_of(text).get("sha256") != digest:
+        raise InputError(f"{file}: its path was read from {text}, which has changed since or is gone; give --path")
+    return read_path(text, options.reading_from(options_of(settings))), text
 
 
 def on_its_machine(path: Path, settings: Mapping[str, Any], machine: str | None, limits: Limits) -> Path | JointPath:
@@ -64,50 +69,19 @@ def on_its_machine(path: Path, settings: Mapping[str, Any], machine: str | None,
     from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.pipeline.run import on_machine
 
-    return on_machine(path, machine or (machine_of(settings) if isinstance(path, ToolPath) else None), limits)
+    own = options_of(settings)["machine"] if isinstance(path, ToolPath) else None
+    return on_machine(path, machine or own, limits)
 
 
-def machine_of(settings: Mapping[str, Any]) -> str | None:
-    """The machine of the run that wrote the setpoints, as its command says, or None."""
-    return _words(settings).get("--machine")
+def options_of(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """The options of the run that wrote the setpoints, from its command."""
+    from splinefeed.cli.run import command
 
-
-def _words(settings: Mapping[str, Any]) -> dict[str, str]:
-    """Each word of the command of a run, and the one behind it."""
-    import shlex
-    from itertools import zip_longest
-
-    words = shlex.split(str(settings.get("command", "")))
-    return dict(zip_longest(words, words[1:], fillvalue=""))
+    words = shlex.split(str(settings.get("command", "")))[2:]
+    return command.make_context("run", words, resilient_parsing=True).params
 
 
 def says_path(settings: Mapping[str, Any]) -> bool:
     """Whether the settings of setpoints name the source of their path."""
     source = settings.get("source")
     return isinstance(source, Mapping) and isinstance(source.get("text"), str)
-
-
-def _reading(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """How a run read its source, from its command line."""
-    from splinefeed.report.record import READING_FLAGS, READING_OPTIONS
-
-    said = _words(settings)
-    reading: dict[str, Any] = {name: said[word] for name, word in READING_OPTIONS.items() if word in said}
-    for name in ("chord", "tolerance", "smooth", "corner_angle", "angle_tolerance"):
-        if name in reading and reading[name] != "program":
-            reading[name] = float(reading[name])
-    return reading | {name: True for name, word in READING_FLAGS.items() if word in said}
-
-
-def _check_unchanged(source: str, digest: object, file: str) -> None:
-    """Raise InputError if the file that a run read is gone or another one by now."""
-    import hashlib
-
-    if digest is None:
-        return
-    unchanged = False
-    if os.path.isfile(source):
-        with open(source, "rb") as stream:
-            unchanged = hashlib.file_digest(stream, "sha256").hexdigest() == digest
-    if not unchanged:
-        raise InputError(f"{file}: its path was read from {source}, which has changed since or is gone; give --path")

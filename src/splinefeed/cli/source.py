@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import splinefeed as sf
@@ -17,14 +18,14 @@ if TYPE_CHECKING:
 
 
 #: What is done to a path after it is read.
-AFTER_READING = ("tangential", "smooth", "corners", "corner_angle", "angle_tolerance")
+AFTER_READING = ("tangential", *options.SMOOTHS)
 
 
 class Task(NamedTuple):
     """What a command plans: a path, how it was read, limits, period, strategy and notes on them."""
 
     source: str
-    path: sf.Path
+    path: Any  # sf.Path, but where another `read` makes it
     reading: dict[str, Any]
     limits: sf.Limits
     period: float
@@ -32,34 +33,42 @@ class Task(NamedTuple):
     notes: list[str]
 
 
-def task_of(say: Say, source: str | None, given: dict[str, Any], machine: sf.Machine | None = None) -> Task:
-    """What SOURCE and the options mean, the paper's airfoil without SOURCE; `machine` gives limits of its axes."""
-    from splinefeed.pipeline.run import PAPER_SHAPE, planned_axes
+def task_of(
+    say: Say,
+    source: str | None,
+    given: Mapping[str, Any],
+    machine: sf.Machine | None = None,
+    read: Callable[[str, Mapping[str, Any]], Any] | None = None,
+) -> Task:
+    """What SOURCE and the options mean, the paper's airfoil without SOURCE; `machine` gives limits of its axes.
+
+    read  how to read a source, in place of `read_path`
+    """
+    from splinefeed.pipeline.run import PAPER_PERIOD, PAPER_SHAPE, planned_axes
 
     source = PAPER_SHAPE if source is None else source
     if machine is None:
         options.limits_from(given)  # options are validated before the file is opened
-    reading = options.reading_from(given) | options.smoothing_from(given)
-    reading |= {"tangential": True} if given.get("tangential") else {}
+    reading = options.reading_from(given)
     say(f"reading {source}")
-    path = read_path(source, reading)
-    limits, period, strategy = options.limits_from(given, machine, planned_axes(path, machine))
-    limits, notes = options.as_programmed(limits, path, given)
-    return Task(source, path, reading, limits, period, strategy, notes)
+    path = (read or read_path)(source, reading)
+    limits, notes = options.limits_from(given, machine, planned_axes(path, machine), path)
+    if given.get("smooth", "") is None and isinstance(path, sf.Path):
+        notes = [*notes, *_smoothing_note(path)]
+    period = PAPER_PERIOD if given["period"] is None else given["period"]
+    return Task(source, path, reading, limits, period, given["strategy"], notes)
+
+
+def _smoothing_note(path: sf.Path) -> list[str]:
+    """What to say of a program that asks for smoothing, which is off."""
+    top = 0.0 if path.tolerances is None else float(path.tolerances.max(initial=0.0))
+    tolerance = f"G64 P{top:g}" if top < math.inf else "G64"
+    return [f"the program allows smoothing ({tolerance}), which is off; turn it on with --smooth program"] * (top > 0.0)
 
 
 def read_path(source: str, reading: Mapping[str, Any]) -> sf.Path:
-    """The path that `source` means, read as `options.reading_from` says, and smoothed as `options.smoothing_from`.
-
-    With theta behind if `tangential` is true.
-    """
-    from splinefeed.formats import registry
-    from splinefeed.geometry.tangential import tangential
-    from splinefeed.pipeline.settings import smooth
-
-    paths = read_contents(source, {name: value for name, value in reading.items() if name not in AFTER_READING})
-    path = smooth(paths[0] if len(paths) == 1 else registry.choose(paths, None, source), reading)
-    return tangential(path) if reading.get("tangential") else path
+    """The one path that `source` means; see `read_contents`."""
+    return read_contents(source, reading, one=True)[0]
 
 
 def check_rotary(path: sf.Path, source: str, machine: sf.Machine) -> None:
@@ -80,25 +89,32 @@ def check_rotary(path: sf.Path, source: str, machine: sf.Machine) -> None:
         )
 
 
-def read_contents(source: str, reading: Mapping[str, Any]) -> Contents:
-    """Every path of `source`, or the one that `--path` chooses, with the units and the format of the file."""
+def read_contents(source: str, reading: Mapping[str, Any], *, one: bool = False) -> Contents:
+    """Every path of `source`, or the one that `--path` chooses, with the units and the format of the file.
+
+    Read, smoothed, and with theta behind as `options.reading_from` says; FormatError where `one` is wanted of several.
+    """
     from splinefeed.formats import registry
     from splinefeed.formats.contents import Contents
+    from splinefeed.geometry.tangential import tangential
+    from splinefeed.pipeline.settings import smooth
 
+    how = {name: value for name, value in reading.items() if name not in AFTER_READING}
     if sf.shapes.is_shape(source):
-        for name in reading:
+        for name in how:
             option = "--path" if name == "which" else f"--{name}"
             raise InputError(f"{option}: is for files; {source!r} is a shape, whose options follow its '?'")
-        shape = Contents([sf.shapes.from_text(source)])
-        shape.format = "shape"
-        return shape
-    if not os.path.exists(source) and not os.path.splitext(source)[1] and os.sep not in source:
+        found = Contents([sf.shapes.from_text(source)])
+        found.format = "shape"
+    elif not os.path.exists(source) and not os.path.splitext(source)[1] and os.sep not in source:
         name = source.partition(":")[0].partition("?")[0]
         raise InputError(f"{source}: no such file or shape; {nearest(name, sf.shapes.names(), 'shapes are {}')}")
-    which = reading.get("which")
-    found = registry.read_all(source, **{name: value for name, value in reading.items() if name != "which"})
-    if which is None:
-        return found
-    chosen = Contents([registry.choose(found, which, source)], found.units)
-    chosen.format = found.format
-    return chosen
+    else:
+        which = how.pop("which", None)
+        found = registry.read_all(source, **how)
+        if which is not None or (one and len(found) > 1):
+            found[:] = [registry.choose(found, which, source)]
+    found[:] = [smooth(path, reading) for path in found]
+    if reading.get("tangential"):
+        found[:] = map(tangential, found)
+    return found

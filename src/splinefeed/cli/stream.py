@@ -17,7 +17,8 @@ import click
 
 import splinefeed as sf
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, declared
+from splinefeed.cli.answers import answers
+from splinefeed.cli.output import Page
 from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import read_setpoints
 from splinefeed.cli.source import task_of
@@ -49,7 +50,7 @@ _ORDERS = {
 }
 
 
-@declared(lambda page: None, f"{KEYS}{options.UNITS_NOTE}")
+@answers(lambda page: [], f"{KEYS}{options.UNITS_NOTE}")
 @click.argument("source")
 @options.table("""
 --to            file|stdout|udp|linuxcnc!  Where the rows go.
@@ -187,7 +188,7 @@ def _through(say: Say, source: str, given: dict[str, Any], machine: sf.Machine |
 
     say(f"reading {source}")
     (rows, _), most = read_setpoints(source, given), given["most"] / 100.0
-    limits, _, _ = options.limits_from({**given, "period": None}, machine, rows.axes)
+    limits, _ = options.limits_from(given, machine, rows.axes)
     if given["feed"] is None and given["limits_file"] is None:  # nobody said one: that of the rows is 100 %
         linear = rows.position[:, [axis not in ROTARY_AXES for axis in rows.axes]]
         feed = float(np.max(np.linalg.norm(np.diff(linear, axis=0), axis=1), initial=0.0)) / rows.period

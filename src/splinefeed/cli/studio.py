@@ -5,29 +5,29 @@ from __future__ import annotations
 import click
 
 from splinefeed.cli import options
-from splinefeed.cli.output import print_json, print_text
+from splinefeed.cli.answers import documented
+from splinefeed.cli.output import print_blocks, print_json
 from splinefeed.errors import InputError
 
-EXAMPLES = """\b
-Examples:
-  splinefeed studio
-  splinefeed studio --port 8700 --no-browser
-  splinefeed studio --history night.sqlite
 
-"""
-
-
-@click.command(epilog=EXAMPLES)
+@documented()
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port on loopback.  [default: a free one]")
 @click.option("--browser/--no-browser", default=True, help="Open the page in the browser.  [default: browser]")
-@click.option("--history", metavar="FILE", help="Where the history is kept.  [default: a file in your data folder]")
-@click.option("--no-history", is_flag=True, help="Keep no history.")
+@options.table("""
+--history     FILE  Where the history is kept.  [default: a file in your data folder]
+--no-history  -     Keep no history.
+""")
 @options.as_json
 def command(port: int, browser: bool, history: str | None, no_history: bool, as_json: bool) -> None:
     """Serve the studio on this computer alone, until Ctrl-C.
 
     The printed address carries a token: whoever has it, on this computer, can use the studio. Uploads are kept in a
     temporary folder that is removed at the end; the history is kept in a SQLite file.
+
+    Examples:
+      splinefeed studio
+      splinefeed studio --port 8700 --no-browser
+      splinefeed studio --history night.sqlite
     """
     import asyncio
     import sys
@@ -48,8 +48,7 @@ def command(port: int, browser: bool, history: str | None, no_history: bool, as_
         if as_json:
             print_json({"address": address, "history": None if file is None else str(file)})
         else:
-            print_text(f"the studio is at {address}")
-            print_text("Ctrl-C ends it")
+            print_blocks([[f"the studio is at {address}", "Ctrl-C ends it"]])
         sys.stdout.flush()
 
     with suppress(KeyboardInterrupt):

@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, declared
-from splinefeed.cli.output import counted, print_rows, print_text
+from splinefeed.cli.answers import answers
+from splinefeed.cli.output import Block, Page, counted, listed, notes
 from splinefeed.cli.progress import Say
-from splinefeed.cli.summary import print_notes
 from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
@@ -40,22 +39,25 @@ RECENT = 100
 ENOUGH = 10
 
 
-def _print(page: dict[str, Any]) -> None:
-    print_text(f"{page['name']}: {page['there']} of {page['runs']} runs")
-    kept, failed = page["not_kept"], page["failed"]
-    print_text(f"          {page['ok']} ok, {kept} with a limit or a check not kept, {failed} failed")
-    print_text()
-    rows = [{"number": name, **each} for name, each in page["numbers"].items()]
-    print_rows(rows, "number, least, run=least_run, median, most, run=most_run")
-    for each in page["failures"]:
-        print_text(f"failed    {counted(each['runs'], 'run')}: {each['error']}")
-    if page["pareto"]:
-        best = ", ".join(f"{each['index']} ({each['source']})" for each in page["pareto"][:8])
-        print_text(f"front     cycle time against contour error: runs {best}")
-    print_notes(page["notes"])
+def _show(page: Page) -> list[Block]:
+    numbers = [{"number": name, **each} for name, each in page["numbers"].items()]
+    failed = [f"failed    {counted(each['runs'], 'run')}: {each['error']}" for each in page["failures"]]
+    best = ", ".join(f"{each['index']} ({each['source']})" for each in page["pareto"][:8])
+    return [
+        [
+            f"{page['name']}: {page['there']} of {page['runs']} runs",
+            f"          {page['ok']} ok, {page['not_kept']} with a limit or a check not kept, {page['failed']} failed",
+        ],
+        [
+            *listed(numbers, "number, least, run=least_run, median, most, run=most_run"),
+            *failed,
+            *([f"front     cycle time against contour error: runs {best}"] if best else []),
+            *notes(page["notes"]),
+        ],
+    ]
 
 
-@declared(_print, SPEC)
+@answers(_show, SPEC)
 @click.argument("spec", metavar="SPEC.toml | show")
 @click.argument("folder", required=False, metavar="[DIR]")
 @options.table("""

@@ -10,11 +10,10 @@ import click
 import splinefeed as sf
 from splinefeed import units
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, declared, recorded
-from splinefeed.cli.output import length, number, print_text
+from splinefeed.cli.answers import answers, recorded
+from splinefeed.cli.output import Block, Page, length, notes, number
 from splinefeed.cli.progress import Say
 from splinefeed.cli.source import task_of
-from splinefeed.cli.summary import print_notes
 from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
@@ -23,38 +22,45 @@ if TYPE_CHECKING:
 #: Option of the rules that start from the ultimate point, and those of every rule; all others are for `path`.
 _BY_RULE = ("kind",)
 _ALWAYS = ("axes", "rule", "period", "machine_file", "figures", "no_figures", "output")
+#: Margins of a stable loop: what they are multiplied by to be shown, and then their unit.
+_MARGINS = {"gain_margin_db": (1.0, "dB"), "phase_margin": (1.0, "deg"), "delay_margin": (1e3, "ms"),
+            "bandwidth": (1.0, "Hz")}  # fmt: skip
 
 
-def _print(page: Mapping[str, Any]) -> None:
-    print_text(f"{page['machine']}: {page['rule']}, servo period {units.format_quantity(page['period_s'], 'time')}")
-    for name, each in page["axes"].items():
-        if "ultimate_gain" in each:
-            print_text(
-                f"axis {name}: ultimate gain {number(each['ultimate_gain'])} {each['unit']}, ultimate period "
-                f"{number(1e3 * each['ultimate_period_s'])} ms"
-            )
+def _show(page: Page) -> list[Block]:
+    period, gains = units.format_quantity(page["period_s"], "time"), []
+    head = [f"{page['machine']}: {page['rule']}, servo period {period}"]
     if "bound" in page:
         before = page["contour_error_max_before_mm"]
         old = "an axis ran away" if before is None else length(before)
-        print_text(
-            f"largest contour error on {page['path_name']}: {length(page['contour_error_max_mm'])} with the new gains, "
-            f"with the old ones {old}; {page['runs']} runs"
-        )
-        print_text(f"bound     {page['bound']}")
-    print_text()
+        new = f"{length(page['contour_error_max_mm'])} with the new gains, with the old ones {old}"
+        head += [f"largest contour error on {page['path_name']}: {new}; {page['runs']} runs"]
+        head += [f"bound     {page['bound']}"]
     for name, each in page["axes"].items():
+        if "ultimate_gain" in each:
+            point = f"ultimate gain {number(each['ultimate_gain'])} {each['unit']}"
+            head.append(f"axis {name}: {point}, ultimate period {number(1e3 * each['ultimate_period_s'])} ms")
         for when, ending in (("old", "_before"), ("new", "")):
-            margins = each[f"margins{ending}"]
-            hunts = "; hunts at rest: friction against ki; lower ki" * bool(
-                margins["stable"] and each[f"hunts{ending}"]
-            )
-            gains = [f"{gain} {number(value)}" for gain, value in each[f"gains{ending}"].items() if value]
-            print_text(f"{name}, {when} gains: {margins['verdict']}{hunts}")
-            print_text(f"    {' '.join(gains)}{_margins(margins)}")
-    print_notes(page["notes"])
+            margins, said = each[f"margins{ending}"], each[f"gains{ending}"]
+            hunts = margins["stable"] and each[f"hunts{ending}"]
+            values = " ".join(f"{gain} {number(value)}" for gain, value in said.items() if value)
+            gains += [
+                f"{name}, {when} gains: {margins['verdict']}{'; hunts at rest: friction against ki; lower ki' * hunts}",
+                f"    {values}{_margins(margins)}",
+            ]
+    return [head, [*gains, *notes(page["notes"])]]
 
 
-@declared(_print)
+def _margins(margins: Mapping[str, Any]) -> str:
+    """The margins of a stable loop, as far as it has them."""
+    return "".join(
+        f", {name.removesuffix('_db').replace('_', ' ')} {number(factor * margins[name], 3)} {unit}"
+        for name, (factor, unit) in _MARGINS.items()
+        if margins["stable"] and margins[name] is not None
+    )
+
+
+@answers(_show)
 @click.argument("machine", metavar="MACHINE")
 @options.table("""
 --axis axes     NAMES            Only these axes.  [default: all]
@@ -149,13 +155,3 @@ def _on_path(machine: sf.Machine, given: dict[str, Any], say: Say) -> TunedMachi
     )
     found.page["path"] = what.source
     return found
-
-
-def _margins(margins: Mapping[str, Any]) -> str:
-    """The margins of a stable loop, as far as it has them."""
-    units = {"gain_margin_db": (1.0, "dB"), "phase_margin": (1.0, "deg"), "delay_margin": (1e3, "ms")}
-    words = ""
-    for name, (factor, unit) in {**units, "bandwidth": (1.0, "Hz")}.items():
-        if margins["stable"] and margins[name] is not None:
-            words += f", {name.removesuffix('_db').replace('_', ' ')} {number(factor * margins[name], 3)} {unit}"
-    return words

@@ -2,42 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import click
 
 import splinefeed as sf
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, declared, recorded
-from splinefeed.cli.output import length, number, print_rows, print_text
+from splinefeed.cli.answers import answers, recorded
+from splinefeed.cli.output import Block, Page, length, listed, notes, number
 from splinefeed.cli.progress import Say
 from splinefeed.cli.source import task_of
-from splinefeed.cli.summary import print_notes
 
 
-def _print(page: Mapping[str, Any]) -> None:
-    best, tolerance = page["best"], length(page["contour_tolerance_mm"])
-    print_text(f"{page['name']} on {page['machine']}, contour error within {tolerance}, {page['strategy']}")
-    print_notes(page["notes"])
-    print_text()
-    rows = []
+def _show(page: Page) -> list[Block]:
+    best, tolerance, rows = page["best"], length(page["contour_tolerance_mm"]), []
     for each in page["trials"]:
         kept = each["contour_error_max_mm"] <= page["contour_tolerance_mm"]
-        verdict = "ran away" if each["stopped"] else "within" if kept else "over"
-        rows.append({**each, "": "best" if each == best else "", "tolerance": verdict})
-    heads = "=, scale, top feed=feed_max_mm_s, time=duration_s, contour error=contour_error_max_mm"
-    print_rows(rows, f"{heads}, its rms=contour_error_rms_mm, at=at_s_mm, tolerance")
-    print_text()
+        judged = "ran away" if each["stopped"] else "within" if kept else "over"
+        rows.append({**each, "": "best" if each == best else "", "tolerance": judged})
+    heads = (
+        "=, scale, top feed=feed_max_mm_s, time=duration_s, contour error=contour_error_max_mm, "
+        "its rms=contour_error_rms_mm, at=at_s_mm, tolerance"
+    )
     if best is None:
         least, feed = length(page["least_error_mm"]), number(page["least_error_feed_mm_s"])
-        print_text(f"NOT KEPT: no feed tried keeps {tolerance}; the least contour error is {least} at {feed} mm/s")
+        end = f"NOT KEPT: no feed tried keeps {tolerance}; the least contour error is {least} at {feed} mm/s"
     else:
         feed, time, error = best["feed_max_mm_s"], best["duration_s"], best["contour_error_max_mm"]
-        print_text(f"top feed {number(feed)} mm/s, {number(time, 6)} s, contour error {length(error)}")
+        end = f"top feed {number(feed)} mm/s, {number(time, 6)} s, contour error {length(error)}"
+    head = f"{page['name']} on {page['machine']}, contour error within {tolerance}, {page['strategy']}"
+    return [[head, *notes(page["notes"])], listed(rows, heads), [end]]
 
 
-@declared(_print)
+@answers(_show)
 @click.argument("source")
 @options.table("""
 --machine       NAME|FILE!       The machine; its axes' limits hold, too.
@@ -99,7 +96,7 @@ def command(say: Say, source: str, **given: Any) -> Page:
         names += files.save_figures(
             [("feed-curve", feed_curve_figure(tuning, path.name, machine.name))], stage, drawing
         )
-        notes = [*path.findings, *(served.notes if served else ()), *tuning.notes, *files.missing(drawing, page=False)]
+        said = [*path.findings, *(served.notes if served else ()), *tuning.notes, *files.missing(drawing, page=False)]
         page = {
             "name": path.name,
             "source": source_of(source),
@@ -111,7 +108,7 @@ def command(say: Say, source: str, **given: Any) -> Page:
             "vary": given["vary"],
             "limits_asked": what.limits.as_dict(),
             **tuning.numbers(),
-            "notes": notes,
+            "notes": said,
             "least_error_mm": tuning.least.error,
             "least_error_feed_mm_s": tuning.least.feed,
         }

@@ -32,19 +32,14 @@ _CALLED = {
     "acceleration": "accel", "deceleration": "decel", "deceleration_jerk": "decel-jerk",
     "which": "path", "tangential": "3d",
 }  # fmt: skip
-_READING = (
-    "which", "layer", "units", "chord", "dialect", "start", "offsets", "tools", "tolerance", "smooth", "corners",
-    "corner_angle", "angle_tolerance",
-)  # fmt: skip
 
 
-def _option(name: str) -> str:
-    return f"--{_CALLED.get(name, name.replace('_', '-'))}"
-
-
-#: How a source was read, by the names of the readers' options; of the flags the word alone says it.
-READING_OPTIONS = {name: _option(name) for name in _READING}
-READING_FLAGS = {name: _option(name) for name in ("edges", "repair", "tangential")}
+def _option(name: str, value: object = True) -> list[str]:
+    """The words that say an option of `run`, none where it is not given; of a flag the word alone says it."""
+    if value is None or value is False:
+        return []
+    unit = "rad" if name in ANGLES or name == "angle_tolerance" else ""
+    return [f"--{_CALLED.get(name, name.replace('_', '-'))}", *([] if value is True else [f"{value}{unit}"])]
 
 
 def about(
@@ -119,37 +114,26 @@ def command(
     words = ["splinefeed", "run", *([] if source is None else [source]), *_limit_words(settings["limits"])]
     if machine is not None:
         words += ["--machine", machine]
-    for name in ("period", "strategy", "method", "corrections"):
-        if name in settings:
-            words += [f"--{name}", str(settings[name])]
-    for name, option in READING_OPTIONS.items():
-        if reading.get(name) is not None:
-            words += [option, str(reading[name])]
-    words += [option for name, option in READING_FLAGS.items() if reading.get(name)]
-    for form in formats:
-        words += ["--format", form]
-    return shlex.join(words)
+    said = {name: settings[name] for name in ("period", "strategy", "method", "corrections") if name in settings}
+    words += [word for name, value in {**said, **reading}.items() for word in _option(name, value)]
+    return shlex.join([*words, *(word for form in formats for word in ("--format", form))])
 
 
 def _limit_words(limits: Mapping[str, float]) -> list[str]:
     """Options that say all limits, as `Limits.as_dict` has them, each number to its last digit."""
-    words = []
-    for name in _LIMITS:
-        if name in limits:
-            words += [_option(name), f"{limits[name]!r}{'rad' if name in ANGLES else ''}"]
+    words = [word for name in _LIMITS for word in _option(name, limits.get(name))]
     for name in BY_AXIS:
         unit = "rad/s" if ORDERS[name] == 1 else f"rad/s^{ORDERS[name]}"
         axes = {key.partition(".")[2]: value for key, value in limits.items() if key.startswith(f"{name}.")}
         each = [f"{axis}={value!r}{unit if axis in ROTARY_AXES else ''}" for axis, value in axes.items()]
-        for said in ([repr(limits[name])] if name in limits else []) + ([",".join(each)] if each else []):
-            words += [_option(name), said]
+        words += [*_option(name, limits.get(name)), *_option(name, ",".join(each) or None)]
     travel = []
     for key, low in limits.items():
         name, _, axis = key.partition(".")
         if name == TRAVEL_ENDS[0]:
             unit = "rad" if axis in ROTARY_AXES else ""
             travel.append(f"{axis}={low!r}{unit}:{limits[f'{TRAVEL_ENDS[1]}.{axis}']!r}{unit}")
-    return [*words, *(["--travel", ",".join(travel)] if travel else [])]
+    return [*words, *_option("travel", ",".join(travel) or None)]
 
 
 def versions() -> dict[str, str | None]:
