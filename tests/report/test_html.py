@@ -16,6 +16,7 @@ import pytest
 import motions
 import splinefeed as sf
 from splinefeed.report import interactive, library
+from splinefeed.report.figure import Dots
 from splinefeed.report.files import of_run
 from splinefeed.report.html import page
 from splinefeed.report.motion_figures import COLUMNS, motion_figure
@@ -94,7 +95,7 @@ def test_peaks_survive_thinning(made):
         assert drawn.max() == values.max()
         assert drawn.min() == values.min()
         assert len(drawn) <= 2 * COLUMNS + 2
-    colours = data_of(made[-1])["colours"]
+    colours = data_of(made[-1])["figures"]["path"]["colours"]
     assert max(colours["feed"]["values"]) == pytest.approx(run.points.feed.max(), rel=1e-4)
     assert {"feed", "curvature", "contour error", "nearest limit", "share of axis jerk x"} <= set(colours)
 
@@ -115,12 +116,8 @@ def test_in_space_on_one_axis_and_with_a_rotary_one():
     ]
     for path in paths:
         run = sf.run(path)
-        drawn = path_figure(run)
-        figure, colours, space = (
-            interactive.to_plain(drawn),
-            interactive.colours_of(drawn),
-            interactive.in_space(drawn),
-        )
+        figure = interactive.to_plain(path_figure(run))
+        colours, space = figure["colours"], figure["space"]
         assert space == (path.linear == 3)
         assert len(figure["data"][0 if space else 1]["customdata"]) == len(colours["feed"]["values"])
         json.dumps(interactive.to_plain(motion_figure(run)), allow_nan=False)
@@ -156,6 +153,6 @@ def test_the_word_at_the_start_stays_inside_the_picture(turned, side):
     """At 400 pixels a word in the middle above the rightmost point was cut off at the edge."""
     t = turned + np.linspace(0.0, 2.0 * np.pi, 101)
     place = np.column_stack([np.cos(t), np.sin(t)])
-    ends = interactive._ends(place[:1], place, ("start and end",), "xy")
+    ends = interactive._dots(Dots(place[:1, 0], place[:1, 1], words=("start and end",)), place[:, 0])
     assert ends["text"] == ["start and end"]
     assert ends["textposition"] == [f"top {side}"]

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path as File
+from typing import TypeVar
 
 import numpy as np
 
@@ -21,8 +22,6 @@ FORMATS = ("svg", "png", "pdf")
 EXTRA = 'pip install "splinefeed[plots]"'
 #: A limit farther out than this many times the data is not drawn: it would press the data flat.
 FARTHEST_LIMIT = 3.0
-#: Ends of a path closer than this share of its picture get one word.
-SAME_PLACE = 0.02
 
 
 @dataclass(frozen=True)
@@ -54,7 +53,7 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Dots:
-    """Single points x, y (n,) with a word beside each, or none."""
+    """Single points x, y (n,), and z in space, with a word beside each, or words for the page alone."""
 
     x: Array
     y: Array
@@ -63,6 +62,8 @@ class Dots:
     colour: str = theme.VERMILION
     size: float = 6.0
     named: bool | str = False
+    z: tuple[Array, ...] = ()
+    hover: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -123,6 +124,7 @@ def legend_of(mark: Line | Dots) -> str:
 
 
 Mark = Line | Dots | Level | Coloured | Heat
+M = TypeVar("M", Dots, Level, Coloured, Heat)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,17 +142,16 @@ class Panel:
     equal: bool = False
     z: str = ""
 
-    @property
-    def heat(self) -> Heat | None:
-        """The strips of colour that the panel shows, if any."""
-        return next((mark for mark in self.marks if isinstance(mark, Heat)), None)
+    def of(self, kind: type[M]) -> list[M]:
+        """Its marks of one kind."""
+        return [mark for mark in self.marks if isinstance(mark, kind)]
 
     def levels(self, *, drawn: bool = True) -> list[Level]:
         """The levels that are drawn, near the data; or upper limits that are too far out for that."""
         near = FARTHEST_LIMIT * max(
             (peak(mark.y)[1] for mark in self.marks if isinstance(mark, Line | Dots)), default=0
         )
-        found = [mark for mark in self.marks if isinstance(mark, Level) and np.isfinite(mark.value)]
+        found = [level for level in self.of(Level) if np.isfinite(level.value)]
         if drawn:
             return [each for each in found if each.always or abs(each.value) <= near]
         return [each for each in found if not each.always and each.value > near]

@@ -30,11 +30,10 @@ def page(
     sections = [section(name, *SECTIONS[name]) for name in SECTIONS if name in shown]
     if results:
         sections.append(_methods(results, unit_along(run.path.axes)))
-    colours = interactive.colours_of(figures["path"])
     plain = {name: interactive.to_plain(figure) for name, figure in shown.items()}
     return filled(
         "page.html",
-        {"figures": plain, "colours": colours, "space": interactive.in_space(figures["path"])},
+        plain,
         title=text_of(record.get("name", run.path.name)),
         subtitle=text_of(_subtitle(run)),
         state="good" if record.get("ok", run.ok) else "bad",
@@ -43,7 +42,7 @@ def page(
         cards=_cards(run, record),
         limits=_limits(run),
         notes=listed(record.get("notes", ()), "said"),
-        colours="".join(f"<option>{text_of(name)}</option>" for name in colours),
+        colours="".join(f"<option>{text_of(name)}</option>" for name in plain["path"]["colours"]),
         sections="".join(sections),
         command=text_of(record.get("command", "")),
         settings=_settings(record),
@@ -60,14 +59,14 @@ SECTIONS = {
 _PARTS = {"style": "page.css", "dress": "dress.js", "script": "page.js"}
 
 
-def filled(name: str, facts: Mapping[str, Any], **fields: str) -> str:
-    """A page with style, scripts and facts (figures, colours, whether in space); fields  HTML by place.
+def filled(name: str, figures: Mapping[str, interactive.Plain], **fields: str) -> str:
+    """A page with style, scripts and figures by place; fields  HTML by place.
 
     Raises InputError where Plotly is not installed.
     """
     folder = resources.files("splinefeed.report").joinpath("page")
     read = {place: folder.joinpath(file).read_text(encoding="utf-8") for place, file in {"": name, **_PARTS}.items()}
-    data = json.dumps(facts, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    data = json.dumps({"figures": figures}, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     return Template(read.pop("")).substitute(plotly=library.compressed(), data=data, **read, **fields)
 
 

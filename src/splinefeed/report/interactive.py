@@ -11,20 +11,7 @@ import numpy as np
 
 from splinefeed.records import Array
 from splinefeed.report import theme
-from splinefeed.report.figure import (
-    SAME_PLACE,
-    Axis,
-    Coloured,
-    Dots,
-    Figure,
-    Heat,
-    Level,
-    Line,
-    Panel,
-    Shades,
-    legend_of,
-)
-from splinefeed.report.layout import EYE
+from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Level, Line, Panel, Shades, legend_of
 
 Plain = dict[str, Any]
 #: How wide and how high a path in space is at most, in units of Plotly's scene, so that it stays in view as it turns;
@@ -42,25 +29,13 @@ EDGE = 0.25
 
 
 def to_plain(figure: Figure) -> Plain:
-    """Data and layout of the figure, as `Plotly.react` takes them."""
+    """Data and layout of the figure, as `Plotly.react` takes them.
+
+    Of a path also `colours`, what it may be coloured by (values, label, ends of the scale), and whether it is in space.
+    """
     first = figure.panels[0]
-    if any(isinstance(mark, Coloured) for mark in first.marks):
-        return _path(first)
-    return _stacked(figure)
-
-
-def colours_of(figure: Figure) -> dict[str, Plain]:
-    """What the path of a figure may be coloured by: values, label, and the ends of the scale."""
-    coloured = next(mark for mark in figure.panels[0].marks if isinstance(mark, Coloured))
-    return {
-        name: {"values": _rounded(each), "label": each.label, "low": each.low, "high": each.high}
-        for name, each in coloured.shades.items()
-    }
-
-
-def in_space(figure: Figure) -> bool:
-    """Whether the path of a figure is drawn in space."""
-    return bool(figure.panels[0].z)
+    coloured = first.of(Coloured)
+    return _path(first, coloured[0]) if coloured else _stacked(figure)
 
 
 def _stacked(figure: Figure) -> Plain:
@@ -68,14 +43,14 @@ def _stacked(figure: Figure) -> Plain:
     panels = figure.panels
     names = {mark.name for panel in panels for mark in panel.marks if isinstance(mark, Line | Dots) and mark.named}
     legend = figure.legend and len(names) > 1
-    heats = any(panel.heat for panel in panels)
+    heats = any(panel.of(Heat) for panel in panels)
     last = {panel.x.label: k for k, panel in enumerate(panels)}
     across = {label: str(k + 1) if k else "" for k, label in enumerate(last)}
     heights = [panel.height for panel in panels]
     gaps = [_FOOT if last[panel.x.label] == k else _GAP for k, panel in enumerate(panels)]
     inside = sum(heights) + sum(gaps[:-1])
     margin = {**MARGIN, "l": ROWS if heats else 66, "t": 30 + (_LEGEND if legend else 0)}
-    alike = len(across) == 1 and not heats and not panels[0].x.log
+    alike = len(across) == 1 and not panels[0].x.log and not any(panel.of(Heat) or panel.of(Dots) for panel in panels)
     layout: Plain = {
         "height": inside + margin["t"] + margin["b"],
         "margin": margin,
@@ -129,7 +104,7 @@ def _axis(axis: Axis) -> Plain:
 
 
 def _heading(panel: Panel, legend: bool) -> str:
-    words = [] if panel.heat else [html.escape(panel.y.label)]
+    words = [] if panel.of(Heat) else [html.escape(panel.y.label)]
     for mark in panel.marks:
         if isinstance(mark, Line | Dots) and mark.named and not legend:
             words.append(f'<span style="color:{mark.colour}">\u25a0</span>\u00a0{html.escape(legend_of(mark))}')
@@ -139,15 +114,25 @@ def _heading(panel: Panel, legend: bool) -> str:
 def _line(mark: Line) -> Plain:
     line = {"color": mark.colour, "width": 0 if mark.fill else mark.width, "dash": "dash" if mark.dash else "solid"}
     filled = {"fill": "toself", "hoverinfo": "name"} if mark.fill else {}
-    place = {"x": array(mark.x), "y": array(mark.y)}
-    return {"type": "scatter", "mode": "lines", **place, "name": mark.name, "line": line, **filled}
+    return {**_through(mark.x, mark.y), "mode": "lines", "name": mark.name, "line": line, **filled}
 
 
-def _dots(mark: Dots) -> Plain:
-    worded = {"mode": "markers+text", "text": list(mark.words), "hoverinfo": "text"} if mark.words else {}
-    marker = {"size": mark.size, "color": mark.colour}
-    place = {"x": mark.x.tolist(), "y": mark.y.tolist()}
-    return {"type": "scatter", "mode": "markers", **place, "name": mark.name, "marker": marker, **worded}
+def _dots(mark: Dots, along: Array | None = None) -> Plain:
+    """Points, with a word each that stays inside the picture, whose x is `along`; other words show under the mouse."""
+    worded: Plain = {"mode": "markers"}
+    if mark.words:
+        where = [f"top {'center' if along is None else _inward(x, along)}" for x in mark.x.tolist()]
+        worded = {"mode": "markers+text", "text": list(mark.words), "textposition": where, "hoverinfo": "text"}
+    elif mark.hover:
+        worded |= {"text": [html.escape(each) for each in mark.hover]}
+    marker = {"size": mark.size * (0.5 if mark.z else 1.0), "color": mark.colour}  # in space a point is twice as wide
+    return {**_through(mark.x, mark.y, *mark.z), "name": mark.name, "marker": marker, **worded}
+
+
+def _through(*place: Array, kind: str = "f8") -> Plain:
+    """A trace through x, y and in space z, (n,) each."""
+    columns = {letter: array(each, kind) for letter, each in zip("xyz", place, strict=False)}
+    return {"type": "scatter3d" if len(place) == 3 else "scatter", **columns}
 
 
 def _level(level: Level, axes: Mapping[str, str]) -> Plain:
@@ -175,12 +160,9 @@ def _heat(heat: Heat) -> Plain:
     }  # fmt: skip
 
 
-def _path(panel: Panel) -> Plain:
-    mark = next(mark for mark in panel.marks if isinstance(mark, Coloured))
+def _path(panel: Panel, mark: Coloured) -> Plain:
     labels = [each for each in (panel.x.label, panel.y.label, panel.z) if each]
-    space, letters = len(labels) == 3, "xyz"[: len(labels)]
-    kind = "scatter3d" if space else "scatter"
-    shades = next(iter(mark.shades.values()))
+    space, shades = len(labels) == 3, next(iter(mark.shades.values()))
     paint = {
         "color": _rounded(shades),
         "cmin": shades.low,
@@ -189,47 +171,33 @@ def _path(panel: Panel) -> Plain:
         "colorbar": {"title": {"text": shades.label, "side": "right"}, "thickness": 14},
     }
     hover = [_hover_text(name, f"customdata[{k}]") for k, name in enumerate(mark.names)]
-    for letter, label in zip(letters, labels, strict=True):
+    for letter, label in zip("xyz", labels, strict=False):
         hover.append(f"{html.escape(label.partition(' ')[0])} = %{{{letter}:.5f}}")
     points = {
-        "type": kind,
-        **{letter: array(mark.place[:, k]) for k, letter in enumerate(letters)},
+        **_through(*mark.place.T),
         "customdata": np.round(mark.hover, 7).tolist(),
         "hovertemplate": f"{'<br>'.join(hover)}<extra></extra>",
         **({"mode": "lines", "line": {"width": 5, **paint}} if space else {}),
         **({} if space else {"mode": "markers", "marker": {"size": 5, **paint}}),
     }
-    thread: Plain = {
-        "type": kind,
-        "mode": "lines",
-        **{letter: array(mark.thread[:, k], "f4") for k, letter in enumerate(letters)},
-        "line": {"color": theme.FAINT, "width": 2 if space else 1},
-        "hoverinfo": "skip",
-    }
+    line = {"color": theme.FAINT, "width": 2 if space else 1}
+    thread = {**_through(*mark.thread.T, kind="f4"), "mode": "lines", "line": line, "hoverinfo": "skip"}
+    data = [points, *(_dots(dots, mark.place[:, 0]) for dots in panel.of(Dots))]
+    if not space or np.isnan(mark.thread).any():  # NaN: the tool axis beside the path
+        data.insert(0, thread)
     layout: Plain = {"height": PATH_HEIGHT, "margin": MARGIN, "font": FONT, "hovermode": "closest", "showlegend": False}
     if space:
-        data = [points, _space_ends(mark.place, letters)]
-        if np.isnan(mark.thread).any():  # the tool axis beside the path
-            data.append(thread)
-        return {"data": data, "layout": {**layout, "margin": dict.fromkeys("lrtb", 8), "scene": _scene(mark, labels)}}
-    data = [thread, points]
-    for dots in panel.marks:
-        if isinstance(dots, Dots):
-            at = np.column_stack([dots.x, dots.y])
-            data.append(_dots(dots) if not dots.words else _ends(at, mark.place, dots.words, letters))
-    layout["xaxis"] = {"title": {"text": panel.x.label}, "zeroline": False}
-    layout["yaxis"] = {"title": {"text": panel.y.label}, "zeroline": False}
-    if panel.equal:
-        layout["yaxis"] |= {"scaleanchor": "x", "scaleratio": 1}
-    return {"data": data, "layout": layout}
-
-
-def _space_ends(place: Array, letters: str) -> Plain:
-    """Start and end of a path in space, with one word where they are one place."""
-    apart = float(np.linalg.norm(place[-1] - place[0]))
-    closed = apart <= SAME_PLACE * float(np.max(np.ptp(place, axis=0)))
-    words = ("start and end",) if closed else ("start", "end")
-    return _ends(place[[0, -1][: len(words)]], place, words, letters)
+        layout |= {"margin": dict.fromkeys("lrtb", 8), "scene": _scene(mark, labels)}
+    else:
+        for name, label in zip(("xaxis", "yaxis"), labels, strict=True):
+            layout[name] = {"title": {"text": label}, "zeroline": False}
+        if panel.equal:
+            layout["yaxis"] |= {"scaleanchor": "x", "scaleratio": 1}
+    colours = {
+        name: {"values": _rounded(each), "label": each.label, "low": each.low, "high": each.high}
+        for name, each in mark.shades.items()
+    }
+    return {"data": data, "layout": layout, "colours": colours, "space": space}
 
 
 def _scene(mark: Coloured, labels: list[str]) -> Plain:
@@ -242,7 +210,7 @@ def _scene(mark: Coloured, labels: list[str]) -> Plain:
         f"{letter}axis": {"title": {"text": label}, "nticks": 2 + round(TICKS * part)}
         for letter, label, part in zip("xyz", labels, size, strict=True)
     }
-    camera = {"eye": dict(zip("xyz", EYE.tolist(), strict=True)), "center": {"x": 0, "y": 0, "z": -0.12}}
+    camera = {"eye": dict(zip("xyz", theme.EYE, strict=True)), "center": {"x": 0, "y": 0, "z": -0.12}}
     return {"aspectmode": "manual", "aspectratio": dict(zip("xyz", size, strict=True)), "camera": camera, **axes}
 
 
@@ -251,19 +219,6 @@ def _hover_text(name: str, place: str) -> str:
     word, _, unit = name.partition(" ")
     digits = ".6g" if not unit else ".4f"
     return f"{html.escape(word)} = %{{{place}:{digits}}}{' ' + html.escape(unit.strip('()')) if unit else ''}"
-
-
-def _ends(at: Array, place: Array, words: tuple[str, ...], letters: str) -> Plain:
-    """Points with a word each, which stays inside the picture."""
-    return {
-        "type": "scatter3d" if len(letters) == 3 else "scatter",
-        "mode": "markers+text",
-        **{letter: at[:, k].tolist() for k, letter in enumerate(letters)},
-        "text": list(words),
-        "textposition": [f"top {_inward(point[0], place[:, 0])}" for point in at],
-        "marker": {"size": 5 if len(letters) == 3 else 9, "color": theme.FAINT, "symbol": "circle"},
-        "hoverinfo": "text",
-    }
 
 
 def _inward(x: float, along: Array) -> str:

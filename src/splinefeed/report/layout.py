@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from splinefeed.analysis.thinning import extremes, runs
 from splinefeed.records import Array
 from splinefeed.report import theme
-from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Level, Line, Panel, Shades, legend_of
+from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Level, Line, Mark, Panel, Shades, legend_of
 
 #: Room left of a panel, right of it without and with a colour bar, above its first line of words, below its x axis.
 LEFT, RIGHT, BAR, FOOT = 62.0, 16.0, 92.0, 40.0
@@ -30,8 +30,6 @@ COLUMNS, COLOURS = 600, 64
 OUTER = 0.7
 #: Most labels of powers of ten along an axis.
 MOST_POWERS = 7
-#: From where a path in space is looked at: x to the right, y away, z up. The page does the same.
-EYE = np.array([-0.8, -1.85, 1.2])
 DASH = (5.0, 3.0)
 #: An end of the box nearer to 0 than this share of its size is 0, but for rounding.
 ROUNDING = 1e-12
@@ -145,27 +143,24 @@ def layout(figure: Figure) -> Sheet:
     for line in figure.title.split("\n"):
         y += TITLE
         sheet.text(10.0, y - 6.0, line, LARGE, bold=True)
-    left = ROWS if any(panel.heat for panel in panels) else LEFT
-    right = BAR if any(isinstance(mark, Coloured | Heat) for panel in panels for mark in panel.marks) else RIGHT
+    heats = any(panel.of(Heat) for panel in panels)
+    left = ROWS if heats else LEFT
+    right = BAR if heats or any(panel.of(Coloured) for panel in panels) else RIGHT
     cell = (figure.width - right + RIGHT) / figure.columns
     width = cell - left - RIGHT
     ends = [_range(panel, panel.x, along=True) for panel in panels]
     for first in range(0, len(panels), figure.columns):
         row = panels[first : first + figure.columns]
-        headers = [_header(panel, width, named=not (figure.legend and first)) for panel in row]
-        top = y + 7.0 + LINE * max(header[-1][0] + 1 if header else 1 for header in headers)
-        low_edge = foot = 0.0
-        for k, (panel, header) in enumerate(zip(row, headers, strict=True)):
-            x0 = k * cell + left
-            _write_header(sheet, header, x0, top - 7.0)
+        named = not (figure.legend and first)
+        lines = [_header(sheet, panel, k * cell + left, y, width, named) for k, panel in enumerate(row)]
+        top = y + 7.0 + LINE * max(lines)
+        for k, panel in enumerate(row):
             alike = [pair for pair, other in zip(ends, panels, strict=True) if other.x == panel.x]
             across = min(low for low, _ in alike), max(high for _, high in alike)
-            footed = all(
-                other.x.label != panel.x.label for other in panels[first + k + figure.columns :: figure.columns]
-            )
-            low_edge = max(low_edge, top + _panel(sheet, panel, (x0, top, width), across, footed))
-            foot = max(foot, FOOT if footed and panel.x.label else 0.0)
-        y = low_edge + foot + GAP
+            below = panels[first + k + figure.columns :: figure.columns]
+            footed = all(other.x.label != panel.x.label for other in below)
+            foot = top + _panel(sheet, panel, (k * cell + left, top, width), across, footed)
+            y = max(y, foot + GAP + (FOOT if footed and panel.x.label else 0.0))
     sheet.height = math.ceil(y + 4.0)
     return sheet
 
@@ -186,35 +181,34 @@ def _panel(
     box = (left, top, width, height)
     x = _Scale(low, high, left, left + width, panel.x.log)
     y = _Scale(bottom, upper, top + height, top, panel.y.log)
-    if panel.heat is not None:
-        _heat(sheet, panel.heat, box, x)
+    for heat in panel.of(Heat):
+        _heat(sheet, heat, box, x)
     if panel.x.label:
         _axes(sheet, panel, box, x, y, footed)
     for mark in panel.marks:
         if isinstance(mark, Line):
-            kept = slice(None) if mark.fill else _thinned(mark)
+            rising = np.all(np.diff(mark.x) >= 0.0)  # of a long curve all peaks are kept
+            kept = extremes(mark.y, COLUMNS) if rising else slice(None)
             points = np.column_stack([x(mark.x[kept]), y(mark.y[kept])])
             sheet.stroke(points, mark.colour, mark.width, dash=mark.dash, clip=box, fill=mark.fill)
         elif isinstance(mark, Coloured):
             points, thread = (np.column_stack([x(each[:, 0]), y(each[:, 1])]) for each in (mark.place, mark.thread))
-            shades = _shaded(sheet, mark, points, thread)
+            shades = next(iter(mark.shades.values()))
+            _shaded(sheet, mark, shades, points, thread)
             if panel.equal and panel.x.label and mark.joined:
                 _arrow(sheet, points)
             _bar(sheet, box, shades.low, shades.high, shades.label)
     for level in panel.levels():
         _level(sheet, level, box, x, y)
-    for mark in panel.marks:
-        if isinstance(mark, Dots):
-            _dots(sheet, mark, box, x, y, panel.equal)
+    for dots in panel.of(Dots):
+        _dots(sheet, dots, box, x, y, panel.equal)
     return height
 
 
 def _axes(sheet: Sheet, panel: Panel, box: Box, x: _Scale, y: _Scale, footed: bool) -> None:
     left, top, width, height = box
     foot = top + height
-    across, up = x.ticks(58.0), y.ticks(25.0)
-    if panel.heat is not None:  # nothing lies on a heat map
-        up = []
+    across, up = x.ticks(58.0), [] if panel.of(Heat) else y.ticks(25.0)  # nothing lies on a heat map
     for at, _ in across if up else ():
         sheet.stroke([[at, top], [at, foot]], theme.GRID, 0.8)
     for at, words in up:
@@ -227,16 +221,8 @@ def _axes(sheet: Sheet, panel: Panel, box: Box, x: _Scale, y: _Scale, footed: bo
         sheet.text(left + 0.5 * width, foot + 32.0, panel.x.label, NORMAL, anchor="middle")
 
 
-def _thinned(mark: Line) -> np.ndarray | slice:
-    """Every peak of a long curve over a rising x; another curve is drawn as it is."""
-    if len(mark.x) <= 4 * COLUMNS or not np.all(np.diff(mark.x) >= 0.0):
-        return slice(None)
-    return extremes(mark.y, COLUMNS)
-
-
-def _shaded(sheet: Sheet, mark: Coloured, points: Array, thread: Array) -> Shades:
+def _shaded(sheet: Sheet, mark: Coloured, shades: Shades, points: Array, thread: Array) -> None:
     """Draw a path in its colours: a line for each stretch of one colour, or dots on a thin thread."""
-    shades = next(iter(mark.shades.values()))
     values = np.where(np.isfinite(shades.values), shades.values, shades.low)
     levels = (values - shades.low) / ((shades.high - shades.low) or 1.0) * (COLOURS - 1)
     if mark.joined:
@@ -250,7 +236,6 @@ def _shaded(sheet: Sheet, mark: Coloured, points: Array, thread: Array) -> Shade
             sheet.stroke(points[first : last + 2], ramp[number[first]], 3.2)
     else:
         sheet.items += [Dot(x, y, 2.4, ramp[k]) for (x, y), k in zip(points.tolist(), number, strict=True)]
-    return shades
 
 
 def _arrow(sheet: Sheet, points: Array) -> None:
@@ -319,64 +304,52 @@ def _bar(sheet: Sheet, box: Box, low: float, high: float, label: str) -> None:
 
 def _flattened(panel: Panel) -> Panel:
     """A path in space as its eye sees it from far away, in the box around it: a picture in the plane without axes."""
-    mark = next(mark for mark in panel.marks if isinstance(mark, Coloured))
-    towards = EYE / np.linalg.norm(EYE)
+    (path,) = panel.of(Coloured)
+    towards = np.array(theme.EYE) / np.linalg.norm(theme.EYE)
     right = np.array([-towards[1], towards[0], 0.0]) / np.hypot(towards[0], towards[1])
     seen = np.column_stack([right, np.cross(towards, right)])
-    ends = np.array([mark.place.min(axis=0), mark.place.max(axis=0)])
+    ends = np.array([path.place.min(axis=0), path.place.max(axis=0)])
     corners = np.array([[ends[k >> axis & 1, axis] for axis in range(3)] for k in range(8)]) @ seen
     ends[np.abs(ends) <= ROUNDING * np.max(np.ptp(ends, axis=0))] = 0.0
-    gap, edges, marks = np.full((1, 2), np.nan), [], []
+    marks: list[Mark] = []
     for axis, label in enumerate((panel.x.label, panel.y.label, panel.z)):
-        pairs = [corners[[k, k | 1 << axis]] for k in range(8) if not k >> axis & 1]
-        edges += [each for pair in pairs for each in (pair, gap)]
-        at = min(
-            (pair.mean(axis=0) for pair in pairs), key=lambda at: at[int(axis < 2)]
-        )  # the lowest edge, of z leftmost
+        edges = np.array([corners[[k, k | 1 << axis]] for k in range(8) if not k >> axis & 1])
+        marks += [Line(x, y, colour=theme.GRID, width=1.0) for x, y in edges.transpose(0, 2, 1)]
+        middles = edges.mean(axis=1)
+        at = middles[np.argmin(middles[:, int(axis < 2)])]  # the lowest edge, of z leftmost
         words = f"{label}: {theme.short(ends[0, axis])} to {theme.short(ends[1, axis])}"
         marks.append(Dots(at[:1], at[1:], words=(words,), size=0.0))
-    box, start = np.concatenate(edges), mark.place[:1] @ seen
-    shown = replace(mark, place=mark.place @ seen, thread=mark.thread @ seen)
-    outline = Line(box[:, 0], box[:, 1], colour=theme.GRID, width=1.0)
-    begin = Dots(start[:, 0], start[:, 1], words=("start",), colour=theme.INK, size=8.0)
-    return Panel(Axis(""), Axis(""), (*marks, outline, shown, begin), panel.note, equal=True)
+    marks.append(replace(path, place=path.place @ seen, thread=path.thread @ seen))
+    for dots in panel.of(Dots):
+        x, y = (np.column_stack([dots.x, dots.y, *dots.z]) @ seen).T
+        marks.append(replace(dots, x=x, y=y))
+    return Panel(Axis(""), Axis(""), tuple(marks), panel.note, equal=True)
 
 
-#: A piece of a header: number of its line, place in it, words, the mark that it names, and colour.
-_Piece = tuple[int, float, str, Line | Dots | None, str]
-
-
-def _header(panel: Panel, width: float, named: bool) -> list[_Piece]:
-    """Words above a panel, broken into lines: label, names of curves with their colours where wanted, and the note."""
-    pieces: list[tuple[str, Line | Dots | None, str]] = [("" if panel.heat else panel.y.label, None, theme.INK)]
-    for mark in panel.marks:
-        if isinstance(mark, Line | Dots) and named:
-            pieces.append((legend_of(mark), mark, theme.INK))
+def _header(sheet: Sheet, panel: Panel, left: float, top: float, width: float, named: bool) -> int:
+    """Write the words above a panel, and give their lines: label, names of curves where wanted, note, far limits."""
+    pieces: list[tuple[str, Line | Dots | None, str]] = [("" if panel.of(Heat) else panel.y.label, None, theme.INK)]
+    curves = [mark for mark in panel.marks if isinstance(mark, Line | Dots) and named]
+    pieces += [(legend_of(mark), mark, theme.INK) for mark in curves]
     pieces.append((panel.note, None, theme.FAINT))
-    pieces += [
-        (f"{each.text}: beyond this scale", None, each.colour) for each in panel.levels(drawn=False) if each.text
-    ]
-    line, x = 0, 0.0
-    placed: list[_Piece] = []
-    for text, mark_or_none, colour in pieces:
-        wide = text_width(text, NORMAL) + (21.0 if mark_or_none else 0.0) + 16.0
+    far = [level for level in panel.levels(drawn=False) if level.text]
+    pieces += [(f"{level.text}: beyond this scale", None, level.colour) for level in far]
+    x, lines = 0.0, 1
+    for text, mark, colour in pieces:
         if not text:
             continue
+        sample = 21.0 if mark else 0.0
+        wide = sample + text_width(text, NORMAL) + 16.0
         if x and x + wide > width:
-            line, x = line + 1, 0.0
-        placed.append((line, x, text, mark_or_none, colour))
-        x += wide
-    return placed
-
-
-def _write_header(sheet: Sheet, header: list[_Piece], left: float, foot: float) -> None:
-    for line, x, text, mark, colour in header:
-        x, y = left + x, foot - LINE * (header[-1][0] - line)
+            x, lines = 0.0, lines + 1
+        at, y = left + x, top + LINE * lines
         if isinstance(mark, Line):
-            sheet.stroke([[x, y - 4.0], [x + 16.0, y - 4.0]], mark.colour, max(mark.width, 2.0), dash=mark.dash)
+            sheet.stroke([[at, y - 4.0], [at + 16.0, y - 4.0]], mark.colour, max(mark.width, 2.0), dash=mark.dash)
         elif mark is not None:
-            sheet.items.append(Dot(x + 8.0, y - 4.0, max(mark.size, 5.0), mark.colour))
-        sheet.text(x + (21.0 if mark else 0.0), y, text, NORMAL, colour=colour)
+            sheet.items.append(Dot(at + 8.0, y - 4.0, max(mark.size, 5.0), mark.colour))
+        sheet.text(at + sample, y, text, NORMAL, colour=colour)
+        x += wide
+    return lines
 
 
 def text_width(text: str, size: float) -> float:
@@ -403,7 +376,7 @@ def _range(panel: Panel, axis: Axis, *, along: bool) -> tuple[float, float]:
     if axis.log:
         room = 2.0 if low == high else 1.05 if along else 1.15
         low, high = low / room, high * room
-    elif panel.heat is None:
+    elif not panel.of(Heat):
         if high - low <= 1e-12 * max(abs(low), abs(high)):
             low, high = low - (abs(low) or 1.0) * 0.5, high + (abs(high) or 1.0) * 0.5
         upright = WORDED if any(level.text for level in panel.levels()) else AROUND
@@ -417,8 +390,8 @@ def _range(panel: Panel, axis: Axis, *, along: bool) -> tuple[float, float]:
 def _with_words(panel: Panel, low: float, high: float) -> tuple[float, float]:
     """Room on both sides of a picture for the words beside points that are near them."""
     left = right = 0.0
-    for mark in panel.marks:
-        for x, words in zip(mark.x, mark.words, strict=False) if isinstance(mark, Dots) else ():
+    for dots in panel.of(Dots):
+        for x, words in zip(dots.x, dots.words, strict=False):
             side, room = _side((x - low) / (high - low)), text_width(words, NORMAL) / 560.0 * (high - low)
             left, right = (max(left, room), right) if side < 0 else (left, max(right, room)) if side else (left, right)
     return low - left, high + right

@@ -15,7 +15,7 @@ from splinefeed.pipeline.follow import Deviation
 from splinefeed.pipeline.run import Run
 from splinefeed.records import Array, BoolArray, IntArray, Response, Setpoints, unit_along
 from splinefeed.report import theme
-from splinefeed.report.figure import SAME_PLACE, Axis, Coloured, Dots, Figure, Heat, Line, Mark, Panel, Shades
+from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Line, Mark, Panel, Shades
 from splinefeed.report.motion_figures import HEADROOM, TIME, thin
 from splinefeed.simulation.curves import rounded_down
 
@@ -23,6 +23,8 @@ from splinefeed.simulation.curves import rounded_down
 POINTS, PATH_POINTS, STRIP = 4000, 3000, 800
 #: More stops than this are not marked one by one.
 MOST_STOPS = 60
+#: Ends of a path closer than this share of its picture get one word.
+SAME_PLACE = 0.02
 #: Share of the picture that the largest contour error is enlarged to; errors below this, mm, are in micrometres.
 ENLARGED_TO, MICROMETRES_BELOW = 0.12, 1.0
 #: Colour of each kind of limit; one for all axes.
@@ -78,9 +80,7 @@ def still_figure(path: Path) -> Figure:
 
 def _picture(path: Path, title: str, mark: Coloured, labels: list[str]) -> Figure:
     space, many = mark.place.shape[1] == 3, path.linear > 1
-    marks: list[Mark] = [mark]
-    if not space:
-        marks += _ends(mark.place)
+    marks: list[Mark] = [mark, _ends(mark.place)]
     if many and not space and 0 < len(path.stops) <= MOST_STOPS:
         at = path(np.array(path.stops))
         marks.append(Dots(at[:, 0], at[:, 1], "exact stop at a corner", named=True))
@@ -142,11 +142,11 @@ def _kept(place: Array, values: list[Array]) -> IntArray:
     return np.unique(np.concatenate([kept, peaks, [0, len(place) - 1]])).astype(np.int64)
 
 
-def _ends(place: Array) -> list[Dots]:
+def _ends(place: Array) -> Dots:
     closed = np.linalg.norm(place[-1] - place[0]) <= SAME_PLACE * np.max(np.ptp(place, axis=0))
     words = ("start and end",) if closed else ("start", "end")
-    at = place[[0, -1][: len(words)]]
-    return [Dots(at[:, 0], at[:, 1], words=words, colour=theme.INK, size=8.0)]
+    x, y, *z = place[[0, -1][: len(words)]].T
+    return Dots(x, y, words=words, colour=theme.INK, size=8.0, z=tuple(z))
 
 
 def limits_figure(use: LimitUse, setpoints: Setpoints, name: str) -> Figure:

@@ -7,12 +7,9 @@ import os
 import warnings
 
 from matplotlib import rc_context
+from matplotlib.artist import Artist
 from matplotlib.figure import Figure as Paper
-from matplotlib.image import BboxImage
-from matplotlib.lines import Line2D
-from matplotlib.patches import Polygon, Rectangle
-from matplotlib.text import Text as Words
-from matplotlib.transforms import Affine2D, Bbox, TransformedBbox
+from matplotlib.patches import Rectangle
 
 from splinefeed.report.figure import Figure
 from splinefeed.report.layout import DASH, Dot, Picture, Stroke, Text, layout
@@ -32,35 +29,31 @@ def write(figure: Figure, file: str | os.PathLike[str], form: str) -> None:
     with rc_context({"text.parse_math": False, "font.family": "sans-serif"}), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing", UserWarning)  # a box stands for a letter no font has
         paper = Paper(figsize=(sheet.width / PIXELS, sheet.height / PIXELS), dpi=DPI)
-        place = Affine2D().scale(1.0, -1.0).translate(0.0, sheet.height).scale(1.0 / PIXELS) + paper.dpi_scale_trans
+        axes = paper.add_axes((0.0, 0.0, 1.0, 1.0), autoscale_on=False)
+        axes.set(xlim=(0.0, sheet.width), ylim=(sheet.height, 0.0))
+        axes.set_axis_off()
         for k, item in enumerate(sheet.items):
+            drawn: Artist
             if isinstance(item, Text):
-                artist: Words | Line2D | Polygon | BboxImage = Words(
-                    item.x, item.y, item.text, color=item.colour, fontsize=small * item.size,
-                    ha=_SIDES[item.anchor], va="baseline", fontweight="bold" if item.bold else "normal",
+                drawn = axes.text(
+                    item.x, item.y, item.text, color=item.colour, size=small * item.size, ha=_SIDES[item.anchor],
+                    va="baseline", weight="bold" if item.bold else "normal",
                 )  # fmt: skip
             elif isinstance(item, Picture):
                 x, y, w, h = item.box
-                artist = BboxImage(TransformedBbox(Bbox.from_bounds(x, y, w, h), place), interpolation="nearest")
-                artist.set_data(item.pixels)
+                drawn = axes.imshow(item.pixels, extent=(x, x + w, y + h, y), interpolation="nearest", aspect="auto")
             elif isinstance(item, Dot):
-                artist = Line2D(
-                    [item.x], [item.y], marker="o", markersize=small * item.size, color=item.colour,
-                    linestyle="",
-                )  # fmt: skip
+                (drawn,) = axes.plot(item.x, item.y, "o", markersize=small * item.size, color=item.colour)
             elif item.fill:
-                artist = Polygon(item.points, color=item.colour, linewidth=0.0)
+                (drawn,) = axes.fill(*item.points.T, color=item.colour, linewidth=0.0)
             else:
-                artist = Line2D(
-                    item.points[:, 0], item.points[:, 1], color=item.colour, linewidth=small * item.width,
-                    linestyle=(0, tuple(small * each / (small * item.width) for each in DASH)) if item.dash else "-",
+                dashes = tuple(each / item.width for each in DASH) if item.dash else (None, None)
+                (drawn,) = axes.plot(
+                    *item.points.T, color=item.colour, linewidth=small * item.width, dashes=dashes,
                     solid_joinstyle="round", solid_capstyle="butt",
                 )  # fmt: skip
-            artist.set_zorder(k)
-            if not isinstance(item, Picture):
-                artist.set_transform(place)
-            paper.add_artist(artist)
+            drawn.set_zorder(k)
             if isinstance(item, Stroke | Dot) and item.clip is not None:
                 left, top, width, height = item.clip
-                artist.set_clip_path(Rectangle((left, top), width, height, transform=place))
+                drawn.set_clip_path(Rectangle((left, top), width, height, transform=axes.transData))
         paper.savefig(file, format=form, metadata=_SAID[form])

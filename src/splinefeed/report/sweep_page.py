@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from splinefeed.report import theme
+from splinefeed.report.figure import Axis, Dots, Figure, Line, Panel
 from splinefeed.report.html import filled, listed, section, table, text_of
+from splinefeed.report.interactive import to_plain
 from splinefeed.sweeps.store import column, pareto, settings_columns
 from splinefeed.sweeps.work import FAILED
 
@@ -35,14 +37,14 @@ def page(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], sums: Mapp
     kept = made[np.unique(np.linspace(0, count - 1, min(count, MOST)).astype(np.int64))] if count else made
     figures = {"parallel": _parallel(about, rows, kept)} if count else {}
     if len(pareto(rows)):
-        figures["pareto"] = _pareto(rows, kept)
+        figures["pareto"] = to_plain(_pareto(rows, kept))
     state = "good" if sums["failed"] == 0 and sums["not_kept"] == 0 and sums["there"] == sums["runs"] else "bad"
     verdict = (
         f"{sums['there']} of {sums['runs']} runs: {sums['ok']} ok, {sums['not_kept']} not kept, {sums['failed']} failed"
     )
     return filled(
         "sweep.html",
-        {"figures": figures, "colours": {}, "space": False},
+        figures,
         title=text_of(about["name"]),
         state=state,
         verdict=text_of(verdict),
@@ -75,22 +77,17 @@ def _parallel(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], kept:
     return {"data": data, "layout": layout}
 
 
-def _pareto(rows: Mapping[str, Sequence[Any]], kept: Any) -> dict[str, Any]:
+def _pareto(rows: Mapping[str, Sequence[Any]], kept: Any) -> Figure:
     time, error = column(rows, "duration_s"), 1e3 * column(rows, "contour_error_max_mm")
     shown = [int(k) for k in kept if np.isfinite(time[k]) and np.isfinite(error[k])]
-    front = pareto(rows)
-    text = [text_of(f"run {rows['index'][k]}: {rows['source'][k]}") for k in shown]
-    data = [
-        {"type": "scatter", "mode": "markers", "x": time[shown].tolist(), "y": error[shown].tolist(), "text": text,
-         "name": "runs", "marker": {"size": 6, "color": theme.BLUE, "opacity": 0.6}},
-        {"type": "scatter", "mode": "lines+markers", "x": time[front].tolist(), "y": error[front].tolist(),
-         "name": "Pareto front", "line": {"color": theme.VERMILION, "shape": "hv"}},
-    ]  # fmt: skip
-    layout = {
-        "height": 460, "margin": {"l": 84, "r": 24, "t": 20, "b": 50}, "hovermode": "closest",
-        "xaxis": {"title": {"text": "cycle time (s)"}}, "yaxis": {"title": {"text": "largest contour error (µm)"}},
-    }  # fmt: skip
-    return {"data": data, "layout": layout}
+    names = tuple(f"run {rows['index'][k]}: {rows['source'][k]}" for k in shown)
+    front = np.repeat(pareto(rows), 2)
+    marks = (
+        Dots(time[shown], error[shown], "runs", colour=theme.BLUE, hover=names),
+        Line(time[front][1:], error[front][:-1], "Pareto front", theme.VERMILION, named=True),
+    )
+    panel = Panel(Axis("cycle time (s)"), Axis("largest contour error (µm)"), marks, height=360)
+    return Figure("", (panel,))
 
 
 def _numbers(sums: Mapping[str, Any]) -> str:

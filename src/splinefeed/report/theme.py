@@ -23,6 +23,8 @@ VIRIDIS = (
     "#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725",
 )  # fmt: skip
 SEEN = 0.93
+#: From where a path in space is looked at: x to the right, y away, z up.
+EYE = (-0.8, -1.85, 1.2)
 
 
 def colour(number: int) -> str:

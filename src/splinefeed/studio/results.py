@@ -13,7 +13,6 @@ from splinefeed.formats.plain import plain
 from splinefeed.pipeline.compare import servo_numbers
 from splinefeed.records import view
 from splinefeed.report import interactive
-from splinefeed.report.figure import Figure
 from splinefeed.report.motion_figures import motion_figure
 from splinefeed.report.path_figures import limits_figure, path_figure
 from splinefeed.report.record import about, record
@@ -64,15 +63,10 @@ def result(wanted: Wanted, run: sf.Run, look: Mapping[str, Any] | None = None) -
         "numbers": numbers(wanted, run),
         "words": {name: limit_words(name) for name in run.verdict.limits},
         "figures": {name: interactive.to_plain(figure) for name, figure in figures.items()},
-        "path": drawn(path),
+        "path": interactive.to_plain(path),
         "curves": curves(run),
         "axes": list(run.path.axes),
     }
-
-
-def drawn(path: Figure) -> dict[str, Any]:
-    """The figure of a path, and what it may be coloured by."""
-    return {**interactive.to_plain(path), "colours": interactive.colours_of(path), "space": interactive.in_space(path)}
 
 
 def curves(run: sf.Run) -> str | None:

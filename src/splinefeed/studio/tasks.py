@@ -168,14 +168,14 @@ def timed(settings: Mapping[str, Any], bench: Bench, *, at_once: bool) -> dict[s
 
 def shown(time: CycleTime, text: str) -> dict[str, Any]:
     """The text, the path and figure, and each line's time as arrays."""
-    figure, of = program_figure(time), time.by_line
+    of = time.by_line
     columns = {name: getattr(of, name) for name in ("line", "seconds", "beyond", "begin", "limit", "operation")}
     columns |= dict(zip("xyz", of.place.T, strict=True))
     return {
         "program": text,
         "lines": {name: interactive.array(values) for name, values in columns.items()},
         "limits": time.limits,
-        "path": results.drawn(figure),
+        "path": interactive.to_plain(program_figure(time)),
         "figures": {"tools": interactive.to_plain(time_figure(time))},
         "axes": ["x", "y", "z"],
     }

@@ -1,12 +1,12 @@
 "use strict";
 (() => {
-  const data = JSON.parse(document.getElementById("data").textContent);
+  const { figures } = JSON.parse(document.getElementById("data").textContent);
   const root = document.documentElement;
   const config = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
   root.dataset.theme = window.matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
 
   // room for each figure from the start, so that nothing moves when it comes
-  const waiting = Object.entries(data.figures).map(([id, figure]) => ({ place: document.getElementById(id), figure })).filter(({ place }) => place);
+  const waiting = Object.entries(figures).map(([id, figure]) => ({ place: document.getElementById(id), figure })).filter(({ place }) => place);
   for (const { place, figure } of waiting) place.style.minHeight = `${dressed(figure).layout.height}px`;
   const drawn = [];
 
@@ -73,7 +73,7 @@
 
   const choice = document.getElementById("colour");
   if (choice) choice.addEventListener("change", () => {
-    const chosen = data.colours[choice.value];
+    const chosen = figures.path.colours[choice.value];
     const { figure } = drawn.find(({ place }) => place.id === "path") ?? waiting.find(({ place }) => place.id === "path");
     const trace = figure.data.find((each) => each.customdata);
     const paint = trace.marker ?? trace.line;
