@@ -15,7 +15,7 @@ from benchmarks.stream import peak_memory
 from benchmarks.tables import Column, Headline, Report, Table
 from benchmarks.timing import interleaved
 from splinefeed.analysis.contour import ContourMeter
-from splinefeed.kernels import mechanics, servo
+from splinefeed.kernels import mechanics
 from splinefeed.pipeline.follow import Servo, follow_chunks
 from splinefeed.simulation.plant import SUB_STEPS, parameters, plant, step_table
 
@@ -77,7 +77,7 @@ class AxisRun:
     def __call__(self) -> int:
         memory, scratch = np.zeros(mechanics.MEMORY), np.zeros(mechanics.SCRATCH)
         memory[[mechanics.MOTOR, mechanics.LOAD]] = self.command[0]
-        return servo.run_axis(self.command, self.table, self.parameters, memory, scratch, *self.room)
+        return mechanics.run_axis(self.command, self.table, self.parameters, memory, scratch, *self.room)
 
 
 def _lap() -> np.ndarray:

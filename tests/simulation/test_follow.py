@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
 from splinefeed.errors import InputError
-from splinefeed.kernels import mechanics, servo
+from splinefeed.kernels import mechanics
 from splinefeed.machine import Friction, Machine
 from splinefeed.pipeline.follow import follow
 from splinefeed.records import Response, Setpoints
@@ -55,10 +55,10 @@ def test_counts_and_codes_are_exact() -> None:
 def test_the_converter_has_one_code_more_below_zero() -> None:
     numbers = parameters(velocity_axis(output_bits=16), PERIOD)
     step = 20.0 / 65536
-    assert servo.convert(99.0, numbers) == 32767 * step
-    assert servo.convert(-99.0, numbers) == -10.0
-    assert servo.convert(0.49 * step, numbers) == 0.0
-    assert servo.convert(0.51 * step, numbers) == step
+    assert mechanics.convert(99.0, numbers) == 32767 * step
+    assert mechanics.convert(-99.0, numbers) == -10.0
+    assert mechanics.convert(0.49 * step, numbers) == 0.0
+    assert mechanics.convert(0.51 * step, numbers) == step
 
 
 @pytest.mark.nojit
@@ -111,9 +111,9 @@ def test_the_integral_waits_while_the_output_is_beyond_its_limit() -> None:
     numbers = parameters(velocity_axis(kd=0.0), PERIOD)
     memory = np.zeros(mechanics.MEMORY)
     for _ in range(50):
-        servo.control(1.0, 0.0, numbers, memory)  # 22 V wanted
+        mechanics.control(1.0, 0.0, numbers, memory)  # 22 V wanted
     assert memory[mechanics.INTEGRAL] == 0.0
-    servo.control(-0.01, 0.0, numbers, memory)  # within the limit
+    mechanics.control(-0.01, 0.0, numbers, memory)  # within the limit
     assert memory[mechanics.INTEGRAL] == pytest.approx(-0.01 * 266.8899 * PERIOD)
 
 
@@ -298,9 +298,9 @@ def test_no_machine_makes_a_nan(machine: Machine, seed: int) -> None:
 def test_plain_python_and_the_compiled_loop_give_the_same_bits(machine: Machine, seed: int) -> None:
     points = setpoints(np.cumsum(np.random.default_rng(seed).normal(scale=0.03, size=60)))
     found = []
-    for run_axis in (servo.run_axis.plainly, servo.run_axis.compiled):
+    for run_axis in (mechanics.run_axis.plainly, mechanics.run_axis.compiled):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(servo.run_axis, "for_work", lambda count, run_axis=run_axis: run_axis)
+            patch.setattr(mechanics.run_axis, "for_work", lambda count, run_axis=run_axis: run_axis)
             found.append(follow(points, machine))
     assert same(*found)
     assert found[0].position.tobytes() == found[1].position.tobytes()

@@ -12,7 +12,7 @@ from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat, Packed
 from splinefeed.geometry.fitting.grid import graded, halved
-from splinefeed.kernels.smoothing import thin
+from splinefeed.kernels.matching import thin
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: Share of the tolerance within which points stand for one: duplicates, jitter and tiny steps back.

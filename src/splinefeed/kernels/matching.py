@@ -1,4 +1,4 @@
-"""Two lines of chords traversed side by side, forwards only."""
+"""Runs of short lines: two of them traversed side by side, forwards only, and points that stand for others."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import math
 import numpy as np
 
 from splinefeed.kernels.jit import kernel
-from splinefeed.records import Array, IntArray
+from splinefeed.records import Array, BoolArray, IntArray
 
-#: How a node was reached: from the left or from the lower edge of its cell.
-LEFT, BELOW = 1, 2
+#: How a node was reached: from the opposite edge of its cell or from the one beside it.
+ACROSS, BESIDE = 1, 2
 
 
 @kernel
@@ -70,6 +70,38 @@ def nearest_share(p: Array, k: int, q: Array, j: int, linear: int) -> float:
 
 
 @kernel
+def node(
+    p: Array,
+    k: int,
+    q: Array,
+    j: int,
+    across: float,
+    earlier: float,
+    beside: float,
+    end: bool,
+    limit: float,
+    linear: int,
+) -> tuple[float, float, int]:
+    """The node of p[k] beside chord j of q: largest distance on the way there, its share, and ACROSS, BESIDE or 0.
+
+    It is reached from the opposite edge of its cell, where that is `across` at the share `earlier`, or from the one
+    beside it, where that is `beside`; the distance is infinite beyond `limit`. end  the lines end here.
+    """
+    if across == math.inf and beside == math.inf:
+        return math.inf, 0.0, 0
+    share = 1.0 if end else nearest_share(p, k, q, j, linear)
+    value = max(beside, apart(p, k - 1, 1.0, q, j, share, linear))
+    way = BESIDE
+    later = max(share, earlier)
+    other = max(across, apart(p, k - 1, 1.0, q, j, later, linear))
+    if other < value:
+        value, share, way = other, later, ACROSS
+    if value > limit:
+        return math.inf, share, 0
+    return value, share, way
+
+
+@kernel
 def side_by_side(
     p: Array, q: Array, linear: int, limit: float, lows: IntArray, starts: IntArray, places: Array, ways: IntArray
 ) -> int:
@@ -78,15 +110,15 @@ def side_by_side(
     A cell is a chord of p beside a chord of q; on its right and on its upper edge one node is kept: the place where the
     largest distance on the way there, as far as it is looked for, is least. lows, starts (chords of p + 1,): first
     chord of q in each column and its first row in places (rows, 2), the shares of the nodes on both edges, and ways
-    (rows, 2), LEFT or BELOW or 0 where none is within `limit` (a square). Returns the rows that are used, 0 if the end
-    is not reached, or minus the rows that were there if they are too few.
+    (rows, 2), ACROSS or BESIDE or 0 where none is within `limit` (a square). Returns the rows that are used, 0 if the
+    end is not reached, or minus the rows that were there if they are too few.
     """
     columns, chords = p.shape[0] - 1, q.shape[0] - 1
-    room = places.shape[0]
     left_value = np.full(chords + 1, np.inf)  # of the nodes on the line between the last column and this one
     left_share = np.zeros(chords + 1)
+    left_value[0] = apart(p, 0, 0.0, q, 0, 0.0, linear)
     low = 0
-    high = 0  # behind the last chord of q that the last column reached
+    high = 1  # behind the last chord of q that the last column reached
     used = 0
     for i in range(columns):
         lows[i] = low
@@ -96,67 +128,21 @@ def side_by_side(
         next_low = -1
         next_high = 0
         j = low
-        while j < chords:
-            here_value = left_value[j] if j < high else np.inf
-            here_share = left_share[j]
-            if i == 0 and j == 0:
-                here_value = apart(p, 0, 0.0, q, 0, 0.0, linear)
-                here_share = 0.0
-            if j >= high and below_value == np.inf and not (i == 0 and j == 0):
-                break
-            if used >= room:
-                return -room
-            # right edge: p[i + 1] beside chord j
-            value = np.inf
-            way = 0
-            share = 0.0
-            if here_value < np.inf or below_value < np.inf:
-                wanted = 1.0 if i == columns - 1 and j == chords - 1 else nearest_share(p, i + 1, q, j, linear)
-                if below_value < np.inf:
-                    value = max(below_value, apart(p, i, 1.0, q, j, wanted, linear))
-                    share = wanted
-                    way = BELOW
-                if here_value < np.inf:
-                    later = max(wanted, here_share)
-                    other = max(here_value, apart(p, i, 1.0, q, j, later, linear))
-                    if other < value:
-                        value = other
-                        share = later
-                        way = LEFT
-                if value > limit:
-                    value = np.inf
-                    way = 0
-            # upper edge: q[j + 1] beside chord i
-            up_value = np.inf
-            up_way = 0
-            up_share = 0.0
-            if here_value < np.inf or below_value < np.inf:
-                wanted = 1.0 if i == columns - 1 and j == chords - 1 else nearest_share(q, j + 1, p, i, linear)
-                if here_value < np.inf:
-                    up_value = max(here_value, apart(p, i, wanted, q, j, 1.0, linear))
-                    up_share = wanted
-                    up_way = LEFT
-                if below_value < np.inf:
-                    later = max(wanted, below_share)
-                    other = max(below_value, apart(p, i, later, q, j, 1.0, linear))
-                    if other < up_value:
-                        up_value = other
-                        up_share = later
-                        up_way = BELOW
-                if up_value > limit:
-                    up_value = np.inf
-                    up_way = 0
-            places[used, 0], places[used, 1] = share, up_share
-            ways[used, 0], ways[used, 1] = way, up_way
+        while j < chords and (j < high or below_value < np.inf):
+            if used >= places.shape[0]:
+                return -places.shape[0]
+            left = left_value[j] if j < high else np.inf
+            share = left_share[j]
+            end = i == columns - 1 and j == chords - 1
+            left_value[j], left_share[j], way = node(p, i + 1, q, j, left, share, below_value, end, limit, linear)
+            below_value, below_share, up = node(q, j + 1, p, i, below_value, below_share, left, end, limit, linear)
+            places[used, 0], places[used, 1] = left_share[j], below_share
+            ways[used, 0], ways[used, 1] = way, up
             used += 1
-            left_value[j] = value
-            left_share[j] = share
             if way != 0:
                 if next_low < 0:
                     next_low = j
                 next_high = j + 1
-            below_value = up_value
-            below_share = up_share
             j += 1
         if i == columns - 1:
             starts[columns] = used
@@ -185,8 +171,7 @@ def traced(lows: IntArray, starts: IntArray, places: Array, ways: IntArray, out:
         else:
             out[count, 0], out[count, 1] = i + places[row, 1], j + 1.0
         count += 1
-        way = ways[row, edge]
-        if way == LEFT:
+        if (ways[row, edge] == ACROSS) == (edge == 0):  # from the left
             if i == 0:
                 break
             i -= 1
@@ -198,4 +183,42 @@ def traced(lows: IntArray, starts: IntArray, places: Array, ways: IntArray, out:
             j -= 1
             row -= 1
             edge = 1
+    return count
+
+
+@kernel
+def thin(points: Array, held: BoolArray, linear: int, near: Array, turned: float, kept: BoolArray) -> int:
+    """Mark the points (n, axes) that stay; the others stand within `near` (n,), mm, of the last one that stayed.
+
+    And within `turned`, rad, over the axes behind the linear ones.
+    held  (n,) points that stay whatever is near; the others make room for them. A way out and back to the same place
+    keeps the first point that is elsewhere, so that no line loses its length. Returns how many stay.
+    """
+    count = 0
+    last = 0
+    elsewhere = -1  # the first point behind the last one that stayed and not at its place
+    for i in range(points.shape[0]):
+        square = 0.0
+        angle = 0.0
+        for a in range(points.shape[1]):
+            step = points[i, a] - points[last, a]
+            if a < linear:
+                square += step * step
+            else:
+                angle += step * step
+        close = i > 0 and square <= near[i] * near[i] and angle <= turned * turned
+        kept[i] = held[i] or not close
+        if held[i] and close:
+            if not held[last]:
+                kept[last] = False
+                count -= 1
+            elif square == 0.0 and elsewhere > 0:
+                kept[elsewhere] = True
+                count += 1
+        if kept[i]:
+            count += 1
+            last = i
+            elsewhere = -1
+        elif square > 0.0 and elsewhere < 0:
+            elsewhere = i
     return count

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from splinefeed.errors import InputError
-from splinefeed.kernels import mechanics, servo
+from splinefeed.kernels import mechanics
 from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import Axis
 from splinefeed.records import Array, Response, Setpoints
@@ -32,7 +32,7 @@ class AxisRun:
         if not self._begun and len(command):
             self._memory[[mechanics.MOTOR, mechanics.LOAD]] = command[0]
             self._begun = True
-        found, run = np.empty((4, len(command))), servo.run_axis.for_work(len(command))
+        found, run = np.empty((4, len(command))), mechanics.run_axis.for_work(len(command))
         done = run(command, self._table, self._parameters, self._memory, self._scratch, *found)
         if done:
             error = abs(command[done - 1] - found[1, done - 1])
