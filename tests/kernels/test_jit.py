@@ -7,6 +7,7 @@ import os
 import pkgutil
 import subprocess
 import sys
+import types
 
 import numpy as np
 import pytest
@@ -148,13 +149,8 @@ def test_every_kernel_names_only_what_its_digest_can_tell():
     ]
     found = [value for module in modules for value in vars(module).values() if isinstance(value, jit.Kernel)]
     assert len({each.digest for each in found}) == len(set(map(id, found))) > 10
-
-    @jit.kernel
-    def careless(x):
-        return jit.COMPILING * x
-
-    with pytest.raises(TypeError, match=r"module 'splinefeed\.kernels\.jit'"):
-        _ = careless.digest
+    named = {value.__name__ for each in found for _, value in each._named if isinstance(value, types.ModuleType)}
+    assert named <= {"math", "numpy"}  # what a module holds is not in the digest
 
 
 #: A process that does `sys.argv[1]` ticks, so many at a time as the next one says, by a leaf that is worth 1000.

@@ -18,7 +18,7 @@ from splinefeed.interpolation.stepping import (
     rate_in_row,
     runge_kutta_4,
 )
-from splinefeed.kernels.jit import Leaf, hot_kernel, own_floats
+from splinefeed.kernels.jit import Leaf, hot_kernel
 from splinefeed.kernels.layout import HIGH, LOW, MIDDLE, SCALE, START, Shape
 from splinefeed.kernels.pieces import arc_length, point, speed, walk_to
 from splinefeed.records import Array, IntArray
@@ -28,9 +28,9 @@ from splinefeed.records import Array, IntArray
 ROW, FIRST_ROW, LAST_ROW, CURVE, PIECE, STEPS, REPLACED = range(7)
 STATE_INTEGERS = 7
 #: Places in the float state: the last four u, the last four rates, the method's memory, time, feed and acceleration
-#: now, and how far steps would have gone beyond the end of the path, mm.
-RATES, MEMORY, NOW, OVERRUN = 4, 8, 20, 23
-STATE_FLOATS = 24
+#: now, how far steps would have gone beyond the end of the path, mm, and what a step is told of the law.
+RATES, MEMORY, NOW, OVERRUN, LAW = 4, 8, 20, 23, 24
+STATE_FLOATS = LAW + 5
 
 #: A law that ends nearer to the end of the path than this share of its length ends there: the rounding of its pieces.
 AT_END = 64.0 * 2.0**-52
@@ -109,7 +109,7 @@ def _loop(
     u = floats[:RATES]
     rate = floats[RATES:MEMORY]
     memory = floats[MEMORY:NOW]
-    law = own_floats(5)
+    law = floats[LAW:]
     # in variables of their own, not in the arrays: the compiler then keeps them out of memory from tick to tick
     before, feed_before, acceleration = floats[NOW], floats[NOW + 1], floats[NOW + 2]
     piece, current, steps = integers[PIECE], integers[CURVE], integers[STEPS]

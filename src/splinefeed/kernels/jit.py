@@ -75,11 +75,6 @@ def hot_kernel(function: F) -> F:
     return cast(F, Kernel(function, forceinline=True))
 
 
-def _empty(count: int) -> Any:
-    """Room for `count` floats of a leaf's own: an array when compiled, a list in plain Python."""
-    return np.empty(count)
-
-
 def leaf(*, worth: int, rows: tuple[str, ...] = (), lists: tuple[str, ...] = ()) -> Callable[[F], Leaf[F]]:
     """A kernel that `Leaf.for_work` runs as plain Python where it is not worth its compile.
 
@@ -127,13 +122,10 @@ class Kernel:
     @cached_property
     def plain(self) -> Callable[..., Any]:
         """The function as plain Python: what it calls is plain, too, and not looked up in a kernel at each call."""
-        function = self.py_func
-        around = dict(function.__globals__)
-        made = types.FunctionType(
-            function.__code__, around, function.__name__, function.__defaults__, function.__closure__
-        )
+        function, around = self.py_func, dict(self.py_func.__globals__)
+        made = types.FunctionType(function.__code__, around, function.__name__, closure=function.__closure__)
         self.__dict__["plain"] = made  # before what it calls is made plain: a kernel may call itself
-        around.update({name: value.plain for name, value in _named(function) if isinstance(value, Kernel)})
+        around.update({name: value.plain for name, value in self._named if isinstance(value, Kernel)})
         return made
 
     @property
@@ -144,21 +136,29 @@ class Kernel:
     @cached_property
     def digest(self) -> str:
         """SHA-256 of all that decides what this kernel compiles to but the types of its arguments and the processor."""
-        found: set[str] = set()
-        waiting = [self]
+        parts, waiting = {_numba_version(), str(sys.implementation.cache_tag)}, [self]
         while waiting:
             kernel = waiting.pop()
-            if kernel._own not in found:
-                found.add(kernel._own)
-                waiting += [value for _, value in _named(kernel.py_func) if isinstance(value, Kernel)]
-        parts = (_numba_version(), sys.implementation.cache_tag, self._own, *sorted(found))
-        return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()
+            if kernel._own not in parts:
+                parts.add(kernel._own)
+                waiting += [value for _, value in kernel._named if isinstance(value, Kernel)]
+        return hashlib.sha256("\n".join([self._own, *sorted(parts)]).encode()).hexdigest()
 
     @cached_property
     def _own(self) -> str:
         """The function alone, spelled: bytecode and constants; of what it calls only the names."""
-        text = [self.name, repr(sorted(self.options.items())), _spelled(self.py_func.__code__)]
-        return "\n".join(text + [f"{name}={_spelled(value)}" for name, value in _named(self.py_func)])
+        named = [f"{name}={_spelled(value)}" for name, value in self._named]
+        return "\n".join([self.name, str(self.options), _spelled(self.py_func.__code__), *named])
+
+    @property
+    def _named(self) -> list[tuple[str, Any]]:
+        """Globals and cells of the closure that the function names, and their values."""
+        function, code = self.py_func, self.py_func.__code__
+        around, codes = function.__globals__, [code, *(c for c in code.co_consts if isinstance(c, types.CodeType))]
+        names = sorted({name for each in codes for name in each.co_names if name in around})
+        found = [(name, around[name]) for name in names]
+        cells = function.__closure__ or ()
+        return found + [(name, cell.cell_contents) for name, cell in zip(code.co_freevars, cells, strict=True)]
 
     @property
     def _file(self) -> str:
@@ -227,10 +227,6 @@ class Leaf(Kernel, Generic[F]):
             self._spent += time.perf_counter() - begin
 
 
-own_floats = Kernel(_empty, forceinline=True)
-own_floats.plain = lambda count: [0.0] * count
-
-
 def _disabled() -> bool:
     return os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0") or not _numba_version()
 
@@ -244,43 +240,16 @@ def _numba_version() -> str:
         return ""
 
 
-def _named(function: Callable[..., Any]) -> list[tuple[str, Any]]:
-    """Names in the bytecode of `function` that are globals of its module or cells of its closure, and their values."""
-    names: set[str] = set()
-    codes = [function.__code__]
-    while codes:
-        code = codes.pop()
-        names.update(code.co_names)
-        codes += [constant for constant in code.co_consts if isinstance(constant, types.CodeType)]
-    around = function.__globals__
-    found = [(name, around[name]) for name in sorted(names) if name in around]
-    cells = function.__closure__ or ()
-    return found + [(name, cell.cell_contents) for name, cell in zip(function.__code__.co_freevars, cells, strict=True)]
-
-
 def _spelled(value: Any) -> str:
-    """A constant as text that is the same in every process and differs when the constant does."""
-    if isinstance(value, Kernel):
-        return f"kernel {value.name}"
+    """A value as text that differs when it does, and is the same in every process if it is a number, text or array."""
     if isinstance(value, types.CodeType):
-        lists = (value.co_varnames, value.co_names, value.co_freevars, value.co_cellvars)
-        constants = [_spelled(constant) for constant in value.co_consts]
-        return f"code {value.co_argcount} {value.co_flags} {value.co_code.hex()} {lists} {constants}"
+        names, constants = (value.co_names, value.co_varnames), [_spelled(each) for each in value.co_consts]
+        return f"{value.co_argcount} {value.co_flags} {value.co_code.hex()} {names} {constants}"
     if isinstance(value, np.ndarray):
-        return f"array {value.dtype.str} {value.shape} {value.tobytes().hex()}"
-    if isinstance(value, tuple):
-        return f"({', '.join(map(_spelled, value))})"
-    if isinstance(value, frozenset):
-        return f"frozenset {sorted(map(_spelled, value))}"
-    if isinstance(value, types.ModuleType) and value.__name__.partition(".")[0] != __name__.partition(".")[0]:
-        return f"module {value.__name__}"
-    if isinstance(value, types.BuiltinFunctionType):
-        return f"builtin {value.__module__}.{value.__qualname__}"
-    if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic):
-        return f"{type(value).__name__} {value!r}"
-    raise TypeError(
-        f"a kernel names {value!r}; it may name kernels, numbers, texts, tuples, arrays and modules of others"
-    )
+        return f"{value.dtype.str} {value.shape} {value.tobytes().hex()}"
+    if isinstance(value, types.ModuleType | types.BuiltinFunctionType):
+        return value.__name__
+    return value.name if isinstance(value, Kernel) else repr(value)
 
 
 class _Cache:
