@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinefeed.geometry.rows import Places, Rows
+from splinefeed.geometry.rows import Places, Rows, dot
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: Parts of pieces that are processed together: they stay in the processor's cache.
@@ -129,7 +129,8 @@ def _integral(rows: Rows, part: Parts) -> Array:
         apart = np.abs(fine - coarse)
         open_ = apart > AGREEMENT * whole[owner]
         if open_.any():
-            open_ &= apart > 2.0 * COEFFICIENT_ROUNDING * _largest_speed(rows, row) * half
+            size = np.sum((rows.sizes - np.abs(rows.origin))[:, row], axis=0)
+            open_ &= apart > 2.0 * COEFFICIENT_ROUNDING * rows.degree * size * rows.scale[row] * half
         if depth == BISECTIONS or not open_.any():
             np.add.at(total, owner, fine)
             return total
@@ -141,20 +142,6 @@ def _integral(rows: Rows, part: Parts) -> Array:
             np.column_stack([middle[open_], high[open_]]).ravel(),
         )
     return total
-
-
-def _largest_speed(rows: Rows, row: IntArray) -> Array:
-    """What |C'(u)| of rows (n,) would be if no two of its terms cancelled: the measure of its rounding, mm a u."""
-    terms = np.abs(rows.terms[:, :, row])
-    weight, turn = 1.0, 0.0
-    if rows.rational:
-        weight = terms[rows.axes, 0]
-        turn = sum(k * terms[rows.axes, k] for k in range(1, rows.degree + 1)) / weight
-    total = np.zeros(len(row))
-    for a in range(rows.axes):
-        for k in range(rows.degree + 1):
-            total += (k + turn) * terms[a, k] / weight
-    return total * rows.scale[row]
 
 
 def chord_errors(rows: Rows, row: IntArray, u: Array, position: Array, worth: float | None = None) -> Array:
@@ -187,19 +174,13 @@ def chord_errors(rows: Rows, row: IntArray, u: Array, position: Array, worth: fl
         place = begin + wide * shares[best[near], 0]
         places, start, chord = Places(rows, part.row[near]), start[:, near], chord[:, near]
         for _ in range(NEWTON_STEPS if len(near) else 0):
-            c = [values[:linear] for values in places.derivatives(places.t(place), 2)]
-            far, apart, inside = _from_chord(c[0], start, chord)
+            c, first, second = (values[:linear] for values in places.derivatives(places.t(place), 2))
+            far, apart, inside = _from_chord(c, start, chord)
             each[near] = np.maximum(each[near], far)
             # half the squared distance has the slope apart.C' and bends by C'.C' + apart.C'', less what runs along
-            slope, bend = np.zeros(len(near)), np.zeros(len(near))
-            along, square = np.zeros(len(near)), np.zeros(len(near))
-            for a in range(linear):
-                slope += apart[a] * c[1][a]
-                bend += c[1][a] * c[1][a] + apart[a] * c[2][a]
-                along += c[1][a] * chord[a]
-                square += chord[a] * chord[a]
+            slope, bend = dot(apart, first), dot(first, first) + dot(apart, second)
             with np.errstate(divide="ignore", invalid="ignore"):
-                bend -= np.where(inside, along * along / square, 0.0)
+                bend -= np.where(inside, dot(first, chord) ** 2 / dot(chord, chord), 0.0)
                 place = np.where(bend < 0.0, np.clip(place - slope / bend, left, right), place)
         if len(near):
             far = _from_chord(places.derivatives(places.t(place), 0)[0][:linear], start, chord)[0]
@@ -209,22 +190,15 @@ def chord_errors(rows: Rows, row: IntArray, u: Array, position: Array, worth: fl
     return out
 
 
-def _from_chord(at: Array, start: Array, chord: Array) -> tuple[Array, list[Array], BoolArray]:
+def _from_chord(at: Array, start: Array, chord: Array) -> tuple[Array, Array, BoolArray]:
     """Distance (..., n) of points (linear, ..., n) from straight lines, mm, as vectors, and where it is across them."""
-    linear = len(at)
-    square, along = np.zeros(chord.shape[1:]), np.zeros(at.shape[1:])
-    for a in range(linear):
-        square += chord[a] * chord[a]
-        along += (at[a] - start[a]) * chord[a]
+    start, chord = (each.reshape(len(at), *(1,) * (at.ndim - 2), -1) for each in (start, chord))
+    square = dot(chord, chord)
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.where(square > 0.0, along / square, 0.0)
+        share = np.where(square > 0.0, dot(at - start, chord) / square, 0.0)
     inside = (share > 0.0) & (share < 1.0)
-    share = np.clip(share, 0.0, 1.0)
-    apart: list[Array] = [at[a] - start[a] - share * chord[a] for a in range(linear)]
-    total = np.zeros(at.shape[1:])
-    for each in apart:
-        total += each * each
-    return np.sqrt(total), apart, inside
+    apart = at - start - np.clip(share, 0.0, 1.0) * chord
+    return np.sqrt(dot(apart, apart)), apart, inside
 
 
 def least_curvatures(rows: Rows, row: IntArray, u: Array) -> Array:
@@ -242,15 +216,21 @@ def least_curvatures(rows: Rows, row: IntArray, u: Array) -> Array:
 def curvatures(places: Places, t: Array) -> Array:
     """Curvature over the linear axes at t (..., n), 1/mm: infinite where C' = 0, 0 where only rotary axes move."""
     _, first, second = places.derivatives(t, 2)
-    linear = places.linear
-    square, product = np.zeros(t.shape), np.zeros(t.shape)
-    for a in range(linear):
-        square += first[a] * first[a]
-        product += first[a] * second[a]
-    across = np.zeros(t.shape)
     with np.errstate(divide="ignore", invalid="ignore"):
-        along = product / square
-        for a in range(linear):
-            across += (second[a] - along * first[a]) ** 2
-        found = np.where(square > 0.0, np.sqrt(across) / square, np.inf)
-    return np.where(places.turning, 0.0, found)
+        c, uss = rates(places, first, second)
+        bend = (second / (c * c) + first * uss)[: places.linear]
+        return np.where(places.turning, 0.0, np.where(c > 0.0, np.sqrt(dot(bend, bend)), np.inf))
+
+
+def rates(places: Places, first: Array, second: Array, third: Array | None = None) -> list[Array]:
+    """|C'|, u_ss and, with C''', u_sss at places, (..., n) each, from C', C'', C''' (axes, ..., n): the chain rule.
+
+    u_s = 1/c,  u_ss = -(C'.C'')/c^4,  u_sss = 4 (C'.C'')^2/c^7 - (C''.C'' + C'.C''')/c^5,  c = |C'|
+    """
+    square, product = places.product(first, first), places.product(first, second)
+    c = np.sqrt(square)
+    found = [c, -product / (square * square)]
+    if third is not None:
+        bent = places.product(second, second) + places.product(first, third)
+        found.append(4.0 * product * product / (square * square * square * c) - bent / (square * square * c))
+    return found

@@ -7,7 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
+from splinefeed.analysis import between
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.rows import Places, Rows
 from splinefeed.kinematics import JointPath
 from splinefeed.records import AXIS_LIMITS, BOUNDED, KEPT, Array, BoolArray, IntArray, LimitResult, Limits
 
@@ -41,6 +43,11 @@ class Worst:
     s: float = 0.0
     over: int = 0
 
+    @property
+    def share(self) -> float:
+        """value / limit."""
+        return self.value / self.limit
+
     def see(self, values: Array, t: Array, s: Array, floor: Array, limits: Array | None = None) -> None:
         """Record values and their rounding, floor (n,), at times t and arc lengths s (n,); NaN is nothing.
 
@@ -66,15 +73,6 @@ class Worst:
             limit=self.limit, worst=self.value, at_s=self.s, at_t=self.t, floor=self.floor, axis=axis, by=by,
             over=self.over,
         )  # fmt: skip
-
-
-def jerks(jerk: Array, growing: BoolArray, falling: BoolArray, limits: Limits) -> dict[str, Array]:
-    """|jerk| (..., n) where the feed grows and where it falls, by limit; where neither is sure, under the larger."""
-    up, down = limits.jerk, float(limits.deceleration_jerk or np.inf)
-    return {
-        "jerk": np.where(falling | (~growing & (up < down)), 0.0, np.abs(jerk)),
-        "deceleration_jerk": np.where(growing | (~falling & (down < up)), 0.0, np.abs(jerk)),
-    }
 
 
 @dataclass
@@ -105,6 +103,11 @@ class Bounds:
         return self.path.axes if self.joints is None else self.joints.axes
 
     @cached_property
+    def rows(self) -> Rows:
+        """The pieces of the path."""
+        return Rows(self.path.arc_pieces)
+
+    @cached_property
     def feeds(self) -> Array:
         """Largest feed on each curve of the path, (curves,), mm/s: of the limits or, if lower, of the path itself."""
         given = np.full(len(self.path.curves), self.limits.feed)
@@ -116,6 +119,11 @@ class Bounds:
         rows = self.path.curve_rows
         return np.repeat(self.feeds, rows[:, 1] - rows[:, 0] + 1)
 
+    def jerks(self, growing: BoolArray, falling: BoolArray) -> Array:
+        """Limit of the jerk, mm/s^3, where the feed grows and where it falls; where neither is sure, the larger one."""
+        up, down = self.limits.jerk, self.limits.deceleration_jerk or np.inf
+        return np.where(growing, up, np.where(falling, down, max(up, down)))
+
     @cached_property
     def weights(self) -> Array:
         """Weights of the axes in each combination that is limited, (combinations, axes)."""
@@ -125,8 +133,33 @@ class Bounds:
 
     @cached_property
     def corners(self) -> Corners:
-        """Corners that may be passed in motion: none without a limit on the velocity step of an axis."""
-        return passable(self.path, self.limits.axis_velocity_step is not None)
+        """Corners of the tangent that may be passed in motion: none without a limit on the velocity step of an axis.
+
+        Where C' = 0 on one side no velocity jumps: the tool must rest there, and differences see whether it does.
+        """
+        wanted, rows = self.limits.axis_velocity_step is not None, self.rows
+        found = [each for each in self.path.corners if each.stop and each.angle <= TURNING_BACK] if wanted else []
+        row, u = rows.find(np.array([each.curve for each in found], dtype=int), np.array([each.u for each in found]))
+        before, behind = (
+            np.maximum(row - (u <= rows.low[row]), 0),
+            np.minimum(row + (u >= rows.high[row]), len(rows) - 1),
+        )
+        speeds, tangents, bends = [], [], []
+        for side, end in ((before, rows.high), (behind, rows.low)):
+            places = Places(rows, side)
+            _, first, second = places.derivatives(places.t(np.where(side == row, u, end[side])), 2)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                c, uss = between.rates(places, first, second)
+                speeds.append(c)
+                tangents.append((first / c).T)
+                bends.append((second / (c * c) + first * uss).T)
+        passes = np.minimum(*speeds) > 1e-9 * np.maximum(*speeds)
+        return Corners(
+            np.array([each.s for each in found])[passes],
+            np.abs(tangents[1] - tangents[0])[passes],
+            np.abs(np.stack(tangents, axis=1))[passes],
+            np.abs(np.stack(bends, axis=1))[passes],
+        )
 
     @cached_property
     def turning(self) -> Array:
@@ -146,8 +179,7 @@ class Bounds:
             ("feed", float(np.max(self.feeds)), 1, 0),
             ("acceleration", limits.acceleration, 2, 0),
             ("deceleration", limits.deceleration, 2, 0),
-            ("jerk", limits.jerk, 3, 0),
-            ("deceleration_jerk", limits.deceleration_jerk, 3, 0),
+            ("jerk", min(limits.jerk, limits.deceleration_jerk or np.inf), 3, 0),
             ("chord_error", limits.chord_error, 0, 0),
             ("orientation_error", limits.orientation_error, 0, 0),
             ("centripetal", limits.centripetal, 1, 0),
@@ -166,9 +198,38 @@ class Bounds:
             rows.append((f"travel.{axis}", 0.5 * (high - low), 0, axes.index(axis) + 1))
         return {name: Worst(v, order, column) for name, v, order, column in rows if v is not None and v < np.inf}
 
-    def report_order(self) -> list[str]:
-        """Names of the limits as a verdict has them: one for jerk, whichever way the feed goes."""
-        return list(dict.fromkeys("jerk" if name == "deceleration_jerk" else name for name in self.worsts()))
+    def corner_feeds(self, k: IntArray, means: Array, i: IntArray, ahead: Array, floor: Array, period: float) -> Array:
+        """A bound of the feed at corners k (n,), mm/s, `ahead` mm (n,) into steps i (n,), by the mean feeds of all."""
+        index = i[:, None] + np.arange(-BESIDE, BESIDE + 1)
+        known = (index >= 0) & (index < len(means))
+        around = np.where(known, means[np.clip(index, 0, len(means) - 1)], np.nan)
+        top = np.fmax.reduce(around, axis=1)
+        accelerations, jerks = self._slopes(k, top)
+        way = means[i] * period
+        at_tick = np.minimum(ahead, way - ahead) <= AT_TICK * (self.corners.s[k] + way)
+        quickest = 0.25 * period * np.minimum(np.min(accelerations, axis=1), 0.125 * period * np.min(jerks, axis=1))
+        rest = at_tick & (top <= quickest) & (quickest < np.inf)  # such steps are within the limits from rest to rest
+        # a dip also bends the feed around it
+        bent = accelerations + (np.fmax.reduce(np.abs(np.diff(around, axis=1)), axis=1) / period)[:, None]
+        dip = hidden_dip(around, floor, period, bent, jerks)
+        middle = around[:, BESIDE - 1 : BESIDE + 2]
+        return np.where(rest, 0.0, np.maximum(corner_feed(middle, ahead, period) - dip, 0.0))
+
+    def _slopes(self, k: IntArray, feed: Array) -> tuple[Array, Array]:
+        """Most acceleration, (n, 2), mm/s^2, and jerk, (n, 2), mm/s^3, of the path before and behind corners k (n,).
+
+        Before it the feed falls, behind it grows, as in a dip; each axis holds |r_ss v^2 + r_s a| <= A at the feed v.
+        """
+        limits, tangents = self.limits, self.corners.tangents[k]
+        along = np.array([limits.deceleration or np.inf, limits.acceleration])
+        acceleration, jerk = (limits.of_axes(name, self.axes) for name in AXIS_LIMITS[1:])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            by_axes = (acceleration + self.corners.bends[k] * (feed * feed)[:, None, None]) / tangents
+            steepest = np.minimum(along, np.fmin.reduce(by_axes, axis=2))
+            twist = np.array([limits.deceleration_jerk or np.inf, limits.jerk])
+            # beside a limit of acceleration that of an axis' jerk says little more, and in a bend not this
+            free = np.where(np.isfinite(steepest), np.inf, np.fmin.reduce(jerk / tangents, axis=2))
+        return steepest, np.minimum(twist, free)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,84 +246,6 @@ class Corners:
     jumps: Array
     tangents: Array
     bends: Array
-
-    def slopes(self, k: IntArray, feed: Array, limits: Limits, axes: tuple[str, ...]) -> tuple[Array, Array]:
-        """Most acceleration, (n, 2), mm/s^2, and jerk, (n, 2), mm/s^3, of the path before and behind corners k (n,).
-
-        Before it the feed falls, behind it grows, as in a dip; each axis holds |r_ss v^2 + r_s a| <= A at the feed v.
-        """
-        along = np.array([limits.deceleration or np.inf, limits.acceleration])
-        acceleration, jerk = (limits.of_axes(name, axes) for name in AXIS_LIMITS[1:])
-        tangents = self.tangents[k]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            by_axes = (acceleration + self.bends[k] * (feed * feed)[:, None, None]) / tangents
-            steepest = np.minimum(along, np.fmin.reduce(by_axes, axis=2))
-            twist = np.array([limits.deceleration_jerk or np.inf, limits.jerk])
-            # beside a limit of acceleration that of an axis' jerk says little more, and in a bend not this
-            free = np.where(np.isfinite(steepest), np.inf, np.fmin.reduce(jerk / tangents, axis=2))
-        return steepest, np.minimum(twist, free)
-
-    def least_feeds(
-        self, k: IntArray, means: Array, i: IntArray, ahead: Array, floor: Array, period: float, limits: Limits,
-        axes: tuple[str, ...],
-    ) -> Array:  # fmt: skip
-        """A bound of the feed at corners k (n,), mm/s, `ahead` mm (n,) into steps i (n,), by the mean feeds of all."""
-        index = i[:, None] + np.arange(-BESIDE, BESIDE + 1)
-        known = (index >= 0) & (index < len(means))
-        around = np.where(known, means[np.clip(index, 0, len(means) - 1)], np.nan)
-        top = np.fmax.reduce(around, axis=1)
-        accelerations, jerks = self.slopes(k, top, limits, axes)
-        way = means[i] * period
-        at_tick = np.minimum(ahead, way - ahead) <= AT_TICK * (self.s[k] + way)
-        quickest = 0.25 * period * np.minimum(np.min(accelerations, axis=1), 0.125 * period * np.min(jerks, axis=1))
-        rest = at_tick & (top <= quickest) & (quickest < np.inf)  # such steps are within the limits from rest to rest
-        # a dip also bends the feed around it
-        bent = accelerations + (np.fmax.reduce(np.abs(np.diff(around, axis=1)), axis=1) / period)[:, None]
-        dip = hidden_dip(around, floor, period, bent, jerks)
-        middle = around[:, BESIDE - 1 : BESIDE + 2]
-        return np.where(rest, 0.0, np.maximum(corner_feed(middle, ahead, period) - dip, 0.0))
-
-
-def passable(path: Path, wanted: bool) -> Corners:
-    """Every corner of the tangent at which the tool may go on, if they are wanted, else none.
-
-    Where C' = 0 on one side no velocity jumps: the tool must rest there, and differences see whether it does.
-    """
-    found = [each for each in path.corners if each.stop and each.angle <= TURNING_BACK] if wanted else []
-    curve, u = np.array([each.curve for each in found], dtype=np.int64), np.array([each.u for each in found])
-    domains = path.flat.domains
-    at_end = (u >= domains[curve, 1]) & (curve + 1 < len(domains))
-    after = np.where(at_end, curve + 1, curve)
-    sides = [
-        path.evaluate(curve, u, 2, side="left")[:, 1:],
-        path.evaluate(after, np.where(at_end, domains[after, 0], u), 2)[:, 1:],
-    ]
-    speed = np.stack([_speed(side[:, 0], path.linear) for side in sides], axis=1)
-    passes = np.min(speed, axis=1) > 1e-9 * np.max(speed, axis=1)
-    sides, speed = [side[passes] for side in sides], speed[passes]
-    tangents, bends = zip(*(_by_length(d, speed[:, k], path.linear) for k, d in enumerate(sides)), strict=True)
-    return Corners(
-        np.array([each.s for each in found])[passes],
-        np.abs(tangents[1] - tangents[0]),
-        np.abs(np.stack(tangents, axis=1)),
-        np.abs(np.stack(bends, axis=1)),
-    )
-
-
-def _by_length(d: Array, speed: Array, linear: int) -> tuple[Array, Array]:
-    """r_s and r_ss of each axis, (n, axes), from C', C'' (n, 2, axes) and s_u (n,): r_ss = (C'' - r_s s_uu) / s_u^2."""
-    first, second = d[:, 0], d[:, 1]
-    along = np.sum(first[:, :linear] * second[:, :linear], axis=1)
-    turning = ~np.any(first[:, :linear], axis=1)
-    along = np.where(turning, np.degrees(np.degrees(np.sum(first[:, linear:] * second[:, linear:], axis=1))), along)
-    tangent = first / speed[:, None]
-    return tangent, (second - tangent * (along / speed)[:, None]) / (speed * speed)[:, None]
-
-
-def _speed(first: Array, linear: int) -> Array:
-    """|C'| (n,) over the linear axes or, where only rotary ones move, over these in degrees; first (n, axes)."""
-    moved = np.linalg.norm(first[:, :linear], axis=1)
-    return np.asarray(np.where(moved > 0.0, moved, np.degrees(np.linalg.norm(first[:, linear:], axis=1))))
 
 
 def contain(corners: Array, begin: Array, end: Array) -> BoolArray:

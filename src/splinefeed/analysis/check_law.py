@@ -11,10 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinefeed.analysis.check_bounds import STEP, Bounds, Worst, jerks
+from splinefeed.analysis import between
+from splinefeed.analysis.check_bounds import STEP, Bounds, Worst
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.rows import EPSILON, Places, Rows
-from splinefeed.records import AXIS_LIMITS, KEPT, Array, BoolArray, IntArray, LimitResult, Limits, TimeLaw, unit_along
+from splinefeed.geometry.rows import EPSILON, Places, dot
+from splinefeed.records import KEPT, Array, BoolArray, IntArray, LimitResult, Limits, TimeLaw, unit_along
 from splinefeed.records.motion import derivative
 
 #: Chebyshev-Lobatto places 0 ... INSTANTS - 1 of a stretch, which are even in an angle.
@@ -32,7 +33,7 @@ INDISTINCT, SHIFT = 16.0, 2.0
 #: What is sampled below this share of the largest so far is not examined more closely.
 WORTH_A_LOOK = 0.9
 #: Limits that only the law decides, not the path.
-ALONG = ("feed", "acceleration", "deceleration", "jerk", "deceleration_jerk")
+ALONG = ("feed", "acceleration", "deceleration", "jerk")
 #: Limits that only setpoints can keep or exceed.
 BY_SETPOINTS = ("chord_error", "orientation_error", "travel.", "combinations.", "torque.")
 #: Roundings of arc length that two pieces of a law, or a law and its path, may be apart.
@@ -74,14 +75,7 @@ def limits_along(law: TimeLaw, path: Path, limits: Limits) -> dict[str, LimitRes
     bounds = Bounds(path, limits, 0.0, 0.0)
     worsts = {name: worst for name, worst in bounds.worsts().items() if name in ALONG}
     LawMotion(law, bounds, 0.0).hold(worsts)
-    return one_jerk({name: worst.result(path.axes, "law") for name, worst in worsts.items()})
-
-
-def one_jerk(results: dict[str, LimitResult]) -> dict[str, LimitResult]:
-    """Results with one for jerk, whichever way the feed goes: the worse of both."""
-    if "deceleration_jerk" in results:
-        results["jerk"] = worse(results.pop("deceleration_jerk"), results.get("jerk"))
-    return results
+    return {name: worst.result(path.axes, "law") for name, worst in worsts.items()}
 
 
 def worse(one: LimitResult, other: LimitResult | None) -> LimitResult:
@@ -157,7 +151,7 @@ class LawMotion:
 
     def __init__(self, law: TimeLaw, bounds: Bounds, rounding: float) -> None:
         self.law, self.bounds, self.rounding = law, bounds, rounding
-        self.rows = Rows(bounds.path.arc_pieces)
+        self.rows = bounds.rows
         #: Largest feed, acceleration or deceleration, and feed backwards with its t and s.
         self.top = self.steepest = 0.0
         self.backwards = (0.0, 0.0, 0.0)
@@ -171,8 +165,8 @@ class LawMotion:
         for start in range(0, len(pieces), MOST):
             part = slice(start, start + MOST)
             piece, row, way, low, width = pieces[part], rows[part], ways[part], lows[part], (highs - lows)[part]
-            values = self._look(piece, row, way, low + places * width, worsts, everything=True)
-            for name, value in values.items():
+            found = self._look(piece, row, way, low + places * width, worsts, everything=True)
+            for name, (value, limit) in found.items():
                 each = np.where(np.isnan(value), -np.inf, value)
                 best, owner = np.argmax(each, axis=0), np.arange(len(piece))
                 top = each[best, owner]
@@ -181,7 +175,7 @@ class LawMotion:
                     before, after = each[inner - 1, owner], each[inner + 1, owner]
                     bend = before - 2.0 * top + after
                     near = (best == inner) & (bend < 0.0) & np.isfinite(bend)
-                    near &= top > WORTH_A_LOOK * worsts[name].value
+                    near &= top > WORTH_A_LOOK * worsts[name].share * limit
                     # the top of the parabola through three samples, which are even in the angle
                     angle = np.pi * (best + 0.5 * (before - after) / bend) / (INSTANTS - 1)
                 if near.any():
@@ -190,8 +184,8 @@ class LawMotion:
 
     def _look(
         self, piece: IntArray, row: IntArray, way: Array, tau: Array, worsts: dict[str, Worst], everything: bool = False
-    ) -> dict[str, Array]:
-        """Compare limits with their values at tau (k, z), s, of the stretches (z,); returns these, (k, z) each."""
+    ) -> dict[str, tuple[Array, Array]]:
+        """Compare limits with their values at tau (k, z), s, of stretches (z,); returns both, (k, z) and (z,)."""
         s, v, a, j = self._along(piece, tau)
         t = self.law.breaks[piece] + tau
         if everything:
@@ -199,27 +193,26 @@ class LawMotion:
             self.steepest = max(self.steepest, float(np.max(np.abs(a))))
             k = np.unravel_index(int(np.argmin(v)), v.shape)
             self.backwards = max(self.backwards, (float(-v[k]), float(t[k]), float(s[k])))
-        known = {"feed": v, "acceleration": a, "deceleration": -a, **jerks(j, way > 0, way < 0, self.bounds.limits)}
-        values = {name: known[name] for name in worsts if name in known}
-        of_path = [name for name in worsts if name == "centripetal" or name.rpartition(".")[0] in AXIS_LIMITS]
-        if of_path:
-            found = self._of_path(row, s, v, a, j, of_path)
-            regular = np.all([np.isfinite(each) for each in found.values()], axis=0)
-            self.irregular += int(np.count_nonzero(~regular)) if everything else 0
-            values |= {name: np.where(regular, each, np.nan) for name, each in found.items()}
-        for name, each in values.items():
-            floor, limits = np.zeros(each.shape), None
-            if name == "feed" and self.bounds.path.feeds is not None:
-                limits = (self.bounds.row_feeds[row] + floor).ravel()
-            if name not in ALONG:
-                with np.errstate(invalid="ignore"):
-                    over = each > worsts[name].limit * (1.0 + KEPT)
-                if over.any():
-                    motion = s[over], v[over], a[over], j[over]
-                    floor[over] = self._floor(row[np.nonzero(over)[-1]], *motion, name, each[over])
-                    self.irregular += int(np.count_nonzero(np.isnan(floor)))
-            worsts[name].see(each.ravel(), t.ravel(), s.ravel(), floor.ravel(), limits)
-        return values
+        of_path = [name for name in worsts if name not in ALONG]
+        found = self._of_path(row, s, v, a, j, of_path) if of_path else {}
+        regular = np.all([np.isfinite(each) for each in found.values()], axis=0)
+        self.irregular += int(np.count_nonzero(~regular)) if everything else 0
+        values = {"feed": v, "acceleration": a, "deceleration": -a, "jerk": np.abs(j)}
+        values |= {name: np.where(regular, each, np.nan) for name, each in found.items()}
+        limits = {"feed": self.bounds.row_feeds[row], "jerk": self.bounds.jerks(way > 0, way < 0)}
+        out = {}
+        for name, worst in worsts.items():
+            value, floor = values[name], np.zeros(s.shape)
+            limit = limits.get(name, np.full(len(row), worst.limit))
+            out[name] = value, limit
+            with np.errstate(invalid="ignore"):
+                over = value > limit * (1.0 + KEPT)
+            if name in of_path and over.any():
+                motion = s[over], v[over], a[over], j[over]
+                floor[over] = self._floor(row[np.nonzero(over)[-1]], *motion, name, value[over])
+                self.irregular += int(np.count_nonzero(np.isnan(floor)))
+            worst.see(value.ravel(), t.ravel(), s.ravel(), floor.ravel(), np.broadcast_to(limit, s.shape).ravel())
+        return out
 
     def _floor(self, row: IntArray, s: Array, v: Array, a: Array, j: Array, name: str, value: Array) -> Array:
         """What roundings of s can make of a value (n,): how much less it is SHIFT of them before or behind; or NaN."""
@@ -233,23 +226,18 @@ class LawMotion:
         """Sizes of what the path makes of s, v, a, j (..., n) on rows (n,), by name, (..., n) each; NaN next to C' = 0.
 
         q' = r_s v,  q'' = r_ss v^2 + r_s a,  q''' = r_sss v^3 + 3 r_ss v a + r_s j,  with r_s, r_ss, r_sss by the chain
-        rule: u_s = 1/c, u_ss = -(C'.C'')/c^4, u_sss = 4 (C'.C'')^2/c^7 - (C''.C'' + C'.C''')/c^5, c = |C'|.
+        rule, see `between.rates`.
         """
-        rows = self.rows
+        rows, axes = self.rows, self.bounds.path.axes
         every = np.broadcast_to(row, s.shape).ravel()
         ahead = np.clip(s.ravel() - rows.start[every], 0.0, rows.end[every] - rows.start[every])
         places = Places(rows, every)
         _, c1, c2, c3 = places.derivatives(rows.parameter(every, ahead), 3)
         v, a, j = v.ravel(), a.ravel(), j.ravel()
-        out = {}
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            square, product = places.product(c1, c1), places.product(c1, c2)
-            third = places.product(c2, c2) + places.product(c1, c3)
-            c = np.sqrt(square)
-            us, uss = 1.0 / c, -product / (square * square)
-            usss = 4.0 * product * product / (square * square * square * c) - third / (square * square * c)
-            r1 = c1 * us
-            r2 = c2 * (us * us) + c1 * uss
+            c, uss, usss = between.rates(places, c1, c2, c3)
+            us = 1.0 / c
+            r1, r2 = c1 * us, c2 * (us * us) + c1 * uss
             # C' = 0 is no nearer than where both other derivatives go against it: c = b x + d x^2 / 2
             b, d = np.sqrt(places.product(c2, c2)), np.sqrt(places.product(c3, c3))
             steep = b + np.hypot(b, np.sqrt(2.0 * c * d))
@@ -258,21 +246,20 @@ class LawMotion:
             near = ~(c > 0.0)
             if rows.linear < rows.axes:  # linear axes alone have no such places: see `geometry.resolution`
                 near = np.where(steep > 0.0, ~(away > INDISTINCT * self.rounding), near)
+            out = {}
             for name in names:
                 kind, _, axis = name.rpartition(".")
+                k = axes.index(axis) if kind else 0
                 if name == "centripetal":
-                    bend = np.zeros(len(v))
-                    for k in range(rows.linear):
-                        bend += r2[k] * r2[k]
-                    value = np.where(places.turning, 0.0, np.sqrt(bend)) * v * v
-                else:
-                    k, order = self.bounds.path.axes.index(axis), AXIS_LIMITS.index(kind)
+                    bend = r2[: rows.linear]
+                    value = np.where(places.turning, 0.0, np.sqrt(dot(bend, bend))) * v * v
+                elif kind == "axis_velocity":
                     value = r1[k] * v
-                    if order == 1:
-                        value = r2[k] * v * v + r1[k] * a
-                    elif order == 2:
-                        r3 = c3[k] * (us * us * us) + 3.0 * c2[k] * us * uss + c1[k] * usss
-                        value = r3 * v * v * v + 3.0 * r2[k] * v * a + r1[k] * j
+                elif kind == "axis_acceleration":
+                    value = r2[k] * v * v + r1[k] * a
+                else:
+                    r3 = c3[k] * (us * us * us) + 3.0 * c2[k] * us * uss + c1[k] * usss
+                    value = r3 * v * v * v + 3.0 * r2[k] * v * a + r1[k] * j
                 out[name] = np.where(near, np.nan, np.abs(value)).reshape(s.shape)
         return out
 

@@ -15,11 +15,11 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from splinefeed.analysis import between
-from splinefeed.analysis.check_bounds import BESIDE, STEP, Bounds, Fault, contain, jerks, neighbours, standing
+from splinefeed.analysis.check_bounds import BESIDE, STEP, Bounds, Fault, contain, neighbours, standing
 from splinefeed.analysis.check_tool import Tool
 from splinefeed.analysis.place import Located, Placer
 from splinefeed.errors import InputError
-from splinefeed.geometry.rows import EPSILON, Rows
+from splinefeed.geometry.rows import EPSILON
 from splinefeed.records import Array, BoolArray, Setpoints, TimeLaw, unit_along
 
 #: A setpoint may be this many roundings of the largest coordinate off the curve, in addition to the tolerance.
@@ -82,7 +82,7 @@ class Judge:
         self._start = self.start_error = self.end_error = 0.0
         self.drift = self.ripple = self.off_path = 0.0
         self.scale = self.allowed = 0.0
-        self.gone = self._seen = 0.0  # length before the path, mm, and how much of that was looked through
+        self.gone = self._seen = 0.0  # length before the path, mm, and up to where the motion is known
         self.turning: list[float] = []  # where the curves begin on which rotary axes move alone, mm
         self._know(bounds)
         self.tool = None if bounds.joints is None else Tool(bounds.joints, self.rows, self._placer)
@@ -91,13 +91,15 @@ class Judge:
         self._ripple_from = RIPPLE_SHARE * top * self.period
 
     def _know(self, bounds: Bounds) -> None:
-        path, self.bounds = bounds.path, bounds
-        self.rows = Rows(path.arc_pieces)
+        path, self.bounds, self.rows = bounds.path, bounds, bounds.rows
         size = float(np.max(self.rows.sizes[: path.linear], initial=0.0))
         rounded = 0.5 * bounds.resolution * np.sqrt(path.linear)
         off = bounds.tolerance + ROUNDINGS * EPSILON * max(size, path.length) + float(rounded)
         self.allowed, self.scale = max(self.allowed, off), max(self.scale, path.length)
         self._placer = Placer(path, self.rows)
+        places = bounds.turning + self.gone
+        self.turning += places[places >= self._seen].tolist()
+        self._seen = self.gone + path.length
 
     @property
     def curve(self) -> int:
@@ -108,32 +110,12 @@ class Judge:
     def move_on(self, bounds: Bounds, left: int) -> None:
         """Go on with a path that lacks the first `left` curves and goes on further."""
         assert self._tail is not None
-        self._find_turning()
         path, start = self.bounds.path, self._placer
         gone, row = float(path.curve_starts[left]), int(path.curve_rows[left, 0])
+        self.gone += gone
         self._know(bounds)
         self._placer.go_on(start, gone)
-        self._tail = replace(self._tail, row=self._tail.row - row)
-        self.gone += gone
-        self._shift(-gone)
-
-    def end(self) -> None:
-        """Count arc length from the start of the first part again."""
-        self._find_turning()
-        self._shift(self.gone)
-
-    def _find_turning(self) -> None:
-        places = self.bounds.turning + self.gone
-        self.turning += places[places >= self._seen].tolist()
-        self._seen = self.gone + self.bounds.path.length
-
-    def _shift(self, by: float) -> None:
-        if self._tail is not None:
-            self._tail = replace(self._tail, s=self._tail.s + by)
-        for worst in self.worst.values():
-            worst.s += by
-        for fault in self.faults.values():
-            fault.s += by
+        self._tail = replace(self._tail, row=self._tail.row - row, s=self._tail.s - gone)
 
     def see(self, setpoints: Setpoints, last: bool) -> None:
         """The next setpoints; `last` says that they are the last one, alone."""
@@ -150,9 +132,10 @@ class Judge:
         self._measure(new, last)
         if last:
             self._check_end("end", new)
-            crept = abs(self.duration - (self.ticks - 2) * self.period - float(dt[-1]))
-            if "period" not in self.faults and crept > CREEP * self.period + CREEP_SHARE * self.ticks * self.period:
-                self.faults["period"] = Fault(1, crept, self.ticks - 1, float(t[-1]), float(new.s[-1]))
+            crept = np.abs(self.duration - (self.ticks - 2) * self.period - dt[-1:])
+            if "period" not in self.faults:
+                wrong = crept > CREEP * self.period + CREEP_SHARE * self.ticks * self.period
+                self._fault("period", wrong, crept, t[-1:], new.s[-1:], tick=self.ticks - 1)
             if limits.end_feed == 0.0:
                 self._measure(new.stand(self.period), last)
 
@@ -176,15 +159,19 @@ class Judge:
         if not new.still[0]:
             self._chords(known.part(count - n - 1, count), travelled[count - n - 1 :], errors[:, count - n - 1 :])
             self._follow_law(known, travelled, n)
-            for name, worst in self.worst.items():
-                if name.startswith("travel."):
-                    low, high = bounds.limits.travel[name.removeprefix("travel.")]
-                    away = np.abs(new.values[worst.column - 1] - 0.5 * (low + high))
-                    worst.see(away, new.t, new.s, rounding[worst.column, count - len(new.t) :])
+            for axis, (low, high) in bounds.limits.travel.items():
+                k = bounds.axes.index(axis)
+                away = np.abs(new.values[k] - 0.5 * (low + high))
+                self._see(f"travel.{axis}", away, new.t, new.s, rounding[k + 1, count - len(new.t) :])
         if count > 1:
             self._differences(known, steps, errors, None if most is None else most[-n:], n, last)
         self.ticks += 0 if new.still[0] else len(new.t)
         self._tail = known.part(max(count - TAIL, 0), count)
+
+    def _see(self, name: str, values: Array, t: Array, s: Array, floor: Array, limits: Array | None = None) -> None:
+        """Compare a limit, if it is given, with values (n,); see `Worst.see`."""
+        if (worst := self.worst.get(name)) is not None:
+            worst.see(values, t, self.gone + s, floor, limits)
 
     # --- single ticks ------------------------------------------------------------------------------------------------
 
@@ -200,7 +187,9 @@ class Judge:
         if old is None or amount[k] > old.amount:
             first = self.ticks if tick is None else tick
             seen = old.count if old else 0
-            self.faults[kind] = old = Fault(seen, float(amount[k]), first + k, float(t[k]), float(s[k]), detail)
+            self.faults[kind] = old = Fault(
+                seen, float(amount[k]), first + k, float(t[k]), self.gone + float(s[k]), detail
+            )
         old.count += count
 
     def _check_finite(self, setpoints: Setpoints) -> None:
@@ -265,14 +254,15 @@ class Judge:
         path, k = self.bounds.path, 0 if kind == "start" else -1
         curve = path.curves[k]
         apart = place.position[:, k] - curve(curve.domain[k])
-        s, t = float(place.s[k]), float(place.t[k])
-        missing = max(float(np.linalg.norm(apart[: path.linear])), abs(s - (0.0 if kind == "start" else path.length)))
+        short = abs(float(place.s[k]) - (0.0 if kind == "start" else path.length))
+        missing = max(float(np.linalg.norm(apart[: path.linear])), short)
         turned = float(np.max(np.abs(apart[path.linear :]), initial=0.0))
         setattr(self, f"{kind}_error", missing)
         if not (missing <= self.allowed + 16.0 * EPSILON * self.scale and turned <= self.allowed):
             turning = f" and {np.degrees(turned):.6g} deg" if turned > self.allowed else ""
             detail = f"{missing:.6g} {unit_along(path.axes)}{turning}"
-            self.faults[kind] = Fault(1, missing, max(self.ticks - 1, 0), t, s, detail)
+            at, tick = slice(k, None if k else 1), max(self.ticks - 1, 0)
+            self._fault(kind, np.ones(1, bool), np.array([missing]), place.t[at], place.s[at], detail, tick=tick)
 
     # --- steps -------------------------------------------------------------------------------------------------------
 
@@ -281,17 +271,16 @@ class Judge:
         if self.tool is not None:
             found = self.tool.chords(ticks.values, ticks.s)
             for name, (error, rounding) in zip(("chord_error", "orientation_error"), found, strict=True):
-                if name in self.worst:
-                    self.worst[name].see(error, t, s, np.full(len(error), rounding))
+                self._see(name, error, t, s, np.full(len(error), rounding))
         elif (worst := self.worst.get("chord_error")) is not None:
             error = between.chord_errors(self.rows, ticks.row, ticks.u, ticks.position, worth=worst.limit)
-            worst.see(error, t, s, 2.0 * np.max(errors[1 : 1 + linear], axis=0, initial=0.0))
-        if (worst := self.worst.get("centripetal")) is not None:
+            self._see("chord_error", error, t, s, 2.0 * np.max(errors[1 : 1 + linear], axis=0, initial=0.0))
+        if "centripetal" in self.worst:
             # somewhere within the step the feed was its mean: with the least curvature there this is a safe bound
             least = between.least_curvatures(self.rows, ticks.row, ticks.u)
             with np.errstate(invalid="ignore"):
                 feed = np.abs(travelled) / ticks.dt[1:]
-                worst.see(feed * feed * least, t, s, 2.0 * errors[0] / ticks.dt[1:] * feed * least)
+                self._see("centripetal", feed * feed * least, t, s, 2.0 * errors[0] / ticks.dt[1:] * feed * least)
 
     def _see_torques(self, ticks: Ticks, rounding: Array, new: Ticks) -> None:
         torque = self.bounds.limits.torque
@@ -301,8 +290,7 @@ class Judge:
         rounded = np.max(rounding[1:, -len(ticks.t) :][columns], axis=1)
         found, _, floor = torque.by_differences(ticks.values[columns].T, self.period, rounded)
         for k, axis in enumerate(torque.most):
-            if (worst := self.worst.get(f"torque.{axis}")) is not None:
-                worst.see(np.abs(found[:, k]), ticks.t[1:-1], ticks.s[1:-1], floor[:, k])
+            self._see(f"torque.{axis}", np.abs(found[:, k]), ticks.t[1:-1], ticks.s[1:-1], floor[:, k])
 
     def _follow_law(self, known: Ticks, travelled: Array, n: int) -> None:
         if self.law is None:
@@ -323,66 +311,56 @@ class Judge:
         Divided differences times k!: v = step / dt, a = 2 (v2 - v1) / (dt1 + dt2), j = 3 (a2 - a1) / (dt1 + dt2 + dt3),
         and their rounding by the same formulas, with the sum in place of the difference.
         """
-        dt, limits = known.dt[1:], self.bounds.limits
-        places = np.stack([known.t[:-1], known.s[:-1], known.s[1:]])
+        dt, limits, corners = known.dt[1:], self.bounds.limits, self.bounds.corners.s
+        t, begin, end = known.t[:-1], known.s[:-1], known.s[1:]
         near = slice(-n - 2, None)
-        self._check_steps(steps[0, near], errors[0, near], places[0, near], places[1, near], n)
-        two, three = 0.5 * (dt[1:] + dt[:-1]), (dt[2:] + dt[1:-1] + dt[:-2]) / 3.0
-        with np.errstate(invalid="ignore"):
-            v, v_floor = steps / dt, errors / dt
-            a, a_floor = np.diff(v, axis=1) / two, (v_floor[:, 1:] + v_floor[:, :-1]) / two
-            j, j_floor = np.diff(a, axis=1) / three, (a_floor[:, 1:] + a_floor[:, :-1]) / three
-        rounded = v_floor, a_floor, j_floor
-        values, floors = ([each[:, max(each.shape[1] - n, 0) :] for each in kind] for kind in ((v, a, j), rounded))
-        end, third = a.shape[1], values[2].shape[1]
-        one, two = a[0, max(end - third - 1, 0) : max(end - 1, 0)], a[0, end - third :]
+        self._check_steps(steps[0, near], errors[0, near], t[near], begin[near], n)
+        values, floors = [steps / dt], [errors / dt]
+        for span in (0.5 * (dt[1:] + dt[:-1]), (dt[2:] + dt[1:-1] + dt[:-2]) / 3.0):
+            with np.errstate(invalid="ignore"):
+                values.append(np.diff(values[-1], axis=1) / span)
+            floors.append((floors[-1][:, 1:] + floors[-1][:, :-1]) / span)
+        v, a, _ = (each[0] for each in values)
         with np.errstate(invalid="ignore"):  # where the feed grows, and where it falls, throughout a third difference
-            bend = np.abs(two - one)
-            growing, falling = np.minimum(one, two) > bend, np.maximum(one, two) < -bend
-        signed = jerks(values[2][0], growing, falling, limits)
-        signed |= {"acceleration": a[0], "deceleration": -a[0]}
-        corners = self.bounds.corners.s
+            bend = np.abs(np.diff(a))
+            jerks = self.bounds.jerks(np.minimum(a[1:], a[:-1]) > bend, np.maximum(a[1:], a[:-1]) < -bend)
         if len(corners):
             open_end = last and limits.end_feed > 0.0  # of what comes then only the feed is known
-            stop = v.shape[1] - (1 if open_end else BESIDE)
-            self._corner_steps(v, v_floor, places, max(v.shape[1] - n - BESIDE, 1), stop)
+            within = slice(max(len(v) - n - BESIDE, 1), len(v) - (1 if open_end else BESIDE))
+            self._corner_steps(v, floors[0][0], t, begin, end, within)
         if limits.start_feed > 0.0 and not self.ticks:
-            self._edge(steps[0, 0], errors[0, 0], float(dt[0]), limits.start_feed, 1.0, places[:, 0])
+            self._edge(v[0], floors[0][0, 0], dt[0], limits.start_feed, known.t[:1], known.s[:1])
         if limits.end_feed > 0.0 and last:
-            self._edge(
-                steps[0, -1], errors[0, -1], float(dt[-1]), limits.end_feed, -1.0, np.array([known.t[-1], known.s[-1]])
-            )
+            self._edge(-v[-1], floors[0][0, -1], dt[-1], -limits.end_feed, known.t[-1:], known.s[-1:])
         for name, worst in self.worst.items():
             order, column = worst.order, worst.column
             if order == 0 or name == "centripetal" or name.startswith(STEP):
                 continue
-            floor = floors[order - 1][column]
-            each = signed[name][-len(floor) :] if name in signed else np.abs(values[order - 1][column])
-            count, end = len(each), places.shape[1]
-            t, s, until = places[:, end - count :]
-            if len(corners) and column and order > 1 and count:  # what straddles a corner is that corner's step
-                each = np.where(
-                    contain(corners, places[1, end - count - order + 1 : end - order + 1], until), np.nan, each
-                )
-            worst.see(each, t, s, floor, feeds if name == "feed" else None)
+            count = len(dt) - order + 1
+            new, ahead = slice(max(count - n, 0), count), order - 1
+            each, of_place = values[ahead][column, new], {"feed": feeds, "jerk": jerks[new]}
+            if name != "acceleration":
+                each = -each if name == "deceleration" else np.abs(each)
+            if len(corners) and column and ahead:  # what straddles a corner is that corner's step
+                each = np.where(contain(corners, begin[new], end[ahead:][new]), np.nan, each)
+            self._see(name, each, t[ahead:][new], begin[ahead:][new], floors[ahead][column, new], of_place.get(name))
 
-    def _corner_steps(self, v: Array, floors: Array, places: Array, first: int, stop: int) -> None:
-        """Jump of each axis' velocity at the corners within steps `first` to `stop`; the rest as in `_differences`."""
-        corners, limits, axes = self.bounds.corners, self.bounds.limits, self.bounds.axes
-        t, begin, end = places
-        low, high = (np.searchsorted(corners.s, each[first:stop], side="right") for each in (begin, end))
-        count = np.where(np.isfinite(end[first:stop]), np.maximum(high - low, 0), 0)
+    def _corner_steps(self, v: Array, floors: Array, t: Array, begin: Array, end: Array, within: slice) -> None:
+        """Jump of each axis' velocity at the corners `within` some steps; the rest as in `_differences`."""
+        corners = self.bounds.corners
+        low, high = (np.searchsorted(corners.s, each[within], side="right") for each in (begin, end))
+        count = np.where(np.isfinite(end[within]), np.maximum(high - low, 0), 0)
         step = np.repeat(np.arange(len(count)), count)
         if not len(step):
             return
         k = low[step] + np.arange(len(step)) - (np.cumsum(count) - count)[step]
-        i = first + step
-        s, floor = corners.s[k], floors[0, i]
-        feed = corners.least_feeds(k, v[0], i, s - begin[i], floor, self.period, limits, axes)
+        i = within.start + step
+        s, floor = corners.s[k], floors[i]
+        feed = self.bounds.corner_feeds(k, v, i, s - begin[i], floor, self.period)
         for name, worst in self.worst.items():
             if name.startswith(STEP):
                 jump = corners.jumps[k, worst.column - 1]
-                worst.see(feed * jump, t[i], s, floor * jump)
+                self._see(name, feed * jump, t[i], s, floor * jump)
 
     def _check_steps(self, d: Array, floor: Array, t: Array, s: Array, n: int) -> None:
         """Progress: no step back, none skipped, none repeated.
@@ -408,12 +386,11 @@ class Judge:
         self._fault("skipped", skipped, here, t[1:-1], s[1:-1], tick=tick + 1)
         self._fault("twice", twice, near, t[1:-1], s[1:-1], tick=tick + 1)
 
-    def _edge(self, step: float, error: float, dt: float, feed: float, sign: float, place: Array) -> None:
-        """Acceleration from (sign 1) or to the feed at an end, the mean over one step weighted towards it, mm/s^2."""
-        a = 2.0 * sign * (step / dt - feed) / dt
-        for name, value in (("acceleration", a), ("deceleration", -a)):
-            if name in self.worst:
-                self.worst[name].see(np.array([value]), place[:1], place[1:2], np.array([2.0 * error / (dt * dt)]))
+    def _edge(self, v: float, floor: float, dt: float, feed: float, t: Array, s: Array) -> None:
+        """Acceleration from a feed at an end, the mean over one step weighted to it; v and feed < 0 at the last one."""
+        a, rounding = np.array([2.0 * (v - feed) / dt]), np.array([2.0 * floor / dt])
+        self._see("acceleration", a, t, s, rounding)
+        self._see("deceleration", -a, t, s, rounding)
 
     @property
     def duration(self) -> float:

@@ -304,7 +304,7 @@ class Pieces:
 
         By bisection of all at once.
         """
-        if curve is None or (curve[0] == curve[-1] and not np.any(curve != curve[0])):
+        if curve is None or (len(curve) and curve[0] == curve[-1] and not np.any(curve != curve[0])):
             first, last = self.rows[0 if curve is None else int(curve[0])].tolist()
             row = np.searchsorted(self.lows[first : last + 1], u, side="right")
             row += first - 1

@@ -143,10 +143,10 @@ class Places:
     def product(self, one: Array, other: Array) -> Array:
         """Scalar product (..., n) of derivatives (axes, ..., n) over the axes that make the arc length, mm."""
         linear = self._rows.linear
-        total = _sum_of(one[:linear], other[:linear]) if linear else np.zeros(one.shape[1:])
+        total = dot(one[:linear], other[:linear])
         if self.turning is False:
             return total
-        return np.where(self.turning, layout.DEGREES**2 * _sum_of(one[linear:], other[linear:]), total)
+        return np.where(self.turning, layout.DEGREES**2 * dot(one[linear:], other[linear:]), total)
 
     def _taylor(self, t: Array, order: int) -> list[Array]:
         """A / w and its derivatives by t over k! to `order`, (axes, ..., n) each."""
@@ -154,9 +154,9 @@ class Places:
         return taylor(terms, int(self._rows.rational), t, order)
 
 
-def _sum_of(one: Array, other: Array) -> Array:
+def dot(one: Array, other: Array) -> Array:
     """Scalar product over the first axis, added one after the other, so that how many there are changes no bit."""
-    total: Array = one[0] * other[0]
+    total: Array = one[0] * other[0] if len(one) else np.zeros(np.broadcast_shapes(one.shape, other.shape)[1:])
     for k in range(1, len(one)):
         total += one[k] * other[k]
     return total
