@@ -13,9 +13,8 @@ from splinefeed.geometry.path import Path
 from splinefeed.machine import Machine
 from splinefeed.pipeline.tuning import tune_on_path
 from splinefeed.records import Limits, Setpoints
-from splinefeed.simulation.bound import Bound, BoundTest
 from splinefeed.simulation.curves import hunts, rest_swing
-from splinefeed.simulation.linear import margins
+from splinefeed.simulation.linear import Bound, margins, quick_slacks
 
 LIMITS = Limits(feed=40.0, acceleration=500.0, jerk=20_000.0)
 
@@ -95,7 +94,7 @@ def test_the_quick_test_of_margins_is_the_exact_one() -> None:
     bound = Bound()
     rng = np.random.default_rng(3)
     axis = Machine.load("xytheta").axes["x"]
-    quick = BoundTest(axis, 1e-3, bound)
+    quick = quick_slacks(axis, 1e-3, bound)
     for _ in range(40):
         kp, ki, kd = (
             20.0 * 3.0 ** rng.uniform(-1, 1),
@@ -103,7 +102,7 @@ def test_the_quick_test_of_margins_is_the_exact_one() -> None:
             0.15 * 3.0 ** rng.uniform(-1, 1),
         )
         other = replace(axis, controller=replace(axis.controller, kp=kp, ki=ki, kd=kd))
-        assert np.min(quick.slacks(other)) == pytest.approx(np.min(bound.slacks(margins(other, 1e-3))), abs=2e-3)
+        assert np.min(quick(other)) == pytest.approx(np.min(bound.slacks(margins(other, 1e-3))), abs=2e-3)
 
 
 def test_tune_is_one_name_for_both(circle: tuple[Path, Setpoints]) -> None:

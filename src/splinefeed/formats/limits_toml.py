@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 import os
-import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from splinefeed import units
-from splinefeed.errors import FormatError, LimitsError, ProblemsError, UnitError, nearest
+from splinefeed.errors import LimitsError, ProblemsError, UnitError, nearest
 from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.source import read_text
+from splinefeed.formats.source import read_text, toml_of
 from splinefeed.records import ANGLES, BY_AXIS, ROTARY_AXES, TRAVEL_ENDS, Limits
 from splinefeed.records import ORDERS as LIMIT_ORDERS
 
@@ -43,11 +42,7 @@ def read(source: str | os.PathLike[str]) -> Limits:
 
 def parse(text: str, source: str = "limits") -> Limits:
     """Limits from the text of a file, soft limits from its table [travel]; `source` is what messages call it."""
-    try:
-        content = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise FormatError(f"{source}: is not TOML: {error}") from None
-    return from_content(content, source)
+    return from_content(toml_of(text, source), source)
 
 
 def from_content(content: Mapping[str, Any], source: str) -> Limits:

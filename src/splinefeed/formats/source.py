@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from pathlib import Path
+from typing import Any
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.sizes import MAX_FILE_BYTES
@@ -88,3 +90,11 @@ def read_bytes(path: str | os.PathLike[str], size: int = -1) -> bytes:
             return stream.read(size)
     except OSError as error:
         raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from None
+
+
+def toml_of(text: str, source: str) -> dict[str, Any]:
+    """What a TOML text says; FormatError with the line that is none. `source` is what the message calls it."""
+    try:
+        return tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise FormatError(f"{source}: is not TOML: {error}") from None

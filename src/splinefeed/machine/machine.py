@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
@@ -12,7 +11,7 @@ from typing import Any
 
 from splinefeed.errors import FormatError, InputError, ProblemsError, UnitError, nearest
 from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.source import read_text
+from splinefeed.formats.source import read_text, toml_of
 from splinefeed.kinematics import Kinematics, kinds, kinematics
 from splinefeed.machine import parts, quantities
 from splinefeed.machine.control import Control
@@ -72,10 +71,7 @@ class Machine:
     def parse(text: str, name: str = "machine", source: str | None = None) -> Machine:
         """A machine from the text of a machine file; `source` is what error messages call it."""
         source = name if source is None else source
-        try:
-            content = tomllib.loads(text)
-        except (tomllib.TOMLDecodeError, RecursionError) as error:
-            raise FormatError(f"{source}: is not TOML: {error}") from None
+        content = toml_of(text, source)
         problems: list[str] = []
         _unknown_keys(content, _TOP, "", problems)
         title, notes = content.get("title", ""), content.get("notes", [])

@@ -32,8 +32,6 @@ if TYPE_CHECKING:
 PAPER_LIMITS = Limits(feed=60.0, acceleration=50.0, jerk=2000.0)
 PAPER_PERIOD = 1e-3
 PAPER_SHAPE = "naca:0025?perimeter=33"
-#: The last setpoint is the end of the path within this, relative to the path's size: rounding.
-END_TOLERANCE = 1e-9
 #: A picture of a tool path shows the tool axis at so many places, so long as a share of the path's size.
 TOOLS_DRAWN, TOOL_DRAWN = 41, 0.2
 #: A picture shows so many places of the path over its size, and at least and at most so many of it all.
@@ -138,22 +136,13 @@ class Run:
 
     @property
     def end_error_mm(self) -> float:
-        """Distance of the last setpoint from the end of the path over the linear axes, mm."""
-        if self.joints is not None:
-            return float(self.verdict.numbers["end_error_mm"])
-        linear = self.path.linear
-        end = self.path.curves[-1](self.path.curves[-1].domain[1])
-        return float(np.linalg.norm((self.kept.position[-1] - end)[:linear]))
+        """Distance of the last setpoint from the end of the path, mm, as the check found it."""
+        return float(self.verdict.numbers["end_error_mm"])
 
     @property
     def ok(self) -> bool:
         """Whether the check found every limit kept and the path covered to its end."""
-        return self.verdict.ok and self.end_reached
-
-    @property
-    def end_reached(self) -> bool:
-        """Whether the last setpoint is the end of the path, but for rounding."""
-        return self.end_error_mm <= END_TOLERANCE * max(self.path.size, 1.0)
+        return self.verdict.ok
 
     def plot(self) -> Figure:
         """The path coloured by feed with feed and jerk below, as `sf.plot.overview` draws it."""
@@ -202,7 +191,7 @@ class Run:
             "ripple_rms": self.ripple.rms,
             "ripple_floor": self.ripple.floor,
             "end_error_mm": self.end_error_mm,
-            "end_reached": self.end_reached,
+            "end_reached": self.verdict.numbers["end_reached"],
             "feed_max_mm_s": float(setpoints.feed.max()),
             "chord_error_max_mm": self.chord_error_mm,
             "limits": self.verdict.as_dict()["limits"],

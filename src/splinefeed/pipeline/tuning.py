@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, overload
 
 import numpy as np
@@ -17,17 +17,9 @@ from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import FEED_FORWARD, GAINS, Axis, Controller
 from splinefeed.records import ROTARY_AXES, Array, Response, Setpoints
 from splinefeed.simulation import tuning
-from splinefeed.simulation.bound import Bound, BoundTest
-from splinefeed.simulation.curves import (
-    HUNTING,
-    TunedAxis,
-    hunts,
-    rest_swing,
-    seen_resolution,
-    tuned_axis,
-)
+from splinefeed.simulation.curves import HUNTING, TunedAxis, hunts, rest_swing, seen_resolution, tuned_axis
 from splinefeed.simulation.follow import Follower
-from splinefeed.simulation.linear import Margins, margins
+from splinefeed.simulation.linear import Bound, Margins, margins, quick_slacks
 from splinefeed.simulation.plant import force_per_volt
 
 PATH_RULE = "path"
@@ -57,8 +49,6 @@ SMALLEST = 1e-9
 CALMING, CALMINGS = 0.1, 60
 #: Logarithms of Tyreus and Luyben's gains over those of Ziegler and Nichols.
 CALMER = (math.log(1.0 / 2.2 / 0.6), math.log(1.0 / 2.2 / 2.2 / 1.2), math.log(1.0 / 2.2 / 6.3 / 0.075))
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -145,7 +135,7 @@ def tune_on_path(
     evaluations: int = EVALUATIONS,
     seed: int = 0,
     feed_forward: bool = False,
-    on_progress: Progress | None = None,
+    on_progress: Callable[[int, int], None] | None = None,
 ) -> PathTuning:
     """Find gains that make the largest contour error on a path small, every loop within a bound on its margins.
 
@@ -178,21 +168,21 @@ def tune_on_path(
             raise InputError(f"axis {name!r} does not move on this path; its axes are {', '.join(setpoints.axes)}")
     linear = tuple(name for name in chosen if name not in ROTARY_AXES)
     groups = [*([linear] if linear else []), *((name,) for name in chosen if name in ROTARY_AXES)]
+    say = on_progress or (lambda done, allowed: None)
     made, done = machine, 0
-
-    def report(before: int, total: int, runs: int) -> None:
-        if on_progress is not None:
-            on_progress(min(before + runs, total), total)
-
     for i, group in enumerate(groups):
-        search = _Search(made, group, setpoints, meter, bound, feed_forward)
+
+        def report(runs: int, before: int = done) -> None:
+            say(min(before + runs, evaluations), evaluations)
+
+        search = _Search(made, group, setpoints, meter, bound, feed_forward, report)
         allowed = max((evaluations - done) // (len(groups) - i), 1)
-        made = search.run(allowed, np.random.default_rng([seed, i]), partial(report, done, evaluations))
+        made = search.run(allowed, np.random.default_rng([seed, i]))
         done += search.runs
     last = _followed(setpoints, made)
     if last.stopped is not None:
         raise InputError(f"no gains within the bound follow this path on {machine.name!r}: {last.stopped}")
-    report(0, evaluations, evaluations)
+    say(evaluations, evaluations)
     period, hints = setpoints.period, np.clip(setpoints.s, 0.0, path.length)
     return PathTuning(
         machine=made,
@@ -222,7 +212,7 @@ def along_path(machine: Machine, setpoints: Setpoints, path: Path, **options: An
     found = tune_on_path(machine, setpoints, path, **options)
     axes = {
         name: {
-            **_numbers(each.old, each.axis, each.before, each.margins, setpoints.period),
+            **_numbers(each, setpoints.period),
             "tracking_error_max_before": each.tracking_before,
             "tracking_error_max": each.tracking,
             "tracking_unit": "rad" if each.axis.rotary else "mm",
@@ -256,7 +246,7 @@ def by_rule(
         tunings.append(tuning.tune(machine.axes[name], rule, period=period, kind=kind))
     axes = {
         each.axis.name: {
-            **_numbers(each.old, each.axis, each.before, each.margins, period),
+            **_numbers(each, period),
             "ultimate_gain": each.ultimate.gain,
             "ultimate_period_s": each.ultimate.period,
         }
@@ -269,10 +259,10 @@ def by_rule(
     )
 
 
-def _numbers(old: Axis, new: Axis, before: Margins, after: Margins, period: float) -> dict[str, Any]:
-    unit = "rad" if new.rotary else "mm"
+def _numbers(tuned: tuning.Tuning | AxisTuning, period: float) -> dict[str, Any]:
+    unit = "rad" if tuned.axis.rotary else "mm"
     out: dict[str, Any] = {"unit": f"V/{unit}", "rest_swing_unit": unit}
-    for ending, axis, each in (("_before", old, before), ("", new, after)):
+    for ending, axis, each in (("_before", tuned.old, tuned.before), ("", tuned.axis, tuned.margins)):
         swing = rest_swing(axis, period)
         out[f"gains{ending}"] = axis.controller.gains
         out[f"kind{ending}"] = axis.controller.kind
@@ -290,46 +280,95 @@ def _largest(response: Response, axis: str) -> float:
     return float(np.max(np.abs(response.tracking_error[:, response.axes.index(axis)])))
 
 
+class _Gains:
+    """The gains of one axis as a place x: their logarithms over those at the start, then shares of feed-forward."""
+
+    def __init__(self, axis: Axis, period: float, bound: Bound, feed_forward: bool) -> None:
+        self.start = _start(axis, period)
+        self.keys = GAINS[axis.controller.kind]
+        self.pid = axis.controller.kind == "pid"
+        self.width = len(self.keys) + (len(FEED_FORWARD) if feed_forward else 0)
+        self.slacks_of = quick_slacks(self.start, period, bound)
+
+    def axis(self, x: Array) -> Axis:
+        """The axis with the gains of a place."""
+        control, count = self.start.controller, len(self.keys)
+        factors = np.exp(np.clip(x[:count], -FARTHEST, FARTHEST)).tolist()
+        new: dict[str, Any] = {key: getattr(control, key) * f for key, f in zip(self.keys, factors, strict=True)}
+        if self.width > count:
+            shares = np.clip(x[count:], 0.0, FORWARD).tolist()
+            whole = _whole_forward(self.start, replace(control, **new))
+            new |= {key: value * share for key, value, share in zip(FEED_FORWARD, whole, shares, strict=True)}
+        return replace(self.start, controller=replace(control, source="tuned on a path", **new))
+
+    def slacks(self, x: Array) -> Array:
+        """How far the loop of a place is within the bound, (5,)."""
+        return self.slacks_of(self.axis(x))
+
+    def calmed(self, calm: bool) -> Array:
+        """The start, its gains lowered until they keep the bound; the place of no change if they never do.
+
+        calm: with shares of the ultimate gain as Tyreus and Luyben have them, not Ziegler and Nichols.
+        """
+        x, count = np.zeros(self.width), len(self.keys)
+        if calm and self.pid:
+            x[:count] = CALMER
+        for _ in range(CALMINGS):
+            if np.min(self.slacks(x)) >= RESERVE:
+                return x
+            x[:count] -= CALMING * (np.array([1.0, 2.0, 1.0]) if self.pid else 1.0)
+        return np.zeros(self.width)
+
+    def drawn(self, rng: np.random.Generator) -> Array:
+        """Gains drawn at random that keep the bound; the last ones drawn if none of MOST_DRAWS does."""
+        x, count = np.zeros(self.width), len(self.keys)
+        for _ in range(MOST_DRAWS):
+            x[:count] = rng.uniform(math.log(SPREAD[0]), math.log(SPREAD[1]), count)
+            x[count:] = rng.uniform(0.0, 1.0, self.width - count)
+            if np.min(self.slacks(x)) >= RESERVE:
+                break
+        return x
+
+
 class _Search:
     """The search for the gains of one group of axes, by contour error, or of a rotary axis by its following error.
 
-    A place x holds for each axis the logarithms of its gains over those at the start, and shares of feed-forward.
+    A place x has those of `_Gains` of each axis; `runs` counts the runs of the path, which `report` is told.
     """
 
     def __init__(
         self, machine: Machine, names: tuple[str, ...], setpoints: Setpoints, meter: ContourMeter, bound: Bound,
-        feed_forward: bool,
+        feed_forward: bool, report: Callable[[int], None],
     ) -> None:  # fmt: skip
-        self.machine, self.names, self.setpoints, self.meter, self.bound = machine, names, setpoints, meter, bound
+        self.machine, self.names, self.setpoints, self.meter = machine, names, setpoints, meter
+        self.bound, self.report, self.runs = bound, report, 0
         self.hints = np.clip(setpoints.s, 0.0, meter.path.length)
-        self.runs = 0
-        self.forward = len(FEED_FORWARD) if feed_forward else 0
-        self.start = {name: _start(machine.axes[name], setpoints.period) for name in names}
-        self.tests = {name: BoundTest(axis, setpoints.period, bound) for name, axis in self.start.items()}
-        self.width = {name: len(GAINS[axis.controller.kind]) + self.forward for name, axis in self.start.items()}
+        self.gains = [_Gains(machine.axes[name], setpoints.period, bound, feed_forward) for name in names]
+        self.ends = np.cumsum([each.width for each in self.gains])
         self.best = (math.inf, np.empty(0), machine)
 
-    def run(self, allowed: int, rng: np.random.Generator, report: Callable[[int], None]) -> Machine:
+    def run(self, allowed: int, rng: np.random.Generator) -> Machine:
         """The machine with the best gains that `allowed` runs find for these axes."""
         from scipy.optimize import minimize
 
-        kept = all(np.min(self.tests[name].slacks(self.machine.axes[name])) >= 0.0 for name in self.names)
+        old = [self.machine.axes[name] for name in self.names]
+        kept = all(np.min(each.slacks_of(axis)) >= 0.0 for each, axis in zip(self.gains, old, strict=True))
         own = self._error(self.machine) if kept else math.inf
         for calm in (True, False):
             if self.runs < allowed:
-                self._try(np.concatenate([self._calmed(name, calm) for name in self.names]), report)
+                self._try(np.concatenate([each.calmed(calm) for each in self.gains]))
         for _ in range(max(math.ceil(DRAWN * allowed), 1 if not kept else 0) - self.runs):
-            self._try(np.concatenate([self._drawn(name, rng) for name in self.names]), report)
+            self._try(np.concatenate([each.drawn(rng) for each in self.gains]))
         if not math.isfinite(min(own, self.best[0])):
             raise InputError(
                 f"no gains of axis {', '.join(self.names)} were found that keep the bound ({self.bound.words}), "
                 f"come to rest and follow the path; allow less margin, or a lower feed, a shorter period or less delay"
             )
-        least = sum(self.width.values()) + 2  # that many runs COBYLA needs to take a first step
+        least = int(self.ends[-1]) + 2  # that many runs COBYLA needs to take a first step
         while self.runs + least <= allowed and math.isfinite(self.best[0]):
             reached = self.best[0]
             minimize(
-                lambda x: self._try(x, report),
+                self._try,
                 self.best[1],
                 method="COBYLA",
                 constraints=[{"type": "ineq", "fun": lambda x: self._slacks(x) - RESERVE}],
@@ -339,36 +378,19 @@ class _Search:
                 break
         return self.best[2] if self.best[0] < own else self.machine
 
-    def _axis(self, name: str, x: Array) -> Axis:
-        axis = self.start[name]
-        control = axis.controller
-        keys = GAINS[control.kind]
-        factors = np.exp(np.clip(x[: len(keys)], -FARTHEST, FARTHEST))
-        gains: dict[str, Any] = {key: getattr(control, key) * float(f) for key, f in zip(keys, factors, strict=True)}
-        new = replace(control, source="tuned on a path", **gains)
-        if self.forward:
-            whole = _whole_forward(axis, new)
-            shares = np.clip(x[len(keys) :], 0.0, FORWARD)
-            forward: dict[str, Any] = {
-                key: value * float(share) for key, value, share in zip(FEED_FORWARD, whole, shares, strict=True)
-            }
-            new = replace(new, **forward)
-        return replace(axis, controller=new)
-
-    def _parts(self, x: Array) -> dict[str, Array]:
-        ends = np.cumsum([self.width[name] for name in self.names])
-        return dict(zip(self.names, np.split(np.asarray(x, dtype=np.float64), ends[:-1]), strict=True))
-
     def _slacks(self, x: Array) -> Array:
-        return np.concatenate([self.tests[n].slacks(self._axis(n, part)) for n, part in self._parts(x).items()])
+        parts = np.split(x, self.ends[:-1])
+        return np.concatenate([each.slacks(part) for each, part in zip(self.gains, parts, strict=True)])
 
-    def _try(self, x: Array, report: Callable[[int], None]) -> float:
+    def _try(self, x: Array) -> float:
         """The logarithm of the error at x; the best that keeps the bound is remembered."""
-        axes = {name: self._axis(name, part) for name, part in self._parts(x).items()}
-        machine = replace(self.machine, axes={**self.machine.axes, **axes})
+        axes = [each.axis(part) for each, part in zip(self.gains, np.split(x, self.ends[:-1]), strict=True)]
+        machine = replace(self.machine, axes={**self.machine.axes, **{axis.name: axis for axis in axes}})
         error = self._error(machine)
-        report(self.runs)
-        unrest = max(_unrest(axis, self.setpoints.period) for axis in axes.values())
+        self.report(self.runs)
+        # 0 where all axes come to rest, else how far one is from that, as a logarithm
+        swings = (rest_swing(axis, self.setpoints.period) / (HUNTING * seen_resolution(axis)) for axis in axes)
+        unrest = math.log(min(max(1.0, *swings), RAN_AWAY))
         if error < self.best[0] and unrest == 0.0 and np.min(self._slacks(x)) >= 0.5 * RESERVE:
             self.best = (error, np.array(x), machine)
         return math.log(min(error, RAN_AWAY) + SMALLEST) + unrest
@@ -383,56 +405,18 @@ class _Search:
             return _largest(response, self.names[0])
         return self.meter.measure(response.position, s_hint=self.hints).max
 
-    def _calmed(self, name: str, calm: bool) -> Array:
-        """The start, its gains lowered until they keep the bound; the place of no change if they never do.
-
-        calm: with shares of the ultimate gain as Tyreus and Luyben have them, not Ziegler and Nichols.
-        """
-        axis = self.start[name]
-        count = len(GAINS[axis.controller.kind])
-        x = np.zeros(self.width[name])
-        if calm and axis.controller.kind == "pid":
-            x[:count] = CALMER
-        for _ in range(CALMINGS):
-            if np.min(self.tests[name].slacks(self._axis(name, x))) >= RESERVE:
-                return x
-            x[:count] -= CALMING * (np.array([1.0, 2.0, 1.0]) if axis.controller.kind == "pid" else 1.0)
-        return np.zeros(self.width[name])
-
-    def _drawn(self, name: str, rng: np.random.Generator) -> Array:
-        """Gains drawn at random that keep the bound; the last ones drawn if none of MOST_DRAWS does."""
-        x = np.zeros(self.width[name])
-        count = len(x) - self.forward
-        for _ in range(MOST_DRAWS):
-            x[:count] = rng.uniform(math.log(SPREAD[0]), math.log(SPREAD[1]), count)
-            x[count:] = rng.uniform(0.0, 1.0, self.forward)
-            if np.min(self.tests[name].slacks(self._axis(name, x))) >= RESERVE:
-                break
-        return x
-
-
-def _unrest(axis: Axis, period: float) -> float:
-    """0 for an axis that comes to rest, else how far it is from that, as a logarithm."""
-    swing = rest_swing(axis, period)
-    return math.log(min(swing / (HUNTING * seen_resolution(axis)), RAN_AWAY)) if hunts(axis, swing) else 0.0
-
 
 def _start(axis: Axis, period: float) -> Axis:
     """The axis with gains of which none is 0: those of Ziegler and Nichols, or its own where that rule has none."""
-    if axis.controller.kind == "pid":
-        try:
+    control = axis.controller
+    least: dict[str, Any] = {"velocity_ki": control.velocity_kp * control.position_gain}
+    if control.kind == "pid":
+        with suppress(InputError):
             found = tuning.tune(axis, "ziegler-nichols", period=period).axis
-            return replace(found, controller=replace(found.controller, source=axis.controller.source))
-        except InputError:
-            pass
-    least: dict[str, Any] = {
-        key: getattr(axis.controller, key) or axis.controller.kp * share
-        for key, share in zip(GAINS["pid"], (1.0, 10.0, 0.01), strict=True)
-        if axis.controller.kind == "pid"
-    }
-    if axis.controller.kind == "p-pi" and axis.controller.velocity_ki == 0.0:
-        least = {"velocity_ki": axis.controller.velocity_kp * axis.controller.position_gain}
-    return replace(axis, controller=replace(axis.controller, **least))
+            return replace(found, controller=replace(found.controller, source=control.source))
+        least = {"ki": 10.0 * control.kp, "kd": 0.01 * control.kp}
+    least = {key: getattr(control, key) or value for key, value in least.items()}
+    return replace(axis, controller=replace(control, **least))
 
 
 def _whole_forward(axis: Axis, control: Controller) -> tuple[float, float]:

@@ -3,7 +3,7 @@
 from splinefeed.pipeline.tuning import AxisTuning as AxisTuning
 from splinefeed.pipeline.tuning import PathTuning as PathTuning
 from splinefeed.pipeline.tuning import tune_on_path as tune_on_path
-from splinefeed.simulation.bound import Bound as Bound
+from splinefeed.simulation.linear import Bound as Bound
 from splinefeed.simulation.linear import Margins as Margins
 from splinefeed.simulation.linear import margins as margins
 from splinefeed.simulation.tuning import Tuning as Tuning

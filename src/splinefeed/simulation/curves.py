@@ -10,7 +10,7 @@ import numpy as np
 from splinefeed.machine.parts import Axis
 from splinefeed.records import Array
 from splinefeed.simulation.follow import AxisRun
-from splinefeed.simulation.linear import ComplexArray, Margins, controller_response, discrete_plant, margins
+from splinefeed.simulation.linear import ComplexArray, Margins, discrete_plant, loop_responses, margins
 
 #: Points of a curve over frequency, between these shares of half the servo rate.
 POINTS = 800
@@ -76,8 +76,8 @@ def loop_curves(axis: Axis, period: float) -> LoopCurves:
     nyquist = 0.5 / period
     frequency = np.geomspace(LOWEST_SHARE * nyquist, HIGHEST_SHARE * nyquist, POINTS)
     omega = 2.0 * np.pi * frequency
-    forward, back = discrete_plant(axis, period).response(omega) * controller_response(axis.controller, period, omega)
-    return LoopCurves(frequency, back, forward / (1.0 + back))
+    found = loop_responses(axis.controller, period, omega, discrete_plant(axis, period).response(omega))
+    return LoopCurves(frequency, *found)
 
 
 def step_responses(old: Axis, new: Axis, period: float) -> tuple[StepResponse, StepResponse]:

@@ -7,7 +7,6 @@ import hashlib
 import json
 import math
 import os
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from splinefeed import units
-from splinefeed.errors import FormatError, InputError, ProblemsError, nearest
+from splinefeed.errors import InputError, ProblemsError, nearest
 from splinefeed.feed.planning import STRATEGIES
 from splinefeed.formats import limits_toml
-from splinefeed.formats.source import read_text
+from splinefeed.formats.source import read_text, toml_of
 from splinefeed.geometry import shapes
 from splinefeed.interpolation import registry
 from splinefeed.machine.machine import Machine
@@ -114,12 +113,7 @@ class Sweep:
 
 def read(source: str | os.PathLike[str]) -> Sweep:
     """The sweep in a TOML file, its files looked for from its folder; SpecError with every error at once."""
-    text = read_text(source)
-    try:
-        content = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise FormatError(f"{source}: is not TOML: {error}") from None
-    return from_dict(content, str(source), Path(source).parent)
+    return from_dict(toml_of(read_text(source), str(source)), str(source), Path(source).parent)
 
 
 def from_dict(content: Mapping[str, Any], source: str = "sweep", folder: Path | None = None) -> Sweep:

@@ -9,8 +9,6 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
-
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.feed.planning import plan
 from splinefeed.formats import registry
@@ -95,20 +93,9 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
     followed = None if tool else machine
     run = make_run(moved, limits, machine=followed, period=period, method=method, corrections=corrections, law=law)
     name, worst = max(run.verdict.limits.items(), key=lambda each: each[1].share, default=(None, None))
-    row: Row = {
+    numbers = run.numbers() | {
         "status": DONE if run.ok else OVER,
         "error": None if run.ok else "; ".join(run.verdict.problems)[:LONGEST] or None,
-        "strategy": law.strategy,
-        "method": method,
-        "period_s": period,
-        "length_mm": path.length,
-        "duration_s": law.duration,
-        "lower_bound_s": law.settings.get("lower_bound_s"),
-        "ticks": run.ticks,
-        "ripple_max": run.ripple.max,
-        "ripple_rms": run.ripple.rms,
-        "end_error_mm": run.end_error_mm,
-        "chord_error_max_mm": run.chord_error_mm,
         "worst_limit": name,
         "worst_share": worst and worst.share,
         "worst_at_s": worst and worst.at_s,
@@ -116,16 +103,10 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
     if run.served is not None:
         tally = run.served.tally
         linear = [w.value for axis, w in zip(tally.axes, tally.tracking, strict=True) if axis not in ROTARY_AXES]
-        numbers = tally.numbers()
-        row |= {
-            "contour_error_max_mm": numbers.get("contour_error_max_mm"),
-            "contour_error_rms_mm": numbers.get("contour_error_rms_mm"),
-            "tracking_error_max_mm": float(np.max(linear)) if linear else None,
-            "stopped": numbers.get("stopped"),
-        }
+        numbers |= tally.numbers() | {"tracking_error_max_mm": max(linear, default=None)}
     if artefacts is not None:
         artefacts(task, run)
-    return row
+    return {name: numbers[name] for name in COLUMNS if name in numbers}
 
 
 @lru_cache(maxsize=16)
