@@ -113,6 +113,12 @@ class Blocks:
             yield self.held.part(0, self._size)
             self._pieces, self._count = [self.held.part(self._size, self._count)], self._count - self._size
 
+    def cut(self, pieces: Iterable[Setpoints]) -> Iterator[Setpoints]:
+        """Pieces, at least one, as records; the last one has the rest."""
+        for piece in pieces:
+            yield from self.push(piece)
+        yield self.held
+
     @property
     def held(self) -> Setpoints:
         """The ticks that are not yet in a record."""

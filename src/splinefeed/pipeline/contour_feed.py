@@ -17,7 +17,7 @@ from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.follow import Servo, serve
 from splinefeed.pipeline.run import MOST_TICKS, check_ticks
-from splinefeed.records import Limits, Setpoints, TimeLaw, positive
+from splinefeed.records import ORDERS, Limits, Setpoints, TimeLaw, positive
 
 #: Scales that are tried first, from 1 down to LOWEST in equal ratios, and where the search for the boundary ends.
 GRID = 10
@@ -25,12 +25,6 @@ LOWEST = 0.05
 CLOSE_ENOUGH = 1.002
 #: What may be scaled: all limits as one stretches time, or the feed alone.
 VARY = ("all", "feed")
-#: Power of the scale with which each limit goes when time is stretched; what is not here is a length and stays.
-_POWERS = {
-    **dict.fromkeys(("feed", "start_feed", "end_feed", "axis_velocity", "axis_velocity_step"), 1),
-    **dict.fromkeys(("acceleration", "deceleration", "centripetal", "axis_acceleration"), 2),
-    **dict.fromkeys(("jerk", "deceleration_jerk", "axis_jerk"), 3),
-}
 _FEEDS = ("feed", "start_feed", "end_feed")
 
 
@@ -109,11 +103,11 @@ def scaled(limits: Limits, scale: float, vary: str = "all") -> Limits:
     """
     if vary not in VARY:
         raise InputError(f"vary is {vary!r}; choose one of {', '.join(VARY)}")
-    flat = {}
-    for key, value in limits.as_dict().items():
+    flat = limits.as_dict()
+    for key in flat:
         name = key.partition(".")[0]
-        power = _POWERS.get(name, 0) if vary == "all" or name in _FEEDS else 0
-        flat[key] = value * scale**power
+        if vary == "all" or name in _FEEDS:
+            flat[key] *= scale ** ORDERS.get(name, 0)
     if vary == "feed" and "feed" not in flat:
         raise InputError("there is no feed along the path to vary; give a feed, or let all limits vary")
     return Limits.from_dict(flat)
@@ -146,10 +140,10 @@ def tune_feed(
         served = serve(path, law, setpoints, machine)
         tally, contour = served.tally, served.tally.contour
         assert contour is not None  # there is a path
-        error, rms, at_s = contour.value, tally.rms(contour), contour.s
-        top = float(np.max(setpoints.feed))
-        trial = Trial(scale, lower, law, top, law.duration, error, rms, at_s, tally.stopped)
-        found[scale] = trial
+        trial = found[scale] = Trial(
+            scale, lower, law, float(np.max(setpoints.feed)), law.duration,
+            contour.value, tally.rms(contour), contour.s, tally.stopped,
+        )  # fmt: skip
         if trial.keeps(allowed) and (not kept or scale >= kept[0][0]):
             kept[:] = [(scale, setpoints, served)]
         return trial

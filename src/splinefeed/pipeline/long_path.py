@@ -58,16 +58,8 @@ def stream_setpoints(
     """
     if isinstance(chunk, bool) or int(chunk) != chunk or chunk < 1:
         raise InputError(f"chunk is {chunk!r}; expected a whole number of ticks from 1 up")
-    return _in_chunks(
-        _Walk(limits, period, window).pieces(parts_of(paths) if isinstance(paths, Path) else paths), chunk
-    )
-
-
-def _in_chunks(pieces: Iterator[Setpoints], chunk: int) -> Iterator[Setpoints]:
-    blocks = Blocks(int(chunk))
-    for piece in pieces:
-        yield from blocks.push(piece)
-    yield blocks.held
+    parts = parts_of(paths) if isinstance(paths, Path) else paths
+    return Blocks(int(chunk)).cut(_Walk(limits, period, window).pieces(parts))
 
 
 def parts_of(path: Path, size: int = PART) -> Iterator[Path]:

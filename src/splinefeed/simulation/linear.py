@@ -168,7 +168,7 @@ def loop_responses(controller: Controller, period: float, omega: Array, plant: C
 
     plant  G there, as `Discrete.response` gives it
     """
-    forward, back = plant * controller_response(controller, period, omega)
+    forward, back = (each * plant for each in controller_response(controller, period, omega))
     return np.array([back, forward / (1.0 + back)])
 
 
