@@ -6,7 +6,7 @@ A description gives each key a check, `check(value, place)`, which returns the v
 from __future__ import annotations
 
 import json
-import math
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
@@ -27,11 +27,11 @@ def parse(text: str, source: object) -> Any:
         raise FormatError(f"{source}: {token} is not a number that JSON has")
 
     def refuse_twice(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        unique: dict[str, Any] = {}
-        for key, value in pairs:
-            if key in unique:
-                raise FormatError(f"{source}: key {shown(key)} appears twice in one object; leave one of them out")
-            unique[key] = value
+        unique = dict(pairs)
+        if len(unique) < len(pairs):
+            keys = [key for key, _ in pairs]
+            twice = next(key for i, key in enumerate(keys) if key in keys[:i])
+            raise FormatError(f"{source}: key {shown(twice)} appears twice in one object; leave one of them out")
         return unique
 
     try:
@@ -80,38 +80,28 @@ def anything(value: Any, place: str) -> Any:
     return value
 
 
-def text(value: Any, place: str) -> str:
-    """Text."""
-    if not isinstance(value, str):
-        raise FormatError(f"{place}: {shown(value)} is not text")
-    return value
+def _of(what: str, *kinds: type) -> Check:
+    """The check of a value of one of some `kinds`, for people `what`; to JSON true and false are no numbers."""
+
+    def check(value: Any, place: str) -> Any:
+        if not isinstance(value, kinds) or (isinstance(value, bool) and bool not in kinds):
+            raise FormatError(f"{place}: {shown(value)} is not {what}")
+        return value
+
+    return check
 
 
-def truth(value: Any, place: str) -> bool:
-    """True or false."""
-    if not isinstance(value, bool):
-        raise FormatError(f"{place}: {shown(value)} is not true or false")
-    return value
-
-
-def whole(value: Any, place: str) -> int:
-    """A whole number."""
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise FormatError(f"{place}: {shown(value)} is not a whole number")
-    return value
+text = _of("text", str)
+truth = _of("true or false", bool)
+whole = _of("a whole number", int)
+_numeric = _of("a number", int, float)
 
 
 def number(value: Any, place: str) -> float:
-    """A number that a float can hold; booleans and texts are none."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise FormatError(f"{place}: {shown(value)} is not a number")
-    try:
-        finite = math.isfinite(value)
-    except OverflowError:
-        finite = False
-    if not finite:
+    """A number that a float can hold."""
+    if not abs(_numeric(value, place)) <= sys.float_info.max:
         raise FormatError(f"{place}: is too large for a number")
-    return value
+    return value  # type: ignore[no-any-return]
 
 
 def each(check: Check, what: str, most: int | None = None) -> Check:
