@@ -12,10 +12,10 @@ import re
 
 import numpy as np
 
-from splinefeed import units
-from splinefeed.errors import FormatError, InputError
+from splinefeed.errors import FormatError
 from splinefeed.formats import table_text
-from splinefeed.formats.fitted import fitted_path
+from splinefeed.formats.metadata import naming
+from splinefeed.formats.points import fitted_path, positive_length
 from splinefeed.formats.sizes import MAX_COORDINATE
 from splinefeed.formats.source import head_text
 from splinefeed.geometry.path import Path
@@ -72,7 +72,7 @@ def from_text(
     `tolerance` is the largest distance, mm, of a fit of the given `degree` from the points; the path's findings report
     the distance reached, and everything that the file leaves open.
     """
-    scale, allowed = _positive(chord, "chord"), _positive(tolerance, "tolerance")
+    scale = positive_length(chord, "chord")
     name, rows, lines, remarks = _rows(text, source)
     points, order = _in_order(rows, lines, source)
     findings = [f"{order} order, {len(points)} points; 1 unit of the file is {scale:g} mm (option chord)", *remarks]
@@ -90,14 +90,8 @@ def from_text(
     if gap > 0.0:
         findings.append(f"the trailing edge is open by {gap:.6g} mm; it is left open")
     said = name or pathlib.Path(source).stem
-    return [fitted_path(points, allowed, source, axes=("x", "y"), name=said, findings=findings, degree=degree)]
-
-
-def _positive(value: float | str, name: str) -> float:
-    length = units.parse(value, "length")
-    if length <= 0.0:
-        raise InputError(f"{name} is {length:g} mm; it must be greater than 0")
-    return length
+    with naming(source):
+        return [fitted_path(points, tolerance, axes=("x", "y"), name=said, findings=findings, degree=degree)]
 
 
 def _pair(line: str) -> tuple[float, float] | None:

@@ -10,32 +10,31 @@ from __future__ import annotations
 import math
 import os
 import pathlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from itertools import chain, islice
 
 import numpy as np
 
 from splinefeed import units
-from splinefeed.errors import FormatError, InputError, UnitError
+from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import table_text
-from splinefeed.formats.fitted import fitted_path
+from splinefeed.formats.metadata import naming
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.formats.sizes import MAX_COORDINATE
-from splinefeed.formats.source import check_file, check_size, head_text, read_head
+from splinefeed.formats.source import check_size, count_lines, head_text
+from splinefeed.formats.table_text import AXES
 from splinefeed.geometry.fitting import MAX_POINTS
 from splinefeed.geometry.path import Path
 from splinefeed.records import ROTARY_AXES, Array
 
 #: Largest distance between the points and the fitted curve unless the caller says another, mm.
 DEFAULT_TOLERANCE = 1e-3
-#: Columns in the order in which a path has them; without names the first ones are taken, at most x, y and z.
-AXES = ("x", "y", "z", "a", "b", "c", "theta")
+#: Columns without names that are taken: x, y and z.
 UNNAMED = 3
 #: Points of one part, and the largest table that is read in parts, bytes.
 PART = 4096
 MAX_BYTES = 2 * 2**30
-_BLOCK = 2**20
 #: How a file of setpoints of ours begins.
 _OURS = "# splinefeed"
 
@@ -72,9 +71,6 @@ def from_text(
     the first one again, the path is closed, smoothly unless there is a corner. The findings report the distance that
     was measured and everything that the file leaves open.
     """
-    allowed = units.parse(tolerance, "length")
-    if allowed <= 0.0:
-        raise InputError(f"tolerance is {allowed:g} mm; it must be greater than 0")
     (axes, points, findings), *more = islice(_blocks(text.splitlines(), source, MAX_POINTS), 2)
     if more:
         raise FormatError(
@@ -87,34 +83,67 @@ def from_text(
     closed = len(points) > 3 and bool(np.all(points[0] == points[-1]))
     if closed:
         findings.append("the last point is the first one: the path is closed")
-    try:
-        path = fitted_path(
-            points, allowed, source, axes=axes, name=pathlib.Path(source).stem, degree=degree, closed=closed,
-            findings=[f"{len(points)} points", *findings],
-        )  # fmt: skip
-    except InputError as error:
-        raise FormatError(f"{source}: {error}") from None
-    return [path]
+    name = pathlib.Path(source).stem
+    said = [f"{len(points)} points", *findings]
+    with naming(source):
+        return [fitted_path(points, tolerance, axes=axes, name=name, findings=said, degree=degree, closed=closed)]
+
+
+def fitted_path(
+    points: Array,
+    tolerance: float | str,
+    *,
+    axes: Sequence[str],
+    name: str,
+    findings: Sequence[str],
+    degree: int = 3,
+    closed: bool = False,
+) -> Path:
+    """The path near points (n, axes), mm, within `tolerance`, mm, the last finding on the distance of the points.
+
+    It is measured by means that the fit does not share. Raises InputError for a tolerance that is not above 0.
+    """
+    from splinefeed.geometry.fitting import fit
+    from splinefeed.geometry.nearest import Nearest
+
+    allowed = positive_length(tolerance, "tolerance")
+    made = fit(points, allowed, degree=degree, closed=closed)
+    path = Path(made.curves, axes, name=name)
+    far = float(Nearest(path.table, path.shape).find(points[:, : path.linear])[2].max())
+    if far > allowed:
+        raise InputError(f"the fit is {far:.6g} mm from a point, not {allowed:g} mm; please report it")
+    controls = sum(len(curve.control_points) for curve in made.curves)
+    told = (
+        f"fitted by {len(made.curves)} curve(s) of degree {degree} with {controls} control points; largest distance of "
+        f"a point {max(far, made.error) if path.linear < len(axes) else far:.3g} mm (tolerance {allowed:g} mm)"
+    )
+    return Path(made.curves, axes, name=name, findings=(*findings, told))
+
+
+def positive_length(value: float | str, name: str) -> float:
+    """A length that a caller gives, mm; InputError with its `name` unless it is above 0."""
+    length = units.parse(value, "length")
+    if length <= 0.0:
+        raise InputError(f"{name} is {length:g} mm; it must be greater than 0")
+    return length
+
+
+# --- part by part -----------------------------------------------------------------------------------------------------
 
 
 def in_parts(file: pathlib.Path) -> PathParts:
     """The points in `file`, joined by straight lines, read part by part."""
-    check_size(check_file(file), MAX_BYTES)
-    read_head(file, _BLOCK)
-    with file.open("rb") as stream:
-        count = sum(block.count(b"\n") for block in iter(partial(stream.read, _BLOCK), b""))
+    check_size(file, MAX_BYTES)
     axes, _, findings = next(_parts(file))
     return PathParts(
-        name=file.stem, axes=axes, count=count, unit="lines", make=partial(_paths, file), findings=tuple(findings)
-    )
+        name=file.stem, axes=axes, count=count_lines(file), unit="lines", make=partial(_paths, file),
+        findings=tuple(findings),
+    )  # fmt: skip
 
 
 def _parts(file: pathlib.Path) -> Iterator[Points]:
-    try:
-        with file.open(encoding="utf-8-sig", errors="replace") as stream:
-            yield from _blocks(stream, file, PART)
-    except OSError as error:
-        raise FormatError(f"{file}: cannot be read: {error.strerror or error}") from None
+    with file.open(encoding="utf-8-sig", errors="replace") as stream:
+        yield from _blocks(stream, file, PART)
 
 
 def _paths(file: pathlib.Path) -> Iterator[Path]:
@@ -132,61 +161,73 @@ def _paths(file: pathlib.Path) -> Iterator[Path]:
         raise FormatError(f"{file}: holds one point only; a path needs two")
 
 
+# --- a table ----------------------------------------------------------------------------------------------------------
+
+
 def _named(names: list[tuple[str, str]]) -> bool:
     return bool({"x", "y"} & {name for name, _ in names})
 
 
-def _blocks(lines: Iterable[str], source: str | os.PathLike[str], most: int) -> Iterator[Points]:
+def _blocks(text: Iterable[str], source: str | os.PathLike[str], most: int) -> Iterator[Points]:
     """The points of a table, at most `most` at a time; at least one block, or FormatError with the line."""
-
-    def fault(number: int, text: str) -> FormatError:
-        return FormatError(f"{source}: line {number}: {text}")
-
+    lines = ((number, line) for number, line in enumerate(map(str.strip, text), start=1) if line)
     heads: list[tuple[int, str, bool]] = []  # lines above the numbers, and whether each is a comment
-    names: list[tuple[str, str]] = []
-    findings: list[str] = []
-    rows: list[list[float]] = []
-    numbers: list[int] = []
-    width = count = 0
+    width = 0
     said: float | None = None  # how many points the file says that it has
-    for number, line in chain(enumerate(map(str.strip, lines), start=1), [(0, "")]):
-        if not line and number:
-            continue
+    for number, line in lines:
         if number == 1 and line.startswith(_OURS):
             raise FormatError(f"{source}: holds setpoints, not a path; give it to follow, check or stream")
-        if line.startswith(table_text.COMMENTS):
-            heads += [] if width else [(number, line.lstrip("#%!/ "), True)]
+        comment = line.startswith(table_text.COMMENTS)
+        if comment or (not table_text.numbers(line) and any(letter.isalpha() for letter in line)):
+            heads.append((number, line.lstrip("#%!/ ") if comment else line, comment))
             continue
-        values, decimal = table_text.numbers(line) or ([], False)
-        if number and not values and (width or not any(letter.isalpha() for letter in line)):
-            raise fault(number, f"expected numbers, got {line[:40]!r}")
-        if number and not values:
-            heads.append((number, line, False))
-            continue
-        if len(values) == 1 and not width and said is None:
-            said = values[0]
-            continue
-        if number and not width:
-            width, names = len(values), _names(heads, len(values), number, source)
-        if number and len(values) != width:
-            raise fault(number, f"holds {len(values)} numbers, the lines above {width}")
-        if decimal and not findings:
-            findings.append(f"line {number}: commas are read as decimal points, {line[:40]!r} as {values}")
-        if rows and (not number or len(rows) == most):
-            yield _chosen(rows, numbers, names, source, list(findings))
-            count += len(rows)
-            rows, numbers = [], []
-        rows.append(values)
-        numbers.append(number)
+        values, _ = _row(line, number, source)
+        if len(values) > 1 or said is not None:
+            width = len(values)
+            break
+        said = values[0]
     if width < 2:
         raise FormatError(f"{source}: no points found; expected one point per line, at least x and y")
+    with naming(source):
+        names = _names(heads, width, number)
+        columns = table_text.columns(names or [(axis, "") for axis in AXES[: min(width, UNNAMED)]])
+    axes = tuple(axis for axis in AXES if axis in columns)
+    places, factors = zip(*(columns[axis] for axis in axes), strict=True)
+    left = width - len(axes)
+    findings = [f"{left} of {width} columns are not named as axes and are left out"] if left else []
+    count, commas = 0, False
+    body = ((at, row) for at, row in chain([(number, line)], lines) if not row.startswith(table_text.COMMENTS))
+    while part := list(islice(body, most)):
+        rows = []
+        for at, row in part:
+            values, decimal = _row(row, at, source)
+            if len(values) != width:
+                raise FormatError(f"{source}: line {at}: holds {len(values)} numbers, the lines above {width}")
+            if decimal and not commas:
+                commas = True
+                findings.append(f"line {at}: commas are read as decimal points, {row[:40]!r} as {values}")
+            rows.append(values)
+        points = np.array(rows)[:, places] * factors
+        bad = ~np.all(np.abs(points) <= MAX_COORDINATE, axis=1)
+        if bad.any():
+            raise FormatError(
+                f"{source}: line {part[np.argmax(bad)][0]}: is not a finite point within {MAX_COORDINATE:g} mm; is the "
+                f"unit right?"
+            )
+        count += len(part)
+        yield axes, points, list(findings)
     if said not in (None, count):
         raise FormatError(f"{source}: says {said:g} points, but {count} follow; is the file complete?")
 
 
-def _names(
-    heads: list[tuple[int, str, bool]], width: int, number: int, source: str | os.PathLike[str]
-) -> list[tuple[str, str]]:
+def _row(line: str, number: int, source: str | os.PathLike[str]) -> tuple[list[float], bool]:
+    found = table_text.numbers(line)
+    if found is None:
+        raise FormatError(f"{source}: line {number}: expected numbers, got {line[:40]!r}")
+    return found
+
+
+def _names(heads: list[tuple[int, str, bool]], width: int, number: int) -> list[tuple[str, str]]:
     """Names and units of the columns that the lines above the first point, line `number`, say; empty if none do.
 
     A comment may be mere words, so that it counts only if it names as many columns as there are.
@@ -200,41 +241,8 @@ def _names(
                 return found
             remarked = remarked or found
         elif not remark and (_named(found) or (marked and fits)):
-            raise FormatError(
-                f"{source}: line {line}: {text[:40]!r} does not name {width} columns, one of them x or y, "
+            raise InputError(
+                f"line {line}: {text[:40]!r} does not name {width} columns, one of them x or y, "
                 f"as line {number} has; name them ({', '.join(AXES)}), or take the line out"
             )
     return remarked
-
-
-def _chosen(
-    rows: list[list[float]],
-    numbers: list[int],
-    names: list[tuple[str, str]],
-    source: str | os.PathLike[str],
-    findings: list[str],
-) -> Points:
-    """The columns that are axes, in mm and rad; FormatError for points that are none."""
-    table = np.array(rows)
-    given = [name for name, _ in names] or list(AXES[: min(table.shape[1], UNNAMED)])
-    twice = [axis for axis in AXES if given.count(axis) > 1]
-    if twice:
-        raise FormatError(f"{source}: two columns are called {twice[0]}")
-    axes = tuple(axis for axis in AXES if axis in given)
-    if left := table.shape[1] - len(axes):
-        findings.append(f"{left} of {table.shape[1]} columns are not named as axes and are left out")
-    points = table[:, [given.index(axis) for axis in axes]]
-    for k, axis in enumerate(axes):
-        unit = names[given.index(axis)][1] if names else ""
-        kind, usual = ("angle", "deg") if axis in ROTARY_AXES else ("length", "mm")
-        try:
-            points[:, k] *= units.parse(f"1{unit or usual}", kind)
-        except UnitError as error:
-            raise FormatError(f"{source}: column {axis}: {error}") from None
-    bad = ~np.all(np.abs(points) <= MAX_COORDINATE, axis=1)
-    if bad.any():
-        at = numbers[int(np.argmax(bad))]
-        raise FormatError(
-            f"{source}: line {at}: is not a finite point within {MAX_COORDINATE:g} mm; is the unit right?"
-        )
-    return axes, points, findings

@@ -11,23 +11,20 @@ from itertools import islice
 
 import numpy as np
 
-from splinefeed import units
-from splinefeed.errors import FormatError, UnitError
+from splinefeed.errors import FormatError, InputError
+from splinefeed.formats import table_text
+from splinefeed.formats.metadata import naming
 from splinefeed.formats.sizes import MAX_TICKS
 from splinefeed.formats.source import check_file
-from splinefeed.records import ROTARY_AXES, Array, Setpoints
+from splinefeed.formats.table_text import AXES
+from splinefeed.records import Array, Setpoints
 
 #: How a file of ours begins.
 _OURS = "# splinefeed setpoints"
-#: Axes in the order in which a path has them, and what a column of times is called.
-AXES = ("x", "y", "z", "a", "b", "c", "theta")
-_TIMES = ("t", "time", "zeit")
 #: Lines that are looked at for names of columns and how many digits numbers have.
 _LOOKED_AT = 2000
 #: From this many decimals on a number has all its digits.
 _FULL = 12
-_NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)(e[-+]?[0-9]+)?|[-+]?(nan|inf(inity)?)", re.I)
-_NAME = re.compile(r"([a-z]+?)(?:_cmd|_pos)?\s*(?:[_ ]\s*([a-z°]+)|[\[(]\s*([^\])]+)\s*[\])])?", re.I)
 
 
 def is_foreign(path: str | os.PathLike[str]) -> bool:
@@ -52,11 +49,12 @@ def read(
     with file.open(encoding="utf-8-sig", errors="replace") as stream:
         lines = [line.strip() for line in islice(stream, _LOOKED_AT)]
     words = [_split(line.lstrip("# ")) for line in lines]
-    first = next((k for k, row in enumerate(words) if lines[k] and all(map(_NUMBER.fullmatch, row))), None)
+    first = next((k for k, line in enumerate(lines) if table_text.numbers(line)), None)
     if first is None:
         raise FormatError(f"{path}: holds no numbers in its first {len(lines)} lines")
-    head = [row for line, row in zip(lines[:first], words, strict=False) if line]
-    names = _names(head, columns, len(words[first]), path)
+    above = [row for line, row in zip(lines[:first], words, strict=False) if line]
+    with naming(path):
+        names = _names([list(columns)] if columns else above, len(words[first]))
     try:
         with warnings.catch_warnings(action="ignore"):  # of blank lines, which count for nothing
             rows = np.loadtxt(
@@ -77,40 +75,19 @@ def _split(line: str) -> list[str]:
     return [word.strip() for word in re.split(r"[,;\t]" if re.search(r"[,;\t]", line) else r"\s+", line)]
 
 
-def _names(
-    head: list[list[str]], columns: Sequence[str] | None, count: int, path: object
-) -> dict[str, tuple[int, float]]:
-    """Column and factor to mm, s or rad of t and of each axis."""
-    texts, below = list(columns or ()), [""] * count
-    for k in reversed(range(0 if texts else len(head))):
-        if len(head[k]) == count and any(_parsed(word)[0] in _TIMES for word in head[k]):
-            texts, below = head[k], head[k + 1] if k + 1 < len(head) and len(head[k + 1]) == count else below
-            break
-    if len(texts) != count:
-        raise FormatError(
-            f"{path}: no line above the numbers names {count} columns, t among them; give --columns t,x,y"
-        )
-    found: dict[str, tuple[int, float]] = {}
-    for k, text in enumerate(texts):
-        name, unit = _parsed(text)
-        name = "t" if name in _TIMES else name
-        if name in found:
-            raise FormatError(f"{path}: two columns are called {name}: {', '.join(texts)[:80]}")
-        kind, usual = ("time", "s") if name == "t" else ("angle", "deg") if name in ROTARY_AXES else ("length", "mm")
-        if name in ("t", *AXES):
-            try:
-                found[name] = k, units.parse(f"1{unit or below[k].strip('[]() ') or usual}", kind)
-            except UnitError as error:
-                raise FormatError(f"{path}: column {name}: {error}") from None
-    if "t" not in found or len(found) < 2:
-        raise FormatError(f"{path}: needs columns t and at least one of {', '.join(AXES)}; has {', '.join(texts)[:80]}")
-    return found
-
-
-def _parsed(text: str) -> tuple[str, str]:
-    """Name and unit of a column, both in small letters."""
-    match = _NAME.fullmatch(text.strip().strip("\"'").lower())
-    return (match[1], match[2] or match[3] or "") if match else (text.lower(), "")
+def _names(head: list[list[str]], count: int) -> dict[str, tuple[int, float]]:
+    """Column and factor to mm, s or rad of t and of each axis, from the last line that names them, and units below."""
+    fits = [len(row) == count and any(table_text.name(word)[0] == "t" for word in row) for row in head]
+    if not any(fits):
+        raise InputError(f"no line above the numbers names {count} columns, t among them; give --columns t,x,y")
+    at = len(fits) - 1 - fits[::-1].index(True)
+    below = next((row for row in head[at + 1 : at + 2] if len(row) == count), [""] * count)
+    found = [table_text.name(word) for word in head[at]]
+    said = [(name, unit or under.strip("[]() ")) for (name, unit), under in zip(found, below, strict=True)]
+    names = table_text.columns(said, ("t", *AXES))
+    if len(names) < 2:
+        raise InputError(f"needs columns t and at least one of {', '.join(AXES)}; has {', '.join(head[at])[:80]}")
+    return names
 
 
 def _decimals(sample: list[list[str]], column: int) -> int:

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import math
 import os
-import re
 from dataclasses import dataclass
 
 import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.source import read_text
+from splinefeed.formats.table_text import numbers
 from splinefeed.records import Array, IntArray
 
 #: Largest log, bytes.
 MAX_BYTES = 2**28
 #: Events that are read: line that runs, and status of the program; what else stands there is left aside.
 LINE, STATUS = "Block_Number", "Program_Status"
-_NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 RUNS, ENDS = ("ACTIVE",), ("PROGRAM_COMPLETED", "STOPPED", "READY")
 
 
@@ -48,7 +47,7 @@ def read_run(file: str | os.PathLike[str]) -> RunLog:
         if not text.strip() or (number == 1 and text.lower().startswith("seconds")):
             continue
         time, what, value = map(str.strip, (text + ",,").split(",")[:3])
-        at = float(time) if _NUMBER.fullmatch(time) else math.nan
+        at = (numbers(time) or [[math.nan]])[0][0]
         if text.count(",") < 2 or not last <= at < math.inf:
             raise FormatError(f"{file}: line {number}: expected seconds,what,value, sorted by time, got {text[:60]!r}")
         last = at

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tomllib
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -98,3 +99,9 @@ def toml_of(text: str, source: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise FormatError(f"{source}: is not TOML: {error}") from None
+
+
+def count_lines(path: str | os.PathLike[str]) -> int:
+    """How many lines a file has, however long it is."""
+    with open(path, "rb") as stream:
+        return sum(block.count(b"\n") for block in iter(partial(stream.read, 2**20), b""))

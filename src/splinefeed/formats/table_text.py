@@ -3,7 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
+from splinefeed import units
+from splinefeed.errors import InputError, UnitError
+from splinefeed.records import ROTARY_AXES
+
+#: Axes in the order in which a path has them, and what a column of times is called.
+AXES = ("x", "y", "z", "a", "b", "c", "theta")
+_TIMES = ("t", "time", "zeit")
 #: What begins a line that does not count.
 COMMENTS = ("#", "%", "!", "//")
 #: No line of names is longer, characters.
@@ -13,8 +21,8 @@ _DECIMAL_COMMA = re.compile(r"[+-]?\d+(?:,\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?|[+-]?(?:nan|inf|infinity)", re.IGNORECASE | re.ASCII)
 #: What most tables consist of: plain numbers between commas.
 _PLAIN = re.compile(r"[+-]?\d+\.\d+(?: ?, ?[+-]?\d+\.\d+)+", re.ASCII)
-_UNIT = r"(?:\s*[\[(]\s*(?P<boxed>[^\])]*)\s*[\])]|[\s_/-]+(?P<bare>mm|cm|um|m|in|inch|inches|ft|mil|deg|rad))?"
-_PLACE = r"(?:pos|position|coord|coordinate|axis|machine|actual|value)"
+_UNIT = r"(?:\s*[\[(]\s*(?P<boxed>[^\])]*)\s*[\])]|[\s_/-]+(?P<bare>[a-z°]+))?"
+_PLACE = r"(?:pos|position|coord|coordinate|axis|machine|actual|value|cmd)"
 _NAME = re.compile(rf"(?:{_PLACE}[\s_.-]*)?(?P<name>[a-z]+?)(?:[\s_.-]*{_PLACE})?{_UNIT}")
 
 
@@ -39,10 +47,36 @@ def numbers(line: str) -> tuple[list[float], bool] | None:
 
 
 def names(line: str) -> tuple[list[tuple[str, str]], bool]:
-    """Names of columns and their units, "" if not a name, in small letters; and whether marks stand between."""
+    """Names of columns and their units, see `name`; and whether marks stand between."""
     if len(line) > MOST_NAMES:
         return [], False
     marked = re.search(r"[,;\t]", line) is not None
     words = re.split(r"\s*[,;\t]\s*", line.strip().rstrip(",;")) if marked else line.split()
-    found = [_NAME.fullmatch(word.strip(" \"'").lower()) for word in words]
-    return [(m["name"], m["boxed"] or m["bare"] or "") if m else ("", "") for m in found], marked
+    return [name(word) for word in words], marked
+
+
+def name(word: str) -> tuple[str, str]:
+    """Name and unit of a column in small letters, "" if there is none; times are called t."""
+    found = _NAME.fullmatch(word.strip(" \"'").lower()) if len(word) <= MOST_NAMES else None
+    if found is None:
+        return "", ""
+    return "t" if found["name"] in _TIMES else found["name"], found["boxed"] or found["bare"] or ""
+
+
+def columns(found: Sequence[tuple[str, str]], wanted: Sequence[str] = AXES) -> dict[str, tuple[int, float]]:
+    """Place and factor to mm, rad or s of each of the `wanted` columns, of names and units; InputError names a column.
+
+    Without a unit, columns are in mm, deg and s.
+    """
+    columns: dict[str, tuple[int, float]] = {}
+    for k, (name, unit) in enumerate(found):
+        if name not in wanted:
+            continue
+        if name in columns:
+            raise InputError(f"two columns are called {name}")
+        kind, usual = ("time", "s") if name == "t" else ("angle", "deg") if name in ROTARY_AXES else ("length", "mm")
+        try:
+            columns[name] = k, units.parse(f"1{unit or usual}", kind)
+        except UnitError as error:
+            raise InputError(f"column {name}: {error}") from None
+    return columns
