@@ -164,7 +164,7 @@ def _is_setpoints(source: str) -> bool:
     from splinefeed.formats.setpoints import FORMATS
 
     suffix = os.path.splitext(source)[1].lower()
-    return os.path.isfile(source) and any(suffix in each.suffixes for each in FORMATS.values() if each.loads)
+    return os.path.isfile(source) and any(suffix in each.suffixes for each in FORMATS.values())
 
 
 def _along(say: Say, source: str, given: dict[str, Any], machine: sf.Machine | None) -> tuple[Motion, sf.Limits]:

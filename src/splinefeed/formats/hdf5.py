@@ -11,9 +11,8 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields
-from io import FileIO, RawIOBase
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -51,58 +50,38 @@ MOST_PACKED = 1100
 _NO_HARM_BYTES = 2**20
 
 
-class _Output(RawIOBase):
+class _Output:
     """The file that HDF5 writes to: it keeps the first error and lets what follows go nowhere.
 
     HDF5 cannot bear a write that fails (on a full disk, say): it tries again in closing, fails again, and crashes
-    Python at its end. So the error waits here until `check` is called, and HDF5 closes in peace.
+    Python at its end. So the error waits here, and HDF5 closes in peace.
     """
 
-    def __init__(self, stream: FileIO) -> None:
-        self._stream = stream
-        self._error: BaseException | None = None
-        self.tell = stream.tell  # type: ignore[method-assign]
+    def __init__(self, stream: BinaryIO) -> None:
+        self.stream = stream
+        self.error: BaseException | None = None
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        def attempt(*given: Any) -> Any:
+            try:
+                return getattr(self.stream, name)(*given) if self.error is None else 0
+            except BaseException as error:  # Ctrl-C too: it must not pass through HDF5
+                self.error = error
+                return 0
+
+        return attempt
 
     def check(self) -> None:
         """Raise what went wrong since the beginning, if anything did."""
-        if self._error is not None:
-            raise self._error
-
-    def _attempt(self, action: Callable[..., Any], *given: Any, otherwise: Any) -> Any:
-        if self._error is None:
-            try:
-                return action(*given)
-            except BaseException as error:  # Ctrl-C too: it must not pass through HDF5
-                self._error = error
-        return otherwise
-
-    def _write_all(self, content: memoryview) -> int:
-        done = 0
-        while done < len(content):
-            done += self._stream.write(content[done:])
-        return done
-
-    def write(self, content: Any) -> Any:
-        return self._attempt(self._write_all, memoryview(content).cast("B"), otherwise=len(content))
-
-    def readinto(self, content: Any) -> Any:
-        return self._attempt(self._stream.readinto, content, otherwise=0)
-
-    def seek(self, offset: int, whence: int = os.SEEK_SET) -> Any:
-        return self._attempt(self._stream.seek, offset, whence, otherwise=offset)
-
-    def truncate(self, size: int | None = None, /) -> int:
-        return int(self._attempt(self._stream.truncate, size, otherwise=size or 0))
-
-    def flush(self) -> None:
-        """Nothing is held back here."""
+        if self.error is not None:
+            raise self.error
 
 
-def write(parts: Iterable[Any], file: Path) -> None:
+def write_hdf5(parts: Iterable[Any], file: Path) -> None:
     """Write a record that comes in parts, of which one is in memory at a time."""
     import h5py
 
-    with FileIO(file, "r+") as stream:
+    with file.open("r+b") as stream:
         output = _Output(stream)
         with h5py.File(output, "w", libver=("v108", "v108")) as made:
             datasets: dict[str, Any] = {}  # open all along: a chunk is packed when it is full

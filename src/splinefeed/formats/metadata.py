@@ -112,14 +112,12 @@ def described(columns: Mapping[str, Any], said: Any) -> Setpoints:
     if not isinstance(said, dict) or said.get("record") != "Setpoints":
         raise InputError("does not describe setpoints; was this written by splinefeed?")
     check_schema(said.get("schema"))
-    for name, kind in (("axes", list), ("method", str), ("settings", dict), ("units", dict)):
+    for name, kind in (("axes", list), ("method", str), ("settings", dict)):
         if not isinstance(said.get(name), kind):
             raise InputError(f"{name}: is missing or of the wrong type")
-    axes, position = tuple(map(str, said["axes"])), columns["position"]
     points = Setpoints(
-        **{name: columns[name] for name in COLUMNS},
-        position=to_radians(position, axes) if "deg" in said["units"].get("position", ()) else position,
-        axes=axes,
+        **columns,
+        axes=tuple(map(str, said["axes"])),
         period=positive(said.get("period_s"), "period"),
         method=said["method"],
         settings=said["settings"],
@@ -132,6 +130,16 @@ def column_names(axes: Sequence[str], rotary: str) -> list[str]:
     """Names of the columns of a table, each with its unit."""
     positions = [f"{axis}_{unit}" for axis, unit in zip(axes, axis_units(axes, rotary), strict=True)]
     return ["t_s", "curve", "u", "s_mm", "feed_mm_s", *positions]
+
+
+def columns_of(points: Setpoints) -> list[Array | IntArray]:
+    """The columns (n,) of a table."""
+    return [*(getattr(points, name) for name in COLUMNS), *points.position.T]
+
+
+def by_name(columns: Sequence[Any]) -> dict[str, Any]:
+    """The columns (n,) of a table as those of setpoints."""
+    return {**dict(zip(COLUMNS, columns, strict=False)), "position": np.column_stack(columns[len(COLUMNS) :])}
 
 
 def write_rows(stream: TextIO, columns: Sequence[Array | IntArray], between: str, whole: Collection[int] = ()) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, overload
 from splinefeed.errors import FormatError, expect
 from splinefeed.formats import hdf5
 from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.metadata import checked_parts, described, naming, to_degrees
+from splinefeed.formats.metadata import checked_parts, described, naming, to_degrees, to_radians
 from splinefeed.formats.sizes import MAX_TICKS, MAX_TICKS_AT_ONCE, MAX_TICKS_IN_CHUNKS
 from splinefeed.formats.source import check_file
 from splinefeed.records import Limits, Response, Setpoints, TimeLaw
@@ -28,27 +29,27 @@ Kind = TypeVar("Kind", bound="Setpoints | TimeLaw | Limits | Response | BitPatte
 class SetpointFormat:
     """A kind of file for setpoints.
 
-    module   has `write(chunks, file)`, and `read(file)` for columns and description where the format `loads`
+    module   has `write_NAME(chunks, file)`, and where it can be loaded `read_NAME(file)` for columns and description;
+             HDF5, which holds other records too, is `hdf5`
     rotary   unit of rotary axes in the file
-    at_once  whether `write` wants all setpoints in place of chunks
+    at_once  whether all setpoints are written at once, in place of chunks
     """
 
     suffixes: tuple[str, ...]
     module: str
     rotary: str = "rad"
     at_once: bool = False
-    loads: bool = True
 
 
 #: Every format of setpoints by the name that `--format` takes; the first suffix is the one that files get.
 FORMATS = {
     "hdf5": SetpointFormat((".h5", ".hdf5"), "hdf5"),
-    "csv": SetpointFormat((".csv",), "setpoints_csv", "deg"),
-    "mat": SetpointFormat((".mat",), "setpoints_mat", "deg", at_once=True),
-    "npz": SetpointFormat((".npz",), "setpoints_npz", at_once=True),
-    "parquet": SetpointFormat((".parquet",), "setpoints_parquet"),
-    "halstreamer": SetpointFormat((".halstream",), "setpoints_halstreamer", "deg", loads=False),
-    "pvt": SetpointFormat((".pvt",), "setpoints_pvt", "deg", at_once=True, loads=False),
+    "csv": SetpointFormat((".csv",), "setpoints_text", "deg"),
+    "mat": SetpointFormat((".mat",), "setpoints_arrays", "deg", at_once=True),
+    "npz": SetpointFormat((".npz",), "setpoints_arrays", at_once=True),
+    "parquet": SetpointFormat((".parquet",), "setpoints_arrays"),
+    "halstreamer": SetpointFormat((".halstream",), "setpoints_text", "deg"),
+    "pvt": SetpointFormat((".pvt",), "setpoints_text", "deg", at_once=True),
 }
 #: Pulse words of a motion card as its driver takes them.
 _BITS = ".bits"
@@ -66,23 +67,20 @@ def save(record: Record | Iterable[Setpoints] | Iterable[Response], path: str | 
     if _suffix(path) == _BITS:
         import_module("splinefeed.formats.bit_pattern").write(record, path)
         return
-    form = _format_of(path)
-    if form.module != "hdf5" and isinstance(record, TimeLaw | Limits | Response):
+    name = _format_of(path)
+    form = FORMATS[name]
+    whole = isinstance(record, TimeLaw | Limits)
+    if name != "hdf5" and (whole or isinstance(record, Response)):
         raise FormatError(f"{path}: {type(record).__name__} is saved as HDF5 only; name the file .h5")
-    if isinstance(record, TimeLaw | Limits):
-        parts: Iterator[Any] = iter([record])
-    else:
-        most = MAX_TICKS_IN_CHUNKS if form.module == "hdf5" else MAX_TICKS_AT_ONCE if form.at_once else MAX_TICKS
-        parts = checked_parts(record, path, most, Setpoints | Response if form.module == "hdf5" else Setpoints)
+    most = MAX_TICKS_IN_CHUNKS if name == "hdf5" else MAX_TICKS_AT_ONCE if form.at_once else MAX_TICKS
+    kinds = Setpoints | Response if name == "hdf5" else Setpoints
+    parts: Any = [record] if whole else checked_parts(record, path, most, kinds)
     if form.rotary == "deg":
         parts = (replace(part, position=to_degrees(part.position, part.axes)) for part in parts)
     with atomic_write(path) as temporary:
-        if form.at_once:
-            points = Setpoints.joined(list(parts))
-            with naming(path):
-                _module(form).write(points, temporary)
-        else:
-            _module(form).write(parts, temporary)
+        parts = Setpoints.joined(list(parts)) if form.at_once else parts
+        with naming(path) if form.at_once else nullcontext():  # what is wrong with parts names the file already
+            _function(name, "write")(parts, temporary)
 
 
 @overload
@@ -106,19 +104,23 @@ def load(path: str | os.PathLike[str], kind: type[Any] | None = None) -> Any:
 def _load(path: str | os.PathLike[str]) -> Any:
     if _suffix(path) == _BITS:
         return import_module("splinefeed.formats.bit_pattern").read(path)
-    form = _format_of(path)
-    if form.module == "hdf5":
+    name = _format_of(path)
+    if name == "hdf5":
         return hdf5.load(path)
-    if not form.loads:
+    read = _function(name, "read")
+    if read is None:
         raise FormatError(f"{path}: {_suffix(path)} files are for controllers and cannot be loaded; keep an .h5 beside")
     file = check_file(path)
     with naming(path, f"{_suffix(path)} file of setpoints"):
-        return described(*_module(form).read(file))
+        columns, said = read(file)
+        if FORMATS[name].rotary == "deg":
+            columns["position"] = to_radians(columns["position"], said["axes"])
+        return described(columns, said)
 
 
 def load_chunks(path: str | os.PathLike[str], rows: int) -> Iterator[Setpoints]:
     """Setpoints that `save` wrote, in pieces of at most `rows` ticks, of which HDF5 holds one at a time in memory."""
-    if _format_of(path).module == "hdf5":
+    if _format_of(path) == "hdf5":
         yield from hdf5.load_chunks(path, rows)
         return
     points = load(path, Setpoints)
@@ -126,16 +128,16 @@ def load_chunks(path: str | os.PathLike[str], rows: int) -> Iterator[Setpoints]:
         yield points.part(start, start + rows)
 
 
-def _module(form: SetpointFormat) -> Any:
-    return import_module(f"splinefeed.formats.{form.module}")
+def _function(name: str, action: str) -> Any:
+    return getattr(import_module(f"splinefeed.formats.{FORMATS[name].module}"), f"{action}_{name}", None)
 
 
 def _suffix(path: str | os.PathLike[str]) -> str:
     return Path(path).suffix.lower()
 
 
-def _format_of(path: str | os.PathLike[str]) -> SetpointFormat:
-    found = next((each for each in FORMATS.values() if _suffix(path) in each.suffixes), None)
+def _format_of(path: str | os.PathLike[str]) -> str:
+    found = next((name for name, each in FORMATS.items() if _suffix(path) in each.suffixes), None)
     if found is None and Path(path).is_dir():
         raise FormatError(f"{path}: is a folder; name a file in it, such as setpoints.h5")
     if found is None:

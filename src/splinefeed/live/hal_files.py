@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from splinefeed.errors import InputError
-from splinefeed.formats.setpoints_halstreamer import MAX_FIELDS, cfg
+from splinefeed.formats.setpoints_text import MAX_FIELDS, cfg
 
 #: Rows of the FIFO; LinuxCNC delivers one less.
 DEPTH = 4000

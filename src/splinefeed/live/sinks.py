@@ -18,7 +18,7 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.metadata import to_degrees
-from splinefeed.formats.setpoints_halstreamer import cfg
+from splinefeed.formats.setpoints_text import cfg
 from splinefeed.records import Array
 
 #: Rows made at a time where a clock takes them, a share of the buffer but no fewer: how soon a change of the override

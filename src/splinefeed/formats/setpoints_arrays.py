@@ -1,0 +1,115 @@
+"""Setpoints as arrays by name, bit for bit: NumPy's .npz, MATLAB's .mat and Parquet (extra `parquet`)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from splinefeed.errors import InputError
+from splinefeed.formats.metadata import COLUMNS, axis_units, by_name, column_names, columns_of, description
+from splinefeed.formats.rows_parquet import libraries
+from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
+from splinefeed.records import Setpoints
+
+_ARRAYS = (*COLUMNS, "position")
+#: The struct of a .mat file, and the key of the description in Parquet's schema.
+_STRUCT, _KEY = "setpoints", b"splinefeed"
+#: Rows of Parquet that are packed together at the most; readers work group by group.
+ROW_GROUP = 2**17
+
+
+def write_npz(points: Setpoints, file: Path) -> None:
+    """Write setpoints as `t`, `curve`, `u`, `s`, `feed` (n,), `position` (n, axes) and `metadata`, a JSON text."""
+    metadata = np.array(json.dumps(description(points, "rad")))
+    with file.open("wb") as stream:
+        np.savez(stream, metadata=metadata, **{name: getattr(points, name) for name in _ARRAYS})
+
+
+def read_npz(file: Path) -> tuple[dict[str, Any], Any]:
+    """Columns and description of a .npz file; nothing in it is unpickled."""
+    with file.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
+        if any(member.compress_type for member in archive.zip.infolist()):  # few bytes could fill the memory
+            raise InputError("is packed; splinefeed writes its columns as they are")
+        return {name: archive[name] for name in _ARRAYS}, json.loads(str(archive["metadata"]))
+
+
+def write_mat(points: Setpoints, file: Path) -> None:
+    """Write setpoints as one struct, texts in cells, settings as a JSON text."""
+    import scipy.io
+
+    said = description(points, "deg")
+    units = {**said["units"], "position": np.array(said["units"]["position"], dtype=object), "period": "s"}
+    struct = {
+        **{"period" if name == "period_s" else name: value for name, value in said.items()},
+        **{name: getattr(points, name) for name in _ARRAYS},
+        "axes": np.array(points.axes, dtype=object),
+        "units": units,
+        "settings": json.dumps(said["settings"]),
+    }
+    with file.open("wb") as stream:
+        scipy.io.savemat(stream, {_STRUCT: struct}, do_compression=True, oned_as="column")
+
+
+def read_mat(file: Path) -> tuple[dict[str, Any], Any]:
+    """Columns and description of a .mat file."""
+    import scipy.io
+
+    with file.open("rb") as stream:
+        struct = scipy.io.loadmat(stream, variable_names=[_STRUCT], simplify_cells=True).get(_STRUCT)
+    if not isinstance(struct, dict):
+        raise InputError(f"has no struct {_STRUCT}; was this written by splinefeed?")
+    axes = np.atleast_1d(struct["axes"]).tolist()
+    columns = {name: np.atleast_1d(struct[name]) for name in COLUMNS}
+    position = np.reshape(struct["position"], (len(columns["t"]), len(axes)))
+    said = {**struct, "axes": axes, "period_s": struct["period"], "settings": json.loads(struct["settings"])}
+    return {**columns, "position": position}, said
+
+
+def write_parquet(chunks: Iterable[Setpoints], file: Path) -> None:
+    """Write chunks of setpoints under the names that columns of a CSV have, each with its `unit`; see `_schema`."""
+    pyarrow, parquet = libraries()
+    with file.open("wb") as stream, ExitStack() as stack:
+        writer: Any = None
+        for chunk in chunks:
+            if writer is None:
+                schema = _schema(pyarrow, chunk)
+                # doubles of a smooth motion share their upper bytes: split by byte they pack to about a half
+                split = {each.name: "BYTE_STREAM_SPLIT" for each in schema if each.type == pyarrow.float64()}
+                writer = parquet.ParquetWriter(
+                    stream, schema, compression="zstd", use_dictionary=False, column_encoding=split
+                )
+                stack.enter_context(writer)
+            columns = [pyarrow.array(np.ascontiguousarray(each)) for each in columns_of(chunk)]
+            writer.write_table(pyarrow.table(columns, schema=schema), row_group_size=ROW_GROUP)
+
+
+def read_parquet(file: Path) -> tuple[dict[str, Any], Any]:
+    """Columns and description of a Parquet file."""
+    _, parquet = libraries()
+    with parquet.ParquetFile(file) as source:
+        metadata = (source.schema_arrow.metadata or {}).get(_KEY)
+        if metadata is None:
+            raise InputError("has no metadata of splinefeed; was this written by it?")
+        said = json.loads(metadata)
+        names = column_names(said["axes"], "rad")
+        if source.schema_arrow.names != names or len(said["axes"]) > MAX_AXES:
+            raise InputError(f"expected the columns {', '.join(names)}")
+        if source.metadata.num_rows > MAX_TICKS:
+            raise InputError(f"has {source.metadata.num_rows} rows; at most {MAX_TICKS} can be read")
+        table = source.read()
+    return by_name([table.column(name).to_numpy() for name in names]), said
+
+
+def _schema(pyarrow: Any, first: Setpoints) -> Any:
+    """The columns of setpoints such as `first`; the description is a JSON text in the metadata, under `splinefeed`."""
+    units = [*COLUMNS.values(), *axis_units(first.axes, "rad")]
+    fields = []
+    for name, unit in zip(column_names(first.axes, "rad"), units, strict=True):
+        kind = pyarrow.int64() if name == "curve" else pyarrow.float64()
+        fields.append(pyarrow.field(name, kind, nullable=False, metadata={"unit": unit}))
+    return pyarrow.schema(fields, metadata={_KEY: json.dumps(description(first, "rad"))})
