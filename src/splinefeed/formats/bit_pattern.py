@@ -78,20 +78,16 @@ class BitPattern:
     pulses_per_unit: Array
 
     def __post_init__(self) -> None:
-        axes = tuple(self.axes)
-        words = np.ascontiguousarray(self.words)
+        axes, words = tuple(self.axes), np.ascontiguousarray(self.words)
         if words.dtype != np.uint16 or words.ndim != 4 or words.shape[1:3] != (len(axes), 2) or words.shape[3] < 1:
             wanted = f"(n, {len(axes)}, 2, words) of uint16"
             raise InputError(f"BitPattern.words has shape {words.shape} of {words.dtype}; expected {wanted}")
-        scales = np.array(self.pulses_per_unit, dtype=np.float64)
-        start = np.array(self.start, dtype=np.int64)
-        shapes_fit = scales.shape == start.shape == (len(axes),)
-        if not shapes_fit or not np.all((scales > 0.0) & (scales < np.inf)):
+        start, scales = np.array(self.start, dtype=np.int64), np.array(self.pulses_per_unit, dtype=np.float64)
+        if not scales.shape == start.shape == (len(axes),) or not np.all((scales > 0.0) & (scales < np.inf)):
             raise InputError("BitPattern: expected one start and one scale greater than 0 for each axis")
-        for name, array in (("words", words), ("start", start), ("pulses_per_unit", scales)):
-            object.__setattr__(self, name, read_only(array))
-        object.__setattr__(self, "axes", axes)
-        object.__setattr__(self, "period", positive(self.period, "period"))
+        held = {"words": read_only(words), "start": read_only(start), "pulses_per_unit": read_only(scales)}
+        for name, value in {**held, "axes": axes, "period": positive(self.period, "period")}.items():
+            object.__setattr__(self, name, value)
 
     @property
     def slots_per_period(self) -> int:

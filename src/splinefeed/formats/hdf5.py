@@ -99,24 +99,25 @@ def write_hdf5(parts: Iterable[Any], file: Path) -> None:
         output.check()
 
 
+def _columns(kind: Any) -> list[str]:
+    return [each.name for each in fields(kind) if each.name in DATASETS]
+
+
+def _attributes(kind: Any) -> list[str]:
+    return [each.name for each in fields(kind) if each.name not in DATASETS]
+
+
 def _create(file: Any, first: Any) -> dict[str, Any]:
     """Empty datasets for the columns of parts such as `first`, with their units."""
     datasets = {}
-    for each in fields(first):
-        values = getattr(first, each.name)
-        if each.name not in DATASETS or values is None:
-            continue
-        dataset = file.create_dataset(
-            each.name,
-            shape=(0, *values.shape[1:]),
-            maxshape=(None, *values.shape[1:]),
-            chunks=(CHUNK_ROWS, *values.shape[1:]),
-            dtype=np.uint8 if values.dtype == np.bool_ else values.dtype,
-            **PACKING,
-        )
-        unit = DATASETS[each.name][1]
-        dataset.attrs["units"] = _text(axis_units(first.axes, "rad") if unit is None else unit)
-        datasets[each.name] = dataset
+    for name in _columns(first):
+        if (values := getattr(first, name)) is not None:
+            wide, unit = values.shape[1:], DATASETS[name][1]
+            kind = np.uint8 if values.dtype == np.bool_ else values.dtype
+            datasets[name] = file.create_dataset(
+                name, shape=(0, *wide), maxshape=(None, *wide), chunks=(CHUNK_ROWS, *wide), dtype=kind, **PACKING
+            )
+            datasets[name].attrs["units"] = _text(axis_units(first.axes, "rad") if unit is None else unit)
     return datasets
 
 
@@ -132,7 +133,7 @@ def _say(file: Any, record: Any) -> None:
     """All of a record that is no column, as attributes of the file."""
     said = {"record": type(record).__name__, "program": f"splinefeed {splinefeed.__version__}"}
     if not isinstance(record, Limits):
-        values = {each.name: getattr(record, each.name) for each in fields(record) if each.name not in DATASETS}
+        values = {name: getattr(record, name) for name in _attributes(record)}
         said |= {name: to_json(value) if name in _AS_JSON else value for name, value in values.items()}
     file.attrs["schema"] = SCHEMA
     for name, value in said.items():
@@ -193,8 +194,8 @@ def _record(kind: type[Any], datasets: Mapping[str, Any], said: Any, part: slice
 
 
 def _datasets(file: Any, kind: type[Any], most: int = MAX_TICKS) -> dict[str, Any]:
-    names = [each.name for each in fields(kind) if each.name in DATASETS]
-    return {name: _dataset(file, name, DATASETS[name][0], most) for name in names if name in file or name not in MAYBE}
+    names = [name for name in _columns(kind) if name in file or name not in MAYBE]
+    return {name: _dataset(file, name, DATASETS[name][0], most) for name in names}
 
 
 def _dataset(file: Any, name: str, ndim: int, most: int = MAX_TICKS) -> Any:
@@ -218,7 +219,7 @@ def _dataset(file: Any, name: str, ndim: int, most: int = MAX_TICKS) -> Any:
 def _said(file: Any, kind: type[Any]) -> dict[str, Any]:
     """The attributes of a record; what the file does not say has its default."""
     said: dict[str, Any] = {}
-    for name in (each.name for each in fields(kind) if each.name not in DATASETS and each.name in file.attrs):
+    for name in (name for name in _attributes(kind) if name in file.attrs):
         value = _attribute(file, name)
         if name in _AS_JSON:
             value = json.loads(value)
@@ -238,7 +239,5 @@ def _attribute(file: Any, name: str) -> Any:
     if file.attrs.get_id(name).get_type().get_class() not in (h5t.STRING, h5t.INTEGER, h5t.FLOAT):
         raise InputError(f"attribute {name}: is neither text nor a number; the file is damaged")
     value = file.attrs[name]
-    plain = value.tolist() if isinstance(value, np.ndarray | np.generic) else value
-    if isinstance(plain, list):
-        return tuple(each.decode() if isinstance(each, bytes) else each for each in plain)
-    return plain.decode() if isinstance(plain, bytes) else plain
+    texts = np.vectorize(lambda each: each.decode() if isinstance(each, bytes) else each, otypes=[object])(value)
+    return tuple(texts.tolist()) if texts.ndim else texts.item()
