@@ -54,8 +54,8 @@ TREE = (
 )  # fmt: skip
 def test_a_selector_means_what_css_says(selector: str, meant: str) -> None:
     text = f"<svg {SPACES}><style>{selector} {{ display: none }}</style>{TREE}</svg>".replace(" > ", " &gt; ")
-    root = read_tree(text.encode(), "part.svg")
-    styles = svg_styles.Styles(root, "part.svg")
+    root = read_tree(text.encode())
+    styles = svg_styles.Styles(root)
     found = [n.attrib["id"] for n in root.walk() if "id" in n.attrib and styles.of(n).get("display") == "none"]
     assert sorted(found) == sorted(meant) and not styles.findings
 
@@ -75,8 +75,8 @@ def test_a_selector_means_what_css_says(selector: str, meant: str) -> None:
 )  # fmt: skip
 def test_the_cascade_decides(rules: str, own: str, value: str | None) -> None:
     text = f'<svg {SPACES}><style><![CDATA[{rules}]]></style><path id="p" class="cut" x="7" style="{own}"/></svg>'
-    root = read_tree(text.encode(), "part.svg")
-    assert svg_styles.Styles(root, "part.svg").of(root.children[1]).get("x") == value
+    root = read_tree(text.encode())
+    assert svg_styles.Styles(root).of(root.children[1]).get("x") == value
 
 
 def test_rules_that_are_not_understood_are_findings_where_they_matter(tmp_path: Path) -> None:
@@ -99,8 +99,8 @@ def test_sheets_too_large_for_their_drawing_are_refused(tmp_path: Path, monkeypa
 
 @pytest.mark.parametrize("selector", ["a " * 300, "[*|x]", "other|path", f"{':not(' * 90}:wild{')' * 90}"])
 def test_selectors_that_cannot_be_compiled_are_findings(selector: str) -> None:
-    root = read_tree(f"<svg><style>{selector}{{x:1}}</style></svg>".encode(), "part.svg")
-    assert svg_styles.Styles(root, "part.svg").findings[0].startswith("1 rules of the style sheet are not read here")
+    root = read_tree(f"<svg><style>{selector}{{x:1}}</style></svg>".encode())
+    assert svg_styles.Styles(root).findings[0].startswith("1 rules of the style sheet are not read here")
 
 
 @pytest.mark.parametrize("text", [f"<style>a{{x:{'(' * 9999}}}</style>", f"<path style='x:{'(' * 9999}'/>"])

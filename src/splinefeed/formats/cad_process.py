@@ -7,16 +7,17 @@ error of one line, and the next file finds a new process. It is started by the f
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
-import pathlib
 from typing import Any
 
 import numpy as np
 
-from splinefeed.errors import CurveError, FormatError
+from splinefeed.errors import CurveError, InputError
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.drawing import BROKEN, Drawing, join_tolerance
+from splinefeed.formats.drawing import BROKEN, Drawing
+from splinefeed.formats.metadata import naming
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.editing import unbroken
 from splinefeed.workers import LostError, Worker
@@ -32,47 +33,43 @@ _UNITS = {"millimetre": "mm", "metre": "m", "centimetre": "cm", "micrometre": "u
 _worker = Worker("splinefeed.formats.cad_worker:open_libraries", memory=MAX_ADDRESS_SPACE, quiet=True)
 
 
-def read(
-    file: pathlib.Path, kind: str, faults: list[str], *, tolerance: float | str, repair: bool, **wanted: Any
-) -> Contents:
-    """The paths in `file`; `faults` are those of its own check, `wanted` is for the library's side.
+def read(drawing: Drawing, kind: str, faults: list[str], *, edges: bool) -> Contents:
+    """The paths in the file of `drawing`, whose own check has found `faults`; with `edges` those of bodies too.
 
-    Curves whose ends meet within `tolerance` make one path; see `drawing`. With `repair` a fault or a curve that cannot
-    be is a finding. Raises FormatError for all else, and where the library is not installed.
+    With `repair` a fault or a curve that cannot be is a finding. Raises FormatError for all else, and where the library
+    is not installed.
     """
-    allowed = join_tolerance(tolerance)
-    if faults and not repair:
-        raise FormatError(f"{file}: {faults[0]}")
-    seconds = MAX_SECONDS + SECONDS_PER_MB * file.stat().st_size / 1e6
-    try:
-        task = {"kind": kind, "file": os.path.abspath(file), "repair": repair, **wanted}
-        answer = json.loads(_worker.ask(task, seconds=seconds)[1])
-    except LostError as error:
-        why = f"takes longer than {seconds:.0f} s" if error.late else "makes the CAD library crash"
-        raise FormatError(f"{file}: {why}; is it damaged?") from None
-    if "refused" in answer:
-        raise FormatError(f"{file}: {answer['refused']}")
-    drawing = Drawing(os.fspath(file), findings=[*faults, *answer["findings"]])
-    number = 0
-    for group in answer["groups"]:
-        curves: list[NurbsCurve] = []
-        for said in group["curves"]:
-            number += 1
-            try:
-                made = _curves(said)
-            except CurveError as error:
-                if not repair:
-                    raise FormatError(f"{file}: curve {number}: {error}") from None
-                drawing.findings.append(f"curve {number} is left out: {error}")
-                continue
-            if not made:
-                drawing.left_out["curve of no length"] += 1
-            elif len(made) > 1:
-                drawing.notes[BROKEN] += 1
-            curves += made
-        drawing.add_runs(curves, group["name"] or file.stem)
-    unit = answer["units"].lower()
-    return Contents(drawing.paths(file.stem, allowed, repair), _UNITS.get(unit, unit) or "mm")
+    file = drawing.file
+    with naming(file):
+        for fault in faults:
+            drawing.fault(fault, "")
+        seconds = MAX_SECONDS + SECONDS_PER_MB * file.stat().st_size / 1e6
+        try:
+            task = {"kind": kind, "file": os.path.abspath(file), "layers": drawing.layers}
+            answer = json.loads(_worker.ask({**task, "repair": drawing.repair, "edges": edges}, seconds=seconds)[1])
+        except LostError as error:
+            why = f"takes longer than {seconds:.0f} s" if error.late else "makes the CAD library crash"
+            raise InputError(f"{why}; is it damaged?") from None
+        if "refused" in answer:
+            raise InputError(answer["refused"])
+        drawing.findings += answer["findings"]
+        numbers = itertools.count(1)
+        for group in answer["groups"]:
+            curves: list[NurbsCurve] = []
+            for said, number in zip(group["curves"], numbers, strict=False):
+                try:
+                    made = _curves(said)
+                except CurveError as error:
+                    drawing.fault(f"curve {number}: {error}")
+                    continue
+                if not made:
+                    drawing.left_out["curve of no length"] += 1
+                elif len(made) > 1:
+                    drawing.notes[BROKEN] += 1
+                curves += made
+            drawing.add_runs(curves, group["name"] or file.stem)
+        unit = answer["units"].lower()
+        return drawing.contents(_UNITS.get(unit, unit) or "mm")
 
 
 def _curves(said: dict[str, Any]) -> list[NurbsCurve]:

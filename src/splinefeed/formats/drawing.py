@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
+import pathlib
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from splinefeed import units
-from splinefeed.errors import FormatError, InputError
+from splinefeed.errors import InputError
+from splinefeed.formats.contents import Contents
 from splinefeed.formats.sizes import MAX_COORDINATE, MAX_DRAWING_CURVES, MAX_DRAWING_POINTS
+from splinefeed.geometry.arcs import moved
 from splinefeed.geometry.chaining import chain
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.joints import moved_ends
@@ -19,38 +22,61 @@ from splinefeed.records import IntArray
 
 #: A drawing whose z is nowhere farther from 0 than this share of its size is flat: its paths have axes x and y.
 FLAT = 1e-12
-#: How many kinds a finding names.
-NAMED = 8
+_FLAT_AXES = np.eye(3)[:2]
+#: How many kinds a finding names, and how many faults have a finding each when repairing.
+NAMED, NAMED_FAULTS = 8, 20
 BROKEN = "spline with a knot of multiplicity degree + 1, at which it may jump; it is the pieces between, exactly"
 
 
-@dataclass
 class Drawing:
-    """Pieces in file order: the curves of each, joined end to end, mm, and its name; and what there is to say.
+    """What a reader finds in a drawing: pieces in file order, and what there is to say. Errors do not name the file.
 
+    pieces, names    the curves of each piece, joined end to end, mm, and its name
+    layers           names of the layers to read, none for all: those of the option `layer`, or what is between commas
     notes, left_out  how many of a kind were read in a way that is worth a finding, or not at all
     """
 
-    source: str
-    pieces: list[list[NurbsCurve]] = field(default_factory=list)
-    names: list[str] = field(default_factory=list)
-    findings: list[str] = field(default_factory=list)
-    notes: Counter[str] = field(default_factory=Counter)
-    left_out: Counter[str] = field(default_factory=Counter)
-    curves: int = 0
-    points: int = 0
+    def __init__(
+        self,
+        file: str | os.PathLike[str],
+        tolerance: float | str,
+        repair: bool,
+        layer: str | Sequence[str] | None = None,
+    ) -> None:
+        self.file, self.repair = pathlib.Path(file), repair
+        self.tolerance = units.parse(tolerance, "length")
+        if not self.tolerance >= 0.0:
+            raise InputError(f"tolerance is {self.tolerance:g} mm; it must be 0 or more")
+        names = layer.split(",") if isinstance(layer, str) else layer or ()
+        self.layers = [name.strip() for name in names if name.strip()]
+        self.pieces: list[list[NurbsCurve]] = []
+        self.names: list[str] = []
+        self.findings: list[str] = []
+        self.notes: Counter[str] = Counter()
+        self.left_out: Counter[str] = Counter()
+        self.curves = self.points = self.faults = 0
 
     def add(self, curves: list[NurbsCurve], name: str) -> None:
-        """One more piece; FormatError when there are too many."""
+        """One more piece; InputError when there are too many."""
         self.curves += len(curves)
         self.points += sum(len(curve.control_points) for curve in curves)
         if self.curves > MAX_DRAWING_CURVES or self.points > MAX_DRAWING_POINTS:
-            raise FormatError(
-                f"{self.source}: has more than {MAX_DRAWING_CURVES} curves or {MAX_DRAWING_POINTS} control points; "
+            raise InputError(
+                f"has more than {MAX_DRAWING_CURVES} curves or {MAX_DRAWING_POINTS} control points; "
                 f"choose layers, or split the drawing"
             )
         self.pieces.append(curves)
         self.names.append(name)
+
+    def fault(self, text: str, fate: str = "left out") -> None:
+        """InputError for a fault; when repairing a finding with its `fate`, and after the first ones a number."""
+        if not self.repair:
+            raise InputError(text)
+        self.faults += 1
+        if self.faults <= NAMED_FAULTS:
+            self.findings.append("; ".join(filter(None, (text, fate))))
+        else:
+            self.left_out["faulty entity"] += 1
 
     def add_runs(self, curves: Iterable[NurbsCurve], name: str) -> None:
         """A piece for each run of neighbouring curves whose ends meet."""
@@ -63,36 +89,35 @@ class Drawing:
         if run:
             self.add(run, name)
 
-    def check_layers(self, wanted: Iterable[str], there: Iterable[str], kind: str) -> None:
-        """FormatError for a wanted layer or group that is not there; capitals count as small letters."""
+    def check_layers(self, there: Iterable[str], kind: str) -> None:
+        """InputError for a layer or group to read that is not there; capitals count as small letters."""
         known = {name.casefold(): name for name in there}
-        for name in wanted:
+        for name in self.layers:
             if name.casefold() not in known:
                 listed = ", ".join(repr(each) for each in list(known.values())[:12]) or "none"
-                raise FormatError(f"{self.source}: has no {kind} {name[:40]!r}; there are {listed}")
+                raise InputError(f"has no {kind} {name[:40]!r}; there are {listed}")
 
-    def paths(self, stem: str, tolerance: float, repair: bool) -> list[Path]:
-        """The pieces as paths: those whose ends meet are one; see `geometry.chaining`. FormatError without any."""
+    def contents(self, unit: str) -> Contents:
+        """The pieces as paths: those whose ends meet are one; see `geometry.chaining`. InputError without any."""
         self.findings += [f"{count} x {kind}" for kind, count in self.notes.items()]
         if self.left_out:
             most = [f"{count} {kind}" for kind, count in self.left_out.most_common()]
             self.findings.append(f"left out: {', '.join(most[:NAMED])}{' and others' * (len(most) > NAMED)}")
         if not self.pieces:
-            why = f" ({self.findings[-1]})" if self.findings else ""
-            raise FormatError(f"{self.source}: holds no curves{why}")
+            raise InputError("holds no curves" + (f" ({self.findings[-1]})" if self.findings else ""))
         pieces = self._without_z()
         pools = self._copies(pieces)
         if pools.any():
-            fate = "copies are left out" if repair else "each copy is a separate path"
+            fate = "copies are left out" if self.repair else "each copy is a separate path"
             at = int(np.argmax(pools > 0))
             place = ", ".join(f"{value:.6g}" for value in pieces[at][0].ends[0].tolist())
             self.findings.append(
                 f"{np.count_nonzero(pools)} curve(s) lie exactly on others, the first from ({place}) in "
                 f"{self.names[at]!r}; {fate}"
             )
-        kept = np.flatnonzero(pools == 0) if repair else np.arange(len(pieces))
+        kept = np.flatnonzero(pools == 0) if self.repair else np.arange(len(pieces))
         ends = np.array([[pieces[i][0].ends[0], pieces[i][-1].ends[1]] for i in kept])
-        chains, findings = chain(ends, tolerance, pools[kept])
+        chains, findings = chain(ends, self.tolerance, pools[kept])
         self.findings += findings
         gaps: list[float] = []
         runs = []
@@ -101,43 +126,29 @@ class Drawing:
             for i, backwards in each:
                 piece = pieces[kept[i]]
                 run += [curve.reversed() for curve in reversed(piece)] if backwards else piece
-            runs.append(_moved_together(run, tolerance, gaps) if len(each) > 1 else run)
+            runs.append(_moved_together(run, self.tolerance, gaps) if len(each) > 1 else run)
         if gaps:
             self.findings.append(
                 f"{len(gaps)} gap(s) of up to {max(gaps):.3g} mm closed: ends were moved, each by half"
             )
         names = [f"{self.names[kept[each[0][0]]]}#{i}" for i, each in enumerate(chains, start=1)]
-        axes, said = ("x", "y", "z")[: ends.shape[2]], tuple(self.findings)
-        return [
-            Path(run, axes, name=name if len(runs) > 1 else stem, findings=said)
-            for run, name in zip(runs, names, strict=True)
-        ]
+        axes = ("x", "y", "z")[: ends.shape[2]]
+        if len(runs) == 1:
+            names = [self.file.stem]
+        made = [Path(run, axes, name=name, findings=self.findings) for run, name in zip(runs, names, strict=True)]
+        return Contents(made, unit)
 
     def _without_z(self) -> list[list[NurbsCurve]]:
-        """The pieces, without their z where the drawing is flat; FormatError for points too far out for a workpiece."""
-        every = np.concatenate([curve.control_points for piece in self.pieces for curve in piece])
-        far = ~(np.abs(every).max(axis=1) <= MAX_COORDINATE)
-        if far.any():
-            counts = [sum(len(curve.control_points) for curve in piece) for piece in self.pieces]
-            name = self.names[int(np.searchsorted(np.cumsum(counts), np.argmax(far), side="right"))]
-            raise FormatError(
-                f"{self.source}: a curve of {name!r} goes beyond {MAX_COORDINATE:g} mm; check the units and transforms"
-            )
+        """The pieces, without their z where the drawing is flat; InputError for points too far out for a workpiece."""
+        boxes = [np.concatenate([curve.control_points for curve in piece]) for piece in self.pieces]
+        far = [not np.abs(box).max() <= MAX_COORDINATE for box in boxes]
+        if any(far):
+            name = self.names[far.index(True)]
+            raise InputError(f"a curve of {name!r} goes beyond {MAX_COORDINATE:g} mm; check the units and transforms")
+        every = np.concatenate(boxes)
         if every.shape[1] == 2 or np.abs(every[:, 2]).max() > FLAT * np.ptp(every[:, :2], axis=0).max():
             return self.pieces
-        flat = np.ascontiguousarray(every[:, :2])
-        flat.setflags(write=False)
-        pieces, row = [], 0
-        for piece in self.pieces:
-            curves = []
-            for curve in piece:
-                points = flat[row : row + len(curve.control_points)]
-                row += len(points)
-                curves.append(
-                    NurbsCurve.trusted(curve.degree, curve.knots, points, curve.weights, clamped=curve.clamped)
-                )
-            pieces.append(curves)
-        return pieces
+        return [[moved(curve, _FLAT_AXES, np.zeros(2)) for curve in piece] for piece in self.pieces]
 
     def _copies(self, pieces: list[list[NurbsCurve]]) -> IntArray:
         """(n,) how many earlier pieces lie exactly where this one does, run through either way."""
@@ -150,20 +161,6 @@ class Drawing:
             pools[i] = seen[key]
             seen[key] += 1
         return pools
-
-
-def join_tolerance(tolerance: float | str) -> float:
-    """The option `tolerance` of a drawing in mm."""
-    allowed = units.parse(tolerance, "length")
-    if not allowed >= 0.0:
-        raise InputError(f"tolerance is {allowed:g} mm; it must be 0 or more")
-    return allowed
-
-
-def layers_from(layer: str | Sequence[str] | None) -> list[str]:
-    """The names in the option `layer`: a list, or one text with commas between them."""
-    names = layer.split(",") if isinstance(layer, str) else layer or ()
-    return [name.strip() for name in names if name.strip()]
 
 
 def _moved_together(curves: list[NurbsCurve], tolerance: float, gaps: list[float]) -> list[NurbsCurve]:

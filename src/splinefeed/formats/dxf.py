@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import os
-import pathlib
 import re
 from collections.abc import Sequence
 
 import numpy as np
 
 from splinefeed import units as known_units
-from splinefeed.errors import FormatError
+from splinefeed.errors import InputError
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.drawing import Drawing, join_tolerance, layers_from
+from splinefeed.formats.drawing import Drawing
 from splinefeed.formats.dxf_entities import EntityReader
 from splinefeed.formats.dxf_tags import BINARY_MARK, Entity, Sections, read_sections
 from splinefeed.formats.dxf_write import write as write
@@ -41,22 +40,19 @@ def from_file(
 
     `layer` reads these layers only (a list, or names between commas); `units` overrules those of the header.
     """
-    allowed, wanted = join_tolerance(tolerance), layers_from(layer)
-    source = os.fspath(file)
-    found = read_sections(pathlib.Path(file).read_bytes(), source)
-    drawing = Drawing(source)
+    drawing = Drawing(file, tolerance, repair, layer)
+    found = read_sections(drawing.file.read_bytes())
     if "ENTITIES" not in found.entities:
-        raise FormatError(f"{source}: has no section ENTITIES; is the file complete, and is it a drawing?")
-    if found.fault and not repair:
-        raise FormatError(f"{source}: {found.fault}")
-    drawing.findings += [found.fault] if found.fault else []
+        raise InputError("has no section ENTITIES; is the file complete, and is it a drawing?")
+    if found.fault:
+        drawing.fault(found.fault, "")
     name = _unit(found, drawing) if units is None else units
     scale = known_units.parse(f"1{name}", "length")
-    reader = EntityReader(drawing, wanted, repair)
+    reader = EntityReader(drawing)
     reader.read_blocks(found.entities.get("BLOCKS", []))
     reader.read(found.entities["ENTITIES"], None if scale == 1.0 else (np.diag([scale] * 3), np.zeros(3)))
-    _say_layers(found.entities.get("TABLES", []), reader, wanted)
-    return Contents(drawing.paths(pathlib.Path(file).stem, allowed, repair), name)
+    _say_layers(found.entities.get("TABLES", []), reader)
+    return drawing.contents(name)
 
 
 def _unit(found: Sections, drawing: Drawing) -> str:
@@ -65,15 +61,15 @@ def _unit(found: Sections, drawing: Drawing) -> str:
         hint = " ($MEASUREMENT says inch: if so, give units in)" if measurement == "0" else ""
         drawing.findings.append(f"the drawing has no units; read as mm{hint}")
     elif number not in INSERT_UNITS:
-        raise FormatError(f"{drawing.source}: $INSUNITS is {number[:40]}, not a unit of workpieces; give units")
+        raise InputError(f"$INSUNITS is {number[:40]}, not a unit of workpieces; give units")
     return INSERT_UNITS.get(number, "mm")
 
 
-def _say_layers(tables: list[Entity], reader: EntityReader, wanted: Sequence[str]) -> None:
-    """FormatError for a wanted layer that is not there; findings for layers that are hidden but were read."""
+def _say_layers(tables: list[Entity], reader: EntityReader) -> None:
+    """InputError for a layer to read that is not there; findings for layers that are hidden but were read."""
     layers = [reader.understood(entity) for entity in tables if entity.kind == "LAYER"]
     names = [each.dxf.get("name", "") for each in layers]
-    reader.drawing.check_layers(wanted, [*names, *reader.seen_layers], "layer")
+    reader.drawing.check_layers([*names, *reader.seen_layers], "layer")
     for name, each in zip(names, layers, strict=True):
         count = reader.seen_layers.get(name, 0)
         if count and (each.is_frozen() or each.is_off()):

@@ -15,7 +15,7 @@ import numpy as np
 from ezdxf.lldxf.const import DXFError
 from ezdxf.math import Vec3
 
-from splinefeed.errors import CurveError, FormatError
+from splinefeed.errors import CurveError, InputError
 from splinefeed.formats.drawing import BROKEN, Drawing
 from splinefeed.formats.dxf_tags import Entity
 from splinefeed.formats.source import in_brief
@@ -28,8 +28,6 @@ from splinefeed.records import Array
 MAX_DEPTH = 32
 #: Entities looked at, those in blocks again for each reference to them.
 MAX_VISITS = 1_000_000
-#: How many faulty entities have a finding each when repairing; the others are counted.
-NAMED_FAULTS = 20
 #: A bulge below this is straight: the arc is within rounding of its chord.
 LEAST_BULGE = 1e-15
 #: Knots closer than this share of the whole range are one: CAD writes them apart by rounding.
@@ -59,18 +57,18 @@ class Block(NamedTuple):
     external: str
 
 
-class TooMuchError(FormatError):
+class TooMuchError(InputError):
     """A limit on the whole drawing; not even repairing goes on after it."""
 
 
 class EntityReader:
     """Reads entities into a `Drawing`, piece by piece."""
 
-    def __init__(self, drawing: Drawing, layers: Sequence[str], repair: bool) -> None:
-        self.drawing, self.repair = drawing, repair
-        self.layers = {name.casefold() for name in layers}
+    def __init__(self, drawing: Drawing) -> None:
+        self.drawing = drawing
+        self.layers = {name.casefold() for name in drawing.layers}
         self.blocks: dict[str, Block] = {}
-        self.visits = self.faulty = 0
+        self.visits = 0
         self.seen_layers: Counter[str] = Counter()
         # by id what ezdxf loads and its curves: entities of a block are met again at each reference to it
         self._known: dict[int, tuple[Any, list[NurbsCurve]]] = {}
@@ -121,17 +119,11 @@ class EntityReader:
                     self._add(kind, curves, place, self._wanted(said("layer", "0").strip(), inherited))
             except TooMuchError:
                 raise
-            except FormatError as error:
-                if not self.repair:
-                    raise
-                self.faulty += 1
-                if self.faulty <= NAMED_FAULTS:
-                    self.drawing.findings.append(str(error).removeprefix(f"{self.drawing.source}: ") + "; left out")
-                else:
-                    self.drawing.left_out["faulty entity"] += 1
+            except InputError as error:
+                self.drawing.fault(str(error))
 
     def understood(self, entity: Entity) -> Any:
-        """The entity as ezdxf loads it; FormatError for what it cannot, lacks a place, or has a number not finite."""
+        """The entity as ezdxf loads it; InputError for what it cannot, lacks a place, or has a number not finite."""
         try:
             loaded = entity.loaded()
         except (DXFError, ValueError, TypeError) as error:
@@ -149,8 +141,8 @@ class EntityReader:
                 raise self._error(entity, f"{name} is {value}; expected finite numbers")
         return loaded
 
-    def _error(self, entity: Entity, text: str) -> FormatError:
-        return FormatError(f"{self.drawing.source}: {entity.place}: {entity.kind}: {text}")
+    def _error(self, entity: Entity, text: str) -> InputError:
+        return InputError(f"{entity.place}: {entity.kind}: {text}")
 
     def _understood(self, entity: Entity) -> tuple[Any, list[NurbsCurve]]:
         loaded = self.understood(entity)
@@ -185,7 +177,7 @@ class EntityReader:
         self.visits += count
         if self.visits > MAX_VISITS:
             raise TooMuchError(
-                f"{self.drawing.source}: has more than {MAX_VISITS} entities with those of its nested blocks; "
+                f"has more than {MAX_VISITS} entities with those of its nested blocks; "
                 f"choose layers, or explode the blocks that are needed"
             )
 

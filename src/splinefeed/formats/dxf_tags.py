@@ -20,7 +20,7 @@ from ezdxf.lldxf.tagger import ascii_tags_loader, binary_tags_loader, tag_compil
 from ezdxf.lldxf.tags import group_tags
 from ezdxf.lldxf.types import DXFTag
 
-from splinefeed.errors import FormatError
+from splinefeed.errors import InputError
 from splinefeed.formats.source import in_brief
 
 BINARY_MARK = b"AutoCAD Binary DXF\r\n\x1a\x00"
@@ -59,7 +59,7 @@ class Sections:
     fault: str = ""
 
 
-def read_sections(content: bytes, source: str) -> Sections:
+def read_sections(content: bytes) -> Sections:
     """The sections of a file; strict about what begins and ends where, but not about a file that stops early."""
     found = Sections()
     binary = content.startswith(BINARY_MARK)
@@ -67,7 +67,7 @@ def read_sections(content: bytes, source: str) -> Sections:
     inside: list[Entity] | None = None
     start = 0  # the number of a tag, from 0
     try:
-        loader = binary_tags_loader(content) if binary else ascii_tags_loader(_text(content, source), False)
+        loader = binary_tags_loader(content) if binary else ascii_tags_loader(_text(content), False)
         for head in loader:
             if head.code == 0:
                 break
@@ -78,7 +78,7 @@ def read_sections(content: bytes, source: str) -> Sections:
             place = f"tag {start + 1}" if binary else f"line {2 * start + 1}"
             start += len(tags)
             if start > MAX_TAGS:
-                raise FormatError(f"{source}: has more than {MAX_TAGS} tags; that is not a drawing for a tool path")
+                raise InputError(f"has more than {MAX_TAGS} tags; that is not a drawing for a tool path")
             kind = str(tags[0].value).strip()
             if kind == "SECTION" and inside is None and len(tags) > 1 and tags[1].code == 2:
                 name = str(tags[1].value).strip().upper()
@@ -86,7 +86,7 @@ def read_sections(content: bytes, source: str) -> Sections:
                 if name == "HEADER":
                     found.header = {str(key.value).strip(): said.value for key, said in pairwise(tags) if key.code == 9}
             elif kind == "SECTION" or (inside is None and kind not in ("ENDSEC", "EOF")):
-                raise FormatError(f"{source}: {place}: {kind[:40]!r} where no section may begin; is the file complete?")
+                raise InputError(f"{place}: {kind[:40]!r} where no section may begin; is the file complete?")
             elif kind == "ENDSEC":
                 inside = None
             elif kind == "EOF" or inside is None:
@@ -96,20 +96,20 @@ def read_sections(content: bytes, source: str) -> Sections:
             elif kind not in ("VERTEX", "ATTRIB", "SEQEND"):
                 inside.append(Entity(kind, place, tags))
     except (DXFError, IndexError, ValueError, struct.error) as error:
-        if isinstance(error, FormatError):
+        if isinstance(error, InputError):
             raise
         said = f"ezdxf says: {in_brief(error).rstrip('.')}" if isinstance(error, DXFError) else "ends inside a tag"
-        raise FormatError(f"{source}: {said}; is the file complete?") from None
+        raise InputError(f"{said}; is the file complete?") from None
     if inside is not None:
         found.fault = f"{place}: ends inside section {name}; is the file complete?"
         del inside[-1:]  # what the end of the file cuts
     return found
 
 
-def _text(content: bytes, source: str) -> io.StringIO:
+def _text(content: bytes) -> io.StringIO:
     """The text of a file with any of the line ends in use: UTF-8, or what its header says."""
     if b"\0" in content:
-        raise FormatError(f"{source}: byte {content.index(0)}: is binary; expected a text or binary DXF drawing")
+        raise InputError(f"byte {content.index(0)}: is binary; expected a text or binary DXF drawing")
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -12,6 +12,7 @@ import re
 
 from splinefeed.formats import cad_process
 from splinefeed.formats.contents import Contents
+from splinefeed.formats.drawing import Drawing
 from splinefeed.formats.source import read_bytes
 from splinefeed.geometry.path import JOIN_TOLERANCE
 
@@ -29,7 +30,7 @@ def from_file(
     file: pathlib.Path, *, edges: bool = False, tolerance: float | str = JOIN_TOLERANCE, repair: bool = False
 ) -> Contents:
     """The paths in `file`; `edges` adds the edges of faces, curves whose ends meet within `tolerance` make one path."""
-    return cad_process.read(file, "iges", _faults(read_bytes(file)), tolerance=tolerance, repair=repair, edges=edges)
+    return cad_process.read(Drawing(file, tolerance, repair), "iges", _faults(read_bytes(file)), edges=edges)
 
 
 def _faults(content: bytes) -> list[str]:

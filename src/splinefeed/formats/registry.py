@@ -15,9 +15,10 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
-from splinefeed.errors import CurveError, FormatError, InputError, expect
+from splinefeed.errors import FormatError, InputError, expect
 from splinefeed.formats import source as source_files
 from splinefeed.formats.contents import Contents
+from splinefeed.formats.metadata import naming
 from splinefeed.formats.sizes import MAX_CAD_BYTES, MAX_DRAWING_BYTES
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
@@ -120,16 +121,15 @@ def read_all(source: str | os.PathLike[str], *, repair: bool = False, **options:
     collecting = gc.isenabled()
     gc.disable()
     try:
-        if reader.__name__ == "from_text":
-            text = source_files.read_text(source, f"the text of a {found.title}", found.max_bytes)
-            paths = reader(text, source, **options)
-        else:
-            paths = reader(pathlib.Path(source), **options)
-        for each in paths:
-            if each.linear < len(each.axes):  # curves do have a length, but perhaps none over the linear axes
-                _ = each.length  # is refused here, where its file can be named
-    except CurveError as error:
-        raise FormatError(f"{source}: {error}") from None
+        with naming(source):
+            if reader.__name__ == "from_text":
+                text = source_files.read_text(source, f"the text of a {found.title}", found.max_bytes)
+                paths = reader(text, source, **options)
+            else:
+                paths = reader(pathlib.Path(source), **options)
+            for each in paths:
+                if each.linear < len(each.axes):  # curves do have a length, but perhaps none over the linear axes
+                    _ = each.length
     finally:
         if collecting:
             gc.enable()

@@ -18,6 +18,7 @@ from splinefeed.errors import FormatError
 from splinefeed.formats import cad_process
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.contents import Contents
+from splinefeed.formats.drawing import Drawing
 from splinefeed.formats.losses import losses, three_axes
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.editing import clamped
@@ -36,7 +37,7 @@ def from_file(
     file: pathlib.Path, *, edges: bool = False, tolerance: float | str = JOIN_TOLERANCE, repair: bool = False
 ) -> Contents:
     """The paths in `file`; `edges` adds the edges of faces, curves whose ends meet within `tolerance` make one path."""
-    return cad_process.read(file, "step", [], tolerance=tolerance, repair=repair, edges=edges)
+    return cad_process.read(Drawing(file, tolerance, repair), "step", [], edges=edges)
 
 
 # --- out --------------------------------------------------------------------------------------------------------------

@@ -8,7 +8,6 @@ here and not by svgelements, which mends silently what a machine should not cut;
 from __future__ import annotations
 
 import os
-import pathlib
 import re
 import zlib
 from collections.abc import Mapping, Sequence
@@ -16,10 +15,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from splinefeed.errors import FormatError
+from splinefeed.errors import InputError
 from splinefeed.formats import svg_paths, svg_places
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.drawing import Drawing, join_tolerance, layers_from
+from splinefeed.formats.drawing import Drawing
 from splinefeed.formats.source import head_text
 from splinefeed.formats.svg_paths import Piece
 from splinefeed.formats.svg_places import Affine, ShapeError, View
@@ -71,15 +70,11 @@ def from_file(
 
     `layer` reads only what is in groups of these names (Inkscape's label, or id), a list or with commas between them.
     """
-    allowed, wanted = join_tolerance(tolerance), layers_from(layer)
-    source = os.fspath(file)
-    content = unpacked(pathlib.Path(file).read_bytes(), source)
+    drawing = Drawing(file, tolerance, repair, layer)
     try:
-        reader = _Reader(source, read_tree(content, source), wanted, repair)
-        unit = reader.read()
+        return drawing.contents(_Reader(drawing, read_tree(unpacked(drawing.file.read_bytes()))).read())
     except RecursionError:  # of tinycss2; elements have their own bound
-        raise FormatError(f"{source}: its styles have brackets that are nested too deeply; simplify them") from None
-    return Contents(reader.drawing.paths(pathlib.Path(file).stem, allowed, repair), unit)
+        raise InputError("its styles have brackets that are nested too deeply; simplify them") from None
 
 
 class _Place(NamedTuple):
@@ -95,13 +90,10 @@ class _Place(NamedTuple):
 class _Reader:
     """Walks the tree and collects pieces, in mm."""
 
-    def __init__(self, source: str, root: Node, layers: Sequence[str], repair: bool) -> None:
-        self.source = source
-        self.root = root
-        self.repair = repair
-        self.wanted = {name.casefold() for name in layers}
-        self.drawing = Drawing(source)
-        self.styles = Styles(root, source)
+    def __init__(self, drawing: Drawing, root: Node) -> None:
+        self.root, self.drawing = root, drawing
+        self.wanted = {name.casefold() for name in drawing.layers}
+        self.styles = Styles(root)
         self.drawing.findings += self.styles.findings
         self.drawn = self.depth = 0
         self.named: dict[str, Node] = {}
@@ -111,7 +103,7 @@ class _Reader:
                 self.named.setdefault(node.attrib["id"], node)
             if node.tag == "g":
                 groups |= dict.fromkeys(_labels(node))
-        self.drawing.check_layers(layers, groups, "group")
+        self.drawing.check_layers(groups, "group")
 
     def read(self) -> str:
         """Read everything that is drawn; the unit of the page."""
@@ -124,7 +116,7 @@ class _Reader:
             inner, view, size = svg_places.viewport(given, View())
             x, y = (*svg_places.numbers(given.get(ORIGIN, ""), ORIGIN), 0.0, 0.0)[:2]
         except ShapeError as error:
-            raise FormatError(f"{self.source}: {self.root.place()}: {error}") from None
+            raise InputError(f"{self.root.place()}: {error}") from None
         units = [
             re.sub(r"[^a-z]", "", re.sub(r"[\d.]e", "", given.get(name, "").lower())) for name in ("width", "height")
         ]
@@ -144,8 +136,8 @@ class _Reader:
         tag = node.tag
         self.drawn += 1
         if self.drawn > MAX_DRAWN or self.depth > MAX_DEPTH:
-            raise FormatError(
-                f"{self.source}: {node.place()}: more than {MAX_DRAWN} elements are drawn, uses counted each time, "
+            raise InputError(
+                f"{node.place()}: more than {MAX_DRAWN} elements are drawn, uses counted each time, "
                 f"or they are nested more than {MAX_DEPTH} deep"
             )
         if tag in _SILENT and not (tag == "symbol" and used is not None):
@@ -175,14 +167,9 @@ class _Reader:
             else:
                 self._shape(node, given, at)
         except ShapeError as error:
-            self._fault(node, f"{error}", "left out")
+            self.drawing.fault(f"{node.place()}: {error}")
         finally:
             self.depth -= 1
-
-    def _fault(self, node: Node, text: str, fate: str) -> None:
-        if not self.repair:
-            raise FormatError(f"{self.source}: {node.place()}: {text}")
-        self.drawing.findings.append(f"{node.place()}: {text}; {fate}")
 
     def _group(self, node: Node, given: Mapping[str, str], at: _Place) -> None:
         at = at._replace(chosen=at.chosen or any(name.casefold() in self.wanted for name in _labels(node)))
@@ -217,7 +204,7 @@ class _Reader:
             quoted = _QUOTED_DATA.fullmatch(data.strip())
             runs, fault = svg_paths.parse(data if quoted is None else quoted[2])
             if fault:
-                self._fault(node, f"path data: {fault}", "what comes before it is kept")
+                self.drawing.fault(f"{node.place()}: path data: {fault}", "what comes before it is kept")
         else:
             runs = svg_paths.shape(node.tag, given, at.view)
         name = node.get("label") or node.get("id") or node.tag

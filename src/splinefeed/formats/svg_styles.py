@@ -14,7 +14,7 @@ from typing import Any
 import cssselect2
 import tinycss2
 
-from splinefeed.errors import FormatError
+from splinefeed.errors import InputError
 from splinefeed.formats.svg_tree import Node
 
 #: Properties that say where something lies or whether it is drawn.
@@ -38,8 +38,7 @@ Said = dict[str, tuple[str, bool]]  # property: its value, and whether it is cal
 class Styles:
     """The style sheets of a drawing; `findings` names rules that are not understood and would move or hide things."""
 
-    def __init__(self, root: Node, source: str) -> None:
-        self.source = source
+    def __init__(self, root: Node) -> None:
         self.findings: list[str] = []
         self._asked = 0
         self._matcher = cssselect2.Matcher()
@@ -96,7 +95,7 @@ class Styles:
     def _ask(self, number: int = 1) -> None:
         self._asked += number
         if self._asked > MAX_QUESTIONS:
-            raise FormatError(f"{self.source}: its style sheets have too many rules for its elements; simplify them")
+            raise InputError("its style sheets have too many rules for its elements; simplify them")
 
 
 class _Element(cssselect2.ElementWrapper):  # type: ignore[misc]

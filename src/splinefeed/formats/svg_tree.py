@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
-from splinefeed.errors import FormatError
+from splinefeed.errors import InputError
 from splinefeed.formats.sizes import MAX_DRAWING_BYTES
 
 #: Most elements in one file, and how deep they may be nested.
@@ -53,23 +53,21 @@ class Node:
         return f"line {self.line}: <{self.tag}" + (f" id={name[:40]!r}>" if name else ">")
 
 
-def unpacked(content: bytes, source: str) -> bytes:
+def unpacked(content: bytes) -> bytes:
     """`content`, unpacked if it is gzip (.svgz)."""
     if not content.startswith(GZIP):
         return content
     try:
         found = gzip.GzipFile(fileobj=io.BytesIO(content)).read(MAX_DRAWING_BYTES + 1)
     except (OSError, EOFError, zlib.error) as error:
-        raise FormatError(f"{source}: is not a valid gzip file: {error}; is it damaged?") from None
+        raise InputError(f"is not a valid gzip file: {error}; is it damaged?") from None
     if len(found) > MAX_DRAWING_BYTES:
-        raise FormatError(
-            f"{source}: unpacks to more than {MAX_DRAWING_BYTES // 2**20} MB; that is not a drawing of a part"
-        )
+        raise InputError(f"unpacks to more than {MAX_DRAWING_BYTES // 2**20} MB; that is not a drawing of a part")
     return found
 
 
-def read_tree(content: bytes, source: str) -> Node:
-    """The root element; FormatError for what is not XML, refers to other files, or is too large or too deep.
+def read_tree(content: bytes) -> Node:
+    """The root element; InputError for what is not XML, refers to other files, or is too large or too deep.
 
     Elements of SVG have no prefix, svg, or that of the root. What entities stand for is bounded by expat.
     """
@@ -78,8 +76,8 @@ def read_tree(content: bytes, source: str) -> Node:
     stack: list[Node] = []
     count, own = 0, ""
 
-    def fault(text: str) -> FormatError:
-        return FormatError(f"{source}: line {parser.CurrentLineNumber}: {text}")
+    def fault(text: str) -> InputError:
+        return InputError(f"line {parser.CurrentLineNumber}: {text}")
 
     def start(name: str, attributes: dict[str, str]) -> None:
         nonlocal count, own
@@ -112,11 +110,11 @@ def read_tree(content: bytes, source: str) -> Node:
     except expat.ExpatError as error:
         place = f"line {error.lineno}, column {error.offset + 1}"
         said = expat.ErrorString(error.code)
-        raise FormatError(f"{source}: {place}: {said}; expected SVG, is the file complete?") from None
+        raise InputError(f"{place}: {said}; expected SVG, is the file complete?") from None
     except (ValueError, LookupError) as error:
-        if isinstance(error, FormatError):
+        if isinstance(error, InputError):
             raise
-        raise FormatError(f"{source}: its encoding is not known: {error}") from None
+        raise InputError(f"its encoding is not known: {error}") from None
     if roots[0].tag != "svg":
-        raise FormatError(f"{source}: {roots[0].place()}: expected <svg>")
+        raise InputError(f"{roots[0].place()}: expected <svg>")
     return roots[0]

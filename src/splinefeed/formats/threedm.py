@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from splinefeed.formats import cad_process
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.drawing import layers_from
+from splinefeed.formats.drawing import Drawing
 from splinefeed.formats.source import read_bytes
 from splinefeed.geometry.path import JOIN_TOLERANCE
 
@@ -45,5 +45,4 @@ def from_file(
         for size in (4, 8)
     ):
         faults.append(f"the record that ends it is missing at byte {len(content)}; is it 3DM, and not cut off?")
-    layers = layers_from(layer)
-    return cad_process.read(file, "3dm", faults, tolerance=tolerance, repair=repair, edges=edges, layers=layers)
+    return cad_process.read(Drawing(file, tolerance, repair, layer), "3dm", faults, edges=edges)
