@@ -140,12 +140,11 @@ class Drawing:
 
     def _without_z(self) -> list[list[NurbsCurve]]:
         """The pieces, without their z where the drawing is flat; InputError for points too far out for a workpiece."""
-        boxes = [np.concatenate([curve.control_points for curve in piece]) for piece in self.pieces]
-        far = [not np.abs(box).max() <= MAX_COORDINATE for box in boxes]
-        if any(far):
-            name = self.names[far.index(True)]
+        every = np.concatenate([curve.control_points for piece in self.pieces for curve in piece])
+        if not np.abs(every).max() <= MAX_COORDINATE:
+            near = [all(np.abs(curve.control_points).max() <= MAX_COORDINATE for curve in each) for each in self.pieces]
+            name = self.names[near.index(False)]
             raise InputError(f"a curve of {name!r} goes beyond {MAX_COORDINATE:g} mm; check the units and transforms")
-        every = np.concatenate(boxes)
         if every.shape[1] == 2 or np.abs(every[:, 2]).max() > FLAT * np.ptp(every[:, :2], axis=0).max():
             return self.pieces
         return [[moved(curve, _FLAT_AXES, np.zeros(2)) for curve in piece] for piece in self.pieces]
