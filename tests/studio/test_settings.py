@@ -52,9 +52,9 @@ def _text(name: str) -> str:
         ({"limits": {}}, "limits.feed", "neither feed nor axis_velocity is given"),
         ({"limits": {"sped": 3}}, "limits.feed", "unknown limit"),
         ({"period": "soon"}, "period", "'soon' cannot be read; expected a time such as"),
-        ({"strategy": "fast"}, "strategy", "'fast' is not known; there are"),
+        ({"strategy": "fast"}, "strategy", "'fast' is not known; the known ones are"),
         ({"strategy": "seven-phase"}, "strategy", "axis_acceleration, axis_jerk: the seven-phase strategy cannot hold"),
-        ({"method": "euler"}, "method", "'euler' is not known; there are"),
+        ({"method": "euler"}, "method", "unknown interpolation method 'euler'; "),
         ({"machine": "router/../../etc"}, "machine", "is not a machine; there are"),
         ({"machine": {"name": "x", "toml": "[axis.x]\n"}}, "machine", "axis.x.motor: missing"),
         ({"source": {"shape": "/etc/passwd"}}, "source", "is not a shape; there are"),
@@ -89,7 +89,7 @@ def test_edited_curves_are_the_path_they_say(tmp_path):
     path = sf.shapes.butterfly()
     wanted = resolve({"source": {"curves": json_curve.to_text([path])}}, tmp_path)
     assert wanted.path.curves == path.curves
-    assert wanted.origin.text == "butterfly.json"
+    assert wanted.origin["text"] == "butterfly.json"
 
 
 words = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)

@@ -7,7 +7,6 @@ import itertools
 import json
 import shutil
 import tempfile
-from collections import OrderedDict
 from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -91,8 +90,8 @@ class House:
         self.ready = "warming up"
         self.jobs: list[Job] = []
         self._numbers = itertools.count(1)
-        self._plans: OrderedDict[str, dict[str, Any]] = OrderedDict()
-        self._planning, self._queued = asyncio.Event(), asyncio.Event()
+        self._plans: dict[str, dict[str, Any]] = {}  # the last request of each tab
+        self._at_front, self._at_back = asyncio.Lock(), asyncio.Lock()  # whose turn it is: first come, first served
         self._tasks: set[asyncio.Task[None]] = set()
 
     def open(self) -> None:
@@ -101,8 +100,7 @@ class House:
 
         # what pages can choose from needs half the package imported, which is not to keep the server from answering
         self._offer = asyncio.get_running_loop().run_in_executor(None, offer)
-        self._begin(self._plan_for_ever())
-        self._begin(self._work_for_ever())
+        self._begin(self._warm())
 
     def _begin(self, work: Coroutine[Any, Any, Any]) -> None:
         task = asyncio.create_task(work)
@@ -125,13 +123,14 @@ class House:
         send  tells it something of a kind; `body`, bytes of JSON, is put in as it is
         """
         self.tabs[tab] = send
-        self._begin(self._welcome(send))
 
-    async def _welcome(self, send: Callable[..., None]) -> None:
-        there = await asyncio.shield(self._offer)
-        send("welcome", offer=there, state=self.ready, jobs=[job.shown() for job in self._open()])
-        for job in list(self.jobs):
-            self._deliver(job)
+        async def welcome() -> None:
+            there = await asyncio.shield(self._offer)
+            send("welcome", offer=there, state=self.ready, jobs=[job.shown() for job in self._open()])
+            for job in list(self.jobs):
+                self._deliver(job)
+
+        self._begin(welcome())
 
     def tell(self, kind: str, **said: Any) -> None:
         """Tell every page."""
@@ -142,39 +141,39 @@ class House:
         if name in self.tabs:
             self.tabs[name](kind, **said)
 
-    def _state(self, words: str) -> None:
-        self.ready = words
-        self.tell("state", words=words)
+    async def _warm(self) -> None:
+        def state(words: str) -> None:
+            self.ready = words
+            self.tell("state", words=words)
+
+        async with self._at_front:
+            await ask(self.front, {"task": "warm"}, lambda head: state(COMPILING))
+        state("ready")
+        self.add("warm", "warming up", "", {"task": "warm", "all": True})  # not before: both would compile the same
+        await ask(self.player, {"task": "warm", "play": True})
 
     # --- plans while sliders move ---
 
     def plan(self, tab: str, message: dict[str, Any]) -> None:
         """Plan at once for a tab; its earlier requests without an answer are dropped."""
         self._plans[tab] = message
-        self._planning.set()
+        self._begin(self._plan(tab, message))
 
-    async def _plan_for_ever(self) -> None:
-        await ask(self.front, {"task": "warm"}, lambda head: self._state(COMPILING))
-        self._state("ready")
-        self.add("warm", "warming up", "", {"task": "warm", "all": True})  # not before: both would compile the same
-        self._begin(ask(self.player, {"task": "warm", "play": True}))
-        while True:
-            await self._planning.wait()
-            while self._plans:
-                name, message = self._plans.popitem(last=False)
-                request = {"task": "plan", "settings": message["settings"], "look": message.get("look")}
-                head, body = await ask(self.front, request, deadline=QUICK)
-                error = head.get("error")
-                if head.get("late"):
-                    self._tell_one(name, "planned", n=message["n"], body=LATER)
-                    await ask(self.front, {"task": "warm"})  # the next worker begins again
-                elif error is not None:
-                    self._tell_one(name, "refused", n=message["n"], error=error)
-                else:
-                    self._tell_one(name, "planned", n=message["n"], body=body)
-                    if message["rest"]:
-                        self._remember(message["settings"], head.get("entry"))
-            self._planning.clear()
+    async def _plan(self, tab: str, message: dict[str, Any]) -> None:
+        async with self._at_front:
+            if self._plans[tab] is not message:
+                return
+            request = {"task": "plan", "settings": message["settings"], "look": message.get("look")}
+            head, body = await ask(self.front, request, deadline=QUICK)
+            if head.get("late"):
+                self._tell_one(tab, "planned", n=message["n"], body=LATER)
+                await ask(self.front, {"task": "warm"})  # the next worker begins again
+            elif "error" in head:
+                self._tell_one(tab, "refused", n=message["n"], error=head["error"])
+            else:
+                self._tell_one(tab, "planned", n=message["n"], body=body)
+                if message["rest"]:
+                    self._remember(message["settings"], head.get("entry"))
 
     def _remember(self, settings: Mapping[str, Any], entry: Mapping[str, Any] | None) -> None:
         """Put a plan into the history."""
@@ -223,6 +222,7 @@ class House:
         job = Job(next(self._numbers), kind, title, tab, request)
         self.jobs.append(job)
         self._changed(job)
+        self._begin(self._work(job))
 
     def replace(self, tab: str) -> None:
         """The settings of a tab have changed: what it has in the queue by the old ones is not wanted any more."""
@@ -244,17 +244,6 @@ class House:
 
     def _changed(self, job: Job) -> None:
         self.tell("job", job=job.shown())
-        self._queued.set()
-
-    async def _work_for_ever(self) -> None:
-        while True:
-            await self._queued.wait()
-            self._queued.clear()
-            while job := next((each for each in self.jobs if each.state == WAITING), None):
-                await self._work(job)
-                closed = [each for each in self.jobs if each.state not in (WAITING, RUNNING)]
-                for each in closed[:-ANSWERS]:
-                    self.jobs.remove(each)
 
     async def _work(self, job: Job) -> None:
         def heard(head: dict[str, Any]) -> None:
@@ -262,16 +251,20 @@ class House:
             if job.state == RUNNING:
                 self._changed(job)
 
-        job.state, job.begun = RUNNING, asyncio.get_running_loop().time()
-        self._changed(job)
-        head, body = await ask(self.back, job.request, heard)
-        if job.state != RUNNING:
-            return
-        job.answer, job.state = (head, body), FAILED if "error" in head else DONE
-        self._changed(job)
-        if job.kind == "settle" and job.state == DONE and job.wanted:
-            self._remember(job.request["settings"], head.get("entry"))
-        self._deliver(job)
+        async with self._at_back:
+            if job.state == WAITING:
+                job.state, job.begun = RUNNING, asyncio.get_running_loop().time()
+                self._changed(job)
+                head, body = await ask(self.back, job.request, heard)
+            if job.state == RUNNING:  # or it was cancelled
+                job.answer, job.state = (head, body), FAILED if "error" in head else DONE
+                self._changed(job)
+                if job.kind == "settle" and job.state == DONE and job.wanted:
+                    self._remember(job.request["settings"], head.get("entry"))
+                self._deliver(job)
+        closed = [each for each in self.jobs if each.state not in (WAITING, RUNNING)]
+        for each in closed[:-ANSWERS]:
+            self.jobs.remove(each)
 
     def _deliver(self, job: Job) -> None:
         """Send the answer of a job to its page, if it is there and the answer still wanted."""

@@ -30,13 +30,10 @@ def numbers(wanted: Wanted, run: sf.Run, formats: tuple[str, ...] = ("hdf5",)) -
     servo = None
     if run.served is not None and wanted.machine is not None:
         servo = {**servo_numbers([run.served], wanted.machine, False), "machine_file": machine_name(wanted)}
-    origin = wanted.origin
-    said = {"text": origin.text, **({} if origin.sha256 is None else {"sha256": origin.sha256})}
-    machine = None if servo is None and wanted.followed else machine_name(wanted)
-    made = about(run.settings, origin.text, origin.reading, formats, machine=machine, origin=said)
+    machine, origin = None if servo is None and wanted.followed else machine_name(wanted), wanted.origin
+    made = about(run.settings, origin["text"], wanted.reading, formats, machine=machine, origin=origin)
     page = record(run, made, servo=servo)
-    page["notes"] = [*wanted.notes, *page["notes"]]
-    return page
+    return {**page, "notes": [*wanted.notes, *page["notes"]]}
 
 
 def machine_name(wanted: Wanted) -> str | None:

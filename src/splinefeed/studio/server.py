@@ -9,7 +9,6 @@ import re
 import secrets
 import signal
 import webbrowser
-from collections.abc import Callable
 from contextlib import suppress
 from importlib import resources
 from pathlib import Path
@@ -49,9 +48,10 @@ class Guard:
         self.address = f"http://127.0.0.1:{port}/?token={self.token}"
         self._cookie_name = f"splinefeed-{port}"  # cookies do not know ports
 
-    def check(self, handler: RequestHandler, *, entrance: bool = False) -> None:
-        """Raise HTTPError for a request that is not from our page; entrance: the token may stand in for the cookie."""
+    def check(self, handler: RequestHandler) -> None:
+        """Raise HTTPError for a request that is not from our page; at the entrance the token stands for the cookie."""
         request = handler.request
+        entrance = request.path == "/"
         if request.host not in self.hosts:
             raise HTTPError(421, reason="this server answers to 127.0.0.1 and localhost only")  # DNS rebinding
         origin = request.headers.get("Origin")
@@ -95,18 +95,17 @@ def _same(given: str, expected: str) -> bool:
 class _Guarded(RequestHandler):
     """What all our handlers share: the guard before anything else, and headers that keep the browser to our files."""
 
-    house: House
-    entrance = False
-
-    def initialize(self, house: House) -> None:
-        self.house = house
+    @property
+    def house(self) -> House:
+        house: House = self.application.settings["house"]
+        return house
 
     def set_default_headers(self) -> None:
         for name, value in self.application.settings["guard"].headers().items():
             self.set_header(name, value)
 
     def prepare(self) -> None:
-        self.application.settings["guard"].check(self, entrance=self.entrance)
+        self.application.settings["guard"].check(self)
 
     def write_error(self, status_code: int, **more: Any) -> None:
         self.set_header("Content-Type", "text/plain; charset=utf-8")
@@ -114,25 +113,17 @@ class _Guarded(RequestHandler):
 
 
 class _Part(_Guarded):
-    """One of the page's files, from memory, and nothing else of any file system."""
+    """The page itself and its files, from memory, and nothing else of any file system."""
 
-    def get(self, name: str) -> None:
+    def get(self, name: str | None) -> None:
         parts: dict[str, bytes] = self.application.settings["parts"]
-        if name not in parts:
+        wanted = name or "index.html"
+        if wanted not in parts:
             raise HTTPError(404, reason="there is no such file")
-        self.set_header("Content-Type", KINDS[name.rpartition(".")[2]])
-        if not self.entrance:
+        self.set_header("Content-Type", KINDS[wanted.rpartition(".")[2]])
+        if name:
             self.set_header("Cache-Control", "private, max-age=3600" if name.startswith("plotly") else "no-cache")
-        self.finish(parts[name])
-
-
-class _Page(_Part):
-    """The page itself; the token in its address is exchanged for a cookie."""
-
-    entrance = True
-
-    def get(self, name: str = "index.html") -> None:
-        super().get(name)
+        self.finish(parts[wanted])
 
 
 @stream_request_body
@@ -197,7 +188,7 @@ class _Socket(_Guarded, WebSocketHandler):
             n = said.get("n")
             if not self.name and said["do"] != "hello":
                 raise TypeError
-            REQUESTS[said["do"]](self, said)
+            getattr(self, f"do_{said['do']}")(said)
         except SplinefeedError as error:
             self.send("refused", n=n, error={"fields": {"": str(error)}, "fault": False})
         except (ValueError, TypeError, LookupError, AttributeError, RecursionError):
@@ -256,10 +247,6 @@ JOBS = {
     "make": ("make file", "settings", "what", "form"),
     "tune": ("tune", "settings", "how"),
 }
-#: What a page may ask.
-REQUESTS: dict[str, Callable[[_Socket, dict[str, Any]], None]] = {
-    name.removeprefix("do_"): method for name, method in vars(_Socket).items() if name.startswith("do_")
-}
 
 
 def parts() -> dict[str, bytes]:
@@ -278,16 +265,15 @@ async def serve(port: int, history: Path | None, *, browser: bool, say: Any) -> 
     sockets = bind_sockets(port, "127.0.0.1")
     guard = Guard(sockets[0].getsockname()[1])
     house = House(history)
-    own = {"house": house}
     application = Application(
         [
-            (r"/", _Page, own),
-            (r"/page/([a-z0-9.-]+)", _Part, own),
-            (r"/upload", _Dropped, own),
-            (r"/download/([0-9a-f]{32})", _Download, own),
-            (r"/socket", _Socket, own),
+            (r"/(?:page/([a-z0-9.-]+))?", _Part),
+            (r"/upload", _Dropped),
+            (r"/download/([0-9a-f]{32})", _Download),
+            (r"/socket", _Socket),
         ],
         guard=guard,
+        house=house,
         parts=parts(),
         websocket_max_message_size=8 * 2**20,
         websocket_ping_interval=20,

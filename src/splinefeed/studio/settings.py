@@ -5,20 +5,18 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path as File
 from typing import Any
 
 import splinefeed as sf
 from splinefeed import units
-from splinefeed.errors import CurveError, FormatError, InputError, ProblemsError, SplinefeedError, nearest
+from splinefeed.errors import CurveError, FormatError, InputError, SplinefeedError, nearest
 from splinefeed.feed.planning import STRATEGIES, strategy_for
 from splinefeed.formats import limits_toml
 from splinefeed.interpolation import registry as methods
-from splinefeed.pipeline.run import PAPER_PERIOD, on_machine, planned_axes
+from splinefeed.pipeline.run import PAPER_PERIOD, planned_axes
 from splinefeed.pipeline.settings import at_programmed_feeds, completed
 from splinefeed.records import BY_AXIS
 from splinefeed.studio import sources
@@ -38,7 +36,10 @@ USUAL: dict[str, Any] = {
     "by_control": False,  # a whole program, as the control of the machine plans it
 }
 #: Those whose kind is checked before they are looked at.
-_KINDS = {name: type(USUAL[name]) for name in ("source", "tangential", "limits", "method", "corrections", "by_control")}
+_KINDS: dict[str, Any] = {"strategy": str | None}
+_KINDS |= {
+    name: type(USUAL[name]) for name in ("source", "tangential", "limits", "method", "corrections", "by_control")
+}
 #: Formats that a path is offered in.
 PATHS = ("json", "dxf", "svg", "ngc")
 #: Runs that a worker keeps at hand.
@@ -61,25 +62,20 @@ class SettingsError(SplinefeedError):
 class Wanted:
     """Settings made into what `run` takes.
 
-    given  the settings, complete; notes  what was assumed, one sentence each; origin  where the path came from
-    strategy  the one that plans, chosen by the limits where none is named
+    given  the settings, complete; strategy  the one that plans, chosen by the limits where none is named
+    origin  what a record says of the path's source; reading  how it was read, as a command line says it
+    notes  what was assumed, one sentence each
     """
 
     given: Mapping[str, Any]
     path: sf.Path
-    origin: sources.Origin
+    origin: Mapping[str, str]
+    reading: Mapping[str, Any]
     limits: sf.Limits
     strategy: str
-    method: str
-    corrections: int
     period: float
     machine: sf.Machine | None
-    notes: tuple[str, ...]
-
-    @cached_property
-    def moved(self) -> sf.Path | sf.JointPath:
-        """What is planned: the path, or joints of the machine for a path with a tool axis."""
-        return on_machine(self.path, self.machine if isinstance(self.path, sf.ToolPath) else None, self.limits)
+    notes: list[str]
 
     @property
     def followed(self) -> bool:
@@ -155,29 +151,34 @@ def resolve(given: object, folder: File) -> Wanted:
     """
     settings = complete(given)
     problems: dict[str, str] = {}
-    strategy, method = settings["strategy"], settings["method"]
-    for name, known in (("strategy", STRATEGIES), ("method", methods.methods())):
-        if settings[name] not in (None, *known):
-            problems[name] = f"{str(settings[name])[:40]!r} is not known; there are {', '.join(known)}"
-    period = _quantity(settings["period"], "time", "period", problems) or PAPER_PERIOD
-    smooth = _quantity(settings["smooth"], "length", "smooth", problems)
-    machine = machine_of(settings["machine"], problems)
+
+    def tried(field: str, make: Callable[..., Any], *given: Any, **more: Any) -> Any:
+        """What `make` gives; None where it raises, and the problem beside the field."""
+        try:
+            return make(*given, **more)
+        except SettingsError as error:
+            problems.update(error.problems)
+        except (SplinefeedError, OSError) as error:
+            problems[field] = sources.words(error, folder)
+        return None
+
+    tried("method", methods.method, settings["method"])
+    period = tried("period", _quantity, settings["period"], "time") or PAPER_PERIOD
+    smooth = tried("smooth", _quantity, settings["smooth"], "length")
+    machine = tried("machine", machine_of, settings["machine"])
     if machine is not None and not machine.axes:
         problems["machine"] = f"{machine.name} has a control but no axes; choose another machine"
-    try:
-        path, origin = sources.path_of(settings["source"], folder, smooth=smooth, tangential=settings["tangential"])
-    except (SplinefeedError, OSError) as error:
-        raise SettingsError({**problems, "source": sources.words(error, folder)}) from error
-    notes: list[str] = []
-    limits = _limits(settings["limits"], path, machine, problems, notes)
-    if problems or limits is None:
+    found = tried(
+        "source", sources.path_of, settings["source"], folder, smooth=smooth, tangential=settings["tangential"]
+    )
+    if found is None:
         raise SettingsError(problems)
-    try:
-        strategy = strategy_for(limits, strategy)
-    except SplinefeedError as error:
-        raise SettingsError({"strategy": str(error)}) from error
-    corrections = settings["corrections"]
-    return Wanted(settings, path, origin, limits, strategy, method, corrections, period, machine, tuple(notes))
+    path, origin, reading = found
+    limits, notes = tried("limits.feed", _limits, settings["limits"], path, machine) or (None, [])
+    strategy = None if limits is None else tried("strategy", strategy_for, limits, settings["strategy"])
+    if problems or limits is None or strategy is None:
+        raise SettingsError(problems)
+    return Wanted(settings, path, origin, reading, limits, strategy, period, machine, notes)
 
 
 def field_of(error: SplinefeedError) -> str:
@@ -188,42 +189,32 @@ def field_of(error: SplinefeedError) -> str:
     return name if name == "period" else "source" if isinstance(error, CurveError) else ""
 
 
-def _quantity(value: Any, kind: str, field: str, problems: dict[str, str]) -> float | None:
-    """A quantity as text or number; None for an empty text, and for one that is wrong."""
+def _quantity(value: Any, kind: str) -> float | None:
+    """A quantity as text or number; None for an empty text."""
     if value is None or value == "":
         return None
-    try:
-        number = units.parse(value, kind)
-        if number > 0.0:
-            return number
-        problems[field] = "must be greater than 0"
-    except InputError as error:
-        problems[field] = str(error)
-    return None
+    number = units.parse(value, kind)
+    if not number > 0.0:
+        raise InputError("must be greater than 0")
+    return number
 
 
-def machine_of(given: Any, problems: dict[str, str]) -> sf.Machine | None:
+def machine_of(given: Any) -> sf.Machine | None:
     """The machine by its name, or from the text of a machine file."""
     if given is None or given == "":
         return None
     name, text = (given.get("name"), given.get("toml")) if isinstance(given, Mapping) else (given, None)
-    try:
-        if text is not None:
-            if not isinstance(text, str) or len(text) > LONGEST_MACHINE:
-                raise InputError(f"a machine file is text of at most {LONGEST_MACHINE} characters")
-            return sf.Machine.parse(text, str(name)[:60])
-        if name in sf.Machine.names():
-            return sf.Machine.load(name)
+    if text is not None:
+        if not isinstance(text, str) or len(text) > LONGEST_MACHINE:
+            raise InputError(f"a machine file is text of at most {LONGEST_MACHINE} characters")
+        return sf.Machine.parse(text, str(name)[:60])
+    if name not in sf.Machine.names():
         raise InputError(f"{str(name)[:40]!r} is not a machine; there are {', '.join(sf.Machine.names())}")
-    except InputError as error:
-        problems["machine"] = "; ".join(error.problems) if isinstance(error, ProblemsError) else str(error)
-    return None
+    return sf.Machine.load(name)
 
 
-def _limits(
-    given: Mapping[str, Any], path: sf.Path, machine: sf.Machine | None, problems: dict[str, str], notes: list[str]
-) -> sf.Limits | None:
-    """Limits as the fields say them, over those of the machine; None where one is wrong."""
+def _limits(given: Mapping[str, Any], path: sf.Path, machine: sf.Machine | None) -> tuple[sf.Limits, list[str]]:
+    """Limits as the fields say them, over those of the machine, and notes; SettingsError with problems by field."""
     said = {str(name): value for name, value in given.items() if value not in ("", None, {})}
     for name in BY_AXIS:
         if isinstance(said.get(name), str) and "=" in said[name]:
@@ -234,15 +225,13 @@ def _limits(
         flat = limits_toml.from_content({"feed": _ANY_FEED, **said} if programmed else said, "limits").as_dict()
         limits = completed(flat, machine, planned_axes(path, machine), assume=False)
     except InputError as error:
+        problems = {}
         for problem in getattr(error, "problems", (str(error),)):
             name = re.split(r"[ :.]", problem, maxsplit=1)[0]
             known = name in limits_toml.KINDS or name == "travel"
             problems[f"limits.{name}" if known else "limits.feed"] = problem.partition(": ")[2] or problem
-        return None
-    if programmed:
-        limits, assumed = at_programmed_feeds(limits, path)
-        notes += assumed
-    return limits
+        raise SettingsError(problems) from error
+    return at_programmed_feeds(limits, path) if programmed else (limits, [])
 
 
 @dataclass
@@ -252,7 +241,7 @@ class Bench:
     uploads: File
     made: File
     mail: Mail
-    runs: OrderedDict[str, tuple[Wanted, sf.Run]] = field(default_factory=OrderedDict)
+    runs: dict[str, tuple[Wanted, sf.Run]] = field(default_factory=dict)
 
     def say(self, words: str) -> None:
         """Tell the page what is being done."""
@@ -261,24 +250,21 @@ class Bench:
     def done(self, requested: Mapping[str, Any], *, follow: bool = True) -> tuple[Wanted, sf.Run]:
         """The run of these settings, followed by its machine if `follow`; from the last ones where it is there."""
         key = json.dumps({**complete(requested), "follow": follow}, sort_keys=True)
-        if key not in self.runs:
-            wanted = resolve(requested, self.uploads)
-            self.say(f"planning {wanted.path.name}, {wanted.strategy}")
-            try:
-                made = sf.run(
-                    wanted.moved,
-                    wanted.limits,
-                    machine=wanted.machine if follow and wanted.followed else None,
-                    period=wanted.period,
-                    strategy=wanted.strategy,
-                    method=wanted.method,
-                    corrections=wanted.corrections,
-                    on_progress=lambda what, done, of: self.say(f"{what}: {done} of {of} ticks"),
-                )
-            except SplinefeedError as error:
-                raise SettingsError({field_of(error): sources.words(error, self.uploads)}) from error
-            self.runs[key] = wanted, made
-        self.runs.move_to_end(key)
+        found = self.runs.pop(key, None) or self._run(resolve(requested, self.uploads), follow)
+        self.runs[key] = found
         while len(self.runs) > KEPT:
-            self.runs.popitem(last=False)
-        return self.runs[key]
+            del self.runs[next(iter(self.runs))]
+        return found
+
+    def _run(self, wanted: Wanted, follow: bool) -> tuple[Wanted, sf.Run]:
+        self.say(f"planning {wanted.path.name}, {wanted.strategy}")
+        return wanted, sf.run(
+            wanted.path,
+            wanted.limits,
+            machine=wanted.machine if follow or not wanted.followed else None,
+            period=wanted.period,
+            strategy=wanted.strategy,
+            method=wanted.given["method"],
+            corrections=wanted.given["corrections"],
+            on_progress=lambda what, done, of: self.say(f"{what}: {done} of {of} ticks"),
+        )

@@ -8,13 +8,12 @@ import re
 import secrets
 import shutil
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path as File
 from typing import Any
 
 import splinefeed as sf
-from splinefeed.errors import FormatError, InputError
+from splinefeed.errors import InputError, ProblemsError, SplinefeedError
 from splinefeed.formats import json_curve, registry
 from splinefeed.formats.contents import Contents
 from splinefeed.geometry.tangential import tangential as with_theta
@@ -66,65 +65,54 @@ def upload(name: object, folder: File) -> File:
     return files[0]
 
 
-@dataclass(frozen=True)
-class Origin:
-    """What a record says of where a path came from.
-
-    text     what the user called it; sha256  of the file, None for a shape
-    reading  how it was read, as a command line says it
-    """
-
-    text: str
-    sha256: str | None
-    reading: Mapping[str, Any]
-
-
 def path_of(
     source: Mapping[str, Any], folder: File, *, smooth: float | None, tangential: bool
-) -> tuple[sf.Path, Origin]:
+) -> tuple[sf.Path, dict[str, str], dict[str, Any]]:
     """The path that `source` means, smoothed, with theta behind if the settings say so; folder: where uploads are.
 
-    Raises InputError for what is not a source, and what the readers raise.
+    And what a record says of its source, and how it was read, as a command line says it. Raises InputError for what is
+    not a source, and what the readers raise.
     """
-    path, origin = _plain_path(json.dumps(source, sort_keys=True), folder)
-    reading = dict(origin.reading)
+    path, origin, reading = _plain_path(json.dumps(source, sort_keys=True), folder)
     if smooth is not None:
-        path = smoothed(path, {"smooth": smooth})
-        reading["smooth"] = smooth
+        path, reading = smoothed(path, {"smooth": smooth}), {**reading, "smooth": smooth}
     if tangential:
-        path = with_theta(path)
-        reading["tangential"] = True
-    return path, Origin(origin.text, origin.sha256, reading)
+        path, reading = with_theta(path), {**reading, "tangential": True}
+    return path, origin, reading
 
 
 @lru_cache(maxsize=8)
-def _plain_path(text: str, folder: File) -> tuple[sf.Path, Origin]:
+def _plain_path(text: str, folder: File) -> tuple[sf.Path, dict[str, str], dict[str, Any]]:
     source = json.loads(text)
     if "shape" in source:
         shape = source["shape"]
         if not isinstance(shape, str) or not sf.shapes.is_shape(shape):
             raise InputError(f"{str(shape)[:80]!r} is not a shape; there are {', '.join(sf.shapes.names())}")
-        return sf.shapes.from_text(shape), Origin(shape, None, {})
+        return sf.shapes.from_text(shape), {"text": shape}, {}
     if "curves" in source:
-        return _edited(source["curves"])
+        content, path = _edited(source["curves"])
+        return path, _origin(f"{path.name}.json", content), {}
     contents, file = contents_of(source, folder)
     which = source.get("which")
     if len(contents) > 1 and which is None:
         raise InputError(f"{file.name} holds {len(contents)} paths; choose one")
     path = contents[0] if which is None else registry.choose(contents, which, file.name)
     reading = {name: source[name] for name in (*READING, "which") if source.get(name) is not None}
-    return path, Origin(file.name, hashlib.sha256(file.read_bytes()).hexdigest(), reading)
+    return path, _origin(file.name, file.read_bytes()), reading
 
 
-def _edited(text: object) -> tuple[sf.Path, Origin]:
+def _origin(name: str, content: bytes) -> dict[str, str]:
+    return {"text": name, "sha256": hashlib.sha256(content).hexdigest()}
+
+
+def _edited(text: object) -> tuple[bytes, sf.Path]:
     """The path of curves that a page has changed, from the text of a JSON curve file."""
     if not isinstance(text, str) or len(text) > LONGEST_CURVES:
         raise InputError(f"edited curves must be the text of a JSON curve file of at most {LONGEST_CURVES} characters")
     found = json_curve.from_text(text, "the edited curve")
     if len(found) != 1:
         raise InputError(f"the edited curves are {len(found)} paths that do not meet; move their ends together")
-    digest = hashlib.sha256(text.encode()).hexdigest()
-    return found[0], Origin(f"{found[0].name}.json", digest, {})
+    return text.encode(), found[0]
 
 
 def contents_of(source: Mapping[str, Any], folder: File) -> tuple[Contents, File]:
@@ -145,6 +133,6 @@ def reading_of(source: Mapping[str, Any], names: Iterable[str], folder: File) ->
 
 def words(error: Exception, folder: File) -> str:
     """What an error says, with the names that the user knows in place of ours."""
-    text = " ".join(str(error).split())
-    text = re.sub(re.escape(f"{folder}") + r"/[0-9a-f]{32}/", "", text)
-    return text if isinstance(error, InputError | FormatError) else f"{type(error).__name__}: {text}"
+    said = "; ".join(error.problems) if isinstance(error, ProblemsError) else str(error)
+    text = re.sub(re.escape(f"{folder}") + r"/[0-9a-f]{32}/", "", " ".join(said.split()))
+    return text if isinstance(error, SplinefeedError) else f"{type(error).__name__}: {text}"

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import threading
-import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path as File
@@ -18,13 +17,13 @@ import splinefeed as sf
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL
 from splinefeed.formats.plain import plain
+from splinefeed.live import stream
 from splinefeed.live.motion import Motion, planned
 from splinefeed.live.operator import MOST, Operator
 from splinefeed.live.sinks import ClockSink
-from splinefeed.live.stream import play
 from splinefeed.pipeline.cycle_time import CycleTime, cycle_time
 from splinefeed.pipeline.follow import serve
-from splinefeed.pipeline.run import PAPER_LIMITS
+from splinefeed.pipeline.run import PAPER_LIMITS, on_machine
 from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE, TunedMachine, along_path, by_rule
 from splinefeed.report import interactive
 from splinefeed.report.servo_figures import errors_figure, step_figure
@@ -37,10 +36,6 @@ from splinefeed.workers import Answer, Handler, Mail
 MOST_WHILE_MOVING = 20_000
 #: A program of more bytes is timed as a job, which says how far it is and can be cancelled.
 MOST_AT_ONCE = 2_000_000
-#: Runs of the path that a page may ask for.
-MOST_RUNS = 5000
-#: Least time between two reports of progress, s.
-OFTEN = 0.1
 #: Look-ahead that is kept before the clock, and at least so many rows; time between two pictures, s.
 AHEAD, LEAST_ROWS, FRAME = 0.15, 24, 1.0 / 30.0
 
@@ -143,10 +138,12 @@ def timed(settings: Mapping[str, Any], bench: Bench, *, at_once: bool) -> dict[s
 
     Raises SettingsError with what is wrong beside its field.
     """
-    problems: dict[str, str] = {}
-    machine = machine_of(settings["machine"], problems)
+    try:
+        machine = machine_of(settings["machine"])
+    except InputError as error:
+        raise SettingsError({"machine": sources.words(error, bench.uploads)}) from error
     if machine is None:
-        raise SettingsError(problems or {"machine": "choose the machine whose control is to run the program"})
+        raise SettingsError({"machine": "choose the machine whose control is to run the program"})
     try:
         source = settings["source"]
         file = sources.upload(source.get("file"), bench.uploads)
@@ -181,7 +178,7 @@ def shown(time: CycleTime, text: str) -> dict[str, Any]:
     }
 
 
-def tuned(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
+def tune(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """The new machine as the text of its file, its page of numbers, and figures of steps and errors.
 
     The request's `how` has `rule` and `kind` of a rule; `runs` and `feed_forward` of rule path. Raises
@@ -191,12 +188,9 @@ def tuned(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     machine, before, how = wanted.machine, run.served, dict(request.get("how") or {})
     if machine is None or before is None:
         raise SettingsError({"machine": "choose the machine to tune"})
-    try:
-        found = _found(machine, wanted, run, how, bench)
-        bench.say(f"following on the tuned {machine.name}")
-        after = serve(wanted.path, run.law, run.points, found.machine)
-    except SplinefeedError as error:
-        raise SettingsError({"": sources.words(error, bench.uploads)}) from error
+    found = _found(machine, wanted, run, how, bench)
+    bench.say(f"following on the tuned {machine.name}")
+    after = serve(wanted.path, run.law, run.points, found.machine)
     bench.say("drawing")
     old, new = before.tally.numbers(), after.tally.numbers()
     figures = {"tuning": step_figure(found.curves(), machine.name)}
@@ -224,24 +218,17 @@ def _found(machine: sf.Machine, wanted: Wanted, run: sf.Run, how: Mapping[str, A
     if how.get("rule") != PATH_RULE:
         rule, kind = str(how.get("rule")), str(how.get("kind", "pid"))
         return by_rule(machine, moving, rule, period=wanted.period, kind=kind, say=bench.say)
-    runs = how.get("runs", EVALUATIONS)
-    if isinstance(runs, bool) or not isinstance(runs, int) or not 1 <= runs <= MOST_RUNS:
-        raise InputError(f"runs is {runs!r}; it must be a whole number from 1 to {MOST_RUNS}")
-    said_at = 0.0
 
     def progress(done: int, total: int) -> None:
-        nonlocal said_at
-        if (now := time.monotonic()) - said_at >= OFTEN or done == total:
-            said_at = now
-            bench.mail.tell({"kind": "progress", "words": f"{done} of {total} runs", "share": [done, total]})
+        bench.mail.tell({"kind": "progress", "words": f"{done} of {total} runs", "share": [done, total]})
 
-    forward, points = bool(how.get("feed_forward")), run.points
+    runs, forward = how.get("runs", EVALUATIONS), bool(how.get("feed_forward"))
     return along_path(
-        machine, points, wanted.path, axes=moving, evaluations=runs, feed_forward=forward, on_progress=progress
+        machine, run.points, wanted.path, axes=moving, evaluations=runs, feed_forward=forward, on_progress=progress
     )
 
 
-def played(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
+def play(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """Plan with a reserve for the override, play to the end or to a stop, and say how it went.
 
     Orders are those of `Operator.obey`.
@@ -271,7 +258,7 @@ def played(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     frames = threading.Thread(target=show, daemon=True)
     frames.start()
     try:
-        state = play(motion, sink, operator, ahead)
+        state = stream.play(motion, sink, operator, ahead)
     finally:
         ended.set()
         frames.join()
@@ -284,24 +271,16 @@ def motion_of(
     """Law, motion and path of the settings, planned with a reserve for overrides up to `top`."""
     wanted = resolve(request["settings"], bench.uploads)
     bench.say(f"planning {wanted.path.name}, {wanted.strategy}, with a reserve for the override")
-    try:
-        top, period, strategy = float(request.get("top", 1.0)), wanted.period, wanted.strategy
-        how = planned(wanted.moved, wanted.limits, period=period, strategy=strategy, top=top, most=MOST, rate=rate)
-        return *how, wanted.moved
-    except SplinefeedError as error:
-        raise SettingsError({field_of(error): sources.words(error, bench.uploads)}) from error
+    moved = on_machine(wanted.path, None if wanted.followed else wanted.machine, wanted.limits)
+    top, period, strategy = float(request.get("top", 1.0)), wanted.period, wanted.strategy
+    how = planned(moved, wanted.limits, period=period, strategy=strategy, top=top, most=MOST, rate=rate)
+    return *how, moved
 
 
 #: Every task by its name.
 TASKS: dict[str, Callable[[Mapping[str, Any], Bench], dict[str, Any]]] = {
-    "plan": plan,
-    "settle": settle,
-    "read": read,
-    "make": make,
-    "tune": tuned,
-    "play": played,
-    "warm": warm,
-}
+    "settle": settle, **{task.__name__: task for task in (plan, read, make, tune, play, warm)}
+}  # fmt: skip
 
 
 def open_bench(mail: Mail, uploads: str, made: str) -> Handler:
@@ -314,18 +293,17 @@ def open_bench(mail: Mail, uploads: str, made: str) -> Handler:
             entry = found.pop("entry", None)
             return {"entry": entry}, json.dumps(found, separators=(",", ":"), allow_nan=False).encode()
         except Exception as error:  # the page shows it
-            return {"error": error_of(error)}, b""
+            return {"error": _error(error, bench.uploads)}, b""
 
     return answer
 
 
-def error_of(error: Exception) -> dict[str, Any]:
+def _error(error: Exception, uploads: File) -> dict[str, Any]:
     """What went wrong, for the page: words by field, and whether it is a fault of the program."""
     if isinstance(error, SettingsError):
         return {"fields": error.problems, "fault": False}
-    words = " ".join(str(error).split())
+    if isinstance(error, SplinefeedError):
+        return {"fields": {field_of(error): sources.words(error, uploads)}, "fault": False}
     if isinstance(error, MemoryError):
-        words = "not enough memory for this; choose a longer period or a shorter path"
-    elif not isinstance(error, SplinefeedError):
-        return {"fields": {"": f"internal fault, please report it: {type(error).__name__}: {words}"}, "fault": True}
-    return {"fields": {"": words}, "fault": False}
+        return {"fields": {"": "not enough memory for this; choose a longer period or a shorter path"}, "fault": False}
+    return {"fields": {"": f"internal fault, please report it: {sources.words(error, uploads)}"}, "fault": True}
