@@ -60,10 +60,9 @@ def lissajous(count):
 
 
 @pytest.mark.parametrize("degree", [1, 2, 3, 5, 12])
-@pytest.mark.parametrize("parameters", ["chord", "centripetal"])
-def test_every_point_is_within_the_tolerance(degree, parameters):
+def test_every_point_is_within_the_tolerance(degree):
     points = lissajous(300)
-    result = fit(points, 1e-3, degree, parameters=parameters)
+    result = fit(points, 1e-3, degree)
     assert result.error <= 1e-3
     assert [curve.degree for curve in result.curves] == [degree]
     some = points[::4]
@@ -356,7 +355,6 @@ REFUSED = {
                        "coordinates"),
     "degree": ((GOOD, 1e-3, 13), {}, "degree is 13; expected a whole number from 1 to 12"),
     "half a degree": ((GOOD, 1e-3, 2.5), {}, "degree is 2.5; expected a whole number from 1 to 12"),
-    "parameters": ((GOOD, 1e-3), {"parameters": "arc"}, "parameters is 'arc'; choose 'chord' or 'centripetal'"),
     "corner angle": ((GOOD, 1e-3), {"corner_angle": 4.0}, "corner_angle is 4 rad; it must lie above 0 and at most at "
                      "pi"),
 }  # fmt: skip

@@ -56,11 +56,12 @@ class Flat:
         )
 
     @classmethod
-    def lines(cls, points: Array) -> Flat:
-        """The arrays of the lines between neighbouring points (n + 1, axes)."""
-        one = np.ones(len(points) - 1, dtype=np.int64)
-        ends = np.stack([points[:-1], points[1:]], axis=1).reshape(-1, points.shape[1])
-        return cls.made(one, 0 * one, 2 * one, np.tile(LINE_KNOTS, len(one)), ends, np.empty(0))
+    def beziers(cls, points: Array) -> Flat:
+        """The arrays of Bezier curves on [0, 1] with control points (n, degree + 1, axes); two points are a line."""
+        count, order, axes = points.shape
+        one = np.ones(count, dtype=np.int64)
+        knots = np.tile(np.repeat([0.0, 1.0], order), count)
+        return cls.made((order - 1) * one, 0 * one, order * one, knots, points.reshape(-1, axes), np.empty(0))
 
     @classmethod
     def joined(cls, flats: Sequence[Flat]) -> Flat:
@@ -218,7 +219,7 @@ class Lines(Packed):
         if len(kept := lines_with_length(self.points)) < count - 1:
             i = int(np.argmax(np.append(kept, -1) != np.arange(len(kept) + 1)))
             raise CurveError(f"line {i} from points[{i}] to points[{i + 1}] has no length; leave one of them out")
-        super().__init__(Flat.lines(self.points))
+        super().__init__(Flat.beziers(np.stack([self.points[:-1], self.points[1:]], axis=1)))
 
     def _curve(self, i: int) -> NurbsCurve:
         return NurbsCurve.trusted(1, LINE_KNOTS, self.points[i : i + 2])

@@ -8,7 +8,7 @@ import numpy as np
 
 from splinefeed.geometry.corners import CORNER_ANGLE, CURVATURE_JUMP
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.curves import LINE_KNOTS, Flat, Packed
+from splinefeed.geometry.curves import Flat, Packed
 from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.editing import section
 from splinefeed.geometry.path import Marker, Path
@@ -41,7 +41,6 @@ NEWTON_STEPS = 40
 JOINT = 0.95
 #: A parameter this near a knot, relative to the largest one, is the knot.
 SAME_KNOT = 1e-12
-_QUINTIC: Array = np.repeat([0.0, 1.0], 6)
 #: How often the halves of a quintic hold each of its points (de Casteljau's algorithm; The NURBS Book, 2nd ed., A1.5).
 _FRONT: Array = np.array([[1, 0, 0, 0, 0, 0], [16, 16, 0, 0, 0, 0], [8, 16, 8, 0, 0, 0], [4, 12, 12, 4, 0, 0],
                           [2, 8, 12, 8, 2, 0], [1, 5, 10, 10, 5, 1]]) / [[1], [32], [32], [32], [32], [32]]  # fmt: skip
@@ -103,64 +102,47 @@ class Assembly:
         """The first `count` curves, as the transitions leave them, and the transitions behind them."""
         flat = batch.flat
         reach, entered, point = self._begin
-        before = np.append(reach, made.reach)[:count]  # reach of the transition before each, and of that behind
-        behind = np.append(made.reach, 0.0)[:count]
+        before, behind = np.append(reach, made.reach)[:count], np.append(made.reach, 0.0)[:count]
         lengths = np.diff(base.curve_starts)[:count]
         left = lengths - before - behind > NO_REST * lengths
-        halves = np.append(batch.apart[1:], False)[:count]
-        slots = np.concatenate([[0], np.cumsum(left + np.where(behind > 0.0, 1 + halves, 0))])
-        rests, joints = slots[:-1][left], (slots[:-1] + left)[behind > 0.0]
-        total = int(slots[-1])
         # what is left of each: from the end of the transition before it to the start of that behind
-        none = np.zeros((1, 6, len(self.axes)))
-        entry, leave = (
-            np.concatenate([none + point, made.points])[:count, 5],
-            np.concatenate([made.points, none])[:count, 0],
-        )
-        ends = base.ends[:count].copy()
-        ends[:, 0] = np.where(before[:, None] > 0.0, entry, ends[:, 0])
-        ends[:, 1] = np.where(behind[:, None] > 0.0, leave, ends[:, 1])
+        none = np.zeros((1, len(self.axes)))
+        entry = np.concatenate([none + point, made.points[:, 5]])[:count]
+        leave = np.concatenate([made.points[:, 0], none])[:count]
+        reached = np.stack([before, behind], axis=1) > 0.0
+        ends = np.where(reached[..., None], np.stack([entry, leave], axis=1), base.ends[:count])
+        us = np.stack([np.append(entered, made.behind)[:count], np.append(made.before, 0.0)[:count]], axis=1)
+        us = np.where(reached, us, flat.domains[:count])
+        cut = reached.any(axis=1)
         straight = (flat.degrees[:count] == 1) & (np.diff(flat.point_starts[: count + 1]) == 2)
-        parts: list[Flat] = []
-        slot: list[IntArray] = []
-        whole = left & (before == 0.0) & (behind == 0.0)
-        cut = left & ~whole
-        if whole.any():
-            parts.append(flat.chosen(np.flatnonzero(whole)))
-            slot.append(slots[:-1][whole])
-        if (lines := cut & straight).any():
-            parts.append(_lines(ends[lines]))
-            slot.append(slots[:-1][lines])
-        if (bent := cut & ~straight).any():
-            us = np.append(entered, made.behind), np.append(made.before, 0.0)
-            at = np.flatnonzero(bent).tolist()
-            parts.append(Flat.of([_shortened(flat.curve(i), us[0][i] if before[i] else None,
-                                             us[1][i] if behind[i] else None) for i in at]))  # fmt: skip
-            slot.append(slots[:-1][bent])
+        # the place of each part: 4 i is what is left of curve i, 4 i + 1 the transition behind it or its first half,
+        # 4 i + 2 its second half, which stands for the next curve where feed or tolerance changes in the middle
+        whole, lines, bent = (np.flatnonzero(left & each) for each in (~cut, cut & straight, cut & ~straight))
+        parts = [(4 * whole, flat.chosen(whole)), (4 * lines, Flat.beziers(ends[lines]))]
+        if len(bent):
+            curves = [flat.curve(i) for i in bent.tolist()]
+            parts.append((4 * bent, Flat.of([section(curve, *(at_knot(curve, x) for x in u))
+                                             for curve, u in zip(curves, us[bent].tolist(), strict=True)])))  # fmt: skip
         led = np.flatnonzero(behind > 0.0)
-        if len(led):
-            points = made.points[led].copy()
-            # where nothing is left of a curve, one transition begins at the end of the other
-            closed = ~left[led] & (before[led] > 0.0)
-            points[closed, 0] = entry[led[closed]]
-            split = halves[led]
-            front = np.einsum("ij,njk->nik", _FRONT, points)
-            back = np.einsum("ij,njk->nik", _FRONT[::-1, ::-1], points)
-            back[:, 0] = front[:, 5]
-            parts += [_quintics(np.where(split[:, None, None], front, points)), _quintics(back[split])]
-            slot += [joints, joints[split] + 1]
-        order = np.argsort(np.concatenate(slot), kind="stable")
-        owner = np.empty(total, dtype=np.int64)
-        owner[rests] = np.flatnonzero(left)
-        owner[joints] = led
-        owner[joints[halves[led]] + 1] = led[halves[led]] + 1
-        begins = slots.copy()  # where each curve begins, the one behind included
-        begins[led[halves[led]] + 1] = joints[halves[led]] + 1
+        points = made.points[led].copy()
+        # where nothing is left of a curve, one transition begins at the end of the other
+        closed = ~left[led] & (before[led] > 0.0)
+        points[closed, 0] = entry[led[closed]]
+        split = np.append(batch.apart[1:], False)[led]
+        front = np.einsum("ij,njk->nik", _FRONT, points[split])
+        back = np.einsum("ij,njk->nik", _FRONT[::-1, ::-1], points[split])
+        back[:, 0] = front[:, 5]
+        points[split] = front
+        parts += [(4 * led + 1, Flat.beziers(points)), (4 * led[split] + 2, Flat.beziers(back))]
+        place = np.concatenate([each for each, _ in parts])
+        order = np.argsort(place)
+        place = place[order]
+        begins = np.searchsorted(place, 4 * np.arange(count + 1) - 2)  # where each begins, the one behind included
         return Done(
-            Flat.joined([part for part in parts if len(part)]).chosen(order),
-            batch.feed[owner],
-            batch.said[owner],
-            _placed(batch, begins, total, markers),
+            Flat.joined([part for _, part in parts if len(part)]).chosen(order),
+            batch.feed[(place + 2) // 4],
+            batch.said[(place + 2) // 4],
+            _placed(batch, begins, len(place), markers),
         )
 
 
@@ -173,27 +155,6 @@ def _placed(batch: Batch, begins: IntArray, total: int, markers: list[Marker]) -
             break
         out.append(replace(markers.pop(0), before=int(begins[i])))
     return out
-
-
-def _lines(ends: Array) -> Flat:
-    n = len(ends)
-    return Flat(
-        np.ones(n, dtype=np.int64), np.zeros(n, dtype=np.int64), 4 * np.arange(n + 1), np.tile(LINE_KNOTS, n),
-        2 * np.arange(n + 1), ends.reshape(2 * n, ends.shape[2]), np.empty(0),
-    )  # fmt: skip
-
-
-def _quintics(points: Array) -> Flat:
-    n = len(points)
-    return Flat(
-        np.full(n, 5), np.zeros(n, dtype=np.int64), 12 * np.arange(n + 1), np.tile(_QUINTIC, n),
-        6 * np.arange(n + 1), points.reshape(6 * n, points.shape[2]), np.empty(0),
-    )  # fmt: skip
-
-
-def _shortened(curve: NurbsCurve, low: float | None, high: float | None) -> NurbsCurve:
-    ends = (at_knot(curve, end if u is None else float(u)) for u, end in zip((low, high), curve.domain, strict=True))
-    return section(curve, *ends)
 
 
 def at_knot(curve: NurbsCurve, u: float) -> float:

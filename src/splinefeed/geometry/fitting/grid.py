@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -82,13 +82,6 @@ def graded(grid: Array, periodic: bool = False, grade: float = GRADE) -> Array:
     return grid
 
 
-def columns(chosen: IntArray, count: int) -> Any:
-    """Sparse (count, len(chosen)) matrix whose column j is the unit vector chosen[j]."""
-    from scipy.sparse import csr_matrix
-
-    return csr_matrix((np.ones(len(chosen)), (chosen, np.arange(len(chosen)))), shape=(count, len(chosen)))
-
-
 def design(degree: int, knots: Array, u: Array) -> Any:
     """Sparse (n, coefficients) values N_i,p(u) of all basis functions at u (n,)."""
     from scipy.interpolate import BSpline
@@ -133,74 +126,59 @@ def solve(matrix: Any, right: Array) -> Array:
         ) from None
 
 
-def least_squares(matrix: Any, right: Array) -> Array:
-    """x that makes |matrix x - right| least, by normal equations and one step of iterative refinement."""
-    normal = matrix.T @ matrix
-    x = solve(normal, matrix.T @ right)
-    return np.asarray(x + solve(normal, matrix.T @ (right - matrix @ x)))
-
-
-@dataclass(frozen=True, eq=False)
 class SplineSpace:
-    """Curves on [0, 1] of one degree over a grid: with both ends given, or periodic.
+    """Curves on [0, 1] of one degree over a grid (spans + 1,): with both ends given, or periodic.
 
-    unknown    sparse (coefficients, unknowns): the coefficients that are free are unknown @ x
-    roughness  sparse (spans * nodes, coefficients): C''' (C'' or C' for degree 2 or 1) at Gauss nodes of every span
-    rough      roughness @ unknown
-    weights    (spans, nodes): int |C'''|^2 du = sum weights |roughness @ coefficients|^2
+    Coefficients are unknown @ x, and the given ends of an open curve beside them.
+    int |C'''|^2 du = sum weights (spans, nodes) |roughness @ coefficients|^2 (C'' or C' for degree 2 or 1), by Gauss.
     """
 
-    degree: int
-    grid: Array
-    periodic: bool
-    knots: Array
-    unknown: Any
-    roughness: Any
-    rough: Any
-    weights: Array
+    def __init__(self, degree: int, grid: Array, periodic: bool) -> None:
+        from scipy.sparse import csr_array
 
-    @classmethod
-    def of(cls, degree: int, grid: Array, periodic: bool) -> SplineSpace:
-        """The space over `grid` (spans + 1,), from 0 to 1."""
+        self.degree, self.grid, self.periodic = degree, grid, periodic
         if periodic:
-            knots = np.concatenate([grid[-degree - 1 : -1] - 1.0, grid, grid[1 : degree + 1] + 1.0])
-            count = len(grid) - 1
-            unknown = columns(np.arange(count + degree) % count, count).T.tocsr()
+            self.knots = np.concatenate([grid[-degree - 1 : -1] - 1.0, grid, grid[1 : degree + 1] + 1.0])
+            number = np.arange(len(grid) - 1 + degree) % (len(grid) - 1)
         else:
-            knots = np.concatenate([np.full(degree, grid[0]), grid, np.full(degree, grid[-1])])
-            count = len(knots) - degree - 1
-            unknown = columns(np.arange(1, count - 1), count)
+            self.knots = np.concatenate([np.full(degree, grid[0]), grid, np.full(degree, grid[-1])])
+            number = np.arange(-1, len(grid) - 2 + degree)
+            number[-1] = -1  # the ends are given
+        free = np.flatnonzero(number >= 0)
+        shape = len(number), int(number.max()) + 1
+        self.unknown = csr_array((np.ones(len(free)), (free, number[free])), shape=shape)
         order = min(3, degree)
         nodes, weights = np.polynomial.legendre.leggauss(degree - order + 1)
-        roughness = derivative_design(degree, knots, in_spans(grid, nodes).ravel(), order)
-        even = 0.5 * np.diff(grid)[:, None] * weights
-        return cls(degree, grid, periodic, knots, unknown, roughness, compact(roughness @ unknown), even)
+        self.roughness = derivative_design(degree, self.knots, in_spans(grid, nodes).ravel(), order)
+        self.rough = compact(self.roughness @ self.unknown)
+        self.weights = 0.5 * np.diff(grid)[:, None] * weights
 
     def even(self, strength: float) -> Array:
         """lambda (spans,) that weighs the roughness of wide and of narrow spans alike."""
         return np.asarray(strength * np.diff(self.grid) ** (2 * min(3, self.degree) - 1))
 
-    def normal(self, u: Array, points: Array) -> tuple[Any, Any, Array, Array]:
-        """Design, its normal matrix, what is left of the points, and the given coefficients, for points at u (n,)."""
+    def near(self, u: Array, points: Array) -> Callable[..., NurbsCurve]:
+        """Of points (n, axes) at u (n,): the curve with the least sum of squares plus int lambda |C'''|^2 du.
+
+        It is called with lambda (spans,). With `sharpen` one more step on what is left over squares the bias of lambda
+        away: not for smoothing.
+        """
+        from scipy.sparse import diags_array
+
         given = np.zeros((self.unknown.shape[0], points.shape[1]))
         if not self.periodic:
             given[0], given[-1] = points[0], points[-1]
         values = design(self.degree, self.knots, u)
-        free = compact(values @ self.unknown)
-        return free, free.T @ free, points - values @ given, given
+        free, rest = compact(values @ self.unknown), points - values @ given
+        squares, rough = free.T @ free, self.rough
 
-    def fitted(self, normal: tuple[Any, Any, Array, Array], strength: Array, sharpen: bool = False) -> NurbsCurve:
-        """The curve with the least sum of squares plus int lambda |C'''|^2 du; lambda = strength (spans,).
+        def fitted(strength: Array, *, sharpen: bool = False) -> NurbsCurve:
+            weights = (self.weights * strength[:, None]).ravel()
+            weighted = rough.T * weights if isinstance(rough, np.ndarray) else rough.T @ diags_array(weights)
+            matrix = squares + weighted @ rough
+            x = solve(matrix, free.T @ rest - weighted @ (self.roughness @ given))
+            if sharpen:
+                x += solve(matrix, free.T @ (rest - free @ x))
+            return NurbsCurve(self.degree, self.knots, self.unknown @ x + given)
 
-        With `sharpen` one more step on what is left over squares the bias of lambda away: not for smoothing.
-        """
-        from scipy.sparse import diags_array
-
-        free, squares, rest, given = normal
-        weights = (self.weights * strength[:, None]).ravel()
-        weighted = self.rough.T * weights if isinstance(self.rough, np.ndarray) else self.rough.T @ diags_array(weights)
-        matrix = squares + weighted @ self.rough
-        x = solve(matrix, free.T @ rest - weighted @ (self.roughness @ given))
-        if sharpen:
-            x += solve(matrix, free.T @ (rest - free @ x))
-        return NurbsCurve(self.degree, self.knots, self.unknown @ x + given)
+        return fitted

@@ -19,8 +19,6 @@ from splinefeed.records import Array, IntArray, Points, check_finite, frozen_arr
 
 #: Most points that are fitted at once.
 MAX_POINTS = 1_000_000
-#: Parameters grow with the distance of neighbours to this power.
-POWERS = {"chord": 1.0, "chord-length": 1.0, "centripetal": 0.5}
 #: Corners are measured over arms of at least this many tolerances.
 ARM = 10.0
 #: Two neighbouring chords that turn by more than this, rad, may be a corner.
@@ -66,8 +64,6 @@ def fit(
     degree: int = 3,
     closed: bool = False,
     corner_angle: float | None = None,
-    *,
-    parameters: str = "chord",
 ) -> Fit:
     """Curves of one `degree` that pass every point within `tolerance`, as fair as the tolerance allows.
 
@@ -78,35 +74,32 @@ def fit(
     closed        join the last point to the first, smoothly unless there is a corner
     corner_angle  chords that turn by more, rad, and much more than their neighbours, part two curves (30 degrees unless
                   given; math.pi for never); curves pass exactly through corners and through the ends of an open line
-    parameters    "chord" (or "chord-length") or "centripetal": where u_i begin; they end as arc length of the curve
 
-    Knots are halved where the error is largest until it is within half the tolerance; then the fewest are searched that
-    keep it with no more oscillations of the curvature, and lambda grows, span by span, until the error comes near it.
-    Where points are few they are passed exactly: more knots cannot help.
+    The u_i begin as summed chords and end as arc length. Knots are halved where the error is largest until it is within
+    half the tolerance; then the fewest are searched that keep it with no more oscillations of the curvature, and lambda
+    grows, span by span, until the error comes near it. Where points are few they are passed exactly: more knots cannot
+    help.
     Raises InputError for points, a tolerance or a degree that cannot be used, CurveError if it cannot be held.
     Sources: The NURBS Book, 2nd ed., sections 9.2 to 9.4; Eilers, Marx, "Flexible smoothing with B-splines and
     penalties", Statistical Science 11(2), 1996, doi 10.1214/ss/1038425655.
     Example: `sf.fit([[0, 0], [1, 0.2], [2, 0], [3, 0.5]], tolerance=0.01)`
     """
     degree = check_degree(degree)
-    if parameters not in POWERS:
-        raise InputError(f"parameters is {parameters!r}; choose 'chord' or 'centripetal'")
     angle = CORNER_ANGLE if corner_angle is None else float(corner_angle)
     if not 0.0 < angle <= math.pi:
         raise InputError(f"corner_angle is {angle:g} rad; it must lie above 0 and at most at pi")
     data = _distinct(points, closed)
     allowed = check_tolerance(tolerance, data)
-    power = POWERS[parameters]
     middle = 0.5 * (data.min(axis=0) + data.max(axis=0))  # near zero the sums keep their digits
     local = data - middle
     corners = corner_indices(local, angle, ARM * allowed, closed)
     if closed and len(corners):
-        curves = _closed_with_corners(local, corners, allowed, degree, power)
+        curves = _closed_with_corners(local, corners, allowed, degree)
     elif closed:
-        curves = [smooth_curve_of_many(local, allowed, degree, power, periodic=True).with_clamped_ends()]
+        curves = [smooth_curve_of_many(local, allowed, degree, periodic=True).with_clamped_ends()]
     else:
         cuts = [0, *corners, len(local) - 1]
-        curves = [smooth_curve_of_many(local[a : b + 1], allowed, degree, power) for a, b in pairwise(cuts)]
+        curves = [smooth_curve_of_many(local[a : b + 1], allowed, degree) for a, b in pairwise(cuts)]
     curves = [curve.transformed(1.0, middle) for curve in curves]
     error = float(np.max(distances(curves, data)))
     if error > allowed:
@@ -136,14 +129,12 @@ def _distinct(points: Points, closed: bool) -> Array:
     return data
 
 
-def _closed_with_corners(
-    points: Array, corners: IntArray, tolerance: float, degree: int, power: float
-) -> list[NurbsCurve]:
+def _closed_with_corners(points: Array, corners: IntArray, tolerance: float, degree: int) -> list[NurbsCurve]:
     """Curves round a contour, parted at its corners and, smoothly, at its first point, where they begin and end."""
     count = len(points)
     curves: list[NurbsCurve] = []
     for a, b in zip(corners, [*corners[1:], corners[0] + count], strict=True):
-        curve = smooth_curve_of_many(points[np.arange(a, b + 1) % count], tolerance, degree, power)
+        curve = smooth_curve_of_many(points[np.arange(a, b + 1) % count], tolerance, degree)
         if b <= count:
             curves.append(curve)
             continue

@@ -56,18 +56,14 @@ MORE = (1.0, 1.25, 1.6, 2.0, 2.5)
 PLACES, SWING = 6, 0.01
 
 
-def smooth_curve(points: Array, tolerance: float, degree: int, power: float, periodic: bool = False) -> NurbsCurve:
+def smooth_curve(points: Array, tolerance: float, degree: int, periodic: bool = False) -> NurbsCurve:
     """One curve on [0, 1] near distinct points (n, axes); through both ends exactly, unless periodic.
 
-    Parameters begin as |chord|^power, summed. Without guarantee: the caller measures the remaining distance.
+    Parameters begin as summed chords. Without guarantee: the caller measures the remaining distance.
     """
     if len(points) == 2:
         return NurbsCurve.bezier(np.linspace(points[0], points[1], degree + 1))
-    line = np.concatenate([points, points[:1]]) if periodic else points
-    steps = np.linalg.norm(np.diff(line, axis=0), axis=1) ** power
-    u = np.minimum(np.concatenate([[0.0], np.cumsum(steps)]) / np.sum(steps), 1.0)[: len(points)]
-    if not periodic:
-        u[-1] = 1.0
+    u = _shares(_chords(points, periodic))[: len(points)]
     spans = 1 if not periodic else 2 ** int(np.ceil(np.log2(degree + 1)))
     grid = np.linspace(0.0, 1.0, spans + 1)
     many = len(points) > (1 + MANY_ROUNDS) * MANY
@@ -76,7 +72,7 @@ def smooth_curve(points: Array, tolerance: float, degree: int, power: float, per
     )
     strengths = list(STRENGTHS)
     for _ in range(ROUNDS):
-        space = SplineSpace.of(degree, grid, periodic)
+        space = SplineSpace(degree, grid, periodic)
         curve, errors = solved(space, u, points, strengths[0])
         u, curve, errors = _by_arc_length(space, u, points, curve, errors, tolerance, strengths[0], renewals)
         wide = span_of(grid, u[errors > KNOT_SHARE * tolerance])
@@ -104,23 +100,18 @@ def smooth_curve(points: Array, tolerance: float, degree: int, power: float, per
     return curve
 
 
-def smooth_curve_of_many(
-    points: Array, tolerance: float, degree: int, power: float, periodic: bool = False
-) -> NurbsCurve:
+def smooth_curve_of_many(points: Array, tolerance: float, degree: int, periodic: bool = False) -> NurbsCurve:
     """As `smooth_curve`, from MANY of the points if there are more, and those that are then too far off."""
     count = len(points)
     if count <= MANY:
-        return smooth_curve(points, tolerance, degree, power, periodic)
+        return smooth_curve(points, tolerance, degree, periodic)
     chosen = np.zeros(count, dtype=bool)
     chosen[np.linspace(0, count - 1, MANY).astype(np.int64)] = True
     for _ in range(MANY_ROUNDS):
         at = np.flatnonzero(chosen)
-        curve = smooth_curve(points[at], MANY_SHARE * tolerance, degree, power, periodic)
+        curve = smooth_curve(points[at], MANY_SHARE * tolerance, degree, periodic)
         few = points[at]
-        steps = np.linalg.norm(np.diff(few, axis=0), axis=1) ** power
-        guess = np.concatenate([[0.0], np.cumsum(steps)])
-        rest = np.linalg.norm(few[0] - few[-1]) ** power if periodic else 0.0
-        u = foot_points(curve, guess / (guess[-1] + rest), few, periodic, NEAR_STEPS)[0]
+        u = foot_points(curve, _shares(_chords(few, periodic))[: len(few)], few, periodic, NEAR_STEPS)[0]
         errors = foot_points(curve, np.interp(np.arange(count), at, np.maximum.accumulate(u)), points, periodic)[1]
         far = np.flatnonzero(errors > tolerance)
         if not len(far):
@@ -128,7 +119,19 @@ def smooth_curve_of_many(
         if len(far) > MANY:
             break  # noise above the tolerance: no few of the points tell where the others lie
         chosen[far[np.argsort(-errors[far], kind="stable")[:MANY]]] = True
-    return smooth_curve(points, tolerance, degree, power, periodic)
+    return smooth_curve(points, tolerance, degree, periodic)
+
+
+def _chords(points: Array, periodic: bool) -> Array:
+    """Lengths of the chords between neighbours, with the one back to the first point if periodic."""
+    line = np.concatenate([points, points[:1]]) if periodic else points
+    return np.asarray(np.linalg.norm(np.diff(line, axis=0), axis=1))
+
+
+def _shares(lengths: Array) -> Array:
+    """What lengths (n,) sum up to, as shares (n + 1,) of all, from 0 to 1."""
+    s = np.concatenate([[0.0], np.cumsum(lengths)])
+    return np.asarray(s / s[-1])
 
 
 def _by_arc_length(
@@ -145,8 +148,7 @@ def _by_arc_length(
 
     A chord is shorter than its arc by (kappa h)^2 / 24 of it: where points are few, that alone makes a curve uneven.
     """
-    line = np.concatenate([points, points[:1]]) if space.periodic else points
-    chords = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    chords = _chords(points, space.periodic)
     for _ in range(renewals):
         if np.max(np.linalg.norm(curve(u) - points, axis=1)) > NEAR * tolerance:
             break
@@ -155,8 +157,7 @@ def _by_arc_length(
         arcs = 0.5 * (speed @ _WEIGHTS) * np.diff(ends)
         if np.any(arcs > MOST_ARC * chords + tolerance):
             break
-        s = np.concatenate([[0.0], np.cumsum(arcs)])
-        renewed = (s / s[-1])[: len(u)]
+        renewed = _shares(arcs)[: len(u)]
         other, other_errors = solved(space, renewed, points, strength)
         if other_errors.max() > max(KNOT_SHARE * tolerance, 1.5 * errors.max()):
             break
@@ -171,13 +172,13 @@ def _faired(
     from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
     mode = "wrap" if space.periodic else "nearest"
-    normal = space.normal(u, points)
+    fitted = space.near(u, points)
     span = span_of(space.grid, u)
     top = np.log(space.even(MOST_STRENGTH))
     strength = uniform_filter1d(np.log(space.even(FIRST_STRENGTH)), FAIR_WIDTH, mode=mode)
     for _ in range(fairings):
         try:
-            fairer = space.fitted(normal, np.exp(strength))
+            fairer = fitted(np.exp(strength))
         except CurveError:
             break  # lambda outweighs the points by more digits than there are
         errors = foot_points(fairer, u, points, space.periodic)[1]
@@ -196,7 +197,7 @@ def _faired(
 
 def solved(space: SplineSpace, u: Array, points: Array, strength: float) -> tuple[NurbsCurve, Array]:
     """Least squares at given parameters, hardly faired, and the distance of each point."""
-    curve = space.fitted(space.normal(u, points), space.even(strength), sharpen=True)
+    curve = space.near(u, points)(space.even(strength), sharpen=True)
     return curve, foot_points(curve, u, points, space.periodic)[1]
 
 
@@ -215,7 +216,7 @@ def fewer_spans(
     def of(spans: int) -> SplineSpace:
         grid = np.interp(np.linspace(0.0, share[-1], spans + 1), share, space.grid)
         grid[0], grid[-1] = 0.0, 1.0
-        return SplineSpace.of(space.degree, grid, space.periodic)
+        return SplineSpace(space.degree, grid, space.periodic)
 
     low, high, trial = least - 1, most, least
     while low < trial < high:
@@ -239,14 +240,11 @@ def fewer_spans(
 
 def _density(curve: NurbsCurve, grid: Array) -> Array:
     """|C^(p + 1)|^(1 / (p + 1)) (spans,) of a curve over `grid`, from the steps of C^(p), evened out a little."""
+    from scipy.interpolate import BSpline
     from scipy.ndimage import uniform_filter1d
 
-    p, knots, slopes = curve.degree, curve.knots, curve.control_points
-    for order in range(p, 0, -1):
-        slopes = (
-            order * np.diff(slopes, axis=0) / (knots[order + 1 : order + len(slopes)] - knots[1 : len(slopes)])[:, None]
-        )
-        knots = knots[1:-1]
+    p = curve.degree
+    slopes = BSpline(curve.knots, curve.control_points, p).derivative(p)(0.5 * (grid[1:] + grid[:-1]))
     steps = np.linalg.norm(np.diff(slopes, axis=0), axis=1)
     rate = np.zeros(len(grid) - 1)
     if len(steps):
