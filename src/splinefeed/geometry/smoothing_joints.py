@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -69,7 +70,7 @@ class Assembly:
     gap: float = 0.0
     made: int = 0
     _last: Batch | None = None
-    _begin: tuple[float, float, Array | float] = (0.0, 0.0, 0.0)  # reach, u and point at which the last one is entered
+    _begin: Transitions | None = None  # of the joint before the last one
 
     def push(self, batch: Batch | None, last: bool, markers: list[Marker]) -> Done | None:
         """Take more curves; those that are final, all with `last`, with those of `markers` that stand among them.
@@ -91,28 +92,22 @@ class Assembly:
             self._last = batch
             return None
         done = self._put_together(batch, base, made, count, markers)
-        if last:
-            self._last = None
-        else:
-            self._last = batch.part(count, count + 1)
-            self._begin = float(made.reach[-1]), float(made.behind[-1]), made.points[-1, 5]
+        self._last = None if last else batch.part(count, count + 1)
+        self._begin = Transitions(*(each[-1:] for each in made))
         return done
 
     def _put_together(self, batch: Batch, base: Path, made: Transitions, count: int, markers: list[Marker]) -> Done:
         """The first `count` curves, as the transitions leave them, and the transitions behind them."""
         flat = batch.flat
-        reach, entered, point = self._begin
-        before, behind = np.append(reach, made.reach)[:count], np.append(made.reach, 0.0)[:count]
+        nothing = Transitions(*(np.zeros(1),) * 3, np.zeros((1, 6, len(self.axes))))
+        # of each curve the transition before it, and that behind it one further on
+        around = self._begin or nothing, made, nothing
+        reach, leaves, enters, points = (np.concatenate(each)[: count + 1] for each in zip(*around, strict=True))
+        reached = np.stack([reach[:-1], reach[1:]], axis=1) > 0.0
+        ends = np.where(reached[..., None], np.stack([points[:-1, 5], points[1:, 0]], axis=1), base.ends[:count])
+        us = np.where(reached, np.stack([enters[:-1], leaves[1:]], axis=1), flat.domains[:count])
         lengths = np.diff(base.curve_starts)[:count]
-        left = lengths - before - behind > NO_REST * lengths
-        # what is left of each: from the end of the transition before it to the start of that behind
-        none = np.zeros((1, len(self.axes)))
-        entry = np.concatenate([none + point, made.points[:, 5]])[:count]
-        leave = np.concatenate([made.points[:, 0], none])[:count]
-        reached = np.stack([before, behind], axis=1) > 0.0
-        ends = np.where(reached[..., None], np.stack([entry, leave], axis=1), base.ends[:count])
-        us = np.stack([np.append(entered, made.behind)[:count], np.append(made.before, 0.0)[:count]], axis=1)
-        us = np.where(reached, us, flat.domains[:count])
+        left = lengths - reach[:-1] - reach[1:] > NO_REST * lengths
         cut = reached.any(axis=1)
         straight = (flat.degrees[:count] == 1) & (np.diff(flat.point_starts[: count + 1]) == 2)
         # the place of each part: 4 i is what is left of curve i, 4 i + 1 the transition behind it or its first half,
@@ -120,20 +115,19 @@ class Assembly:
         whole, lines, bent = (np.flatnonzero(left & each) for each in (~cut, cut & straight, cut & ~straight))
         parts = [(4 * whole, flat.chosen(whole)), (4 * lines, Flat.beziers(ends[lines]))]
         if len(bent):
-            curves = [flat.curve(i) for i in bent.tolist()]
-            parts.append((4 * bent, Flat.of([section(curve, *(at_knot(curve, x) for x in u))
-                                             for curve, u in zip(curves, us[bent].tolist(), strict=True)])))  # fmt: skip
-        led = np.flatnonzero(behind > 0.0)
-        points = made.points[led].copy()
+            curves = zip(map(flat.curve, bent.tolist()), us[bent].tolist(), strict=True)
+            parts.append((4 * bent, Flat.of([section(curve, *(at_knot(curve, x) for x in u)) for curve, u in curves])))
+        led = np.flatnonzero(reached[:, 1])
+        quintics = points[led + 1]
         # where nothing is left of a curve, one transition begins at the end of the other
-        closed = ~left[led] & (before[led] > 0.0)
-        points[closed, 0] = entry[led[closed]]
+        closed = ~left[led] & reached[led, 0]
+        quintics[closed, 0] = points[led[closed], 5]
         split = np.append(batch.apart[1:], False)[led]
-        front = np.einsum("ij,njk->nik", _FRONT, points[split])
-        back = np.einsum("ij,njk->nik", _FRONT[::-1, ::-1], points[split])
+        front = np.einsum("ij,njk->nik", _FRONT, quintics[split])
+        back = np.einsum("ij,njk->nik", _FRONT[::-1, ::-1], quintics[split])
         back[:, 0] = front[:, 5]
-        points[split] = front
-        parts += [(4 * led + 1, Flat.beziers(points)), (4 * led[split] + 2, Flat.beziers(back))]
+        quintics[split] = front
+        parts += [(4 * led + 1, Flat.beziers(quintics)), (4 * led[split] + 2, Flat.beziers(back))]
         place = np.concatenate([each for each, _ in parts])
         order = np.argsort(place)
         place = place[order]
@@ -164,8 +158,7 @@ def at_knot(curve: NurbsCurve, u: float) -> float:
     return nearest if abs(nearest - u) <= SAME_KNOT * size and nearest not in curve.domain else u
 
 
-@dataclass(frozen=True, eq=False)
-class Transitions:
+class Transitions(NamedTuple):
     """One transition a joint, or none.
 
     reach   (joints,) arc length that it takes of either curve, mm; 0 for none
