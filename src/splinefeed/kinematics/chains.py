@@ -81,7 +81,7 @@ class Kinematics:
     """
 
     kind: str
-    lengths: tuple[tuple[str, float], ...]
+    lengths: Mapping[str, float]
 
     @property
     def chain(self) -> Chain:
@@ -106,20 +106,18 @@ class Kinematics:
     @property
     def parameters(self) -> dict[str, float]:
         """Lengths, mm, by the names that LinuxCNC's pins have; what need not be given and is 0 is left out."""
-        return {name: value for name, value in self.lengths if value != 0.0 or name in NEEDED}
+        return {name: value for name, value in self.lengths.items() if value != 0.0 or name in NEEDED}
 
     def with_tool(self, length: float | None) -> Kinematics:
         """The same machine with a tool of this length, mm, where it knows one."""
-        if length is None:
+        if length is None or "tool-offset" not in self.lengths:
             return self
-        lengths = ((name, length if name == "tool-offset" else value) for name, value in self.lengths)
-        return replace(self, lengths=tuple(lengths))
+        return replace(self, lengths={**self.lengths, "tool-offset": length})
 
     def reach(self, turns: tuple[Number, ...]) -> Vector:
         """Where the linear joints are seen from the tip, mm: what the head and the tool add, by the rotary joints."""
-        lengths = dict(self.lengths)
-        pivot = lengths.get("pivot-length", 0.0)
-        arm = pivot + lengths.get("tool-offset", 0.0)
+        pivot = self.lengths.get("pivot-length", 0.0)
+        arm = pivot + self.lengths.get("tool-offset", 0.0)
         if self.chain.head == 0:
             return 0.0, 0.0, arm
         s, c = sin_cos(turns[0])
@@ -129,20 +127,20 @@ class Kinematics:
     def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
         """The linear joints, mm, that put the tool tip at p when the rotary ones are at `turns`, rad."""
         x, y, z = (at + arm for at, arm in zip(self._turned(p, turns, 1), self.reach(turns), strict=True))
-        return (x, y, z, y + dict(self.lengths)["skew"]) if self.kind == "gantry" else (x, y, z)
+        return (x, y, z, y + self.lengths["skew"]) if self.kind == "gantry" else (x, y, z)
 
     def tip(self, q: tuple[Number, ...]) -> Vector:
         """Tool tip on the workpiece, mm, for joints q: the way of `slides` back."""
         if self.kind == "gantry":  # y, y2 = y + skew: their mean
-            return q[0], 0.5 * (q[1] + q[3] - dict(self.lengths)["skew"]), q[2]
+            return q[0], 0.5 * (q[1] + q[3] - self.lengths["skew"]), q[2]
         x, y, z = (at - arm for at, arm in zip(q, self.reach(q[3:]), strict=False))
         return self._turned((x, y, z), q[3:], -1)
 
     def _turned(self, p: Vector, turns: tuple[Number, ...], way: int) -> Vector:
         """A place turned with the table (way 1), or back (-1)."""
-        place, lengths = list(p), dict(self.lengths)
+        place = list(p)
         for i, j, k, *about in self.chain.table[::way]:
-            x, y = (sum(lengths[name] for name in names) for names in about)
+            x, y = (sum(self.lengths[name] for name in names) for names in about)
             s, c = sin_cos(turns[k] * float(way))
             one, other = place[i] - x, place[j] - y
             place[i], place[j] = one * c - other * s + x, one * s + other * c + y
@@ -198,7 +196,7 @@ def kinematics(kind: str, **parameters: Any) -> Kinematics:
     for name, needed in known.items():
         if needed and name not in given:
             raise InputError(f'kinematics.{name}: missing; {kind} needs it, such as {name} = "150mm"')
-    return Kinematics(kind, tuple((name, float(given.get(name, 0.0))) for name in known))
+    return Kinematics(kind, {name: float(given.get(name, 0.0)) for name in known})
 
 
 def parameters_of(kind: str) -> Mapping[str, bool]:

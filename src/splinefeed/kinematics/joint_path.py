@@ -122,11 +122,11 @@ class JointPath:
         turns = self._rotary(tuple(each[3:]), s, each[0])
         tip_jets = each[0], each[1], each[2]
         slides = self.kinematics.slides(tip_jets, turns)
-        return *tip_jets, *(q if isinstance(q, Jet) else each[0] * 0.0 + q for q in slides), *turns
+        return *tip_jets, *(_as_jet(q, each[0]) for q in slides), *turns
 
     def _rotary(self, given: tuple[Jet, ...], s: Array, like: Jet) -> tuple[Jet, ...]:
         if self._fixed is not None:
-            return tuple(like * 0.0 + float(value) for value in self._fixed)
+            return tuple(_as_jet(value, like) for value in self._fixed)
         if self.tool.kind == ANGLES:
             return given
         axis = _unit(given)
@@ -346,11 +346,11 @@ class JointPath:
         return float(np.max(np.linalg.norm(axis - wanted / np.linalg.norm(wanted, axis=1)[:, None], axis=1)))
 
     def _take_turn(self, turn: Array, curve: IntArray, u: Array) -> None:
-        """Take the solution nearest to the start among those in which every joint stays inside its travel."""
+        """Take the solution that leaves the travel of joints least, among those inside it the nearest to the start."""
         k = self.tool.orientation(curve, u)[:, 0].T
         axis, tip = (Jet(k[:1]), Jet(k[1:2]), Jet(k[2:])), self.tool.evaluate(curve, u, 0)[:, 0].T
         ends = np.array([self.travel.get(name, (-math.inf, math.inf)) for name in self.axes])
-        found: list[tuple[float, float, float, int, float, float, float]] = []
+        found = []
         for half in (0.0, math.pi):
             turns = turn + half
             tilts = self.kinematics.tilted(axis, Jet(turns[None])).value
@@ -365,15 +365,10 @@ class JointPath:
                 }
             for by in (2.0 * math.pi * whole for whole in possible):
                 joints[-1] = turns + by
-                further = np.maximum(ends[:, :1] - joints, joints - ends[:, 1:])
-                joint, worst = divmod(int(np.argmax(further)), further.shape[1])
+                beyond = float(np.max(np.maximum(ends[:, :1] - joints, joints - ends[:, 1:])))
                 cost = float(abs(tilts[0] - self._start[0]) + abs(turns[0] + by - self._start[1]))
-                reach = float(np.min(joints[joint])), float(np.max(joints[joint])), float(self._s[worst])
-                found.append((max(float(further[joint, worst]), LEFT), cost, half + by, joint, *reach))
-        beyond, _, by, joint, least, most, place = min(found)
-        if beyond > LEFT:
-            _refuse_travel(self.axes[joint], (ends[joint, 0], ends[joint, 1]), least, most, self.tool.place(place))
-        self._turns = turn + by
+                found.append((max(beyond, LEFT), cost, half + by))
+        self._turns = turn + min(found)[2]
 
     def _refuse_pole(self, s: float) -> NoReturn:
         names = self.axes[self.linear :]
@@ -393,16 +388,21 @@ class JointPath:
             if name not in travel:
                 continue
             low, high = travel[name]
-            out = np.maximum(low - joints[:, k], joints[:, k] - high)
-            worst = int(np.argmax(out))
+            worst = int(np.argmax(np.maximum(low - joints[:, k], joints[:, k] - high)))
             near = s[[max(worst - 1, 0), min(worst + 1, len(s) - 1)]]
             closer = np.append(np.linspace(near[0], near[1], CLOSER), s[worst])  # the extreme lies between samples
             beyond = self(closer)[:, k]
             out = np.maximum(low - beyond, beyond - high)
-            worst = int(np.argmax(out))
-            if out[worst] > LEFT:
-                least, most = (float(f(g(joints[:, k]), g(beyond))) for f, g in ((min, np.min), (max, np.max)))
-                _refuse_travel(name, (low, high), least, most, self.tool.place(float(closer[worst])))
+            if np.max(out) > LEFT:
+                unit, factor = ("deg", 180.0 / math.pi) if name in ROTARY_AXES else ("mm", 1.0)
+                reached = np.append(joints[:, k], beyond)
+                ends = (f"{factor * end:.6g}" for end in (reached.min(), reached.max(), low, high))
+                raise LimitsError(
+                    "travel.{0}: the path takes joint {0} from {1} to {2} {5}, most at {6}; its travel is {3} to {4} {5}; "
+                    "mount the workpiece elsewhere or split the path".format(
+                        name, *ends, unit, self.tool.place(float(closer[np.argmax(out)]))
+                    )
+                )
 
     def __repr__(self) -> str:
         return f"JointPath({self.name!r}, {self.kinematics.kind}, joints {' '.join(self.axes)}, {self.length:.6g} mm)"
@@ -416,13 +416,3 @@ def _unit(v: tuple[Jet, ...]) -> tuple[Jet, Jet, Jet]:
 
 def _as_jet(value: object, like: Jet) -> Jet:
     return value if isinstance(value, Jet) else like * 0.0 + np.asarray(value)
-
-
-def _refuse_travel(name: str, ends: tuple[float, float], low: float, high: float, at: str) -> NoReturn:
-    rotary = name in ROTARY_AXES
-    unit, factor = ("deg", 180.0 / math.pi) if rotary else ("mm", 1.0)
-    raise LimitsError(
-        f"travel.{name}: the path takes joint {name} from {factor * low:.6g} to {factor * high:.6g} {unit}, most at "
-        f"{at}; its travel is {factor * ends[0]:.6g} to {factor * ends[1]:.6g} {unit}; mount the workpiece elsewhere "
-        "or split the path"
-    )

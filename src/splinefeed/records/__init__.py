@@ -2,59 +2,34 @@
 
 from __future__ import annotations
 
-from splinefeed.records.arrays import Array, BoolArray, IntArray, Points, check_finite, frozen_array
-from splinefeed.records.limits import (
-    ANGLES,
-    AXIS_LIMITS,
-    BOUNDED,
-    BY_AXIS,
-    ORDERS,
-    ROTARY_AXES,
-    TRAVEL_ENDS,
-    Combination,
-    Limits,
-    Torque,
-    number,
-    positive,
-    raised,
-    refuse_orientation,
-    shown_by,
-    unit_along,
-    unit_of,
-)
-from splinefeed.records.motion import LAW_COEFFICIENTS, STREAM_COLUMNS, Response, Setpoints, TimeLaw
-from splinefeed.records.verdict import KEPT, LimitResult, Verdict
-
-__all__ = [
-    "ANGLES",
-    "AXIS_LIMITS",
-    "BOUNDED",
-    "BY_AXIS",
-    "KEPT",
-    "LAW_COEFFICIENTS",
-    "ORDERS",
-    "ROTARY_AXES",
-    "STREAM_COLUMNS",
-    "TRAVEL_ENDS",
-    "Array",
-    "BoolArray",
-    "Combination",
-    "IntArray",
-    "LimitResult",
-    "Limits",
-    "Points",
-    "Response",
-    "Setpoints",
-    "TimeLaw",
-    "Torque",
-    "Verdict",
-    "check_finite",
-    "frozen_array",
-    "number",
-    "positive",
-    "raised",
-    "refuse_orientation",
-    "shown_by",
-    "unit_along",
-    "unit_of",
-]
+from splinefeed.records.arrays import Array as Array
+from splinefeed.records.arrays import BoolArray as BoolArray
+from splinefeed.records.arrays import IntArray as IntArray
+from splinefeed.records.arrays import Points as Points
+from splinefeed.records.arrays import check_finite as check_finite
+from splinefeed.records.arrays import frozen_array as frozen_array
+from splinefeed.records.limits import ANGLES as ANGLES
+from splinefeed.records.limits import AXIS_LIMITS as AXIS_LIMITS
+from splinefeed.records.limits import BOUNDED as BOUNDED
+from splinefeed.records.limits import BY_AXIS as BY_AXIS
+from splinefeed.records.limits import ORDERS as ORDERS
+from splinefeed.records.limits import ROTARY_AXES as ROTARY_AXES
+from splinefeed.records.limits import TRAVEL_ENDS as TRAVEL_ENDS
+from splinefeed.records.limits import Combination as Combination
+from splinefeed.records.limits import Limits as Limits
+from splinefeed.records.limits import Torque as Torque
+from splinefeed.records.limits import number as number
+from splinefeed.records.limits import positive as positive
+from splinefeed.records.limits import raised as raised
+from splinefeed.records.limits import refuse_orientation as refuse_orientation
+from splinefeed.records.limits import shown_by as shown_by
+from splinefeed.records.limits import unit_along as unit_along
+from splinefeed.records.limits import unit_of as unit_of
+from splinefeed.records.motion import LAW_COEFFICIENTS as LAW_COEFFICIENTS
+from splinefeed.records.motion import STREAM_COLUMNS as STREAM_COLUMNS
+from splinefeed.records.motion import Response as Response
+from splinefeed.records.motion import Setpoints as Setpoints
+from splinefeed.records.motion import TimeLaw as TimeLaw
+from splinefeed.records.verdict import KEPT as KEPT
+from splinefeed.records.verdict import LimitResult as LimitResult
+from splinefeed.records.verdict import Verdict as Verdict
