@@ -396,12 +396,12 @@ class JointPath:
             if np.max(out) > LEFT:
                 unit, factor = ("deg", 180.0 / math.pi) if name in ROTARY_AXES else ("mm", 1.0)
                 reached = np.append(joints[:, k], beyond)
-                ends = (f"{factor * end:.6g}" for end in (reached.min(), reached.max(), low, high))
+                ends = reached.min(), reached.max(), low, high
+                least, most, bottom, top = (f"{factor * end:.6g}" for end in ends)
+                place = self.tool.place(float(closer[np.argmax(out)]))
                 raise LimitsError(
-                    "travel.{0}: the path takes joint {0} from {1} to {2} {5}, most at {6}; its travel is {3} to {4} {5}; "
-                    "mount the workpiece elsewhere or split the path".format(
-                        name, *ends, unit, self.tool.place(float(closer[np.argmax(out)]))
-                    )
+                    f"travel.{name}: the path takes joint {name} from {least} to {most} {unit}, most at {place}; its travel "
+                    f"is {bottom} to {top} {unit}; mount the workpiece elsewhere or split the path"
                 )
 
     def __repr__(self) -> str:
