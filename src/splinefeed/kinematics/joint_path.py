@@ -400,8 +400,8 @@ class JointPath:
                 least, most, bottom, top = (f"{factor * end:.6g}" for end in ends)
                 place = self.tool.place(float(closer[np.argmax(out)]))
                 raise LimitsError(
-                    f"travel.{name}: the path takes joint {name} from {least} to {most} {unit}, most at {place}; its travel "
-                    f"is {bottom} to {top} {unit}; mount the workpiece elsewhere or split the path"
+                    f"travel.{name}: the path takes joint {name} from {least} to {most} {unit}, most at {place}; its "
+                    f"travel is {bottom} to {top} {unit}; mount the workpiece elsewhere or split the path"
                 )
 
     def __repr__(self) -> str:
