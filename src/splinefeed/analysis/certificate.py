@@ -6,13 +6,14 @@ import hashlib
 import json
 import os
 import platform
+from collections.abc import Iterable
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
 
 import splinefeed
-from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.atomic import write_page
 from splinefeed.formats.plain import plain
 from splinefeed.geometry.path import Path
 from splinefeed.records import Limits, Setpoints, TimeLaw, Verdict
@@ -60,15 +61,14 @@ def certificate(
         "schema": SCHEMA,
         "sha256": hashes,
         "limits": limits.as_dict(),
-        "versions": {"splinefeed": splinefeed.__version__, "python": platform.python_version(), **_versions()},
+        "versions": {"splinefeed": splinefeed.__version__, "python": platform.python_version(), **versions(PARTS)},
         "verdict": plain(verdict.as_dict()),
     }
 
 
 def write_certificate(page: dict[str, Any], target: str | os.PathLike[str]) -> None:
     """Write a certificate as JSON, whole or not at all."""
-    with atomic_write(target) as temporary:
-        temporary.write_text(json.dumps(page, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    write_page(target, page)
 
 
 def _bytes(array: Any) -> bytes:
@@ -77,9 +77,10 @@ def _bytes(array: Any) -> bytes:
     return values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes()
 
 
-def _versions() -> dict[str, str | None]:
+def versions(names: Iterable[str]) -> dict[str, str | None]:
+    """The installed version of each package, None for one that is not there."""
     found: dict[str, str | None] = {}
-    for name in PARTS:
+    for name in names:
         try:
             found[name] = version(name)
         except PackageNotFoundError:

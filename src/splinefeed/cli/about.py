@@ -145,8 +145,8 @@ def version(say: Say, verbose: bool) -> Page:
     import platform
     from importlib.metadata import PackageNotFoundError, requires
 
+    from splinefeed.analysis.certificate import versions
     from splinefeed.kernels.jit import cache_directory
-    from splinefeed.report.record import version_of
 
     try:
         wanted = {re.split(r"[^\w.-]", line, maxsplit=1)[0] for line in requires("splinefeed") or []}
@@ -156,7 +156,7 @@ def version(say: Say, verbose: bool) -> Page:
         "splinefeed": __version__,
         "python": platform.python_version(),
         "system": platform.platform(),
-        **{name: version_of(name) or "not installed" for name in sorted(wanted - {"splinefeed"})},
+        **{name: found or "not installed" for name, found in versions(sorted(wanted - {"splinefeed"})).items()},
         **{name: os.environ.get(name, "not set") for name in SETTINGS},
         "package": os.path.dirname(str(sf.__file__)),
         "compiled_kernels": str(cache_directory()),

@@ -93,10 +93,10 @@ def answers(
 def recorded(page: Page, names: list[str], folder: str, stage: Path, record: str) -> Page:
     """Write a page of numbers as the file `record` into a staged folder that has the files `names`; what to answer."""
     import splinefeed
+    from splinefeed.formats.atomic import write_page
     from splinefeed.formats.plain import plain
-    from splinefeed.report.files import write_record
 
     page = plain({**page, "program": f"splinefeed {splinefeed.__version__}"})
     names = [*names, record]
-    write_record({**page, "files": names}, stage / record)
+    write_page(stage / record, {**page, "files": names})
     return {**page, "files": [str(Path(folder) / name) for name in names]}

@@ -62,7 +62,7 @@ def init(say: Say, machine: str, output: str, motion: bool, **given: Any) -> Pag
     """
     import math
 
-    from splinefeed.formats.atomic import atomic_write
+    from splinefeed.formats.atomic import write_text
     from splinefeed.live.hal_files import GAIN, VELOCITY, HalAxis, hal_text
     from splinefeed.records import ROTARY_AXES
 
@@ -83,8 +83,7 @@ def init(say: Say, machine: str, output: str, motion: bool, **given: Any) -> Pag
         f"{output}.ini": INI.format(name=output, nanoseconds=round(tick * 1e9)) + joints,
     }
     for file, text in texts.items():
-        with atomic_write(file) as temporary:
-            temporary.write_text(text, encoding="ascii")
+        write_text(file, text)
     start = ["/usr/lib/linuxcnc/realtime start", f"halcmd -i {output}.ini -f {output}.hal", "halcmd start"]
     stop = ["halcmd stop", "halcmd unload all", "/usr/lib/linuxcnc/realtime stop"]
     if motion:

@@ -41,6 +41,7 @@ def command(say: Say, folder: str, output: str | None, machine: str | None) -> P
     from functools import partial
     from pathlib import Path
 
+    from splinefeed.formats.atomic import write_text
     from splinefeed.formats.plain import plain
     from splinefeed.formats.setpoints import load_chunks
     from splinefeed.pipeline.run import MOST_IN_CHUNKS, check_ticks, measured
@@ -67,7 +68,7 @@ def command(say: Say, folder: str, output: str | None, machine: str | None) -> P
     target = Path(output) if output else place / files.REPORT
     say(f"writing {target}")
     drawn = files.of_run(run, responses, str(page.get("machine", "")))
-    files.write_report(html.page(run, page, drawn, results), target)
+    write_text(target, html.page(run, page, drawn, results))
     return {**page, "files": [str(target)]}
 
 

@@ -156,6 +156,7 @@ def _read(given: Mapping[str, Any], source: str, reading: Mapping[str, Any]) -> 
 
 def _write_parts(what: Task, formats: tuple[str, ...], stage: Path, say: Say) -> Page:
     """Write what a run by windows leaves; its page."""
+    from splinefeed.formats.atomic import write_page
     from splinefeed.pipeline.long_path import WindowedRun
     from splinefeed.report import files
     from splinefeed.report.record import about, record
@@ -179,7 +180,7 @@ def _write_parts(what: Task, formats: tuple[str, ...], stage: Path, say: Say) ->
     names = [*files.write_setpoints(chunks, stage, formats), files.RECORD]
     page = record(made, said)
     page |= {"notes": [*what.notes, *page["notes"], PARTS_NOTE], "files": names}
-    files.write_record(page, stage / files.RECORD)
+    write_page(stage / files.RECORD, page)
     return page
 
 

@@ -213,7 +213,7 @@ def _sink(given: dict[str, Any], ahead: int) -> Any:
 
 def _saver(file: str | None, motion: Motion) -> Callable[[State | None], None]:
     """Writes down where the stream is, None: it has not begun; later errors are said once, and do not stop axes."""
-    from splinefeed.formats.atomic import atomic_write
+    from splinefeed.formats.atomic import write_text
 
     failed = False
 
@@ -225,8 +225,7 @@ def _saver(file: str | None, motion: Motion) -> Callable[[State | None], None]:
         page = {"row": row, "tau_s": tau, "sent_tau_s": sent, "done": done, "motion": _motion(motion)}
         try:
             if file:
-                with atomic_write(file) as temporary:
-                    temporary.write_text(json.dumps(page) + "\n", encoding="ascii")
+                write_text(file, json.dumps(page) + "\n")
         except SplinefeedError as error:
             if state is None:
                 raise

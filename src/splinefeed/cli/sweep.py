@@ -77,9 +77,9 @@ def command(say: Say, spec: str, folder: str | None, **given: Any) -> Page:
       splinefeed sweep night.toml -o results --workers 8
       splinefeed sweep show results
     """
+    from splinefeed.formats.atomic import write_text
     from splinefeed.report import library, sweep_page
     from splinefeed.report.figure import EXTRA
-    from splinefeed.report.files import write_report
     from splinefeed.sweeps.store import load, summary
 
     if (spec == "show") != (folder is not None):
@@ -88,7 +88,7 @@ def command(say: Say, spec: str, folder: str | None, **given: Any) -> Page:
     about, rows = load(place)
     page = {**summary(about, rows), "files": [str(place / "rows")], "notes": []}
     if library.available():
-        write_report(sweep_page.page(about, rows, page), place / sweep_page.NAME)
+        write_text(place / sweep_page.NAME, sweep_page.page(about, rows, page))
         page["files"].append(str(place / sweep_page.NAME))
     else:
         page["notes"].append(f"no {sweep_page.NAME}: it needs Plotly, {EXTRA}")

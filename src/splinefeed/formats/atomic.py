@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from splinefeed.errors import FormatError
 
@@ -44,6 +46,17 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
     finally:
         with suppress(OSError):  # also after Ctrl-C: nothing half-written is left behind
             temporary.unlink()
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Write a text in UTF-8 as `atomic_write` does."""
+    with atomic_write(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def write_page(path: str | os.PathLike[str], page: Mapping[str, Any]) -> None:
+    """Write a page of numbers as JSON, as `atomic_write` does."""
+    write_text(path, json.dumps(page, indent=2, allow_nan=False) + "\n")
 
 
 def reason_of(error: OSError) -> str:

@@ -35,7 +35,7 @@ import numpy as np
 from splinefeed import units
 from splinefeed.errors import CurveError, FormatError, InputError
 from splinefeed.formats import json_values as values
-from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.atomic import write_text
 from splinefeed.formats.metadata import to_degrees, to_radians
 from splinefeed.formats.sizes import MAX_COORDINATE
 from splinefeed.formats.source import head_text
@@ -250,8 +250,7 @@ def _program(curves: Sequence[tuple[Mapping[str, Any], float]], source: object) 
 
 def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
     """Write the curves of `paths` to the file `target`; coordinates of linear axes come back bit for bit."""
-    with atomic_write(target) as temporary:
-        temporary.write_text(to_text(paths), encoding="utf-8")
+    write_text(target, to_text(paths))
     return []
 
 

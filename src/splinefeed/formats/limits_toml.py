@@ -11,7 +11,7 @@ import numpy as np
 
 from splinefeed import units
 from splinefeed.errors import LimitsError, ProblemsError, UnitError, nearest
-from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.atomic import write_text
 from splinefeed.formats.source import read_text, toml_of
 from splinefeed.records import ANGLES, BY_AXIS, ROTARY_AXES, TRAVEL_ENDS, Limits
 from splinefeed.records import ORDERS as LIMIT_ORDERS
@@ -118,8 +118,7 @@ def travel_of(axis: str, value: Any) -> tuple[float, float]:
 
 def write(limits: Limits, target: str | os.PathLike[str]) -> None:
     """Write limits as TOML, whole or not at all; `read` gives the same numbers back."""
-    with atomic_write(target) as temporary:
-        temporary.write_text(to_text(limits), encoding="utf-8")
+    write_text(target, to_text(limits))
 
 
 def to_text(limits: Limits) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from splinefeed.errors import FormatError, InputError, ProblemsError, UnitError, nearest
-from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.atomic import write_text
 from splinefeed.formats.source import read_text, toml_of
 from splinefeed.kinematics import Kinematics, kinds, kinematics
 from splinefeed.machine import parts, quantities
@@ -140,9 +140,7 @@ class Machine:
         """
         if not str(path).endswith(".toml"):
             raise FormatError(f"{path}: a machine file is named .toml")
-        text = self.to_text()
-        with atomic_write(path) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+        write_text(path, self.to_text())
 
     def describe(self) -> str:
         """The machine as its file says it, and what follows for each axis."""

@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 
 from splinefeed.errors import InputError
-from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.atomic import atomic_write, write_text
 from splinefeed.records import Array
 from splinefeed.report import theme
 
@@ -180,12 +180,12 @@ class Figure:
             raise InputError(f"{file}: figures are written as {', '.join(FORMATS)}")
         if not possible(form):
             raise InputError(f"{file}: {form} needs Matplotlib: {EXTRA}")
-        with atomic_write(file) as temporary:
-            if form == "svg":
-                temporary.write_text(self._repr_svg_(), encoding="utf-8")
-            else:
-                from splinefeed.report import raster
+        if form == "svg":
+            write_text(file, self._repr_svg_())
+        else:
+            from splinefeed.report import raster
 
+            with atomic_write(file) as temporary:
                 raster.write(self, temporary, form)
 
     def _repr_svg_(self) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.atomic import atomic_write, write_page, write_text
 from splinefeed.formats.setpoints import FORMATS, load_chunks, save
 from splinefeed.pipeline.compare import MethodTrace
 from splinefeed.pipeline.follow import Deviation, Servo
@@ -139,9 +138,9 @@ def write(
         names += save_figures(to_files(drawn), place, wanted)
         if library.available():
             names.append(REPORT)
-            write_report(html.page(run, record or {}, drawn, [trace.result for trace in traces]), place / REPORT)
+            write_text(place / REPORT, html.page(run, record or {}, drawn, [trace.result for trace in traces]))
     names.append(RECORD)
-    write_record({**(record or {}), "files": names}, place / RECORD)
+    write_page(place / RECORD, {**(record or {}), "files": names})
     return names
 
 
@@ -193,13 +192,7 @@ def write_artefacts(folder: str, with_setpoints: bool, with_report: bool, task: 
         from splinefeed.report import html
 
         numbers = {**run.numbers(), "name": f"{run.path.name}, run {task.index}", "settings": task.settings}
-        write_report(html.page(run, numbers, of_run(run)), place / REPORT)
-
-
-def write_report(page: str, file: File) -> None:
-    """Write the text of a page, whole or not at all."""
-    with atomic_write(file) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+        write_text(place / REPORT, html.page(run, numbers, of_run(run)))
 
 
 def tune_names(axes: Iterable[str]) -> tuple[str, ...]:
@@ -219,8 +212,3 @@ def tune_figures(axes: Sequence[TunedAxis], machine: str) -> Iterator[tuple[str,
 def _bode_name(axis: str) -> str:
     """The name of an axis's figure; of an axis with a strange name only what is harmless in a file's name."""
     return f"bode-{re.sub(r'[^A-Za-z0-9_-]', '-', axis)[:32]}"
-
-
-def write_record(page: Mapping[str, Any], file: File) -> None:
-    """Write a page of numbers as JSON."""
-    write_report(json.dumps(page, indent=2, allow_nan=False) + "\n", file)

@@ -13,7 +13,7 @@ from pathlib import Path
 import platformdirs
 
 from splinefeed.errors import InputError
-from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.atomic import write_text
 from splinefeed.report.figure import EXTRA
 
 #: The library between these is wrapped in a function for other module systems, which browsers parse twice for it.
@@ -69,6 +69,5 @@ def compressed() -> str:
         if kept is None:
             return text
         kept.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_write(kept) as temporary:
-            temporary.write_text(text, encoding="ascii")
+        write_text(kept, text)
     return text

@@ -5,16 +5,16 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import os
+import platform
 import shlex
 from collections.abc import Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 import splinefeed
-from splinefeed.formats.limits_toml import ORDERS
+from splinefeed.analysis.certificate import versions
 from splinefeed.formats.plain import plain
 from splinefeed.pipeline.run import PAPER_SHAPE
-from splinefeed.records import ANGLES, BY_AXIS, ROTARY_AXES, TRAVEL_ENDS
+from splinefeed.records import ANGLES, ORDERS, ROTARY_AXES, TRAVEL_ENDS, unit_of
 
 if TYPE_CHECKING:
     from splinefeed.pipeline.compare import MethodTrace
@@ -23,11 +23,7 @@ if TYPE_CHECKING:
 
 #: Packages whose version can change a number or a figure.
 PARTS = ("numpy", "numba", "scipy", "h5py", "matplotlib")
-#: Limits of the path, those of axes have their own way; and options that are not called as what they set.
-_LIMITS = (
-    "feed", "acceleration", "deceleration", "jerk", "deceleration_jerk", "start_feed", "end_feed", "chord_error",
-    "orientation_error", "centripetal",
-)  # fmt: skip
+#: Options that are not called as what they set.
 _CALLED = {
     "acceleration": "accel", "deceleration": "decel", "deceleration_jerk": "decel-jerk",
     "which": "path", "tangential": "3d",
@@ -66,7 +62,8 @@ def about(
 
 
 def _program() -> dict[str, Any]:
-    return {"program": f"splinefeed {splinefeed.__version__}", "versions": versions()}
+    found = {"python": platform.python_version(), **versions(PARTS)}
+    return {"program": f"splinefeed {splinefeed.__version__}", "versions": found}
 
 
 def record(
@@ -121,34 +118,16 @@ def command(
 
 def _limit_words(limits: Mapping[str, float]) -> list[str]:
     """Options that say all limits, as `Limits.as_dict` has them, each number to its last digit."""
-    words = [word for name in _LIMITS for word in _option(name, limits.get(name))]
-    for name in BY_AXIS:
-        unit = "rad/s" if ORDERS[name] == 1 else f"rad/s^{ORDERS[name]}"
-        axes = {key.partition(".")[2]: value for key, value in limits.items() if key.startswith(f"{name}.")}
-        each = [f"{axis}={value!r}{unit if axis in ROTARY_AXES else ''}" for axis, value in axes.items()]
-        words += [*_option(name, limits.get(name)), *_option(name, ",".join(each) or None)]
-    travel = []
-    for key, low in limits.items():
+    said: dict[str, list[str]] = {}
+    for key, value in limits.items():
         name, _, axis = key.partition(".")
+        unit = unit_of(key).replace("deg", "rad") if axis in ROTARY_AXES else ""
+        text = f"{axis}={value!r}{unit}" if axis else repr(value)
         if name == TRAVEL_ENDS[0]:
-            unit = "rad" if axis in ROTARY_AXES else ""
-            travel.append(f"{axis}={low!r}{unit}:{limits[f'{TRAVEL_ENDS[1]}.{axis}']!r}{unit}")
-    return [*words, *_option("travel", ",".join(travel) or None)]
-
-
-def versions() -> dict[str, str | None]:
-    """Versions of Python and of the packages that matter to numbers and figures; null for one not installed."""
-    import platform
-
-    return {"python": platform.python_version(), **{name: version_of(name) for name in PARTS}}
-
-
-def version_of(name: str) -> str | None:
-    """The installed version of a package, None if it is not there."""
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return None
+            name, text = "travel", f"{text}:{limits[f'{TRAVEL_ENDS[1]}.{axis}']!r}{unit}"
+        if name == "travel" or name in ORDERS.keys() - TRAVEL_ENDS:
+            said.setdefault(name, []).append(text)
+    return [word for name, texts in said.items() for word in _option(name, ",".join(texts))]
 
 
 def source_of(source: str) -> dict[str, str]:

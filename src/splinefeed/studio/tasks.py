@@ -16,6 +16,7 @@ from typing import Any
 import splinefeed as sf
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL
+from splinefeed.formats.atomic import write_page, write_text
 from splinefeed.formats.plain import plain
 from splinefeed.live import stream
 from splinefeed.live.motion import Motion, planned
@@ -95,11 +96,11 @@ def make(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     def report(file: File) -> None:
         responses = {} if served is None else {made.kept.method: served.response}
         drawn = files.of_run(made, responses, results.machine_name(wanted) or "")
-        files.write_report(html.page(made, results.numbers(wanted, made), drawn), file)
+        write_text(file, html.page(made, results.numbers(wanted, made), drawn))
 
     makers: dict[str, tuple[str, Callable[[File], object]]] = {
         "law": (files.LAW, partial(sf.save, made.law)),
-        "numbers": (files.RECORD, partial(files.write_record, results.numbers(wanted, made))),
+        "numbers": (files.RECORD, partial(write_page, page=results.numbers(wanted, made))),
         "report": (files.REPORT, report),
         **{f"path {form}": (f"path.{form}", partial(registry.write, made.path)) for form in PATHS},
         **{f"setpoints {form}": (name, partial(setpoints, form)) for form, name in files.SETPOINTS.items()},

@@ -14,7 +14,7 @@ import numpy as np
 
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import rows_parquet
-from splinefeed.formats.atomic import TEMPORARIES, atomic_write
+from splinefeed.formats.atomic import TEMPORARIES, write_text
 from splinefeed.records import Array, BoolArray, IntArray
 from splinefeed.sweeps.spec import Sweep
 from splinefeed.sweeps.work import COLUMNS, DONE, FAILED, OVER, Row
@@ -123,8 +123,7 @@ class Store:
             "name": self.sweep.name, "digest": self.sweep.digest, "runs": len(self.sweep), "seed": self.sweep.seed,
             "part": PART, "varied": list(self.sweep.varied), "columns": self.columns, "fixed": dict(self.sweep.fixed),
         }  # fmt: skip
-        with atomic_write(about) as temporary:
-            temporary.write_text(json.dumps(page, indent=2, default=str) + "\n", encoding="utf-8")
+        write_text(about, json.dumps(page, indent=2, default=str) + "\n")
 
     def _load(self) -> None:
         for file in self.rows.glob("*.parquet"):
@@ -132,8 +131,7 @@ class Store:
             file.with_suffix(".jsonl").unlink(missing_ok=True)
         for journal in sorted(self.rows.glob("*.jsonl")):
             rows = _lines(journal)
-            with atomic_write(journal) as temporary:  # without a line that was cut off
-                temporary.write_text("".join(f"{json.dumps(row)}\n" for row in rows), encoding="utf-8")
+            write_text(journal, "".join(f"{json.dumps(row)}\n" for row in rows))  # without a line that was cut off
             for row in rows:
                 self._keep(row)
 
