@@ -6,7 +6,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,10 +19,11 @@ from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.joints import open_joints
 from splinefeed.geometry.parts import cut
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.smoothing import Smoother
 from splinefeed.pipeline.run import CHUNK
-from splinefeed.pipeline.settings import arguments
 from splinefeed.records import Array, Limits, Setpoints, Verdict
+
+if TYPE_CHECKING:
+    from splinefeed.geometry.smoothing import Smoother
 
 #: Curves of one part of a path that is there as a whole.
 PART = 2048
@@ -166,6 +167,9 @@ class WindowedRun:
         self._read, self._ticks, self._top = 0, 0, 0.0
         self._smoother: Smoother | None = None
         if how.get("smooth") is not None:
+            from splinefeed.geometry.smoothing import Smoother  # SciPy's splines, 24 MB: only where lines are smoothed
+            from splinefeed.pipeline.settings import arguments
+
             self._smoother = Smoother(axes=source.axes, **arguments(how, bool(source.tolerance)))
         self._check = Check(limits)
 
