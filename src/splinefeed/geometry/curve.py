@@ -12,7 +12,8 @@ from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry import differential, editing
 from splinefeed.geometry.editing import MAX_AXES as MAX_AXES
 from splinefeed.geometry.editing import MAX_DEGREE as MAX_DEGREE
-from splinefeed.geometry.pieces import Pieces, clipped
+from splinefeed.geometry.pieces import Pieces, clipped, is_left
+from splinefeed.kernels.layout import Shape
 from splinefeed.records import Array, BoolArray, Points, check_finite, frozen_array, view
 
 if TYPE_CHECKING:
@@ -50,17 +51,14 @@ class NurbsCurve:
         whole = isinstance(degree, (int, float, np.integer, np.floating)) and not isinstance(degree, bool)
         if not whole or not 1 <= degree <= MAX_DEGREE or int(degree) != degree:
             raise CurveError(f"degree is {degree!r}; expected a whole number from 1 to {MAX_DEGREE}")
-        try:
-            arrays = frozen_array(knots, "knots", 1), frozen_array(control_points, "control_points", 2)
-            weight_array = None if weights is None else frozen_array(weights, "weights", 1)
-            for array, name in zip((*arrays, weight_array), ("knots", "control_points", "weights"), strict=True):
-                if array is not None:
-                    check_finite(array, name)
-        except InputError as error:
-            raise CurveError(str(error)) from None
-        self._set(int(degree), *arrays, weight_array)
+        self._set(
+            int(degree),
+            numbers(knots, "knots", 1),
+            numbers(control_points, "control_points", 2),
+            None if weights is None else numbers(weights, "weights", 1),
+        )
         self._check()
-        if weight_array is not None and np.all(weight_array == weight_array[0]):
+        if self.weights is not None and np.all(self.weights == self.weights[0]):
             object.__setattr__(self, "weights", None)  # equal weights cancel: the same curve, evaluated faster
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -72,33 +70,31 @@ class NurbsCurve:
     def _check(self) -> None:
         p, knots, points, weights = self.degree, self.knots, self.control_points, self.weights
         n = len(points)
-        for array, name in ((points, "control_points"), (knots, "knots"), (weights, "weights")):
-            if array is not None:
-                check_size(array, name)
         if n < p + 1:
             raise CurveError(f"{n} control point(s) for degree {p}; expected at least {p + 1}")
         if len(knots) != n + p + 1:
             wanted = f"exactly {n + p + 1} (points + degree + 1) expected"
             raise CurveError(f"{len(knots)} knots for {n} control points of degree {p}; {wanted}")
-        steps, (start, end) = np.diff(knots), self.domain
+        steps, (start, end) = knots[1:] - knots[:-1], self.domain
+        least = max(float(max(-knots[0], knots[-1])) * np.finfo(float).eps * 16, 1.0 / LARGEST)
         if (i := _first(steps < 0.0)) is not None:
             raise CurveError(f"knots decrease from knots[{i}] = {knots[i]:g} to knots[{i + 1}] = {knots[i + 1]:g}")
         if not start < end:
             raise CurveError(f"the domain knots[{p}] to knots[{n}] is empty: both are {start:g}")
-        inner, counts = np.unique(knots[p + 1 : n], return_counts=True)
-        if (i := _first((inner > start) & (inner < end) & (counts > p))) is not None:
-            often = f"appears {counts[i]} times; at most {p} (the degree) are possible"
-            raise CurveError(f"inner knot {inner[i]:g} {often}")
-        least = max(np.max(np.abs(knots)) * np.finfo(float).eps * 16, 1.0 / LARGEST)
+        inner = knots[p + 1 : n]
+        again = inner[p:]
+        if (i := _first((again == inner[: len(again)]) & (again > start) & (again < end))) is not None:
+            often = f"appears {np.count_nonzero(inner == again[i])} times; at most {p} (the degree) are possible"
+            raise CurveError(f"inner knot {again[i]:g} {often}")
         if (i := _first((steps > 0.0) & (steps < least))) is not None:
             apart = f"differ by {steps[i]:g} only; make them equal or move them apart"
             raise CurveError(f"knots[{i}] and knots[{i + 1}] {apart}")
         if weights is not None:
             if len(weights) != n:
                 raise CurveError(f"{len(weights)} weights for {n} control points; expected one each")
-            if (i := _first(weights <= 0.0)) is not None:
-                raise CurveError(f"weights[{i}] is {weights[i]:g}; weights must be greater than 0")
-            low, high = int(np.argmin(weights)), int(np.argmax(weights))
+            low, high = int(weights.argmin()), int(weights.argmax())
+            if weights[low] <= 0.0:
+                raise CurveError(f"weights[{low}] is {weights[low]:g}; weights must be greater than 0")
             if weights[high] > MAX_WEIGHT_RATIO * weights[low]:
                 raise CurveError(
                     f"weights[{low}] = {weights[low]:g} and weights[{high}] = {weights[high]:g} differ by more than "
@@ -106,19 +102,16 @@ class NurbsCurve:
                 )
             if weights[low] < 1.0 / LARGEST:
                 raise CurveError(f"weights[{low}] is {weights[low]:g}; at least {1.0 / LARGEST:g} is needed")
-        spread = np.max(np.ptp(points, axis=0))
-        if spread == 0.0:
-            raise CurveError(f"all {n} control points are the same: the curve has no length")
+        spread = float((points.max(axis=0) - points.min(axis=0)).max())
         if spread < 1.0 / LARGEST:
-            raise CurveError(f"all {n} control points lie within {spread:g} mm: the curve is too small")
+            same = "are the same: the curve has no length"
+            small = f"lie within {spread:g} mm: the curve is too small"
+            raise CurveError(f"all {n} control points {small if spread else same}")
 
     @classmethod
     def bezier(cls, control_points: Points, weights: ArrayLike | None = None) -> NurbsCurve:
         """One Bezier piece on [0, 1] with the given control points (degree + 1, axes)."""
-        try:
-            points = frozen_array(control_points, "control_points", 2)
-        except InputError as error:
-            raise CurveError(str(error)) from None
+        points = numbers(control_points, "control_points", 2)
         degree = len(points) - 1
         if degree < 1:
             raise CurveError(f"{len(points)} control point(s) for a Bezier curve; expected at least 2")
@@ -213,15 +206,8 @@ class NurbsCurve:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, NurbsCurve):
             return NotImplemented
-        same_weights = (self.weights is None) == (other.weights is None) and (
-            self.weights is None or other.weights is None or np.array_equal(self.weights, other.weights)
-        )
-        return (
-            self.degree == other.degree
-            and np.array_equal(self.knots, other.knots)
-            and np.array_equal(self.control_points, other.control_points)
-            and same_weights
-        )
+        arrays = ((each.knots, each.control_points, each.weights) for each in (self, other))
+        return self.degree == other.degree and all(map(np.array_equal, *arrays))
 
     def __hash__(self) -> int:
         # -0.0 equals 0.0, so it must hash like it
@@ -243,12 +229,8 @@ class NurbsCurve:
         At a knot the piece on its right is taken, or with side="left" the one on its left.
         Raises InputError for an order outside 0 to 3 and a parameter outside the domain.
         """
-        if order not in (0, 1, 2, 3):
-            raise InputError(f"order is {order!r}; expected 0 to 3")
-        if side not in ("right", "left"):
-            raise InputError(f"side is {side!r}; choose 'right' or 'left'")
-        values = self.check_parameters(u)
-        out = self._pieces.evaluate(None, values.ravel(), order, side == "left")
+        left, values = is_left(side, order), self.check_parameters(u)
+        out = self._pieces.evaluate(None, values.ravel(), order, left)
         return out.reshape(*values.shape, order + 1, self.axes)
 
     def check_parameters(self, u: ArrayLike) -> Array:
@@ -258,15 +240,19 @@ class NurbsCurve:
         return clipped(u, start, end, slack, "parameter", "the curve's domain")
 
     @property
-    def table(self) -> tuple[Array, tuple[int, int, int, int]]:
+    def table(self) -> tuple[Array, Shape]:
         """The knot spans, some in parts, as polynomial pieces (pieces, width) and their shape; see `kernels.layout`."""
-        return self._pieces.table, self._pieces.shape
+        return self._pieces.table, self._shape
+
+    @property
+    def _shape(self) -> Shape:
+        return self.degree, self.axes, self.axes, int(self.rational)
 
     @cached_property
     def _pieces(self) -> Pieces:
         from splinefeed.geometry.tables import Flat, span_pieces
 
-        return span_pieces(Flat.of([self]), (self.degree, self.axes, self.axes, int(self.rational)))
+        return span_pieces(Flat.of([self]), self._shape)
 
     tangent = differential.unit_tangents
     bounding_box = differential.bounding_box
@@ -282,8 +268,7 @@ class NurbsCurve:
         """The arc-length pieces of this curve, all axes linear, to 1e-13 of its length."""
         from splinefeed.geometry.tables import Flat, arc_pieces
 
-        shape = (self.degree, self.axes, self.axes, int(self.rational))
-        return arc_pieces(Flat.of([self]), shape, [self])
+        return arc_pieces(Flat.of([self]), self._shape, [self])
 
     @property
     def length(self) -> float:
@@ -320,13 +305,19 @@ class NurbsCurve:
     transformed = editing.transformed
 
 
-def check_size(array: Array, name: str) -> None:
-    """CurveError for points (n, axes) of too many axes, or a value that is too large, with its place."""
-    if array.ndim == 2 and not 1 <= array.shape[1] <= MAX_AXES:
+def numbers(values: ArrayLike | Points, name: str, ndim: int) -> Array:
+    """A read-only copy of `ndim` dimensions; CurveError for what is no number, too large, or of too many axes."""
+    try:
+        array = frozen_array(values, name, ndim)
+        if (huge := ~(np.abs(array) <= LARGEST)).any():
+            check_finite(array, name)
+            place = [int(i) for i in np.argwhere(huge)[0]]
+            raise CurveError(f"{name}{place} is {array[tuple(place)]:g}; values up to {LARGEST:g} are possible")
+    except InputError as error:
+        raise CurveError(str(error)) from None
+    if ndim == 2 and not 1 <= array.shape[1] <= MAX_AXES:
         raise CurveError(f"{name} have {array.shape[1]} axes; 1 to {MAX_AXES} are possible")
-    if np.any(huge := np.abs(array) > LARGEST):
-        place = [int(i) for i in np.argwhere(huge)[0]]
-        raise CurveError(f"{name}{place} is {array[tuple(place)]:g}; values up to {LARGEST:g} are possible")
+    return array
 
 
 def _first(wrong: BoolArray) -> int | None:

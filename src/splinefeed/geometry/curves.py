@@ -10,9 +10,9 @@ from typing import overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from splinefeed.errors import CurveError, InputError
-from splinefeed.geometry.curve import LARGEST, NurbsCurve, check_size
-from splinefeed.records import Array, BoolArray, IntArray, check_finite, frozen_array
+from splinefeed.errors import CurveError
+from splinefeed.geometry.curve import LARGEST, NurbsCurve, numbers
+from splinefeed.records import Array, BoolArray, IntArray, frozen_array
 
 #: Knots of every line.
 LINE_KNOTS: Array = frozen_array([0.0, 0.0, 1.0, 1.0], "knots", 1)
@@ -208,12 +208,7 @@ class Lines(Packed):
     __slots__ = ("points",)
 
     def __init__(self, points: ArrayLike) -> None:
-        try:
-            self.points = frozen_array(points, "points", 2)
-            check_finite(self.points, "points")
-        except InputError as error:
-            raise CurveError(str(error)) from None
-        check_size(self.points, "points")
+        self.points = numbers(points, "points", 2)
         if (count := len(self.points)) < 2:
             raise CurveError(f"{count} point(s) for a polyline; expected at least 2")
         if len(kept := lines_with_length(self.points)) < count - 1:

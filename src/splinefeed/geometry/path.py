@@ -21,7 +21,7 @@ from splinefeed.geometry.curves import Flat, Lines, Packed, lines_with_length
 from splinefeed.geometry.editing import moved_points
 from splinefeed.geometry.joints import begun_at, closed, open_joints, said_of
 from splinefeed.geometry.markers import Marker as Marker
-from splinefeed.geometry.pieces import Pieces, clipped
+from splinefeed.geometry.pieces import Pieces, clipped, is_left
 from splinefeed.geometry.resolution import RESOLUTION, chosen, long_curves, resolved
 from splinefeed.geometry.tables import arc_pieces, read_only, span_pieces
 from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray, Points, frozen_array, unit_along, view
@@ -273,10 +273,8 @@ class Path:
 
         At a knot the piece on its right is taken, or with side="left" the one on its left.
         """
-        index, values = self._places(curve, u)
-        if order not in (0, 1, 2, 3):
-            raise InputError(f"order is {order!r}; expected 0 to 3")
-        out = self.span_pieces.evaluate(index.ravel(), values.ravel(), order, _is_left(side))
+        (index, values), left = self._places(curve, u), is_left(side, order)
+        out = self.span_pieces.evaluate(index.ravel(), values.ravel(), order, left)
         return out.reshape(*values.shape, order + 1, len(self.axes))
 
     def turning(self, curve: ArrayLike, u: ArrayLike, *, side: str = "right") -> BoolArray:
@@ -284,7 +282,7 @@ class Path:
         index, values = self._places(curve, u)
         if self.shape[2] > 0:
             return np.zeros(values.shape, dtype=bool)
-        return self.span_pieces.turning(index.ravel(), values.ravel(), _is_left(side)).reshape(values.shape)
+        return self.span_pieces.turning(index.ravel(), values.ravel(), is_left(side)).reshape(values.shape)
 
     def arc_length(self, curve: ArrayLike, u: ArrayLike) -> Array:
         """Arc length along the path, mm, (...), at parameters u (...) of the curves `curve` (...)."""
@@ -411,12 +409,6 @@ def _kept(said: dict[str, Any], kept: IntArray) -> dict[str, Any]:
     each = {name: None if said.get(name) is None else read_only(np.array(said[name])[kept]) for name in _OF_EACH}
     markers = [dataclasses.replace(m, before=int(np.searchsorted(kept, m.before))) for m in said.get("markers", ())]
     return {**said, **each, "markers": tuple(markers)}
-
-
-def _is_left(side: str) -> bool:
-    if side not in ("right", "left"):
-        raise InputError(f"side is {side!r}; choose 'right' or 'left'")
-    return side == "left"
 
 
 def checked_axes(axes: Sequence[str], count: int) -> int:

@@ -265,6 +265,15 @@ def clipped(
     return np.clip(given, low, high)
 
 
+def is_left(side: str, order: int = 0) -> bool:
+    """Whether the piece on the left of a knot is wanted; InputError for another side, or an order of derivatives."""
+    if order not in (0, 1, 2, 3):
+        raise InputError(f"order is {order!r}; expected 0 to 3")
+    if side not in ("right", "left"):
+        raise InputError(f"side is {side!r}; choose 'right' or 'left'")
+    return side == "left"
+
+
 class Pieces:
     """A table of pieces (pieces, width), its shape, and first and last row of each curve, rows (curves, 2).
 
