@@ -246,7 +246,7 @@ def test_the_ripple_of_milne_simpson_changes_sign_at_every_tick(butterfly):
     assert turns > 0.95
 
 
-def damped_euler(u, rate, law, period, table, cursor, shape, corrections, tolerance, memory):
+def damped_euler(u, rate, law, period, curve, corrections, tolerance, memory):
     """First-order Taylor, its last error carried over: what a user might write."""
     after = u[0] + period * rate[0] + memory[0]
     memory[0] = 0.0

@@ -22,10 +22,10 @@ taylor_2 = registry.method("taylor-2").step
 
 
 @hot_kernel
-def without_acceleration(u, rate, law, period, table, cursor, shape, corrections, tolerance, memory):
+def without_acceleration(u, rate, law, period, curve, corrections, tolerance, memory):
     """Eq. (3) as older papers have it: u'' = -V^2 (C' . C'') / |C'|^4."""
     law[ACCELERATION] = 0.0
-    return taylor_2(u, rate, law, period, table, cursor, shape, corrections, tolerance, memory)
+    return taylor_2(u, rate, law, period, curve, corrections, tolerance, memory)
 
 
 @pytest.fixture(scope="module")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from splinefeed.interpolation.stepping import NEXT_S, row_at_length
+from splinefeed.interpolation.stepping import NEXT_S, Curve, row_at_length
 from splinefeed.kernels.jit import hot_kernel, kernel
-from splinefeed.kernels.layout import HIGH, LOW, MIDDLE, SCALE, START, Shape
+from splinefeed.kernels.layout import HIGH, LOW, MIDDLE, SCALE, START
 from splinefeed.kernels.pieces import arc_length, fitted_speed
-from splinefeed.records import Array, IntArray
+from splinefeed.records import Array
 
 #: Coefficients of a polynomial of degree 7.
 TERMS = 8
@@ -72,16 +72,7 @@ def fit_feed_correction(table: Array, row: int, out: Array) -> float:
 
 @hot_kernel
 def step(
-    u: Array,
-    rate: Array,
-    law: Array,
-    period: float,
-    table: Array,
-    cursor: IntArray,
-    shape: Shape,
-    corrections: int,
-    tolerance: float,
-    memory: Array,
+    u: Array, rate: Array, law: Array, period: float, curve: Curve, corrections: int, tolerance: float, memory: Array
 ) -> float:
     """u_{k+1} = p(l(t_{k+1})), p of degree 7, with value, slope and bend of the inverse of S at both ends of a piece.
 
@@ -91,6 +82,7 @@ def step(
     Manufacturing Science and Engineering 127(2), 2005, p. 339-349, doi 10.1115/1.1830493 (the
     journal's page was seen, the DOI itself was not).
     """
+    table, cursor, _ = curve
     s = law[NEXT_S]
     row = row_at_length(table, s, cursor)
     if memory[FITTED] != row + 1.0:

@@ -28,7 +28,7 @@ from splinefeed.records import Array, IntArray
 ROW, FIRST_ROW, LAST_ROW, CURVE, PIECE, STEPS, REPLACED = range(7)
 STATE_INTEGERS = 7
 #: Places in the float state: the last four u, the last four rates, the method's memory, time, feed and acceleration
-#: now, how far steps would have gone beyond the end of the path, mm, and what a step is told of the law.
+#: now, how far steps would have gone beyond the end of the path, mm, and `law` of a step.
 RATES, MEMORY, NOW, OVERRUN, LAW = 4, 8, 20, 23, 24
 STATE_FLOATS = LAW + 5
 
@@ -106,6 +106,7 @@ def _loop(
     if FIXED_SHAPE[0] > 0:
         shape = FIXED_SHAPE
     cursor = integers[: LAST_ROW + 1]
+    path = (table, cursor, shape)
     u = floats[:RATES]
     rate = floats[RATES:MEMORY]
     memory = floats[MEMORY:NOW]
@@ -148,17 +149,17 @@ def _loop(
             steps = 0
             for k in range(len(memory)):
                 memory[k] = 0.0
-            after = placed(table[first_row, LOW], s, table, cursor)
+            after = placed(table[first_row, LOW], s, path)
         else:
             if starting or uneven:
-                after = runge_kutta_4(u, rate, law, passed, table, cursor, shape, corrections, tolerance, memory)
+                after = runge_kutta_4(u, rate, law, passed, path, corrections, tolerance, memory)
                 if anchor and math.isfinite(after):
-                    after = placed(after, s, table, cursor)
+                    after = placed(after, s, path)
             else:
-                after = step(u, rate, law, period, table, cursor, shape, corrections, tolerance, memory)
+                after = step(u, rate, law, period, path, corrections, tolerance, memory)
             steps += 1
             if not math.isfinite(after):
-                after = placed(u[0], s, table, cursor)
+                after = placed(u[0], s, path)
                 integers[REPLACED] += 1
         if anchor and s >= length:
             after = table[last_row, HIGH]  # the end of the path is the end, not a rounding beside it

@@ -15,7 +15,7 @@ from splinefeed.kernels.layout import Shape
 from splinefeed.records import Array, IntArray
 
 #: What every step takes, in this order; see `interpolation.stepping` for what each of them is.
-STEP_PARAMETERS = ("u", "rate", "law", "period", "table", "cursor", "shape", "corrections", "tolerance", "memory")
+STEP_PARAMETERS = ("u", "rate", "law", "period", "curve", "corrections", "tolerance", "memory")
 #: As exact as `milne-simpson-anchored`, and faster; the paper's experiment names its own methods.
 DEFAULT_METHOD = "arc-length"
 

@@ -2,12 +2,12 @@
 
 Every method is one function, compiled by Numba:
 
-    step(u, rate, law, period, table, cursor, shape, corrections, tolerance, memory) -> next u
+    step(u, rate, law, period, curve, corrections, tolerance, memory) -> next u
 
     u, rate      (4,)  the last four parameters and du/dt there, newest first: u[0] = u_k, u[1] = u_{k-1}, ...
     law          (5,)  NEXT_S, FEED, HALF_FEED, NEXT_FEED, ACCELERATION: see below
     period             time from tick k to tick k+1, s
-    table, cursor, shape   the curve: handed on to the kernels, never looked into
+    curve              its table, cursor and shape: handed on to the functions below
     corrections, tolerance the user's settings of a predictor-corrector
     memory       (12,) the method's own, all zero at the start of every curve
 """
@@ -26,6 +26,8 @@ from splinefeed.records import Array, IntArray
 NEXT_S, FEED, HALF_FEED, NEXT_FEED, ACCELERATION = 0, 1, 2, 3, 4
 #: Chord over wanted length up to which 2 - r stands for 1 / r in Tsai and Cheng's corrector.
 FAR_OFF = 1.5
+#: Table of pieces, (3,) row and the first and the last one it can be, and shape; see `kernels.layout`.
+Curve = tuple[Array, IntArray, Shape]
 #: Weights of four values, newest first.
 Four = tuple[float, float, float, float]
 
@@ -40,8 +42,9 @@ def rate_in_row(t: float, feed: float, table: Array, row: int, shape: Shape) -> 
 
 
 @hot_kernel
-def rate_at(u: float, feed: float, table: Array, cursor: IntArray, shape: Shape) -> float:
+def rate_at(u: float, feed: float, curve: Curve) -> float:
     """du/dt at parameter u: `rate_in_row` in the row that holds it."""
+    table, cursor, shape = curve
     row = walk_to(table, cursor, u)
     return rate_in_row((u - table[row, MIDDLE]) * table[row, SCALE], feed, table, row, shape)
 
@@ -65,17 +68,18 @@ def row_at_length(table: Array, s: float, cursor: IntArray) -> int:
 
 
 @hot_kernel
-def anchored(u: float, s: float, table: Array, cursor: IntArray) -> float:
-    """The parameter whose arc length is s, mm: Newton on S(u) = s from the guess u. Leaves its row in cursor[0]."""
+def anchored(u: float, s: float, curve: Curve) -> float:
+    """The parameter whose arc length is s, mm: Newton on S(u) = s from the guess u. Leaves its row in the cursor."""
+    table, cursor, _ = curve
     row = row_at_length(table, s, cursor)
     guess = (u - table[row, MIDDLE]) * table[row, SCALE]
     return table[row, MIDDLE] + parameter_in_row(table, row, s, guess) / table[row, SCALE]
 
 
 @kernel
-def placed(u: float, s: float, table: Array, cursor: IntArray) -> float:
+def placed(u: float, s: float, curve: Curve) -> float:
     """`anchored` as a call of its own, for what happens once a curve: copies everywhere would take long to compile."""
-    return anchored(u, s, table, cursor)
+    return anchored(u, s, curve)
 
 
 def taylor(order: int, source: str) -> Callable[..., float]:
@@ -93,15 +97,14 @@ def taylor(order: int, source: str) -> Callable[..., float]:
         rate: Array,
         law: Array,
         period: float,
-        table: Array,
-        cursor: IntArray,
-        shape: Shape,
+        curve: Curve,
         corrections: int,
         tolerance: float,
         memory: Array,
     ) -> float:
         if order == 1:
             return u[0] + period * rate[0]
+        table, cursor, _ = curve
         row = walk_to(table, cursor, u[0])
         scale = table[row, SCALE]
         size, slope, bend = fitted_speed(table, row, (u[0] - table[row, MIDDLE]) * scale)
@@ -139,9 +142,7 @@ def predictor_corrector(
         rate: Array,
         law: Array,
         period: float,
-        table: Array,
-        cursor: IntArray,
-        shape: Shape,
+        curve: Curve,
         corrections: int,
         tolerance: float,
         memory: Array,
@@ -152,7 +153,7 @@ def predictor_corrector(
         known += period * (d0 * rate[0] + d1 * rate[1] + d2 * rate[2] + d3 * rate[3])
         for _ in range(corrections):
             guess = after
-            after = known + period * new * rate_at(guess, law[NEXT_FEED], table, cursor, shape)
+            after = known + period * new * rate_at(guess, law[NEXT_FEED], curve)
             if abs(after - guess) <= tolerance:
                 break
         return after
@@ -186,38 +187,20 @@ adams_bashforth_moulton = predictor_corrector(
 
 @hot_kernel
 def milne_simpson_anchored(
-    u: Array,
-    rate: Array,
-    law: Array,
-    period: float,
-    table: Array,
-    cursor: IntArray,
-    shape: Shape,
-    corrections: int,
-    tolerance: float,
-    memory: Array,
+    u: Array, rate: Array, law: Array, period: float, curve: Curve, corrections: int, tolerance: float, memory: Array
 ) -> float:
     """Eq. (23) and (24), then Newton steps on S(u) = l(t_{k+1}) from there: drift and ripple go to rounding.
 
     The history that the next step reads is that of the anchored points. Source: S. Alimohammadi, B. Motakef Imani,
     Modares Mechanical Engineering 15(13), 2015, p. 158-162; the correction by the arc length is this project's.
     """
-    guess = milne_simpson(u, rate, law, period, table, cursor, shape, corrections, tolerance, memory)
-    return anchored(guess, law[NEXT_S], table, cursor)
+    guess = milne_simpson(u, rate, law, period, curve, corrections, tolerance, memory)
+    return anchored(guess, law[NEXT_S], curve)
 
 
 @kernel
 def runge_kutta_4(
-    u: Array,
-    rate: Array,
-    law: Array,
-    period: float,
-    table: Array,
-    cursor: IntArray,
-    shape: Shape,
-    corrections: int,
-    tolerance: float,
-    memory: Array,
+    u: Array, rate: Array, law: Array, period: float, curve: Curve, corrections: int, tolerance: float, memory: Array
 ) -> float:
     """One classical step of order 4 for du/dt = V(t) / |C'(u)|; it also starts the multistep methods.
 
@@ -225,24 +208,15 @@ def runge_kutta_4(
     Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., table 1.2.
     """
     k1 = rate[0]
-    k2 = rate_at(u[0] + 0.5 * period * k1, law[HALF_FEED], table, cursor, shape)
-    k3 = rate_at(u[0] + 0.5 * period * k2, law[HALF_FEED], table, cursor, shape)
-    k4 = rate_at(u[0] + period * k3, law[NEXT_FEED], table, cursor, shape)
+    k2 = rate_at(u[0] + 0.5 * period * k1, law[HALF_FEED], curve)
+    k3 = rate_at(u[0] + 0.5 * period * k2, law[HALF_FEED], curve)
+    k4 = rate_at(u[0] + period * k3, law[NEXT_FEED], curve)
     return u[0] + period / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
 
 
 @hot_kernel
 def tsai_cheng(
-    u: Array,
-    rate: Array,
-    law: Array,
-    period: float,
-    table: Array,
-    cursor: IntArray,
-    shape: Shape,
-    corrections: int,
-    tolerance: float,
-    memory: Array,
+    u: Array, rate: Array, law: Array, period: float, curve: Curve, corrections: int, tolerance: float, memory: Array
 ) -> float:
     """Predict by differences, then compensate the parameter `corrections` times by the feed that its chord has.
 
@@ -257,6 +231,7 @@ def tsai_cheng(
     Manufacturing Science and Engineering 125(3), 2003, p. 449-460, doi 10.1115/1.1578670 (the
     journal's page was seen, the DOI itself was not).
     """
+    table, cursor, shape = curve
     wanted = step_length(law, period)
     if wanted <= 0.0:
         return u[0]
@@ -264,7 +239,7 @@ def tsai_cheng(
     t = (u[0] - table[now, MIDDLE]) * table[now, SCALE]
     ahead = 2.0 * (u[0] - u[1]) - (u[1] - u[2])
     if ahead <= 0.0:
-        ahead = rate_at(u[0], wanted, table, cursor, shape)
+        ahead = rate_at(u[0], wanted, curve)
     for _ in range(corrections):
         row = walk_to(table, cursor, u[0] + ahead)
         t_ahead = (u[0] + ahead - table[row, MIDDLE]) * table[row, SCALE]
@@ -279,16 +254,7 @@ def tsai_cheng(
 
 @hot_kernel
 def runge_kutta_2_compensated(
-    u: Array,
-    rate: Array,
-    law: Array,
-    period: float,
-    table: Array,
-    cursor: IntArray,
-    shape: Shape,
-    corrections: int,
-    tolerance: float,
-    memory: Array,
+    u: Array, rate: Array, law: Array, period: float, curve: Curve, corrections: int, tolerance: float, memory: Array
 ) -> float:
     """Predict by Runge-Kutta 2, then move u, `corrections` times, so that the chord of the step is V T.
 
@@ -303,10 +269,11 @@ def runge_kutta_2_compensated(
     machines using NURBS toolpaths", IEEE Transactions on Industrial Informatics 18(11), 2022, p. 7560-7571, doi
     10.1109/TII.2022.3147806.
     """
+    table, cursor, shape = curve
     wanted = step_length(law, period)
     now = walk_to(table, cursor, u[0])
     t = (u[0] - table[now, MIDDLE]) * table[now, SCALE]
-    after = u[0] + 0.5 * period * (rate[0] + rate_at(u[0] + period * rate[0], law[NEXT_FEED], table, cursor, shape))
+    after = u[0] + 0.5 * period * (rate[0] + rate_at(u[0] + period * rate[0], law[NEXT_FEED], curve))
     for _ in range(corrections):
         row = walk_to(table, cursor, after)
         chord, product, square = secant(table, now, t, row, (after - table[row, MIDDLE]) * table[row, SCALE], shape)
