@@ -86,7 +86,7 @@ def _run(spec: Sweep, engine: Callable[[], Executor], workers: int) -> tuple[flo
     warm = from_dict({"sources": list(spec.sources), "set": dict(spec.fixed), "random": {"count": 8 * workers}})
     list(timed(warm, executor, workers=workers))
     start = time.perf_counter()
-    took = [seconds for _, seconds in timed(spec, executor, workers=workers)]
+    took = [seconds for _, seconds, _ in timed(spec, executor, workers=workers)]
     wall = time.perf_counter() - start
     return wall, sum(took) / len(took), max(workers * wall - sum(took), 0.0) / len(took)
 

@@ -71,6 +71,11 @@ class ErrorTally:
         """Root mean square over all ticks."""
         return math.sqrt(worst.squares / self.ticks) if self.ticks else 0.0
 
+    def worst_linear(self) -> tuple[str, Worst]:
+        """The linear axis with the largest following error; a worst one of 0 where there is none."""
+        linear = [each for each in zip(self.axes, self.tracking, strict=True) if each[0] not in ROTARY_AXES]
+        return max(linear, key=lambda each: each[1].value, default=("", Worst()))
+
     def numbers(self) -> dict[str, Any]:
         """What `--json` prints: lengths in mm, rotary axes in degrees; contour errors are None without a path."""
         tracking = {}

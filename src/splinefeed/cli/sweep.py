@@ -108,16 +108,15 @@ def _sweep(spec: str, given: dict[str, Any], say: Say) -> str:
     folder: str = given["output"] or default_name(f"sweep-{runs.name}")
     writes = partial(write_artefacts, str(Path(folder) / "runs"), runs.setpoints, runs.reports)
     artefacts = writes if runs.setpoints or runs.reports else None
-    there: list[int] = []
     lately: deque[float] = deque(maxlen=RECENT)
     with _engine(given) as executor:
-        rows = timed(runs, executor, folder=folder, workers=given["workers"], artefacts=artefacts, start=there.append)
-        for made, (row, _) in enumerate(rows, start=1):
+        rows = timed(runs, executor, folder=folder, workers=given["workers"], artefacts=artefacts)
+        for row, _, there in rows:
             lately.append(time.monotonic())
-            words = f"{there[0] + made} of {len(runs)} runs, the last one {row['status']}"
-            if made >= ENOUGH:  # the first ones wait for workers that start, and for the compiler
+            words = f"{there} of {len(runs)} runs, the last one {row['status']}"
+            if len(lately) >= ENOUGH:  # the first ones wait for workers that start, and for the compiler
                 rate = (len(lately) - 1) / max(lately[-1] - lately[0], 1e-9)
-                words += f", {rate:.3g} a second, about {(len(runs) - there[0] - made) / rate:.0f} s left"
+                words += f", {rate:.3g} a second, about {(len(runs) - there) / rate:.0f} s left"
             say(words)
     return folder
 

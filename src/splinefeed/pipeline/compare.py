@@ -5,19 +5,19 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from splinefeed.analysis.measures import chord_errors, drift, feed_ripple
-from splinefeed.analysis.tally import ErrorTally
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation import registry
 from splinefeed.interpolation.interpolator import Interpolator, interpolate
 from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.follow import Servo, serve
 from splinefeed.pipeline.run import check_ticks
-from splinefeed.records import ROTARY_AXES, Array, TimeLaw, positive, view
+from splinefeed.records import Array, TimeLaw, positive, view
 
 #: A method is timed until it has run this long, s, or this often; the fastest counts.
 TIMING = 0.02
@@ -118,23 +118,13 @@ def compare(
     for name in names:
         registry.method(name)
     for name in names:
-        yield _measure(path, law, period, name, corrections, tolerance, timed)
-
-
-def _measure(
-    path: Path, law: TimeLaw, period: float | None, name: str, corrections: int, tolerance: float, timed: bool
-) -> MethodTrace:
-    def fresh() -> Interpolator:
-        return Interpolator(
-            path, law, period=period, method=name, corrections=corrections, tolerance=tolerance, compiled=timed
-        )
-
-    source = fresh()
-    setpoints = source.block()
-    ripple = feed_ripple(setpoints, path, law)
-    ahead = drift(setpoints, law)
-    return MethodTrace(
-        MethodResult(
+        how: dict[str, Any] = {"period": period, "method": name, "corrections": corrections, "tolerance": tolerance}
+        fresh = partial(Interpolator, path, law, **how, compiled=timed)
+        source = fresh()
+        setpoints = source.block()
+        ripple = feed_ripple(setpoints, path, law)
+        ahead = drift(setpoints, law)
+        result = MethodResult(
             method=name,
             title=registry.method(name).title,
             ripple_max=ripple.max,
@@ -145,25 +135,18 @@ def _measure(
             chord_error_mm=float(np.max(chord_errors(setpoints, path), initial=0.0)),
             ns_per_tick=1e9 * _seconds(fresh) / len(setpoints) if timed else None,
             replaced=source.replaced,
-        ),
-        ripple.t,
-        ripple.relative,
-    )
+        )
+        yield MethodTrace(result, ripple.t, ripple.relative)
 
 
 def _seconds(fresh: Callable[[], Interpolator]) -> float:
-    best = np.inf
-    spent = 0.0
-    for _ in range(TIMING_RUNS):
+    times: list[float] = []
+    while sum(times) <= TIMING and len(times) < TIMING_RUNS:
         again = fresh()
         start = time.perf_counter()
         again.block()
-        took = time.perf_counter() - start
-        best = min(best, took)
-        spent += took
-        if spent > TIMING:
-            break
-    return float(best)
+        times.append(time.perf_counter() - start)
+    return min(times)
 
 
 def serve_methods(
@@ -172,13 +155,6 @@ def serve_methods(
     """The same motion by one method after the other, each followed by the same machine."""
     for method in methods:
         yield serve(path, law, interpolate(path, law, method=method, corrections=corrections), machine)
-
-
-def largest_linear_error(tally: ErrorTally) -> tuple[str, float, float, float | None]:
-    """Axis, largest following error, mm, its time, s, and commanded arc length, mm, over the linear axes."""
-    linear = [(axis, worst) for axis, worst in zip(tally.axes, tally.tracking, strict=True) if axis not in ROTARY_AXES]
-    axis, worst = max(linear, key=lambda pair: pair[1].value)
-    return axis, worst.value, worst.t, worst.s
 
 
 def comparison(served: list[Servo]) -> dict[str, Any]:
@@ -199,10 +175,11 @@ def comparison(served: list[Servo]) -> dict[str, Any]:
 def sentences(served: list[Servo], machine: Machine) -> list[str]:
     """What is measured and what is assumed, and whether the choice of the method matters, from the numbers."""
     main = served[-1]
-    axis, error, _, s = largest_linear_error(main.tally)
+    axis, worst = main.tally.worst_linear()
     assert main.path is not None
-    half = 0.5 * main.path.length
-    place = "" if s is None else f", {abs(s - half):.2f} mm {'behind' if s > half else 'before'} the nose"
+    assert worst.s is not None
+    half, error = 0.5 * main.path.length, worst.value
+    place = f", {abs(worst.s - half):.2f} mm {'behind' if worst.s > half else 'before'} the nose"
     words = [
         f"model: {machine.name}, simulated; the paper gives gains, encoders, scales and card, but not the plant: "
         f"speed per volt, lag, masses and friction are assumptions (splinefeed machine show {machine.name})",
@@ -227,12 +204,12 @@ def servo_numbers(served: list[Servo], machine: Machine, of_paper: bool) -> dict
     main = served[-1]
     numbers: dict[str, Any] = {"machine": machine.name, **main.tally.numbers(), "servo_notes": list(main.notes)}
     if of_paper:
-        axis, error, t, s = largest_linear_error(main.tally)
+        axis, worst = main.tally.worst_linear()
         numbers["experiment"] = {
             "paper_error_mm": PAPER_ERROR,
-            "largest_error_mm": error,
+            "largest_error_mm": worst.value,
             "largest_error_axis": axis,
-            "largest_error_at": {"t_s": t, "s_mm": s},
+            "largest_error_at": {"t_s": worst.t, "s_mm": worst.s},
             "methods": [each.numbers() for each in served],
             **comparison(served),
             "sentences": sentences(served, machine),

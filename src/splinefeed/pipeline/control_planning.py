@@ -24,20 +24,24 @@ from splinefeed.records import Array, BoolArray, IntArray
 SMOOTH = 1e-3
 #: Halvings of the interval of a peak speed: to 1e-15 of the speed.
 _HALVINGS = 50
-#: What binds, by number; with an axis behind them those of AXIS_NAMES.
-NAMES = ("programmed feed", "arc acceleration", "block time", "acceleration", "rapid acceleration")
-AXIS_NAMES = ("rapid velocity", "axis acceleration")
-LIMITS = (*NAMES, *(f"{name} {letter}" for name in AXIS_NAMES for letter in LETTERS.lower()))
+#: Kinds of time that no limit binds, in the order of the keys of `--json`.
+KINDS = ("cutting", "rapid", "tool_change", "spindle", "dwell", "start")
+#: What binds, by number: kinds of time, what follows, and with an axis behind them those of the last row.
+LIMITS = (
+    *(name.replace("_", " ") for name in KINDS),
+    *("programmed feed", "arc acceleration", "block time", "acceleration", "rapid acceleration"),
+    *(f"{name} {letter}" for name in ("rapid velocity", "axis acceleration") for letter in LETTERS.lower()),
+)
+FEED, ARC, SHORT, ALONG, RAPIDLY, OF_AXES = range(len(KINDS), len(KINDS) + 6)
 
 
 @dataclass(frozen=True, eq=False)
 class BlockTimes:
-    """Seconds (n,) of each block, its speed at the end, mm/s, and the number (n,) of what binds among `limits`."""
+    """Seconds (n,) of each block, its speed at the end, mm/s, and the number (n,) of what binds among LIMITS."""
 
     seconds: Array
     end_speed: Array
     limit: IntArray
-    limits: tuple[str, ...] = LIMITS
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,17 +117,17 @@ def _bounds(blocks: Blocks, machine: Machine, control: Control) -> _Bounds:
     if not np.all(np.isfinite(acceleration)):
         raise InputError(f"{machine.name}: control.acceleration: missing; give the acceleration along the path")
     arc = np.minimum(np.inf if control.arc_acceleration is None else control.arc_acceleration, axis_acceleration)
-    speed, by = np.where(rapid, velocity, blocks.feed), np.where(rapid, len(NAMES) + velocity_by, 0)
+    speed, by = np.where(rapid, velocity, blocks.feed), np.where(rapid, OF_AXES + velocity_by, FEED)
     shortest = np.where(rapid, 0.0, control.block_time)
     lowered: list[tuple[Any, Array]] = [
-        (1, _arc_speed(arc, blocks.radius, control.arc_growth)),
-        (2, np.where(shortest > 0.0, blocks.length / np.maximum(shortest, 1e-300), np.inf)),
-        (len(NAMES) + velocity_by, velocity),
+        (ARC, _arc_speed(arc, blocks.radius, control.arc_growth)),
+        (SHORT, np.where(shortest > 0.0, blocks.length / np.maximum(shortest, 1e-300), np.inf)),
+        (OF_AXES + velocity_by, velocity),
     ]
     for number, top in lowered:
         by = np.where(top < speed, number, by)
         speed = np.minimum(speed, top)
-    own = np.where(axis_acceleration < along, len(NAMES) + AXES + axis_by, np.where(rapid, 4, 3))
+    own = np.where(axis_acceleration < along, OF_AXES + AXES + axis_by, np.where(rapid, RAPIDLY, ALONG))
     return _Bounds(speed, acceleration, np.minimum(chosen(control.jerk, control.rapid_jerk), axis_jerk), arc, by, own)
 
 

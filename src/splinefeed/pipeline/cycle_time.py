@@ -19,11 +19,9 @@ from splinefeed.machine.control import AxisControl, Control, changed
 from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import values
 from splinefeed.pipeline.blocks import Blocks, read_blocks
-from splinefeed.pipeline.control_planning import BlockTimes, block_times
+from splinefeed.pipeline.control_planning import KINDS, LIMITS, BlockTimes, block_times
 from splinefeed.records import Array, IntArray
 
-#: Kinds of time, in the order of the keys of `as_dict`.
-KINDS = ("cutting", "rapid", "tool_change", "spindle", "dwell", "start")
 CUTTING, RAPID, CHANGE, SPINDLE, DWELL, START = range(len(KINDS))
 #: Most places that are listed, and by how much each parameter is changed in `saves`.
 PLACES, BETTER = 10, 0.2
@@ -40,7 +38,7 @@ class LineTimes:
     """The time of each line of a program, (n,) each: a line that is carried out again counts each time.
 
     line     of the file; seconds  in all, of which `beyond` are not length over programmed feed
-    begin    s from the start, when it is first carried out; limit  what binds longest there, by its number
+    begin    s from the start, when it is first carried out; limit  what binds longest there: number in `limits`
     place    (n, 3) X, Y and Z when it has been carried out, mm; operation  how many tool changes there were by then
     """
 
@@ -130,7 +128,7 @@ class CycleTime:
         ideal[moving] = self.blocks.length[number[moving]] / self.blocks.feed[number[moving]]
         order = np.lexsort((-np.arange(len(line)), seconds, of))
         longest = order[np.searchsorted(of[order], np.arange(len(lines)), "right") - 1]
-        limit = np.where(moving, self.times.limit[number] + len(KINDS), kind)[longest]
+        limit = np.where(moving, self.times.limit[number], kind)[longest]
         last = np.zeros(len(lines), dtype=np.int64)
         np.maximum.at(last, of, np.arange(len(line)))
         block = np.maximum.accumulate(number)[last]
@@ -143,7 +141,7 @@ class CycleTime:
     @property
     def limits(self) -> tuple[str, ...]:
         """What `by_line` numbers: kinds of waits, then limits of moves."""
-        return (*(name.replace("_", " ") for name in KINDS), *self.times.limits)
+        return LIMITS
 
     def places(self, most: int = PLACES) -> list[dict[str, Any]]:
         """The lines that take longest: seconds, those beyond length over programmed feed, and which limit binds."""
@@ -152,15 +150,15 @@ class CycleTime:
         return [
             {
                 "line": int(of.line[k]), "seconds": float(of.seconds[k]), "beyond_feed_s": float(of.beyond[k]),
-                "limit": self.limits[int(of.limit[k])],
+                "limit": LIMITS[int(of.limit[k])],
             }
             for k in found
         ]  # fmt: skip
 
     def bound_by(self) -> dict[str, float]:
         """Seconds of the blocks in which each limit binds, the longest first."""
-        sums = np.bincount(self.times.limit, self.times.seconds, len(self.times.limits))
-        return {self.times.limits[k]: float(sums[k]) for k in np.argsort(-sums) if sums[k] > 0.0}
+        sums = np.bincount(self.times.limit, self.times.seconds, len(LIMITS))
+        return {LIMITS[k]: float(sums[k]) for k in np.argsort(-sums) if sums[k] > 0.0}
 
     def saves(self, better: float = BETTER) -> list[dict[str, Any]]:
         """What each parameter of the control saves if it were better by this share, s: planned again, most first."""

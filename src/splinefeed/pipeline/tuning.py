@@ -17,10 +17,10 @@ from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import FEED_FORWARD, GAINS, Axis, Controller
 from splinefeed.records import ROTARY_AXES, Array, Response, Setpoints
 from splinefeed.simulation import tuning
-from splinefeed.simulation.curves import HUNTING, TunedAxis, hunts, rest_swing, seen_resolution, tuned_axis
+from splinefeed.simulation.curves import HUNTING, TunedAxis, hunts, rest_swing, tuned_axis
 from splinefeed.simulation.follow import Follower
 from splinefeed.simulation.linear import Bound, Margins, margins, quick_slacks
-from splinefeed.simulation.plant import force_per_volt
+from splinefeed.simulation.plant import force_per_volt, seen_resolution
 
 PATH_RULE = "path"
 #: Runs of the whole path that the optimiser may make, by default, and at most.

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from splinefeed.analysis.thinning import cells
-from splinefeed.pipeline.cycle_time import KINDS, CycleTime
+from splinefeed.pipeline.control_planning import KINDS
+from splinefeed.pipeline.cycle_time import CycleTime
 from splinefeed.records import Array
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Coloured, Figure, Line, Panel, Shades

@@ -11,6 +11,7 @@ from splinefeed.machine.parts import Axis
 from splinefeed.records import Array
 from splinefeed.simulation.follow import AxisRun
 from splinefeed.simulation.linear import ComplexArray, Margins, discrete_plant, loop_responses, margins
+from splinefeed.simulation.plant import seen_resolution
 
 #: Points of a curve over frequency, between these shares of half the servo rate.
 POINTS = 800
@@ -117,13 +118,6 @@ def rest_swing(axis: Axis, period: float) -> float:
     moves = np.diff(watched)
     up, down = float(np.sum(moves[moves > 0.0])), float(-np.sum(moves[moves < 0.0]))
     return min(float(np.ptp(watched)), up, down)  # a slow creep to the goal goes one way only, and is not hunting
-
-
-def seen_resolution(axis: Axis) -> float:
-    """One count of what closes the loop, the scale or the encoder, mm or rad."""
-    if axis.controller.feedback == "scale" and axis.scale is not None:
-        return axis.scale.resolution
-    return axis.encoder_resolution
 
 
 def hunts(axis: Axis, swing: float) -> bool:

@@ -105,6 +105,13 @@ def force_per_volt(axis: Axis) -> float:
     return float(axis.drive.force_per_volt or 0.0) * axis.force_per_motor_force
 
 
+def seen_resolution(axis: Axis) -> float:
+    """One count of what closes the loop, the scale or the encoder, mm or rad."""
+    if axis.controller.feedback == "scale" and axis.scale is not None:
+        return axis.scale.resolution
+    return axis.encoder_resolution
+
+
 def exponentials_less_one(matrix: Array, halvings: int) -> list[Array]:
     """exp(M / 2^k) - 1 for k = 0 ... halvings, for M (n, n).
 
@@ -220,8 +227,7 @@ def parameters(axis: Axis, period: float, sub_steps: int = SUB_STEPS, *, linear:
         out[mechanics.DRIVE_LIMIT] = peak / force_per_volt(axis)
     out[mechanics.DELAY] = control.delay
     out[mechanics.ON_LOAD] = control.feedback == "scale"
-    on_load = axis.scale is not None and control.feedback == "scale"
-    out[mechanics.RESOLUTION] = axis.scale.resolution if on_load and axis.scale is not None else axis.encoder_resolution
+    out[mechanics.RESOLUTION] = seen_resolution(axis)
     out[mechanics.ERROR_LIMIT] = control.error_limit
     out[mechanics.SUB_STEPS] = sub_steps
     out[mechanics.COMPLIANT] = axis.transmission.stiffness is not None

@@ -66,7 +66,7 @@ def sweep(
     Example: `list(sf.sweep({"name": "two", "sources": ["butterfly"], "grid": {"limits.feed": [30, 60]}}, workers=0))`
     """
     spec = spec if isinstance(spec, Sweep) else specs.from_dict(spec) if isinstance(spec, Mapping) else specs.read(spec)
-    return (row for row, _ in timed(spec, executor, folder=folder, workers=workers, artefacts=artefacts))
+    return (row for row, _, _ in timed(spec, executor, folder=folder, workers=workers, artefacts=artefacts))
 
 
 def timed(
@@ -76,12 +76,11 @@ def timed(
     folder: str | os.PathLike[str] | None = None,
     workers: int | None = None,
     artefacts: Artefacts | None = None,
-    start: Callable[[int], None] = lambda already: None,
-) -> Iterator[tuple[Row, float]]:
-    """As `sweep`, with the time that each run took, s; `start` is called with the number of earlier runs."""
+) -> Iterator[tuple[Row, float, int]]:
+    """As `sweep`, with the time that each run took, s, and how many runs are there by now, earlier ones included."""
     with ExitStack() as stack:
         store = None if folder is None else stack.enter_context(Store(folder, spec))
-        start(0 if store is None else int(store.done.sum()))
+        earlier = 0 if store is None else int(store.done.sum())
         rows: Iterator[tuple[Row, float]]
         tasks = (spec.task(index) for index in range(len(spec)) if store is None or not store.done[index])
         if workers == 0 and executor is None:
@@ -89,10 +88,10 @@ def timed(
         else:
             count = workers or int(getattr(executor, "_max_workers", 0) or os.cpu_count() or 1)
             rows = drive(tasks, executor or (lambda: processes(count)), count, artefacts)
-        for row, took in rows:
+        for there, (row, took) in enumerate(rows, earlier + 1):
             if store is not None:
                 store.add(row)
-            yield row, took
+            yield row, took, there
 
 
 def processes(workers: int | None = None) -> ProcessPoolExecutor:

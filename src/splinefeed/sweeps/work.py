@@ -21,7 +21,7 @@ from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.run import PAPER_PERIOD, Run, on_machine, planned_axes
 from splinefeed.pipeline.run import run as make_run
 from splinefeed.pipeline.settings import at_programmed_feeds, completed
-from splinefeed.records import ROTARY_AXES, Limits, TimeLaw
+from splinefeed.records import Limits, TimeLaw
 from splinefeed.sweeps.spec import Settings, Task
 
 #: What a run came to: every limit holds; a limit or a check does not; there is no result.
@@ -101,9 +101,8 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
         "worst_at_s": worst and worst.at_s,
     }
     if run.served is not None:
-        tally = run.served.tally
-        linear = [w.value for axis, w in zip(tally.axes, tally.tracking, strict=True) if axis not in ROTARY_AXES]
-        numbers |= tally.numbers() | {"tracking_error_max_mm": max(linear, default=None)}
+        axis, largest = run.served.tally.worst_linear()
+        numbers |= run.served.tally.numbers() | {"tracking_error_max_mm": largest.value if axis else None}
     if artefacts is not None:
         artefacts(task, run)
     return {name: numbers[name] for name in COLUMNS if name in numbers}
