@@ -6,7 +6,6 @@ named parameters of its own, and one that `o call` calls #1 to #30 too. Names th
 
 from __future__ import annotations
 
-import io
 import os
 import pathlib
 import re
@@ -189,9 +188,10 @@ class Flow:
             high = text.order[bisect_left(text.order, low)]
             plain = text is self.main and high - low >= PLAIN
             self._count((high - low) // PLAIN if plain else high - low)
-            for block in blocks_of(io.BytesIO(text.between(low, high)), size):
-                yield block, low
-                low += block.count(b"\n")
+            while low < high:
+                end = max(low + 1, min(high, int(np.searchsorted(text.begins, text.begins[low] + size, "right")) - 1))
+                yield text.between(low, end), low
+                low = end
             self.at = high
             if high == text.count or self._run.ended:
                 break

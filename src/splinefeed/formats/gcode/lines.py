@@ -119,7 +119,7 @@ class Lines:
             known = ~arc | (moves & turning)
             known &= ~(moves & turning) | ~(wrong | has_centre[state.across])
             known &= ~fed | ((rate >= 0.0) & (rate <= layout.LARGEST))
-            known &= np.isnan(get["M"]) | ~np.isnan(get["G"]) | ~(moves | arc)  # there they would be words of M
+            known &= np.isnan(get["M"]) | ~np.isnan(get["G"]) | ~(arc | ~np.isnan(get["U"]))  # they would be words of M
             if inverse:
                 known &= np.where(moves, fed | (mode == 0), ~fed)
             if modes[layout.RELATIVE]:

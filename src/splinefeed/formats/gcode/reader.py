@@ -115,6 +115,8 @@ class Reading:
                 yield made  # what is wrong in a line before is said first
             where = self._flow.text.file if self._flow else file
             raise FormatError(f"{where}: line {fault.line or self._line}: {fault}") from None
+        finally:
+            self._flow = None  # it knows this reading, and holds the text
         self.ended, self.inch = run.ended, state.inch
         if state.modes[layout.EXTRUDED]:
             self.findings.say("E words, the filament of a 3-D printer, are not part of the path and are left out")

@@ -295,8 +295,9 @@ class State:
     def take(self) -> Moves:
         """The moves made since the last time."""
         self._turn_rows()
-        rows, marks = self.rows[: self.count].copy(), self.marks[: self.count].copy()
+        rows, marks = self.rows[: self.count], self.marks[: self.count]
         made = Moves(self._chunk_start, rows, marks, tuple(self.splines), tuple(self.said))
+        self.rows, self.marks = np.empty_like(self.rows), np.empty_like(self.marks)
         self.count, self._turned, self.splines, self.said = 0, 0, [], []
         if len(made):
             self._chunk_start = made.ends[-1].copy()

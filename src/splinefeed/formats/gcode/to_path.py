@@ -181,9 +181,9 @@ class Program:
             if found := first < len(held[0]):
                 names = [LETTERS[column] for column in PATH_ORDER if missing >> column & 1]
                 say_leading(held[0], first, names, "as 0 in the program's first coordinate system", reading.findings)
-                yield held[0], first
-        if held and not found:
-            yield held[0], 0  # rapid moves alone: all of them are the path
+                yield held.pop(), first
+        if held:
+            yield held.pop(), 0  # rapid moves alone: all of them are the path
         yield from ((moves, 0) for moves in parts)
 
     def parts(self, columns: IntArray, said: bool) -> Iterator[Path]:
