@@ -11,12 +11,11 @@ import pytest
 
 from rs274_twin import ROUNDED, Canon, Run, run
 from splinefeed.errors import FormatError
-from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import arc_curve, find_arcs
 from splinefeed.formats.gcode.dialects import named
-from splinefeed.formats.gcode.moves import RAPID, SPLINE, Moves
+from splinefeed.formats.gcode.moves import RAPID, SPLINE, Flag, Moves, joined
 from splinefeed.formats.gcode.piece import arcs_of
-from splinefeed.formats.gcode.reader import Reading, joined
+from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.state import UNSAID
 from splinefeed.formats.gcode.tools import Tool, Tools, read_tools
 from splinefeed.geometry.curve import NurbsCurve
@@ -65,46 +64,46 @@ def limits(canon: Canon) -> np.ndarray:
 
 
 def compare(moves: Moves, twin: Run, file: Path) -> None:
-    step = np.max(np.abs(moves.ends - moves.starts), axis=1) if len(moves) else np.zeros(0)
+    step = np.max(np.abs(moves.step), axis=1) if len(moves) else np.zeros(0)
     arcs = find_arcs(moves)
     number = {int(move): i for i, move in enumerate(arcs.move)}
     columns = np.arange(3)
     # LinuxCNC leaves out moves that lead nowhere in some places and not in others
-    shown = ROUNDED * np.where(moves.flags & layout.INCH != 0, 25.4, 1.0)  # the least move that it prints
-    kept = [i for i in range(len(moves)) if i in number or moves.kind[i] == SPLINE or step[i] > shown[i]]
+    shown = ROUNDED * np.where(moves.has(Flag.INCH), 25.4, 1.0)  # the least move that it prints
+    kept = [i for i in range(len(moves)) if i in number or moves["kind"][i] == SPLINE or step[i] > shown[i]]
     place, theirs = np.zeros((1, 6)), []
     for canon in twin.moves:
         leads = np.all(np.any(np.abs(canon.end - place) > limits(canon), axis=1))
         if canon.middle is not None or canon.kind == "NURBS" or leads:
             theirs.append(canon)
         # where a spline ends it does not print
-        place = moves.ends[moves.kind == SPLINE][:, :6] if canon.kind == "NURBS" else canon.end[None]
+        place = moves["end"][moves["kind"] == SPLINE][:, :6] if canon.kind == "NURBS" else canon.end[None]
     assert len(kept) == len(theirs)
     for i, canon in zip(kept, theirs, strict=True):
-        said = f"line {moves.line[i]}"
-        spline = moves.kind[i] == SPLINE and canon.middle is not None  # an arc across the plane of a turn
-        kind = "ARC" if i in number or spline else "NURBS" if moves.kind[i] == SPLINE else "TRAVERSE"
-        kind = "FEED" if kind == "TRAVERSE" and moves.kind[i] != RAPID else kind
+        said = f"line {moves['line'][i]}"
+        spline = moves["kind"][i] == SPLINE and canon.middle is not None  # an arc across the plane of a turn
+        kind = "ARC" if i in number or spline else "NURBS" if moves["kind"][i] == SPLINE else "TRAVERSE"
+        kind = "FEED" if kind == "TRAVERSE" and moves["kind"][i] != RAPID else kind
         assert kind == canon.kind, said
         if kind != "NURBS":
             # the place, the offset of its system and that of G92 are rounded each
-            assert np.all(np.abs(moves.ends[i, :6] - canon.end) <= 3.0 * limits(canon)), said
+            assert np.all(np.abs(moves["end"][i, :6] - canon.end) <= 3.0 * limits(canon)), said
         if canon.middle is not None:
             if spline:
-                made = moves.splines[int(moves.codes[i, layout.SPLINE])]
+                made = moves.splines[moves["spline"][i]]
                 curve = NurbsCurve(made.degree, made.knots, made.points[:, :3], made.weights)
             else:
-                curve = arc_curve(moves.starts[i], moves.ends[i], arcs, number[i], columns)
+                curve = arc_curve(moves.starts[i], moves["end"][i], arcs, number[i], columns)
             middle = curve(0.5 * sum(curve.domain))
             # the centre is rounded too, and on a flat arc that moves its middle as far
             # and where the radii of both ends differ it does not say where the middle of the spiral lies
             spiral = 0.0 if spline else 0.1 * abs(arcs.last[number[i]] - arcs.first[number[i]])
             assert np.abs(middle - canon.middle).max() <= 6.0 * canon.rounded + spiral, said
-        tolerance = moves.values[i, layout.ROW_TOLERANCE]
+        tolerance = moves["tolerance"][i]
         # LinuxCNC stops exactly within some cycles, where the program says nothing of a tolerance
         assert tolerance == UNSAID or tolerance == pytest.approx(canon.tolerance, abs=1e-6), said
-        if kind != "TRAVERSE" and not moves.flags[i] & layout.INVERSE_FEED:
-            assert moves.values[i, layout.ROW_FEED] == pytest.approx(canon.feed, abs=canon.feed_rounded), said
+        if kind != "TRAVERSE" and not moves["flags"][i] & Flag.INVERSE_FEED:
+            assert moves["feed"][i] == pytest.approx(canon.feed, abs=canon.feed_rounded), said
     waits = [mark.dwell for mark in moves.marks if mark.dwell]
     assert waits == pytest.approx([wait for wait in twin.waits if wait], abs=1e-4)
     words = [word for mark in moves.marks for word in mark.text.split() if word[0] == "M"]

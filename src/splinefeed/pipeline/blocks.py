@@ -11,10 +11,9 @@ import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats import registry
-from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import Arcs
 from splinefeed.formats.gcode.ends import Ends
-from splinefeed.formats.gcode.moves import AXES, RAPID, Mark, Moves, Spline
+from splinefeed.formats.gcode.moves import AXES, RAPID, ROW, STATED, Flag, Mark, Moves, Spline
 from splinefeed.formats.gcode.offsets import REFERENCES
 from splinefeed.formats.gcode.piece import NO_LENGTH, NOTHING, straight_lengths
 from splinefeed.formats.gcode.to_path import Program
@@ -82,7 +81,7 @@ def read_blocks(file: str | os.PathLike[str], control: Control, **options: Any) 
         raise FormatError(f"{file}: no line moves an axis")
     moves, step = _by_way_of_changes(moves, control.change_place)
     (piece,) = program.pieces([moves], reading, np.arange(AXES), len(moves))
-    rapid, arcs = moves.kind == RAPID, piece.arcs
+    rapid, arcs = moves["kind"] == RAPID, piece.arcs
     length = np.where(rapid, straight_lengths(step), piece.lengths)
     moved = step != 0.0
     moved[arcs.move[:, None], arcs.axes] = True
@@ -95,16 +94,16 @@ def read_blocks(file: str | os.PathLike[str], control: Control, **options: Any) 
     kept = np.flatnonzero(length > NO_LENGTH)
     if not len(kept):
         raise FormatError(f"{file}: {NOTHING}")
-    feed, tolerance = piece.programmed_feeds, moves.values[:, layout.ROW_TOLERANCE]
-    if missing := moves.line[kept[(feed <= 0.0)[kept] & ~rapid[kept]]].tolist():
+    feed, tolerance = piece.programmed_feeds, moves["tolerance"]
+    if missing := moves["line"][kept[(feed <= 0.0)[kept] & ~rapid[kept]]].tolist():
         reading.findings.say(f"line {missing[0]}: no feed before it (F): timed as rapid")
     end, trace = _trace(moves, arcs)
     first, last = (np.nan_to_num(each) for each in ends.tangents)
     arrays = {
-        "line": moves.line, "rapid": rapid, "length": length, "step": step, "moved": moved, "first": first,
+        "line": moves["line"], "rapid": rapid, "length": length, "step": step, "moved": moved, "first": first,
         "feed": np.where((feed <= 0.0) | rapid, np.inf, feed), "last": last, "radius": ends.radius, "kink": kink,
         "tolerance": np.where(tolerance >= 0.0, tolerance, np.nan), "end": end,
-        "stops": moves.flags & layout.STOPS != 0,
+        "stops": moves.has(Flag.STOPS),
     }  # fmt: skip
     numbers = np.searchsorted(kept, [mark.move for mark in moves.marks]).tolist()
     marks = tuple(replace(mark, move=number) for mark, number in zip(moves.marks, numbers, strict=True))
@@ -120,22 +119,21 @@ def _by_way_of_changes(moves: Moves, place: Place) -> tuple[Moves, Array]:
     there = {axis: value for axis, value in enumerate((place.x, place.y, place.z)) if value is not None}
     changes = [k for k, mark in enumerate(moves.marks) if there and "M6" in mark.text.split()]
     at = np.array([moves.marks[k].move for k in changes], dtype=np.int64)
-    values, codes = np.zeros((len(at), layout.FLOATS)), np.zeros((len(at), layout.INTEGERS), dtype=np.int64)
-    values[:, :AXES] = np.concatenate([moves.start[None], moves.ends])[at]
-    codes[:, layout.ROW_LINE] = [moves.marks[k].line for k in changes]
-    codes[:, layout.ROW_PLANE], codes[:, layout.SPLINE] = 17, -1
+    rows = np.zeros(len(at), ROW)
+    rows["end"] = np.concatenate([moves.start[None], moves["end"]])[at]
+    rows["line"] = [moves.marks[k].line for k in changes]
+    rows["plane"], rows["spline"] = 17, -1
     before = np.searchsorted(changes, np.arange(len(moves.marks))).tolist()
     marks = tuple(replace(mark, move=mark.move + k) for mark, k in zip(moves.marks, before, strict=True))
-    values, codes = np.insert(moves.values, at, values, axis=0), np.insert(moves.codes, at, codes, axis=0)
-    moves = replace(moves, values=values, codes=codes, marks=marks)
-    step = moves.ends - moves.starts
+    moves = replace(moves, rows=np.insert(moves.rows, at, rows), marks=marks)
+    step = moves.step
     for way in (at + np.arange(len(at))).tolist():
-        away = {axis: value - moves.ends[way, axis] for axis, value in there.items()}
+        away = {axis: value - moves["end"][way, axis] for axis, value in there.items()}
         step[way, list(away)] = list(away.values())
         for move in range(way + 1, len(moves)):
-            if not away or moves.kind[move] != RAPID:
+            if not away or moves["kind"][move] != RAPID:
                 break
-            for axis in [axis for axis in away if codes[move, layout.AXES] >> layout.STATED + axis & 1]:
+            for axis in [axis for axis in away if moves["axes"][move] >> STATED + axis & 1]:
                 step[move, axis] -= away.pop(axis)
     return moves, step
 
@@ -159,7 +157,7 @@ def _trace(moves: Moves, arcs: Arcs) -> tuple[IntArray, Array]:
     end = np.cumsum(count)
     move = np.repeat(np.arange(len(moves)), count)
     share = (np.arange(1, len(move) + 1) - (end - count)[move]) / count[move]
-    trace = moves.starts[move, :3] + share[:, None] * (moves.ends - moves.starts)[move, :3]
+    trace = moves.starts[move, :3] + share[:, None] * moves.step[move, :3]
     number = np.full(len(moves), -1)
     number[arcs.move] = np.arange(len(arcs))
     rows = np.flatnonzero(number[move] >= 0)

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.lines import Lines
-from splinefeed.formats.gcode.moves import Moves
+from splinefeed.formats.gcode.moves import Moves, joined
 from splinefeed.formats.gcode.offsets import Offsets
-from splinefeed.formats.gcode.reader import Reading, joined
+from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.state import State
 
 NUMBERS = st.one_of(
@@ -88,8 +88,7 @@ def agree(file: Path, text: str, repair: bool = False) -> Moves:
     (moves, message, findings), (again, other, others) = both(file, repair)
     assert message == other and findings == others
     assert moves is not None and again is not None
-    assert moves.values.tobytes() == again.values.tobytes()
-    assert np.array_equal(moves.codes, again.codes)
+    assert moves.rows.tobytes() == again.rows.tobytes()
     assert moves.marks == again.marks and len(moves.splines) == len(again.splines)
     return moves
 
@@ -122,7 +121,7 @@ def test_numbers_are_the_nearest_floats(mantissa: int, places: int, negative: bo
         return
     state = State(Offsets({}), np.zeros(9))
     assert Lines(f"G1 X{text}\n".encode(), extruder=False).scan(state, 0, 1, 1) == 1
-    assert state.take().values[0, 0] == float(text)
+    assert state.take()["end"][0, 0] == float(text)
 
 
 def test_simple_lines_are_read_by_arrays(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -149,7 +148,7 @@ def test_blocks_may_end_anywhere(file: Path, monkeypatch: pytest.MonkeyPatch) ->
     whole = agree(file, text)
     for block in (64, 100, 4096):
         monkeypatch.setattr("splinefeed.formats.gcode.reader.BLOCK", block)
-        assert np.array_equal(agree(file, text).values, whole.values)
+        assert np.array_equal(agree(file, text).rows, whole.rows)
 
 
 def test_more_moves_than_one_part_holds(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -159,7 +158,7 @@ def test_more_moves_than_one_part_holds(file: Path, monkeypatch: pytest.MonkeyPa
     whole = agree(file, text)
     monkeypatch.setattr("splinefeed.formats.gcode.state.CAPACITY", 8)
     parts = agree(file, text)
-    assert np.array_equal(parts.values, whole.values) and np.array_equal(parts.codes, whole.codes)
+    assert np.array_equal(parts.rows, whole.rows)
     assert parts.marks == whole.marks and len(parts.splines) == len(whole.splines) == 40
 
 
@@ -173,7 +172,7 @@ def test_a_program_too_large_to_jump_is_read_block_by_block(file: Path, monkeypa
     monkeypatch.setattr("splinefeed.formats.gcode.reader.LARGEST_THAT_JUMPS", 10)
     monkeypatch.setattr("splinefeed.formats.gcode.reader.BLOCK", 100)
     parts = agree(file, text)
-    assert np.array_equal(parts.values, whole.values) and parts.marks == whole.marks
+    assert np.array_equal(parts.rows, whole.rows) and parts.marks == whole.marks
     file.write_text("G1 X1 F1\nM98 P5\n")
     with pytest.raises(FormatError, match="line 2: M98: subprograms are not supported here"):
         list(Reading().moves(file))

@@ -10,7 +10,8 @@ import pytest
 
 from gcode_programs import path_of, program, said
 from splinefeed.formats.gcode.dialects import named
-from splinefeed.formats.gcode.reader import Reading, joined
+from splinefeed.formats.gcode.moves import joined
+from splinefeed.formats.gcode.reader import Reading
 
 
 def feeds(folder: Path, *lines: str, **options: object) -> list[float]:
@@ -74,7 +75,7 @@ def test_a_turned_program_is_read_by_arrays_as_line_by_line(tmp_path: Path) -> N
     file = program(tmp_path, "G10 L2 P1 X3 Y4 R30", *some, "G91", *some, "G90 G54", *arcs, "G10 L2 P1 R-7", *some)
     fast, slow = (joined(list(Reading(dialect=named("linuxcnc"), fast=each).moves(file))) for each in (True, False))
     assert len(fast) == 360
-    assert np.array_equal(fast.values, slow.values) and np.array_equal(fast.codes, slow.codes)
+    assert np.array_equal(fast.rows, slow.rows)
 
 
 def test_feeds_with_the_spindle_are_read_by_arrays_as_line_by_line(tmp_path: Path) -> None:
@@ -84,4 +85,4 @@ def test_feeds_with_the_spindle_are_read_by_arrays_as_line_by_line(tmp_path: Pat
     for head in ("S500 M3 G95 F.1", "G96 S50 M3 G95 F.1"):
         file = program(tmp_path, head, *some)
         fast, slow = (joined(list(Reading(dialect=named("linuxcnc"), fast=e).moves(file))) for e in (True, False))
-        assert np.array_equal(fast.values, slow.values) and np.array_equal(fast.codes, slow.codes)
+        assert np.array_equal(fast.rows, slow.rows)

@@ -13,9 +13,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import CLOCKWISE, COUNTERCLOCKWISE, Findings, Moves
+from splinefeed.formats.gcode.moves import CLOCKWISE, COUNTERCLOCKWISE, PLANES, Findings, Flag, Moves
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -59,18 +58,18 @@ class Arcs:
 
 def find_arcs(moves: Moves, findings: Findings | None = None, repair: bool = False) -> Arcs:
     """The circles of all arcs; LineError with the line for one that misses its circle, or a finding with `repair`."""
-    chosen = np.flatnonzero((moves.kind == CLOCKWISE) | (moves.kind == COUNTERCLOCKWISE))
-    axes = np.array(list(layout.PLANES.values()))[moves.codes[chosen, layout.ROW_PLANE] - 17]
+    chosen = np.flatnonzero((moves["kind"] == CLOCKWISE) | (moves["kind"] == COUNTERCLOCKWISE))
+    axes = np.array(list(PLANES.values()))[moves["plane"][chosen] - 17]
     rows = np.arange(len(chosen))[:, None]
-    start, end = moves.starts[chosen][rows, axes], moves.ends[chosen][rows, axes]
-    words = moves.values[chosen, layout.CENTER : layout.CENTER + 3][rows, axes]
-    flags, ccw = moves.flags[chosen], moves.kind[chosen] == COUNTERCLOCKWISE
-    by_radius = flags & layout.HAS_R != 0
-    radius, length = moves.values[chosen, layout.RADIUS], np.linalg.norm(end - start, axis=1)
+    start, end = moves.starts[chosen][rows, axes], moves["end"][chosen][rows, axes]
+    words = moves["centre"][chosen][rows, axes]
+    flags, ccw = moves["flags"][chosen], moves["kind"][chosen] == COUNTERCLOCKWISE
+    by_radius = flags & Flag.R != 0
+    radius, length = moves["radius"][chosen], np.linalg.norm(end - start, axis=1)
 
     def refuse(wrong: BoolArray, reason: Callable[[int], str], read_as: Callable[[int], str] | None = None) -> None:
         for i in np.flatnonzero(wrong).tolist():
-            line = int(moves.line[chosen[i]])
+            line = int(moves["line"][chosen[i]])
             if read_as is None or findings is None or not repair:
                 fault = LineError(reason(i))
                 fault.line = line
@@ -89,7 +88,7 @@ def find_arcs(moves: Moves, findings: Findings | None = None, repair: bool = Fal
         ),
         lambda i: f"half a circle of radius {0.5 * length[i]:.6g} mm",
     )
-    centre = np.where((flags & layout.ABSOLUTE != 0)[:, None], words, start + words)
+    centre = np.where((flags & Flag.ABSOLUTE != 0)[:, None], words, start + words)
     # less than half a turn if R > 0, more if R < 0
     height = np.sqrt(np.maximum((radius - 0.5 * length) * (radius + 0.5 * length), 0.0))
     aside = np.where(ccw == (radius > 0.0), height, -height) / np.where(by_radius, length, 1.0)
@@ -97,7 +96,7 @@ def find_arcs(moves: Moves, findings: Findings | None = None, repair: bool = Fal
     centre = np.where(by_radius[:, None], 0.5 * (start + end) + left * aside[:, None], centre)
     first, last = (np.linalg.norm(each - centre, axis=1) for each in (start, end))
     refuse(first <= SAME_POINT, lambda _: "the arc has its centre where it begins: radius 0")
-    off, inch = np.abs(last - first), flags & layout.INCH != 0
+    off, inch = np.abs(last - first), flags & Flag.INCH != 0
     always, rounded = np.where(inch, ALWAYS_INCH, ALWAYS), np.where(inch, ROUNDED_INCH, ROUNDED)
     refuse(
         ~by_radius & ((off > always) | ((off > rounded) & (off > RELATIVE * np.maximum(first, last)))),
@@ -112,13 +111,13 @@ def find_arcs(moves: Moves, findings: Findings | None = None, repair: bool = Fal
     sweep = np.arctan2(*(end - centre).T[::-1]) - angle
     sweep = np.maximum(np.mod(np.where(ccw, sweep, -sweep), 2.0 * math.pi), LEAST_SWEEP)
     sweep = np.where(length <= SAME_POINT, 2.0 * math.pi, sweep)
-    sweep += 2.0 * math.pi * (moves.values[chosen, layout.TURNS] - 1.0)
+    sweep += 2.0 * math.pi * (moves["turns"][chosen] - 1.0)
     return Arcs(chosen, axes, centre, first, last, angle, np.where(ccw, sweep, -sweep))
 
 
 def arc_lengths(moves: Moves, arcs: Arcs) -> Array:
     """Lengths (m,) of the arcs over the linear axes, mm: sqrt((r sweep)^2 + dr^2 + rise^2) with the mean radius."""
-    step = (moves.ends - moves.starts)[arcs.move]
+    step = moves.step[arcs.move]
     step[np.arange(len(arcs))[:, None], arcs.axes] = 0.0
     step[:, 3:6] = 0.0
     along = 0.5 * (arcs.first + arcs.last) * arcs.sweep
@@ -128,7 +127,7 @@ def arc_lengths(moves: Moves, arcs: Arcs) -> Array:
 
 def arc_degrees(moves: Moves, arcs: Arcs) -> IntArray:
     """Degrees (m,) of the curves that `arc_curve` makes: 1, 2, or 7 where another axis moves too."""
-    step = (moves.ends - moves.starts)[arcs.move]
+    step = moves.step[arcs.move]
     step[np.arange(len(arcs))[:, None], arcs.axes] = 0.0
     degrees: IntArray = np.where(np.any(step != 0.0, axis=1), _HELIX_DEGREE, 2)
     return np.where(np.abs(arcs.sweep) <= CHORD_SWEEP, 1, degrees)

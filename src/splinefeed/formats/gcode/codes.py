@@ -5,8 +5,6 @@ Codes are kept as tenths: G61.1 is 611. Source: LinuxCNC, "G-Code Overview", tab
 
 from __future__ import annotations
 
-from splinefeed.formats.gcode import layout
-
 #: Groups of which a line may name one code. Motion also holds the codes that are refused.
 GROUPS: dict[str, tuple[int, ...]] = {
     "motion": (
@@ -37,10 +35,11 @@ M_GROUPS: dict[str, tuple[int, ...]] = {
 }
 M_GROUP_OF = {code: group for group, codes in M_GROUPS.items() for code in codes}
 
-#: What the codes of a plane and of distances do: the entry of the modes, and its value.
+#: What the codes of a plane and of distances do: what of the state they set, and to what.
 MODES = {
-    **{code: (layout.PLANE, code // 10) for code in (170, 180, 190)},
-    900: (layout.RELATIVE, 0), 910: (layout.RELATIVE, 1), 901: (layout.CENTRES, 1), 911: (layout.CENTRES, 0),
+    **{code: ("plane", code // 10) for code in (170, 180, 190)},
+    900: ("relative", False), 910: ("relative", True),
+    901: ("absolute_centres", True), 911: ("absolute_centres", False),
 }  # fmt: skip
 #: What can be left out if the user says so with `repair`: probing, and cutter compensation.
 PROBES, COMPENSATION = (310, 382, 383, 384, 385), (410, 411, 420, 421)

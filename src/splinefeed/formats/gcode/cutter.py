@@ -11,10 +11,9 @@ import cmath
 import math
 from dataclasses import dataclass
 
-from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import find_arcs
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import CLOCKWISE, COUNTERCLOCKWISE, RAPID, Moves
+from splinefeed.formats.gcode.moves import CLOCKWISE, COUNTERCLOCKWISE, LARGEST, PLANES, RAPID, Flag, Moves
 from splinefeed.formats.gcode.state import State
 from splinefeed.records import Array
 
@@ -67,18 +66,18 @@ class Cutter:
         self._here = self._begins = 0j
         self._axes = [0, 1]
 
-    def _at(self, row: Array, column: int = 0) -> complex:
-        return complex(*(row[column + axis] for axis in self._axes))
+    def _at(self, place: Array) -> complex:
+        return complex(*place[self._axes])
 
-    def _put(self, row: Array, place: complex, column: int = 0) -> None:
-        row[[column + axis for axis in self._axes]] = place.real, place.imag
+    def _put(self, row: Array, place: complex) -> None:
+        row[self._axes] = place.real, place.imag
 
     def begin(self, radius: float, line: int) -> None:
         """G41 (radius above 0) and G42."""
         self.first_line = line
         self.on = self.state.held = True
         self._radius, self._last = radius, None
-        self._axes = list(layout.PLANES[int(self.state.modes[layout.PLANE])])
+        self._axes = list(PLANES[self.state.plane])
         self._here = self._at(self.state.position)
 
     def end(self) -> None:
@@ -106,9 +105,10 @@ class Cutter:
     def moved(self, start: Array) -> None:
         """The last row of the state leads from `start` (9,) on the contour: put it to the side."""
         state, i = self.state, self.state.count - 1
-        corner, end = self._at(start), self._at(state.rows[i])
-        if state.marks[i, layout.KIND] not in _ARCS and abs(end - corner) < SAME_PLACE:
-            self._put(state.rows[i], self._here)
+        ends = state.rows["end"]
+        corner, end = self._at(start), self._at(ends[i])
+        if state.rows["kind"][i] not in _ARCS and abs(end - corner) < SAME_PLACE:
+            self._put(ends[i], self._here)
             return
         state.count -= 1  # a row that is refused is none
         side = self._beside(i, start)
@@ -127,28 +127,28 @@ class Cutter:
             self._begins = self._here
         state.count = side.row + 1
         self._here = side.end
-        self._put(state.rows[side.row], self._here)
+        self._put(state.rows["end"][side.row], self._here)
 
     def _enter(self, side: _Side) -> None:
         """An arc as first move: from where the tool is, tangent at its end to the arc beside the contour."""
         out, way = (side.end - side.centre) / side.radius, side.end - self._here
         aside = _along(way, out)
         radius = abs(way) ** 2 / (2.0 * aside) if aside > SAME_PLACE else 0.0
-        if not 0.0 < radius <= layout.LARGEST:
+        if not 0.0 < radius <= LARGEST:
             raise LineError("the arc on which cutter compensation begins does not lead beside its contour; take a line")
         side.centre, side.radius, side.begin = side.end - radius * out, radius, self._here
-        self._put(self.state.rows[side.row], side.centre, layout.CENTER)
+        self._put(self.state.rows["centre"][side.row], side.centre)
         self._begins = self._here
 
     def _beside(self, i: int, start: Array) -> _Side:
         """Row i, which begins at `start`, beside its contour."""
         state, shift = self.state, 1j * self._radius
-        row, codes = state.rows[i], state.marks[i]
-        begin, end = self._at(start), self._at(row)
-        if codes[layout.KIND] not in _ARCS:
+        row = state.rows[i]
+        begin, end = self._at(start), self._at(row["end"])
+        if row["kind"] not in _ARCS:
             along = (end - begin) / abs(end - begin)
             return _Side(i, along, along, begin + shift * along, end + shift * along)
-        arcs = find_arcs(Moves(start, state.rows[i : i + 1], state.marks[i : i + 1]))
+        arcs = find_arcs(Moves(start, state.rows[i : i + 1]))
         centre, sense = complex(*arcs.centre[0]), 1 if arcs.sweep[0] > 0.0 else -1
         first, last = (1j * sense * (each - centre) / abs(each - centre) for each in (begin, end))
         beside = float(arcs.last[0]) - sense * self._radius
@@ -156,9 +156,9 @@ class Cutter:
             raise LineError(
                 f"the arc's radius {arcs.last[0]:.6g} mm is too small for the tool's {abs(self._radius):.6g} mm"
             )
-        self._put(row, centre, layout.CENTER)
-        row[layout.RADIUS] = 0.0
-        codes[layout.FLAGS] = codes[layout.FLAGS] & ~layout.HAS_R | layout.ABSOLUTE | sum(1 << a for a in self._axes)
+        self._put(row["centre"], centre)
+        row["radius"] = 0.0
+        row["flags"] = row["flags"] & ~Flag.R | Flag.ABSOLUTE | sum(1 << a for a in self._axes)
         return _Side(i, first, last, begin + shift * first, end + shift * last, sense, centre, beside)
 
     def _corner(self, last: _Side, side: _Side, corner: complex, before: complex) -> None:
@@ -173,8 +173,8 @@ class Cutter:
             return
         for meet in _meets(last, side, corner, self._radius):
             if last.reaches(before, meet) and side.reaches(meet, side.end):
-                for row in self.state.rows[last.row : side.row]:
-                    self._put(row, meet)
+                for end in self.state.rows["end"][last.row : side.row]:
+                    self._put(end, meet)
                 self._begins = meet
                 return
         raise LineError(
@@ -185,20 +185,17 @@ class Cutter:
     def _around(self, side: _Side, corner: complex) -> None:
         """An arc, or a line where the tool moves rapidly, before the row of `side`."""
         state, i = self.state, side.row
-        rapid = int(state.marks[i, layout.KIND]) == RAPID
+        rapid, bits = state.rows["kind"][i] == RAPID, sum(1 << axis for axis in self._axes)
         kind = RAPID if rapid else CLOCKWISE if self._radius > 0.0 else COUNTERCLOCKWISE
         state.count = i + 1
-        end = state.rows[i, : len(state.position)].copy()
-        state.add(kind, end, 0, 0, int(state.marks[i, layout.ROW_LINE]))
-        for rows in (state.rows, state.marks):
-            rows[[i, i + 1]] = rows[[i + 1, i]]
-        state.rows[i, : len(end)] = state.rows[i - 1, : len(end)] if i else end
-        self._put(state.rows[i], side.begin)
-        bits = sum(1 << axis for axis in self._axes)
-        state.marks[i, layout.AXES] = bits | state.marks[i + 1, layout.AXES]
+        end, axes = state.rows["end"][i].copy(), bits | int(state.rows["axes"][i])
+        state.add(kind, end, axes, int(state.rows["line"][i]), flags=0 if rapid else Flag.ABSOLUTE | bits)
+        state.rows[[i, i + 1]] = state.rows[[i + 1, i]]
+        around = state.rows[i]
+        around["end"] = state.rows["end"][i - 1] if i else end
+        self._put(around["end"], side.begin)
         if not rapid:
-            self._put(state.rows[i], corner, layout.CENTER)
-            state.marks[i, layout.FLAGS] |= layout.ABSOLUTE | bits
+            self._put(around["centre"], corner)
         side.row += 1
         self._begins = side.begin
 

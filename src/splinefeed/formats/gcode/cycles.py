@@ -15,11 +15,10 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.dialects import Dialect
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import LETTERS, LINE, POLAR, RAPID, Findings
+from splinefeed.formats.gcode.moves import LARGEST, LETTERS, LINE, POLAR, RAPID, Findings
 from splinefeed.formats.gcode.state import UNSAID, State, check_size
 from splinefeed.formats.gcode.threads import TIED
 
@@ -122,7 +121,7 @@ class Hole:
                 self.move(RAPID, wall, self.levels["Q"])
             elif isinstance(said, str):
                 state.say(self.line, said)
-            elif not 0.0 <= said <= layout.LARGEST:
+            elif not 0.0 <= said <= LARGEST:
                 raise LineError(f"{self.name}: a wait of {said:g} s is not possible")
             elif said:
                 state.say(self.line, dwell=said)
@@ -134,8 +133,7 @@ class Hole:
             return
         there = state.position.copy()
         there[axis] = level
-        stated = 0 if state.modes[layout.RELATIVE] else 1 << axis
-        state.add(kind, there, 1 << axis, stated, self.line, **({} if feed is None else {"feed": feed}))
+        state.add(kind, there, state.stated(1 << axis), self.line, feed=feed)
 
 
 class Cycles:
@@ -157,10 +155,10 @@ class Cycles:
     def line(self, code: int, words: dict[str, float], line: int) -> None:
         """One line of the cycle `code`; the words that it uses are taken from `words`."""
         state, steps, name = self.state, self.known[code], g_name(code)
-        if state.modes[layout.FEED_MODE] == layout.INVERSE:
+        if state.feed_mode == 93:
             raise LineError(f"{name} cannot have feeds by inverse time; write G94")
-        across, relative = state.across, bool(state.modes[layout.RELATIVE])
-        zero, depth = float(state.values[layout.OFFSET + across]), LETTERS[across]
+        across, relative = state.across, state.relative
+        zero, depth = float(state.offset[across]), LETTERS[across]
         axes = {letter: words.pop(letter) for letter in LETTERS + POLAR if letter in words}
         if wrong := next((letter for letter in axes if letter not in "XYZ" + POLAR), ""):
             raise LineError(f"{wrong}: {name} moves X, Y and Z only")
@@ -209,16 +207,16 @@ class Cycles:
         )  # fmt: skip
         if times and initial < top and not back:
             hole.move(RAPID, across, top)
-        before = float(state.values[layout.TOLERANCE]), int(state.modes[layout.EXACT_STOP])
+        before = state.tolerance, state.exact_stop
         if self.dialect.of_linuxcnc and before[0] != UNSAID:
-            state.values[layout.TOLERANCE] = state.modes[layout.EXACT_STOP] = 0  # exact path, as in LinuxCNC
+            state.tolerance, state.exact_stop = 0.0, False  # exact path, as in LinuxCNC
         for _ in range(times):
-            there, said, stated = state.target(axes)
+            there, said = state.target(axes)
             there[across] = state.position[across] if state.position[across] > top else clear
             if any(there[axis] != state.position[axis] for axis in range(3)):
-                state.add(RAPID, there, said, stated, line)
+                state.add(RAPID, there, said, line)
             hole.drill(steps)
-        state.values[layout.TOLERANCE], state.modes[layout.EXACT_STOP] = before
+        state.tolerance, state.exact_stop = before
 
     def _repeats(self, name: str, words: dict[str, float]) -> int:
         """How often; LinuxCNC's L is at least 1, Fanuc's K may be 0, which only keeps the words."""
@@ -262,7 +260,7 @@ def parameters(name: str, text: str) -> dict[str, float]:
 
 def siemens(name: str, given: Mapping[str, float], state: State, line: int, findings: Findings) -> None:
     """Carry out Siemens' cycle where the tool is."""
-    zero, scale = (float(state.values[first + state.across]) for first in (layout.OFFSET, layout.SCALE))
+    zero, scale = float(state.offset[state.across]), float(state.scale[state.across])
     for needed in ({"RTP"}, {"RFP"}, {"DP", "DPR"}):
         if not needed & given.keys():
             raise LineError(f"{name} needs {' or '.join(sorted(needed))}")
@@ -321,7 +319,7 @@ def _less_by_less(
     ahead = _AHEAD if total <= _AHEAD_TO else min(total * _AHEAD_PART, _AHEAD_MOST)
     levels = [surface - depth for depth in depths[:-1]]
     hole.pecks = [(level, min(level + (_LIFT if breaking else ahead), begin)) for level in levels]
-    hole.feeds = {"L" if levels else "Z": float(hole.state.values[layout.FEED]) * part}
+    hole.feeds = {"L" if levels else "Z": hole.state.feed * part}
 
 
 def _tap(hole: Hole, given: Mapping[str, float]) -> int:
@@ -329,10 +327,10 @@ def _tap(hole: Hole, given: Mapping[str, float]) -> int:
     size, pitch, state = given.get("MPIT", 0.0), given.get("PIT", 0.0), hole.state
     if not pitch and abs(size) not in _PITCHES:
         raise LineError("CYCLE84 needs PIT, the pitch, or MPIT, the size of a metric thread, 3 to 48")
-    lead = abs(pitch) * float(state.values[layout.SCALE]) if pitch else _PITCHES[int(abs(size))]
+    lead = abs(pitch) * float(state.scale[0]) if pitch else _PITCHES[int(abs(size))]
     speed = given.get("SST", 0.0) or state.turns(0.0)
     out = given.get("SST1", 0.0) or speed
-    if not (0.0 < speed <= layout.LARGEST and 0.0 < out <= layout.LARGEST):
+    if not (0.0 < speed <= LARGEST and 0.0 < out <= LARGEST):
         raise LineError("CYCLE84 needs SST, the speed of the spindle, greater than 0")
     after = int(given.get("SDAC", 5.0) or 5.0)
     if after not in (3, 4, 5):

@@ -25,7 +25,7 @@ class Ends:
     @classmethod
     def of(cls, moves: Moves, arcs: Arcs) -> Ends:
         """Measure lines, arcs and splines: of a helix r (1 + (rise / (r sweep))^2) is the radius."""
-        linear = (moves.ends - moves.starts)[:, LINEAR]
+        linear = moves.step[:, LINEAR]
         with np.errstate(invalid="ignore", divide="ignore"):
             leave = linear / np.linalg.norm(linear, axis=1)[:, None]
         found = cls((leave, leave.copy()), (np.zeros_like(leave), np.zeros_like(leave)), np.full(len(moves), np.inf))

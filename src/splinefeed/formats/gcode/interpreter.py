@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from splinefeed.formats.gcode import codes, layout
+from splinefeed.formats.gcode import codes
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.cycles import Cycles
 from splinefeed.formats.gcode.dialects import Dialect
@@ -24,7 +24,18 @@ from splinefeed.formats.gcode.expressions import (
     without_nested,
 )
 from splinefeed.formats.gcode.line_words import LineWords
-from splinefeed.formats.gcode.moves import CLOCKWISE, COUNTERCLOCKWISE, LETTERS, LINE, POLAR, RAPID, Findings
+from splinefeed.formats.gcode.moves import (
+    CLOCKWISE,
+    COUNTERCLOCKWISE,
+    LARGEST,
+    LETTERS,
+    LINE,
+    POLAR,
+    RAPID,
+    STATED,
+    Findings,
+    Flag,
+)
 from splinefeed.formats.gcode.spline_words import SplineWords
 from splinefeed.formats.gcode.state import UNBOUNDED, Modal, State, number
 from splinefeed.formats.gcode.threads import thread, tied
@@ -117,7 +128,7 @@ class Interpreter(LineWords):
             self.findings.count(f"{g_name(code)} switches a function of the control and moves nothing", self.line)
         if self.dialect.extruder and "E" in self._words:
             self._words.pop("E", None)
-            self.state.modes[layout.EXTRUDED] = 1
+            self.state.extruded = True
         for code in sorted(known):
             self._refuse(code, known)
         if not known & {100, 730, 830, 410, 411, 420, 421, 960}:
@@ -134,7 +145,7 @@ class Interpreter(LineWords):
         self._outputs(block)
         for code in known & codes.MODES.keys():
             entry, mode = codes.MODES[code]
-            self.state.modes[entry] = mode
+            setattr(self.state, entry, mode)
         self.state.returns = said.get("retract", 10 * self.state.returns) // 10
         for group, do in (
             ("units", self.state.set_units), ("cutter compensation", self._cutter),
@@ -164,17 +175,17 @@ class Interpreter(LineWords):
             if code in codes.PROBES:
                 self._axes()
                 known.discard(code)
-                self.state.modes[layout.MOTION] = -1
+                self.state.motion = -1
         else:
             raise LineError(f"{name} is {reason}")
 
     def _feed_mode(self, code: int) -> None:
-        state, mode = self.state, {930: layout.INVERSE, 950: layout.PER_TURN}.get(code, layout.PER_MINUTE)
-        if mode == layout.PER_TURN:
+        state, mode = self.state, code // 10
+        if mode == 95:
             self.findings.count("feeds by G95 are F times the speed S of the spindle, taken as constant", self.line)
-        if state.modes[layout.FEED_MODE] != mode and layout.PER_TURN in (state.modes[layout.FEED_MODE], mode):
-            state.values[layout.FEED] = state.feed_per_turn = 0.0  # as in LinuxCNC F is said anew
-        state.modes[layout.FEED_MODE] = mode
+        if state.feed_mode != mode and 95 in (state.feed_mode, mode):
+            state.feed = state.feed_per_turn = 0.0  # as in LinuxCNC F is said anew
+        state.feed_mode = mode
 
     def _spindle_mode(self, code: int | None, known: set[int]) -> None:
         """G96, S at the surface with D as the highest speed, and G97; G92 S and G50 S of lathes are that speed too."""
@@ -195,7 +206,7 @@ class Interpreter(LineWords):
     def _units_of_feed(self, code: int) -> None:
         """F on a line that changes units: the new ones come first, unless LinuxCNC knows others from lines before."""
         if (code in (200, 700)) != self.state.inch:
-            if not (self.dialect.of_linuxcnc and self.state.modes[layout.UNITS]):
+            if not (self.dialect.of_linuxcnc and self.state.units):
                 self.state.set_units(code)
             unit = "inches" if self.state.inch else "mm"
             self.findings.count(f"F on a line that changes units is taken in {unit} a minute", self.line)
@@ -206,9 +217,9 @@ class Interpreter(LineWords):
             return
         if motion in (330, 331):
             raise LineError(f"F is not allowed with {g_name(motion)}, whose feed is K times the spindle's speed")
-        if not 0.0 <= feed <= layout.LARGEST:
+        if not 0.0 <= feed <= LARGEST:
             raise LineError(f"F{feed:g} is not a feed")
-        if state.modes[layout.FEED_MODE] != layout.INVERSE:
+        if state.feed_mode != 93:
             state.set_feed(self._words.pop("F"))
 
     def _outputs(self, block: Block) -> None:
@@ -282,13 +293,13 @@ class Interpreter(LineWords):
             seconds = self._words.pop(letter, seconds)
         if math.isnan(seconds):
             raise LineError("G4 needs P, the time to wait")
-        if not 0.0 <= seconds <= layout.LARGEST:
+        if not 0.0 <= seconds <= LARGEST:
             raise LineError(f"G4: a wait of {seconds:g} s is not possible")
         return seconds
 
     def _path_control(self, code: int) -> None:
         state, bound = self.state, 0.0
-        state.modes[layout.EXACT_STOP] = code == 611
+        state.exact_stop = code == 611
         if code == 640:
             bound = self._words.pop("P", UNBOUNDED)
             self._words.pop("Q", None)
@@ -296,18 +307,18 @@ class Interpreter(LineWords):
                 raise LineError("G64: P, the tolerance, must be 0 or more")
             if bound == 0.0 and self.dialect.of_linuxcnc:  # LinuxCNC's interpreter makes no difference
                 bound = UNBOUNDED
-        state.values[layout.TOLERANCE] = bound * state.scale[0]
+        state.tolerance = bound * state.scale[0]
 
     def _motion(self, code: int | None, known: set[int]) -> None:
         state = self.state
         if self.splines.open and code is not None and code != 53 and not self.splines.goes_on(code, self._words):
             self.splines.end()
         if code is not None:
-            state.modes[layout.MOTION] = -1 if code in (53, 800) else code
+            state.motion = -1 if code in (53, 800) else code
         if code == 800:
             return
         if code in _SPLINES or (self._modal in _SPLINES and self._words.keys() & _SPLINE_WORDS):
-            inverse = self._words.get("F") if state.modes[layout.FEED_MODE] == layout.INVERSE else None
+            inverse = self._words.get("F") if state.feed_mode == 93 else None
             self.splines.line(code, self._modal, self._words, self.line, inverse)
             if code == 53:
                 self.splines.end()
@@ -324,30 +335,29 @@ class Interpreter(LineWords):
                 self.cycles.line(self._modal, self._words, self.line)
                 return
         tool_axis = self.tool_tip.taken(self._words, self._modal)
-        if not axes and not tool_axis and not (self._modal in (20, 30) and self._words.keys() & set("IJK")):
+        if not axes and tool_axis is None and not (self._modal in (20, 30) and self._words.keys() & set("IJK")):
             return
         if self._modal not in _RATE:
             raise LineError("axis words without G0, G1, G2 or G3 before them")
-        there, said, stated = state.target(axes)
+        there, said = state.target(axes)
         self._words = {letter: value for letter, value in self._words.items() if letter not in axes}
         if self._modal in (330, 331):
             lead = self._words.pop(self.dialect.lead, None)
-            tied(state, self._modal, (there, said, stated), lead, self.line, self.findings)
+            tied(state, self._modal, (there, said), lead, self.line, self.findings)
             return
         kind = _RATE[self._modal]
         more = self._feed(kind, there)
-        flags = int(more.get("flags", 0))
-        if tool_axis:
-            said, stated, flags = said | TOOL_AXIS, stated | TOOL_AXIS, flags | layout.VECTOR
+        flags = more.pop("flags", 0)
+        if tool_axis is not None:
+            said, flags, more["centre"] = said | TOOL_AXIS | TOOL_AXIS << STATED, flags | Flag.VECTOR, tool_axis
         if kind in (CLOCKWISE, COUNTERCLOCKWISE):
             said |= 7 & ~(1 << state.across)
             arc = self._arc()
-            flags |= int(arc["flags"])
+            flags |= arc.pop("flags")
             more |= arc
-        more |= tool_axis | {"flags": flags}
         before = state.position.copy()
         self.cutter.check_exit(kind)
-        state.add(kind, there, said, stated, self.line, **more)
+        state.add(kind, there, said, self.line, flags=flags, **more)
         if self.cutter.on:
             self.cutter.moved(before)
             state.position[:] = there

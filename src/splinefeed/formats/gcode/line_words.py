@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from splinefeed.formats.gcode import codes, layout
+from splinefeed.formats.gcode import codes
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.cutter import Cutter
 from splinefeed.formats.gcode.dialects import Dialect
 from splinefeed.formats.gcode.expressions import Block, LineError, Parameters
-from splinefeed.formats.gcode.moves import AXES, LETTERS, LINE, POLAR, RAPID, Findings
+from splinefeed.formats.gcode.moves import AXES, LARGEST, LETTERS, LINE, POLAR, RAPID, STATED, Findings, Flag
 from splinefeed.formats.gcode.offsets import REFERENCE_PARAMETERS, SYSTEMS
 from splinefeed.formats.gcode.state import State
 from splinefeed.formats.gcode.tool_tip import TOOL_TIP, ToolTip
@@ -38,7 +39,7 @@ class LineWords:
     @property
     def _modal(self) -> int:
         """The motion in force, as tenths of its G code; -1 for none."""
-        return int(self.state.modes[layout.MOTION])
+        return self.state.motion
 
     def _need(self, letter: str, name: str) -> float:
         if letter not in self._words:
@@ -56,26 +57,26 @@ class LineWords:
         scaled, words = self.state.scaled, self._words
         return {axis: scaled(axis, words.pop(letter)) for axis, letter in enumerate(LETTERS) if letter in words}
 
-    def _feed(self, kind: int, there: Array) -> dict[str, float]:
+    def _feed(self, kind: int, there: Array) -> dict[str, Any]:
         """The feed of a move to `there` (9,) by inverse time, on its own line, or by G96 at its mean X."""
         state = self.state
-        if kind != RAPID and state.surface and state.modes[layout.FEED_MODE] == layout.PER_TURN:
+        if kind != RAPID and state.surface and state.feed_mode == 95:
             middle = 0.5 * (there[0] + state.position[0]) - state.offset[0]
             return {"feed": state.feed_per_turn * state.turns(float(middle))}
-        if state.modes[layout.FEED_MODE] != layout.INVERSE:
+        if state.feed_mode != 93:
             return {}
         feed = self._words.pop("F", None)
         if kind != RAPID and feed is None:
             raise LineError("F is missing; in inverse time (G93) every move needs its own")
-        return {} if kind == RAPID or feed is None else {"feed": feed, "flags": layout.INVERSE_FEED}
+        return {} if kind == RAPID or feed is None else {"feed": feed, "flags": Flag.INVERSE_FEED}
 
-    def _arc(self) -> dict[str, float]:
+    def _arc(self) -> dict[str, Any]:
         state = self.state
         across = "IJK"[state.across]
         if self._words.get(across) == 0.0:  # as FreeCAD writes it beside I and J
             del self._words[across]
         if across in self._words:
-            plane = state.modes[layout.PLANE]
+            plane = state.plane
             raise LineError(f"{across} lies across the plane G{plane}; choose another plane or leave it out")
         turns = self._words.pop("P", 1.0)
         if not 1.0 <= turns <= MAX_TURNS or turns != math.floor(turns):
@@ -86,18 +87,19 @@ class LineWords:
             both = "both are given" if words else "none is given"
             raise LineError(f"an arc needs its centre (I, J, K) or its radius (R), and {both}")
         if radius is not None:
-            return {"radius": self._checked(state.scaled(0, radius)), "turns": turns, "flags": layout.HAS_R}
-        absolute = bool(state.modes[layout.CENTRES])
+            return {"radius": self._checked(state.scaled(0, radius)), "turns": turns, "flags": Flag.R}
+        absolute = state.absolute_centres
         if absolute and len(words) < 2:
             raise LineError("with G90.1 an arc needs both words of its centre")
-        base = state.offset if absolute else np.zeros(3)
-        centre = {"ijk"[k]: self._checked(base[k] + state.scaled(k, value)) for k, value in words.items()}
-        flags = sum(1 << k for k in words) | (layout.ABSOLUTE if absolute else 0)
-        return {**centre, "turns": turns, "flags": flags}
+        centre = np.zeros(3)
+        for k, value in words.items():
+            centre[k] = self._checked(state.scaled(k, value) + state.offset[k] * absolute)
+        flags = sum(1 << k for k in words) | absolute * Flag.ABSOLUTE
+        return {"centre": centre, "turns": turns, "flags": flags}
 
     @staticmethod
     def _checked(value: float) -> float:
-        if not abs(value) <= layout.LARGEST:
+        if not abs(value) <= LARGEST:
             raise LineError(f"the centre or radius of the arc, {value:g} mm, is too large")
         return value
 
@@ -141,7 +143,7 @@ class LineWords:
         if not self._compensates(code):
             self._words.pop("D", None)
             return
-        if self.cutter.on or state.tip or state.modes[layout.PLANE] == 19:
+        if self.cutter.on or state.tip or state.plane == 19:
             what = "G40" if self.cutter.on else "the end of tool centre point control" if state.tip else "G17 or G18"
             raise LineError(f"{name} needs {what} before it")
         if code % 10 and self._words.pop("L", 0.0):
@@ -150,7 +152,7 @@ class LineWords:
             diameter = state.scaled(0, self._need("D", name))
         else:
             diameter = state.tools.tool(self._words.pop("D", state.loaded)).diameter
-        if abs(diameter) > layout.LARGEST:
+        if abs(diameter) > LARGEST:
             raise LineError(f"{name}: a tool of diameter {diameter:.6g} mm does not compensate")
         if diameter == 0.0:
             self.findings.count(f"{name} with a tool of diameter 0 moves nothing to the side", self.line)
@@ -163,11 +165,11 @@ class LineWords:
         """LineError for what cannot stand between G41 and G40."""
         allowed = {0, 10, 20, 30, 40, 400, 800}
         groups = ("motion", "one line", "plane", "coordinate system", "tool length", "units", "feed mode")
-        same = {10 * int(self.state.modes[layout.PLANE]), 940, 200 if self.state.inch else 210}
+        same = {10 * self.state.plane, 940, 200 if self.state.inch else 210}
         wrong = [code for code in known - allowed - same if codes.GROUP_OF.get(code) in groups and 400 not in known]
         named = g_name(min(wrong)) if wrong else ""
         named = "M70 to M73 are" if any(70 <= code <= 73 for code in block.m) else f"{named} is" if named else ""
-        if 6 in block.m or self.state.modes[layout.FEED_MODE] == layout.INVERSE:
+        if 6 in block.m or self.state.feed_mode == 93:
             named = named or "a change of tool and G93 are"
         if named:
             raise LineError(f"{named} not allowed between G41 or G42 and G40")
@@ -220,20 +222,20 @@ class LineWords:
 
     def _go_to_reference(self, code: int) -> None:
         state, numbers = self.state, self.parameters.numbers
-        there, said, stated = state.target({x: self._words.pop(x) for x in LETTERS if x in self._words})
+        there, said = state.target({x: self._words.pop(x) for x in LETTERS if x in self._words})
         point, first = state.offsets.references.get(code), REFERENCE_PARAMETERS[code]
         if point is None and numbers.keys() & set(range(first, first + AXES)):
             point = np.array([state.scaled(axis, numbers.get(first + axis, 0.0)) for axis in range(AXES)])
         if point is None:
             self.findings.count(f"{g_name(code)} is left out: the machine's reference point is unknown here", self.line)
-        if said and (stated or point is not None):
-            state.add(RAPID, there, said, stated, self.line)
+        if said and (not state.relative or point is not None):
+            state.add(RAPID, there, said, self.line)
         if point is None:
             return
         chosen = said >> np.arange(AXES) & 1 != 0
         end = np.where(chosen | (not said), state.frame.from_machine(point), state.position)
         moved = int((chosen | (end != state.position)) @ (1 << np.arange(AXES)))
-        state.add(RAPID, end, moved, moved, self.line)
+        state.add(RAPID, end, moved | moved << STATED, self.line)
 
     def _machine_move(self, axes: dict[str, float]) -> None:
         """G53: the words are places of the machine, which are known only where its offsets are."""
@@ -249,6 +251,6 @@ class LineWords:
             return
         end, places = self.state.place, self._axes()
         end[list(places)] = [self._checked(place) for place in places.values()]
-        said = sum(1 << axis for axis in places)
+        said = sum(1 << axis | 1 << axis + STATED for axis in places)
         kind, end = LINE if self._modal else RAPID, self.state.frame.from_machine(end)
-        self.state.add(kind, end, said, said, self.line, **self._feed(kind, end))
+        self.state.add(kind, end, said, self.line, **self._feed(kind, end))

@@ -1,7 +1,7 @@
 """The lines that most programs consist of, many at once: text to words to moves, by arrays.
 
 What depends on the line before, position, motion and feed, is the last one said or a running sum. A line with anything
-else in it is left to the interpreter, which knows all of the language and writes the same rows; see `layout`.
+else in it is left to the interpreter, which knows all of the language and writes the same rows.
 """
 
 from __future__ import annotations
@@ -11,8 +11,7 @@ import re
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from splinefeed.formats.gcode import layout
-from splinefeed.formats.gcode.moves import LETTERS
+from splinefeed.formats.gcode.moves import LARGEST, LETTERS, MAX_LINE, STATED, Flag
 from splinefeed.formats.gcode.state import State
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -56,7 +55,7 @@ class Lines:
         ends = np.flatnonzero(kinds == _END)
         lengths = np.diff(ends, prepend=-1)
         self.count = len(ends)
-        odd = lengths > layout.MAX_LINE + 1
+        odd = lengths > MAX_LINE + 1
         pairs = 8 * np.concatenate([[np.uint8(_END)], kinds[:-1]]) + kinds
         if pairs.tobytes().translate(None, _RIGHT):
             odd[np.searchsorted(ends, np.flatnonzero(~_FOLLOWS.ravel()[pairs]))] = True
@@ -96,14 +95,13 @@ class Lines:
         `number` is that of the first one in its file.
         """
         get = {letter: self._columns.get(letter, self._none)[low:high] for letter in _WORDS}
-        modes, values = state.modes, state.values
-        inverse = modes[layout.FEED_MODE] == layout.INVERSE
-        if modes[layout.CENTRES] or modes[layout.FEED_MODE] == layout.PER_TURN:
+        inverse = state.feed_mode == 93
+        if state.absolute_centres or state.feed_mode == 95:
             return 0  # centres are absolute; or feeds go with the spindle
-        if modes[layout.MOTION] not in (0, 10, 20, 30) and np.isnan(get["G"][0]):
+        if state.motion not in (0, 10, 20, 30) and np.isnan(get["G"][0]):
             return 0
         with np.errstate(all="ignore"):  # behind a line that is not known anything may come
-            mode = _last(10.0 * get["G"], modes[layout.MOTION]).astype(np.int64) // 10
+            mode = _last(10.0 * get["G"], state.motion).astype(np.int64) // 10
             axes = [axis for axis, letter in enumerate(LETTERS) if letter in self._columns] or [0]
             words = np.stack([get[LETTERS[axis]] for axis in axes]) * state.scale[axes, None]
             centre = np.stack([get[letter] for letter in "IJK"]) * state.scale[:3, None]
@@ -118,46 +116,44 @@ class Lines:
             wrong = has_centre.any(axis=0) == has_radius
             known = ~arc | (moves & turning)
             known &= ~(moves & turning) | ~(wrong | has_centre[state.across])
-            known &= ~fed | ((rate >= 0.0) & (rate <= layout.LARGEST))
+            known &= ~fed | ((rate >= 0.0) & (rate <= LARGEST))
             known &= np.isnan(get["M"]) | ~np.isnan(get["G"]) | ~(arc | ~np.isnan(get["U"]))  # they would be words of M
             if inverse:
                 known &= np.where(moves, fed | (mode == 0), ~fed)
-            if modes[layout.RELATIVE]:
+            if state.relative:
                 steps = np.concatenate([state.position[axes, None], np.where(said, words, 0.0)], axis=1)
                 ends = np.cumsum(steps, axis=1)[:, 1:]
             else:
                 ends = _last(words + state.offset[axes, None], state.position[axes, None])
             sizes = np.abs(np.concatenate([np.where(said, ends, 0.0), centre, radius[None]]))
-            known &= ~(sizes > layout.LARGEST).any(axis=0)
+            known &= ~(sizes > LARGEST).any(axis=0)
             done = len(known) if known.all() else int(np.argmin(known))
         if not done:
             return 0
         at = np.flatnonzero(moves[:done])
-        feed = _last(np.full(len(mode), np.nan) if inverse else rate * state.scale[0], values[layout.FEED])
+        feed = _last(np.full(len(mode), np.nan) if inverse else rate * state.scale[0], state.feed)
         speaks = np.flatnonzero(~(np.isnan(get["M"]) & np.isnan(get["S"]))[:done])
         before = np.searchsorted(at, speaks) + state.count
-        rows, marks = state.room(len(at))
-        rows[:, : len(LETTERS)] = state.position
-        rows[:, axes] = ends[:, at].T
-        rows[:, layout.CENTER : layout.CENTER + 3] = np.where(has_centre, centre, 0.0)[:, at].T
-        rows[:, layout.RADIUS] = np.where(has_radius, radius, 0.0)[at]
-        rows[:, layout.TURNS], rows[:, layout.ROW_TOLERANCE] = 1.0, values[layout.TOLERANCE]
+        rows = state.room(len(at))
+        rows["end"] = state.position
+        rows["end"][:, axes] = ends[:, at].T
+        rows["centre"] = np.where(has_centre, centre, 0.0)[:, at].T
+        rows["radius"] = np.where(has_radius, radius, 0.0)[at]
         timed = inverse & (mode[at] > 0)
-        rows[:, layout.ROW_FEED] = np.where(timed, rate[at], feed[at])
-        flags = np.array([layout.HAS_I, layout.HAS_J, layout.HAS_K]) @ has_centre
-        flags += np.where(has_radius, layout.HAS_R, 0)
+        rows["feed"] = np.where(timed, rate[at], feed[at])
+        flags = np.array([Flag.I, Flag.J, Flag.K]) @ has_centre
+        flags += np.where(has_radius, Flag.R, 0)
         bits = (1 << np.array(axes)) @ said
-        stated = np.zeros_like(bits) if modes[layout.RELATIVE] else bits << layout.STATED
+        stated = 0 if state.relative else bits << STATED
         bits |= np.where(turning, 7 & ~(1 << state.across), 0)  # an arc has both axes of its plane, said or not
-        marks[:, layout.KIND], marks[:, layout.ROW_LINE] = mode[at], number + at
-        marks[:, layout.ROW_PLANE], marks[:, layout.SPLINE] = modes[layout.PLANE], -1
-        marks[:, layout.FLAGS] = flags[at] | np.where(timed, layout.INVERSE_FEED, 0) | state.flags
-        marks[:, layout.AXES] = (bits | stated)[at]
+        rows["kind"], rows["line"], rows["axes"] = mode[at], number + at, (bits | stated)[at]
+        rows["flags"] = flags[at] | np.where(timed, Flag.INVERSE_FEED, 0) | state.flags
+        rows["turns"], rows["tolerance"], rows["plane"], rows["spline"] = 1.0, state.tolerance, state.plane, -1
         for i, move in zip(speaks.tolist(), before.tolist(), strict=True):
             state.switched(number + i, move, get["S"][i], get["M"][i])
-        modes[layout.MOTION], values[layout.FEED] = 10 * mode[done - 1], feed[done - 1]
+        state.motion, state.feed = 10 * int(mode[done - 1]), float(feed[done - 1])
         state.position[axes] = ends[:, done - 1]
-        modes[layout.EXTRUDED] |= self.extruded[low : low + done].any()
+        state.extruded |= bool(self.extruded[low : low + done].any())
         return done
 
 

@@ -1,17 +1,19 @@
-"""Moves: what a program does, as flat arrays, in machine coordinates, mm and rad."""
+"""Moves: what a program does, one row of an array each, in machine coordinates, mm and rad."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from enum import IntFlag
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from splinefeed.formats.gcode import layout
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import Path
-from splinefeed.records import Array, IntArray
+from splinefeed.records import Array, BoolArray
 
 #: Letters of the axes in the order of the columns.
 LETTERS = "XYZABCUVW"
@@ -23,7 +25,27 @@ LINEAR = [0, 1, 2, 6, 7, 8]
 #: Order of the axes in a path: linear ones first.
 PATH_ORDER = (0, 1, 2, 6, 7, 8, 3, 4, 5)
 
+#: Longest line that is read, characters, and largest word, mm or rad.
+MAX_LINE, LARGEST = 4096, 1e9
+
 RAPID, LINE, CLOCKWISE, COUNTERCLOCKWISE, SPLINE = range(5)
+#: First and second axis of each plane, counterclockwise from the first to the second.
+PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
+
+#: A move: place at its end; words of its centre, radius and turns; feed, mm or deg a minute, or one over minutes;
+#: tolerance, mm; kind, line of the file, plane, flags, number of its spline or -1; bits of the axes that it concerns,
+#: and from STATED on of those whose place the program states.
+ROW = np.dtype(
+    [("end", "f8", AXES), ("centre", "f8", 3), *((name, "f8") for name in ("radius", "turns", "feed", "tolerance"))]
+    + [(name, "i8") for name in ("kind", "line", "plane", "flags", "spline", "axes")]
+)
+STATED = 16
+
+
+class Flag(IntFlag):
+    """Of a move: I, J, K, R are given; in `centre` is an absolute place, or the tool axis at the end (VECTOR)."""
+
+    I, J, K, R, ABSOLUTE, VECTOR, INVERSE_FEED, STOPS, INCH, TIP = (1 << bit for bit in range(10))  # noqa: E741
 
 
 @dataclass(frozen=True)
@@ -68,69 +90,72 @@ class Mark:
 
 @dataclass(frozen=True)
 class Moves:
-    """Some moves in a row, (n,) each.
+    """Some moves in a row.
 
-    start    (9,) where the first one begins
-    values   (n, 16) ends of 9 axes, words of arcs, feed and tolerance; codes  (n, 6) kind, line of the file, plane,
-             flags, spline and axes: both as `layout` lays them out
-    splines  what the codes point into; marks  what is not a motion
+    start    (9,) where the first one begins; rows  (n,) of ROW
+    splines  what the rows point into; marks  what is not a motion
     """
 
     start: Array
-    values: Array
-    codes: IntArray
+    rows: NDArray[np.void]
     splines: Sequence[Spline] = ()
     marks: Sequence[Mark] = ()
 
     def __len__(self) -> int:
-        return len(self.values)
+        return len(self.rows)
 
-    @property
-    def kind(self) -> IntArray:
-        """RAPID, LINE, CLOCKWISE, COUNTERCLOCKWISE or SPLINE, (n,)."""
-        return self.codes[:, layout.KIND]
-
-    @property
-    def line(self) -> IntArray:
-        """Number of the line in the file, from 1, (n,)."""
-        return self.codes[:, layout.ROW_LINE]
-
-    @property
-    def flags(self) -> IntArray:
-        """Bits as in `layout`, (n,)."""
-        return self.codes[:, layout.FLAGS]
-
-    @property
-    def ends(self) -> Array:
-        """Where each one leads, (n, 9)."""
-        return self.values[:, :AXES]
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        return self.rows[name]
 
     @cached_property
     def starts(self) -> Array:
         """Where each one begins, (n, 9)."""
-        return np.concatenate([self.start[None, :], self.ends[:-1]]) if len(self) else self.ends
+        return np.concatenate([self.start[None, :], self["end"]])[: len(self)]
+
+    def has(self, flag: Flag) -> BoolArray:
+        """Which ones have a flag, (n,)."""
+        has: BoolArray = self["flags"] & flag != 0
+        return has
+
+    @property
+    def step(self) -> Array:
+        """From where each one begins to its end, (n, 9)."""
+        step: Array = self["end"] - self.starts
+        return step
 
     def spline_moves(self) -> list[tuple[int, Spline]]:
         """Number and spline of each move that is one."""
-        numbers = np.flatnonzero(self.kind == SPLINE).tolist()
-        return [(i, self.splines[int(self.codes[i, layout.SPLINE])]) for i in numbers]
+        return [(i, self.splines[self["spline"][i]]) for i in np.flatnonzero(self["kind"] == SPLINE).tolist()]
 
     def part(self, low: int, high: int) -> Moves:
         """The moves from `low` to the one before `high`, with the marks before them and, at the end, behind them."""
         if low == 0 and high == len(self):
             return self
-        marks = [
-            replace(mark, move=mark.move - low)
-            for mark in self.marks
-            if low <= mark.move and (mark.move < high or high == len(self))
-        ]
-        start = self.start if low == 0 else self.ends[low - 1]
-        return Moves(start, self.values[low:high], self.codes[low:high], self.splines, tuple(marks))
+        last = len(self) if high == len(self) else high - 1
+        marks = tuple(replace(mark, move=mark.move - low) for mark in self.marks if low <= mark.move <= last)
+        return Moves(self["end"][low - 1] if low else self.start, self.rows[low:high], self.splines, marks)
 
     @property
-    def used(self) -> int:
-        """Bits of the axes that any of them concerns."""
-        return int(np.bitwise_or.reduce(self.codes[:, layout.AXES])) & 0x1FF if len(self) else 0
+    def axes(self) -> int:
+        """Bits of the axes that any of them concerns, and from STATED on of those that any states."""
+        return int(np.bitwise_or.reduce(self["axes"]))
+
+
+def joined(parts: Sequence[Moves]) -> Moves:
+    """Moves one after the other as one record."""
+    if len(parts) == 1:
+        return parts[0]
+    marks: list[Mark] = []
+    splines: list[Spline] = []
+    rows = np.concatenate([np.zeros(0, ROW), *(part.rows for part in parts)])
+    count = 0
+    for part in parts:
+        chosen = rows["spline"][count : count + len(part)]
+        chosen[chosen >= 0] += len(splines)
+        marks += [replace(mark, move=mark.move + count) for mark in part.marks]
+        splines += part.splines
+        count += len(part)
+    return Moves(parts[0].start if parts else np.zeros(AXES), rows, tuple(splines), tuple(marks))
 
 
 @dataclass

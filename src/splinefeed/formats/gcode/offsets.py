@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import arc_curve, find_arcs
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import AXES, CLOCKWISE, COUNTERCLOCKWISE, POLAR, SPLINE, Moves, Spline
-from splinefeed.records import Array, IntArray
+from splinefeed.formats.gcode.moves import AXES, CLOCKWISE, COUNTERCLOCKWISE, POLAR, SPLINE, STATED, Flag, Moves, Spline
+from splinefeed.records import Array
 
 #: Coordinate systems by their code, as G10's P numbers them.
 SYSTEMS = {540: 1, 550: 2, 560: 3, 570: 4, 580: 5, 590: 6, 591: 7, 592: 8, 593: 9}
@@ -139,32 +139,29 @@ class Frame:
         cosine, sine = math.cos(self.angle), math.sin(self.angle)
         return np.array([[cosine, sine], [-sine, cosine]])
 
-    def turn_rows(self, start: Array, rows: Array, marks: IntArray, splines: list[Spline]) -> None:
-        """Turn moves that begin at `start` (9,) in the turned system: rows (n, 16) and marks (n, 6), in place.
+    def turn_rows(self, start: Array, rows: NDArray[np.void], splines: list[Spline]) -> None:
+        """Turn rows (n,) of moves that begin at `start` (9,) in the turned system, in place.
 
         An arc across the plane of the turn becomes the spline that it is.
         """
         if not self.angle or not len(rows):
             return
-        across = (marks[:, layout.ROW_PLANE] != 17) & np.isin(marks[:, layout.KIND], (CLOCKWISE, COUNTERCLOCKWISE))
-        for i in np.flatnonzero(across).tolist():
-            begin = rows[i - 1, :AXES] if i else start
-            made = find_arcs(Moves(begin, rows[i : i + 1], marks[i : i + 1]))
-            curve = arc_curve(begin, rows[i, :AXES], made, 0, np.arange(AXES))
+        ends, kinds, axes = rows["end"], rows["kind"], rows["axes"]
+        for i in np.flatnonzero((rows["plane"] != 17) & np.isin(kinds, (CLOCKWISE, COUNTERCLOCKWISE))).tolist():
+            begin = ends[i - 1] if i else start
+            curve = arc_curve(begin, ends[i], find_arcs(Moves(begin, rows[i : i + 1])), 0, np.arange(AXES))
             weights = np.ones(len(curve.control_points)) if curve.weights is None else curve.weights
-            line = int(marks[i, layout.ROW_LINE])
-            splines.append(Spline(curve.degree, curve.knots, curve.control_points, weights, line))
-            marks[i, layout.KIND], marks[i, layout.SPLINE] = SPLINE, len(splines) - 1
-        for k in marks[marks[:, layout.KIND] == SPLINE, layout.SPLINE].tolist():
+            kinds[i], rows["spline"][i] = SPLINE, len(splines)
+            splines.append(Spline(curve.degree, curve.knots, curve.control_points, weights, int(rows["line"][i])))
+        for k in rows["spline"][kinds == SPLINE].tolist():
             splines[k] = replace(splines[k], points=self.to_machine(splines[k].points))
-        rows[:, :AXES] = self.to_machine(rows[:, :AXES])
-        centre, absolute = rows[:, layout.CENTER : layout.CENTER + 2], marks[:, layout.FLAGS] & layout.ABSOLUTE != 0
+        ends[:] = self.to_machine(ends)
+        centre, absolute = rows["centre"][:, :2], rows["flags"] & Flag.ABSOLUTE != 0
         base = np.where(absolute[:, None], self.centre, 0.0)
         centre[:] = base + (centre - base) @ self._matrix
-        axes = marks[:, layout.AXES]  # one word moves X and Y, and states none of them
-        xy, stated = 0b11, 0b11 << layout.STATED
+        xy, stated = 0b11, 0b11 << STATED
         moved, both = np.where(axes & xy, xy, 0), np.where(axes & stated == stated, stated, 0)
-        marks[:, layout.AXES] = axes & ~(xy | stated) | moved | both
+        axes[:] = axes & ~(xy | stated) | moved | both  # one word moves X and Y, and states none of them
 
 
 def from_polar(words: Mapping[str, float], x: float, y: float, relative: bool) -> dict[str, float]:

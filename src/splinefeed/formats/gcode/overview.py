@@ -16,10 +16,9 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import FormatError
-from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import Arcs, arc_degrees
 from splinefeed.formats.gcode.ends import Ends
-from splinefeed.formats.gcode.moves import AXES, LETTERS, LINE, LINEAR, Moves
+from splinefeed.formats.gcode.moves import AXES, LETTERS, LINE, LINEAR, Flag, Moves
 from splinefeed.formats.gcode.piece import Piece, axis_names, path_columns
 from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.state import CAPACITY
@@ -128,15 +127,15 @@ class Summary:
         self.dwell_time += math.fsum(mark.dwell for mark in moves.marks)
         if not len(moves):
             return
-        self.used |= moves.used
+        self.used |= moves.axes
         if self.first is None:
             self.first = moves.starts[behind]
         self.left_out += behind
-        self.last = moves.ends[-1].copy()
+        self.last = moves["end"][-1].copy()
         self.without_length += int(np.sum(piece.none))
         for kind, name in _KINDS.items():
-            self.moves[name] += int(np.sum(moves.kind == kind))
-            self.lengths[name] += float(np.sum(piece.lengths[behind:][moves.kind[behind:] == kind]))
+            self.moves[name] += int(np.sum(moves["kind"] == kind))
+            self.lengths[name] += float(np.sum(piece.lengths[behind:][moves["kind"][behind:] == kind]))
         kept = piece.kept
         if not len(kept):
             self._rests |= any(mark.stop for mark in moves.marks)
@@ -145,9 +144,9 @@ class Summary:
         feeds = piece.programmed_feeds[fed]
         self.feed_time += float(np.sum(piece.lengths[fed] / feeds))
         self.feeds = min(self.feeds[0], feeds.min(initial=math.inf)), max(self.feeds[1], feeds.max(initial=0.0))
-        self._within(np.concatenate([moves.starts[kept[:1]], moves.ends[kept]]))
+        self._within(np.concatenate([moves.starts[kept[:1]], moves["end"][kept]]))
         self._add_arcs(piece.arcs, np.isin(piece.arcs.move, kept))
-        self.degrees |= {1} if np.any(moves.kind[kept] <= LINE) else set()
+        self.degrees |= {1} if np.any(moves["kind"][kept] <= LINE) else set()
         self.degrees |= set(arc_degrees(moves, piece.arcs).tolist())
         for _, spline in moves.spline_moves():
             if (path := spline.path) is not None:
@@ -184,7 +183,7 @@ class Summary:
         moving = kept[np.all(np.isfinite(ends.tangents[0][kept]), axis=1)]
         rest = np.zeros(len(moving) + 1, dtype=bool)  # before each move, and behind the last one
         rest[np.searchsorted(moving, [mark.move for mark in moves.marks if mark.stop])] = True
-        rest[1:] |= moves.flags[moving] & layout.STOPS != 0
+        rest[1:] |= moves["flags"][moving] & Flag.STOPS != 0
         rest[0] |= self._rests
         self._rests = bool(rest[-1])
         if not len(moving):

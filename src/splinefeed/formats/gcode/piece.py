@@ -13,10 +13,21 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import CurveError, FormatError
-from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import Arcs, arc_curve, arc_lengths, find_arcs
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import LETTERS, LINE, LINEAR, PATH_ORDER, RAPID, ROTARY, SPLINE, Findings, Moves
+from splinefeed.formats.gcode.moves import (
+    LETTERS,
+    LINE,
+    LINEAR,
+    PATH_ORDER,
+    RAPID,
+    ROTARY,
+    SPLINE,
+    STATED,
+    Findings,
+    Flag,
+    Moves,
+)
 from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.state import UNSAID
 from splinefeed.geometry.curve import NurbsCurve
@@ -61,14 +72,14 @@ class Piece:
     ) -> Piece:
         """The piece that these moves make, from `begin` (9,) on; of a tool's `tip` only X, Y and Z have a length."""
         arcs = arcs_of(file, moves, reading)
-        starts, ends = moves.starts, moves.ends
+        starts, ends = moves.starts, moves["end"]
         step = np.abs(ends - starts)[:, columns]
         short = np.linalg.norm(step[:, :3], axis=1) <= RESOLUTION if tip else np.max(step, axis=1) <= NO_LENGTH
-        none: BoolArray = (moves.kind <= LINE) & short
+        none: BoolArray = (moves["kind"] <= LINE) & short
         for i, spline in moves.spline_moves():
             none[i] = float(np.max(np.ptp(spline.points, axis=0))) <= NO_LENGTH
         none[:left_out] = False
-        for line in moves.line[none & (not tip)].tolist():
+        for line in moves["line"][none & (not tip)].tolist():
             reading.findings.count("{count} move(s) without length are left out", line)
         kept = np.flatnonzero(~none & (np.arange(len(moves)) >= left_out))
         if begin is None:
@@ -79,7 +90,7 @@ class Piece:
     @cached_property
     def lengths(self) -> Array:
         """Lengths (n,) of all moves as `Path` counts them: mm, or degrees where rotary axes move alone."""
-        length = straight_lengths(self.moves.ends - self.moves.starts)
+        length = straight_lengths(self.moves["end"] - self.moves.starts)
         length[self.arcs.move] = arc_lengths(self.moves, self.arcs)
         for i, spline in self.moves.spline_moves():
             length[i] = 0.0 if spline.path is None else spline.path.length
@@ -89,31 +100,31 @@ class Piece:
     def programmed_feeds(self) -> Array:
         """Feeds (n,) as the program says them, mm/s, or deg/s where rotary axes move alone; 0 where it says none."""
         moves = self.moves
-        feeds = moves.values[:, layout.ROW_FEED] / 60.0
-        inverse = moves.flags & layout.INVERSE_FEED != 0
+        feeds = moves["feed"][:] / 60.0
+        inverse = moves.has(Flag.INVERSE_FEED)
         if inverse.any():  # F is one over the minutes that the move takes
             feeds = np.where(inverse, feeds * self.lengths, feeds)
-        step = moves.ends - moves.starts
+        step = moves.step
         xyz, whole = (np.linalg.norm(step[:, columns], axis=1) for columns in ([0, 1, 2], LINEAR))
-        beside = (moves.kind == LINE) & ~inverse & (xyz > 0.0) & (whole > xyz)
+        beside = (moves["kind"] == LINE) & ~inverse & (xyz > 0.0) & (whole > xyz)
         if beside.any():  # F counts X, Y and Z alone where they move, and a path counts U, V and W too
             feeds = np.where(beside, feeds * whole / np.where(beside, xyz, 1.0), feeds)
-        inch = (moves.flags & layout.INCH != 0) & (moves.kind <= LINE) & (whole == 0.0) & ~inverse
+        inch = (moves.has(Flag.INCH)) & (moves["kind"] <= LINE) & (whole == 0.0) & ~inverse
         return np.where(inch, feeds / 25.4, feeds)  # degrees are not inches
 
     @cached_property
     def feeds(self) -> Array:
         """Feeds (k,), mm/s: infinite for rapid moves, and for those before any F, with a finding."""
-        feeds, rapid = self.programmed_feeds[self.kept], self.moves.kind[self.kept] == RAPID
+        feeds, rapid = self.programmed_feeds[self.kept], self.moves["kind"][self.kept] == RAPID
         unsaid = (feeds <= 0.0) & ~rapid
-        for line in self.moves.line[self.kept[unsaid]].tolist():
+        for line in self.moves["line"][self.kept[unsaid]].tolist():
             self.findings.count("moves without a feed before them (F) run as fast as the limits allow", line)
         return np.where(unsaid | rapid, math.inf, feeds)
 
     @property
     def tolerances(self) -> Array | None:
         """How far each move may be smoothed (k,), mm, 0 where nothing is said; None where nothing is said at all."""
-        tolerances = self.moves.values[self.kept, layout.ROW_TOLERANCE]
+        tolerances = self.moves["tolerance"][self.kept]
         said = tolerances != UNSAID
         return np.where(said, tolerances, 0.0) if said.any() else None
 
@@ -123,21 +134,21 @@ class Piece:
         marks = self.moves.marks
         places = np.searchsorted(self.kept, [mark.move for mark in marks]).tolist()
         markers = [Marker(place, mark.text, mark.dwell, mark.stop) for place, mark in zip(places, marks, strict=True)]
-        stops = np.flatnonzero(self.moves.flags[self.kept[:-1]] & layout.STOPS) + 1  # at the end it stops anyway
+        stops = np.flatnonzero(self.moves["flags"][self.kept[:-1]] & Flag.STOPS) + 1  # at the end it stops anyway
         return markers + [Marker(int(place), "", 0.0, True) for place in stops]
 
     def curves(self) -> Sequence[NurbsCurve]:
         """One curve a move, each from where the one before ends; FormatError with the line of one that is none."""
         moves, points, columns = self.moves, self.places, self.columns
         flat = points[:, columns]
-        if np.all(moves.kind[self.kept] <= LINE):
+        if np.all(moves["kind"][self.kept] <= LINE):
             return Lines(flat)
         number_of_arc = {int(move): i for i, move in enumerate(self.arcs.move)}
         curves = []
         for n, i in enumerate(self.kept.tolist()):
             try:
-                if moves.kind[i] == SPLINE:
-                    spline = moves.splines[int(moves.codes[i, layout.SPLINE])]
+                if moves["kind"][i] == SPLINE:
+                    spline = moves.splines[int(moves["spline"][i])]
                     places = np.concatenate([points[n : n + 1], spline.points[1:]])
                     curves.append(NurbsCurve(spline.degree, spline.knots, places[:, columns], spline.weights))
                 elif i in number_of_arc:
@@ -145,7 +156,7 @@ class Piece:
                 else:
                     curves.append(NurbsCurve.trusted(1, LINE_KNOTS, flat[n : n + 2]))
             except CurveError as error:
-                raise FormatError(f"{self.file}: line {int(moves.line[i])}: {error}") from None
+                raise FormatError(f"{self.file}: line {int(moves['line'][i])}: {error}") from None
         return curves
 
     def said(self, name: str = "") -> dict[str, Any]:
@@ -187,9 +198,9 @@ def leading(moves: Moves, needed: int, known: int = 0) -> tuple[int, int]:
 
     Axes are bits; all moves do so where the places of all axes are not stated before the end.
     """
-    stated = moves.codes[:, layout.AXES] >> layout.STATED
+    stated = moves["axes"] >> STATED
     before = known | np.concatenate([[0], np.bitwise_or.accumulate(stated)])
-    others = np.flatnonzero((before[:-1] & needed == needed) | (moves.kind != RAPID) | (stated == 0))
+    others = np.flatnonzero((before[:-1] & needed == needed) | (moves["kind"] != RAPID) | (stated == 0))
     first = int(others[0]) if len(others) else len(moves)
     return first, needed & ~int(before[first])
 
@@ -198,11 +209,11 @@ def say_leading(moves: Moves, first: int, missing: Sequence[str], taken: str, fi
     """What of `leading` a user should know."""
     if missing:
         findings.say(
-            f"line {moves.line[first]}: where {' '.join(missing)} is before this move is unknown and taken {taken} "
+            f"line {moves['line'][first]}: where {' '.join(missing)} is before this move is unknown and taken {taken} "
             "(option start)"
         )
     elif first:
-        lines = f"{first} rapid move(s) to the first place, up to line {moves.line[first - 1]},"
+        lines = f"{first} rapid move(s) to the first place, up to line {moves['line'][first - 1]},"
         findings.say(f"{lines} are left out (option start)")
 
 

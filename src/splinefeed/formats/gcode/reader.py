@@ -5,19 +5,18 @@ from __future__ import annotations
 import os
 import pathlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from splinefeed.errors import FormatError
-from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.dialects import Dialect, detect
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
 from splinefeed.formats.gcode.flow import PLAIN, Flow, Text, blocks_of
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.lines import Lines
-from splinefeed.formats.gcode.moves import AXES, Findings, Mark, Moves, Spline
+from splinefeed.formats.gcode.moves import AXES, MAX_LINE, STATED, Findings, Moves
 from splinefeed.formats.gcode.offsets import Offsets
 from splinefeed.formats.gcode.siemens import Siemens
 from splinefeed.formats.gcode.state import State
@@ -81,8 +80,7 @@ class Reading:
 
     def _leave_out(self, moves: Moves) -> None:
         """Moves before the line at which the program is resumed: only which places they state counts."""
-        if len(moves):
-            self.stated |= int(np.bitwise_or.reduce(moves.codes[:, layout.AXES])) >> layout.STATED
+        self.stated |= moves.axes >> STATED
 
     def _run(self, file: pathlib.Path, dialect: Dialect) -> Iterator[Moves]:
         state = State(Offsets(self.offsets), self.start, self.tools)
@@ -118,7 +116,7 @@ class Reading:
         finally:
             self._flow = None  # it knows this reading, and holds the text
         self.ended, self.inch = run.ended, state.inch
-        if state.modes[layout.EXTRUDED]:
+        if state.extruded:
             self.findings.say("E words, the filament of a 3-D printer, are not part of the path and are left out")
         if (made := state.take()).marks or len(made):
             yield made
@@ -164,31 +162,11 @@ class Reading:
                 if at == high and done:
                     continue
             self._arrive(self._line + 1, run)
-            if len(texts[at]) > layout.MAX_LINE:
-                raise LineError(f"has {len(texts[at])} characters; at most {layout.MAX_LINE} can be read")
+            if len(texts[at]) > MAX_LINE:
+                raise LineError(f"has {len(texts[at])} characters; at most {MAX_LINE} can be read")
             run.run(texts[at].decode("utf-8-sig", errors="replace"), shown or self._line)
             at += 1
             if state.full:
                 yield state.take()
         if not shown:
             self.lines = max(self.lines, self._line)
-
-
-def joined(parts: list[Moves]) -> Moves:
-    """Moves one after the other as one record."""
-    if len(parts) == 1:
-        return parts[0]
-    marks: list[Mark] = []
-    splines: list[Spline] = []
-    values, codes = [np.zeros((0, layout.FLOATS))], [np.zeros((0, layout.INTEGERS), dtype=np.int64)]
-    moves = 0
-    for part in parts:
-        values.append(part.values)
-        codes.append(part.codes.copy())
-        column = codes[-1][:, layout.SPLINE]
-        column[column >= 0] += len(splines)
-        marks += [replace(mark, move=mark.move + moves) for mark in part.marks]
-        splines += part.splines
-        moves += len(part)
-    start = parts[0].start if parts else np.zeros(AXES)
-    return Moves(start, np.concatenate(values), np.concatenate(codes), tuple(splines), tuple(marks))

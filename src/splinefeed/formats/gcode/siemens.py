@@ -13,7 +13,6 @@ import re
 
 import numpy as np
 
-from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.cycles import SIEMENS, parameters, siemens
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.interpreter import Interpreter
@@ -64,7 +63,7 @@ class Siemens(Interpreter):
         if text.startswith("%") or re.match(r"MSG\s*\(", text):
             text = ""
         said = _DISTANCES.findall(text)
-        relative = said[-1] == "1" if said else bool(self.state.modes[layout.RELATIVE])
+        relative = said[-1] == "1" if said else self.state.relative
         text = _OWN_WAY.sub(lambda match: self._in_force(match, relative), text).rstrip()
         words, extra, keys, call = _translated(text)
         for key in sorted(keys - _IGNORED - {"BSPLINE", "MCALL"}):
@@ -105,7 +104,7 @@ class Siemens(Interpreter):
         steps = relative or letter in "IJK"
         # where the tool, or the control point before, is on an axis, in the words of the program
         place = (self.splines.points[-1] if self.splines.open else self.state.position)[axis]
-        place = (place - self.state.values[layout.OFFSET + axis]) / self.state.values[layout.SCALE + axis]
+        place = (place - self.state.offset[axis]) / self.state.scale[axis]
         value += 0.0 if absolute != steps else float(-place if absolute else place)
         return f"{letter}={value:.17f} "
 

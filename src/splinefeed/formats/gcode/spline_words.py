@@ -10,13 +10,14 @@ its control samples the curve. Its G5.2 takes the words of the plane in force.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from splinefeed.errors import CurveError
-from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import LETTERS, Findings, Spline
+from splinefeed.formats.gcode.moves import LARGEST, LETTERS, PLANES, Findings, Flag, Spline
 from splinefeed.formats.gcode.state import State
 from splinefeed.geometry.curve import MAX_DEGREE, NurbsCurve
 from splinefeed.records import Array
@@ -44,7 +45,7 @@ class SplineWords:
         """No spline is open."""
         self.begin(0, 0)
 
-    def begin(self, kind: int, line: int, order: int = 0, more: dict[str, float] | None = None) -> None:
+    def begin(self, kind: int, line: int, order: int = 0, more: dict[str, Any] | None = None) -> None:
         """Open a spline; `kind` is 52, 62, or BSPLINE."""
         self.open, self.first_line, self.order, self._more = kind, line, order, more or {}
         self.points: list[Array] = []
@@ -52,20 +53,19 @@ class SplineWords:
         self._knots: list[float] = []
         self.steps: list[float | None] = []  # between knots, of Siemens' PL; None for 1
         self._said = 0
-        self._stated = 0
 
     def line(
         self, code: int | None, modal: int | None, words: dict[str, float], line: int, inverse: float | None
     ) -> None:
         """One line that begins, continues or ends a spline; the words it uses are taken from `words`."""
         kind = code if code is not None else modal
-        if kind in (50, 51) and self.state.modes[layout.PLANE] != 17:
+        if kind in (50, 51) and self.state.plane != 17:
             raise LineError(f"{g_name(kind)} needs the plane G17")
-        more: dict[str, float] = {}
+        more: dict[str, Any] = {}
         if inverse is not None:
             words.pop("F")
-            more = {"feed": inverse, "flags": layout.INVERSE_FEED}
-        elif self.state.modes[layout.FEED_MODE] == layout.INVERSE and code in (50, 51, 52, 62) and not self.open:
+            more = {"feed": inverse, "flags": Flag.INVERSE_FEED}
+        elif self.state.feed_mode == 93 and code in (50, 51, 52, 62) and not self.open:
             raise LineError("F is missing; in inverse time (G93) every move needs its own")
         if kind != 50:
             self._tangent = None
@@ -78,13 +78,13 @@ class SplineWords:
         elif kind == 62:
             self._knotted(code, words, line, more)
 
-    def _bezier(self, kind: int, words: dict[str, float], line: int, more: dict[str, float]) -> None:
+    def _bezier(self, kind: int, words: dict[str, float], line: int, more: dict[str, Any]) -> None:
         """G5 and G5.1: a polynomial curve by its control points beside its ends."""
         leave, arrive = self._pair(words, "IJ", kind == 50), self._pair(words, "PQ", True) if kind == 50 else None
         axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
         if not axes or set(axes) - {"X", "Y"}:
             raise LineError(f"{g_name(kind)} moves X and Y, and nothing else")
-        there, _, stated = self.state.target(axes)
+        there, said = self.state.target(axes)
         if kind == 50:
             leave = self._tangent if leave is None else leave
             if leave is None or arrive is None:
@@ -96,7 +96,7 @@ class SplineWords:
         points[1, :2] += leave
         if arrive is not None:
             points[2, :2] += arrive
-        self.state.add_spline(Spline.bezier(points, line), 3, stated, **more)
+        self.state.add_spline(Spline.bezier(points, line), said | 3, **more)
 
     def _pair(self, words: dict[str, float], letters: str, both: bool) -> Array | None:
         """Two words in mm, or None if neither stands; LineError for one alone where `both` are needed."""
@@ -105,7 +105,7 @@ class SplineWords:
             raise LineError(f"{letters[0]} and {letters[1]} belong together; one is missing")
         return np.array([self.state.scaled(0, words.pop(letter, 0.0)) for letter in letters]) if there else None
 
-    def _planar(self, code: int | None, words: dict[str, float], line: int, more: dict[str, float]) -> None:
+    def _planar(self, code: int | None, words: dict[str, float], line: int, more: dict[str, Any]) -> None:
         """G5.2: a control point in the plane in force; the first one may be where the tool is."""
         axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
         weight = words.pop("P", 1.0)
@@ -114,11 +114,11 @@ class SplineWords:
             self.here(1.0 if axes else weight)
             if not axes:
                 return
-        plane = int(self.state.modes[layout.PLANE])
-        first, second = (LETTERS[axis] for axis in sorted(layout.PLANES[plane]))
+        plane = self.state.plane
+        first, second = (LETTERS[axis] for axis in sorted(PLANES[plane]))
         if set(axes) != {first, second}:
             raise LineError(f"a control point of G5.2 in G{plane} needs {first} and {second}, and nothing else but P")
-        if self.state.modes[layout.RELATIVE]:
+        if self.state.relative:
             raise LineError("control points of G5.2 need absolute places (G90)")
         self.point(axes, weight)
 
@@ -126,7 +126,7 @@ class SplineWords:
         """Whether a line with the word `code` is one of the spline that is open: G6.2 with nothing but a knot."""
         return code == self.open == 62 and "K" in words and "P" not in words and not words.keys() & set(LETTERS)
 
-    def _knotted(self, code: int | None, words: dict[str, float], line: int, more: dict[str, float]) -> None:
+    def _knotted(self, code: int | None, words: dict[str, float], line: int, more: dict[str, Any]) -> None:
         """G6.2: a control point with its knot, or one of the last knots."""
         if code == 62 and not self.open:
             self.begin(62, line, order_of(words.pop("P", FANUC_ORDER)), more)
@@ -154,13 +154,12 @@ class SplineWords:
         """A control point: what is not said stays as in the one before, and relative words count from it."""
         if len(self.points) >= MAX_POINTS:
             raise LineError(f"a spline of more than {MAX_POINTS} control points")
-        if not 0.0 < weight <= layout.LARGEST:
+        if not 0.0 < weight <= LARGEST:
             raise LineError(f"the weight {weight:g} of a control point must be greater than 0")
-        there, said, stated = self.state.target(axes, self.points[-1] if self.points else None)
+        there, said = self.state.target(axes, self.points[-1] if self.points else None)
         self.points.append(there)
         self.weights.append(weight)
         self._said |= said
-        self._stated |= stated
 
     def end(self) -> None:
         """Finish the block that is open, if one is; LineError for one that is not complete."""
@@ -191,7 +190,7 @@ class SplineWords:
             )
         points[0] = self.state.position
         spline = Spline(order - 1, knots, points, weights, self.first_line)
-        self.state.add_spline(spline, self._said, self._stated, **self._more)
+        self.state.add_spline(spline, self._said, **self._more)
         self.clear()
 
 

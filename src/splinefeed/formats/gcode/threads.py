@@ -12,10 +12,9 @@ from itertools import count, takewhile
 
 import numpy as np
 
-from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import LETTERS, LINE, RAPID, Findings
+from splinefeed.formats.gcode.moves import LETTERS, LINE, RAPID, STATED, Findings
 from splinefeed.formats.gcode.state import State, check_size
 from splinefeed.records import Array
 
@@ -29,19 +28,17 @@ MAX_PASSES = 10_000
 _X, _Z = 0, 2
 
 
-def tied(
-    state: State, code: int, target: tuple[Array, int, int], lead: float | None, line: int, findings: Findings
-) -> None:
-    """G33 and G33.1 to the target (place (9,), bits of its axes said and stated); `lead` is the way a revolution."""
-    there, said, stated = target
+def tied(state: State, code: int, target: tuple[Array, int], lead: float | None, line: int, findings: Findings) -> None:
+    """G33 and G33.1 to the target (place (9,), bits of its axes); `lead` is the way a revolution."""
+    there, said = target
     if lead is None:
         raise LineError(f"{g_name(code)} needs the way a revolution, K (Fanuc: F)")
     feed = _feed(state, code, abs(lead), line, findings)
     start = state.position.copy()
-    state.add(LINE, there, said, stated, line, feed=feed)
+    state.add(LINE, there, said, line, feed=feed)
     if code == 331:  # the spindle turns back and takes the tap out
         state.say(line, f"M{7 - state.spindle}")
-        state.add(LINE, start, said, 0, line, feed=feed)
+        state.add(LINE, start, said & (1 << STATED) - 1, line, feed=feed)
         state.say(line, f"M{state.spindle}")
 
 
@@ -70,7 +67,7 @@ def thread(state: State, words: dict[str, float], line: int, findings: Findings)
         if not right:
             raise LineError(f"G76: {reason}")
     start = state.position.copy()
-    base = start[_Z] if state.modes[layout.RELATIVE] else state.values[layout.OFFSET + _Z]
+    base = start[_Z] if state.relative else state.offset[_Z]
     bottom = base + state.scaled(_Z, taken["Z"])
     check_size("Z", float(bottom))
     check_size("I", start[_X] + abs(peak) + full)
@@ -85,7 +82,7 @@ def thread(state: State, words: dict[str, float], line: int, findings: Findings)
         there = start.copy()
         there[[_X, _Z]] = x, z
         if not np.array_equal(there, state.position):
-            state.add(kind, there, 0b101, 0b101, line, **({"feed": feed} if feed else {}))
+            state.add(kind, there, 0b101 | 0b101 << STATED, line, feed=feed or None)
 
     depths = takewhile(lambda depth: depth < full, (first * k ** (1.0 / regression) for k in count(1)))
     for depth in (*depths, *[full] * (1 + int(springs))):
@@ -108,10 +105,10 @@ def _feed(state: State, code: int, lead: float, line: int, findings: Findings) -
     """What the spindle's speed makes of a lead in words of the program, mm a minute."""
     if not state.spindle:
         raise LineError(f"{g_name(code)} needs the spindle to turn; write M3 or M4 before it")
-    turns = state.turns(float(state.position[_X] - state.values[layout.OFFSET + _X]))
+    turns = state.turns(float(state.position[_X] - state.offset[_X]))
     if not turns > 0.0:
         raise LineError(f"{g_name(code)} needs the speed of the spindle; write S before it")
     if not lead > 0.0:
         raise LineError(f"{g_name(code)}: the way a revolution must not be 0")
     findings.count(TIED, line)
-    return float(lead * state.values[layout.SCALE] * turns)
+    return float(lead * state.scale[0] * turns)

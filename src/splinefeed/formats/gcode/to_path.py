@@ -18,12 +18,11 @@ import numpy as np
 
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.dialects import named
-from splinefeed.formats.gcode.moves import AXES, LETTERS, PATH_ORDER, ROTARY, Findings, Moves
+from splinefeed.formats.gcode.moves import AXES, LARGEST, LETTERS, PATH_ORDER, ROTARY, Findings, Flag, Moves, joined
 from splinefeed.formats.gcode.offsets import REFERENCES, SYSTEMS
 from splinefeed.formats.gcode.piece import NOTHING, Piece, arcs_of, axis_names, leading, path_columns, say_leading
-from splinefeed.formats.gcode.reader import Reading, joined
+from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.tool_paths import tool_paths
 from splinefeed.formats.gcode.tools import Tools, read_tools
 from splinefeed.formats.path_parts import PathParts
@@ -59,7 +58,7 @@ def from_file(
     program = Program(file, dialect, start, offsets, tools, repair, from_line)
     reading = program.reading()
     moves = program.all_moves(reading)
-    if np.any(moves.flags & layout.TIP):
+    if np.any(moves["flags"] & Flag.TIP):
         paths = tool_paths(file, moves, reading, program.keeps_start, lambda part: program.whole(part, reading))
     else:
         paths = [program.whole(moves, reading).path()]
@@ -75,10 +74,10 @@ def in_parts(file: pathlib.Path, **options: Any) -> PathParts:
     program = Program(file, **options)
     used = 0
     for moves in program.reading().moves(file):
-        used |= moves.used
-        if len(tip := np.flatnonzero(moves.flags & layout.TIP)):
+        used |= moves.axes
+        if len(tip := np.flatnonzero(moves["flags"] & Flag.TIP)):
             raise FormatError(
-                f"{file}: line {moves.line[tip[0]]}: X, Y and Z are the tool's tip; such a program is read as a "
+                f"{file}: line {moves['line'][tip[0]]}: X, Y and Z are the tool's tip; such a program is read as a "
                 "whole, not by windows"
             )
     columns = path_columns(used, file)
@@ -148,7 +147,7 @@ class Program:
 
     def whole(self, moves: Moves, reading: Reading) -> Piece:
         """All moves as one piece, over the axes that they move."""
-        columns = path_columns(moves.used, self.file)
+        columns = path_columns(moves.axes, self.file)
         (piece,) = self.pieces([moves], reading, columns, max(len(moves), 1))
         return piece
 
@@ -176,7 +175,7 @@ class Program:
         parts, held, found = iter(parts), list[Moves](), self.keeps_start
         while not found and sum(map(len, held)) <= MAX_MOVES and (moves := next(parts, None)) is not None:
             held = [joined([*held, moves])]
-            every = held[0].used if columns is None else sum(1 << int(column) for column in columns)
+            every = held[0].axes & (1 << AXES) - 1 if columns is None else sum(1 << int(column) for column in columns)
             first, missing = leading(held[0], every & ~reading.stated)  # what a resumed program has said before
             if found := first < len(held[0]):
                 names = [LETTERS[column] for column in PATH_ORDER if missing >> column & 1]
@@ -206,7 +205,7 @@ class Program:
                 yield made(held)
             held, here = piece, [*behind, *(marker for marker in markers if marker.before < count)]
             behind = [replace(marker, before=0) for marker in markers if marker.before == count]
-            if piece.moves.flags[piece.kept[-1]] & layout.STOPS:
+            if piece.moves["flags"][piece.kept[-1]] & Flag.STOPS:
                 behind.append(Marker(0, "", 0.0, True))
         assert held is not None  # it has been looked through
         here += [replace(marker, before=len(held.kept)) for marker in behind]
@@ -241,7 +240,7 @@ def _line_number(given: int | str) -> int:
 def _place(given: str | Sequence[float], name: str) -> Array:
     """A place (9,) in mm and rad from X,Y,Z,A,B,C,U,V,W in mm and degrees."""
     values = _numbers(given, name) if isinstance(given, str) else [float(each) for each in given]
-    if not 1 <= len(values) <= AXES or not all(abs(value) <= layout.LARGEST for value in values):
+    if not 1 <= len(values) <= AXES or not all(abs(value) <= LARGEST for value in values):
         raise InputError(f"{name}: 1 to {AXES} numbers expected, in the order {' '.join(LETTERS)}, got {values}")
     place = np.zeros(AXES)
     place[: len(values)] = values

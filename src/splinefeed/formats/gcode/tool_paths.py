@@ -17,8 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from splinefeed.errors import CurveError, FormatError
-from splinefeed.formats.gcode import layout
-from splinefeed.formats.gcode.moves import LETTERS, LINE, RAPID, ROTARY, Moves
+from splinefeed.formats.gcode.moves import LETTERS, LINE, RAPID, ROTARY, STATED, Flag, Moves
 from splinefeed.formats.gcode.piece import NOTHING, Piece, leading, say_leading
 from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.tool_tip import TOOL_AXIS
@@ -40,19 +39,19 @@ def tool_paths(
     in_joints: Callable[[Moves], Piece],
 ) -> list[Path]:
     """The tool paths of a program, and what it does in joints with a feed between them, in order."""
-    rotary = [column for column in ROTARY if moves.used >> column & 1]
+    rotary = [column for column in ROTARY if moves.axes >> column & 1]
     known, makers = (-1 if keeps_start else 0), list[Callable[[str], Path]]()
     for part, tip, length in _sections(moves):
         if tip:
             found = _under_control(file, part, reading, rotary, known)
             makers += [partial(_tool_path, piece, axes, rotary, length) for piece, axes in found]
-        elif np.any(part.kind != RAPID):
+        elif np.any(part["kind"] != RAPID):
             piece = in_joints(part)
             makers += [piece.path] if len(piece.kept) else []
         else:
-            for line in part.line.tolist():
+            for line in part["line"].tolist():
                 reading.findings.count("rapid moves without tool centre point control are left out", line)
-        known |= int(np.bitwise_or.reduce(part.codes[:, layout.AXES] >> layout.STATED)) & _TURNS
+        known |= part.axes >> STATED & _TURNS
     if not makers:
         raise FormatError(f"{file}: {NOTHING}")
     stem = pathlib.Path(file).stem
@@ -61,7 +60,7 @@ def tool_paths(
 
 def _sections(moves: Moves) -> Iterator[tuple[Moves, bool, float]]:
     """Moves under the same control, in order: whether places are the tool's tip, and the tool's length, mm."""
-    tip = moves.flags & layout.TIP != 0
+    tip = moves.has(Flag.TIP)
     lengths = [(mark.move, mark.length) for mark in moves.marks if mark.length is not None]
     inner = {*(np.flatnonzero(np.diff(tip)) + 1).tolist(), *(at for at, _ in lengths)}
     for low, high in pairwise([0, *sorted(at for at in inner if 0 < at < len(moves)), len(moves)]):
@@ -78,17 +77,17 @@ def _under_control(
 
     The axes are None where angles stand behind z; `known` are bits of the axes whose places are stated before.
     """
-    vectors = moves.flags & layout.VECTOR != 0
-    turned = moves.codes[:, layout.AXES] & _TURNS != 0
+    vectors = moves.has(Flag.VECTOR)
+    turned = moves["axes"] & _TURNS != 0
     axis: Array | None = None
     if vectors.any():
         if turned.any():
             raise FormatError(
-                f"{file}: line {moves.line[np.argmax(turned)]}: a rotary axis is programmed, and line "
-                f"{moves.line[np.argmax(vectors)]} gives the tool axis as a vector; write one of them"
+                f"{file}: line {moves['line'][np.argmax(turned)]}: a rotary axis is programmed, and line "
+                f"{moves['line'][np.argmax(vectors)]} gives the tool axis as a vector; write one of them"
             )
         # before the first move and behind each, (n + 1, 3); upright before the first vector
-        rows = np.concatenate([[[0.0, 0.0, 1.0]], moves.values[:, layout.CENTER : layout.CENTER + 3]])
+        rows = np.concatenate([[[0.0, 0.0, 1.0]], moves["centre"]])
         axis = rows[np.maximum.accumulate(np.append(0, np.where(vectors, np.arange(1, len(rows)), 0)))]
         axis = axis / np.linalg.norm(axis, axis=1)[:, None]
     columns = np.array([0, 1, 2] if axis is not None else [0, 1, 2, *rotary], dtype=np.int64)
@@ -100,11 +99,11 @@ def _under_control(
         names = [*LETTERS, "the tool axis (upright)"]
         names = [name for column, name in enumerate(names) if missing >> column & 1]
         say_leading(moves, first, names, "as it was before tool centre point control began", reading.findings)
-    step = moves.ends - moves.starts
-    still = (moves.kind <= LINE) & (np.linalg.norm(step[:, :3], axis=1) <= RESOLUTION)
+    step = moves.step
+    still = (moves["kind"] <= LINE) & (np.linalg.norm(step[:, :3], axis=1) <= RESOLUTION)
     turn = np.linalg.norm(step[:, list(rotary)] if axis is None else np.diff(axis, axis=0), axis=1)
     cut = np.flatnonzero(still & (turn > JUMP) & (np.arange(len(moves)) >= first))
-    for line in moves.line[cut].tolist():
+    for line in moves["line"][cut].tolist():
         reading.findings.count(
             "the tool turns while its tip stands still; one path ends before it and the next begins after it", line
         )
@@ -133,7 +132,7 @@ def _tool_path(piece: Piece, ends: Array | None, rotary: Sequence[int], length: 
             axes,
             kind=ANGLES if ends is None else VECTORS,
             rotary=tuple(LETTERS[column].lower() for column in rotary) if ends is None else (),
-            lines=piece.moves.line[piece.kept],
+            lines=piece.moves["line"][piece.kept],
             tool_length=None if math.isnan(length) else length,
             **piece.said(name),
         )

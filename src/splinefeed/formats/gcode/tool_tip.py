@@ -8,9 +8,8 @@ configurations of switchable kinematics (xyzbc-trt.txt): M428 is the machine's o
 
 from __future__ import annotations
 
-from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import AXES, Findings
+from splinefeed.formats.gcode.moves import AXES, LARGEST, Findings
 from splinefeed.formats.gcode.state import State
 
 #: Codes that begin it, as tenths, and the M codes that switch kinematics.
@@ -65,22 +64,22 @@ class ToolTip:
             )
         self.state.control_tip(bool(by), line)
 
-    def taken(self, words: dict[str, float], modal: int | None) -> dict[str, float]:
-        """The tool axis that a line says, as `State.add` takes it, its words taken away; nothing if it says none."""
+    def taken(self, words: dict[str, float], modal: int | None) -> tuple[float, float, float] | None:
+        """The tool axis that a line says, its words taken away; None if it says none."""
         vector, self.given = self.given, None
         lines = modal in (0, 10)
         if vector is None and self._vectors and self.state.tip and lines and words.keys() & set("IJK"):
             x, y, z = (words.pop(letter, 0.0) for letter in "IJK")
             vector = x, y, z
         if vector is None:
-            return {}
+            return None
         if not self.state.tip:
             raise LineError("a tool axis (A3= B3= C3=) has no TRAORI before it")
         if not lines:
             raise LineError("a tool axis is given with an arc or a spline; give it with lines, G0 or G1")
         size = max(map(abs, vector))
-        if not 0.0 < size <= layout.LARGEST:
+        if not 0.0 < size <= LARGEST:
             shown = " ".join(f"{each:g}" for each in vector)
             raise LineError(f"the tool axis {shown} has no direction; write a vector from the tip to the spindle")
         x, y, z = (each / size for each in vector)
-        return {"i": x, "j": y, "k": z, "flags": layout.VECTOR}
+        return x, y, z

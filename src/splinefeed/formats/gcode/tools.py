@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.errors import FormatError
-from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import AXES, LETTERS, ROTARY
+from splinefeed.formats.gcode.moves import AXES, LARGEST, LETTERS, ROTARY
 from splinefeed.formats.source import read_text
 from splinefeed.records import Array
 
@@ -61,8 +60,8 @@ def read_tools(file: str | os.PathLike[str]) -> Tools:
         number = words["T"]
         if number in found or number < 0 or number != int(number):
             raise FormatError(f"{file}: line {line}: T{number:g} appears twice, or is not a tool number")
-        if max(map(abs, words.values())) > layout.LARGEST or len(found) == MAX_TOOLS:
-            raise FormatError(f"{file}: line {line}: a word is beyond {layout.LARGEST:g}, or a tool beyond {MAX_TOOLS}")
+        if max(map(abs, words.values())) > LARGEST or len(found) == MAX_TOOLS:
+            raise FormatError(f"{file}: line {line}: a word is beyond {LARGEST:g}, or a tool beyond {MAX_TOOLS}")
         offset = np.array([words.get(letter, 0.0) for letter in LETTERS])
         offset[list(ROTARY)] = np.deg2rad(offset[list(ROTARY)])
         found[int(number)] = Tool(offset, words.get("D", 0.0))

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import HELIX_ERROR
 from splinefeed.formats.gcode.fit_arcs import biarcs, chords, circle_of, in_plane
-from splinefeed.formats.gcode.moves import LETTERS
+from splinefeed.formats.gcode.moves import LETTERS, PLANES
 from splinefeed.formats.gcode.text import CONTROLS, Text
 from splinefeed.geometry import editing
 from splinefeed.geometry.arcs import polyline
@@ -56,7 +55,7 @@ class Task:
     @property
     def planes(self) -> list[tuple[int, tuple[int, int]]]:
         """Planes whose axes the curve has, with their columns."""
-        named = {plane: [LETTERS[axis] for axis in axes] for plane, axes in layout.PLANES.items()}
+        named = {plane: [LETTERS[axis] for axis in axes] for plane, axes in PLANES.items()}
         return [
             (plane, (self.letters.index(a), self.letters.index(b)))
             for plane, (a, b) in named.items()
@@ -111,7 +110,7 @@ def _arc(task: Task, plane: int, end: Array, centre: complex, sweep: float, text
     """One G2 or G3 with its centre from the start, and P for more than one turn."""
     text.change("plane", f"G{plane}")
     words = text.places(task.letters, task.degrees(end[None])[0])
-    for axis, value in zip(layout.PLANES[plane], (centre.real, centre.imag), strict=True):
+    for axis, value in zip(PLANES[plane], (centre.real, centre.imag), strict=True):
         words.append(f"{'IJK'[axis]}{text.number(value)}")
     turns = math.ceil(abs(sweep) / (2.0 * math.pi) - 1e-9)
     if turns > 1:
