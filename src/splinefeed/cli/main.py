@@ -43,8 +43,8 @@ COMMANDS = {
 }
 #: Under this name the shell asks the command for what could come next.
 COMPLETE = "_SPLINEFEED_COMPLETE"
-#: Those that stand in one file.
-ABOUT = ("machine", "methods", "completion", "version")
+#: Files that hold several of them; each other command is `command` in a file of its name.
+TOGETHER = {"about": ("machine", "methods", "completion", "version"), "cycle_time": ("time", "calibrate")}
 
 
 class LazyGroup(click.Group):
@@ -60,7 +60,8 @@ class LazyGroup(click.Group):
             if ctx.resilient_parsing:  # while a shell completes the name
                 return None
             raise click.UsageError(f"no such command {cmd_name!r}; {nearest(cmd_name, COMMANDS, 'there are {}')}")
-        file, name = ("about", cmd_name) if cmd_name in ABOUT else (cmd_name.replace("-", "_"), "command")
+        homes = {name: (file, name) for file, names in TOGETHER.items() for name in names}
+        file, name = homes.get(cmd_name, (cmd_name.replace("-", "_"), "command"))
         command: click.Command = getattr(import_module(f"splinefeed.cli.{file}"), name)
         return command
 

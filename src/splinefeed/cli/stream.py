@@ -90,7 +90,7 @@ def command(say: Say, source: str, **given: Any) -> Page:
 
     operator, file = Operator(), given["state_file"]
     operator.obey({"override": given["override"]})
-    with ended_by_signals():
+    with on_signals(_end):
         _check(given)
         machine = sf.Machine.load(given["machine"]) if given["machine"] else None
         motion, limits = (_through if _is_setpoints(source) else _along)(say, source, given, machine)
@@ -102,7 +102,7 @@ def command(say: Say, source: str, **given: Any) -> Page:
         to_start = partial(approach, axes=motion.axes, limits=limits, period=motion.period)
         ahead = max(round((0.3 if given["ahead"] is None else given["ahead"]) / motion.period), 24)
         sink = _sink(given, ahead)
-    with Control(operator) as control, signals(operator), keys(operator):
+    with Control(operator) as control, on_signals(partial(_stop, operator)), keys(operator):
         if sink.paced:
             print(f"commands: 127.0.0.1:{control.port} token {control.token}", file=sys.stderr, flush=True)
         say("")
@@ -111,17 +111,9 @@ def command(say: Say, source: str, **given: Any) -> Page:
             shown = ("row", "depth", "confirmed", "rate", "underruns")
             control.status = {"tau_s": state.tau, **{name: getattr(state, name) for name in shown}}
 
-        state = play(
-            motion,
-            sink,
-            operator,
-            ahead,
-            here=given["here"],
-            resume=resume,
-            approach=to_start if given["approach"] else None,
-            saved=saved,
-            seen=seen,
-        )
+        start = to_start if given["approach"] else None
+        how = {"here": given["here"], "resume": resume, "approach": start, "saved": saved, "seen": seen}
+        state = play(motion, sink, operator, ahead, **how)
     files = [given["output"]] if given["to"] == "file" else []
     if given["record_file"]:
         settings = {"source": source, "underruns": state.underruns, "rows": state.row, "done": state.done}
@@ -145,19 +137,15 @@ def command(say: Say, source: str, **given: Any) -> Page:
 
 def _check(given: dict[str, Any]) -> None:
     """InputError for options that do not go together."""
-    wrong = (
-        (given["to"] == "file" and not given["output"], "--to file: needs -o FILE"),
-        (
-            given["resume"] and not given["state_file"],
-            "--resume: needs --state FILE, which the last stream has written",
-        ),
-        (given["record_file"] and given["to"] != "linuxcnc", "--record: needs --to linuxcnc; nothing else measures"),
-        (given["here"] and given["approach"], "--here, --approach: give one of them; the path moves, or the axes do"),
-        (not 0.0 < given["most"] <= 200.0, "--most: must be above 0 and at most 200 %"),
-    )
-    for found, words in wrong:
-        if found:
-            raise InputError(words)
+    wrong = {
+        "--to file: needs -o FILE": given["to"] == "file" and not given["output"],
+        "--resume: needs --state FILE, which the last stream has written": given["resume"] and not given["state_file"],
+        "--record: needs --to linuxcnc; nothing else measures": given["record_file"] and given["to"] != "linuxcnc",
+        "--here, --approach: give one of them; the path moves, or the axes do": given["here"] and given["approach"],
+        "--most: must be above 0 and at most 200 %": not 0.0 < given["most"] <= 200.0,
+    }
+    for words in (words for words, found in wrong.items() if found):
+        raise InputError(words)
 
 
 def _is_setpoints(source: str) -> bool:
@@ -256,39 +244,32 @@ def _resumed(file: str, motion: Motion) -> tuple[float, float]:
     return tau, sent
 
 
-@contextlib.contextmanager
-def ended_by_signals() -> Iterator[None]:
-    """Before anything moves SIGINT and SIGTERM end the program at once, also within a compiler, which catches them."""
-
-    def end(number: int, frame: object) -> None:
-        os.write(2, b"splinefeed: interrupted before anything moved\n")
-        os._exit(128 + number)
-
-    with _on_signals(end):
-        yield
+def _end(number: int) -> None:
+    """End the program at once, also within a compiler, which would catch an exception."""
+    os.write(2, b"splinefeed: interrupted before anything moved\n")
+    os._exit(128 + number)
 
 
-@contextlib.contextmanager
-def signals(operator: Operator) -> Iterator[None]:
-    """The first SIGINT or SIGTERM stops on the path; the next one is what it always is."""
-
-    def stop(number: int, frame: object) -> None:
-        operator.obey({"stop": True})
-        print("stopping on the path; press again to end at once", file=sys.stderr, flush=True)
-        signal.signal(number, before[number])
-
-    with _on_signals(stop) as before:
-        yield
+def _stop(operator: Operator, number: int) -> None:
+    """Stop on the path."""
+    operator.obey({"stop": True})
+    print("stopping on the path; press again to end at once", file=sys.stderr, flush=True)
 
 
 @contextlib.contextmanager
-def _on_signals(handler: Callable[[int, object], None]) -> Iterator[dict[int, signal._HANDLER]]:
-    """Within this `handler` answers SIGINT and SIGTERM; then what did before. Only a main thread has signals."""
-    before: dict[int, signal._HANDLER] = {}
-    if threading.current_thread() is threading.main_thread():
-        before = {number: signal.signal(number, handler) for number in (signal.SIGINT, signal.SIGTERM)}
+def on_signals(handle: Callable[[int], None]) -> Iterator[None]:
+    """Within this the first SIGINT or SIGTERM is handled, the next one does what it always does; main thread alone."""
+    numbers = (signal.SIGINT, signal.SIGTERM) if threading.current_thread() is threading.main_thread() else ()
+    before = {number: signal.getsignal(number) for number in numbers}
+
+    def once(number: int, frame: object) -> None:
+        signal.signal(number, before[signal.Signals(number)])
+        handle(number)
+
     try:
-        yield before
+        for number in numbers:
+            signal.signal(number, once)
+        yield
     finally:
         for number, own in before.items():
             signal.signal(number, own)

@@ -33,10 +33,8 @@ A spec:
   count = 100
   "machine.x.load.inertia" = { uniform = [0.8, 1.2] }
 """
-#: Runs that the rate is taken from: the first ones, which compile, are soon forgotten.
-RECENT = 100
-#: ... and the fewest that say anything of what is to come.
-ENOUGH = 10
+#: Runs that the rate is taken from, and at least: the first ones wait for workers that start, and for the compiler.
+RECENT, ENOUGH = 100, 10
 
 
 def _show(page: Page) -> list[Block]:
@@ -114,7 +112,7 @@ def _sweep(spec: str, given: dict[str, Any], say: Say) -> str:
         for row, _, there in rows:
             lately.append(time.monotonic())
             words = f"{there} of {len(runs)} runs, the last one {row['status']}"
-            if len(lately) >= ENOUGH:  # the first ones wait for workers that start, and for the compiler
+            if len(lately) >= ENOUGH:
                 rate = (len(lately) - 1) / max(lately[-1] - lately[0], 1e-9)
                 words += f", {rate:.3g} a second, about {(len(runs) - there) / rate:.0f} s left"
             say(words)

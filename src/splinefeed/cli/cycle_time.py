@@ -1,0 +1,134 @@
+"""`splinefeed time` and `calibrate`: how long a program takes on a machine, and the model of that, fitted to runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from splinefeed.cli import options
+from splinefeed.cli.answers import answers
+from splinefeed.cli.output import Block, Page, notes, number, table
+from splinefeed.cli.progress import Say
+from splinefeed.errors import InputError
+
+RUN = """\
+A run is a CSV with the columns seconds,what,value: Block_Number is the line that runs, Program_Status ACTIVE and
+PROGRAM_COMPLETED its start and end.
+"""
+
+
+def _show_time(page: Page) -> list[Block]:
+    whole = round(page["total_s"])
+    clock = f"{whole // 3600} h " * (whole >= 3600) + f"{whole // 60 % 60} min " * (whole >= 60) + f"{whole % 60} s"
+    kinds = [kind for kind in ("cutting", "rapid", "tool_change", "spindle", "dwell", "start") if page[f"{kind}_s"] > 0]
+    tools = [
+        [each["tool"] or "-", *(f"{each[f'{kind}_s']:.2f}" for kind in (*kinds, "total"))]
+        for each in (*page["tools"], {**page, "tool": "all"})
+    ]
+    places = [
+        [f"line {each['line']}", f"{each['seconds']:.2f}", f"{each['beyond_feed_s']:.2f}", each["limit"]]
+        for each in page["places"]
+    ]
+    saves = [[each["what"], f"{each['saves_s']:.2f}"] for each in page["saves"] if each["saves_s"] >= 0.005]
+    total = f"{clock} ({page['total_s']:.2f} s), {page['blocks']} blocks"
+    return [
+        [f"{page['name']} on {page['machine']}: {total}", *notes(page["notes"])],
+        table(["tool (s)", *(kind.replace("_", " ") for kind in (*kinds, "total"))], tools),
+        table(["place", "s", "beyond feed, s", "what binds"], places),
+        table(["20 % better", "saves, s"], saves) if saves else [],
+    ]
+
+
+@answers(_show_time, "")
+@click.argument("program")
+@options.table("""
+--machine       NAME|FILE!  The machine, with a section [control].
+--figure        FILE        Draw a bar chart along the program (.svg, .png, .pdf).
+--no-saves      -           Do not search for what would save time.
+""")
+@options.reading_program
+@options.from_line
+def time(say: Say, program: str, **given: Any) -> Page:
+    """Estimate the cycle time of PROGRAM (G-code): cutting, rapid moves, tool changes, spindle and dwells.
+
+    The section [control] of the machine file describes how the control plans: see `splinefeed machine show hurco-04`.
+    Also reports the time of each tool, the slowest lines with the limit that binds there, and what 20 % more of each
+    limit saves.
+
+    Examples:
+      splinefeed time part.nc --machine hurco-04
+      splinefeed time part.nc --machine my-mill.toml --figure part-time.svg
+      splinefeed time part.ngc --machine router --offsets "G28=0,0,80" --json
+      splinefeed time part.nc --machine hurco-04 --from-line 120
+    """
+    from splinefeed.pipeline.cycle_time import cycle_time
+    from splinefeed.report.time_figures import time_figure
+
+    say(f"reading {program}")
+    found = cycle_time(program, given["machine"], **options.reading_from(given))
+    page = found.as_dict() | {"source": program, "saves": [], "files": []}
+    if not given["no_saves"]:
+        say("planning with other limits")
+        page["saves"] = found.saves()
+    if given["figure"] is not None:
+        time_figure(found).save(given["figure"])
+        page["files"] = [given["figure"]]
+    return page
+
+
+def _show_fit(page: Page) -> list[Block]:
+    numbers = [
+        [
+            each["name"], number(each["value"]), each["unit"],
+            f"{number(each['low'])} to {number(each['high'])}" if each["shown"] else "not shown by these runs",
+        ]
+        for each in page["numbers"]
+    ]  # fmt: skip
+    runs = [
+        [name, f"{each['recorded_s']:.2f}", f"{each['estimated_s']:.2f}", f"{each['error']:+.2%}"]
+        for run in page["runs"]
+        for name, each in ((run["run"], run), *((f"  {tool['tool']}", tool) for tool in run["tools"]))
+    ]
+    return [
+        table(["number", "value", "unit", "95 % interval"], numbers),
+        table(["run", "recorded, s", "estimated, s", "error"], runs),
+    ]
+
+
+@answers(_show_fit, RUN)
+@click.argument("runs", nargs=-1, required=True, metavar="PROGRAM=RUN...")
+@options.table("""
+--machine       NAME|FILE!  The machine; its [control] is the prior.
+--keep          NAME*       A number that stays as the file has it; may be repeated.
+-o --output     FILE        Machine file to write.  [default: MACHINE-calibrated.toml]
+""")
+@options.reading_program
+def calibrate(say: Say, runs: tuple[str, ...], **given: Any) -> Page:
+    """Fit the section [control] of a machine file to recorded RUNS, and report how certain each number is.
+
+    Numbers that the runs do not determine keep their value in the machine file, or a usual one, and are named. The
+    machine is written to a new file.
+
+    Examples:
+      splinefeed calibrate part.nc=monday.csv part.nc=friday.csv --machine my-mill.toml -o calibrated.toml
+      splinefeed calibrate part.nc=run.csv --machine my-mill.toml --keep home.z --json
+    """
+    from splinefeed.machine.machine import Machine
+    from splinefeed.pipeline import calibration
+
+    machine = Machine.load(given["machine"])
+    for name in given["keep"]:
+        if name not in calibration.PRIORS:
+            raise InputError(f"--keep: {name!r} is not fitted; choose from {', '.join(calibration.PRIORS)}")
+    file = given["output"] if given["output"] is not None else f"{machine.name}-calibrated.toml"
+    say("reading runs")
+    recorded = []
+    for run in runs:
+        program, equals, log = run.rpartition("=")
+        if not equals:
+            raise InputError(f"{run}: its program is missing; write PROGRAM={run}")
+        recorded.append(calibration.record(program, log, machine, **options.reading_from(given)))
+    found = calibration.calibrate(recorded, machine, keep=given["keep"], say=say)
+    found.machine.save(file)
+    return {**found.as_dict(), "files": [file]}
