@@ -31,17 +31,21 @@ def _homogeneous(curve: NurbsCurve) -> tuple[Array, Array]:
     return np.column_stack([local * curve.weights[:, None], curve.weights]), origin
 
 
-def _from_homogeneous(curve: NurbsCurve, degree: int, knots: Array, points: Array, origin: Array) -> NurbsCurve:
+def _from_homogeneous(
+    curve: NurbsCurve, degree: int, knots: Array, points: Array, origin: Array
+) -> tuple[Array, Array | None]:
+    """Control points and weights of the same curve over other knots."""
     weights = None if curve.weights is None else points[:, -1]
     places = (points if weights is None else points[:, :-1] / weights[:, None]) + origin
     ends = knots[degree], knots[-degree - 1]
     for k, here, there in zip((0, -1), ends, curve.domain, strict=True):
         if curve.clamped and here == there:  # an end is a control point: not a rounding may move it
             places[k] = curve.control_points[k]
-    return type(curve)(degree, knots, places, weights)
+    return places, weights
 
 
-def _refined(curve: NurbsCurve, new_knots: Array) -> NurbsCurve:
+def _refined(curve: NurbsCurve, new_knots: Array) -> tuple[Array, Array | None]:
+    """Control points and weights over more knots, or over those of a part of the curve."""
     points, origin = _homogeneous(curve)
     # control points next to the ends of an unclamped curve are seen from spans before its first knots: more of those,
     # with control points that count for nothing
@@ -49,17 +53,23 @@ def _refined(curve: NurbsCurve, new_knots: Array) -> NurbsCurve:
     more = (end - start) * np.arange(1.0, p + 2.0)
     knots = np.concatenate([curve.knots[0] - more[::-1], curve.knots, curve.knots[-1] + more])
     out = _finer(knots, np.pad(points, ((p + 1, p + 1), (0, 0))), p, new_knots)
-    return _from_homogeneous(curve, curve.degree, new_knots, out, origin)
+    return _from_homogeneous(curve, p, new_knots, out, origin)
+
+
+def section(curve: NurbsCurve, low: float, high: float) -> NurbsCurve:
+    """The clamped piece of a curve between two parameters of its domain, low < high."""
+    p = curve.degree
+    inner = curve.knots[(curve.knots > low) & (curve.knots < high)]
+    knots = np.concatenate([np.full(p + 1, low), inner, np.full(p + 1, high)])
+    return type(curve)(p, knots, *_refined(curve, knots))
 
 
 def clamped(curve: NurbsCurve) -> NurbsCurve:
     """The same curve with end knots of multiplicity p + 1."""
-    p = curve.degree
     start, end = curve.domain
     if curve.clamped and curve.knots[0] == start and curve.knots[-1] == end:
         return curve
-    inner = curve.knots[(curve.knots > start) & (curve.knots < end)]
-    return _refined(curve, np.concatenate([np.full(p + 1, start), inner, np.full(p + 1, end)]))
+    return section(curve, start, end)
 
 
 def with_knots(curve: NurbsCurve, *parameters: float) -> NurbsCurve:
@@ -80,7 +90,7 @@ def with_knots(curve: NurbsCurve, *parameters: float) -> NurbsCurve:
             raise CurveError(
                 f"knot {value:g} would appear {count} times; at most {curve.degree} (the degree) are possible"
             )
-    return _refined(curve, new_knots)
+    return type(curve)(curve.degree, new_knots, *_refined(curve, new_knots))
 
 
 def unbroken(
@@ -107,40 +117,20 @@ def unbroken(
     ]
 
 
-def section(curve: NurbsCurve, low: float, high: float) -> NurbsCurve:
-    """The clamped piece of a curve between two parameters of its domain, low < high."""
-    p = curve.degree
-    inner = curve.knots[(curve.knots > low) & (curve.knots < high)]
-    knots = np.concatenate([np.full(p + 1, low), inner, np.full(p + 1, high)])
-    return _refined(curve, knots)
-
-
 def split(curve: NurbsCurve, *parameters: float) -> list[NurbsCurve]:
     """Clamped pieces between the domain's ends and the given inner parameters, in order."""
-    p = curve.degree
-    whole = clamped(curve)
     cuts = np.unique(curve.check_parameters(np.array(parameters, dtype=np.float64)))
     start, end = curve.domain
     if np.any((cuts <= start) | (cuts >= end)):
         raise InputError(f"a curve can be split only strictly inside its domain ({start:g}, {end:g})")
-    missing = [value for value in cuts for _ in range(p - int(np.count_nonzero(whole.knots == value)))]
-    whole = with_knots(whole, *missing) if missing else whole
-    knots = whole.knots
-    # with multiplicity p at a cut, the curve passes there through the control point before the knot's first index
-    joints = [
-        0,
-        *(int(np.searchsorted(knots, value, side="left")) - 1 for value in cuts),
-        len(whole.control_points) - 1,
-    ]
-    bounds = [start, *cuts, end]
-    pieces = []
-    for i, (first, last) in enumerate(pairwise(joints)):
-        low, high = bounds[i], bounds[i + 1]
-        inner = knots[(knots > low) & (knots < high)]
-        piece_knots = np.concatenate([np.full(p + 1, low), inner, np.full(p + 1, high)])
-        weights = None if whole.weights is None else whole.weights[first : last + 1]
-        pieces.append(type(curve)(p, piece_knots, whole.control_points[first : last + 1], weights))
-    return pieces
+    if not len(cuts):
+        return [clamped(curve)]
+    inner = curve.knots[(curve.knots > start) & (curve.knots < end) & ~np.isin(curve.knots, cuts)]
+    knots = np.sort(np.concatenate([inner, np.repeat([start, *cuts, end], curve.degree + 1)]))
+    pieces = unbroken(curve.degree, knots, *_refined(curve, knots))
+    for (_, before, _), (_, behind, _) in pairwise(pieces):
+        behind[0] = before[-1]  # but for rounding it is
+    return [type(curve)(curve.degree, *piece) for piece in pieces]
 
 
 def elevated(curve: NurbsCurve, times: int = 1) -> NurbsCurve:
@@ -156,7 +146,7 @@ def elevated(curve: NurbsCurve, times: int = 1) -> NurbsCurve:
         new_knots = np.sort(np.concatenate([knots, np.unique(knots)]))
         points = _higher(knots, points, degree, new_knots)
         knots, degree = new_knots, degree + 1
-    return _from_homogeneous(whole, degree, knots, points, origin)
+    return type(curve)(degree, knots, *_from_homogeneous(whole, degree, knots, points, origin))
 
 
 def reversed_curve(curve: NurbsCurve) -> NurbsCurve:
