@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.curves import LINE_KNOTS
 from splinefeed.records import Array
 
 #: A sweep this little over a quarter turn, in quarters, is still one: rounding is no reason for another span.
@@ -96,7 +97,7 @@ def polyline(points: Array) -> NurbsCurve:
     fixed = np.array(points, dtype=np.float64)
     fixed.setflags(write=False)
     if len(points) == 2:
-        return NurbsCurve.trusted(1, _LINE_KNOTS, fixed)
+        return NurbsCurve.trusted(1, LINE_KNOTS, fixed)
     knots = np.zeros(len(points) + 2)
     across = fixed[1:] - fixed[:-1]
     steps = np.sqrt((across * across).sum(axis=1))
@@ -122,35 +123,28 @@ def as_circle(curve: NurbsCurve) -> tuple[tuple[float, float], float, float, flo
     """
     if curve.degree != 2 or curve.weights is None or not curve.clamped:
         return None
-    points, weights = curve.control_points[:, :2], curve.weights
-    count = len(points)
+    places, weights = curve.control_points[:, 0] + 1j * curve.control_points[:, 1], curve.weights
     inner = curve.knots[3:-3]
-    if count % 2 == 0 or not np.array_equal(inner[0::2], inner[1::2]):
+    if len(places) % 2 == 0 or not np.array_equal(inner[0::2], inner[1::2]):
         return None
-    on, between = points[0::2], points[1::2]
-    middle = weights[1::2] / np.sqrt(weights[:-2:2] * weights[2::2])
+    on, middle = places[0::2], weights[1::2] / np.sqrt(weights[:-2:2] * weights[2::2])
+    chords, between = np.diff(on), 0.5 * (on[1:] + on[:-1])
+    if np.any(chords == 0.0) or np.any(middle >= 1.0):
+        return None
     # every span turns by 2 acos(w): the control point between its ends is theirs, farther out by 1 / w
-    chords, bow = on[1:] - on[:-1], between - 0.5 * (on[1:] + on[:-1])
-    lengths = np.sum(chords * chords, axis=1)
-    cross = chords[:, 0] * bow[:, 1] - chords[:, 1] * bow[:, 0]  # below 0 the curve turns to the left
-    if np.any(middle >= 1.0) or np.any(lengths == 0.0) or np.any(cross == 0.0) or np.ptp(np.sign(cross)) > 0.0:
+    bow = (places[1::2] - between) / chords
+    height = bow.imag  # below 0 the curve turns to the left
+    if np.any(height == 0.0) or np.ptp(np.sign(height)) > 0.0:
         return None
     # tan(half) = 2 |height|, in chords, and the centre lies on the other side by cot(half) / 2 chords
-    height = cross / lengths
-    centers = 0.5 * (on[1:] + on[:-1]) - np.column_stack([-chords[:, 1], chords[:, 0]]) / (4.0 * height[:, None])
-    center, half = centers.mean(axis=0), np.arctan(2.0 * np.abs(height))
-    away = np.linalg.norm(on - center, axis=1)
+    centers, half = between - 0.25j * chords / height, np.arctan(2.0 * np.abs(height))
+    center = centers.mean()
+    away = np.abs(on - center)
     radius = float(np.mean(away))
-    off = np.append(np.linalg.norm(centers - center, axis=1), np.abs(away - radius)) / radius
-    bent = np.append(np.cos(half) - middle, np.sum(bow * chords, axis=1) / lengths)
-    if max(np.max(off), np.max(np.abs(bent))) > ROUND:
+    off = np.append(np.abs(centers - center), np.abs(away - radius)) / radius
+    if max(np.max(off), np.max(np.abs(np.append(np.cos(half) - middle, bow.real)))) > ROUND:
         return None
-    sweep = -math.copysign(float(np.sum(2.0 * half)), cross[0])
-    if np.array_equal(points[0], points[-1]):
+    sweep = -math.copysign(float(np.sum(2.0 * half)), height[0])
+    if places[0] == places[-1]:
         sweep = math.copysign(2.0 * math.pi, sweep)
-    start = math.atan2(on[0, 1] - center[1], on[0, 0] - center[0])
-    return (float(center[0]), float(center[1])), radius, start, sweep
-
-
-_LINE_KNOTS = np.array([0.0, 0.0, 1.0, 1.0])
-_LINE_KNOTS.setflags(write=False)
+    return (float(center.real), float(center.imag)), radius, float(np.angle(on[0] - center)), sweep

@@ -179,7 +179,7 @@ class Smoother:
 
     def _batch(self, path: Path, share: Array | None) -> Batch:
         flat, count = path.flat, len(path.flat)
-        allowed, loose = _loose(path, self.tolerance, share)
+        within, loose = _loose(path, self.tolerance, share)
         said = [np.zeros(count) if each is None else each for each in (path.feeds, path.tolerances)]
         _, before, known = self._last or (None, False, [float(each[0]) for each in said])
         free = loose & np.append(before, loose[:-1])
@@ -194,7 +194,7 @@ class Smoother:
                 free[i] &= not marker.stop
         lines = (flat.degrees == 1) & (flat.rational == 0) & (np.diff(flat.point_starts) == 2)
         return Batch(
-            flat, np.arange(self._came, self._came + count), np.where(loose, allowed, 1.0), np.zeros(count),
+            flat, np.arange(self._came, self._came + count), np.where(loose, within, 1.0), np.zeros(count),
             lines & loose, free, apart, np.zeros(count, dtype=bool), *said,
         )  # fmt: skip
 
@@ -231,15 +231,16 @@ def _checked(tolerance: float | str, corner_angle: float, corners: str, angular_
     return tolerance
 
 
+def allowed(path: Path, tolerance: float | str) -> Array:
+    """Tolerance of each curve (curves,), mm: that one, or what the program says, 0 where it says nothing."""
+    if not isinstance(tolerance, str):
+        return np.full(len(path.flat), tolerance)
+    said = np.zeros(len(path.flat)) if path.tolerances is None else path.tolerances
+    return np.where(np.isfinite(said), said, UNBOUNDED_TOLERANCE)
+
+
 def _loose(path: Path, tolerance: float | str, share: Array | None) -> tuple[Array, BoolArray]:
     """Tolerance of each curve, mm, and whether it may be changed at all."""
-    if not isinstance(tolerance, str):
-        allowed = np.full(len(path.flat), tolerance)
-    elif path.tolerances is None:
-        allowed = np.zeros(len(path.flat))
-    else:
-        allowed = np.where(np.isfinite(path.tolerances), path.tolerances, UNBOUNDED_TOLERANCE)
-    if share is not None:
-        allowed = share * allowed
-    loose = (allowed > 0.0) & (path.flat.sizes(slice(path.linear)) > 0.0) & ~path.flat.turning(path.linear)
-    return allowed, loose if path.feeds is None else loose & np.isfinite(path.feeds)
+    within = allowed(path, tolerance) * (1.0 if share is None else share)
+    loose = (within > 0.0) & (path.flat.sizes(slice(path.linear)) > 0.0) & ~path.flat.turning(path.linear)
+    return within, loose if path.feeds is None else loose & np.isfinite(path.feeds)

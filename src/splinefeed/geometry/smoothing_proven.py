@@ -16,7 +16,7 @@ from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.meetings import meetings
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.pieces import chunks, coefficients, taylor
-from splinefeed.geometry.smoothing import ANGULAR_TOLERANCE, PROGRAM, UNBOUNDED_TOLERANCE, smoothed
+from splinefeed.geometry.smoothing import ANGULAR_TOLERANCE, UNBOUNDED_TOLERANCE, allowed, smoothed
 from splinefeed.geometry.tool_path import ANGLES, POINTS, VECTORS, ToolPath, beside
 from splinefeed.kernels import matching as kernels
 from splinefeed.kernels.layout import HIGH, LOW, SCALE, Shape
@@ -116,18 +116,18 @@ class Proof:
 
 
 def proven(
-    path: Path, tolerance: float | str, *, angular_tolerance: float = ANGULAR_TOLERANCE, **how: float | str
+    path: Path, tolerance: float | str, *, angular_tolerance: float = ANGULAR_TOLERANCE, use: float = 1.0, **how: Any
 ) -> Proof:
     """The path smoothed as by `smoothed`, with the same arguments, and the proof of it.
 
     Where the original nearly touches itself, a result within the tolerance may cross itself: there it is smoothed again
-    with half the tolerance, and finally not smoothed.
+    with half the tolerance, and finally not smoothed. `use` is the share of the tolerance that counts as all of it.
     Raises CurveError if it is over its tolerance nevertheless, which is not known to happen, and InputError as
     `smoothed`.
     """
-    share, largest = np.ones(len(path.flat)), _largest(path, tolerance)
+    share, largest = np.full(len(path.flat), use), use * largest_tolerance(path, tolerance)
     for attempt in range(ROUNDS + 2):
-        result = smoothed(path, tolerance, angular_tolerance=angular_tolerance, share=share, **how)  # type: ignore[arg-type]
+        result = smoothed(path, tolerance, angular_tolerance=angular_tolerance, share=share, **how)
         if result is path:
             return Proof(path, Order(0.0, 0.0), largest, angular_tolerance, 0)
         found = order(path, result, largest, angular_tolerance, PRECISION)
@@ -137,7 +137,7 @@ def proven(
         for low, high in found.concerned:
             closer[low : high + 1] = True
         share[closer] *= 0.5 if attempt < ROUNDS else 0.0
-    proof = Proof(result, found, largest, angular_tolerance, int(np.count_nonzero(share < 1.0)))
+    proof = Proof(result, found, largest, angular_tolerance, int(np.count_nonzero(share < use)))
     if not proof.holds and not len(found.crossings):
         raise CurveError(f"{path.name}: smoothed, but {proof.sentence}; please report it")
     return replace(proof, path=result.with_findings(*result.findings, proof.sentence))
@@ -171,18 +171,16 @@ def proven_tool(
     packed = _packed(path)
     angular = angular_tolerance if path.kind == ANGLES else math.sin(angular_tolerance)
     least = 1.0 + PRECISION  # the proof tells distances to this: what it says is within the tolerances themselves
-    within: float | str = PROGRAM
-    if tolerance == PROGRAM and packed.tolerances is not None:
-        said = np.where(np.isfinite(packed.tolerances), packed.tolerances, UNBOUNDED_TOLERANCE) / least
-        packed = Path(packed.curves, packed.axes, **{**packed._said(), "tolerances": said}, tolerance=packed.tolerance)
-    elif tolerance != PROGRAM:
-        within = float(tolerance) / least
-    proof = proven(packed, within, angular_tolerance=angular / least, **how)
-    largest = float(tolerance) if tolerance != PROGRAM else proof.tolerance * least
-    said_of = replace(proof, tolerance=largest, angular_tolerance=angular_tolerance)
+    proof = proven(packed, tolerance, angular_tolerance=angular / least, use=1.0 / least, **how)
+    said_of = replace(proof, tolerance=largest_tolerance(packed, tolerance), angular_tolerance=angular_tolerance)
     if proof.path is packed:
         return path, said_of
     return _unpacked(proof.path, path).with_findings(*proof.path.findings[:-1], said_of.sentence), said_of
+
+
+def largest_tolerance(path: Path, tolerance: float | str) -> float:
+    """The largest tolerance of all curves, mm."""
+    return float(allowed(path, tolerance).max()) or UNBOUNDED_TOLERANCE
 
 
 def _packed(path: ToolPath) -> Path:
@@ -205,12 +203,7 @@ def _packed(path: ToolPath) -> Path:
         beside(tip, np.column_stack([tip.control_points, scale * rows]))
         for tip, rows in zip(path.curves, columns, strict=True)
     ]
-    axes = ("x", "y", "z", *_COLUMNS[: path.columns])
-    if all(curve.degree == 1 and len(curve.control_points) == 2 for curve in curves):
-        points = np.stack([curve.control_points for curve in curves])
-        if np.array_equal(points[:-1, 1], points[1:, 0]):
-            return Path.polyline(np.concatenate([points[:1, 0], points[:, 1]]), axes, **path._said())
-    return Path(curves, axes, **said)
+    return Path(curves, ("x", "y", "z", *_COLUMNS[: path.columns]), **said)
 
 
 def _shortest(columns: list[Array], path: ToolPath) -> float:
@@ -242,15 +235,6 @@ def _unpacked(smooth: Path, path: ToolPath) -> ToolPath:
     axes = [beside(c, c.control_points[:, 3:].copy()) for c in smooth.curves]
     kind = ANGLES if path.kind == ANGLES else VECTORS
     return ToolPath(curves, axes, kind=kind, rotary=path.rotary, **said)
-
-
-def _largest(path: Path, tolerance: float | str) -> float:
-    if tolerance != PROGRAM:
-        return float(tolerance)
-    if path.tolerances is None or not path.tolerances.any():
-        return UNBOUNDED_TOLERANCE
-    said: Array = np.where(np.isfinite(path.tolerances), path.tolerances, UNBOUNDED_TOLERANCE)
-    return float(said.max())
 
 
 def order(original: Path, result: Path, tolerance: float, angular_tolerance: float, precision: float = 0.02) -> Order:
