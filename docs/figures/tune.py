@@ -12,7 +12,7 @@ import splinefeed as sf
 from splinefeed.machine.parts import Axis
 from splinefeed.pipeline.tuning import PathTuning, tune_on_path
 from splinefeed.report.servo_figures import bode_figure, step_figure
-from splinefeed.simulation.curves import hunts, rest_swing, tuned_axis
+from splinefeed.simulation.curves import hunts, rest_swing
 from splinefeed.simulation.linear import Margins, margins
 from splinefeed.simulation.tuning import Tuning
 
@@ -35,7 +35,7 @@ def main() -> None:
     forward = tune_on_path(table, run.points, run.path, feed_forward=True)
     put("gains", gains(x, old, calm, plain))
     put("path", on_path(plain, forward))
-    tuned = [tuned_axis(a.old, a.axis, "rule path, NACA 0025", PERIOD) for a in plain.axes.values()]
+    tuned = [replace(axis, rule="rule path, NACA 0025") for axis in plain.axes.values()]
     bode_figure(tuned[0], table.name).save(HERE / "tune-bode.svg")
     step_figure(tuned, table.name).save(HERE / "tune-step.svg")
 

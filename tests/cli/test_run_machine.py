@@ -99,9 +99,9 @@ def test_one_number_for_all_axes_leaves_theta_its_own(splinefeed, folder):
     words = ["plan", "circle?radius=10&tangential=true", "--machine", "xytheta", "--axis-accel", "300", "--json"]
     assert page_of(splinefeed(*words))["strategy"] == "time-optimal"
     from splinefeed.machine.machine import Machine
-    from splinefeed.pipeline.settings import over_machine
+    from splinefeed.pipeline.settings import completed
 
-    flat = over_machine({"axis_acceleration": 300.0}, Machine.load("xytheta"), ("x", "y", "theta"))
+    flat = completed({"axis_acceleration": 300.0}, Machine.load("xytheta"), ("x", "y", "theta")).as_dict()
     assert flat["axis_acceleration.x"] == 300.0
     assert flat["axis_acceleration.theta"] == pytest.approx(np.radians(100000.0))
 

@@ -10,9 +10,9 @@ import pytest
 from splinefeed.machine import Friction, Machine
 from splinefeed.report.figure import Dots, Line
 from splinefeed.report.servo_figures import bode_figure, step_figure
-from splinefeed.simulation.curves import hunts, loop_curves, rest_swing, step_responses, tuned_axis
+from splinefeed.simulation.curves import hunts, loop_curves, rest_swing, step_responses
 from splinefeed.simulation.linear import controller_response, discrete_plant, margins, scaled
-from splinefeed.simulation.tuning import tune
+from splinefeed.simulation.tuning import TunedAxis, tune
 
 
 def loop_response(axis, period, omega):
@@ -23,8 +23,7 @@ def loop_response(axis, period, omega):
 @pytest.mark.parametrize("name", ["x", "theta"])
 def test_margins_are_drawn_where_they_are(name, tmp_path):
     found = tune(Machine.load("xytheta").axes[name], "tyreus-luyben")
-    tuned = tuned_axis(found.old, found.axis, found.rule, 1e-3)
-    figure = bode_figure(tuned, "xytheta")
+    figure = bode_figure(found, "xytheta")
     gain, phase, closed = figure.panels
     marks = [
         next(mark for mark in panel.marks if isinstance(mark, Line) and mark.name == f"{name} margin")
@@ -47,13 +46,13 @@ def test_margins_are_drawn_where_they_are(name, tmp_path):
 def test_an_unstable_loop_is_named_and_has_no_closed_response(tmp_path):
     axis = Machine.load("xytheta").axes["x"]
     wild = scaled(axis, 10.0)
-    tuned = tuned_axis(wild, axis, "none", 1e-3)
+    tuned = TunedAxis(rule="none", old=wild, axis=axis, period=1e-3)
     figure = bode_figure(tuned, "wild")
     gain, _, closed = figure.panels
     assert gain.marks[0].name == "old gains: unstable"
     assert [mark.name for mark in closed.marks if isinstance(mark, Line)] == ["new gains"]
     step_figure([tuned, tuned], "wild").save(tmp_path / "step.png")
-    assert bode_figure(tuned_axis(axis, wild, "none", 1e-3), "wild").title.endswith(margins(wild, 1e-3).verdict)
+    assert bode_figure(replace(tuned, old=axis, axis=wild), "wild").title.endswith(margins(wild, 1e-3).verdict)
 
 
 def test_a_step_is_small_and_rounded_and_ends_at_its_size():

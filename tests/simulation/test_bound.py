@@ -12,8 +12,9 @@ from simulation.axes import PERIOD, velocity_axis
 from splinefeed.errors import InputError
 from splinefeed.machine import Friction
 from splinefeed.simulation import curves
-from splinefeed.simulation.curves import hunts, loop_curves, rest_swing, step_responses, tuned_axis
+from splinefeed.simulation.curves import hunts, loop_curves, rest_swing, step_responses
 from splinefeed.simulation.linear import MOST_SLACK, Bound, Margins, margins, quick_slacks, read_margins
+from splinefeed.simulation.tuning import TunedAxis
 
 
 @pytest.fixture(autouse=True)
@@ -103,10 +104,10 @@ def test_a_step_settles_at_its_size_within_half_the_output():
 
 def test_a_tuned_axis_holds_both_loops():
     old, new = velocity_axis(), with_gain(velocity_axis(), 0.7)
-    plain = tuned_axis(old, new, "by hand", PERIOD)
+    plain = TunedAxis(rule="by hand", old=old, axis=new, period=PERIOD)
     assert plain.before.gain_margin == pytest.approx(0.7 * plain.margins.gain_margin, rel=1e-6)
     # the loop is the controller, 0.7 times the old one
-    ratio = plain.new.loop / plain.old.loop
+    ratio = loop_curves(new, PERIOD).loop / loop_curves(old, PERIOD).loop
     assert ratio == pytest.approx(np.full(len(ratio), 0.7), rel=1e-9)
 
 

@@ -131,7 +131,7 @@ def command(say: Say, machine: str, **given: Any) -> Page:
         return {**page, "files": written}
     say("drawing")
     with staged(given["output"], files.TUNE_RECORD, files.tune_names(model.axes)) as stage:
-        drawn = files.save_figures(files.tune_figures(found.curves(), model.name), stage, drawing)
+        drawn = files.save_figures(files.tune_figures(found.axes, model.name), stage, drawing)
         page = recorded(page, drawn, given["output"], stage, files.TUNE_RECORD)
     return {**page, "files": [*written, *page["files"]]}
 

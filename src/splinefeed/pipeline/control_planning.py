@@ -117,18 +117,25 @@ def _bounds(blocks: Blocks, machine: Machine, control: Control) -> _Bounds:
     if not np.all(np.isfinite(acceleration)):
         raise InputError(f"{machine.name}: control.acceleration: missing; give the acceleration along the path")
     arc = np.minimum(np.inf if control.arc_acceleration is None else control.arc_acceleration, axis_acceleration)
-    speed, by = np.where(rapid, velocity, blocks.feed), np.where(rapid, OF_AXES + velocity_by, FEED)
     shortest = np.where(rapid, 0.0, control.block_time)
-    lowered: list[tuple[Any, Array]] = [
+    by_axis = OF_AXES + velocity_by
+    tops: list[tuple[Any, Array]] = [  # what bounds the speed, the first of equal ones binds
+        (np.where(rapid, by_axis, FEED), np.where(rapid, velocity, blocks.feed)),
         (ARC, _arc_speed(arc, blocks.radius, control.arc_growth)),
         (SHORT, np.where(shortest > 0.0, blocks.length / np.maximum(shortest, 1e-300), np.inf)),
-        (OF_AXES + velocity_by, velocity),
+        (by_axis, velocity),
     ]
-    for number, top in lowered:
-        by = np.where(top < speed, number, by)
-        speed = np.minimum(speed, top)
+    speeds = np.array([top for _, top in tops])
+    by = np.choose(np.argmin(speeds, axis=0), [number for number, _ in tops])
     own = np.where(axis_acceleration < along, OF_AXES + AXES + axis_by, np.where(rapid, RAPIDLY, ALONG))
-    return _Bounds(speed, acceleration, np.minimum(chosen(control.jerk, control.rapid_jerk), axis_jerk), arc, by, own)
+    return _Bounds(
+        np.min(speeds, axis=0),
+        acceleration,
+        np.minimum(chosen(control.jerk, control.rapid_jerk), axis_jerk),
+        arc,
+        by,
+        own,
+    )
 
 
 def _arc_speed(acceleration: Array, radius: Array, growth: float) -> Array:

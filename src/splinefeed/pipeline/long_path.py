@@ -14,7 +14,7 @@ from splinefeed.analysis.check import Blocks, Check
 from splinefeed.errors import InputError
 from splinefeed.feed.modes import LOOK_AHEAD
 from splinefeed.feed.numbers import ALMOST
-from splinefeed.feed.stream import WINDOW, Block, LookAhead
+from splinefeed.feed.stream import Block, LookAhead
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.joints import open_joints
 from splinefeed.geometry.parts import cut
@@ -43,13 +43,13 @@ class _Part:
 
 
 def stream_setpoints(
-    paths: Path | Iterable[Path], limits: Limits, *, period: float, chunk: int = CHUNK, window: int = WINDOW
+    paths: Path | Iterable[Path], limits: Limits, *, period: float, chunk: int = CHUNK
 ) -> Iterator[Setpoints]:
     """Where every axis must be at each tick k T along a path that comes in parts, planned window by window.
 
     paths   parts that follow each other, of the same axes; each is taken when the motion comes near it, and
             dropped when it is behind. A Path is cut into parts.
-    period  servo period T, s; chunk  ticks of each record but the last; window  as for `LookAhead`
+    period  servo period T, s; chunk  ticks of each record but the last
 
     The motion is that of the `look-ahead` strategy and keeps all limits; each setpoint is where the law puts it
     (`arc-length`). `curve` and `s` count from the start of the first part. Raises what `LookAhead` raises, and
@@ -60,7 +60,7 @@ def stream_setpoints(
     if isinstance(chunk, bool) or int(chunk) != chunk or chunk < 1:
         raise InputError(f"chunk is {chunk!r}; expected a whole number of ticks from 1 up")
     parts = parts_of(paths) if isinstance(paths, Path) else paths
-    return Blocks(int(chunk)).cut(_Walk(limits, period, window).pieces(parts))
+    return Blocks(int(chunk)).cut(_Walk(limits, period).pieces(parts))
 
 
 def parts_of(path: Path, size: int = PART) -> Iterator[Path]:
@@ -85,8 +85,8 @@ def in_line(paths: Iterable[Path]) -> Iterator[Path]:
 class _Walk:
     """Plans parts as they come, and makes the setpoints of each block of motion."""
 
-    def __init__(self, limits: Limits, period: float, window: int) -> None:
-        self.limits, self.period, self.window = limits, period, window
+    def __init__(self, limits: Limits, period: float) -> None:
+        self.limits, self.period = limits, period
         self.parts: deque[_Part] = deque()
         self.tick = 0
         self.settings: dict[str, Any] = {}
@@ -97,7 +97,7 @@ class _Walk:
         end, curves = 0.0, 0
         for path in in_line(paths):
             if planner is None:
-                planner = LookAhead(self.limits, self.period, path.axes, self.window)
+                planner = LookAhead(self.limits, self.period, path.axes)
                 self.settings = {"limits": planner.limits.as_dict(), "strategy": LOOK_AHEAD, "path": path.name}
                 self.settings |= {"period": planner.period, "method": METHOD}
             self.parts.append(_Part(path, curves, end))

@@ -18,21 +18,6 @@ from splinefeed.pipeline.run import PAPER_LIMITS
 from splinefeed.records import BY_AXIS, ROTARY_AXES, Limits
 
 
-def over_machine(flat: Mapping[str, float], machine: Machine, axes: Sequence[str]) -> dict[str, float]:
-    """The limits of those of `axes` that a machine has, with those of `flat` in their place.
-
-    flat  limits as `Limits.as_dict` has them
-    """
-    own = machine.limits(axes)
-    out = {f"{name}.{axis}": value for name, values in own.items() for axis, value in values.items()}
-    for name, value in flat.items():
-        if name in BY_AXIS and own.get(name):  # one number is for every linear axis
-            out |= {f"{name}.{axis}": value for axis in axes if axis not in ROTARY_AXES}
-        else:
-            out[name] = value
-    return out
-
-
 def completed(
     flat: Mapping[str, float], machine: Machine | None, axes: Sequence[str], *, assume: bool = True
 ) -> Limits:
@@ -41,13 +26,19 @@ def completed(
     flat  limits as `Limits.as_dict` has them; assume  whether the paper's stand in along the path where none are said,
           those of acceleration and jerk only without such limits of the axes
     """
-    flat = flat if machine is None else over_machine(flat, machine, axes)
+    out: dict[str, float] = {}
+    own = {} if machine is None else machine.limits(axes)
+    for name, values in own.items():
+        out |= {f"{name}.{axis}": value for axis, value in values.items()}
+    for name, value in flat.items():
+        each = name in BY_AXIS and own.get(name)  # one number is for every linear axis
+        out |= {f"{name}.{axis}": value for axis in axes if axis not in ROTARY_AXES} if each else {name: value}
     if assume:
-        kinds = {key.partition(".")[0] for key in flat}
+        kinds = {key.partition(".")[0] for key in out}
         if not kinds & {"axis_acceleration", "axis_jerk"}:
-            flat = {"acceleration": PAPER_LIMITS.acceleration, "jerk": PAPER_LIMITS.jerk, **flat}
-        flat = {"feed": PAPER_LIMITS.feed, **flat}
-    return Limits.from_dict(flat)
+            out = {"acceleration": PAPER_LIMITS.acceleration, "jerk": PAPER_LIMITS.jerk, **out}
+        out = {"feed": PAPER_LIMITS.feed, **out}
+    return Limits.from_dict(out)
 
 
 def at_programmed_feeds(limits: Limits, path: Path | PathParts) -> tuple[Limits, list[str]]:

@@ -17,9 +17,9 @@ from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import FEED_FORWARD, GAINS, Axis, Controller
 from splinefeed.records import ROTARY_AXES, Array, Response, Setpoints
 from splinefeed.simulation import tuning
-from splinefeed.simulation.curves import HUNTING, TunedAxis, hunts, rest_swing, tuned_axis
+from splinefeed.simulation.curves import HUNTING, hunts, rest_swing
 from splinefeed.simulation.follow import Follower
-from splinefeed.simulation.linear import Bound, Margins, margins, quick_slacks
+from splinefeed.simulation.linear import Bound, quick_slacks
 from splinefeed.simulation.plant import force_per_volt, seen_resolution
 
 PATH_RULE = "path"
@@ -52,16 +52,12 @@ CALMER = (math.log(1.0 / 2.2 / 0.6), math.log(1.0 / 2.2 / 2.2 / 1.2), math.log(1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class AxisTuning:
+class AxisTuning(tuning.TunedAxis):
     """One axis before and after; tracking_error: largest |error| on the path, mm or rad, infinite if it ran away.
 
     Source: docs/tune.md. Example: `sf.simulation.AxisTuning.__annotations__["tracking"]`
     """
 
-    old: Axis
-    axis: Axis
-    before: Margins
-    margins: Margins
     tracking_before: float
     tracking: float
 
@@ -91,12 +87,12 @@ class PathTuning:
 class TunedMachine:
     """A machine with new gains.
 
-    page    what was found: gains and margins of each axis before and after; curves  what figures show, made on request
+    page  what was found: gains and margins of each axis before and after; axes  those that figures show
     """
 
     machine: Machine
     page: dict[str, Any]
-    curves: Callable[[], list[TunedAxis]]
+    axes: Sequence[tuning.TunedAxis]
 
 
 @overload
@@ -191,10 +187,10 @@ def tune_on_path(
         bound=bound,
         axes={
             name: AxisTuning(
+                rule=f"rule path, {path.name}",
                 old=machine.axes[name],
                 axis=made.axes[name],
-                before=margins(machine.axes[name], period),
-                margins=margins(made.axes[name], period),
+                period=period,
                 tracking_before=math.inf if first.stopped else _largest(first, name),
                 tracking=_largest(last, name),
             )
@@ -212,7 +208,7 @@ def along_path(machine: Machine, setpoints: Setpoints, path: Path, **options: An
     found = tune_on_path(machine, setpoints, path, **options)
     axes = {
         name: {
-            **_numbers(each, setpoints.period),
+            **_numbers(each),
             "tracking_error_max_before": each.tracking_before,
             "tracking_error_max": each.tracking,
             "tracking_unit": "rad" if each.axis.rotary else "mm",
@@ -229,10 +225,7 @@ def along_path(machine: Machine, setpoints: Setpoints, path: Path, **options: An
         "contour_error_rms_mm": found.contour.rms,
         "axes": axes,
     }
-    rule = f"rule path, {path.name}"
-    return TunedMachine(
-        found.machine, page, lambda: [tuned_axis(t.old, t.axis, rule, setpoints.period) for t in found.axes.values()]
-    )
+    return TunedMachine(found.machine, page, list(found.axes.values()))
 
 
 def by_rule(
@@ -246,7 +239,7 @@ def by_rule(
         tunings.append(tuning.tune(machine.axes[name], rule, period=period, kind=kind))
     axes = {
         each.axis.name: {
-            **_numbers(each, period),
+            **_numbers(each),
             "ultimate_gain": each.ultimate.gain,
             "ultimate_period_s": each.ultimate.period,
         }
@@ -255,15 +248,15 @@ def by_rule(
     return TunedMachine(
         replace(machine, axes={**machine.axes, **{each.axis.name: each.axis for each in tunings}}),
         {"period_s": period, "axes": axes},
-        lambda: [tuned_axis(each.old, each.axis, each.rule, period) for each in tunings],
+        tunings,
     )
 
 
-def _numbers(tuned: tuning.Tuning | AxisTuning, period: float) -> dict[str, Any]:
+def _numbers(tuned: tuning.TunedAxis) -> dict[str, Any]:
     unit = "rad" if tuned.axis.rotary else "mm"
     out: dict[str, Any] = {"unit": f"V/{unit}", "rest_swing_unit": unit}
     for ending, axis, each in (("_before", tuned.old, tuned.before), ("", tuned.axis, tuned.margins)):
-        swing = rest_swing(axis, period)
+        swing = rest_swing(axis, tuned.period)
         out[f"gains{ending}"] = axis.controller.gains
         out[f"kind{ending}"] = axis.controller.kind
         out[f"margins{ending}"] = each.as_dict()

@@ -21,7 +21,7 @@ from splinefeed.report.figure import EXTRA, Figure, possible
 from splinefeed.report.figure import FORMATS as FIGURE_FORMATS
 
 if TYPE_CHECKING:
-    from splinefeed.simulation.curves import TunedAxis
+    from splinefeed.simulation.tuning import TunedAxis
     from splinefeed.sweeps.spec import Task
 
 #: The page of numbers of a run, and those of the other commands that write a folder: files that one of them lists are

@@ -14,8 +14,9 @@ from splinefeed.records import ROTARY_AXES, Array, BoolArray, Response
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Dots, Figure, Level, Line, Mark, Panel, peak
 from splinefeed.report.motion_figures import TIME, thin
-from splinefeed.simulation.curves import TunedAxis
+from splinefeed.simulation.curves import loop_curves, step_responses
 from splinefeed.simulation.linear import ComplexArray, Margins
+from splinefeed.simulation.tuning import TunedAxis
 
 #: Lines of a spectrum at most.
 LINES = 2000
@@ -90,12 +91,13 @@ def spectra_figure(response: Response) -> Figure:
 
 def bode_figure(tuned: TunedAxis, machine: str) -> Figure:
     """Gain and phase of the opened loop with gain and phase margin, and gain of the closed loop with its bandwidth."""
-    new, after = tuned.new, tuned.margins
+    new, after = loop_curves(tuned.axis, tuned.period), tuned.margins
+    old = loop_curves(tuned.old, tuned.period)
     gain: list[Mark] = []
     phase: list[Mark] = []
     closed: list[Mark] = []
     most = 0.0
-    for curves, loop, (name, colour, dash) in ((tuned.old, tuned.before, _OLD), (new, after, _NEW)):
+    for curves, loop, (name, colour, dash) in ((old, tuned.before, _OLD), (new, after, _NEW)):
         label = name if loop.stable else f"{name}: unstable"
         gain.append(Line(curves.frequency, _decibels(curves.loop), label, colour, dash=dash, named=True))
         phase.append(Line(curves.frequency, _phase(curves.loop), label, colour, dash=dash))
@@ -171,10 +173,11 @@ def step_figure(axes: Sequence[TunedAxis], machine: str) -> Figure:
     panels = []
     for tuned in axes:
         factor, unit = shown_in(tuned.axis.rotary)
-        size = worst = factor * tuned.steps[1].size
+        steps = step_responses(tuned.old, tuned.axis, tuned.period)
+        size = worst = factor * steps[1].size
         marks: list[Mark] = [Level(size, "commanded", always=True)]
         loops = ((tuned.before, _OLD), (tuned.margins, _NEW))
-        for step, (loop, (name, colour, dash)) in zip(tuned.steps, loops, strict=True):
+        for step, (loop, (name, colour, dash)) in zip(steps, loops, strict=True):
             name += "" if loop.stable else ": unstable"
             name += ", stopped" if step.stopped else ""
             worst = max(worst, factor * peak(step.position)[1])

@@ -10,7 +10,7 @@ import numpy as np
 from splinefeed.machine.parts import Axis
 from splinefeed.records import Array
 from splinefeed.simulation.follow import AxisRun
-from splinefeed.simulation.linear import ComplexArray, Margins, discrete_plant, loop_responses, margins
+from splinefeed.simulation.linear import ComplexArray, discrete_plant, loop_responses, margins
 from splinefeed.simulation.plant import seen_resolution
 
 #: Points of a curve over frequency, between these shares of half the servo rate.
@@ -46,30 +46,6 @@ class StepResponse:
     position: Array
     size: float
     stopped: bool
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class TunedAxis:
-    """What the figures of one axis show.
-
-    old, new  the loop before and after; before, margins: those of the two; steps: the two step responses
-    """
-
-    axis: Axis
-    rule: str
-    old: LoopCurves
-    new: LoopCurves
-    before: Margins
-    margins: Margins
-    steps: tuple[StepResponse, StepResponse]
-
-
-def tuned_axis(old: Axis, new: Axis, rule: str, period: float) -> TunedAxis:
-    """Curves of an axis with its old and new controller."""
-    return TunedAxis(
-        axis=new, rule=rule, old=loop_curves(old, period), new=loop_curves(new, period),
-        before=margins(old, period), margins=margins(new, period), steps=step_responses(old, new, period),
-    )  # fmt: skip
 
 
 def loop_curves(axis: Axis, period: float) -> LoopCurves:

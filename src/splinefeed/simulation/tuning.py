@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 from splinefeed.errors import InputError
@@ -38,7 +39,27 @@ class UltimatePoint:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Tuning:
+class TunedAxis:
+    """An axis as it was and with the controller that a rule gives, at a servo period, s."""
+
+    rule: str
+    old: Axis
+    axis: Axis
+    period: float
+
+    @cached_property
+    def before(self) -> Margins:
+        """The margins of the old controller."""
+        return margins(self.old, self.period)
+
+    @cached_property
+    def margins(self) -> Margins:
+        """The margins of the new controller."""
+        return margins(self.axis, self.period)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Tuning(TunedAxis):
     """Gains that a rule gives, and their source.
 
     old, axis  the axis as it was and with the new controller; before, margins: those of the two controllers
@@ -46,13 +67,7 @@ class Tuning:
     period in s; gains in V/mm or V/rad. Source: docs/tune.md. Example: `sf.tune(machine.axes["x"]).controller.gains`
     """
 
-    rule: str
-    old: Axis
-    axis: Axis
-    period: float
     ultimate: UltimatePoint
-    margins: Margins
-    before: Margins
 
     @property
     def controller(self) -> Controller:
@@ -112,7 +127,6 @@ def tune(
         raise InputError(f"no tuning rule is called {rule!r}; there are {', '.join(RULES)}, path")
     if kind not in RULES[rule]:
         raise InputError(f"rule {rule!r} has no controller {kind!r}; it has {', '.join(RULES[rule])}")
-    before = margins(axis, period)
     point = ultimate_point(axis, period)
     share, integral, derivative = RULES[rule][kind]
     kp = share * point.gain
@@ -122,12 +136,4 @@ def tune(
         cascade["velocity_feed_forward"] = 0.0
     source = f"{rule} ({kind}) from the ultimate point of the linear model"
     tuned = replace(axis, controller=replace(axis.controller, kind="pid", source=source, **gains, **cascade))
-    return Tuning(
-        rule=rule,
-        old=axis,
-        axis=tuned,
-        period=period,
-        ultimate=point,
-        margins=margins(tuned, period),
-        before=before,
-    )
+    return Tuning(rule=rule, old=axis, axis=tuned, period=period, ultimate=point)

@@ -194,7 +194,7 @@ def tune(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     after = serve(wanted.path, run.law, run.points, found.machine)
     bench.say("drawing")
     old, new = before.tally.numbers(), after.tally.numbers()
-    figures = {"tuning": step_figure(found.curves(), machine.name)}
+    figures = {"tuning": step_figure(found.axes, machine.name)}
     if len(before.response) and len(after.response):
         figures["errors"] = errors_figure({"old gains": before.response, "new gains": after.response})
     page = {
