@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from splinefeed.analysis.check_bounds import TOLERANCE, Bounds, Fault
-from splinefeed.analysis.check_law import check_law, worse
+from splinefeed.analysis.check_law import check_law
 from splinefeed.analysis.check_setpoints import Judge
 from splinefeed.errors import InputError, expect
 from splinefeed.geometry.parts import joined
@@ -217,17 +217,15 @@ class Check:
 def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
     """The report of a check; first  some of the setpoints; curves  of the whole path."""
     law, tool = judge.law, judge.tool
-    results = {name: worst.result(judge.bounds.axes) for name, worst in judge.worst.items()}
     unit = unit_along(judge.bounds.path.axes)
     problems = [_fault_sentence(kind, fault, unit) for kind, fault in judge.faults.items()]
     notes: list[str] = []
     if law is not None and tool is None:
-        found, faults, noted = check_law(law, judge.bounds, judge.period)
-        results = {name: worse(result, found.get(name)) for name, result in results.items()}
+        faults, notes = check_law(law, judge.bounds, judge.worst, judge.period)
         problems += faults
-        notes += noted
         if abs(law.duration - judge.duration) > judge.period:
             problems.append(f"law: lasts {law.duration:.9g} s, the setpoints {judge.duration:.9g} s; is it their law?")
+    results = {name: worst.result(judge.bounds.axes) for name, worst in judge.worst.items()}
     if judge.short is not None:
         notes.append(f"the last period is short, {judge.short:.9g} s; differences over it have a higher floor")
     if not judge.bounds.path.linear:

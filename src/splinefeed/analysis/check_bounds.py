@@ -32,6 +32,7 @@ class Worst:
     Columns: 0 the path, 1 + k axis k, then combinations of axes in their order.
 
     value, floor  what it is there, and what rounding alone can make of it; over  how many were over the limit
+    by  "setpoints" (their differences) or "law" (exact derivatives)
     """
 
     limit: float
@@ -42,13 +43,16 @@ class Worst:
     t: float = 0.0
     s: float = 0.0
     over: int = 0
+    by: str = "setpoints"
 
     @property
     def share(self) -> float:
-        """value / limit."""
-        return self.value / self.limit
+        """How much of the limit the value is at least, but for its rounding."""
+        return (self.value - self.floor) / self.limit
 
-    def see(self, values: Array, t: Array, s: Array, floor: Array, limits: Array | None = None) -> None:
+    def see(
+        self, values: Array, t: Array, s: Array, floor: Array, limits: Array | None = None, by: str = "setpoints"
+    ) -> None:
         """Record values and their rounding, floor (n,), at times t and arc lengths s (n,); NaN is nothing.
 
         The worst is the value that is, but for its rounding, nearest to its limit or furthest over it. limits (n,) if
@@ -62,16 +66,16 @@ class Worst:
         self.over += int(np.count_nonzero(beyond > own * (1.0 + KEPT)))
         share = beyond / own
         k = int(np.argmax(share))
-        if share[k] > (self.value - self.floor) / self.limit:
+        if share[k] > self.share:
             self.value, self.floor, self.limit = float(values[k]), float(floor[k]), float(own[k])
-            self.t, self.s = float(t[k]), float(s[k])
+            self.t, self.s, self.by = float(t[k]), float(s[k]), by
 
-    def result(self, axes: tuple[str, ...], by: str = "setpoints") -> LimitResult:
+    def result(self, axes: tuple[str, ...]) -> LimitResult:
         """The finding; axes  of the columns."""
         axis = axes[self.column - 1] if 0 < self.column <= len(axes) else None
         return LimitResult(
-            limit=self.limit, worst=self.value, at_s=self.s, at_t=self.t, floor=self.floor, axis=axis, by=by,
-            over=self.over,
+            limit=self.limit, worst=self.value, at_s=self.s, at_t=self.t, floor=self.floor, axis=axis,
+            by=self.by, over=self.over,
         )  # fmt: skip
 
 

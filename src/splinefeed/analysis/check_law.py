@@ -34,8 +34,8 @@ INDISTINCT, SHIFT = 16.0, 2.0
 WORTH_A_LOOK = 0.9
 #: Limits that only the law decides, not the path.
 ALONG = ("feed", "acceleration", "deceleration", "jerk")
-#: Limits that only setpoints can keep or exceed.
-BY_SETPOINTS = ("chord_error", "orientation_error", "travel.", "combinations.", "torque.")
+#: Limits that only setpoints can keep or exceed, and the one that is compared at corners.
+BY_SETPOINTS = ("chord_error", "orientation_error", "travel.", "combinations.", "torque.", STEP)
 #: Roundings of arc length that two pieces of a law, or a law and its path, may be apart.
 ROUNDINGS = 64.0
 #: A jump of the feed or the acceleration below this share of the largest one is rounding.
@@ -44,30 +44,27 @@ NO_JUMP = 1e-9
 LISTED = 3
 
 
-Findings = tuple[dict[str, LimitResult], list[str], list[str]]
-"""Results by limit, problems, and notes on what the setpoints decide."""
+def check_law(law: TimeLaw, bounds: Bounds, worsts: dict[str, Worst], period: float) -> tuple[list[str], list[str]]:
+    """Compare a law's exact derivatives with the limits, at many instants of each of its pieces; period in s.
 
-
-def check_law(law: TimeLaw, bounds: Bounds, period: float) -> Findings:
-    """Compare a law's exact derivatives with the limits, at many instants of each of its pieces; period in s."""
+    Returns problems, and notes on what the setpoints decide.
+    """
     rounding = 4.0 * EPSILON * bounds.path.length
     motion = LawMotion(law, bounds, rounding)
-    worsts = {name: worst for name, worst in bounds.worsts().items() if not name.startswith(BY_SETPOINTS)}
-    steps = {name: worst for name, worst in worsts.items() if name.startswith(STEP)}
-    motion.hold({name: worst for name, worst in worsts.items() if name not in steps})
+    motion.hold({name: worst for name, worst in worsts.items() if not name.startswith(BY_SETPOINTS)})
     corners = bounds.corners.s
     times, feeds = times_at(law, corners), _least_feeds(law, corners, rounding)
-    for worst in steps.values():
-        worst.see(feeds * bounds.corners.jumps[:, worst.column - 1], times, corners, np.zeros(len(corners)))
-    axes = bounds.path.axes
-    results = {name: w.result(axes, "law") for name, w in worsts.items() if name not in steps or len(corners)}
-    jumps, notes = _jumps(law, bounds, motion, period)
+    for name, worst in worsts.items():
+        if name.startswith(STEP):
+            jumps = feeds * bounds.corners.jumps[:, worst.column - 1]
+            worst.see(jumps, times, corners, np.zeros(len(corners)), by="law")
+    problems, notes = _jumps(law, bounds, motion, period)
     if motion.irregular:
         notes.append(
             f"at {motion.irregular} instants of the law C' is 0 to rounding and exact axis derivatives are "
             "0/0; there the differences of the setpoints decide"
         )
-    return results, [*_ends(law, bounds, motion), *jumps], [*notes, *_corner_notes(law, bounds)]
+    return [*_ends(law, bounds, motion), *problems], [*notes, *_corner_notes(law, bounds)]
 
 
 def limits_along(law: TimeLaw, path: Path, limits: Limits) -> dict[str, LimitResult]:
@@ -75,15 +72,7 @@ def limits_along(law: TimeLaw, path: Path, limits: Limits) -> dict[str, LimitRes
     bounds = Bounds(path, limits, 0.0, 0.0)
     worsts = {name: worst for name, worst in bounds.worsts().items() if name in ALONG}
     LawMotion(law, bounds, 0.0).hold(worsts)
-    return {name: worst.result(path.axes, "law") for name, worst in worsts.items()}
-
-
-def worse(one: LimitResult, other: LimitResult | None) -> LimitResult:
-    """Of two findings on one limit the one that is further over it, or nearer to it; counted together."""
-    if other is None:
-        return one
-    pairs = sorted((one, other), key=lambda result: (result.worst - result.floor) / result.limit)
-    return replace(pairs[1], over=one.over + other.over)
+    return {name: replace(worst.result(path.axes), by="law") for name, worst in worsts.items()}
 
 
 def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion) -> Iterator[str]:
@@ -211,7 +200,9 @@ class LawMotion:
                 motion = s[over], v[over], a[over], j[over]
                 floor[over] = self._floor(row[np.nonzero(over)[-1]], *motion, name, value[over])
                 self.irregular += int(np.count_nonzero(np.isnan(floor)))
-            worst.see(value.ravel(), t.ravel(), s.ravel(), floor.ravel(), np.broadcast_to(limit, s.shape).ravel())
+            worst.see(
+                value.ravel(), t.ravel(), s.ravel(), floor.ravel(), np.broadcast_to(limit, s.shape).ravel(), "law"
+            )
         return out
 
     def _floor(self, row: IntArray, s: Array, v: Array, a: Array, j: Array, name: str, value: Array) -> Array:
