@@ -31,7 +31,7 @@ def response(error_x, error_a, contour=None, start=0.0, **besides) -> Response:
 
 
 def test_the_worst_of_two_chunks_with_its_place_and_the_mean_over_both():
-    tally = ErrorTally(("x", "a"), PERIOD)
+    tally = ErrorTally(("x", "a"))
     tally.see(response([1.0, -2.0], [0.0, 0.1], [0.5, 0.25]), np.array([10.0, 11.0]))
     tally.see(response([3.0, 0.0, 0.0], [0.0, -0.2, 0.0], [0.0, 0.0, 1.0], start=1.0, stopped="x: off"), None)
     numbers = tally.numbers()
@@ -49,7 +49,7 @@ def test_the_worst_of_two_chunks_with_its_place_and_the_mean_over_both():
 
 
 def test_the_place_of_the_worst_is_that_of_its_own_chunk():
-    tally = ErrorTally(("x", "a"), PERIOD)
+    tally = ErrorTally(("x", "a"))
     tally.see(response([1.0, -2.0], [0.0, 0.1]), np.array([10.0, 11.0]))
     tally.see(response([], []), np.array([]))
     tally.see(response([0.5], [0.0], start=1.0), np.array([12.0]))
@@ -59,7 +59,7 @@ def test_the_place_of_the_worst_is_that_of_its_own_chunk():
 
 
 def test_nothing_seen_is_no_error_and_other_axes_are_refused():
-    tally = ErrorTally(("x", "y"), PERIOD)
+    tally = ErrorTally(("x", "y"))
     assert tally.numbers()["tracking"]["x"]["rms"] == 0.0
     with pytest.raises(InputError, match=r"the response has axes \('x', 'a'\); expected \('x', 'y'\)"):
         tally.see(response([1.0], [0.0]))

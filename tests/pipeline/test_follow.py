@@ -168,4 +168,4 @@ def test_every_peak_of_a_response_is_kept_in_bounded_room(motion: sf.Setpoints) 
 def test_a_tally_wants_the_axes_it_was_made_for(motion: sf.Setpoints) -> None:
     response = sf.follow(motion, TABLE)
     with pytest.raises(InputError, match="the response has axes"):
-        ErrorTally(("x",), 1e-3).see(response)
+        ErrorTally(("x",)).see(response)

@@ -53,10 +53,9 @@ def parts(rows: Rows, row: IntArray, u: Array) -> Iterator[tuple[slice, Parts]]:
     Each slice is of steps; a step without a place at one of its ends has a part of no length.
     """
     lost, back = _ways(row, u)
-    begin, end = np.where(back, row[1:], row[:-1]), np.where(back | lost, row[:-1], row[1:])
-    begin = np.where(lost, end, begin)
-    low, high = np.where(back, u[1:], u[:-1]), np.where(back, u[:-1], u[1:])
-    low, high = np.where(lost, rows.low[begin], low), np.where(lost, rows.low[begin], high)
+    begin, low = (np.where(back, each[1:], each[:-1]) for each in (row, u))
+    end, high = (np.where(back, each[:-1], each[1:]) for each in (row, u))
+    end, low, high = np.where(lost, begin, end), *(np.where(lost, rows.low[begin], each) for each in (low, high))
     count = end - begin + 1
     until = np.cumsum(count)
     start = 0
@@ -64,8 +63,19 @@ def parts(rows: Rows, row: IntArray, u: Array) -> Iterator[tuple[slice, Parts]]:
         before = int(until[start - 1]) if start else 0
         stop = max(int(np.searchsorted(until, before + MOST, side="right")), start + 1)
         piece = slice(start, stop)
-        yield piece, _expanded(rows, begin[piece], low[piece], high[piece], count[piece])
+        step, number = expanded(count[piece])
+        of, last = begin[piece][step] + number, until[piece] - before - 1
+        first = last - count[piece] + 1
+        low_of, high_of = rows.low[of], rows.high[of]
+        low_of[first], high_of[last] = low[piece], high[piece]
+        yield piece, Parts(step, of, low_of, high_of, first)
         start = stop
+
+
+def expanded(count: IntArray) -> tuple[IntArray, IntArray]:
+    """Of each thing, of which each of n owners has `count` (n,), whose it is, and its number with that owner."""
+    owner = np.repeat(np.arange(len(count)), count)
+    return owner, np.arange(len(owner)) - (np.cumsum(count) - count)[owner]
 
 
 def _ways(row: IntArray, u: Array) -> tuple[BoolArray, BoolArray]:
@@ -73,18 +83,6 @@ def _ways(row: IntArray, u: Array) -> tuple[BoolArray, BoolArray]:
     with np.errstate(invalid="ignore"):
         back = (row[1:] < row[:-1]) | ((row[1:] == row[:-1]) & (u[1:] < u[:-1]))
     return np.isnan(u[:-1]) | np.isnan(u[1:]), back
-
-
-def _expanded(rows: Rows, begin: IntArray, low: Array, high: Array, count: IntArray) -> Parts:
-    last = np.cumsum(count) - 1
-    first = last - count + 1
-    step = np.repeat(np.arange(len(count)), count)
-    if len(step) == len(count):
-        return Parts(step, begin, low, high, first)
-    row = begin[step] + (np.arange(len(step)) - first[step])
-    low_of, high_of = rows.low[row], rows.high[row]
-    low_of[first], high_of[last] = low, high
-    return Parts(step, row, low_of, high_of, first)
 
 
 def lengths(rows: Rows, row: IntArray, u: Array, feeds: Array | None = None) -> tuple[Array, Array]:

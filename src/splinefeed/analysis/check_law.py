@@ -271,8 +271,8 @@ class LawMotion:
         begin, end = c[:, 0] + self.rounding, self._along(every, span)[0] - self.rounding
         least = np.maximum(np.searchsorted(start, begin, side="right") - 1, 0)
         most = np.maximum(np.searchsorted(start, end, side="left") - 1, least)
-        owner = np.repeat(every, most - least)
-        row = 1 + least[owner] + np.arange(len(owner)) - (np.cumsum(most - least) - (most - least))[owner]
+        owner, number = between.expanded(most - least)
+        row = 1 + least[owner] + number
         ends = reached(c[owner], start[row], np.zeros(len(owner)), span[owner])
         with np.errstate(divide="ignore", invalid="ignore"):  # where the jerk, c + b tau + a tau^2, is 0
             a, b, constant = 60.0 * c[:, 5], 24.0 * c[:, 4], 6.0 * c[:, 3]

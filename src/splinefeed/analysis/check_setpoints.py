@@ -350,11 +350,10 @@ class Judge:
         corners = self.bounds.corners
         low, high = (np.searchsorted(corners.s, each[within], side="right") for each in (begin, end))
         count = np.where(np.isfinite(end[within]), np.maximum(high - low, 0), 0)
-        step = np.repeat(np.arange(len(count)), count)
+        step, number = between.expanded(count)
         if not len(step):
             return
-        k = low[step] + np.arange(len(step)) - (np.cumsum(count) - count)[step]
-        i = within.start + step
+        k, i = low[step] + number, within.start + step
         s, floor = corners.s[k], floors[i]
         feed = self.bounds.corner_feeds(k, v, i, s - begin[i], floor, self.period)
         for name, worst in self.worst.items():

@@ -32,8 +32,8 @@ class Contour:
 
     @property
     def max(self) -> float:
-        """Largest |error|, mm, 0 without samples."""
-        return float(np.max(np.abs(self.error), initial=0.0))
+        """Largest error, mm, 0 without samples."""
+        return float(np.max(self.error, initial=0.0))
 
     @property
     def rms(self) -> float:
@@ -42,10 +42,10 @@ class Contour:
 
     @property
     def worst(self) -> int:
-        """Index of the sample with the largest |error|; InputError without samples."""
+        """Index of the sample with the largest error; InputError without samples."""
         if not self.error.size:
             raise InputError("there are no samples and so no worst one")
-        return int(np.argmax(np.abs(self.error)))
+        return int(np.argmax(self.error))
 
 
 class ContourMeter:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
@@ -184,20 +185,14 @@ def maximum_velocity(
             room = np.maximum(2.0 / chord - limits.chord_error, limits.chord_error)
             square = np.minimum(square, 4.0 * limits.chord_error * room / period**2)
         sign = np.where(d[:, 1] < 0.0, -1.0, 1.0)
-        r1, r2 = sign * d[:, 1], sign * d[:, 2]
+        r1, r2 = (np.column_stack([sign * d[:, k], np.full(len(d), own)]).T for k, own in ((1, 1.0), (2, 0.0)))
         along = np.append(acceleration, max(limits.acceleration, limits.deceleration or 0.0))
-        r1 = np.column_stack([r1, np.ones(len(r1))])
-        r2 = np.column_stack([r2, np.zeros(len(r2))])
-        for i in range(r1.shape[1]):
-            if not np.isfinite(along[i]):
-                continue
-            for k in range(r1.shape[1]):
-                turn = r1[:, i] * r2[:, k] - r1[:, k] * r2[:, i]
-                room = along[k] * r1[:, i] + along[i] * r1[:, k]
-                if i == k:
-                    turn, room = np.where(r1[:, i] <= 0.0, np.abs(r2[:, i]), 0.0), np.full(len(turn), along[i])
-                if np.isfinite(along[k]):
-                    square = np.where(turn > 0.0, np.minimum(square, room / turn), square)
+        held = np.flatnonzero(np.isfinite(along))
+        for i in held:
+            square = np.where(r1[i] == 0.0, np.fmin(square, along[i] / np.abs(r2[i])), square)
+        for i, k in combinations(held, 2):
+            room = along[k] * r1[i] + along[i] * r1[k]
+            square = np.fmin(square, room / np.abs(r1[i] * r2[k] - r1[k] * r2[i]))
         return np.asarray(np.sqrt(square))
 
 

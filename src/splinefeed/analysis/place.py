@@ -92,8 +92,8 @@ class Placer:
         if not good.all():
             bad = np.flatnonzero(named & ~good)
             astray[bad] = place.apart[bad]
-            runs = [each for each in (bad,) if len(each)] + _runs(finite & ~named, finite)
-            for run in runs:
+            runs = _runs(finite & ~named, finite)
+            for run in [bad, *runs] if len(bad) else runs:
                 if run is bad:
                     found = self.search.near(self.metric(position[:, bad]), place.s[bad], closed=False)
                 else:
@@ -102,11 +102,8 @@ class Placer:
                 row[run], u[run], place.s[run] = found.row, self.parameter(found), rows.arc_length(found.row, found.t)
             place = self._at(row, u, position)
         self._carry(place.s, position, finite, len(u))
-        lost = ~finite
-        if lost.any():
-            for each in (place.u, place.s, place.apart, place.turned, place.speed):
-                each[lost] = np.nan
-            place.velocity[:, lost] = np.nan
+        for each in (place.u, place.s, place.apart, place.turned, place.speed, place.velocity):
+            each[..., ~finite] = np.nan
         return replace(place, astray=astray)
 
     def _at(self, row: IntArray, u: Array, position: Array) -> Located:

@@ -142,7 +142,7 @@ def tune_feed(
         assert contour is not None  # there is a path
         trial = found[scale] = Trial(
             scale, lower, law, float(np.max(setpoints.feed)), law.duration,
-            contour.value, tally.rms(contour), contour.s, tally.stopped,
+            contour.value, contour.rms, contour.s, tally.stopped,
         )  # fmt: skip
         if trial.keeps(allowed) and (not kept or scale >= kept[0][0]):
             kept[:] = [(scale, setpoints, served)]

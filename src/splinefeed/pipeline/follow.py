@@ -65,7 +65,7 @@ class Servo:
             raise InputError(f"the path has an axis {lacking[0]}; the setpoints have only {', '.join(moved)}")
         self.machine, self.path, self.law, self.method, self.axes = machine, path, law, first.method, moved
         self.off_law = 0.0
-        self.tally = ErrorTally(axes, first.period)
+        self.tally = ErrorTally(axes)
         self._keep = keep
         self._rests = {axis: place for axis, place in zip(moved, first.position[0], strict=True) if axis not in axes}
         self._follower = Follower(machine, axes, first.period, linear=linear)
