@@ -168,7 +168,7 @@ class LawMotion:
                     # the top of the parabola through three samples, which are even in the angle
                     angle = np.pi * (best + 0.5 * (before - after) / bend) / (INSTANTS - 1)
                 if near.any():
-                    tau = (low + width * 0.5 * (1.0 - np.cos(angle)))[near]
+                    tau = low[near] + width[near] * 0.5 * (1.0 - np.cos(angle[near]))
                     self._look(piece[near], row[near], way[near], tau[None], {name: worsts[name]})
 
     def _look(

@@ -145,32 +145,33 @@ def arc(c: Array, t: Array) -> Array:
 
 
 def place_on(c: Array, length: Array, s: Array) -> Array:
-    """u (n,) on the columns c of pieces as long as `length` (n,), mm, at s (n,), mm; the ends are met exactly.
-
-    S is nearly straight over a piece: Newton's method begins where its first terms beyond that are taken off.
-    """
+    """u (n,) on the columns c of pieces as long as `length` (n,), mm, at s (n,), mm; the ends are met exactly."""
     ahead = s - c[START]
     inside = ahead > 0.0
     inside &= ahead < length
-    if inside.all():
+    u = t_behind(c[ARC:ORIGIN], length, ahead)
+    u /= c[SCALE]
+    u += c[MIDDLE]
+    np.maximum(u, c[LOW], out=u)
+    np.minimum(u, c[HIGH], out=u)
+    return u if inside.all() else np.where(inside, u, np.where((ahead <= 0.0) & (length > 0.0), c[LOW], c[HIGH]))
+
+
+def t_behind(a: Array, length: Array, ahead: Array) -> Array:
+    """t (n,) in [-1, 1] at which S is `ahead` (n,), mm, behind the start of pieces as long as `length`; see `inverted`.
+
+    S is nearly straight over a piece: Newton's method begins where its first terms beyond that are taken off.
+    """
+    ahead = np.minimum(np.maximum(ahead, 0.0), length)
+    with np.errstate(divide="ignore", invalid="ignore"):
         x = ahead / length
         x += x - 1.0
-        bent = c[ARC + 3] * x
-        bent += c[ARC + 2]
+        bent = a[3] * x
+        bent += a[2]
         bent *= x * x - 1.0
-        with np.errstate(divide="ignore", invalid="ignore"):
-            bent /= c[ARC + 1] + 2.0 * c[ARC + 2] * x
-            x -= bent
-            t: Array = inverted(c[ARC : ARC + ARC_TERMS], ahead, np.minimum(np.maximum(x, -1.0, out=x), 1.0, out=x))
-        t /= c[SCALE]
-        t += c[MIDDLE]
-        np.maximum(t, c[LOW], out=t)
-        np.minimum(t, c[HIGH], out=t)
-        return t
-    out: Array = np.where((ahead <= 0.0) & (length > 0.0), c[LOW], c[HIGH])
-    if inside.any():
-        out[inside] = place_on(c[:, inside] if c.shape[1] > 1 else c, length[inside], s[inside])
-    return out
+        bent /= a[1] + 2.0 * a[2] * x
+        x -= bent
+        return inverted(a, ahead, np.minimum(np.maximum(x, -1.0, out=x), 1.0, out=x))
 
 
 def inverted(a: Array, wanted: Array, t: Array) -> Array:

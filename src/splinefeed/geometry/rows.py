@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.geometry.pieces import Pieces, inverted, taylor
+from splinefeed.geometry.pieces import Pieces, arc, coefficients, t_behind, taylor, turns
 from splinefeed.kernels import layout
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -21,7 +21,7 @@ class Rows:
     """Rows of a table of pieces, of a path or of a curve, r of them, as columns.
 
     low, high, middle, scale   (r,)  interval of u, and t = (u - middle) scale, in [-1, 1]
-    start                      (r,)  arc length at low, mm
+    start, end                 (r,)  arc length at both ends, mm
     origin                     (axes, r)  a point near the piece
     terms                      (axes + 1 if rational, degree + 1, r)  coefficients of t^k of A, and of the weight
 
@@ -29,37 +29,20 @@ class Rows:
     """
 
     def __init__(self, pieces: Pieces) -> None:
-        table, (degree, axes, linear, rational) = pieces.table, pieces.shape
-        self.axes, self.linear, self.degree, self.rational = axes, abs(linear), degree, bool(rational)
-        column = [np.ascontiguousarray(table[:, k]) for k in range(layout.ARC)]
+        self.degree, self.axes, linear, rational = pieces.shape
+        self.linear, self.rational, self.curves = abs(linear), bool(rational), pieces.rows
+        c = np.ascontiguousarray(pieces.table.T)
+        column: list[Array] = list(c[: layout.ARC])
         self.low, self.high, self.middle, self.scale, self.start = column
-        self.origin: Array = table[:, layout.ORIGIN : layout.ORIGIN + axes].T.copy()
-        terms = table[:, layout.ORIGIN + axes :].T
-        self.terms: Array = np.ascontiguousarray(terms).reshape(axes + rational, degree + 1, len(table))
-        self._arc = table[:, layout.ARC : layout.ORIGIN].T
-        self.curves, self._pieces = pieces.rows, pieces
-        self._may_turn = linear <= 0
+        self.end: Array = self.start + pieces.lengths
+        self.origin: Array = c[layout.ORIGIN : layout.ORIGIN + self.axes]
+        self.terms: Array = coefficients(c, pieces.shape)
+        #: Rows (r,) on which only rotary axes move; None if there are none.
+        self.turns: BoolArray | None = turns(self.terms, pieces.shape) if linear <= 0 else None
+        self._columns, self._pieces = c, pieces
 
     def __len__(self) -> int:
         return len(self.low)
-
-    @cached_property
-    def turns(self) -> BoolArray | None:
-        """Rows (r,) on which only rotary axes move; None if there are none."""
-        if not self._may_turn:
-            return None
-        moves: BoolArray = np.any(self.terms[: self.linear] != 0.0, axis=(0, 1))
-        return ~moves
-
-    @cached_property
-    def arc(self) -> Array:
-        """Coefficients of S(t) - start, (terms, r), mm."""
-        return np.ascontiguousarray(self._arc)
-
-    @cached_property
-    def end(self) -> Array:
-        """Arc length at the end of each row, (r,), mm."""
-        return self.arc_length(np.arange(len(self)), np.ones(len(self)))
 
     @cached_property
     def sizes(self) -> Array:
@@ -83,25 +66,18 @@ class Rows:
 
     def at(self, s: Array) -> IntArray:
         """The last row that begins at or before arc lengths s (n,), mm."""
-        return np.maximum(np.searchsorted(self.start, s, side="right") - 1, 0)
+        return self._pieces.row_by_length(s)
 
     def arc_length(self, row: IntArray, t: Array) -> Array:
         """S (n,), mm, at t (n,) of rows (n,)."""
-        total: Array = self.arc[-1][row]
-        for k in range(len(self.arc) - 2, -1, -1):
-            total = total * t + self.arc[k][row]
-        total = self.start[row] + total
-        return total
+        return self.start[row] + arc(np.take(self._columns[: layout.ORIGIN], row, axis=1), t)
 
     def parameter(self, row: IntArray, ahead: Array) -> Array:
         """t (n,) in [-1, 1] of rows (n,) at which S is `ahead` (n,), mm, behind their start."""
-        whole = self.end[row] - self.start[row]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            t = np.where(whole > 0.0, np.clip(2.0 * ahead / whole - 1.0, -1.0, 1.0), 0.0)
-        if not len(t):
-            return t
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return inverted(np.take(self.arc, row, axis=1), ahead, t)
+        if not len(row):
+            return np.zeros(0)
+        a = np.take(self._columns[layout.ARC : layout.ORIGIN], row, axis=1)
+        return t_behind(a, self.end[row] - self.start[row], ahead)
 
 
 def taken(index: Array | IntArray | BoolArray, *arrays: Any) -> tuple[Any, ...]:
@@ -116,10 +92,9 @@ class Places:
         self._rows, self._row = rows, row
         self._terms: Array = np.take(rows.terms, row, axis=2)
         self.middle, self.scale = rows.middle[row], rows.scale[row]
-        turns = rows.turns
         self.linear = rows.linear
         #: Which of them lie where only rotary axes move, (n,), or that none do.
-        self.turning: BoolArray | bool = False if turns is None or not np.any(turns[row]) else turns[row]
+        self.turning: BoolArray | bool = rows.turns is not None and bool(np.any(rows.turns[row])) and rows.turns[row]
 
     def t(self, u: Array) -> Array:
         """t (..., n) of parameters u (..., n)."""
