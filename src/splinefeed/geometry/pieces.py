@@ -100,17 +100,18 @@ def speed(a: Array, shape: Shape, t: Array) -> Array:
         first = taylor(a, rational, t, 1)[1]
     else:
         first = taylor(a[[*range(linear), *range(axes, axes + rational)]], rational, t, 1)[1]
-    square = _square(first[: abs(linear)])
+    square = dot(first[: abs(linear)], first[: abs(linear)])
     if linear <= 0:
-        rotary = DEGREES * DEGREES * _square(first[-linear:])
+        rotary = DEGREES * DEGREES * dot(first[-linear:], first[-linear:])
         square = np.where(turns(a, shape), rotary, square)
     return np.sqrt(square)
 
 
-def _square(vectors: Array) -> Array:
-    total = np.zeros(vectors.shape[1:])
-    for each in vectors:
-        total += each * each
+def dot(one: Array, other: Array) -> Array:
+    """Scalar product over the first axis, added one after the other, so that how many there are changes no bit."""
+    total: Array = one[0] * other[0] if len(one) else np.zeros(np.broadcast_shapes(one.shape, other.shape)[1:])
+    for k in range(1, len(one)):
+        total += one[k] * other[k]
     return total
 
 
@@ -384,9 +385,9 @@ class Pieces:
             c = np.ascontiguousarray(self.table[part].T)
             a = coefficients(c, self.shape)[:, :, None]
             _, first, half_second = (each[:linear] for each in taylor(a, self.shape[3], CURVATURE_PLACES, 2))
-            square = _square(first)
+            square = dot(first, first)
             with np.errstate(divide="ignore", invalid="ignore"):
-                across = 2.0 * (half_second - (first * half_second).sum(axis=0) / square * first)
-                bend = np.sqrt(_square(across)) / square
+                across = 2.0 * (half_second - dot(first, half_second) / square * first)
+                bend = np.sqrt(dot(across, across)) / square
             greatest = max(greatest, float(np.max(bend, initial=0.0, where=np.isfinite(bend))))
         return greatest

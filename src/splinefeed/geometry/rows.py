@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.geometry.pieces import Pieces, arc, coefficients, t_behind, taylor, turns
+from splinefeed.geometry.pieces import dot as dot
 from splinefeed.kernels import layout
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -127,11 +128,3 @@ class Places:
         """A / w and its derivatives by t over k! to `order`, (axes, ..., n) each."""
         terms = self._terms.reshape(*self._terms.shape[:2], *(1,) * (t.ndim - 1), -1)
         return taylor(terms, int(self._rows.rational), t, order)
-
-
-def dot(one: Array, other: Array) -> Array:
-    """Scalar product over the first axis, added one after the other, so that how many there are changes no bit."""
-    total: Array = one[0] * other[0] if len(one) else np.zeros(np.broadcast_shapes(one.shape, other.shape)[1:])
-    for k in range(1, len(one)):
-        total += one[k] * other[k]
-    return total

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from splinefeed.geometry.pieces import taylor
+from splinefeed.geometry.pieces import dot, taylor
 from splinefeed.geometry.rows import Rows, taken
 from splinefeed.kernels.layout import DEGREES
 from splinefeed.records import Array, BoolArray, IntArray
@@ -127,13 +127,8 @@ class Search:
         """|C - Q|^2, (C - Q).C', its derivative C'.C' + (C - Q).C'', and C'.C', by t, (n,) each; mm^2."""
         c0, c1, c2 = self._taylor(terms, t, 2)
         c0 = c0 + away
-        square, slope, along, velocity = c0[0] * c0[0], c0[0] * c1[0], c0[0] * c2[0], c1[0] * c1[0]
-        for a in range(1, self.dims):
-            square += c0[a] * c0[a]
-            slope += c0[a] * c1[a]
-            along += c0[a] * c2[a]
-            velocity += c1[a] * c1[a]
-        return square, slope, velocity + 2.0 * along, velocity
+        velocity = dot(c1, c1)
+        return dot(c0, c0), dot(c0, c1), velocity + 2.0 * dot(c0, c2), velocity
 
     # --- cells -------------------------------------------------------------------------------------------------------
 
@@ -301,13 +296,10 @@ class Search:
                 owner, node = np.repeat(owner, 2), np.repeat(2 * node, 2)
                 node[1::2] += 1
                 begin = node * span - leaves
-                bound = np.zeros(len(owner))
-                for a in range(self.dims):
-                    at = q[a, owner]
-                    outside = np.maximum(least[a, node] - at, at - greatest[a, node])
-                    np.maximum(outside, 0.0, out=outside)
-                    bound += outside * outside
-                near = bound <= best[owner]
+                at = np.take(q, owner, axis=1)
+                outside = np.maximum(np.take(least, node, axis=1) - at, at - np.take(greatest, node, axis=1))
+                np.maximum(outside, 0.0, out=outside)
+                near = dot(outside, outside) <= best[owner]
                 if some:
                     near &= (begin <= last[owner]) & (begin + span > first[owner])
                 owner, node = owner[near], node[near]
@@ -318,18 +310,13 @@ class Search:
     def _cell_bound(self, q: Array, cell: IntArray) -> Array:
         """Squared distance (n,), mm^2, that no point of a cell falls below: to the chord, less its reach."""
         cells = self.cells
-        first = cells.first[:, cell]
-        side, away = cells.last[:, cell] - first, q - first
-        chord, along, square = (np.zeros(len(cell)) for _ in range(3))
-        for a in range(self.dims):
-            chord += side[a] * side[a]
-            along += side[a] * away[a]
+        first = np.take(cells.first, cell, axis=1)
+        side, away = np.take(cells.last, cell, axis=1) - first, q - first
+        chord = dot(side, side)
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.where(chord > 0.0, np.clip(along / chord, 0.0, 1.0), 0.0)
-        for a in range(self.dims):
-            apart = away[a] - share * side[a]
-            square += apart * apart
-        return np.maximum(np.sqrt(square) - cells.reach[cell], 0.0) ** 2
+            share = np.where(chord > 0.0, np.clip(dot(side, away) / chord, 0.0, 1.0), 0.0)
+        apart = away - share * side
+        return np.asarray(np.maximum(np.sqrt(dot(apart, apart)) - cells.reach[cell], 0.0) ** 2)
 
     def _refine(self, q: Array, owner: IntArray, cell: IntArray, low: Array, high: Array, found: Found) -> None:
         """Better `found` (n,) by the nearest points of parts of cells, low to high, each for the position `owner`.
