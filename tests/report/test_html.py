@@ -16,10 +16,10 @@ import pytest
 import motions
 import splinefeed as sf
 from splinefeed.report import interactive, library
-from splinefeed.report.figure import Dots
+from splinefeed.report.figure import COLUMNS, Dots
 from splinefeed.report.files import of_run
 from splinefeed.report.html import page
-from splinefeed.report.motion_figures import COLUMNS, motion_figure
+from splinefeed.report.motion_figures import motion_figure
 from splinefeed.report.path_figures import path_figure
 from splinefeed.report.record import about, record
 

@@ -164,8 +164,8 @@ class LinuxcncSink(Sink):
 
     def restart(self) -> None:
         """Tell the child that rows come again."""
+        super().restart()
         self._restarts = self._dry
-        self._row = self._taken.row
         self._taken = replace(self._taken, dry=False)
         self._send("# restart\n")
 

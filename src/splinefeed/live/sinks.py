@@ -116,6 +116,7 @@ class Sink:
 
     def restart(self) -> None:
         """Resume after `dry`: the next row written is the one behind `taken().row`, and begins at rest."""
+        self._row = self.taken().row
 
     def close(self) -> Taken:
         """Wait until every row is taken, and end."""
@@ -141,7 +142,7 @@ class ClockSink(Sink):
         self._next: float | None = None  # when the next row is due, s of the monotonic clock; None while it waits
         self._dry_at: float | None = None
         self._at = np.zeros(0)
-        self._row = self._underruns = 0
+        self._taken = self._underruns = 0
         self._last = False
 
     def open(self, axes: tuple[str, ...], period: float, start: Array) -> Array:
@@ -159,16 +160,11 @@ class ClockSink(Sink):
                 if self._dry_at is not None:
                     self._underruns += int((now - self._dry_at) / self._period)
                 self._waits, self._next, self._dry_at = False, now + self._period, None
-            self._pass()
-
-    def depth(self) -> int:
-        """Rows that are not due yet."""
-        with self._lock:
-            self._pass()
-            return len(self._rows)
+        super().write(rows)
 
     def restart(self) -> None:
         """Resume once there are enough rows again."""
+        super().restart()
         with self._lock:
             self._rows.clear()
             self._waits = True
@@ -177,13 +173,13 @@ class ClockSink(Sink):
         """The row that the axes are at."""
         with self._lock:
             self._pass()
-            return Taken(self._row, self._underruns, dry=self._dry_at is not None and not self._waits)
+            return Taken(self._taken, self._underruns, dry=self._dry_at is not None and not self._waits)
 
     def now(self) -> tuple[int, Array]:
         """The row that was taken last, 0 before the first, and its position (axes,)."""
         with self._lock:
             self._pass()
-            return self._row, self._at
+            return self._taken, self._at
 
     def close(self) -> Taken:
         """Wait until the last row is taken."""
@@ -197,7 +193,7 @@ class ClockSink(Sink):
         while self._next is not None and self._next <= now:
             if self._rows:
                 self._at = self._rows.popleft()
-                self._row += 1
+                self._taken += 1
                 self._next += self._period
             else:
                 if not self._last:

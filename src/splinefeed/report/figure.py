@@ -11,6 +11,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from splinefeed.analysis.thinning import extremes
 from splinefeed.errors import InputError
 from splinefeed.formats.atomic import atomic_write, write_text
 from splinefeed.records import Array
@@ -20,6 +21,8 @@ from splinefeed.report import theme
 FORMATS = ("svg", "png", "pdf")
 #: What brings the libraries that draw.
 EXTRA = 'pip install "splinefeed[plots]"'
+#: Columns of pixels of a long curve; two points are kept in each.
+COLUMNS = 1200
 #: A limit farther out than this many times the data is not drawn: it would press the data flat.
 FARTHEST_LIMIT = 3.0
 
@@ -38,7 +41,7 @@ class Axis:
 class Line:
     """A curve through x, y (n,); a NaN breaks it. `named`: its name stands in the legend, or that shorter one.
 
-    fill  the area within it, on paper
+    Of a long curve over a rising x few points are kept, every peak among them; fill  the area within it, on paper
     """
 
     x: Array
@@ -49,6 +52,13 @@ class Line:
     dash: bool = False
     named: bool | str = False
     fill: bool = False
+
+    def __post_init__(self) -> None:
+        """Thin a long curve."""
+        if np.all(np.diff(self.x) >= 0.0):
+            kept = extremes(self.y, COLUMNS)
+            object.__setattr__(self, "x", self.x[kept])
+            object.__setattr__(self, "y", self.y[kept])
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,11 +208,6 @@ class Figure:
 def possible(form: str) -> bool:
     """Whether figures can be written in that format here."""
     return form == FORMATS[0] or find_spec("matplotlib") is not None
-
-
-def unit_of(length: str, order: int) -> str:
-    """The unit of the order-th derivative over time of `length` ("mm" or "deg"), for a label."""
-    return f"{'°' if length == 'deg' else length}{('', '/s', '/s²', '/s³')[order]}"
 
 
 def peak(values: Array) -> tuple[int, float]:

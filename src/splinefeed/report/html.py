@@ -12,8 +12,8 @@ from typing import Any
 from splinefeed import units
 from splinefeed.pipeline.compare import MethodResult
 from splinefeed.pipeline.run import Run
-from splinefeed.records import ROTARY_AXES, raised, unit_along, unit_of
-from splinefeed.report import interactive, library
+from splinefeed.records import ROTARY_AXES, unit_along
+from splinefeed.report import interactive, library, theme
 from splinefeed.report.figure import Figure
 from splinefeed.report.theme import limit_words, short
 
@@ -135,7 +135,7 @@ def _limits(run: Run) -> str:
     bound, along = run.use.time_bound_by(), unit_along(run.path.axes)
     rows = []
     for name, each in run.verdict.as_dict()["limits"].items():
-        unit = raised(unit_of(name, along).replace("deg", "°"))
+        unit = theme.unit(name, along)
         state, share, part = "good" if each["ok"] else "bad", 100.0 * each["share"], bound.get(name, 0.0)
         bar = f'<span class="{state}" style="width:{min(share, 100.0):.2f}%"></span>'
         rows.append(

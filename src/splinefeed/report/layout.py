@@ -101,8 +101,7 @@ class Sheet:
 
     def ramp(self, box: Box, levels: Array) -> None:
         """Put the colours of levels (rows, columns), 0 to 1, into a box."""
-        colours = np.array([theme.shade(k / 255.0) for k in range(256)], dtype=np.uint8)
-        self.items.append(Picture(box, colours[np.clip(np.nan_to_num(levels) * 255.0, 0, 255).astype(np.int64)]))
+        self.items.append(Picture(box, theme.shades(levels)))
 
 
 @dataclass(frozen=True)
@@ -227,7 +226,7 @@ def _shaded(sheet: Sheet, mark: Coloured, shades: Shades, points: Array, thread:
     levels = (values - shades.low) / ((shades.high - shades.low) or 1.0) * (COLOURS - 1)
     if mark.joined:
         levels = 0.5 * (levels[:-1] + levels[1:])
-    ramp = ["#{:02x}{:02x}{:02x}".format(*theme.shade(k / (COLOURS - 1))) for k in range(COLOURS)]
+    ramp = [f"#{bytes(each).hex()}" for each in theme.shades(np.linspace(0.0, 1.0, COLOURS))]
     number = np.clip(np.rint(levels), 0, COLOURS - 1).astype(np.int64)
     if not mark.joined or np.isnan(thread).any():  # NaN: the tool axis beside the path
         sheet.stroke(thread, theme.FAINT, 0.6)

@@ -6,21 +6,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from splinefeed.analysis.thinning import extremes
 from splinefeed.pipeline.compare import MethodTrace
 from splinefeed.pipeline.run import Run
 from splinefeed.records import Array, Limits, TimeLaw, unit_along
 from splinefeed.report import theme
-from splinefeed.report.figure import Axis, Figure, Level, Line, Mark, Panel, peak, unit_of
+from splinefeed.report.figure import Axis, Figure, Level, Line, Mark, Panel, peak
 
-#: Columns of pixels of a panel over time; two points are kept in each.
-COLUMNS = 1200
 #: The maximum-velocity curve is drawn up to this many times the highest feed.
 HEADROOM = 1.6
 #: Columns of the panels of methods, and how far below the rounding floor the scale goes.
 METHOD_COLUMNS = 4
 BELOW_FLOOR = 0.01
 TIME = Axis("time (s)")
+#: Instants of a law of which none are given.
+EVEN = 1000
 _QUANTITIES = ("velocity", "acceleration", "jerk")
 #: Which of the panels of the axes is that of their jerk.
 JERK = 2
@@ -30,12 +29,9 @@ def motion_figure(run: Run) -> Figure:
     """s, feed, acceleration and jerk along the path over time, then velocity, acceleration and jerk of its axes."""
     t, path = run.kept.t, run.path
     top = np.minimum(run.use.top, HEADROOM * float(np.max(run.kept.feed)))
-    above = thin(t, top, "maximum velocity", theme.PALE, width=1.0, named=True)
-    panels = [
-        *law_panels(run.law, run.limits, unit_along(path.axes), t, above),
-        *axis_panels(run),
-    ]
-    return Figure(f"{theme.words(path.name)}: motion over time, {run.law.strategy}", tuple(panels))
+    above = Line(t, top, "maximum velocity", theme.PALE, 1.0, named=True)
+    panels = (*law_panels(run.law, run.limits, unit_along(path.axes), t, above), *axis_panels(run))
+    return Figure(f"{theme.words(path.name)}: motion over time, {run.law.strategy}", panels)
 
 
 def law_panels(
@@ -47,13 +43,12 @@ def law_panels(
     added, where the jerk jumps; above  a curve behind the feed
     """
     inner = law.breaks[1:-1]
-    even = np.linspace(0.0, law.duration, COLUMNS) if t is None else t
+    even = np.linspace(0.0, law.duration, EVEN) if t is None else t
     at = np.unique(np.concatenate([even, inner, np.nextafter(inner, 0.0)]))
     slowing = np.inf if limits.deceleration is None else limits.deceleration
-    slowing_jerk = np.inf if limits.deceleration_jerk is None else limits.deceleration_jerk
     jerks = [("J", limits.jerk), ("-J", -limits.jerk)]
-    if slowing_jerk != limits.jerk:
-        jerks += [("slowing J", slowing_jerk), ("slowing -J", -slowing_jerk)]
+    if (slow := limits.deceleration_jerk) not in (None, limits.jerk):
+        jerks += [("slowing J", slow), ("slowing -J", -slow)]
     rows: tuple[tuple[str, Array, list[tuple[str, float]]], ...] = (
         ("s", law(at), []),
         ("feed", law.feed(at), [("limit", limits.feed)]),
@@ -61,10 +56,10 @@ def law_panels(
         ("jerk", law.jerk(at), jerks),
     )
     panels = []
-    for order, (name, values, levels) in enumerate(rows):
-        unit = unit_of(along, order) if order else along
+    for name, values, levels in rows:
+        unit = theme.unit(name, along)
         marks: list[Mark] = [above] if name == "feed" and above is not None else []
-        marks.append(thin(at, values, name))
+        marks.append(Line(at, values, name))
         marks += [Level(value, f"{symbol} = {theme.short(value)} {unit}") for symbol, value in levels]
         panels.append(Panel(TIME, Axis(f"{name} ({unit})"), tuple(marks)))
     return panels
@@ -76,23 +71,20 @@ def axis_panels(run: Run) -> list[Panel]:
     Where the path was planned with an acceleration and a jerk of its own, these are drawn beside the linear axes.
     """
     motion, own = run.motion, run.own_limits()
-    names = [theme.words(axis, 12) for axis in run.axes]
     panels = []
-    for columns, factor, length in (
-        (range(run.linear), 1.0, "mm"),
-        (range(run.linear, len(run.axes)), 180.0 / np.pi, "deg"),
-    ):
-        for order, quantity in enumerate(_QUANTITIES if columns else (), start=1):
+    for columns, factor in ((range(run.linear), 1.0), (range(run.linear, len(run.axes)), 180.0 / np.pi)):
+        for quantity in _QUANTITIES if columns else ():
             values = factor * getattr(motion, quantity)
-            unit = unit_of(length, order)
-            marks: list[Mark] = [
-                thin(motion.t, values[:, k], f"{names[k]} {quantity}", theme.colour(k), named=names[k]) for k in columns
-            ]
+            unit = theme.unit(f"axis_{quantity}.{run.axes[columns[0]]}")
+            marks: list[Mark] = []
+            for k in columns:
+                name = theme.words(run.axes[k], 12)
+                marks.append(Line(motion.t, values[:, k], f"{name} {quantity}", theme.colour(k), named=name))
             tops = factor * run.limits.of_axes(f"axis_{quantity}", run.axes)[columns]
             marks += [Level(sign * top) for top in np.unique(tops[np.isfinite(tops)]) for sign in (1.0, -1.0)]
             most = max(peak(values[:, k])[1] for k in columns)
             note = f"at most {theme.short(most)} {unit}"
-            if quantity in own and length == "mm":
+            if quantity in own and columns[0] < run.linear:
                 marks += [Level(sign * own[quantity], colour=theme.GREEN) for sign in (1.0, -1.0)]
                 times = theme.short(most / own[quantity])
                 note += f", {times} times {quantity[0].upper()} along the path (green)"
@@ -110,7 +102,7 @@ def ripple_figure(traces: Sequence[MethodTrace], name: str) -> Figure:
         size = np.maximum(np.abs(trace.relative), 0.1 * low)  # out of the picture, but on its logarithmic scale
         method = theme.words(trace.result.method, 30)
         y = Axis(method, low, max(3.0 * top, 100.0 * low), log=True)
-        line = thin(trace.t, size, method, width=0.8)
+        line = Line(trace.t, size, method, width=0.8)
         rounding = Level(max(floor, low), colour=theme.GREEN, always=True)
         panels.append(Panel(TIME, y, (line, rounding), note=f"max {trace.result.ripple_max:.1e}", height=140))
     title = f"{theme.words(name)}: feed ripple (relative) by method, |step / planned step - 1|\n"
@@ -118,11 +110,3 @@ def ripple_figure(traces: Sequence[MethodTrace], name: str) -> Figure:
     return Figure(
         f"{title}dashed: what the rounding of s alone can make", tuple(panels), columns, width=max(270 * columns, 560)
     )
-
-
-def thin(
-    t: Array, values: Array, name: str, colour: str = theme.BLUE, *, width: float = 1.4, named: bool | str = False
-) -> Line:
-    """`values` (n,) over t (n,), s, as a curve of few points in which every peak stays."""
-    kept = extremes(values, COLUMNS)
-    return Line(t[kept], values[kept], name, colour, width, named=named)

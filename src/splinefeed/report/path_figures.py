@@ -16,7 +16,7 @@ from splinefeed.pipeline.run import Run
 from splinefeed.records import Array, BoolArray, IntArray, Response, Setpoints, unit_along
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Line, Mark, Panel, Shades
-from splinefeed.report.motion_figures import HEADROOM, TIME, thin
+from splinefeed.report.motion_figures import HEADROOM, TIME
 from splinefeed.simulation.curves import rounded_down
 
 #: Points of a path, of the true path in the picture of its errors, and columns of a heat map, at most.
@@ -153,15 +153,14 @@ def limits_figure(use: LimitUse, setpoints: Setpoints, name: str) -> Figure:
     """Feed and maximum-velocity curve over time, and below them the share of each limit that is used."""
     high = HEADROOM * float(np.max(setpoints.feed))
     lines = (
-        thin(use.t, np.minimum(use.top, high), "maximum velocity", theme.PALE, width=1.0, named=True),
-        thin(setpoints.t, setpoints.feed, "feed", named=True),
+        Line(use.t, np.minimum(use.top, high), "maximum velocity", theme.PALE, 1.0, named=True),
+        Line(setpoints.t, setpoints.feed, "feed", named=True),
     )
-    feed = Panel(TIME, Axis(f"feed ({unit_along(setpoints.axes)}/s)", low=0.0), lines, height=190)
     parts = ", ".join(f"{kind} {part:.0%}" for kind, part in _parts(use) if part >= 0.005)
-    return Figure(
-        f"{theme.words(name)}: which limit binds\nof the time: {parts}",
-        (feed, Panel(TIME, Axis("limit"), (_shares(use),), height=26 * max(len(use.names), 1))),
-    )
+    y = Axis(f"feed ({unit_along(setpoints.axes)}/s)", low=0.0)
+    feed = Panel(TIME, y, lines, note=f"of the time: {parts}", height=190)
+    share = Panel(TIME, Axis("limit"), (_shares(use),), height=26 * max(len(use.names), 1))
+    return Figure(f"{theme.words(name)}: which limit binds", (feed, share))
 
 
 def _shares(use: LimitUse) -> Heat:

@@ -13,7 +13,7 @@ from splinefeed.pipeline.run import Run
 from splinefeed.records import ROTARY_AXES, Array, BoolArray, Response
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Dots, Figure, Level, Line, Mark, Panel, peak
-from splinefeed.report.motion_figures import TIME, thin
+from splinefeed.report.motion_figures import TIME
 from splinefeed.simulation.curves import loop_curves, step_responses
 from splinefeed.simulation.linear import ComplexArray, Margins
 from splinefeed.simulation.tuning import TunedAxis
@@ -30,16 +30,30 @@ def errors_figure(responses: Mapping[str, Response], name: str = "", machine: st
 
     Where the output of an axis is at its limit that is marked; the notes tell of the first method.
     """
-    first = next(iter(responses.values()))
-    panels = []
-    if first.contour_error is not None:
-        shown = {key: 1e3 * each.contour_error for key, each in responses.items() if each.contour_error is not None}
-        panels.append(_errors(responses, shown, "contour error", "µm"))
-    for column, axis in enumerate(first.axes):
+    own = next(iter(responses.values()))
+    shown: list[tuple[str, str, dict[str, Array], BoolArray]] = []
+    if own.contour_error is not None:
+        errors = {key: 1e3 * each.contour_error for key, each in responses.items() if each.contour_error is not None}
+        shown.append(("contour error", "µm", errors, np.zeros(len(own), dtype=np.bool_)))
+    for column, axis in enumerate(own.axes):
         factor, unit = shown_in(axis in ROTARY_AXES)
-        values = {key: factor * each.tracking_error[:, column] for key, each in responses.items()}
-        at_limit = first.saturated[:, column]
-        panels.append(_errors(responses, values, f"{theme.words(axis, 12)} following error", unit, at_limit))
+        errors = {key: factor * each.tracking_error[:, column] for key, each in responses.items()}
+        shown.append((f"{theme.words(axis, 12)} following error", unit, errors, own.saturated[:, column]))
+    panels = []
+    for label, unit, errors, at_limit in shown:
+        marks: list[Mark] = [
+            Line(responses[method].t, each, theme.words(method, 30), theme.colour(k), named=len(errors) > 1)
+            for k, (method, each) in enumerate(errors.items())
+        ]
+        (at, most), *others = (peak(each) for each in errors.values())
+        note = f"at most {theme.short(most)} {unit} at {theme.short(float(own.t[at]))} s" if most > 0.0 else "none"
+        note += f"; {', '.join(theme.short(each) for _, each in others)}" if others else ""
+        if at_limit.any():
+            line = np.where(at_limit, 0.0, np.nan)
+            marks.append(Line(own.t, line, "output at its limit", theme.VERMILION, 4.0, named=True))
+        if own.stopped is not None and len(own):
+            marks.append(Level(float(own.t[-1]), "stopped", upright=True, always=True))
+        panels.append(Panel(TIME, Axis(f"{label} ({unit})"), tuple(marks), note=note))
     title = f"{theme.words(name)} on {theme.words(machine)}: errors over time" if name else "errors over time"
     return Figure(title, tuple(panels), legend=True)
 
@@ -47,29 +61,6 @@ def errors_figure(responses: Mapping[str, Response], name: str = "", machine: st
 def shown_in(rotary: bool) -> tuple[float, str]:
     """What a small error of an axis is multiplied by, and its unit then."""
     return (180.0 / np.pi, "°") if rotary else (1e3, "µm")
-
-
-def _errors(
-    responses: Mapping[str, Response],
-    values: Mapping[str, Array],
-    label: str,
-    unit: str,
-    at_limit: BoolArray | None = None,
-) -> Panel:
-    marks: list[Mark] = [
-        thin(responses[method].t, each, theme.words(method, 30), theme.colour(k), named=len(values) > 1)
-        for k, (method, each) in enumerate(values.items())
-    ]
-    own = next(iter(responses.values()))
-    (at, most), *others = (peak(each) for each in values.values())
-    note = f"at most {theme.short(most)} {unit} at {theme.short(float(own.t[at]))} s" if most > 0.0 else "none"
-    note += f"; {', '.join(theme.short(each) for _, each in others)}" if others else ""
-    if at_limit is not None and at_limit.any():
-        line = np.where(at_limit, 0.0, np.nan)
-        marks.append(Line(own.t, line, "output at its limit", theme.VERMILION, 4.0, named=True))
-    if own.stopped is not None and len(own):
-        marks.append(Level(float(own.t[-1]), "stopped", upright=True, always=True))
-    return Panel(TIME, Axis(f"{label} ({unit})"), tuple(marks), note=note)
 
 
 def has_spectra(run: Run, response: Response) -> bool:

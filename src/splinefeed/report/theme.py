@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
+from numpy.typing import NDArray
+
+from splinefeed.records import Array, raised, unit_of
+
 #: Okabe and Ito's colours, https://jfly.uni-koeln.de/color/: distinct with every kind of colour blindness.
 BLUE = "#0072B2"
 VERMILION = "#D55E00"
@@ -32,13 +37,12 @@ def colour(number: int) -> str:
     return COLOURS[number % len(COLOURS)]
 
 
-def shade(share: float) -> tuple[int, int, int]:
-    """Red, green and blue, 0 to 255, of a share from 0 to 1 of a scale."""
-    at = SEEN * min(max(share, 0.0), 1.0) * (len(VIRIDIS) - 1)
-    low = min(int(at), len(VIRIDIS) - 2)
-    pairs = ((VIRIDIS[low][k : k + 2], VIRIDIS[low + 1][k : k + 2]) for k in (1, 3, 5))
-    red, green, blue = (round(int(a, 16) + (at - low) * (int(b, 16) - int(a, 16))) for a, b in pairs)
-    return red, green, blue
+def shades(share: Array) -> NDArray[np.uint8]:
+    """Red, green and blue (..., 3), 0 to 255, of shares from 0 to 1 of a scale."""
+    ends = np.linspace(0.0, 1.0, len(VIRIDIS))
+    parts = np.array([[int(each[k : k + 2], 16) for each in VIRIDIS] for k in (1, 3, 5)])
+    at = SEEN * np.clip(np.nan_to_num(share), 0.0, 1.0)
+    return np.array(np.rint(np.stack([np.interp(at, ends, part) for part in parts], axis=-1)), dtype=np.uint8)
 
 
 def words(name: str, longest: int = 48) -> str:
@@ -51,6 +55,11 @@ def limit_words(name: str) -> str:
     """The name of a limit in words: axis jerk x."""
     kind, _, axis = name.partition(".")
     return f"{kind.replace('_', ' ')}{f' {axis}' if axis else ''}"
+
+
+def unit(name: str, along: str = "mm") -> str:
+    """The unit of a limit, or of what it limits, for a label; along a path in `along`, "mm" or "deg"."""
+    return raised(unit_of(name, along).replace("deg", "°"))
 
 
 def short(value: float) -> str:
