@@ -40,7 +40,7 @@ def test_a_plan_that_takes_too_long_is_left_to_a_job_and_the_next_worker_is_warm
         page = Page()
         house.tabs[page.name] = page.send
         house._begin(house._warm())
-        house.plan(page.name, {"n": 3, "settings": {}, "rest": True})
+        house.do_plan(page.name, {"n": 3, "settings": {}, "rest": True})
         while (told := await asyncio.wait_for(page.told.get(), 100))[0] == "state":
             pass
         await asyncio.sleep(0)

@@ -22,7 +22,6 @@ create table if not exists plan (
     name text not null, settings text not null, numbers text not null, picture text not null
 );
 create table if not exists file (sha256 text primary key, name text not null, content blob not null);
-drop table if exists uses;
 """
 #: Of the entries only the last ones stay, and of the files those that an entry has.
 _SWEEP = f"""

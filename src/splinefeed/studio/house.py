@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import itertools
-import json
 import shutil
 import tempfile
 from collections.abc import Callable, Coroutine, Mapping
@@ -13,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from splinefeed.errors import InputError
+from splinefeed.studio import settings
 from splinefeed.studio.history import History
-from splinefeed.workers import LostError, Worker
+from splinefeed.workers import Answer, LostError, Said, Worker
 
 #: Address space of a worker, bytes; the libraries alone take some GB of it, most never touched.
 MOST_MEMORY = 12 * 2**30
@@ -29,19 +29,17 @@ MOST_WAITING, ANSWERS = 16, 8
 LEFT_ALONE = 3.0
 WAITING, RUNNING, DONE, FAILED, CANCELLED = "waiting", "running", "done", "failed", "cancelled"
 
-#: What a worker says while it works: the head of a message.
-Heard = Callable[[dict[str, Any]], None]
-#: What came of a request: a head, with an `error`, words by field, or an `entry` for the history, and a body of JSON.
-Answer = tuple[dict[str, Any], bytes]
-
 
 async def ask(
-    worker: Worker, request: dict[str, Any], heard: Heard = lambda head: None, deadline: float | None = None
+    worker: Worker, request: Said, heard: Callable[[Said], None] = lambda head: None, deadline: float | None = None
 ) -> Answer:
-    """The answer to a request; `heard` is called with progress. After `deadline`, s, the worker is killed."""
+    """The answer to a request; `heard` is called with progress. After `deadline`, s, the worker is killed.
+
+    A head, with an `error`, words by field, or an `entry` for the history, and a body of JSON.
+    """
     loop = asyncio.get_running_loop()
 
-    def said(head: dict[str, Any]) -> None:
+    def said(head: Said) -> None:
         loop.call_soon_threadsafe(heard, head)
 
     try:
@@ -60,7 +58,7 @@ class Job:
     kind: str
     title: str
     tab: str
-    request: dict[str, Any]
+    request: Said
     state: str = WAITING
     words: str = ""
     share: list[int] = field(default_factory=list)  # done and total, where the job can tell
@@ -72,6 +70,15 @@ class Job:
     def shown(self) -> dict[str, Any]:
         """What pages show of it."""
         return {name: getattr(self, name) for name in ("id", "kind", "title", "tab", "state", "words", "share")}
+
+
+#: What each kind of job is called, and what it takes from the page.
+JOBS = {
+    "settle": ("plan", "settings"),
+    "read": ("read file", "source"),
+    "make": ("make file", "settings", "what", "form"),
+    "tune": ("tune", "settings", "how"),
+}
 
 
 class House:
@@ -96,10 +103,8 @@ class House:
 
     def open(self) -> None:
         """Begin to work: warm the workers up, then take requests."""
-        from splinefeed.studio.settings import offer
-
-        # what pages can choose from needs half the package imported, which is not to keep the server from answering
-        self._offer = asyncio.get_running_loop().run_in_executor(None, offer)
+        # what pages can choose from takes its time, which is not to keep the server from answering
+        self._offer = asyncio.get_running_loop().run_in_executor(None, settings.offer)
         self._begin(self._warm())
 
     def _begin(self, work: Coroutine[Any, Any, Any]) -> None:
@@ -152,48 +157,85 @@ class House:
         self.add("warm", "warming up", "", {"task": "warm", "all": True})  # not before: both would compile the same
         await ask(self.player, {"task": "warm", "play": True})
 
-    # --- plans while sliders move ---
+    # --- what pages ask, each a method `do_...` ---
 
-    def plan(self, tab: str, message: dict[str, Any]) -> None:
-        """Plan at once for a tab; its earlier requests without an answer are dropped."""
-        self._plans[tab] = message
-        self._begin(self._plan(tab, message))
+    def asked(self, tab: str, said: Said) -> None:
+        """Do what a page asks; InputError for what cannot be, and any other error for a request that is none."""
+        getattr(self, f"do_{said['do']}")(tab, said)
 
-    async def _plan(self, tab: str, message: dict[str, Any]) -> None:
+    def do_job(self, tab: str, said: Said) -> None:
+        """Put a job into the queue."""
+        words, *fields = JOBS[said["kind"]]
+        request = {"task": said["kind"], **{name: said[name] for name in fields if name in said}}
+        self.add(said["kind"], f"{words} {str(said.get('title', ''))[:60]}".strip(), tab, request)
+
+    def do_cancel(self, tab: str, said: Said) -> None:
+        """Cancel a job."""
+        self.cancel(int(said["job"]))
+
+    def do_history(self, tab: str, said: Said) -> None:
+        """Forget an entry of the history, open one, or list all."""
+        if self.history is None:
+            self._tell_one(tab, "entries", entries=[], kept=False)
+        elif "delete" in said:
+            self.history.delete(int(said["delete"]))
+            self.tell("history")
+        elif "open" in said:
+            found = self.history.settings(int(said["open"]))
+            self._tell_one(tab, "opened", settings=found, pin=bool(said.get("pin")))
+        else:
+            self._tell_one(tab, "entries", entries=self.history.entries(), kept=True)
+
+    def do_share(self, tab: str, said: Said) -> None:
+        """Settings from the text of a file, or to it."""
+        if "text" in said:
+            self._tell_one(tab, "opened", settings=settings.from_toml(str(said["text"])), pin=False)
+        else:
+            self._tell_one(tab, "toml", text=settings.to_toml(dict(said["settings"])))
+
+    def do_plan(self, tab: str, said: Said) -> None:
+        """Plan at once, while sliders move; earlier requests of the tab without an answer are dropped."""
+        self.replace(tab)  # what is queued by older settings
+        self._plans[tab] = said
+        self._begin(self._plan(tab, int(said["n"]), dict(said["settings"]), said))
+
+    async def _plan(self, tab: str, n: int, given: Said, said: Said) -> None:
         async with self._at_front:
-            if self._plans[tab] is not message:
+            if self._plans[tab] is not said:
                 return
-            request = {"task": "plan", "settings": message["settings"], "look": message.get("look")}
+            request = {"task": "plan", "settings": given, "look": said.get("look")}
             head, body = await ask(self.front, request, deadline=QUICK)
             if head.get("late"):
-                self._tell_one(tab, "planned", n=message["n"], body=LATER)
+                self._tell_one(tab, "planned", n=n, body=LATER)
                 await ask(self.front, {"task": "warm"})  # the next worker begins again
             elif "error" in head:
-                self._tell_one(tab, "refused", n=message["n"], error=head["error"])
+                self._tell_one(tab, "refused", n=n, error=head["error"])
             else:
-                self._tell_one(tab, "planned", n=message["n"], body=body)
-                if message["rest"]:
-                    self._remember(message["settings"], head.get("entry"))
+                self._tell_one(tab, "planned", n=n, body=body)
+                if said.get("rest"):
+                    self._remember(given, head.get("entry"))
 
-    def _remember(self, settings: Mapping[str, Any], entry: Mapping[str, Any] | None) -> None:
+    def _remember(self, given: Mapping[str, Any], entry: Mapping[str, Any] | None) -> None:
         """Put a plan into the history."""
         if self.history is not None and entry is not None:
-            from splinefeed.studio.settings import complete
-
-            self.history.add(complete(settings), entry)
+            self.history.add(settings.complete(given), entry)
             self.tell("history")
 
-    # --- playback ---
+    def do_order(self, tab: str, said: Said) -> None:
+        """Tell the motion that is played to do otherwise."""
+        if self.playing == tab:
+            self.player.order({name: value for name, value in said.items() if name != "do"})
 
-    def play(self, tab: str, request: dict[str, Any]) -> None:
-        """Begin to play for a tab; InputError while another one plays."""
+    def do_play(self, tab: str, said: Said) -> None:
+        """Begin to play; InputError while another tab plays."""
+        request = {"settings": dict(said["settings"]), "top": float(said["top"]), "override": float(said["override"])}
         if self.playing is not None:
             raise InputError("a motion is being played already, perhaps in another tab; stop it first")
         self.playing = tab
         self._begin(self._play(tab, request))
 
-    async def _play(self, tab: str, request: dict[str, Any]) -> None:
-        def heard(head: dict[str, Any]) -> None:
+    async def _play(self, tab: str, request: Said) -> None:
+        def heard(head: Said) -> None:
             self._tell_one(tab, "frame" if head.pop("kind") == "frame" else "playing", **head)
 
         try:
@@ -208,7 +250,7 @@ class House:
         """Jobs that wait or run."""
         return [job for job in self.jobs if job.state in (WAITING, RUNNING)]
 
-    def add(self, kind: str, title: str, tab: str, request: dict[str, Any]) -> None:
+    def add(self, kind: str, title: str, tab: str, request: Said) -> None:
         """Put a job into the queue, unless the same tab has sent the same; InputError if it is full.
 
         A `settle` replaces those before it of its tab.
@@ -246,7 +288,7 @@ class House:
         self.tell("job", job=job.shown())
 
     async def _work(self, job: Job) -> None:
-        def heard(head: dict[str, Any]) -> None:
+        def heard(head: Said) -> None:
             job.words, job.share = str(head.get("words", "")), list(head.get("share", []))
             if job.state == RUNNING:
                 self._changed(job)
@@ -276,9 +318,3 @@ class House:
             self._tell_one(job.tab, "failed", job=job.shown(), error=head["error"])
         else:
             self._tell_one(job.tab, "done", job=job.shown(), settings=job.request.get("settings"), body=body)
-
-
-def message(kind: str, said: Mapping[str, Any], body: bytes | None) -> bytes:
-    """A message to a page; the body, JSON already, is put in as it is."""
-    head = json.dumps({"kind": kind, **said}, allow_nan=False).encode()
-    return head if body is None else head[:-1] + b',"answer":' + body + b"}"

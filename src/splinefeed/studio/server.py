@@ -22,8 +22,8 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.report import library
-from splinefeed.studio import settings, sources
-from splinefeed.studio.house import House, message
+from splinefeed.studio import sources
+from splinefeed.studio.house import House
 
 #: Names that the loopback interface goes by.
 HOSTS = ("127.0.0.1", "localhost")
@@ -163,7 +163,7 @@ class _Download(_Guarded):
 
 
 class _Socket(_Guarded, WebSocketHandler):
-    """The socket of a tab: requests of a page, each a method `do_...`, and the answers."""
+    """The socket of a tab: a page says who it is, then what it asks of the house."""
 
     name = ""
 
@@ -178,75 +178,27 @@ class _Socket(_Guarded, WebSocketHandler):
                 self.house.player.order({"stop": True})
 
     def send(self, kind: str, body: bytes | None = None, **said: Any) -> None:
+        """Tell the page something of a kind; the body, JSON already, is put in as it is."""
+        head = json.dumps({"kind": kind, **said}, allow_nan=False)
         with suppress(WebSocketClosedError):
-            self.write_message(message(kind, said, body).decode())
+            self.write_message(head if body is None else f'{head[:-1]},"answer":{body.decode()}}}')
 
     def on_message(self, message: str | bytes) -> None:
         n = None
         try:
             said = json.loads(message)
             n = said.get("n")
-            if not self.name and said["do"] != "hello":
+            if self.name:
+                self.house.asked(self.name, said)
+            elif said["do"] == "hello" and _TAB.fullmatch(said["tab"]):
+                self.name = said["tab"]
+                self.house.welcome(self.name, self.send)
+            else:
                 raise TypeError
-            getattr(self, f"do_{said['do']}")(said)
         except SplinefeedError as error:
             self.send("refused", n=n, error={"fields": {"": str(error)}, "fault": False})
         except (ValueError, TypeError, LookupError, AttributeError, RecursionError):
             self.send("refused", n=None, error={"fields": {"": "the page sent an invalid request"}, "fault": True})
-
-    def do_hello(self, said: dict[str, Any]) -> None:
-        if not _TAB.fullmatch(said["tab"]):
-            raise TypeError
-        self.name = said["tab"]
-        self.house.welcome(self.name, self.send)
-
-    def do_plan(self, said: dict[str, Any]) -> None:
-        self.house.replace(self.name)  # what is queued by older settings
-        plan = {"n": int(said["n"]), "settings": dict(said["settings"]), "rest": bool(said.get("rest"))}
-        self.house.plan(self.name, {**plan, "look": said.get("look")})
-
-    def do_job(self, said: dict[str, Any]) -> None:
-        words, *fields = JOBS[said["kind"]]
-        request = {"task": said["kind"], **{name: said[name] for name in fields if name in said}}
-        self.house.add(said["kind"], f"{words} {str(said.get('title', ''))[:60]}".strip(), self.name, request)
-
-    def do_cancel(self, said: dict[str, Any]) -> None:
-        self.house.cancel(int(said["job"]))
-
-    def do_play(self, said: dict[str, Any]) -> None:
-        top, override = float(said["top"]), float(said["override"])
-        self.house.play(self.name, {"settings": dict(said["settings"]), "top": top, "override": override})
-
-    def do_order(self, said: dict[str, Any]) -> None:
-        if self.house.playing == self.name:
-            self.house.player.order({name: value for name, value in said.items() if name != "do"})
-
-    def do_history(self, said: dict[str, Any]) -> None:
-        history = self.house.history
-        if history is None:
-            self.send("entries", entries=[], kept=False)
-        elif "delete" in said:
-            history.delete(int(said["delete"]))
-            self.house.tell("history")
-        elif "open" in said:
-            self.send("opened", settings=history.settings(int(said["open"])), pin=bool(said.get("pin")))
-        else:
-            self.send("entries", entries=history.entries(), kept=True)
-
-    def do_share(self, said: dict[str, Any]) -> None:
-        if "text" in said:
-            self.send("opened", settings=settings.from_toml(str(said["text"])), pin=False)
-        else:
-            self.send("toml", text=settings.to_toml(dict(said["settings"])))
-
-
-#: What each kind of job is called, and what it takes from the page.
-JOBS = {
-    "settle": ("plan", "settings"),
-    "read": ("read file", "source"),
-    "make": ("make file", "settings", "what", "form"),
-    "tune": ("tune", "settings", "how"),
-}
 
 
 def parts() -> dict[str, bytes]:

@@ -22,15 +22,15 @@ from splinefeed.live import stream
 from splinefeed.live.motion import Motion, planned
 from splinefeed.live.operator import MOST, Operator
 from splinefeed.live.sinks import ClockSink
-from splinefeed.pipeline.cycle_time import CycleTime, cycle_time
+from splinefeed.pipeline.cycle_time import cycle_time
 from splinefeed.pipeline.follow import serve
 from splinefeed.pipeline.run import PAPER_LIMITS, on_machine
-from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE, TunedMachine, along_path, by_rule
+from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE, along_path, by_rule
 from splinefeed.report import interactive
 from splinefeed.report.servo_figures import errors_figure, step_figure
 from splinefeed.report.time_figures import program_figure, time_figure
 from splinefeed.studio import results, sources
-from splinefeed.studio.settings import PATHS, Bench, SettingsError, Wanted, complete, field_of, machine_of, resolve
+from splinefeed.studio.settings import PATHS, Bench, SettingsError, complete, field_of, machine_of, resolve
 from splinefeed.workers import Answer, Handler, Mail
 
 #: Paths of more curves than this are not planned while a slider moves.
@@ -159,37 +159,43 @@ def timed(settings: Mapping[str, Any], bench: Bench, *, at_once: bool) -> dict[s
     bench.say("planning with other limits")
     page = {**time.as_dict(), "name": file.name, "saves": time.saves()}
     bench.say("drawing")
-    text = file.read_bytes().decode("utf-8", errors="replace")
-    result = {**shown(time, text), "numbers": plain(page)}
-    return {"final": True, "shown": f"as the control of {machine.name} runs it", "result": result}
-
-
-def shown(time: CycleTime, text: str) -> dict[str, Any]:
-    """The text, the path and figure, and each line's time as arrays."""
     of = time.by_line
     columns = {name: getattr(of, name) for name in ("line", "seconds", "beyond", "begin", "limit", "operation")}
     columns |= dict(zip("xyz", of.place.T, strict=True))
-    return {
-        "program": text,
+    result = {
+        "program": file.read_bytes().decode("utf-8", errors="replace"),
         "lines": {name: interactive.array(values) for name, values in columns.items()},
         "limits": time.limits,
         "path": interactive.to_plain(program_figure(time)),
         "figures": {"tools": interactive.to_plain(time_figure(time))},
         "axes": ["x", "y", "z"],
+        "numbers": plain(page),
     }
+    return {"final": True, "shown": f"as the control of {machine.name} runs it", "result": result}
 
 
 def tune(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """The new machine as the text of its file, its page of numbers, and figures of steps and errors.
 
-    The request's `how` has `rule` and `kind` of a rule; `runs` and `feed_forward` of rule path. Raises
-    SettingsError.
+    The request's `how` has `rule` and `kind` of a rule; `runs` and `feed_forward` of rule path. Raises SettingsError.
     """
     wanted, run = bench.done(request["settings"])
     machine, before, how = wanted.machine, run.served, dict(request.get("how") or {})
     if machine is None or before is None:
         raise SettingsError({"machine": "choose the machine to tune"})
-    found = _found(machine, wanted, run, how, bench)
+
+    def progress(done: int, total: int) -> None:
+        bench.mail.tell({"kind": "progress", "words": f"{done} of {total} runs", "share": [done, total]})
+
+    moving, rule = [axis for axis in wanted.path.axes if axis in machine.axes], str(how.get("rule"))
+    if rule == PATH_RULE:
+        runs, forward = how.get("runs", EVALUATIONS), bool(how.get("feed_forward"))
+        found = along_path(
+            machine, run.points, wanted.path, axes=moving, evaluations=runs, feed_forward=forward, on_progress=progress
+        )
+    else:
+        kind = str(how.get("kind", "pid"))
+        found = by_rule(machine, moving, rule, period=wanted.period, kind=kind, say=bench.say)
     bench.say(f"following on the tuned {machine.name}")
     after = serve(wanted.path, run.law, run.points, found.machine)
     bench.say("drawing")
@@ -210,23 +216,8 @@ def tune(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
         "numbers": plain(page),
         "figures": {key: interactive.to_plain(figure) for key, figure in figures.items()},
         "machine": {"name": name, "toml": found.machine.to_text()},
-        "rule": how.get("rule"),
+        "rule": rule,
     }
-
-
-def _found(machine: sf.Machine, wanted: Wanted, run: sf.Run, how: Mapping[str, Any], bench: Bench) -> TunedMachine:
-    moving = [axis for axis in wanted.path.axes if axis in machine.axes]
-    if how.get("rule") != PATH_RULE:
-        rule, kind = str(how.get("rule")), str(how.get("kind", "pid"))
-        return by_rule(machine, moving, rule, period=wanted.period, kind=kind, say=bench.say)
-
-    def progress(done: int, total: int) -> None:
-        bench.mail.tell({"kind": "progress", "words": f"{done} of {total} runs", "share": [done, total]})
-
-    runs, forward = how.get("runs", EVALUATIONS), bool(how.get("feed_forward"))
-    return along_path(
-        machine, run.points, wanted.path, axes=moving, evaluations=runs, feed_forward=forward, on_progress=progress
-    )
 
 
 def play(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
