@@ -109,18 +109,21 @@ def command(say: Say, machine: str, **given: Any) -> Page:
         ):
             spelled = "path" if name == "source" else name.replace("_", "-")
             raise InputError(f"--{spelled}: has no effect with --rule {rule}; leave it out")
+    found: TunedMachine
     if rule == PATH_RULE:
-        found = _on_path(model, given, say)
+        found, source = _on_path(model, given, say)
     else:
+        source = {}
         period = PAPER_PERIOD if given["period"] is None else given["period"]
         found = by_rule(model, names, rule, period=period, kind=given["kind"] or "pid", say=say)
     page = plain(
         {
-            "ok": all(each["margins"]["stable"] for each in found.page["axes"].values()),
+            "ok": all(each.margins.stable for each in found.axes.values()),
             "machine": model.name,
             "machine_file": machine,
             "rule": rule,
-            **found.page,
+            **found.numbers(),
+            **source,
             "notes": [] if given["output"] is None else files.missing(drawing, page=False),
         }
     )
@@ -131,19 +134,19 @@ def command(say: Say, machine: str, **given: Any) -> Page:
         return {**page, "files": written}
     say("drawing")
     with staged(given["output"], files.TUNE_RECORD, files.tune_names(model.axes)) as stage:
-        drawn = files.save_figures(files.tune_figures(found.axes, model.name), stage, drawing)
+        drawn = files.save_figures(files.tune_figures(list(found.axes.values()), model.name), stage, drawing)
         page = recorded(page, drawn, given["output"], stage, files.TUNE_RECORD)
     return {**page, "files": [*written, *page["files"]]}
 
 
-def _on_path(machine: sf.Machine, given: dict[str, Any], say: Say) -> TunedMachine:
-    """Gains of all axes together that make contour error small on a path."""
-    from splinefeed.pipeline.tuning import EVALUATIONS, along_path
+def _on_path(machine: sf.Machine, given: dict[str, Any], say: Say) -> tuple[TunedMachine, dict[str, Any]]:
+    """Gains of all axes together that make contour error small on a path, and what the path is called."""
+    from splinefeed.pipeline.tuning import EVALUATIONS, tune_on_path
 
     what = task_of(say, given["source"], given)
     say("planning and interpolating")
     setpoints = sf.run(what.path, what.limits, period=what.period, strategy=what.strategy).points
-    found = along_path(
+    found = tune_on_path(
         machine,
         setpoints,
         what.path,
@@ -153,5 +156,4 @@ def _on_path(machine: sf.Machine, given: dict[str, Any], say: Say) -> TunedMachi
         feed_forward=given["feed_forward"],
         on_progress=lambda done, total: say(f"tuning on {what.path.name}: {done} of {total} runs"),
     )
-    found.page["path"] = what.source
-    return found
+    return found, {"path": what.source}

@@ -17,7 +17,7 @@ from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import FEED_FORWARD, GAINS, Axis, Controller
 from splinefeed.records import ROTARY_AXES, Array, Response, Setpoints
 from splinefeed.simulation import tuning
-from splinefeed.simulation.curves import HUNTING, hunts, rest_swing
+from splinefeed.simulation.curves import HUNTING, rest_swing
 from splinefeed.simulation.follow import Follower
 from splinefeed.simulation.linear import Bound, quick_slacks
 from splinefeed.simulation.plant import force_per_volt, seen_resolution
@@ -61,9 +61,28 @@ class AxisTuning(tuning.TunedAxis):
     tracking_before: float
     tracking: float
 
+    def numbers(self) -> dict[str, Any]:
+        """Those of a tuned axis, and its following error."""
+        unit = "rad" if self.axis.rotary else "mm"
+        tracking = {"tracking_error_max_before": self.tracking_before, "tracking_error_max": self.tracking}
+        return {**super().numbers(), **tracking, "tracking_unit": unit}
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PathTuning:
+class TunedMachine:
+    """A machine with new gains; axes: each tuned axis, before and after."""
+
+    machine: Machine
+    period: float
+    axes: Mapping[str, tuning.TunedAxis]
+
+    def numbers(self) -> dict[str, Any]:
+        """What `--json` prints."""
+        return {"period_s": self.period, "axes": {name: each.numbers() for name, each in self.axes.items()}}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PathTuning(TunedMachine):
     """Gains found on a path.
 
     machine  the machine with the new gains; axes: each axis that moves, before and after
@@ -73,26 +92,24 @@ class PathTuning:
     Example: `sf.tune(machine, setpoints=setpoints, path=path, evaluations=2).contour.max`
     """
 
-    machine: Machine
-    old: Machine
-    period: float
-    bound: Bound
     axes: Mapping[str, AxisTuning]
+    path_name: str
+    bound: Bound
     before: Contour | None
     contour: Contour
     evaluations: int
 
-
-@dataclass(frozen=True, eq=False)
-class TunedMachine:
-    """A machine with new gains.
-
-    page  what was found: gains and margins of each axis before and after; axes  those that figures show
-    """
-
-    machine: Machine
-    page: dict[str, Any]
-    axes: Sequence[tuning.TunedAxis]
+    def numbers(self) -> dict[str, Any]:
+        """What `--json` prints."""
+        return {
+            **super().numbers(),
+            "path_name": self.path_name,
+            "bound": self.bound.words,
+            "runs": self.evaluations,
+            "contour_error_max_before_mm": None if self.before is None else self.before.max,
+            "contour_error_max_mm": self.contour.max,
+            "contour_error_rms_mm": self.contour.rms,
+        }
 
 
 @overload
@@ -182,8 +199,8 @@ def tune_on_path(
     period, hints = setpoints.period, np.clip(setpoints.s, 0.0, path.length)
     return PathTuning(
         machine=made,
-        old=machine,
         period=period,
+        path_name=path.name,
         bound=bound,
         axes={
             name: AxisTuning(
@@ -203,66 +220,17 @@ def tune_on_path(
     )
 
 
-def along_path(machine: Machine, setpoints: Setpoints, path: Path, **options: Any) -> TunedMachine:
-    """Gains of all axes together that make contour error small on a path; see `tune_on_path`."""
-    found = tune_on_path(machine, setpoints, path, **options)
-    axes = {
-        name: {
-            **_numbers(each),
-            "tracking_error_max_before": each.tracking_before,
-            "tracking_error_max": each.tracking,
-            "tracking_unit": "rad" if each.axis.rotary else "mm",
-        }
-        for name, each in found.axes.items()
-    }
-    page = {
-        "period_s": setpoints.period,
-        "path_name": path.name,
-        "bound": found.bound.words,
-        "runs": found.evaluations,
-        "contour_error_max_before_mm": None if found.before is None else found.before.max,
-        "contour_error_max_mm": found.contour.max,
-        "contour_error_rms_mm": found.contour.rms,
-        "axes": axes,
-    }
-    return TunedMachine(found.machine, page, list(found.axes.values()))
-
-
 def by_rule(
     machine: Machine, names: Sequence[str], rule: str, *, period: float, kind: str = "pid",
     say: Callable[[str], None] = lambda words: None,
 ) -> TunedMachine:  # fmt: skip
     """Gains of single axes by a rule that starts from the ultimate point; see `simulation.tuning.tune`."""
-    tunings = []
+    tuned = {}
     for name in names:
         say(f"tuning axis {name}")
-        tunings.append(tuning.tune(machine.axes[name], rule, period=period, kind=kind))
-    axes = {
-        each.axis.name: {
-            **_numbers(each),
-            "ultimate_gain": each.ultimate.gain,
-            "ultimate_period_s": each.ultimate.period,
-        }
-        for each in tunings
-    }
-    return TunedMachine(
-        replace(machine, axes={**machine.axes, **{each.axis.name: each.axis for each in tunings}}),
-        {"period_s": period, "axes": axes},
-        tunings,
-    )
-
-
-def _numbers(tuned: tuning.TunedAxis) -> dict[str, Any]:
-    unit = "rad" if tuned.axis.rotary else "mm"
-    out: dict[str, Any] = {"unit": f"V/{unit}", "rest_swing_unit": unit}
-    for ending, axis, each in (("_before", tuned.old, tuned.before), ("", tuned.axis, tuned.margins)):
-        swing = rest_swing(axis, tuned.period)
-        out[f"gains{ending}"] = axis.controller.gains
-        out[f"kind{ending}"] = axis.controller.kind
-        out[f"margins{ending}"] = each.as_dict()
-        out[f"rest_swing{ending}"] = swing
-        out[f"hunts{ending}"] = hunts(axis, swing)
-    return out
+        tuned[name] = tuning.tune(machine.axes[name], rule, period=period, kind=kind)
+    made = replace(machine, axes={**machine.axes, **{name: each.axis for name, each in tuned.items()}})
+    return TunedMachine(machine=made, period=period, axes=tuned)
 
 
 def _followed(points: Setpoints, machine: Machine) -> Response:

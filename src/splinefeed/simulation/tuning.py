@@ -9,6 +9,7 @@ from typing import Any
 
 from splinefeed.errors import InputError
 from splinefeed.machine.parts import Axis, Controller
+from splinefeed.simulation.curves import hunts, rest_swing
 from splinefeed.simulation.linear import Margins, margins
 
 #: K_p / K_u, T_i / P_u and T_d / P_u of each rule and sort of controller.
@@ -57,6 +58,19 @@ class TunedAxis:
         """The margins of the new controller."""
         return margins(self.axis, self.period)
 
+    def numbers(self) -> dict[str, Any]:
+        """What `--json` prints: gains, margins and hunting at rest before and after."""
+        unit = "rad" if self.axis.rotary else "mm"
+        out: dict[str, Any] = {"unit": f"V/{unit}", "rest_swing_unit": unit}
+        for ending, axis, loop in (("_before", self.old, self.before), ("", self.axis, self.margins)):
+            swing = rest_swing(axis, self.period)
+            out[f"gains{ending}"] = axis.controller.gains
+            out[f"kind{ending}"] = axis.controller.kind
+            out[f"margins{ending}"] = loop.as_dict()
+            out[f"rest_swing{ending}"] = swing
+            out[f"hunts{ending}"] = hunts(axis, swing)
+        return out
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tuning(TunedAxis):
@@ -73,6 +87,11 @@ class Tuning(TunedAxis):
     def controller(self) -> Controller:
         """The controller with the new gains."""
         return self.axis.controller
+
+    def numbers(self) -> dict[str, Any]:
+        """Those of a tuned axis, and the ultimate point."""
+        point = self.ultimate
+        return {**super().numbers(), "ultimate_gain": point.gain, "ultimate_period_s": point.period}
 
     def describe(self) -> str:
         """Gains, margins and bandwidth in words, with those of the old gains beside them."""

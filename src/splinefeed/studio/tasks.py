@@ -25,7 +25,7 @@ from splinefeed.live.sinks import ClockSink
 from splinefeed.pipeline.cycle_time import cycle_time
 from splinefeed.pipeline.follow import serve
 from splinefeed.pipeline.run import PAPER_LIMITS, on_machine
-from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE, along_path, by_rule
+from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE, TunedMachine, by_rule, tune_on_path
 from splinefeed.report import interactive
 from splinefeed.report.servo_figures import errors_figure, step_figure
 from splinefeed.report.time_figures import program_figure, time_figure
@@ -190,7 +190,7 @@ def tune(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     moving, rule = [axis for axis in wanted.path.axes if axis in machine.axes], str(how.get("rule"))
     if rule == PATH_RULE:
         runs, forward = how.get("runs", EVALUATIONS), bool(how.get("feed_forward"))
-        found = along_path(
+        found: TunedMachine = tune_on_path(
             machine, run.points, wanted.path, axes=moving, evaluations=runs, feed_forward=forward, on_progress=progress
         )
     else:
@@ -200,11 +200,11 @@ def tune(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     after = serve(wanted.path, run.law, run.points, found.machine)
     bench.say("drawing")
     old, new = before.tally.numbers(), after.tally.numbers()
-    figures = {"tuning": step_figure(found.axes, machine.name)}
+    figures = {"tuning": step_figure(list(found.axes.values()), machine.name)}
     if len(before.response) and len(after.response):
         figures["errors"] = errors_figure({"old gains": before.response, "new gains": after.response})
     page = {
-        **found.page,
+        **found.numbers(),
         "contour_error_max_before_mm": old.get("contour_error_max_mm"),
         "contour_error_max_mm": new.get("contour_error_max_mm"),
         "tracking_error_max_before": old.get("tracking_error_max"),
