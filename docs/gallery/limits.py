@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import splinefeed as sf
 from splinefeed.report.figure import Figure
-from splinefeed.report.path_figures import limits_figure
 
 
 def picture() -> Figure:
     """Plan an ellipse and draw feed, binding limit and shares."""
     limits = sf.Limits(feed=120, chord_error=2e-4, axis_acceleration=1500, axis_jerk=60000)
     run = sf.run(sf.shapes.ellipse(a=30, b=8), limits, strategy="time-optimal")
-    return limits_figure(run.use, run.points, "ellipse, 60 by 16 mm")
+    return sf.plot.limits(run)

@@ -8,8 +8,7 @@ import re
 import pytest
 
 import splinefeed as sf
-from splinefeed.report.motion_figures import motion_figure
-from splinefeed.report.path_figures import binding_figure, limits_figure, path_figure
+from splinefeed.report.path_figures import path_figure
 from splinefeed.report.svg import to_text
 
 LIMITS = ["--feed", "90", "--accel", "500", "--jerk", "20000"]
@@ -58,9 +57,9 @@ def test_the_report_is_in_degrees(splinefeed, table, folder):
 def test_figures_are_in_degrees(table):
     run = sf.run(table, sf.Limits(feed=90, acceleration=500, jerk=20000), period=1e-3)
     for figure in (
-        motion_figure(run),
-        limits_figure(run.use, run.points, "table"),
-        binding_figure(run),
+        sf.plot.motion(run),
+        sf.plot.limits(run),
+        sf.plot.binding(run),
         path_figure(run),
     ):
         assert not [text for text in re.findall(r"<text[^>]*>([^<]*)<", to_text(figure)) if MILLIMETRES.search(text)]

@@ -12,8 +12,8 @@ import splinefeed as sf
 from splinefeed.report import interactive, theme
 from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Level, Line, Panel
 from splinefeed.report.layout import Dot, Stroke, Text, layout
-from splinefeed.report.motion_figures import law_panels, motion_figure, ripple_figure
-from splinefeed.report.path_figures import binding_figure, limits_figure, path_figure
+from splinefeed.report.motion_figures import law_panels, ripple_figure
+from splinefeed.report.path_figures import path_figure
 
 LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000)
 
@@ -81,7 +81,7 @@ def test_equal_scales_are_equal_on_paper(name):
 
 
 def test_the_motion_over_time(run):
-    figure = motion_figure(run)
+    figure = sf.plot.motion(run)
     labels = [panel.y.label for panel in figure.panels]
     assert labels[:4] == ["s (mm)", "feed (mm/s)", "acceleration (mm/s²)", "jerk (mm/s³)"]
     (jerk,) = marks(figure.panels[3], Line)
@@ -99,7 +99,7 @@ def test_the_motion_over_time(run):
 
 def test_what_an_axis_does_beside_what_the_path_was_planned_with():
     run = sf.run(motions.butterfly(), LIMITS)
-    panel = next(panel for panel in motion_figure(run).panels if panel.y.label == "axis acceleration (mm/s²)")
+    panel = next(panel for panel in sf.plot.motion(run).panels if panel.y.label == "axis acceleration (mm/s²)")
     most = np.abs(run.motion.acceleration).max()
     assert panel.note.endswith(f"{theme.short(most / 500)} times A along the path (green)")
     assert [level.value for level in marks(panel, Level)] == [500, -500]
@@ -125,7 +125,7 @@ def test_motions_too_short_for_a_ripple():
     law = sf.plan(path, LIMITS, period=0.01)
     short = sf.run(path, LIMITS, period=0.01)
     figures = [ripple_figure(list(sf.compare(path, law, methods=["arc-length"])), "short"), path_figure(short)]
-    for figure in (*figures, motion_figure(short), limits_figure(short.use, short.points, "short")):
+    for figure in (*figures, sf.plot.motion(short), sf.plot.limits(short)):
         assert len(words(figure)) > 3
 
 
@@ -146,13 +146,13 @@ def test_different_limits_of_speeding_up_and_down():
 
 def test_each_part_of_the_path_has_the_colour_of_its_limit():
     run = sf.run(motions.smooth(), sf.Limits(feed=60, axis_acceleration=450, axis_jerk=18000), strategy="time-optimal")
-    (panel,) = binding_figure(run).panels
+    (panel,) = sf.plot.binding(run).panels
     drawn = np.sum([np.isfinite(each.x) for each in marks(panel, Line)], axis=0)
     assert drawn.min() == 1  # no gap,
     assert np.mean(drawn == 1) > 0.5  # and two colours where they meet alone
     parts = [float(each.name.split()[-1].rstrip("%")) for each in marks(panel, Line)]
     assert sum(parts) == pytest.approx(100.0, abs=len(parts))
-    (heat,) = marks(limits_figure(run.use, run.points, "a path").panels[1], Heat)
+    (heat,) = marks(sf.plot.limits(run).panels[1], Heat)
     assert heat.share.max() == run.use.share.max()
 
 
@@ -171,7 +171,7 @@ def test_values_that_are_not_finite_leave_a_gap():
 
 
 def test_paper_and_page_draw_the_same_curves(run):
-    figure = motion_figure(run)
+    figure = sf.plot.motion(run)
     plain = interactive.to_plain(figure)
     assert [each["name"] for each in plain["data"]] == [
         mark.name for panel in figure.panels for mark in marks(panel, Line)

@@ -19,7 +19,6 @@ from splinefeed.report import interactive, library
 from splinefeed.report.figure import COLUMNS, Dots
 from splinefeed.report.files import of_run
 from splinefeed.report.html import page
-from splinefeed.report.motion_figures import motion_figure
 from splinefeed.report.path_figures import path_figure
 from splinefeed.report.record import about, record
 
@@ -120,7 +119,7 @@ def test_in_space_on_one_axis_and_with_a_rotary_one():
         colours, space = figure["colours"], figure["space"]
         assert space == (path.linear == 3)
         assert len(figure["data"][0 if space else 1]["customdata"]) == len(colours["feed"]["values"])
-        json.dumps(interactive.to_plain(motion_figure(run)), allow_nan=False)
+        json.dumps(interactive.to_plain(sf.plot.motion(run)), allow_nan=False)
 
 
 def test_without_plotly_the_mend_is_said(made, monkeypatch):

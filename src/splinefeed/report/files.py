@@ -61,21 +61,22 @@ def of_run(
 
     responses  what a machine did, by method, the run's own first; beside  how far that was from the path
     """
-    from splinefeed.report.motion_figures import motion_figure, ripple_figure
-    from splinefeed.report.path_figures import binding_figure, contour_figure, limits_figure, path_figure
+    from splinefeed.report import plot
+    from splinefeed.report.motion_figures import ripple_figure
+    from splinefeed.report.path_figures import contour_figure, path_figure
     from splinefeed.report.servo_figures import errors_figure, has_spectra, spectra_figure
 
     followed = {name: each for name, each in (responses or {}).items() if len(each)}
     own = next(iter(followed.values()), None)
-    found = {"path": path_figure(run, own), "motion": motion_figure(run)}
+    found = {"path": path_figure(run, own), "motion": plot.motion(run)}
     if run.use.names:
-        found["limits"] = limits_figure(run.use, run.kept, run.path.name)
+        found["limits"] = plot.limits(run)
     if own is not None:
         found["errors"] = errors_figure(followed, run.path.name, machine)
         if has_spectra(run, own):
             found["spectra"] = spectra_figure(own)
     if not _ALONG.issuperset(run.use.names):
-        found["binding"] = binding_figure(run)
+        found["binding"] = plot.binding(run)
     if traces:
         found["ripple"] = ripple_figure(traces, run.path.name)
     if beside is not None:

@@ -25,9 +25,8 @@ _EFFORT = 6
 def file() -> Path | None:
     """The library as the package `plotly` brings it, found without importing that; None where it is not installed."""
     spec = find_spec("plotly")
-    places = [] if spec is None else list(spec.submodule_search_locations or ())
-    found = [Path(place) / "package_data" / "plotly.min.js" for place in places]
-    return next((each for each in found if each.is_file()), None)
+    found = Path(str(spec.origin)).with_name("package_data") / "plotly.min.js" if spec else None
+    return found if found and found.is_file() else None
 
 
 def available() -> bool:
@@ -36,8 +35,7 @@ def available() -> bool:
 
 
 def _file() -> Path:
-    found = file()
-    if found is None:
+    if (found := file()) is None:
         raise InputError(f"report.html needs Plotly: {EXTRA}")
     return found
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from splinefeed.errors import expect
 from splinefeed.pipeline.compare import MethodTrace
 from splinefeed.pipeline.run import Run
 from splinefeed.records import Array, Limits, TimeLaw, unit_along
@@ -25,8 +26,13 @@ _QUANTITIES = ("velocity", "acceleration", "jerk")
 JERK = 2
 
 
-def motion_figure(run: Run) -> Figure:
-    """s, feed, acceleration and jerk along the path over time, then velocity, acceleration and jerk of its axes."""
+def motion(run: Run) -> Figure:
+    """Draw s, feed, acceleration and jerk along the path over time, and velocity, acceleration and jerk of each axis.
+
+    In mm and s, rotary axes in degrees. Raises InputError for anything but a Run. Source: `report.motion_figures`.
+    Example: `sf.plot.motion(sf.run(sf.shapes.butterfly()))`
+    """
+    expect("plot.motion(run)", (run, Run))
     t, path = run.kept.t, run.path
     top = np.minimum(run.use.top, HEADROOM * float(np.max(run.kept.feed)))
     above = Line(t, top, "maximum velocity", theme.PALE, 1.0, named=True)
@@ -70,16 +76,16 @@ def axis_panels(run: Run) -> list[Panel]:
 
     Where the path was planned with an acceleration and a jerk of its own, these are drawn beside the linear axes.
     """
-    motion, own = run.motion, run.own_limits()
+    own = run.own_limits()
     panels = []
     for columns, factor in ((range(run.linear), 1.0), (range(run.linear, len(run.axes)), 180.0 / np.pi)):
         for quantity in _QUANTITIES if columns else ():
-            values = factor * getattr(motion, quantity)
+            values = factor * getattr(run.motion, quantity)
             unit = theme.unit(f"axis_{quantity}.{run.axes[columns[0]]}")
             marks: list[Mark] = []
             for k in columns:
                 name = theme.words(run.axes[k], 12)
-                marks.append(Line(motion.t, values[:, k], f"{name} {quantity}", theme.colour(k), named=name))
+                marks.append(Line(run.motion.t, values[:, k], f"{name} {quantity}", theme.colour(k), named=name))
             tops = factor * run.limits.of_axes(f"axis_{quantity}", run.axes)[columns]
             marks += [Level(sign * top) for top in np.unique(tops[np.isfinite(tops)]) for sign in (1.0, -1.0)]
             most = max(peak(values[:, k])[1] for k in columns)

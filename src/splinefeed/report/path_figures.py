@@ -8,12 +8,12 @@ import numpy as np
 
 from splinefeed.analysis.measures import BINDS, LimitUse
 from splinefeed.analysis.thinning import cells
-from splinefeed.errors import InputError
+from splinefeed.errors import InputError, expect
 from splinefeed.geometry.differential import curvatures
 from splinefeed.geometry.path import Path
 from splinefeed.pipeline.follow import Deviation
 from splinefeed.pipeline.run import Run
-from splinefeed.records import Array, BoolArray, IntArray, Response, Setpoints, unit_along
+from splinefeed.records import Array, BoolArray, IntArray, Response, unit_along
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Line, Mark, Panel, Shades
 from splinefeed.report.motion_figures import HEADROOM, TIME
@@ -149,8 +149,15 @@ def _ends(place: Array) -> Dots:
     return Dots(x, y, words=words, colour=theme.INK, size=8.0, z=tuple(z))
 
 
-def limits_figure(use: LimitUse, setpoints: Setpoints, name: str) -> Figure:
-    """Feed and maximum-velocity curve over time, and below them the share of each limit that is used."""
+def limits(run: Run) -> Figure:
+    """Draw feed (mm/s) under the maximum-velocity curve over time (s), and the share of each limit in use.
+
+    Raises InputError for anything but a Run. Source: `report.path_figures`; maximum-velocity curve: J. E. Bobrow,
+    S. Dubowsky and J. S. Gibson, Int. J. Robotics Research 4(3) (1985) 3-17, doi:10.1177/027836498500400301.
+    Example: `sf.plot.limits(sf.run(sf.shapes.butterfly()))`
+    """
+    expect("plot.limits(run)", (run, Run))
+    use, setpoints = run.use, run.kept
     high = HEADROOM * float(np.max(setpoints.feed))
     lines = (
         Line(use.t, np.minimum(use.top, high), "maximum velocity", theme.PALE, 1.0, named=True),
@@ -160,7 +167,7 @@ def limits_figure(use: LimitUse, setpoints: Setpoints, name: str) -> Figure:
     y = Axis(f"feed ({unit_along(setpoints.axes)}/s)", low=0.0)
     feed = Panel(TIME, y, lines, note=f"of the time: {parts}", height=190)
     share = Panel(TIME, Axis("limit"), (_shares(use),), height=26 * max(len(use.names), 1))
-    return Figure(f"{theme.words(name)}: which limit binds", (feed, share))
+    return Figure(f"{theme.words(run.path.name)}: which limit binds", (feed, share))
 
 
 def _shares(use: LimitUse) -> Heat:
@@ -171,8 +178,13 @@ def _shares(use: LimitUse) -> Heat:
     return Heat(at, tuple(theme.limit_words(name) for name in use.names), peaks.T, "share of limit")
 
 
-def binding_figure(run: Run) -> Figure:
-    """The path over its first two linear axes, or over time, in the colour of the limit that binds."""
+def binding(run: Run) -> Figure:
+    """Draw the path, mm, over its first two linear axes, or over time, in the colour of the limit that binds.
+
+    Raises InputError for anything but a Run. Source: `report.path_figures`.
+    Example: `sf.plot.binding(sf.run(sf.shapes.butterfly()))`
+    """
+    expect("plot.binding(run)", (run, Run))
     use, path = run.use, run.path
     place, labels = _place(run)
     place = place[:, :2]

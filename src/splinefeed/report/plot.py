@@ -11,8 +11,8 @@ from splinefeed.geometry.path import Path
 from splinefeed.pipeline.run import Run
 from splinefeed.records import Limits, TimeLaw, unit_along
 from splinefeed.report.figure import Figure
-from splinefeed.report.motion_figures import JERK, axis_panels, law_panels, motion_figure
-from splinefeed.report.path_figures import binding_figure, limits_figure, path_figure, still_figure
+from splinefeed.report.motion_figures import JERK, axis_panels, law_panels, motion
+from splinefeed.report.path_figures import binding, limits, path_figure, still_figure
 
 __all__ = ["Figure", "binding", "law", "limits", "motion", "overview", "path"]
 
@@ -32,7 +32,7 @@ def overview(run: Run) -> Figure:
     a Run. Source: `report.motion_figures`, the panels of the report.
     Example: `sf.plot.overview(sf.run(sf.shapes.butterfly(), sf.Limits(feed=60, axis_jerk=20000))).save("part.svg")`
     """
-    run = _run(run, "overview")
+    expect("plot.overview(run)", (run, Run))
     above = path_figure(run, colour="feed")
     _, feed, _, jerk = law_panels(run.law, run.limits, unit_along(run.path.axes), run.kept.t)
     if np.any(np.isfinite(run.limits.of_axes("axis_jerk", run.axes))):
@@ -52,36 +52,8 @@ def path(run: Run | Path, colour: str = "feed") -> Figure:
         raise InputError(f"plot.path: colour is {colour!r}; choose {', '.join(repr(each) for each in COLOURS)}")
     if isinstance(run, Path):
         return still_figure(run)
-    return path_figure(_run(run, "path"), colour=colour)
-
-
-def motion(run: Run) -> Figure:
-    """Draw s, feed, acceleration and jerk along the path over time, and velocity, acceleration and jerk of each axis.
-
-    In mm and s, rotary axes in degrees. Raises InputError for anything but a Run. Source: `report.motion_figures`.
-    Example: `sf.plot.motion(sf.run(sf.shapes.butterfly()))`
-    """
-    return motion_figure(_run(run, "motion"))
-
-
-def limits(run: Run) -> Figure:
-    """Draw feed (mm/s) under the maximum-velocity curve over time (s), and the share of each limit in use.
-
-    Raises InputError for anything but a Run. Source: `report.path_figures`; maximum-velocity curve: J. E. Bobrow,
-    S. Dubowsky and J. S. Gibson, Int. J. Robotics Research 4(3) (1985) 3-17, doi:10.1177/027836498500400301.
-    Example: `sf.plot.limits(sf.run(sf.shapes.butterfly()))`
-    """
-    run = _run(run, "limits")
-    return limits_figure(run.use, run.kept, run.path.name)
-
-
-def binding(run: Run) -> Figure:
-    """Draw the path, mm, in the colour of the limit that binds.
-
-    Raises InputError for anything but a Run. Source: `report.path_figures`.
-    Example: `sf.plot.binding(sf.run(sf.shapes.butterfly()))`
-    """
-    return binding_figure(_run(run, "binding"))
+    expect("plot.path(run)", (run, Run))
+    return path_figure(run, colour=colour)
 
 
 def law(law: TimeLaw, limits: Limits) -> Figure:
@@ -92,8 +64,3 @@ def law(law: TimeLaw, limits: Limits) -> Figure:
     """
     expect("plot.law(law, limits)", (law, TimeLaw), (limits, Limits))
     return Figure(law.strategy, tuple(law_panels(law, limits)))
-
-
-def _run(run: Run, name: str) -> Run:
-    expect(f"plot.{name}(run)", (run, Run))
-    return run

@@ -12,9 +12,8 @@ from splinefeed.formats import json_curve
 from splinefeed.formats.plain import plain
 from splinefeed.pipeline.compare import servo_numbers
 from splinefeed.records import view
-from splinefeed.report import interactive
-from splinefeed.report.motion_figures import motion_figure
-from splinefeed.report.path_figures import limits_figure, path_figure
+from splinefeed.report import interactive, plot
+from splinefeed.report.path_figures import path_figure
 from splinefeed.report.record import about, record
 from splinefeed.report.servo_figures import errors_figure, has_spectra, spectra_figure
 from splinefeed.report.theme import limit_words
@@ -49,9 +48,9 @@ def result(wanted: Wanted, run: sf.Run, look: Mapping[str, Any] | None = None) -
     response = None if run.served is None else run.served.response
     seen = None if look is None else look.get("figure")
     path = path_figure(run, response, None if look is None else str(look.get("colour")))
-    figures = {"motion": motion_figure(run)} if look is None or seen == "motion" else {}
+    figures = {"motion": plot.motion(run)} if look is None or seen == "motion" else {}
     if run.use.names and (look is None or seen == "binding"):
-        figures["binding"] = limits_figure(run.use, run.kept, run.path.name)
+        figures["binding"] = plot.limits(run)
     if response is not None and len(response):
         figures["errors"] = errors_figure({run.kept.method: response})
         if has_spectra(run, response):
