@@ -77,6 +77,18 @@ def by_arc_length(derivatives: Array, linear: int | None = None) -> Array:
     return out
 
 
+def angles(before: Array, behind: Array) -> Array:
+    """Angles (n,), rad, between vectors (n, axes), small and straight-back ones alike to rounding.
+
+    0 where one has no length. Source: Kahan, "How futile are mindless assessments of roundoff", 2006, section 12.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        a = before / np.linalg.norm(before, axis=1, keepdims=True)
+        b = behind / np.linalg.norm(behind, axis=1, keepdims=True)
+    angle = 2.0 * np.arctan2(np.linalg.norm(b - a, axis=1), np.linalg.norm(b + a, axis=1))
+    return np.asarray(np.nan_to_num(angle))
+
+
 def unit_tangents(curve: NurbsCurve, u: ArrayLike, linear: Axes = None, side: str = "right") -> Array:
     """Unit tangents (..., linear) at u (...), over the axes `linear`.
 

@@ -110,10 +110,11 @@ def resolved(curves: Sequence[NurbsCurve], flat: Flat, linear: int, *, in_place:
     with np.errstate(all="ignore"):
         for i in np.unique(owner).tolist():
             curve, here = curves[i], owner == i
+            seen = curve if np.all(unit == 1.0) else curve.transformed(np.diag(unit))
             columns = slice(linear, None) if still[i] else slice(linear)
-            new = _without_tips(curve, np.column_stack([low, high])[here], unit, columns, resolution, in_place)
-            if new is not curve:
-                changed[i] = new
+            corners, cuts = _replaced(seen, np.column_stack([low, high])[here], columns, resolution, in_place)
+            if corners:
+                changed[i] = _put(curve, corners, [(a, b, points / unit) for a, b, points in cuts])
     if not changed:
         return curves
     each = [changed.get(i, curve) for i, curve in enumerate(curves)]
@@ -166,32 +167,30 @@ def _suspects(flat: Flat, linear: int) -> tuple[IntArray, Array, Array]:
     return curve[order], low[order], high[order]
 
 
-def _without_tips(
-    curve: NurbsCurve, spans: Array, unit: Array, columns: slice, resolution: float, in_place: bool
-) -> NurbsCurve:
-    """The curve with what is next to the tips on some of its spans (k, 2) replaced: the same one if it has none."""
-    tips = _tips(curve, spans, unit, columns, resolution)
+def _replaced(
+    curve: NurbsCurve, spans: Array, columns: slice, resolution: float, in_place: bool
+) -> tuple[list[float], list[tuple[float, float, Array]]]:
+    """Tips on some of its spans (k, 2), and cubics next to them: from, to, and Bezier points (4, axes)."""
+    tips = _tips(curve, spans, columns, resolution)
     start, end = curve.domain
     bounds = [start, *(0.5 * (tips[1:, 0] + tips[:-1, 2])).tolist(), end]
-    cuts: list[tuple[float, float, Array]] = []  # from, to, Bezier points of a cubic between
-    corners = []
+    corners, cuts = [], []
     for k, (low, tip, high) in enumerate(tips.tolist()):
         for edge, limit in ((low, bounds[k]), (high, bounds[k + 1])):
             side = "left" if limit < edge else "right"
-            here = _tips_at(curve, np.array([tip]), side, unit, columns, resolution)
-            if limit == edge or (edge == tip and not len(here)):
+            if limit == edge or (edge == tip and not len(_tips_at(curve, np.array([tip]), side, columns, resolution))):
                 continue
             corners.append(tip)
-            put = None if in_place else _beside(curve, (tip, edge, limit), unit, columns, resolution)
+            put = None if in_place else _beside(curve, (tip, edge, limit), columns, resolution)
             if put is not None:
                 at, points = put
                 cuts.append((at, tip, points[::-1]) if at < tip else (tip, at, points))
-    return _put(curve, corners, cuts) if corners else curve
+    return corners, cuts
 
 
-def _tips_at(curve: NurbsCurve, u: Array, side: str, unit: Array, columns: slice, resolution: float) -> Array:
+def _tips_at(curve: NurbsCurve, u: Array, side: str, columns: slice, resolution: float) -> Array:
     """Those of the parameters u (n,) at which |C'| is almost 0, seen from one side."""
-    return u[_is_tip(curve.derivatives(u, 2, side=side) * unit, columns, resolution)]
+    return u[_is_tip(curve.derivatives(u, 2, side=side), columns, resolution)]
 
 
 def _is_tip(d: Array, columns: slice, resolution: float) -> BoolArray:
@@ -200,7 +199,7 @@ def _is_tip(d: Array, columns: slice, resolution: float) -> BoolArray:
     return np.asarray(square <= resolution * np.linalg.norm(d[:, 2, columns], axis=1))
 
 
-def _slowest(curve: NurbsCurve, spans: Array, unit: Array, columns: slice) -> Array:
+def _slowest(curve: NurbsCurve, spans: Array, columns: slice) -> Array:
     """Parameters (k,) inside of knot spans (n, 2) at which |C'| may be least: roots of C' . C''.
 
     With C' = n / w^2, n = A' w - A w', they are those of n . (n' w - 2 n w').
@@ -213,31 +212,31 @@ def _slowest(curve: NurbsCurve, spans: Array, unit: Array, columns: slice) -> Ar
         a = row[ORIGIN + axes :].reshape(axes + rational, degree + 1)
         w = a[axes] if rational else np.ones(1)
         slope: Array = np.zeros(1)
-        for x in (a[:axes] * unit[:, None])[columns]:
+        for x in a[:axes][columns]:
             n = slope_of(x, w)
             slope = np.asarray(polyadd(slope, polymul(n, slope_of(n, w, 2.0))))
         found.append(zeros_on(row, slope, REAL))
     return np.concatenate(found)
 
 
-def _tips(curve: NurbsCurve, spans: Array, unit: Array, columns: slice, resolution: float) -> Array:
+def _tips(curve: NurbsCurve, spans: Array, columns: slice, resolution: float) -> Array:
     """Tips on knot spans (n, 2), as (k, 3): from, at, and up to which parameter |C'| is almost 0, increasing.
 
     Places between which the curve stays within the resolution of a point are one, at an end if one is there.
     """
     breaks = curve.breaks
-    inner = _slowest(curve, spans, unit, columns)
+    inner = _slowest(curve, spans, columns)
     inner = inner[np.min(np.abs(inner[:, None] - breaks), axis=1, initial=np.inf) > AT_KNOT * np.diff(breaks).min()]
     found = [np.zeros(0)]
     for at, side in ((inner, "right"), (spans[:, 1], "left"), (spans[:, 0], "right")):
-        found.append(_tips_at(curve, at, side, unit, columns, resolution))
+        found.append(_tips_at(curve, at, side, columns, resolution))
     tips = np.unique(np.concatenate(found))
     if not len(tips):
         return np.zeros((0, 3))
-    d = curve.derivatives(tips, 1) * unit
+    d = curve.derivatives(tips, 1)
     groups = [[0]]
     for k in range(1, len(tips)):
-        between = curve(np.linspace(tips[k - 1], tips[k], COMPARED)) * unit
+        between = curve(np.linspace(tips[k - 1], tips[k], COMPARED))
         if np.max(np.linalg.norm(between - d[groups[-1][0], 0], axis=1)) <= resolution:
             groups[-1].append(k)
         else:
@@ -247,7 +246,7 @@ def _tips(curve: NurbsCurve, spans: Array, unit: Array, columns: slice, resoluti
 
 
 def _beside(
-    curve: NurbsCurve, span: tuple[float, float, float], unit: Array, columns: slice, resolution: float
+    curve: NurbsCurve, span: tuple[float, float, float], columns: slice, resolution: float
 ) -> tuple[float, Array] | None:
     """How far from a tip a cubic replaces the curve, and its Bezier points (4, axes) from the tip on.
 
@@ -264,8 +263,8 @@ def _beside(
     trials = trials[::-1] if left else trials
     if not len(trials):
         return None
-    d = curve.derivatives(trials, 2, side="right" if left else "left") * unit
-    start, (q, q1, q2) = curve(tip) * unit, np.moveaxis(d, 1, 0)
+    d = curve.derivatives(trials, 2, side="right" if left else "left")
+    start, (q, q1, q2) = curve(tip), np.moveaxis(d, 1, 0)
     along, way = q1[:, columns], (q - start)[:, columns]
     square = np.sum(along * along, axis=1)
     b1 = np.sum(way * along, axis=1) / square
@@ -277,7 +276,7 @@ def _beside(
     if not ok.any():
         return None
     share = np.linspace(0.0, 1.0, COMPARED + 1)[:-1, None] ** 2
-    seen = curve(edge + (trials - edge) * share) * unit
+    seen = curve(edge + (trials - edge) * share)
     t = np.sum((seen - start)[..., columns] * n1[:, columns], axis=2) / np.sum(n1[:, columns] ** 2, axis=1)
     t = np.clip(t, 0.0, 1.0)[..., None] - 1.0  # along the tangent N is linear in t
     apart = np.max(np.linalg.norm(q + n1 * t + 0.5 * n2 * t**2 + c * t**3 - seen, axis=2), axis=0)
@@ -285,14 +284,12 @@ def _beside(
     behind = np.append(knots if not left else knots[::-1], limit)
     stop = behind[np.argmax(np.abs(behind - edge) >= abs(trials[first] - edge))]
     ok &= np.abs(trials - edge) <= abs(stop - edge)
-    if apart[first] > resolution and len(unit) > len(unit[columns]):
+    if apart[first] > resolution and len(start) > len(start[columns]):
         return None
     close = apart <= USED * resolution
     close[: first + 1] = True
     k = int(np.flatnonzero(ok & np.logical_and.accumulate(close))[-1])
-    points = np.array([start, q[k] - 2.0 * n1[k] / 3.0 + n2[k] / 6.0, q[k] - n1[k] / 3.0, q[k]]) / unit
-    points[[0, 3]] = curve(np.array([tip, trials[k]]))
-    return float(trials[k]), points
+    return float(trials[k]), np.array([start, q[k] - 2.0 * n1[k] / 3.0 + n2[k] / 6.0, q[k] - n1[k] / 3.0, q[k]])
 
 
 def _put(curve: NurbsCurve, corners: list[float], cuts: list[tuple[float, float, Array]]) -> NurbsCurve:

@@ -44,6 +44,11 @@ ROUNDING = 1e-14
 FLAT = 1.0 / 64.0
 #: Chords of one span at most.
 MOST_CHORDS = 100_000
+#: Chords are so many that each is longer than BACK times what it cuts off, |C'| h > BACK max|C''| h^2 / 8, with a
+#: margin; where C' is nearly 0, at most so many.
+CLEAR, MOST_CLEAR = 1.5, 1000.0
+#: Places of a span at which |C'| is looked at.
+SPEEDS = 9
 #: Places a span of a rational curve at which its second derivative is sampled, and the factor for values between them.
 PLACES, BETWEEN = 17, 1.25
 #: Names under which the columns of the tool axis go through the smoothing, beside x, y, z.
@@ -268,7 +273,7 @@ def order(original: Path, result: Path, tolerance: float, angular_tolerance: flo
         angular_tolerance * (angle + (sag if linear < len(result.axes) else 0.0)),
         crossings,
         source[concerned.astype(np.int64)],
-        _unclear(result, p[:, :linear], cut, owner),
+        _unclear(p[:, :linear], cut, owner),
     )
 
 
@@ -322,12 +327,11 @@ def _new_meetings(result: Path, p: Array, q: Array, owner: IntArray, way: Array)
     return np.asarray(np.interp(found[new], np.arange(len(p)), length)), places
 
 
-def _unclear(result: Path, p: Array, cut: Array, owner: IntArray) -> int:
+def _unclear(p: Array, cut: Array, owner: IntArray) -> int:
     """Chords (n,) within which, or over to the next of which, the curve could turn back: it cuts off too much.
 
     With e the distance of a curve from its chord at equal shares, |e'| <= 4 cut / h: the curve goes forwards along any
-    direction in which its chord is longer than four times what it cuts off. And so it does, as a whole, along a
-    direction in which all legs of its control polygon go forwards.
+    direction in which its chord is longer than four times what it cuts off.
     """
     step = np.diff(p, axis=0)
     length = np.linalg.norm(step, axis=1)
@@ -336,18 +340,7 @@ def _unclear(result: Path, p: Array, cut: Array, owner: IntArray) -> int:
     open_ = (cut > 0.0) & (length <= BACK * cut)
     over = (owner[1:] == owner[:-1]) & (cut[1:] > 0.0)
     open_[1:] |= over & ((cosine * length[1:] <= BACK * cut[1:]) | (cosine * length[:-1] <= BACK * cut[:-1]))
-    curves = np.unique(owner[open_])
-    forwards = [i for i in curves.tolist() if _goes_forwards(result.curves[i], p.shape[1])]
-    return int(np.count_nonzero(open_ & ~np.isin(owner, forwards)))
-
-
-def _goes_forwards(curve: NurbsCurve, linear: int) -> bool:
-    """Whether all legs of its control polygon go forwards along their mean, or that of the first and the last."""
-    legs = np.diff(curve.control_points[:, :linear], axis=0)
-    legs = legs[np.any(legs != 0.0, axis=1)]
-    legs = legs / np.linalg.norm(legs, axis=1)[:, None]
-    ways = np.stack([legs.sum(axis=0), legs[0] + legs[-1]])
-    return not curve.rational and bool(np.any(np.all(legs @ ways.T > 0.0, axis=0)))
+    return int(np.count_nonzero(open_))
 
 
 def chords(path: Path, sag: float, scale: Array | None = None) -> tuple[Array, IntArray, Array]:
@@ -359,13 +352,15 @@ def chords(path: Path, sag: float, scale: Array | None = None) -> tuple[Array, I
     scale = np.ones(path.linear) if scale is None else scale
     table, rows = path.span_pieces.table, path.span_pieces.rows
     owner = np.repeat(np.arange(len(path.flat)), rows[:, 1] - rows[:, 0] + 1)
-    low, high, top, long = table[:, LOW], table[:, HIGH], np.zeros(len(table)), np.ones(len(table))
+    low, high, top = table[:, LOW], table[:, HIGH], np.zeros(len(table))
+    long, slowest = np.ones((2, len(table)))
     bent = np.flatnonzero(((path.flat.degrees > 1) | (path.flat.rational > 0))[owner])
     for part in chunks(len(bent)):
-        top[bent[part]], long[bent[part]] = _bends(table[bent[part]].T, path.shape, scale)
+        top[bent[part]], long[bent[part]], slowest[bent[part]] = _bends(table[bent[part]].T, path.shape, scale)
     with np.errstate(divide="ignore"):
         parts = (high - low) / np.sqrt(8.0 * np.minimum(FLAT * long, sag) / top)
-    parts = np.clip(np.ceil(parts), 1, MOST_CHORDS).astype(np.int64)
+        clear = np.minimum((high - low) * top / (CLEAR * slowest), MOST_CLEAR)
+    parts = np.clip(np.ceil(np.maximum(parts, clear)), 1, MOST_CHORDS).astype(np.int64)
     cuts = top * ((high - low) / parts) ** 2 / 8.0
     # the places of a piece: the ends of its chords, and its start if a curve begins there
     opens = np.append(True, owner[1:] != owner[:-1])
@@ -380,15 +375,16 @@ def chords(path: Path, sag: float, scale: Array | None = None) -> tuple[Array, I
     return line[moved], owner[piece][moved][1:], np.where(share > 0, cuts[piece], 0.0)[moved][1:]
 
 
-def _bends(c: Array, shape: Shape, scale: Array) -> tuple[Array, Array]:
-    """Largest |C''| and about the length (n,) of columns c of a table, of the axes taken times `scale`.
+def _bends(c: Array, shape: Shape, scale: Array) -> tuple[Array, Array, Array]:
+    """Largest |C''|, and about the length and the least |C'| (n,) of columns c of a table, of the axes times `scale`.
 
-    By the Bernstein coefficients of C'', which bound it; with weights by samples.
+    The first by the Bernstein coefficients of C'', which bound it; with weights by samples.
     """
     degree, axes, _, rational = shape
     a, size = coefficients(c, shape), scale[:, None, None]
     by_weight = np.any(a[axes:, 1:], axis=(0, 1))
-    points = taylor(a[:, :, None], rational, np.linspace(-1.0, 1.0, 3)[:, None], 0)[0][: len(scale)] * size
+    first = taylor(a[:, :, None], rational, np.linspace(-1.0, 1.0, SPEEDS)[:, None], 1)[1][: len(scale)] * size
+    speed = np.linalg.norm(first, axis=0)
     k, t = np.arange(2, degree + 1), np.linspace(0.0, 1.0, degree - 1)[:, None]
     bernstein = np.array([math.comb(degree - 2, i) for i in k - 2]) * t ** (k - 2) * (1.0 - t) ** (degree - k)
     to_bernstein = np.linalg.solve(bernstein, k * (k - 1) * (2.0 * t - 1.0) ** (k - 2))
@@ -396,4 +392,4 @@ def _bends(c: Array, shape: Shape, scale: Array) -> tuple[Array, Array]:
     if by_weight.any():
         bend = taylor(a[:, :, None, by_weight], 1, np.linspace(-1.0, 1.0, PLACES)[:, None], 2)[2][: len(scale)]
         top[by_weight] = BETWEEN * 2.0 * np.linalg.norm(bend * size, axis=0).max(axis=0)
-    return top * c[SCALE] ** 2, np.linalg.norm(np.diff(points, axis=1), axis=0).sum(axis=0)
+    return top * c[SCALE] ** 2, 2.0 * speed.mean(axis=0), speed.min(axis=0) * c[SCALE]

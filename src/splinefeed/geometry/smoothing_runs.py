@@ -11,6 +11,7 @@ from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat, Packed
+from splinefeed.geometry.differential import angles
 from splinefeed.geometry.fitting.grid import graded, halved
 from splinefeed.kernels.matching import thin
 from splinefeed.records import Array, BoolArray, IntArray
@@ -150,7 +151,7 @@ class Runs:
         steps = ends[:, 1] - ends[:, 0]
         lengths = np.linalg.norm(steps[:, : self.linear], axis=1)
         line, allowed = batch.line, batch.allowed
-        angle = _angles(steps[:-1, : self.linear], steps[1:, : self.linear])
+        angle = angles(steps[:-1, : self.linear], steps[1:, : self.linear])
         angle[~(line[:-1] & line[1:])] = 0.0
         vertices = np.vstack([ends[:1, 0], ends[:, 1]])
         corner = _corners(vertices[:, : self.linear], line, angle, allowed, self.corner_angle)
@@ -238,15 +239,6 @@ def _between(batch: Batch, vertices: Array, at: IntArray) -> Batch:
     return batch.standing(replace(flat, points=points), first, spent)
 
 
-def _angles(before: Array, behind: Array) -> Array:
-    """Angles (n,), rad, between vectors (n, axes); 0 where one has no length."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        a = before / np.linalg.norm(before, axis=1, keepdims=True)
-        b = behind / np.linalg.norm(behind, axis=1, keepdims=True)
-        angle = 2.0 * np.arctan2(np.linalg.norm(b - a, axis=1), np.linalg.norm(b + a, axis=1))
-    return np.asarray(np.nan_to_num(angle))
-
-
 def _corners(vertices: Array, lines: BoolArray, angle: Array, allowed: Array, corner_angle: float) -> BoolArray:
     """Joints (n - 1,) between lines that turn by more than the angle, both between the lines and between arms."""
     sharp = np.flatnonzero(angle > corner_angle)
@@ -265,7 +257,7 @@ def _corners(vertices: Array, lines: BoolArray, angle: Array, allowed: Array, co
             reached = np.linalg.norm(vertices[tip] - vertices[at], axis=1) >= ARM * allowed[sharp]
             tip = np.where(inside & ~reached & (tip == further - way), further, tip)
         arms.append(way * (vertices[tip] - vertices[at]))
-    corner[sharp] = _angles(arms[0], arms[1]) > corner_angle
+    corner[sharp] = angles(arms[0], arms[1]) > corner_angle
     return corner
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
+from splinefeed.geometry.differential import angles
 from splinefeed.geometry.fitting.distance import distances
 from splinefeed.geometry.fitting.grid import check_degree, check_tolerance
 from splinefeed.geometry.fitting.smooth import smooth_curve_of_many
@@ -156,8 +157,8 @@ def corner_indices(points: Array, angle: float, arm: float, closed: bool = False
     back = np.minimum(np.maximum(np.searchsorted(s, s[at] - arm, side="right") - 1, 0), at - 1)
     ahead = np.maximum(np.minimum(np.searchsorted(s, s[at] + arm, side="left"), len(line) - 1), at + 1)
     turn = np.zeros(len(line))
-    turn[at] = turns(line, back, at, ahead)
-    sharp = (turn[at] > angle) & (turns(line, at - 1, at, at + 1) > angle)
+    turn[at] = _turns(line, back, at, ahead)
+    sharp = (turn[at] > angle) & (_turns(line, at - 1, at, at + 1) > angle)
     sharp &= (turn[at] >= SHARPER * np.maximum(turn[back], turn[ahead])) | (turn[at] > SURE_CORNER)
     corner = np.zeros(len(line), dtype=bool)
     candidates = np.flatnonzero(sharp)
@@ -170,11 +171,6 @@ def corner_indices(points: Array, angle: float, arm: float, closed: bool = False
     return found.astype(np.int64)
 
 
-def turns(points: Array, before: IntArray, at: IntArray, after: IntArray) -> Array:
-    """Angles (n,), rad, between the chords before -> at and at -> after; 0 where a chord has no length."""
-    first, second = points[at] - points[before], points[after] - points[at]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        first = first / np.linalg.norm(first, axis=1)[:, None]
-        second = second / np.linalg.norm(second, axis=1)[:, None]
-    angle = 2.0 * np.arctan2(np.linalg.norm(first - second, axis=1), np.linalg.norm(first + second, axis=1))
-    return np.asarray(np.nan_to_num(angle))
+def _turns(points: Array, before: IntArray, at: IntArray, after: IntArray) -> Array:
+    """Angles (n,), rad, between the chords before -> at and at -> after."""
+    return angles(points[at] - points[before], points[after] - points[at])
