@@ -13,8 +13,8 @@ from rs274_twin import ROUNDED, Canon, Run, run
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.arcs import arc_curve, find_arcs
 from splinefeed.formats.gcode.dialects import named
+from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import RAPID, SPLINE, Flag, Moves, joined
-from splinefeed.formats.gcode.piece import arcs_of
 from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.state import UNSAID
 from splinefeed.formats.gcode.tools import Tool, Tools, read_tools
@@ -41,8 +41,8 @@ def ours(file: Path, tools: Tools | None = None) -> tuple[Moves, str]:
     try:
         for part in Reading(dialect=named("linuxcnc"), offsets=PLACES, tools=tools).moves(file):
             parts.append(part)
-            arcs_of(file, part, Reading())
-    except FormatError as error:
+            find_arcs(part)
+    except (FormatError, LineError) as error:
         message = str(error)
     return joined(parts), message
 

@@ -12,7 +12,6 @@ import numpy as np
 from splinefeed.errors import FormatError
 from splinefeed.formats import registry
 from splinefeed.formats.gcode.arcs import Arcs
-from splinefeed.formats.gcode.ends import Ends
 from splinefeed.formats.gcode.moves import AXES, RAPID, ROW, STATED, Flag, Mark, Moves, Spline
 from splinefeed.formats.gcode.offsets import REFERENCES
 from splinefeed.formats.gcode.piece import NO_LENGTH, NOTHING, straight_lengths
@@ -87,7 +86,7 @@ def read_blocks(file: str | os.PathLike[str], control: Control, **options: Any) 
     moved[arcs.move[:, None], arcs.axes] = True
     kink = np.zeros(len(moves))
     kink[arcs.move] = np.sqrt(4.0 * np.abs(arcs.first - arcs.last) / (arcs.first + arcs.last))
-    ends = Ends.of(moves, arcs)
+    ends = piece.ends
     for i, spline in moves.spline_moves():
         moved[i] = np.ptp(spline.points, axis=0) > 0.0
         ends.radius[i] = _radius(spline)

@@ -56,8 +56,8 @@ class Arcs:
         return len(self.move)
 
 
-def find_arcs(moves: Moves, findings: Findings | None = None, repair: bool = False) -> Arcs:
-    """The circles of all arcs; LineError with the line for one that misses its circle, or a finding with `repair`."""
+def find_arcs(moves: Moves, mended: Findings | None = None) -> Arcs:
+    """The circles of all arcs; one that misses its circle is mended, or without findings for it a LineError."""
     chosen = np.flatnonzero((moves["kind"] == CLOCKWISE) | (moves["kind"] == COUNTERCLOCKWISE))
     axes = np.array(list(PLANES.values()))[moves["plane"][chosen] - 17]
     rows = np.arange(len(chosen))[:, None]
@@ -70,11 +70,11 @@ def find_arcs(moves: Moves, findings: Findings | None = None, repair: bool = Fal
     def refuse(wrong: BoolArray, reason: Callable[[int], str], read_as: Callable[[int], str] | None = None) -> None:
         for i in np.flatnonzero(wrong).tolist():
             line = int(moves["line"][chosen[i]])
-            if read_as is None or findings is None or not repair:
+            if read_as is None or mended is None:
                 fault = LineError(reason(i))
                 fault.line = line
                 raise fault
-            findings.say(f"line {line}: {reason(i)}: read as {read_as(i)}")
+            mended.say(f"line {line}: {reason(i)}: read as {read_as(i)}")
 
     refuse(
         by_radius & (length == 0.0), lambda _: "an arc with R ends where it begins; write a full circle with I and J"

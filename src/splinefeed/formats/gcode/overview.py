@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import os
 import pathlib
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -17,9 +17,8 @@ import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.arcs import Arcs, arc_degrees
-from splinefeed.formats.gcode.ends import Ends
 from splinefeed.formats.gcode.moves import AXES, LETTERS, LINE, LINEAR, Flag, Moves
-from splinefeed.formats.gcode.piece import Piece, axis_names, path_columns
+from splinefeed.formats.gcode.piece import Ends, Piece, axis_names, path_columns
 from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.state import CAPACITY
 from splinefeed.formats.gcode.to_path import Program
@@ -154,7 +153,7 @@ class Summary:
                 self.degrees.add(path.curves[0].degree)
                 self._within(np.array(path.bounding_box()), [LETTERS.index(axis.upper()) for axis in path.axes])
         self._list(piece)
-        self._add_joints(moves, Ends.of(moves, piece.arcs), kept)
+        self._add_joints(moves, piece.ends, kept)
 
     def _add_arcs(self, arcs: Arcs, kept: BoolArray) -> None:
         """The places of arcs that lie farthest out, a quarter of a turn from each other."""
@@ -170,9 +169,8 @@ class Summary:
 
     def _list(self, piece: Piece) -> None:
         """What `info` says of the curves of these moves, which are those of the path."""
-        chosen = piece.kept[: self.most_listed - len(self.curves)]
-        first = replace(piece, kept=chosen, places=piece.places[: len(chosen) + 1])
-        for length, curve in zip(piece.lengths[chosen].tolist(), first.curves() if len(chosen) else (), strict=True):
+        most = self.most_listed - len(self.curves)
+        for length, curve in zip(piece.lengths[piece.kept[:most]].tolist(), piece.curves(most), strict=True):
             said = {"path": 1, "degree": curve.degree, "control_points": len(curve.control_points)}
             said |= {"spans": len(curve.breaks) - 1, "rational": curve.rational, "closed": curve.closed}
             self.curves.append({**said, "length_mm": length})
@@ -210,7 +208,7 @@ def summary(
     program = Program(file, **options)
     reading = reading or program.reading()
     found = Summary(pathlib.Path(file).stem, most_listed)
-    for piece in program.pieces(reading.moves(file), reading, size=CAPACITY):
+    for piece in program.pieces(program.moves(reading), reading, size=CAPACITY):
         found.add(piece)
     path_columns(found.used, file)
     if not found.degrees:

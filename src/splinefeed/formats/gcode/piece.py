@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import pathlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import CurveError, FormatError
-from splinefeed.formats.gcode.arcs import Arcs, arc_curve, arc_lengths, find_arcs
-from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.arcs import arc_curve, arc_lengths, find_arcs
 from splinefeed.formats.gcode.moves import (
     LETTERS,
     LINE,
@@ -41,51 +39,45 @@ NO_LENGTH = 1e-9
 NOTHING = "no move has a length; is the program complete?"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
+class Ends:
+    """Of moves: tangents and curvature vectors, 1/mm, (2, n, 6) at both ends, and the least radius (n,), mm.
+
+    tangents are not numbers where a move has no length over the linear axes; radius is inf on lines
+    """
+
+    tangents: Array
+    bends: Array
+    radius: Array
+
+
 class Piece:
     """Some moves in a row, and what a path needs of those that have a length.
 
     left_out  how many of them only lead to the first place; none  (n,) those without length behind these
-    kept      (k,) numbers of the others; places  (k + 1, 9) between them; columns  those of the path's axes
+    kept      (k,) numbers of the others; places  (k + 1, 9) between them, from `begin` (9,) on; columns  those of the
+              path's axes; tip  X, Y and Z are a tool's tip, and they alone have a length
     """
 
-    file: str | os.PathLike[str]
-    moves: Moves
-    arcs: Arcs
-    columns: IntArray
-    left_out: int
-    none: BoolArray
-    kept: IntArray
-    places: Array
-    findings: Findings
-
-    @classmethod
-    def of(
-        cls,
-        file: str | os.PathLike[str],
-        moves: Moves,
-        columns: IntArray,
-        reading: Reading,
-        left_out: int = 0,
-        begin: Array | None = None,
+    def __init__(
+        self, moves: Moves, columns: IntArray, reading: Reading, left_out: int = 0, begin: Array | None = None,
         tip: bool = False,
-    ) -> Piece:
-        """The piece that these moves make, from `begin` (9,) on; of a tool's `tip` only X, Y and Z have a length."""
-        arcs = arcs_of(file, moves, reading)
-        starts, ends = moves.starts, moves["end"]
-        step = np.abs(ends - starts)[:, columns]
+    ) -> None:  # fmt: skip
+        self.file, self.findings, self.moves, self.columns = reading.file, reading.findings, moves, columns
+        self.left_out = left_out
+        self.arcs = find_arcs(moves, Findings())  # the reading has said what is mended
+        step = np.abs(moves.step)[:, columns]
         short = np.linalg.norm(step[:, :3], axis=1) <= RESOLUTION if tip else np.max(step, axis=1) <= NO_LENGTH
-        none: BoolArray = (moves["kind"] <= LINE) & short
+        self.none: BoolArray = (moves["kind"] <= LINE) & short
         for i, spline in moves.spline_moves():
-            none[i] = float(np.max(np.ptp(spline.points, axis=0))) <= NO_LENGTH
-        none[:left_out] = False
-        for line in moves["line"][none & (not tip)].tolist():
-            reading.findings.count("{count} move(s) without length are left out", line)
-        kept = np.flatnonzero(~none & (np.arange(len(moves)) >= left_out))
+            self.none[i] = float(np.max(np.ptp(spline.points, axis=0))) <= NO_LENGTH
+        self.none[:left_out] = False
+        for line in moves["line"][self.none & (not tip)].tolist():
+            self.findings.count("{count} move(s) without length are left out", line)
+        self.kept = np.flatnonzero(~self.none & (np.arange(len(moves)) >= left_out))
         if begin is None:
-            begin = np.concatenate([starts, ends[-1:] if len(moves) else moves.start[None]])[left_out]
-        places = np.concatenate([begin[None], ends[kept]])
-        return cls(file, moves, arcs, columns, left_out, none, kept, places, reading.findings)
+            begin = moves["end"][left_out - 1] if left_out else moves.start
+        self.places = np.concatenate([begin[None], moves["end"][self.kept]])
 
     @cached_property
     def lengths(self) -> Array:
@@ -121,6 +113,43 @@ class Piece:
             self.findings.count("moves without a feed before them (F) run as fast as the limits allow", line)
         return np.where(unsaid | rapid, math.inf, feeds)
 
+    @cached_property
+    def ends(self) -> Ends:
+        """How all moves begin and end: of a helix r (1 + (rise / (r sweep))^2) is the radius."""
+        arcs, linear = self.arcs, self.moves.step[:, LINEAR]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            tangents = np.stack([linear / np.linalg.norm(linear, axis=1)[:, None]] * 2)
+        bends, radius = np.zeros_like(tangents), np.full(len(linear), np.inf)
+        rows, (a, b) = np.arange(len(arcs)), arcs.axes.T
+        rise = linear[arcs.move]  # X, Y, Z are the first linear axes too
+        rise[rows, a] = rise[rows, b] = 0.0
+        rise /= np.abs(arcs.sweep)[:, None]
+        for end, angle, size in ((0, arcs.angle, arcs.first), (1, arcs.angle + arcs.sweep, arcs.last)):
+            outward = np.zeros_like(rise)
+            outward[rows, a], outward[rows, b] = size * np.cos(angle), size * np.sin(angle)
+            there, turn = rise.copy(), np.sign(arcs.sweep)
+            there[rows, a], there[rows, b] = -turn * outward[rows, b], turn * outward[rows, a]
+            # an arc that ends at its centre, as a spiral of a repaired program may, has no tangent there
+            speed = np.maximum(np.linalg.norm(there, axis=1), 1e-150)[:, None]
+            tangents[end, arcs.move], bends[end, arcs.move] = there / speed, -outward / speed**2
+        least = np.minimum(arcs.first, arcs.last)
+        slope = np.linalg.norm(rise, axis=1) / np.maximum(least, 1e-100)
+        radius[arcs.move] = least * (1.0 + slope**2)
+        for i, spline in self.moves.spline_moves():
+            if (path := spline.path) is None:
+                continue
+            (curve,) = path.curves
+            columns = [LINEAR.index(LETTERS.index(axis.upper())) for axis in path.axes]
+            radius[i] = path.minimum_radius()
+            for end, u in enumerate(curve.domain):
+                tangents[end, i] = 0.0
+                tangents[end, i, columns] = curve.tangent(u)
+                _, velocity, second = curve.derivatives(u, 2, side=("right", "left")[end])
+                square = float(velocity @ velocity)
+                if square > 0.0:
+                    bends[end, i, columns] = (second - (second @ velocity) / square * velocity) / square
+        return Ends(tangents, bends, radius)
+
     @property
     def tolerances(self) -> Array | None:
         """How far each move may be smoothed (k,), mm, 0 where nothing is said; None where nothing is said at all."""
@@ -137,15 +166,15 @@ class Piece:
         stops = np.flatnonzero(self.moves["flags"][self.kept[:-1]] & Flag.STOPS) + 1  # at the end it stops anyway
         return markers + [Marker(int(place), "", 0.0, True) for place in stops]
 
-    def curves(self) -> Sequence[NurbsCurve]:
+    def curves(self, most: int | None = None) -> Sequence[NurbsCurve]:
         """One curve a move, each from where the one before ends; FormatError with the line of one that is none."""
-        moves, points, columns = self.moves, self.places, self.columns
-        flat = points[:, columns]
-        if np.all(moves["kind"][self.kept] <= LINE):
+        moves, points, columns, kept = self.moves, self.places, self.columns, self.kept[:most]
+        flat = points[: len(kept) + 1, columns]
+        if len(kept) and np.all(moves["kind"][kept] <= LINE):
             return Lines(flat)
         number_of_arc = {int(move): i for i, move in enumerate(self.arcs.move)}
         curves = []
-        for n, i in enumerate(self.kept.tolist()):
+        for n, i in enumerate(kept.tolist()):
             try:
                 if moves["kind"][i] == SPLINE:
                     spline = moves.splines[int(moves["spline"][i])]
@@ -163,7 +192,7 @@ class Piece:
         """What a path of these moves has beside its curves."""
         feeds = self.feeds  # which may add a finding
         return {
-            "name": name or pathlib.Path(self.file).stem, "feeds": feeds, "tolerances": self.tolerances,
+            "name": name or self.file.stem, "feeds": feeds, "tolerances": self.tolerances,
             "markers": self.markers, "findings": self.findings.all(),
         }  # fmt: skip
 
@@ -176,14 +205,6 @@ class Piece:
             return Path(curves, axis_names(self.columns), **{**said, **other})
         except CurveError as error:
             raise FormatError(f"{self.file}: {error}") from None
-
-
-def arcs_of(file: str | os.PathLike[str], moves: Moves, reading: Reading) -> Arcs:
-    """The circles of all arcs; FormatError with the line for one that misses its circle."""
-    try:
-        return find_arcs(moves, reading.findings, reading.repair)
-    except LineError as missed:
-        raise FormatError(f"{file}: line {missed.line}: {missed}") from None
 
 
 def straight_lengths(step: Array) -> Array:

@@ -58,6 +58,7 @@ class Reading:
     ended: bool = False
     inch: bool = False
     stated: int = 0
+    file: pathlib.Path = pathlib.Path()
     _resumed: bool = False  # or there is nothing to resume
     _line: int = 0  # of the file, that is carried out
     _flow: Flow | None = None
@@ -66,8 +67,8 @@ class Reading:
         """The moves of a program, in the order of the file; FormatError that names file and line."""
         check_size(check_file(file), MAX_BYTES)
         self.dialect = self.dialect or detect(read_head(file, _HEAD))
-        self._resumed = not self.from_line
-        for moves in self._run(pathlib.Path(file), self.dialect):
+        self.file, self._resumed = pathlib.Path(file), not self.from_line
+        for moves in self._run(self.file, self.dialect):
             if self._resumed:
                 yield moves
             else:

@@ -18,10 +18,12 @@ import numpy as np
 
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats.contents import Contents
+from splinefeed.formats.gcode.arcs import find_arcs
 from splinefeed.formats.gcode.dialects import named
+from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import AXES, LARGEST, LETTERS, PATH_ORDER, ROTARY, Findings, Flag, Moves, joined
 from splinefeed.formats.gcode.offsets import REFERENCES, SYSTEMS
-from splinefeed.formats.gcode.piece import NOTHING, Piece, arcs_of, axis_names, leading, path_columns, say_leading
+from splinefeed.formats.gcode.piece import NOTHING, Piece, axis_names, leading, path_columns, say_leading
 from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.tool_paths import tool_paths
 from splinefeed.formats.gcode.tools import Tools, read_tools
@@ -59,7 +61,7 @@ def from_file(
     reading = program.reading()
     moves = program.all_moves(reading)
     if np.any(moves["flags"] & Flag.TIP):
-        paths = tool_paths(file, moves, reading, program.keeps_start, lambda part: program.whole(part, reading))
+        paths = tool_paths(moves, reading, program.keeps_start, lambda part: program.whole(part, reading))
     else:
         paths = [program.whole(moves, reading).path()]
     return Contents(paths, units="in" if reading.inch else "mm")
@@ -83,7 +85,7 @@ def in_parts(file: pathlib.Path, **options: Any) -> PathParts:
     columns = path_columns(used, file)
     reading = program.reading()
     any_length, count, top, rapid, said = False, 0, 0.0, False, list[float]()
-    for piece in program.pieces(reading.moves(file), reading, columns):
+    for piece in program.pieces(program.moves(reading), reading, columns):
         any_length, count = any_length or len(piece.kept) > 0, count + len(piece.moves)
         known = piece.feeds[np.isfinite(piece.feeds)]
         top = max(top, float(np.max(known, initial=0.0)))
@@ -132,12 +134,20 @@ class Program:
         """A reading of its own, without findings yet."""
         return replace(self._reading, findings=Findings())
 
+    def moves(self, reading: Reading) -> Iterator[Moves]:
+        """The moves as they are read; FormatError with the line for an arc that misses its circle, unless mended."""
+        for moves in reading.moves(self.file):
+            try:
+                find_arcs(moves, reading.findings if reading.repair else None)
+            except LineError as missed:
+                raise FormatError(f"{self.file}: line {missed.line}: {missed}") from None
+            yield moves
+
     def all_moves(self, reading: Reading) -> Moves:
         """All moves of the program, MAX_MOVES at most; `in_parts` and `overview` know no such bound."""
         parts: list[Moves] = []
-        for part in reading.moves(self.file):
+        for part in self.moves(reading):
             parts.append(part)
-            arcs_of(self.file, part, reading)  # the first line that is wrong is said
             if sum(map(len, parts)) > MAX_MOVES:
                 raise FormatError(
                     f"{self.file}: has more than {MAX_MOVES} moves; split it, look at it with info, or read "
@@ -165,7 +175,7 @@ class Program:
             for low in range(0, max(len(moves), 1), size):
                 part = moves.part(low, min(low + size, len(moves)))
                 # what has no length is left out, and moves begin where the last one ended
-                piece = Piece.of(self.file, part, known, reading, min(max(first - low, 0), len(part)), place)
+                piece = Piece(part, known, reading, min(max(first - low, 0), len(part)), place)
                 if len(piece.kept):
                     place = piece.places[-1].copy()
                 yield piece
@@ -196,7 +206,7 @@ class Program:
             tolerances = np.zeros(len(piece.kept)) if said and piece.tolerances is None else piece.tolerances
             return piece.path(markers=here, findings=(), tolerances=tolerances)
 
-        for piece in self.pieces(reading.moves(self.file), reading, columns):
+        for piece in self.pieces(self.moves(reading), reading, columns):
             markers, count = piece.markers, len(piece.kept)
             if not count:
                 behind += markers

@@ -7,8 +7,6 @@ tool turns while its tip rests: arc length of the tip says nothing there.
 from __future__ import annotations
 
 import math
-import os
-import pathlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -32,7 +30,6 @@ _XYZ, _TURNS = 7, sum(1 << column for column in ROTARY)
 
 
 def tool_paths(
-    file: str | os.PathLike[str],
     moves: Moves,
     reading: Reading,
     keeps_start: bool,
@@ -43,7 +40,7 @@ def tool_paths(
     known, makers = (-1 if keeps_start else 0), list[Callable[[str], Path]]()
     for part, tip, length in _sections(moves):
         if tip:
-            found = _under_control(file, part, reading, rotary, known)
+            found = _under_control(part, reading, rotary, known)
             makers += [partial(_tool_path, piece, axes, rotary, length) for piece, axes in found]
         elif np.any(part["kind"] != RAPID):
             piece = in_joints(part)
@@ -53,8 +50,8 @@ def tool_paths(
                 reading.findings.count("rapid moves without tool centre point control are left out", line)
         known |= part.axes >> STATED & _TURNS
     if not makers:
-        raise FormatError(f"{file}: {NOTHING}")
-    stem = pathlib.Path(file).stem
+        raise FormatError(f"{reading.file}: {NOTHING}")
+    stem = reading.file.stem
     return [make(stem if len(makers) == 1 else f"{stem}-{i}") for i, make in enumerate(makers, start=1)]
 
 
@@ -71,7 +68,7 @@ def _sections(moves: Moves) -> Iterator[tuple[Moves, bool, float]]:
 
 
 def _under_control(
-    file: str | os.PathLike[str], moves: Moves, reading: Reading, rotary: Sequence[int], known: int
+    moves: Moves, reading: Reading, rotary: Sequence[int], known: int
 ) -> Iterator[tuple[Piece, Array | None]]:
     """Pieces between which the tool does not turn while its tip rests, with the tool axes (k, 2, 3) of their curves.
 
@@ -83,7 +80,7 @@ def _under_control(
     if vectors.any():
         if turned.any():
             raise FormatError(
-                f"{file}: line {moves['line'][np.argmax(turned)]}: a rotary axis is programmed, and line "
+                f"{reading.file}: line {moves['line'][np.argmax(turned)]}: a rotary axis is programmed, and line "
                 f"{moves['line'][np.argmax(vectors)]} gives the tool axis as a vector; write one of them"
             )
         # before the first move and behind each, (n + 1, 3); upright before the first vector
@@ -108,7 +105,7 @@ def _under_control(
             "the tool turns while its tip stands still; one path ends before it and the next begins after it", line
         )
     for low, high in zip([first, *(cut + 1).tolist()], [*cut.tolist(), len(moves)], strict=True):
-        piece = Piece.of(file, moves.part(low, high), columns, reading, tip=True)
+        piece = Piece(moves.part(low, high), columns, reading, tip=True)
         if len(piece.kept):
             both = None if axis is None else np.stack([axis[low:high], axis[low + 1 : high + 1]], axis=1)
             yield piece, None if both is None else both[piece.kept]
