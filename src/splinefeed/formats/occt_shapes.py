@@ -7,11 +7,33 @@ import pathlib
 import re
 import tempfile
 from collections.abc import Iterator
-from itertools import groupby
+from itertools import groupby, islice
 from typing import Any
+
+from OCP import GeomAbs
+from OCP.Approx import Approx_Curve3d
+from OCP.BRep import BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Curve
+from OCP.BRepTools import BRepTools_WireExplorer
+from OCP.Geom import Geom_TrimmedCurve
+from OCP.GeomConvert import GeomConvert
+from OCP.IFSelect import IFSelect_RetDone
+from OCP.IGESControl import IGESControl_Reader
+from OCP.Interface import Interface_Static
+from OCP.Message import Message, Message_Gravity, Message_PrinterOStream
+from OCP.STEPControl import STEPControl_Reader
+from OCP.StepData import StepData_LFalse
+from OCP.TopAbs import TopAbs_COMPOUND, TopAbs_EDGE, TopAbs_REVERSED, TopAbs_VERTEX, TopAbs_WIRE
+from OCP.TopExp import TopExp_Explorer
+from OCP.TopoDS import TopoDS, TopoDS_Iterator
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.cad_worker import Curve, Gathered, arc_of, nurbs
+
+try:
+    from OCP.collections import Sequence_TCollection_AsciiString as Names
+except ImportError:  # before OCP 8
+    from OCP.TColStd import TColStd_SequenceOfAsciiString as Names
 
 #: Ends of a line farther out than this, mm, are OCCT's sign for infinite.
 INFINITE = 1e50
@@ -67,11 +89,6 @@ def _step(file: str) -> tuple[Any, list[str], str]:
 
     No curve is closed for OCCT from here on: it makes such curves periodic and drops the last weight. Points stay.
     """
-    from OCP.IFSelect import IFSelect_RetDone
-    from OCP.Message import Message, Message_Gravity, Message_PrinterOStream
-    from OCP.STEPControl import STEPControl_Reader
-    from OCP.StepData import StepData_LFalse
-
     reader, faults = STEPControl_Reader(), []
     with tempfile.TemporaryDirectory(prefix="splinefeed-") as folder:
         words = pathlib.Path(folder, "said")
@@ -96,10 +113,6 @@ def _step(file: str) -> tuple[Any, list[str], str]:
             inner = range(2, knots.NbKnotMultiplicities())
             if any(knots.KnotMultiplicitiesValue(i) > curve.Degree() for i in inner):
                 faults.append(f"entity {number}: {_FULL_KNOT}")
-    try:
-        from OCP.collections import Sequence_TCollection_AsciiString as Names
-    except ImportError:  # before OCP 8
-        from OCP.TColStd import TColStd_SequenceOfAsciiString as Names
     lengths, angles, solid_angles = Names(), Names(), Names()
     reader.FileUnits(lengths, angles, solid_angles)
     return reader, faults, str(lengths.Value(1).ToCString()) if lengths.Length() else ""
@@ -111,10 +124,6 @@ def _iges(file: str) -> tuple[Any, list[str], str]:
     Faults are B-splines (126) that may jump and arcs (100) that do not end on the circle that they begin on: OCCT moves
     both. The error that a file allows itself is the resolution in its section G.
     """
-    from OCP.IFSelect import IFSelect_RetDone
-    from OCP.IGESControl import IGESControl_Reader
-    from OCP.Interface import Interface_Static
-
     reader, faults = IGESControl_Reader(), []
     # 0: no splitting of curves where a derivative jumps
     Interface_Static.SetIVal_s("read.iges.bspline.continuity", 0)
@@ -145,14 +154,19 @@ def _said(checks: Any, warning: str = "") -> list[str]:
     """
     found = []
     checks.Start()
-    while checks.More():
-        check = checks.Value()
+    for check in _each(checks):
         words = [check.CFail(i) for i in range(1, check.NbFails() + 1)]
         words += [said for i in range(1, check.NbWarnings() + 1) if warning and warning in (said := check.CWarning(i))]
         place = f"{_ENTITY}{checks.Number()}: " if checks.Number() else ""
         found += [f"{place}OCCT says: {' '.join(each.split()).rstrip('.')}" for each in words]
-        checks.Next()
     return found
+
+
+def _each(iterator: Any, value: str = "Value") -> Iterator[Any]:
+    """What an iterator of OCCT passes, by its method `value`."""
+    while iterator.More():
+        yield getattr(iterator, value)()
+        iterator.Next()
 
 
 class _Shapes(Gathered):
@@ -160,8 +174,6 @@ class _Shapes(Gathered):
 
     def add_shape(self, shape: Any) -> None:
         """The curves of `shape`; one path a wire, one an edge."""
-        from OCP.TopAbs import TopAbs_COMPOUND, TopAbs_EDGE, TopAbs_VERTEX, TopAbs_WIRE
-
         stack = [shape]
         while stack:
             each = stack.pop()
@@ -173,7 +185,7 @@ class _Shapes(Gathered):
             elif kind == TopAbs_WIRE:
                 self.add_edges(_edges_of_wire(each))
             elif kind == TopAbs_COMPOUND:
-                stack += reversed(list(_members(each)))
+                stack += reversed(list(_each(TopoDS_Iterator(each))))
             elif kind == TopAbs_VERTEX:
                 self.left_out["point"] += 1
             else:
@@ -181,15 +193,9 @@ class _Shapes(Gathered):
 
     def add_edges_of_faces(self) -> None:
         """Every edge of the bodies once, as its curve runs."""
-        from OCP.TopAbs import TopAbs_EDGE
-        from OCP.TopExp import TopExp_Explorer
-
         seen: dict[int, list[Any]] = {}
         for body in self.bodies:
-            explorer = TopExp_Explorer(body, TopAbs_EDGE)
-            while explorer.More():
-                edge = explorer.Current()
-                explorer.Next()
+            for edge in _each(TopExp_Explorer(body, TopAbs_EDGE), "Current"):
                 alike = seen.setdefault(hash(edge), [])
                 if not any(edge.IsSame(other) for other in alike):
                     alike.append(edge)
@@ -197,8 +203,6 @@ class _Shapes(Gathered):
 
     def add_edges(self, edges: list[Any], *, as_it_runs: bool = False) -> None:
         """A path of `edges`, those without a curve in space left out."""
-        from OCP.TopAbs import TopAbs_REVERSED
-
         curves = []
         for edge in edges:
             found = self.curve(_cast(edge, "Edge"))
@@ -210,13 +214,6 @@ class _Shapes(Gathered):
 
     def curve(self, edge: Any) -> Curve | None:
         """The curve of an edge: an arc, or a B-spline as exact as the file has it; None if no tool can follow it."""
-        from OCP import GeomAbs
-        from OCP.Approx import Approx_Curve3d
-        from OCP.BRep import BRep_Tool
-        from OCP.BRepAdaptor import BRepAdaptor_Curve
-        from OCP.Geom import Geom_TrimmedCurve
-        from OCP.GeomConvert import GeomConvert
-
         adaptor = None if BRep_Tool.Degenerated_s(edge) else BRepAdaptor_Curve(edge)
         if adaptor is None or not adaptor.Is3DCurve():
             self.left_out["edge of no length" if adaptor is None else "curve in the parameters of a surface"] += 1
@@ -249,31 +246,15 @@ class _Shapes(Gathered):
         return _b_spline(GeomConvert.CurveToBSplineCurve_s(part))
 
 
-def _members(shape: Any) -> Iterator[Any]:
-    """The shapes that a compound or a wire directly holds."""
-    from OCP.TopoDS import TopoDS_Iterator
-
-    iterator = TopoDS_Iterator(shape)
-    while iterator.More():
-        yield iterator.Value()
-        iterator.Next()
-
-
 def _edges_of_wire(wire: Any) -> list[Any]:
     """The edges of a wire one behind the other where it is sound, else as they stand."""
-    from OCP.BRepTools import BRepTools_WireExplorer
-
-    listed = list(_members(wire))
-    ordered: list[Any] = []
+    listed = list(_each(TopoDS_Iterator(wire)))
     explorer = BRepTools_WireExplorer(_cast(wire, "Wire"))
-    while explorer.More() and len(ordered) <= len(listed):
-        ordered.append(explorer.Current())
-        explorer.Next()
+    ordered = list(islice(_each(explorer, "Current"), len(listed) + 1))
     return ordered if len(ordered) == len(listed) else listed
 
 
 def _cast(shape: Any, kind: str) -> Any:
-    from OCP.TopoDS import TopoDS
 
     return (getattr(TopoDS, f"{kind}_s", None) or getattr(TopoDS, kind))(shape)  # the name changed with OCP 8
 

@@ -6,12 +6,12 @@ import os
 import pathlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
-from importlib import import_module
 from typing import Any
 
 from splinefeed.errors import FormatError
+from splinefeed.formats import registry
 from splinefeed.formats.sizes import MAX_MOVES
+from splinefeed.formats.source import count_lines
 from splinefeed.geometry.path import Path
 
 #: Lines of the longest file that `splinefeed run` reads as a whole.
@@ -53,30 +53,24 @@ def read_parts(source: str | os.PathLike[str], **options: Any) -> PathParts:
     Lengths in mm, feeds in mm/s. Source: docs/scale.md.
     Example: `sf.write(path, "part.nc"); sum(part.length for part in sf.formats.read_parts("part.nc"))`
     """
-    from splinefeed.formats import registry
-
-    found = registry.format_of(source, any_size=True)
-    module = import_module(f"splinefeed.formats.{_PARTED[found.title]}") if found.title in _PARTED else None
-    if module is None:
+    found, read = _parted(source)
+    if read is None:
         raise FormatError(
             f"{source}: {found.title} is read as a whole; G-code and tables of points can be read in parts"
         )
-    registry.check_options(found, registry.options_of(getattr(module, "from_file", module.in_parts)), options)
-    parts: PathParts = module.in_parts(pathlib.Path(source), **options)
-    return parts
+    known = registry.options_of(getattr(found.load(), "from_file", read))
+    found.check_options(known, options)
+    return read(pathlib.Path(source), **options)
 
 
 def too_long(source: str | os.PathLike[str]) -> bool:
     """Whether a file that can be read part by part has more than MOST_LINES lines."""
-    from splinefeed.formats import registry
-
     if not os.path.isfile(source) or os.path.getsize(source) <= MOST_LINES:
         return False
-    if registry.format_of(source, any_size=True).title not in _PARTED:
-        return False
-    with open(source, "rb") as file:
-        return sum(block.count(b"\n") for block in iter(partial(file.read, 2**20), b"")) > MOST_LINES
+    return _parted(source)[1] is not None and count_lines(source) > MOST_LINES
 
 
-#: Modules with `in_parts`, by the title of their format.
-_PARTED = {"G-code": "gcode.to_path", "table of points": "points"}
+def _parted(source: str | os.PathLike[str]) -> tuple[registry.Format, Callable[..., PathParts] | None]:
+    """The format of a file, and `in_parts` of its module, if it has that."""
+    found = registry.format_of(source, any_size=True)
+    return found, getattr(found.load(), "in_parts", None)

@@ -52,13 +52,19 @@ class Format:
     @property
     def writer(self) -> Callable[..., list[str]] | None:
         """`write` of the module; None if this format is only read."""
-        found: Callable[..., list[str]] | None = getattr(self.load(), "write", None)
-        return found
+        return getattr(self.load(), "write", None)
 
     @property
     def writing_options(self) -> set[str]:
         """Names of the options that its writer takes; none if it is only read."""
         return set() if self.writer is None else options_of(self.writer)
+
+    def check_options(self, known: set[str], options: Iterable[str]) -> None:
+        """InputError for an option that is not among the `known` ones."""
+        for name in options:
+            if name not in known:
+                there = ", ".join(["path", *sorted(known)])
+                raise InputError(f"option {name!r} is not one of a {self.title} file; there are {there}")
 
 
 #: Where two formats look alike the first one that holds a file is taken, unless the name says the other.
@@ -86,15 +92,14 @@ def read(
     Source: docs/formats.md. Example: `sf.write(path, "part.dxf"); sf.read("part.dxf").length`
     """
     expect("read(file)", (source, (str, os.PathLike)))
-    paths = read_all(source, repair=repair, **options)
-    if path is None and len(paths) == 1:
-        return paths[0]
-    return choose(paths, path, source)
+    return choose(read_all(source, repair=repair, **options), path, source)
 
 
 def choose(paths: Sequence[Path], path: str | int | None, source: str | os.PathLike[str]) -> Path:
-    """The one of `paths`, read from `source`, whose name or number (from 1) is `path`; FormatError without one."""
-    names = [each.name for each in paths]
+    """The one of `paths`, read from `source`, whose name or number (from 1) is `path`; a lone one without that."""
+    if path is None and len(paths) == 1:
+        return paths[0]
+    names, number = [each.name for each in paths], str(path)
     listed = ", ".join(names[:_LISTED]) + (", ..." if len(names) > _LISTED else "")
     if path is None:
         raise FormatError(
@@ -102,8 +107,7 @@ def choose(paths: Sequence[Path], path: str | int | None, source: str | os.PathL
             f"1 to {len(paths)}, or a name: {listed}"
         )
     if path in names:
-        return paths[names.index(str(path))]
-    number = str(path)
+        return paths[names.index(number)]
     if number.isascii() and number.isdigit() and len(number) < 10 and 1 <= int(number) <= len(paths):
         return paths[int(number) - 1]
     raise FormatError(f"{source}: has no path {number[:40]!r}; there are 1 to {len(paths)}, named {listed}")
@@ -114,9 +118,8 @@ def read_all(source: str | os.PathLike[str], *, repair: bool = False, **options:
     found = format_of(source)
     reader = found.reader
     known = options_of(reader)
-    check_options(found, known - {"repair"}, options)
-    if "repair" in known:
-        options = {**options, "repair": repair}
+    found.check_options(known - {"repair"}, options)
+    options |= {"repair": repair} if "repair" in known else {}
     # a drawing is a million small objects that all stay: looking for garbage among them costs a fifth of the time
     collecting = gc.isenabled()
     gc.disable()
@@ -147,7 +150,7 @@ def write(paths: Path | Iterable[Path], target: str | os.PathLike[str], **option
     """
     expect("write(path, file)", (paths, object), (target, (str, os.PathLike)))
     found = format_to_write(target)
-    check_options(found, found.writing_options, options)
+    found.check_options(found.writing_options, options)
     chosen = (paths,) if isinstance(paths, Path) else tuple(paths)
     if not chosen:
         raise InputError(f"{target}: there is no path to write")
@@ -175,9 +178,8 @@ def format_of(source: str | os.PathLike[str], *, any_size: bool = False) -> Form
     file = source_files.check_file(source)
     head = source_files.read_head(source, HEAD_BYTES)
     promised = [each for each in FORMATS if file.suffix.lower() in each.suffixes]
-    others = [each for each in FORMATS if each not in promised]
-    found = next((each for each in promised + others if each.load().holds(head)), None)
-    found = found or (promised[-1] if promised else None)
+    ranked = promised + [each for each in FORMATS if each not in promised]
+    found = next((each for each in ranked if each.load().holds(head)), promised[-1] if promised else None)
     if found is None:
         raise FormatError(f"{source}: is not one of {_listed(FORMATS)}")
     if not any_size:
@@ -193,11 +195,3 @@ def options_of(function: Callable[..., Any]) -> set[str]:
     """Names of the keyword-only arguments of a reader or writer."""
     parameters = inspect.signature(function).parameters.values()
     return {parameter.name for parameter in parameters if parameter.kind is parameter.KEYWORD_ONLY}
-
-
-def check_options(found: Format, known: set[str], options: dict[str, Any]) -> None:
-    """InputError for an option that is not among the `known` ones of a format."""
-    for name in options:
-        if name not in known:
-            there = ", ".join(["path", *sorted(known)])
-            raise InputError(f"option {name!r} is not one of a {found.title} file; there are {there}")

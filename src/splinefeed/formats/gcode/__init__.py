@@ -15,9 +15,9 @@ from typing import Any
 from splinefeed.formats.gcode.dialects import holds as holds
 
 #: Where the rest lives; it needs the kernels, and telling formats apart does not.
-_LATER = {"from_file": "to_path", "summary": "overview", "write": "writer"}
+_LATER = {"from_file": "to_path", "in_parts": "to_path", "summary": "overview", "write": "writer"}
 
-__all__ = ["from_file", "holds", "summary", "write"]  # pyright: ignore[reportUnsupportedDunderAll]
+__all__ = ["from_file", "holds", "in_parts", "summary", "write"]  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> Any:
