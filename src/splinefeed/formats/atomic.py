@@ -19,8 +19,7 @@ _REASONS = {
     errno.ENOSPC: "no space is left on the disk; free some or write elsewhere",
     errno.EDQUOT: "the disk quota is used up; free some space or write elsewhere",
     errno.EFBIG: "the file would be larger than this system allows",
-    errno.EACCES: "no permission to write in that folder; choose another one",
-    errno.EPERM: "no permission to write in that folder; choose another one",
+    **dict.fromkeys((errno.EACCES, errno.EPERM), "no permission to write in that folder; choose another one"),
     errno.EROFS: "the disk is read-only; write elsewhere",
     errno.ENAMETOOLONG: "the name is too long",
 }
@@ -39,7 +38,8 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
     try:
         temporary.touch(exist_ok=False)
         yield temporary
-        _flush_to_disk(temporary)
+        with temporary.open("r+b") as stream:
+            os.fsync(stream.fileno())  # or a power cut could leave the new name with no content
         os.replace(temporary, target)
     except OSError as error:
         raise FormatError(f"{path}: cannot be written: {reason_of(error)}") from error
@@ -61,29 +61,18 @@ def write_page(path: str | os.PathLike[str], page: Mapping[str, Any]) -> None:
 
 def reason_of(error: OSError) -> str:
     """Why the system refused, in words that say what to do where that is known."""
-    known = _REASONS.get(error.errno or 0)
-    return known or error.strerror or " ".join(str(error).split()) or type(error).__name__
+    return _REASONS.get(error.errno or 0) or error.strerror or " ".join(str(error).split()) or type(error).__name__
 
 
 def _target(path: str | os.PathLike[str]) -> Path:
     """The file that `path` means, links followed; refuse what cannot be replaced by a file."""
     try:
         target = Path(os.path.realpath(path))
-        folder_there, there, plain = target.parent.is_dir(), target.exists(), target.is_file()
+        folder_there, folder, plain = target.parent.is_dir(), target.is_dir(), target.is_file() or not target.exists()
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
         raise FormatError(f"{str(path)[:200]!r}: is not the name of a file: {error}") from None
     if not folder_there:
         raise FormatError(f"{path}: the folder {target.parent} does not exist; make it first")
-    if there and not plain:
-        kind = "a folder" if target.is_dir() else "a device or pipe"
-        raise FormatError(f"{path}: is {kind}; give the name of a file")
+    if not plain:
+        raise FormatError(f"{path}: is {'a folder' if folder else 'a device or pipe'}; give the name of a file")
     return target
-
-
-def _flush_to_disk(path: Path) -> None:
-    """Wait until the bytes are on the disk, so that a power cut cannot leave the new name with no content."""
-    descriptor = os.open(path, os.O_RDWR)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

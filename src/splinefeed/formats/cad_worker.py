@@ -40,27 +40,23 @@ def open_libraries(mail: Mail) -> Handler:
     gc.disable()  # it would walk through the many small objects of an answer again and again
 
     def answer(task: dict[str, Any]) -> Answer:
-        body = json.dumps(_read(task)).encode()
+        module, title = MODULES[task["kind"]]
+        try:
+            said = import_module(f"splinefeed.formats.{module}").read(task)
+        except FormatError as error:
+            said = {"refused": str(error)}
+        except ImportError as error:
+            why = f"needs {title}, which cannot be loaded ({error}); run: pip install 'splinefeed[cad]'"
+            said = {"refused": why}
+        except MemoryError:
+            said = {"refused": "needs more memory than a CAD file may take"}
+        except Exception as error:  # the libraries' own exceptions are of many kinds
+            said = {"refused": f"the CAD library cannot read it: {in_brief(error)}"}
+        body = json.dumps(said).encode()
         gc.collect()
         return {}, body
 
     return answer
-
-
-def _read(task: dict[str, Any]) -> dict[str, Any]:
-    module, title = MODULES[task["kind"]]
-    try:
-        found: dict[str, Any] = import_module(f"splinefeed.formats.{module}").read(task)
-    except FormatError as error:
-        return {"refused": str(error)}
-    except ImportError as error:
-        why = f"needs {title}, which cannot be loaded ({error}); run: pip install 'splinefeed[cad]'"
-        return {"refused": why}
-    except MemoryError:
-        return {"refused": "needs more memory than a CAD file may take"}
-    except Exception as error:  # the libraries' own exceptions are of many kinds
-        return {"refused": f"the CAD library cannot read it: {in_brief(error)}"}
-    return found
 
 
 class Gathered:

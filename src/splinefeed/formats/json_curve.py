@@ -136,7 +136,10 @@ def _paths(document: dict[str, Any], source: str | os.PathLike[str], tolerance: 
     groups: list[list[_Entry]] = []
     for entry in entries:
         before = groups[-1][-1] if groups else None
-        if before is not None and before.axes == entry.axes and _gap(before.curve, entry.curve) <= tolerance:
+        gap = math.inf
+        if before is not None and before.axes == entry.axes:
+            gap = float(np.linalg.norm(entry.curve.ends[0] - before.curve.ends[1]))
+        if gap <= tolerance:
             groups[-1].append(entry)
         else:
             groups.append([entry])
@@ -182,10 +185,6 @@ def _nurbs(said: Mapping[str, Any], key: str, rows: Array, place: str) -> NurbsC
         return beside(curve, rows) if still else curve
     except CurveError as error:
         raise FormatError(f"{place}: {f'{key}: ' * (key != 'control_points')}{error}") from None
-
-
-def _gap(before: NurbsCurve, after: NurbsCurve) -> float:
-    return float(np.linalg.norm(after(after.domain[0]) - before(before.domain[1])))
 
 
 def _tool_path(document: dict[str, Any], source: str | os.PathLike[str], tolerance: float) -> list[Path]:

@@ -95,27 +95,24 @@ def load(path: str | os.PathLike[str], kind: type[Any] | None = None) -> Any:
     for a record of another kind. Source: docs/setpoint-files.md.
     Example: `sf.save(law, "law.h5"); sf.load("law.h5", sf.TimeLaw).duration`
     """
-    found = _load(path)
+    suffix = _suffix(path)
+    name = "" if suffix == _BITS else _format_of(path)
+    if suffix == _BITS:
+        found = import_module("splinefeed.formats.bit_pattern").read(path)
+    elif name == "hdf5":
+        found = hdf5.load(path)
+    elif read := _function(name, "read"):
+        file = check_file(path)
+        with naming(path, f"{suffix} file of setpoints"):
+            columns, said = read(file)
+            if FORMATS[name].rotary == "deg":
+                columns["position"] = to_radians(columns["position"], said["axes"])
+            found = described(columns, said)
+    else:
+        raise FormatError(f"{path}: {suffix} files are for controllers and cannot be loaded; keep an .h5 beside")
     if kind is not None and not isinstance(found, kind):
         raise FormatError(f"{path}: holds {type(found).__name__}; expected {kind.__name__}")
     return found
-
-
-def _load(path: str | os.PathLike[str]) -> Any:
-    if _suffix(path) == _BITS:
-        return import_module("splinefeed.formats.bit_pattern").read(path)
-    name = _format_of(path)
-    if name == "hdf5":
-        return hdf5.load(path)
-    read = _function(name, "read")
-    if read is None:
-        raise FormatError(f"{path}: {_suffix(path)} files are for controllers and cannot be loaded; keep an .h5 beside")
-    file = check_file(path)
-    with naming(path, f"{_suffix(path)} file of setpoints"):
-        columns, said = read(file)
-        if FORMATS[name].rotary == "deg":
-            columns["position"] = to_radians(columns["position"], said["axes"])
-        return described(columns, said)
 
 
 def load_chunks(path: str | os.PathLike[str], rows: int) -> Iterator[Setpoints]:

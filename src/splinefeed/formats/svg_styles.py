@@ -86,7 +86,9 @@ class Styles:
                             self._matcher.add_selector(selector, said)
                 except _UNREAD:
                     unknown.append(words)
-            elif rule.lower_at_keyword == "media" and depth < MAX_NESTED and _on_screen(words):
+                continue
+            media = set(words.lower().replace(" ", "").split(",")) if rule.lower_at_keyword == "media" else set()
+            if media & {"screen", "all", ""} and depth < MAX_NESTED:
                 inner = tinycss2.parse_rule_list(rule.content or (), skip_comments=True, skip_whitespace=True)
                 self._sheet(inner, unknown, depth + 1)
             elif rule.lower_at_keyword == "import" or (_SAYS.search(body) and rule.lower_at_keyword not in _SILENT):
@@ -124,10 +126,6 @@ class _Element(cssselect2.ElementWrapper):  # type: ignore[misc]
             self.ask()
             yield found
             found = getattr(found, name)
-
-
-def _on_screen(words: str) -> bool:
-    return bool(set(words.lower().replace(" ", "").split(",")) & {"screen", "all", ""})
 
 
 @lru_cache(maxsize=4096)
