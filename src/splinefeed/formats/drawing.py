@@ -1,4 +1,4 @@
-"""What readers of drawings share: pieces on layers become paths, and what was left out becomes findings."""
+"""What drawings share: pieces on layers become paths, what was left out becomes findings; what cannot be written."""
 
 from __future__ import annotations
 
@@ -18,11 +18,13 @@ from splinefeed.geometry.chaining import chain
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.joints import moved_ends
 from splinefeed.geometry.path import JOIN_TOLERANCE, Path
-from splinefeed.records import IntArray
+from splinefeed.records import ROTARY_AXES, Array, IntArray
 
 #: A drawing whose z is nowhere farther from 0 than this share of its size is flat: its paths have axes x and y.
 FLAT = 1e-12
 _FLAT_AXES = np.eye(3)[:2]
+#: Columns of a drawing's coordinates by the names of axes; others stand where they come.
+_PLACES = {"x": 0, "y": 1, "z": 2}
 #: How many kinds a finding names, and how many faults have a finding each when repairing.
 NAMED, NAMED_FAULTS = 8, 20
 BROKEN = "spline with a knot of multiplicity degree + 1, at which it may jump; it is the pieces between, exactly"
@@ -176,3 +178,35 @@ def _moved_together(curves: list[NurbsCurve], tolerance: float, gaps: list[float
     touched = wide | np.roll(wide, 1)
     places = np.stack([starts, middle], axis=1)
     return [moved_ends(curves[i], places[i]) if touched[i] else curves[i] for i in range(len(curves))]
+
+
+# --- out --------------------------------------------------------------------------------------------------------------
+
+
+def losses(paths: Sequence[Path], title: str, *, depth: bool = True) -> list[str]:
+    """A sentence on what `paths` have and a format does not; depth: whether it has a z."""
+    rotary = sorted({axis for path in paths for axis in path.axes if axis in ROTARY_AXES})
+    deep = not depth and any(
+        np.ptp(np.concatenate([three_axes(each.control_points, path)[:, 2] for each in path.curves])) > 0.0
+        for path in paths
+    )
+    lost = {
+        f"rotary axes ({', '.join(rotary)})": bool(rotary),
+        "z": deep,
+        "feeds": any(path.feeds is not None for path in paths),
+        "tolerances of smoothing": any(path.tolerances is not None for path in paths),
+        "markers": any(path.markers for path in paths),
+    }
+    found = [what for what, there in lost.items() if there]
+    return [f"{title} has no place for these, which are left out: {', '.join(found)}"] if found else []
+
+
+def three_axes(points: Array, path: Path) -> Array:
+    """The linear axes of `points` (n, axes) of `path` as x, y, z (n, 3), mm; InputError for more than three."""
+    if path.linear > len(_PLACES):
+        raise InputError(f"path {path.name!r} has {path.linear} linear axes; a drawing has x, y and z")
+    names = path.axes[: path.linear]
+    placed = [_PLACES[name] for name in names] if set(names) <= set(_PLACES) else list(range(path.linear))
+    out = np.zeros((len(points), len(_PLACES)))
+    out[:, placed] = points[:, : path.linear]
+    return out

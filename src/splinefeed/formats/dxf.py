@@ -1,24 +1,36 @@
-"""DXF drawings, text or binary, read by ezdxf: every curve exactly, blocks inserted, in mm; see docs/formats.md."""
+"""DXF drawings, text or binary, read by ezdxf: every curve exactly, blocks inserted, in mm; see docs/formats.md.
+
+Written (R2000, mm) are arcs and lines where a curve is exactly one, SPLINE entities for all others.
+"""
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from ezdxf.filemanagement import new
 
 from splinefeed import units as known_units
 from splinefeed.errors import InputError
+from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.drawing import Drawing
+from splinefeed.formats.drawing import Drawing, losses, three_axes
 from splinefeed.formats.dxf_entities import EntityReader
 from splinefeed.formats.dxf_tags import BINARY_MARK, Entity, Sections, read_sections
-from splinefeed.formats.dxf_write import write as write
-from splinefeed.geometry.path import JOIN_TOLERANCE
+from splinefeed.geometry.arcs import as_circle
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.path import JOIN_TOLERANCE, Path
 
 #: What the number in $INSUNITS means.
 INSERT_UNITS = {"1": "in", "2": "ft", "4": "mm", "5": "cm", "6": "m", "9": "mil", "13": "um"}
+#: Longest name of a layer, and what may not stand in one.
+_LONGEST_NAME = 255
+_NOT_IN_NAMES = re.compile(r'[<>/\\":;?*|=`\x00-\x1f]')
+_MILLIMETRES = 4
 #: Comments that may stand before the first section.
 _START = re.compile(rb"(?:\xef\xbb\xbf)?(?:\s*999\s*[\r\n][^\r\n]*[\r\n])*\s*0\s*[\r\n]\s*SECTION\s")
 
@@ -77,3 +89,53 @@ def _say_layers(tables: list[Entity], reader: EntityReader) -> None:
             reader.drawing.findings.append(
                 f"layer {name!r} is {state} in the drawing; its {count} curves are read anyway"
             )
+
+
+# --- out --------------------------------------------------------------------------------------------------------------
+
+
+def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
+    """Write `paths`, each on a layer of its name, to the drawing `target`; coordinates keep every digit.
+
+    Returns what DXF has no place for: rotary axes, feeds, markers.
+    """
+    document = new("R2000")
+    document.units = _MILLIMETRES
+    document.header["$MEASUREMENT"] = 1
+    for path in paths:
+        layer = _NOT_IN_NAMES.sub("_", path.name)[:_LONGEST_NAME].strip() or "0"
+        if layer not in document.layers:
+            document.layers.add(layer)
+        for curve in path.curves:
+            _add(document.modelspace(), curve, path, {"layer": layer})
+    with atomic_write(target) as temporary, temporary.open("w", encoding="utf-8", newline="\r\n") as stream:
+        document.write(stream)
+    return losses(paths, "DXF")
+
+
+def _add(space: Any, curve: NurbsCurve, path: Path, attributes: dict[str, str]) -> None:
+    points = three_axes(curve.control_points, path)
+    flat = bool(np.all(points[:, 2] == points[0, 2]))
+    if curve.degree == 1 and not curve.rational and curve.clamped:
+        if len(points) == 2:
+            space.add_line(points[0], points[1], attributes)
+        elif flat:
+            polyline = space.add_lwpolyline(points[:, :2], format="xy", dxfattribs=attributes)
+            polyline.dxf.elevation = float(points[0, 2])
+        else:
+            space.add_polyline3d(points, dxfattribs=attributes)
+        return
+    circle = as_circle(curve) if flat and curve.axes in (2, 3) else None
+    center, radius, start, sweep = circle or ((0.0, 0.0), 0.0, 0.0, 0.0)
+    middle = (*center, float(points[0, 2]))
+    if sweep >= 2.0 * math.pi and start == 0.0:
+        space.add_circle(middle, radius, attributes)
+        return
+    if 0.0 < sweep < 2.0 * math.pi:
+        space.add_arc(middle, radius, math.degrees(start), math.degrees(start + sweep), dxfattribs=attributes)
+        return
+    spline = space.add_spline(degree=curve.degree, dxfattribs=attributes)
+    spline.control_points = points
+    spline.knots = curve.knots
+    spline.weights = () if curve.weights is None else curve.weights
+    spline.dxf.flags |= int(curve.closed)

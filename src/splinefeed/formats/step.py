@@ -18,8 +18,7 @@ from splinefeed.errors import FormatError
 from splinefeed.formats import cad_process
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.drawing import Drawing
-from splinefeed.formats.losses import losses, three_axes
+from splinefeed.formats.drawing import Drawing, losses, three_axes
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.editing import clamped
 from splinefeed.geometry.path import JOIN_TOLERANCE, Path

@@ -13,7 +13,7 @@ import numpy as np
 from splinefeed import units
 from splinefeed.errors import CurveError, FormatError
 from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.losses import losses, three_axes
+from splinefeed.formats.drawing import losses, three_axes
 from splinefeed.geometry.arcs import as_circle
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.fitting.function import fit_function
