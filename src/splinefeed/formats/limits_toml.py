@@ -61,7 +61,7 @@ def from_content(content: Mapping[str, Any], source: str) -> Limits:
                 elif axis:
                     values.setdefault(key, {})[axis] = axis_value(key, axis, value)
                 else:
-                    values[key] = _number(key, value)
+                    values[key] = axis_value(key, "", value)
             except (UnitError, LimitsError) as error:
                 problems.append(f"{key}{'.' * bool(axis)}{axis}: {error}")
     if not problems:
@@ -74,11 +74,18 @@ def from_content(content: Mapping[str, Any], source: str) -> Limits:
 
 
 def axis_value(name: str, axis: str, value: Any) -> float:
-    """A limit of one axis in mm, s and rad; of a rotary one a bare number is in degrees.
+    """A limit of one axis, or with "" of the path, in mm, s and rad; an angle without a unit is in degrees.
 
     Raises UnitError for what is no such quantity, LimitsError for one that is not positive.
     """
-    return _positive(turning(value, ORDERS[name]), value) if axis in ROTARY_AXES else _number(name, value)
+    if isinstance(value, list | dict):
+        what = "a number, or a table with one number an axis" if name in BY_AXIS else "one number"
+        raise LimitsError(f"must be {what}, such as {units.KINDS[KINDS[name]].example.split(' or ')[0]}")
+    turns = axis in ROTARY_AXES or name in ANGLES
+    number = turning(value, LIMIT_ORDERS[name]) if turns else units.parse(value, KINDS[name])
+    if not (number > 0.0 or (number == 0.0 and name in _MAY_BE_ZERO)):
+        raise LimitsError(f"{value!r} must be greater than 0")
+    return number
 
 
 def by_axis(text: str) -> list[tuple[str, str]]:
@@ -90,20 +97,6 @@ def by_axis(text: str) -> list[tuple[str, str]]:
 def turning(value: Any, order: int) -> float:
     """An angle (order 0) or its derivative by time of an order up to 3, rad/s^order; a bare number is in degrees."""
     return units.parse(value, _ROTARY[order], units.KINDS[_ROTARY[order]].base.replace("rad", "deg"))
-
-
-def _number(name: str, value: Any) -> float:
-    if isinstance(value, list | dict):
-        what = "a number, or a table with one number an axis" if name in BY_AXIS else "one number"
-        raise LimitsError(f"must be {what}, such as {units.KINDS[KINDS[name]].example.split(' or ')[0]}")
-    number = turning(value, 0) if KINDS[name] == "angle" else units.parse(value, KINDS[name])
-    return number if name in _MAY_BE_ZERO and number == 0.0 else _positive(number, value)
-
-
-def _positive(number: float, given: Any) -> float:
-    if not number > 0.0:
-        raise LimitsError(f"{given!r} must be greater than 0")
-    return number
 
 
 def travel_of(axis: str, value: Any) -> tuple[float, float]:
@@ -147,7 +140,5 @@ def to_text(limits: Limits) -> str:
 def _degrees(angle: float) -> float:
     """Degrees that `math.radians` turns into `angle` again, if there are such."""
     degrees = math.degrees(angle)
-    for each in (degrees, math.nextafter(degrees, math.inf), math.nextafter(degrees, -math.inf)):
-        if math.radians(each) == angle:
-            return each
-    return degrees
+    near = (degrees, math.nextafter(degrees, math.inf), math.nextafter(degrees, -math.inf))
+    return next((each for each in near if math.radians(each) == angle), degrees)
