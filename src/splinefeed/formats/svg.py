@@ -175,8 +175,7 @@ class _Reader:
         at = at._replace(chosen=at.chosen or any(name.casefold() in self.wanted for name in _labels(node)))
         if node.tag in ("svg", "symbol"):
             inner, view, _ = svg_places.viewport(given, at.view)
-            corner = Affine(e=svg_places.length(given, "x", at.view), f=svg_places.length(given, "y", at.view))
-            at = at._replace(map=at.map.after(corner).after(inner), view=view)
+            at = at._replace(map=at.map.after(_corner(given, at)).after(inner), view=view)
         children = node.children
         if node.tag == "switch":  # Illustrator puts its own data first, as a foreignObject that only it understands
             children = [each for each in children if each.tag in _SHAPES | _HOLDERS and _meant(each)][:1]
@@ -194,9 +193,8 @@ class _Reader:
             raise ShapeError(f"there is no element with id {name[:40]!r}")
         if name in at.uses or len(at.uses) >= MAX_USES:
             raise ShapeError(f"uses itself, or more than {MAX_USES} deep: {' > '.join([*at.uses, name])[-120:]}")
-        shift = Affine(e=svg_places.length(given, "x", at.view), f=svg_places.length(given, "y", at.view))
         sizes = {key: value for key, value in given.items() if key in ("width", "height") and value.strip() != "auto"}
-        self._node(found, at._replace(map=at.map.after(shift), uses=(*at.uses, name)), used=sizes)
+        self._node(found, at._replace(map=at.map.after(_corner(given, at)), uses=(*at.uses, name)), used=sizes)
 
     def _shape(self, node: Node, given: Mapping[str, str], at: _Place) -> None:
         if node.tag == "path":
@@ -246,6 +244,10 @@ def _curves(run: list[Piece], place: Affine) -> list[NurbsCurve]:
         else:
             curves.append(NurbsCurve.trusted(len(own) - 1, _BEZIER_KNOTS[len(own) - 1], own))
     return curves
+
+
+def _corner(given: Mapping[str, str], at: _Place) -> Affine:
+    return Affine(e=svg_places.length(given, "x", at.view), f=svg_places.length(given, "y", at.view))
 
 
 def _labels(node: Node) -> list[str]:

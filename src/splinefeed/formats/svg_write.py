@@ -39,7 +39,7 @@ def write(
     Curves of a degree above 3 and rational ones that are no arcs become cubics within `tolerance`, mm, which is
     checked; returns what was approximated and what SVG has no place for.
     """
-    allowed, errors = units.parse(tolerance, "length"), []
+    allowed, errors = units.parse(tolerance, "length"), list[float]()
     flat = [[_flat(curve, path) for curve in path.curves] for path in paths]
     boxes = np.array([curve.bounding_box() for curves in flat for curve in curves])
     low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
@@ -47,11 +47,14 @@ def write(
     width, height = np.maximum(high - low, least).tolist()
     elements = []
     for path, curves in zip(paths, flat, strict=True):
-        shape, far = _element(
-            [_on_page(curve, low, height) for curve in curves], allowed, SAME_POINT * max(width, height)
-        )
-        elements.append(f"<{shape[0]} id={quoteattr(_id(path.name))} {shape[1]}/>")
-        errors += far
+        # on the page: x to the right from its left edge, y down from its upper edge
+        drawn = [
+            NurbsCurve(each.degree, each.knots, (each.control_points - low) * (1.0, -1.0) + (0.0, height), each.weights)
+            for each in curves
+        ]
+        name = "".join(c if c.isprintable() and not c.isspace() else "_" for c in path.name) or "path"
+        shape = _element(drawn, allowed, SAME_POINT * max(width, height), errors)
+        elements.append(f"<{shape} id={quoteattr(name)}/>")
     stroke = _LINE_WIDTH * math.hypot(width, height)
     text = (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width!r}mm" height="{height!r}mm" '
@@ -73,21 +76,13 @@ def _flat(curve: NurbsCurve, path: Path) -> NurbsCurve:
     return NurbsCurve(curve.degree, curve.knots, points, curve.weights)
 
 
-def _on_page(curve: NurbsCurve, low: Array, height: float) -> NurbsCurve:
-    """The curve on the page: x to the right from its left edge, y down from its upper edge."""
-    points = curve.control_points - low
-    points[:, 1] = height - points[:, 1]
-    return NurbsCurve(curve.degree, curve.knots, points, curve.weights)
-
-
-def _element(curves: list[NurbsCurve], tolerance: float, same: float) -> tuple[tuple[str, str], list[float]]:
-    """The name of an element with all curves of a path and what it says, and how far each approximation is away."""
+def _element(curves: list[NurbsCurve], tolerance: float, same: float, errors: list[float]) -> str:
+    """The name of an element with all curves of a path and where they lie; `errors` get the distance of each fit."""
     circle = as_circle(curves[0]) if len(curves) == 1 else None
     if circle is not None and circle[3] <= -2.0 * math.pi and circle[2] == 0.0:
         (x, y), radius = circle[:2]
-        return ("circle", f'cx="{x!r}" cy="{y!r}" r="{radius!r}"'), []
+        return f'circle cx="{x!r}" cy="{y!r}" r="{radius!r}"'
     data: list[str] = []
-    errors: list[float] = []
     here: Array | None = None
     for curve in curves:
         begin, end = curve.ends
@@ -97,7 +92,7 @@ def _element(curves: list[NurbsCurve], tolerance: float, same: float) -> tuple[t
         here = end
     if np.array_equal(curves[-1].ends[1], curves[0].ends[0]):
         data.append("Z")
-    return ("path", f'd="{" ".join(data)}"'), errors
+    return f'path d="{" ".join(data)}"'
 
 
 def _commands(curve: NurbsCurve, tolerance: float, errors: list[float]) -> list[str]:
@@ -153,8 +148,3 @@ def _bezier(points: Array) -> str:
 def _pair(point: Array) -> str:
     x, y = point.tolist()
     return f"{x!r} {y!r}"
-
-
-def _id(name: str) -> str:
-    """`name` as an id: without blanks and what XML cannot hold."""
-    return "".join(c if c.isprintable() and not c.isspace() else "_" for c in name) or "path"
