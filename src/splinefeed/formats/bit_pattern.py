@@ -1,15 +1,9 @@
 """Setpoints as the pulse words of a motion card's bit-pattern mode, and back; files of them.
 
-For each slot of a fixed pulse clock there is a bit an axis and direction, 1 for a pulse, in 16-bit words; plus and
-minus are never 1 in the same slot. The pulses of the period from tick k to k + 1 are N_(k+1) - N_k with
-N = round(position * pulses_per_unit), half to even: since counts are rounded, not the steps between them, no pulse is
-ever lost or added, and after every tick the axis is within half a pulse of its setpoint. A card's clock knows whole
-periods only: if the last period of a time law is a short one, its pulses take a whole one.
-
-NAME.bits holds the words as a card's driver sends them, the low byte first, and nothing else: for each period, for each
-word of the period, for each axis the word of the plus direction and then that of minus. NAME.bits.json says axes,
-period, clock, pulses per unit, where each axis stands in the beginning, and the SHA-256 of the words, so that neither
-file is taken for another's.
+The pulses of the period from tick k to k + 1 are N_(k+1) - N_k with N = round(position * pulses_per_unit), half to
+even: since counts are rounded, not the steps between them, no pulse is ever lost or added. A card's clock knows whole
+periods only: if the last period of a time law is a short one, its pulses take a whole one. docs/bit-pattern.md has the
+order of words and files; NAME.bits.json holds the SHA-256 of the words, so that neither file is taken for another's.
 """
 
 from __future__ import annotations

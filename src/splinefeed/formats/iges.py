@@ -1,8 +1,7 @@
 """IGES 5.x in fixed lines of 80 columns: curves in space, read by OCCT.
 
 Read are entities 100 (arc), 102 (composite), 104 (conic), 106 (copious data), 110 (line), 112 (parametric spline), 126
-(rational B-spline) and 130 (offset) with their transformations, and on request, or where there is nothing else, the
-edges of faces. Curves in the parameters of a surface are no tool paths.
+(rational B-spline) and 130 (offset) with their transformations; see docs/cad-files.md.
 """
 
 from __future__ import annotations

@@ -1,19 +1,10 @@
 """NURBS curves and tool paths as JSON: one, or a list under "curves"; strict, so that no slip of the pen becomes metal.
 
 A curve is an object with `degree`, `knots`, `control_points` and, if rational, `weights`; `name`, `units` (mm, cm, m,
-in) and `axes` may stand in it or above the list. Rotary axes are in degrees. `source`, `notes` and `ground_truth` are
-for people and not read.
-
-A curve of a tool path has `tool_tip` (rows of x, y, z) in place of the control values.points, and one of
-
-    second_point_on_tool_axis   rows of x, y, z: the tool axis runs from the tip to it
-    tool_axis_vectors           rows of a vector from the tip to the spindle, of any length
-    rotary_angles               rows of the rotary joints of a machine, deg
-
-which has the degree, knots and weights of the tip unless `axis_degree`, `axis_knots` and `axis_weights` stand there.
-None of the three is an upright tool. Above the list stand `units` or `unit`, `name`, `rotary_axes`, the joints of the
-angles, such as ["a", "c"] (those of the machine, in order, if it is left out), and `tool_length`, in place of the
-machine's. `source`, `notes`, `tool_axis` are for people; `limits` are said where a machine is chosen, and not read.
+in) and `axes` may stand in it or above the list. Rotary axes are in degrees. A curve of a tool path has `tool_tip` in
+place of the control points, and one of KINDS (docs/how-to/five-axis.md), whose curve has the degree, knots and weights
+of the tip unless `axis_degree`, `axis_knots` and `axis_weights` stand there; without any the tool is upright. `source`,
+`notes`, `ground_truth` and `tool_axis` are for people and not read; `limits` are those of the machine.
 
 What a program says stands in the curve: `feed` (units a second, or "rapid"), `tolerance` (units; 0 is exact, "free"
 sets no bound), `before` and, behind the last curve, `after`: lists of markers {"text": "M3 S12000", "dwell": s,

@@ -255,7 +255,6 @@ def _edges_of_wire(wire: Any) -> list[Any]:
 
 
 def _cast(shape: Any, kind: str) -> Any:
-
     return (getattr(TopoDS, f"{kind}_s", None) or getattr(TopoDS, kind))(shape)  # the name changed with OCP 8
 
 

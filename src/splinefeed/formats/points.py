@@ -1,8 +1,7 @@
 """Points in a table (.csv, .xyz, ...): measured or scanned, in order, fitted by curves within a tolerance.
 
-One point a line, numbers between commas, semicolons, tabs or blanks, with points or commas before their decimals; lines
-that begin with #, %, ! or // do not count. A line above the numbers may name the columns: x, y, z, a, b, c, theta, with
-a unit behind (x [in], x_in); mm and degrees otherwise. One number alone above them is how many there are.
+docs/formats.md says what a line may be. A line above the numbers may name the columns; one number alone above them is
+how many there are.
 """
 
 from __future__ import annotations

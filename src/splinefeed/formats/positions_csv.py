@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import re
 import warnings
 from collections.abc import Sequence
 from itertools import islice
@@ -48,7 +47,7 @@ def read(
     file = check_file(path)
     with file.open(encoding="utf-8-sig", errors="replace") as stream:
         lines = [line.strip() for line in islice(stream, _LOOKED_AT)]
-    words = [_split(line.lstrip("# ")) for line in lines]
+    words = [table_text.words(line.lstrip("# ")) for line in lines]
     first = next((k for k, line in enumerate(lines) if table_text.numbers(line)), None)
     if first is None:
         raise FormatError(f"{path}: holds no numbers in its first {len(lines)} lines")
@@ -69,10 +68,6 @@ def read(
         raise FormatError(f"{path}: is not a valid table of numbers: {str(error).split(';')[0]}") from None
     sample = [row for line, row in zip(lines[first:], words[first:], strict=True) if line]
     return _setpoints(rows, names, sample, period, path)
-
-
-def _split(line: str) -> list[str]:
-    return [word.strip() for word in re.split(r"[,;\t]" if re.search(r"[,;\t]", line) else r"\s+", line)]
 
 
 def _names(head: list[list[str]], count: int) -> dict[str, tuple[int, float]]:

@@ -78,13 +78,8 @@ def cfg(axes: tuple[str, ...]) -> str:
 def write_halstreamer(chunks: Iterable[Setpoints], file: Path) -> None:
     """Write chunks of setpoints as the text that `halstreamer` feeds to a HAL streamer, one row a servo period.
 
-    A row is `row x y ... last` between blanks: its number from 1, the axes, and a bit that is 1 on the last row. There
-    is no time: the thread that takes the rows must have the period that the comment above them names; a plan whose last
-    step is a short one says so in another. `#` in the first column begins a comment.
-
-    The last row appears twice: a ring that holds `depth` rows does not deliver the very last one if the number of rows
-    is a multiple of `depth` (hal_stream_depth() of LinuxCNC 2.9 is one too small once the ring has wrapped). What can
-    get lost so is the repetition; and where it does arrive, the axes hold their position.
+    A row is `row x y ... last` between blanks: its number from 1, the axes, and a bit that is 1 on the last row, which
+    appears twice; see docs/setpoint-files.md. A plan whose last step is a short one says so in a comment.
     """
     count, times = 0, np.empty(0)
     with file.open("w", encoding="ascii", newline="\n") as stream:
@@ -112,10 +107,8 @@ def write_halstreamer(chunks: Iterable[Setpoints], file: Path) -> None:
 def write_pvt(points: Setpoints, file: Path) -> None:
     """Write the steps between setpoints; InputError for fewer than two, or ticks that do not follow each other.
 
-    The form is that of Newport's XPS controllers, which PVT interpreters of other makers take with little or no change:
-    one line a step, `dt, dx, vx, dy, vy, ...`, nothing else in the file. dt in s; dx the way from the tick before, vx
-    the velocity at the end of the step, in mm and mm/s, rotary axes in degrees and degrees/s. The table starts where
-    the first tick is, at rest or with the velocity that the planned feed has there.
+    One line a step, `dt, dx, vx, dy, vy, ...`, as Newport's XPS controllers have it: dt in s; dx the way from the tick
+    before, vx the velocity at the end of the step, in mm and mm/s, rotary axes in degrees and degrees/s.
     """
     if len(points) < 2:
         raise InputError("one tick is no step; a PVT table needs at least two ticks")

@@ -1,7 +1,6 @@
 """STEP (ISO 10303-21, AP203, AP214, AP242): curves in space, read by OCCT, written as B-splines with all their digits.
 
-Read are free curves (geometric curve sets, wires, edges), one path a curve or wire, and on request, or where there is
-nothing else, the edges of faces. Lengths come in mm whatever the file's unit, assemblies where they are put.
+Read are free curves (geometric curve sets, wires, edges), one path a curve or wire; see docs/cad-files.md.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """SVG drawings: every path and shape exactly, in mm with y up; see docs/formats.md.
 
-SVG counts y downwards from the upper left corner of the page. Here x = 0, y = 0 is the lower left corner of the page,
-as on a machine; where the page has no known height, y is only turned about. 1 px is 1/96 inch. The elements are read
-here and not by svgelements, which mends silently what a machine should not cut; the tests hold both against each other.
+x = 0, y = 0 is the lower left corner of the page; where that has no known height, y is only turned about. The elements
+are read here and not by svgelements, which mends silently what a machine should not cut; tests compare the two.
 """
 
 from __future__ import annotations

@@ -16,6 +16,7 @@ _TIMES = ("t", "time", "zeit")
 COMMENTS = ("#", "%", "!", "//")
 #: No line of names is longer, characters.
 MOST_NAMES = 2000
+_MARK = re.compile(r"\s*[,;\t]\s*")
 _EITHER = re.compile(r"\s*,\s*|\s+")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+(?:,\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?|[+-]?(?:nan|inf|infinity)", re.IGNORECASE | re.ASCII)
@@ -50,9 +51,12 @@ def names(line: str) -> tuple[list[tuple[str, str]], bool]:
     """Names of columns and their units, see `name`; and whether marks stand between."""
     if len(line) > MOST_NAMES:
         return [], False
-    marked = re.search(r"[,;\t]", line) is not None
-    words = re.split(r"\s*[,;\t]\s*", line.strip().rstrip(",;")) if marked else line.split()
-    return [name(word) for word in words], marked
+    return [name(word) for word in words(line)], _MARK.search(line) is not None
+
+
+def words(line: str) -> list[str]:
+    """What stands between marks, or without any between blanks."""
+    return _MARK.split(line.strip().rstrip(",;")) if _MARK.search(line) else line.split()
 
 
 def name(word: str) -> tuple[str, str]:

@@ -1,7 +1,6 @@
 """3DM, the files of Rhino from version 2 on: curves of all kinds and blocks, read by rhino3dm.
 
-One path an object, named as the object; a polycurve is one curve as Rhino makes it, with its joints as knots of full
-multiplicity. Blocks are put where their references have them. `layer` names the layers to read.
+One path an object, named as the object; see docs/cad-files.md.
 """
 
 from __future__ import annotations
