@@ -12,9 +12,8 @@ import re
 
 import numpy as np
 
-from splinefeed.errors import FormatError
+from splinefeed.errors import InputError
 from splinefeed.formats import table_text
-from splinefeed.formats.metadata import naming
 from splinefeed.formats.points import fitted_path, positive_length
 from splinefeed.formats.sizes import MAX_COORDINATE
 from splinefeed.formats.source import head_text
@@ -73,25 +72,24 @@ def from_text(
     the distance reached, and everything that the file leaves open.
     """
     scale = positive_length(chord, "chord")
-    name, rows, lines, remarks = _rows(text, source)
-    points, order = _in_order(rows, lines, source)
+    name, rows, lines, remarks = _rows(text)
+    points, order = _in_order(rows, lines)
     findings = [f"{order} order, {len(points)} points; 1 unit of the file is {scale:g} mm (option chord)", *remarks]
     repeated = np.append(False, np.all(points[1:] == points[:-1], axis=1))
     if repeated.any():
         points = points[~repeated]
         findings.append(f"repeated points are left out: {np.count_nonzero(repeated)}")
-    span = _checked_span(points, source)
+    span = _checked_span(points)
     if abs(span - 1.0) > UNIT_CHORD_SLACK:
         findings.append(f"the chord is {span:g} in the file, not 1, so the section is {span * scale:g} mm long")
     points = points * scale
     if np.max(np.abs(points)) > MAX_COORDINATE:
-        raise FormatError(f"{source}: the section is larger than {MAX_COORDINATE:g} mm; give a smaller chord")
+        raise InputError(f"the section is larger than {MAX_COORDINATE:g} mm; give a smaller chord")
     gap = float(np.linalg.norm(points[-1] - points[0]))
     if gap > 0.0:
         findings.append(f"the trailing edge is open by {gap:.6g} mm; it is left open")
     said = name or pathlib.Path(source).stem
-    with naming(source):
-        return [fitted_path(points, tolerance, axes=("x", "y"), name=said, findings=findings, degree=degree)]
+    return [fitted_path(points, tolerance, axes=("x", "y"), name=said, findings=findings, degree=degree)]
 
 
 def _pair(line: str) -> tuple[float, float] | None:
@@ -105,61 +103,52 @@ def _counts(row: Array) -> bool:
     return bool(np.all(row >= 2.0) and np.all(row == np.floor(row)))
 
 
-def _rows(text: str, source: str | os.PathLike[str]) -> tuple[str, Array, list[int], list[str]]:
+def _rows(text: str) -> tuple[str, Array, list[int], list[str]]:
     """The name of the section, x and y (n, 2) and the number of every line with numbers, and a finding on words behind.
 
     Collections put sources and coefficients behind the points.
     """
     lines = [(i, line.strip()) for i, line in enumerate(text.splitlines(), start=1) if line.strip()]
     name = "" if not lines or _pair(lines[0][1]) else " ".join(lines.pop(0)[1].split())[:80]
-    rows: list[tuple[float, float]] = []
-    behind = 0
-    for number, line in lines:
-        pair = _pair(line)
-        if not behind and pair is None and len(rows) >= LEAST_POINTS and _WORDS.search(line):
-            behind = number
-        if behind and pair is not None:
-            raise FormatError(f"{source}: line {number}: holds a point, but line {behind} above it is text")
-        if not behind and (pair is None or not np.isfinite(pair).all()):
-            raise FormatError(f"{source}: line {number}: expected two finite numbers x y, got {line[:40]!r}")
-        if pair is not None:
-            rows.append(pair)
-    if not LEAST_POINTS <= len(rows) <= MAX_AIRFOIL_POINTS:
-        raise FormatError(f"{source}: has {len(rows)} points; a section has {LEAST_POINTS} to {MAX_AIRFOIL_POINTS}")
-    findings = [f"text behind the points, from line {behind} on, is left out"] if behind else []
-    return name, np.array(rows), [number for number, _ in lines], findings
+    pairs = [_pair(line) for _, line in lines]
+    words = (k for k, (_, line) in enumerate(lines) if k >= LEAST_POINTS and not pairs[k] and _WORDS.search(line))
+    end = next(words, len(lines))
+    for k, (number, line) in enumerate(lines):
+        if k > end and pairs[k]:
+            raise InputError(f"line {number}: holds a point, but line {lines[end][0]} above it is text")
+        if k < end and not np.isfinite(pairs[k] or (np.nan,)).all():
+            raise InputError(f"line {number}: expected two finite numbers x y, got {line[:40]!r}")
+    if not LEAST_POINTS <= end <= MAX_AIRFOIL_POINTS:
+        raise InputError(f"has {end} points; a section has {LEAST_POINTS} to {MAX_AIRFOIL_POINTS}")
+    behind = [f"text behind the points, from line {number} on, is left out" for number, _ in lines[end : end + 1]]
+    return name, np.array(pairs[:end]), [number for number, _ in lines], behind
 
 
-def _in_order(rows: Array, lines: list[int], source: str | os.PathLike[str]) -> tuple[Array, str]:
+def _in_order(rows: Array, lines: list[int]) -> tuple[Array, str]:
     """Points (n, 2) from the trailing edge over the nose and back, and the order of the file."""
     if not _counts(rows[0]):
         return rows, "Selig"
     upper, lower = rows[0].astype(np.int64).tolist()
     if upper + lower != len(rows) - 1:
-        raise FormatError(
-            f"{source}: line {lines[0]}: says {upper} and {lower} points, but {len(rows) - 1} follow; "
-            f"is the file complete?"
+        raise InputError(
+            f"line {lines[0]}: says {upper} and {lower} points, but {len(rows) - 1} follow; is the file complete?"
         )
     sides = rows[1 : upper + 1], rows[upper + 1 :]
     for side, first in zip(sides, (lines[1], lines[upper + 1]), strict=True):
         if not side[0, 0] < side[-1, 0]:
-            raise FormatError(f"{source}: line {first}: the side does not run from the nose backwards")
+            raise InputError(f"line {first}: the side does not run from the nose backwards")
     shared = int(np.array_equal(sides[0][0], sides[1][0]))  # each side begins with the nose
     return np.concatenate([sides[0][::-1], sides[1][shared:]]), "Lednicer"
 
 
-def _checked_span(points: Array, source: str | os.PathLike[str]) -> float:
-    """The chord in the file; FormatError unless the points run from the trailing edge to a nose and back."""
+def _checked_span(points: Array) -> float:
+    """The chord in the file; InputError unless the points run from the trailing edge to a nose and back."""
     x = points[:, 0]
     span, nose = float(np.ptp(x)), float(np.min(x))
     if len(points) < LEAST_POINTS or not 0.0 < span <= MAX_COORDINATE:
-        raise FormatError(
-            f"{source}: {len(points)} different point(s) along a chord of {span:g} in the file are not a section"
-        )
+        raise InputError(f"{len(points)} different point(s) along a chord of {span:g} in the file are not a section")
     if x[0] - nose < 0.5 * span:
-        raise FormatError(f"{source}: begins at x = {x[0]:g}, at its nose; points must begin at the trailing edge")
+        raise InputError(f"begins at x = {x[0]:g}, at its nose; points must begin at the trailing edge")
     if abs(x[-1] - x[0]) > MAX_END_DIFFERENCE * span:
-        raise FormatError(
-            f"{source}: begins at x = {x[0]:g} but ends at x = {x[-1]:g}; points are missing, is the file complete?"
-        )
+        raise InputError(f"begins at x = {x[0]:g} but ends at x = {x[-1]:g}; points are missing, is the file complete?")
     return span

@@ -70,10 +70,10 @@ def from_text(
     the first one again, the path is closed, smoothly unless there is a corner. The findings report the distance that
     was measured and everything that the file leaves open.
     """
-    (axes, points, findings), *more = islice(_blocks(text.splitlines(), source, MAX_POINTS), 2)
+    (axes, points, findings), *more = islice(_blocks(text.splitlines(), MAX_POINTS), 2)
     if more:
-        raise FormatError(
-            f"{source}: holds more than {MAX_POINTS} points; thin or split them, or read parts as splinefeed run does"
+        raise InputError(
+            f"holds more than {MAX_POINTS} points; thin or split them, or read parts as splinefeed run does"
         )
     if any(axis in ROTARY_AXES for axis in axes):
         findings.append(
@@ -84,8 +84,7 @@ def from_text(
         findings.append("the last point is the first one: the path is closed")
     name = pathlib.Path(source).stem
     said = [f"{len(points)} points", *findings]
-    with naming(source):
-        return [fitted_path(points, tolerance, axes=axes, name=name, findings=said, degree=degree, closed=closed)]
+    return [fitted_path(points, tolerance, axes=axes, name=name, findings=said, degree=degree, closed=closed)]
 
 
 def fitted_path(
@@ -141,8 +140,8 @@ def in_parts(file: pathlib.Path) -> PathParts:
 
 
 def _parts(file: pathlib.Path) -> Iterator[Points]:
-    with file.open(encoding="utf-8-sig", errors="replace") as stream:
-        yield from _blocks(stream, file, PART)
+    with naming(file), file.open(encoding="utf-8-sig", errors="replace") as stream:
+        yield from _blocks(stream, PART)
 
 
 def _paths(file: pathlib.Path) -> Iterator[Path]:
@@ -167,29 +166,28 @@ def _named(names: list[tuple[str, str]]) -> bool:
     return bool({"x", "y"} & {name for name, _ in names})
 
 
-def _blocks(text: Iterable[str], source: str | os.PathLike[str], most: int) -> Iterator[Points]:
-    """The points of a table, at most `most` at a time; at least one block, or FormatError with the line."""
+def _blocks(text: Iterable[str], most: int) -> Iterator[Points]:
+    """The points of a table, at most `most` at a time; at least one block, or InputError with the line."""
     lines = ((number, line) for number, line in enumerate(map(str.strip, text), start=1) if line)
     heads: list[tuple[int, str, bool]] = []  # lines above the numbers, and whether each is a comment
     width = 0
     said: float | None = None  # how many points the file says that it has
     for number, line in lines:
         if number == 1 and line.startswith(_OURS):
-            raise FormatError(f"{source}: holds setpoints, not a path; give it to follow, check or stream")
+            raise InputError("holds setpoints, not a path; give it to follow, check or stream")
         comment = line.startswith(table_text.COMMENTS)
         if comment or (not table_text.numbers(line) and any(letter.isalpha() for letter in line)):
             heads.append((number, line.lstrip("#%!/ ") if comment else line, comment))
             continue
-        values, _ = _row(line, number, source)
+        values, _ = _row(line, number)
         if len(values) > 1 or said is not None:
             width = len(values)
             break
         said = values[0]
     if width < 2:
-        raise FormatError(f"{source}: no points found; expected one point per line, at least x and y")
-    with naming(source):
-        names = _names(heads, width, number)
-        columns = table_text.columns(names or [(axis, "") for axis in AXES[: min(width, UNNAMED)]])
+        raise InputError("no points found; expected one point per line, at least x and y")
+    names = _names(heads, width, number)
+    columns = table_text.columns(names or [(axis, "") for axis in AXES[: min(width, UNNAMED)]])
     axes = tuple(axis for axis in AXES if axis in columns)
     places, factors = zip(*(columns[axis] for axis in axes), strict=True)
     left = width - len(axes)
@@ -199,9 +197,9 @@ def _blocks(text: Iterable[str], source: str | os.PathLike[str], most: int) -> I
     while part := list(islice(body, most)):
         rows = []
         for at, row in part:
-            values, decimal = _row(row, at, source)
+            values, decimal = _row(row, at)
             if len(values) != width:
-                raise FormatError(f"{source}: line {at}: holds {len(values)} numbers, the lines above {width}")
+                raise InputError(f"line {at}: holds {len(values)} numbers, the lines above {width}")
             if decimal and not commas:
                 commas = True
                 findings.append(f"line {at}: commas are read as decimal points, {row[:40]!r} as {values}")
@@ -209,20 +207,20 @@ def _blocks(text: Iterable[str], source: str | os.PathLike[str], most: int) -> I
         points = np.array(rows)[:, places] * factors
         bad = ~np.all(np.abs(points) <= MAX_COORDINATE, axis=1)
         if bad.any():
-            raise FormatError(
-                f"{source}: line {part[np.argmax(bad)][0]}: is not a finite point within {MAX_COORDINATE:g} mm; is the "
+            raise InputError(
+                f"line {part[np.argmax(bad)][0]}: is not a finite point within {MAX_COORDINATE:g} mm; is the "
                 f"unit right?"
             )
         count += len(part)
         yield axes, points, list(findings)
     if said not in (None, count):
-        raise FormatError(f"{source}: says {said:g} points, but {count} follow; is the file complete?")
+        raise InputError(f"says {said:g} points, but {count} follow; is the file complete?")
 
 
-def _row(line: str, number: int, source: str | os.PathLike[str]) -> tuple[list[float], bool]:
+def _row(line: str, number: int) -> tuple[list[float], bool]:
     found = table_text.numbers(line)
     if found is None:
-        raise FormatError(f"{source}: line {number}: expected numbers, got {line[:40]!r}")
+        raise InputError(f"line {number}: expected numbers, got {line[:40]!r}")
     return found
 
 
