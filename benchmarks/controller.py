@@ -12,7 +12,7 @@ import splinefeed as sf
 from benchmarks.hal_session import hal_session
 from benchmarks.linuxcnc_planner import PERIOD, mill, recorded
 from benchmarks.tables import Cell, Column, Headline, Report, Table
-from splinefeed.analysis.contour import ContourMeter
+from splinefeed.analysis.following import ContourMeter
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.hal_files import HalAxis, hal_text
 from splinefeed.live.linuxcnc_sink import LinuxcncSink, installed

@@ -14,7 +14,7 @@ from benchmarks import cases, child
 from benchmarks.stream import peak_memory
 from benchmarks.tables import Column, Headline, Report, Table
 from benchmarks.timing import interleaved
-from splinefeed.analysis.contour import ContourMeter
+from splinefeed.analysis.following import ContourMeter
 from splinefeed.kernels import mechanics
 from splinefeed.pipeline.follow import Servo, follow_chunks
 from splinefeed.simulation.plant import SUB_STEPS, parameters, plant, step_table

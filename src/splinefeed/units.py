@@ -40,14 +40,8 @@ KINDS = {
 #: Units of length, time, angle, mass and voltage, and of what is made of them: powers of these, and the size of each.
 _BY_DIMENSIONS: dict[Dimensions, dict[str, float]] = {
     (1, 0, 0, 0, 0): {
-        "mm": 1.0,
-        "nm": 1e-6,
-        "um": 1e-3,
-        "cm": 10.0,
-        "m": 1000.0,
-        "in": 25.4,
-        "thou": 0.0254,
-        "ft": 304.8,
+        **{"mm": 1.0, "nm": 1e-6, "um": 1e-3, "cm": 10.0, "m": 1000.0},
+        **{"in": 25.4, "thou": 0.0254, "ft": 304.8},
     },
     (0, 1, 0, 0, 0): {"s": 1.0, "us": 1e-6, "ms": 1e-3, "min": 60.0, "h": 3600.0},
     (0, -1, 0, 0, 0): {"hz": 1.0, "khz": 1000.0},
@@ -65,10 +59,7 @@ _BY_DIMENSIONS: dict[Dimensions, dict[str, float]] = {
 #: The units a user may write, in small letters, since case says nothing here (MM/MIN is mm/min).
 UNITS = {name: (size, powers) for powers, sizes in _BY_DIMENSIONS.items() for name, size in sizes.items()}
 #: What two of them mean where the quantity wanted says so: a gram where a mass is wanted, N*m where a torque is.
-OTHERWISE: dict[str, tuple[float, Dimensions]] = {
-    "g": (1e-3, (0, 0, 0, 1, 0)),
-    "nm": (1e6, (2, -2, 0, 1, 0)),
-}
+OTHERWISE: dict[str, tuple[float, Dimensions]] = {"g": (1e-3, (0, 0, 0, 1, 0)), "nm": (1e6, (2, -2, 0, 1, 0))}
 #: Other words for them.
 WORDS = {
     **{"inch": "in", "inches": "in", "mil": "thou", "foot": "ft", "feet": "ft", "degree": "deg", "degrees": "deg"},

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import motions
 import splinefeed as sf
-from splinefeed.analysis.contour import ContourMeter
+from splinefeed.analysis.following import ContourMeter
 from splinefeed.errors import InputError
 
 

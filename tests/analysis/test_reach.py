@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.analysis.contour import ContourMeter
+from splinefeed.analysis.following import ContourMeter
 from splinefeed.geometry.rows import Rows
 from splinefeed.geometry.search import Search
 

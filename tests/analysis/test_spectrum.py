@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from splinefeed.analysis.spectrum import spectrum, tracking_spectra
+from splinefeed.analysis.following import spectrum, tracking_spectra
 from splinefeed.errors import InputError, LimitsError
 from splinefeed.records import Response
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from splinefeed.analysis.tally import ErrorTally
+from splinefeed.analysis.following import ErrorTally
 from splinefeed.errors import InputError
 from splinefeed.records import Response
 

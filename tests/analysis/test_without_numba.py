@@ -11,7 +11,7 @@ PROGRAM = """
 import sys
 import numpy as np
 import splinefeed as sf
-from splinefeed.analysis.contour import ContourMeter
+from splinefeed.analysis.following import ContourMeter
 from splinefeed.analysis.measures import chord_errors, feed_ripple
 
 path = sf.Path([sf.NurbsCurve.bezier([[0, 0], [10, 25], [35, -20], [50, 15], [70, 5]])])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.analysis.contour import ContourMeter
+from splinefeed.analysis.following import ContourMeter
 from splinefeed.errors import CurveError
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.differential import by_arc_length

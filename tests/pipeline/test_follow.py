@@ -9,9 +9,8 @@ import pytest
 
 import motions
 import splinefeed as sf
-from splinefeed.analysis.contour import ContourMeter
+from splinefeed.analysis.following import ContourMeter, ErrorTally
 from splinefeed.analysis.place import Placer
-from splinefeed.analysis.tally import ErrorTally
 from splinefeed.analysis.thinning import Kept
 from splinefeed.errors import InputError
 from splinefeed.pipeline.follow import Servo, follow_chunks

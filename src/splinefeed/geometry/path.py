@@ -23,8 +23,9 @@ from splinefeed.geometry.joints import begun_at, closed, open_joints, said_of
 from splinefeed.geometry.markers import Marker as Marker
 from splinefeed.geometry.pieces import Pieces, clipped, is_left
 from splinefeed.geometry.resolution import RESOLUTION, chosen, long_curves, resolved
-from splinefeed.geometry.tables import arc_pieces, read_only, span_pieces
+from splinefeed.geometry.tables import arc_pieces, span_pieces
 from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray, Points, frozen_array, unit_along, view
+from splinefeed.records.arrays import read_only
 
 #: Linear axes that move by no more roundings than this, on a curve that turns rotary ones, do not move.
 STILL_ROUNDINGS = 8.0

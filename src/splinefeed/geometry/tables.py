@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
 
@@ -15,8 +14,7 @@ from splinefeed.geometry.curves import Flat as Flat
 from splinefeed.geometry.pieces import Pieces, arc, chunks, coefficients, speed
 from splinefeed.kernels.layout import ARC, ARC_TERMS, HIGH, LOW, MIDDLE, ORIGIN, SCALE, START, Shape, width
 from splinefeed.records import Array, BoolArray, IntArray
-
-T = TypeVar("T", Array, IntArray)
+from splinefeed.records.arrays import read_only
 
 #: Pieces made in one go, and of them those fitted in one go: what is made of them stays in a core's cache.
 BLOCK = 4096
@@ -63,12 +61,6 @@ def _chebyshev_matrices() -> tuple[Array, Array, Array]:
 CHEBYSHEV_NODES, CHEBYSHEV_TRANSFORM, CHEBYSHEV_INTEGRAL = _chebyshev_matrices()
 #: Weights of Fejer's rule on the same nodes.
 FEJER = np.sin((np.arange(NODES) + 0.5) * math.pi / NODES) * math.pi / NODES
-
-
-def read_only(array: T) -> T:
-    """The same array, not to be written to any more."""
-    array.setflags(write=False)
-    return array
 
 
 @dataclass(frozen=True)

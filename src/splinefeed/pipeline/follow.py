@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.analysis.contour import ContourMeter
+from splinefeed.analysis.following import ContourMeter, ErrorTally
 from splinefeed.analysis.place import Placer
-from splinefeed.analysis.tally import ErrorTally
 from splinefeed.analysis.thinning import Kept
 from splinefeed.errors import InputError, expect
 from splinefeed.geometry.path import Path
@@ -167,7 +166,7 @@ def follow(setpoints: Setpoints, machine: Machine | str, *, path: Path | None = 
 
     machine  a Machine or its name
     path  the contour error is measured against it: the distance over its linear axes from the nearest point near the
-          commanded one (`analysis.contour`); where the setpoints have no arc length it is found first
+          commanded one (`analysis.following`); where the setpoints have no arc length it is found first
     linear  without friction, backlash, counts, converter codes and limits
 
     If an axis runs away the response ends there, with the reason in `stopped`. Raises InputError for no setpoints, ones

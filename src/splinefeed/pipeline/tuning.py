@@ -10,7 +10,7 @@ from typing import Any, overload
 
 import numpy as np
 
-from splinefeed.analysis.contour import Contour, ContourMeter
+from splinefeed.analysis.following import Contour, ContourMeter
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
 from splinefeed.machine.machine import Machine

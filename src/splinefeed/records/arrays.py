@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,7 @@ from splinefeed.errors import InputError
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+T = TypeVar("T", bound=NDArray[Any])
 #: Points (n, d) as users write them: to mypy a list of integers beside one of floats is no ArrayLike.
 Points: TypeAlias = NDArray[Any] | Sequence[Sequence[float | np.floating[Any] | np.integer[Any]] | NDArray[Any]]
 
@@ -40,7 +41,7 @@ def check_finite(array: Array, name: str) -> None:
         raise InputError(f"{name}[{index}] is {array[place]}; every value must be finite")
 
 
-def read_only(array: Any) -> Any:
+def read_only(array: T) -> T:
     """A view of `array` that cannot be written to."""
     view = array.view()
     view.setflags(write=False)

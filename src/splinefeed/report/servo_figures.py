@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from splinefeed.analysis.spectrum import LEAST_SAMPLES, tracking_spectra
+from splinefeed.analysis.following import LEAST_SAMPLES, tracking_spectra
 from splinefeed.analysis.thinning import extremes
 from splinefeed.pipeline.contour_feed import FeedTuning
 from splinefeed.pipeline.run import Run
