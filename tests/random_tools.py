@@ -64,9 +64,9 @@ def random_machine(kind: str, random: np.random.Generator) -> sf.Kinematics:
 
 
 def kinematics_of(kind: str) -> list[str]:
-    from splinefeed.kinematics.chains import parameters_of
+    from splinefeed.kinematics import KINDS
 
-    return [name.replace("-", "_") for name in parameters_of(kind)]
+    return [name.replace("-", "_") for name in KINDS[kind].lengths.split()]
 
 
 def random_tool(shape: str, machine: sf.Kinematics, random: np.random.Generator) -> sf.ToolPath:

@@ -10,8 +10,9 @@ import pytest
 from numpy.polynomial import Polynomial
 
 import splinefeed as sf
-from splinefeed.analysis.check_bounds import Bounds, Worst
+from splinefeed.analysis.check_bounds import Bounds
 from splinefeed.analysis.check_law import LawMotion, breaks_apart
+from splinefeed.records import LimitResult
 
 RADIUS = 2.0
 #: A quarter circle as a rational quadratic: its parameter does not go evenly, so that every term of the chain counts.
@@ -27,12 +28,12 @@ WIDE = sf.Limits(
 
 def extremes(
     path: sf.Path, breaks: list[float], coefficients: np.ndarray, limits: sf.Limits = WIDE, rounding: float = 1e-14
-) -> tuple[dict[str, Worst], LawMotion]:
+) -> tuple[dict[str, LimitResult], LawMotion]:
     law = sf.TimeLaw(breaks=breaks, coefficients=coefficients, strategy="test")
     bounds = Bounds(path, limits, 0.0, 0.0)
     worsts, motion = bounds.worsts(), LawMotion(law, bounds, rounding)
     motion.hold(worsts)
-    return worsts, motion
+    return {name: worst.result for name, worst in worsts.items()}, motion
 
 
 @pytest.mark.parametrize("law", [[0, 2.0, 0.5, -0.3, 0.1, 0.02], [0, 0, 3.0, -0.8, 0.05, -0.01], [0, 1.5, 0, 0, 0, 0]])
@@ -53,20 +54,20 @@ def test_extremes_on_a_circle_are_those_of_sine_and_cosine(law: list[float]):
         for k in range(2):
             found = worst[f"axis_{('velocity', 'acceleration', 'jerk')[order]}.{'xy'[k]}"]
             at = int(np.argmax(np.abs(motion[k])))
-            assert found.value == pytest.approx(abs(motion[k, at]), rel=2e-4, abs=1e-9)
+            assert found.worst == pytest.approx(abs(motion[k, at]), rel=2e-4, abs=1e-9)
             # and it is so large where it says
-            near = int(np.searchsorted(t, found.t).clip(0, len(t) - 1))
-            assert abs(motion[k, near]) == pytest.approx(found.value, rel=1e-3, abs=1e-9)
-            assert found.s == pytest.approx(float(s(found.t)), rel=1e-12, abs=1e-14)
-    assert worst["feed"].value == pytest.approx(np.max(v), rel=1e-6)
-    assert worst["acceleration"].value == pytest.approx(max(np.max(a), 0.0), rel=1e-6, abs=1e-12)
-    assert worst["deceleration"].value == pytest.approx(max(np.max(-a), 0.0), rel=1e-6, abs=1e-12)
-    assert worst["centripetal"].value == pytest.approx(np.max(v) ** 2 / RADIUS, rel=1e-6)
+            near = int(np.searchsorted(t, found.at_t).clip(0, len(t) - 1))
+            assert abs(motion[k, near]) == pytest.approx(found.worst, rel=1e-3, abs=1e-9)
+            assert found.at_s == pytest.approx(float(s(found.at_t)), rel=1e-12, abs=1e-14)
+    assert worst["feed"].worst == pytest.approx(np.max(v), rel=1e-6)
+    assert worst["acceleration"].worst == pytest.approx(max(np.max(a), 0.0), rel=1e-6, abs=1e-12)
+    assert worst["deceleration"].worst == pytest.approx(max(np.max(-a), 0.0), rel=1e-6, abs=1e-12)
+    assert worst["centripetal"].worst == pytest.approx(np.max(v) ** 2 / RADIUS, rel=1e-6)
     for up, down, chosen in ((1e20, 1e40, a >= -1e-9), (1e40, 1e20, a <= 1e-9)):
         limits = dataclasses.replace(WIDE, jerk=up, deceleration_jerk=down)
         found = extremes(ARC, [0.0, end], np.array([law], dtype=np.float64), limits)[0]["jerk"]
         wanted = float(np.max(np.abs(j[chosen]), initial=0.0))
-        assert (found.value if found.limit == 1e20 else 0.0) == pytest.approx(wanted, rel=1e-4, abs=1e-9)
+        assert (found.worst if found.limit == 1e20 else 0.0) == pytest.approx(wanted, rel=1e-4, abs=1e-9)
 
 
 def test_jumps_between_pieces_are_told_by_how_much_and_where():
@@ -82,8 +83,8 @@ def test_jumps_between_pieces_are_told_by_how_much_and_where():
     steps = [(1.0, 1.0, 1.0), (5.5 - feed, 1.0 + second, 3.0)]
     assert jumps[1] == pytest.approx(max(steps), rel=1e-9)
     assert jumps[2] == pytest.approx((3.0, 1.0, 1.0), rel=1e-9)
-    assert [worst[f"axis_velocity.{axis}"].value for axis in "xy"] == pytest.approx([0.8 * 5.5, 0.6 * 5.5], rel=1e-12)
-    assert [worst[f"axis_acceleration.{axis}"].value for axis in "xy"] == pytest.approx([2.4, 1.8], rel=1e-12)
+    assert [worst[f"axis_velocity.{axis}"].worst for axis in "xy"] == pytest.approx([0.8 * 5.5, 0.6 * 5.5], rel=1e-12)
+    assert [worst[f"axis_acceleration.{axis}"].worst for axis in "xy"] == pytest.approx([2.4, 1.8], rel=1e-12)
 
 
 def test_jerk_at_a_rest_on_a_knot_is_that_of_slowing_down():
@@ -93,9 +94,9 @@ def test_jerk_at_a_rest_on_a_knot_is_that_of_slowing_down():
     line = sf.Path([sf.NurbsCurve(2, [0, 0, 0, knot, knot, 1, 1, 1], points)], ("x",))
     law = np.array([[0.0, 1.0, -1.0 + 0.5e-11, 1.0 / 3.0, 0.0, 0.0]])
     worst, _ = extremes(line, [0.0, 1.0], law, dataclasses.replace(WIDE, jerk=1e29))
-    assert worst["acceleration"].value == pytest.approx(1e-11, rel=1e-3)
+    assert worst["acceleration"].worst == pytest.approx(1e-11, rel=1e-3)
     assert worst["jerk"].limit == WIDE.deceleration_jerk
-    assert worst["jerk"].value == pytest.approx(2.0, rel=1e-12)
+    assert worst["jerk"].worst == pytest.approx(2.0, rel=1e-12)
 
 
 def test_next_to_a_cusp_the_floor_is_what_a_rounding_of_s_makes():
@@ -113,16 +114,16 @@ def test_next_to_a_cusp_the_floor_is_what_a_rounding_of_s_makes():
     worst, motion = extremes(path, breaks, law, limits, rounding=1e-6)
     assert motion.irregular == 0
     found = worst["axis_jerk.a"]
-    assert found.value == pytest.approx(jerk(25e-6), rel=1e-6)
-    assert found.value - found.floor == pytest.approx(jerk(27e-6), rel=1e-6)
+    assert found.worst == pytest.approx(jerk(25e-6), rel=1e-6)
+    assert found.worst - found.floor == pytest.approx(jerk(27e-6), rel=1e-6)
     found = worst["axis_velocity.a"]
-    assert found.value - found.floor == pytest.approx(0.5 / math.sqrt(2.0 * 27e-6), rel=1e-6)
-    assert worst["axis_velocity.x"].value == pytest.approx(1.0, rel=1e-9)
+    assert found.worst - found.floor == pytest.approx(0.5 / math.sqrt(2.0 * 27e-6), rel=1e-6)
+    assert worst["axis_velocity.x"].worst == pytest.approx(1.0, rel=1e-9)
     # exactly known, it is what it is there; and where a cusp can be within 16 roundings, nothing
     assert extremes(path, breaks, law, limits, rounding=0.0)[0]["axis_jerk.a"].floor == 0.0
     worst, motion = extremes(path, breaks, law, limits, rounding=2e-6)
     assert motion.irregular > 0
-    assert worst["axis_jerk.a"].value < jerk(31e-6)
+    assert worst["axis_jerk.a"].worst < jerk(31e-6)
 
 
 @pytest.mark.parametrize(("roundings", "counted"), [(0.4, False), (4.0, True)])
@@ -135,5 +136,5 @@ def test_an_acceleration_within_the_rounding_of_its_instant_is_nobody_s(rounding
     a = above - jerk * (end - begin)
     law = np.array([[1.0, 1.0, 0, 0, 0, 0], [1.0 + begin, 1.0, a / 2.0, jerk / 6.0, 0, 0]])
     worst, _ = extremes(line, [0.0, begin, end], law, dataclasses.replace(WIDE, jerk=1e29))
-    assert worst["jerk"].value == pytest.approx(jerk, rel=1e-12)
+    assert worst["jerk"].worst == pytest.approx(jerk, rel=1e-12)
     assert worst["jerk"].limit == (1e29 if counted else WIDE.deceleration_jerk)

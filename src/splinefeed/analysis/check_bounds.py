@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -30,25 +30,16 @@ class Worst:
     """The worst of one limit so far; order of its difference, and column of the steps.
 
     Columns: 0 the path, 1 + k axis k, then combinations of axes in their order.
-
-    value, floor  what it is there, and what rounding alone can make of it; over  how many were over the limit
-    by  "setpoints" (their differences) or "law" (exact derivatives)
     """
 
-    limit: float
+    result: LimitResult
     order: int
     column: int
-    value: float = 0.0
-    floor: float = 0.0
-    t: float = 0.0
-    s: float = 0.0
-    over: int = 0
-    by: str = "setpoints"
 
     @property
     def share(self) -> float:
-        """How much of the limit the value is at least, but for its rounding."""
-        return (self.value - self.floor) / self.limit
+        """How much of the limit the worst is at least, but for its rounding."""
+        return (self.result.worst - self.result.floor) / self.result.limit
 
     def see(
         self, values: Array, t: Array, s: Array, floor: Array, limits: Array | None = None, by: str = "setpoints"
@@ -56,27 +47,19 @@ class Worst:
         """Record values and their rounding, floor (n,), at times t and arc lengths s (n,); NaN is nothing.
 
         The worst is the value that is, but for its rounding, nearest to its limit or furthest over it. limits (n,) if
-        the limit changes from place to place: `limit` becomes that of the worst.
+        the limit changes from place to place: that of the result becomes that of the worst.
         """
         if not len(values):
             return
-        own = np.full(len(values), self.limit) if limits is None else limits
+        own = np.full(len(values), self.result.limit) if limits is None else limits
         beyond = values - floor
         beyond = np.where(np.isnan(beyond), -np.inf, beyond)
-        self.over += int(np.count_nonzero(beyond > own * (1.0 + KEPT)))
         share = beyond / own
+        self.result = replace(self.result, over=self.result.over + int(np.count_nonzero(beyond > own * (1.0 + KEPT))))
         k = int(np.argmax(share))
         if share[k] > self.share:
-            self.value, self.floor, self.limit = float(values[k]), float(floor[k]), float(own[k])
-            self.t, self.s, self.by = float(t[k]), float(s[k]), by
-
-    def result(self, axes: tuple[str, ...]) -> LimitResult:
-        """The finding; axes  of the columns."""
-        axis = axes[self.column - 1] if 0 < self.column <= len(axes) else None
-        return LimitResult(
-            limit=self.limit, worst=self.value, at_s=self.s, at_t=self.t, floor=self.floor, axis=axis,
-            by=self.by, over=self.over,
-        )  # fmt: skip
+            columns = {"limit": own, "worst": values, "floor": floor, "at_t": t, "at_s": s}
+            self.result = replace(self.result, by=by, **{name: float(each[k]) for name, each in columns.items()})
 
 
 @dataclass
@@ -200,7 +183,12 @@ class Bounds:
         rows += [(f"{STEP}.{axes[k]}", v, 1, k + 1) for k, v in enumerate(limits.of_axes(STEP, axes).tolist())]
         for axis, (low, high) in limits.travel_of(axes).items():
             rows.append((f"travel.{axis}", 0.5 * (high - low), 0, axes.index(axis) + 1))
-        return {name: Worst(v, order, column) for name, v, order, column in rows if v is not None and v < np.inf}
+        of = (None, *axes, *((None,) * len(self.weights)))  # whose each column is
+        return {
+            name: Worst(LimitResult(limit=limit, worst=0.0, at_s=0.0, at_t=0.0, axis=of[column]), order, column)
+            for name, limit, order, column in rows
+            if limit is not None and limit < np.inf
+        }
 
     def corner_feeds(self, k: IntArray, means: Array, i: IntArray, ahead: Array, floor: Array, period: float) -> Array:
         """A bound of the feed at corners k (n,), mm/s, `ahead` mm (n,) into steps i (n,), by the mean feeds of all."""

@@ -72,7 +72,7 @@ def limits_along(law: TimeLaw, path: Path, limits: Limits) -> dict[str, LimitRes
     bounds = Bounds(path, limits, 0.0, 0.0)
     worsts = {name: worst for name, worst in bounds.worsts().items() if name in ALONG}
     LawMotion(law, bounds, 0.0).hold(worsts)
-    return {name: replace(worst.result(path.axes), by="law") for name, worst in worsts.items()}
+    return {name: replace(worst.result, by="law") for name, worst in worsts.items()}
 
 
 def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion) -> Iterator[str]:
@@ -192,7 +192,7 @@ class LawMotion:
         out = {}
         for name, worst in worsts.items():
             value, floor = values[name], np.zeros(s.shape)
-            limit = limits.get(name, np.full(len(row), worst.limit))
+            limit = limits.get(name, np.full(len(row), worst.result.limit))
             out[name] = value, limit
             with np.errstate(invalid="ignore"):
                 over = value > limit * (1.0 + KEPT)

@@ -273,7 +273,7 @@ class Judge:
             for name, (error, rounding) in zip(("chord_error", "orientation_error"), found, strict=True):
                 self._see(name, error, t, s, np.full(len(error), rounding))
         elif (worst := self.worst.get("chord_error")) is not None:
-            error = between.chord_errors(self.rows, ticks.row, ticks.u, ticks.position, worth=worst.limit)
+            error = between.chord_errors(self.rows, ticks.row, ticks.u, ticks.position, worth=worst.result.limit)
             self._see("chord_error", error, t, s, 2.0 * np.max(errors[1 : 1 + linear], axis=0, initial=0.0))
         if "centripetal" in self.worst:
             # somewhere within the step the feed was its mean: with the least curvature there this is a safe bound

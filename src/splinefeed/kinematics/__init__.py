@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
+from splinefeed.kinematics.chains import KINDS as KINDS
 from splinefeed.kinematics.chains import Kinematics as Kinematics
-from splinefeed.kinematics.chains import kinds as kinds
 from splinefeed.kinematics.chains import kinematics as kinematics
 from splinefeed.kinematics.joint_path import JointPath as JointPath

@@ -174,31 +174,21 @@ class Kinematics:
         return self.chain.tilt * angle(c * k[0] + s * k[1], k[2])
 
 
-def kinds() -> tuple[str, ...]:
-    """Names of all kinds of kinematics."""
-    return tuple(KINDS)
-
-
 def kinematics(kind: str, **parameters: Any) -> Kinematics:
-    """The kinematics of this kind with these parameters, in mm, named as in `parameters_of`.
+    """The kinematics of this kind with these parameters, in mm, named as LinuxCNC's pins are.
 
     Raises InputError for an unknown kind or parameter, for one that is missing, and for a value that is no length.
     """
     if kind not in KINDS:
         raise InputError(f"kinematics.type: {kind!r} is not known; write one of {', '.join(KINDS)}")
-    known = parameters_of(kind)
+    known = KINDS[kind].lengths.split()
     given = {name.replace("_", "-"): value for name, value in parameters.items()}
     for name, value in given.items():
         if name not in known:
             raise InputError(f"kinematics.{name}: unknown parameter; {kind} has {', '.join(known)}")
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
             raise InputError(f"kinematics.{name} is {value!r}; expected a finite length in mm")
-    for name, needed in known.items():
-        if needed and name not in given:
+    for name in known:
+        if name in NEEDED and name not in given:
             raise InputError(f'kinematics.{name}: missing; {kind} needs it, such as {name} = "150mm"')
     return Kinematics(kind, {name: float(given.get(name, 0.0)) for name in known})
-
-
-def parameters_of(kind: str) -> Mapping[str, bool]:
-    """Names of the parameters of a kind as LinuxCNC's pins are called, and whether each must be given."""
-    return {name: name in NEEDED for name in KINDS[kind].lengths.split()}

@@ -12,7 +12,7 @@ from typing import Any
 from splinefeed.errors import FormatError, InputError, ProblemsError, UnitError, nearest
 from splinefeed.formats.atomic import write_text
 from splinefeed.formats.source import read_text, toml_of
-from splinefeed.kinematics import Kinematics, kinds, kinematics
+from splinefeed.kinematics import KINDS, Kinematics, kinematics
 from splinefeed.machine import parts, quantities
 from splinefeed.machine.control import Control
 from splinefeed.records import ROTARY_AXES
@@ -198,8 +198,8 @@ def _kinematics(content: Any, axes: Mapping[str, Any], problems: list[str]) -> K
     """The kinematics of the file, or None after adding what is wrong with them to `problems`."""
     content = _table(content, "kinematics", problems)
     kind = content.get("type")
-    if kind not in kinds():
-        problems.append(f"kinematics.type: {kind!r}; must be one of {', '.join(kinds())}")
+    if kind not in KINDS:
+        problems.append(f"kinematics.type: {kind!r}; must be one of {', '.join(KINDS)}")
         return None
     parameters = {}
     for name, value in content.items():
