@@ -58,8 +58,8 @@ class Worst:
         self.result = replace(self.result, over=self.result.over + int(np.count_nonzero(beyond > own * (1.0 + KEPT))))
         k = int(np.argmax(share))
         if share[k] > self.share:
-            columns = {"limit": own, "worst": values, "floor": floor, "at_t": t, "at_s": s}
-            self.result = replace(self.result, by=by, **{name: float(each[k]) for name, each in columns.items()})
+            limit, worst, rounding, at_t, at_s = (float(each[k]) for each in (own, values, floor, t, s))
+            self.result = replace(self.result, limit=limit, worst=worst, floor=rounding, at_t=at_t, at_s=at_s, by=by)
 
 
 @dataclass

@@ -24,14 +24,12 @@ def extremes(values: Array, columns: int = COLUMNS) -> IntArray:
     if count <= 4 * columns:
         return np.arange(count, dtype=np.int64)
     size = -(-count // columns)
-    low = np.full(columns * size, np.inf)
-    high = np.full(columns * size, -np.inf)
-    finite = np.isfinite(values)
-    low[:count] = np.where(finite, values, np.inf)
-    high[:count] = np.where(finite, values, -np.inf)
-    starts = np.arange(columns, dtype=np.int64) * size
-    least = starts + np.argmin(low.reshape(columns, size), axis=1)
-    most = starts + np.argmax(high.reshape(columns, size), axis=1)
+    padded = np.pad(values, (0, columns * size - count), constant_values=np.nan)
+    starts, finite = np.arange(columns, dtype=np.int64) * size, np.isfinite(padded)
+    least, most = (
+        starts + np.argmax(np.where(finite, sign * padded, -np.inf).reshape(columns, size), axis=1)
+        for sign in (-1.0, 1.0)
+    )
     kept = np.unique(np.concatenate([[0], least, most, [count - 1]]))
     return kept[kept < count].astype(np.int64)
 
