@@ -173,27 +173,25 @@ def calibrate(
     say(f"fitting {len(fit.middle)} numbers to {sum(len(run.seconds) for run in runs)} pieces")
     seen = list(fit.middle)
     solved, deviation = fit.solve(seen, fit.place())
-    while hidden := [name for name in seen if deviation[name] > SHOWN * PRIORS[name][1]]:
+    while hidden := [name for name in seen if deviation[name] > SHOWN]:
         # what no run shows at all goes at once; of those that stand in for each other the least known one
-        worst = max(hidden, key=lambda name: deviation[name] / PRIORS[name][1])
-        gone = {worst, *(name for name in hidden if deviation[name] > HIDDEN * PRIORS[name][1])}
-        seen = [name for name in seen if name not in gone]
+        worst = max(hidden, key=lambda name: deviation[name])
+        seen = [name for name in seen if name != worst and deviation[name] <= HIDDEN]
         say(f"fitting {len(seen)} numbers again")
         solved, known = fit.solve(seen, solved)
         deviation |= known
     numbers = []
-    for name, x in (fit.middle | solved).items():
-        width = WIDTH * (deviation[name] if name in seen else PRIORS[name][1])
+    for name, kind in fit.kinds.items():
+        best, width = solved.get(name, 0.0), WIDTH * (deviation[name] if name in seen else 1.0)
         # four digits: far within every interval, and fit to be read in a file
-        value, low, high = (float(f"{_outer(name, each):.4g}") for each in (x, x - width, x + width))
-        kind = fit.kinds[name]
+        value, low, high = (float(f"{fit.value(name, each):.4g}") for each in (best, best - width, best + width))
         unit = KINDS[kind][False].base if kind in KINDS else ""
         numbers.append(Fitted(name, value, low, high, unit, name in seen))
     prior = ", ".join(each.name for each in numbers if not each.shown)
     source = f"fitted by splinefeed calibrate to {', '.join(run.log.name for run in runs)}"
     source += f"; left at the prior: {prior}" if prior else ""
-    best = changed(fit.start, {each.name: each.value for each in numbers} | {"source": source})
-    model = replace(machine, control=best)
+    fitted = {each.name: each.value for each in numbers} | {"source": source}
+    model = replace(machine, control=changed(fit.start, fitted))
     return Calibration(model, tuple(numbers), tuple(compared(run, model) for run in runs))
 
 
@@ -220,28 +218,27 @@ def _started(control: Control, keep: Sequence[str]) -> Control:
     return changed(control, {name: middle for name, (middle, _) in PRIORS.items() if name not in {*said, *keep}})
 
 
-def _inner(name: str, value: float) -> float:
-    return value if name in PLAIN else math.log(value)
-
-
-def _outer(name: str, x: float) -> float:
-    return x if name in PLAIN else math.exp(x)
-
-
 class _Fit:
-    """The least squares of one calibration; programs are read once for each set of places."""
+    """The least squares of one calibration; programs are read once for each set of places.
+
+    A number is fitted as its distance from the prior's middle over the prior's standard deviation, 0 at the middle.
+    """
 
     def __init__(self, runs: Sequence[Recorded], machine: Machine, start: Control, keep: Sequence[str]) -> None:
         self.runs, self.machine, self.start = runs, machine, start
-        there = {name: (one.metadata.get("kind"), value) for name, one, value, _ in values(start)}
-        names = [name for name in PRIORS if name in there and name not in keep]
-        self.kinds = {name: there[name][0] for name in names}
-        self.middle = {name: _inner(name, float(there[name][1])) for name in names}
+        found = [(name, one, value) for name, one, value, _ in values(start) if name in PRIORS and name not in keep]
+        self.kinds = {name: one.metadata.get("kind") for name, one, _ in found}
+        self.middle = {name: float(value) for name, _, value in found}
         self._read: dict[tuple[str, Place, Place], Blocks] = {}
 
+    def value(self, name: str, x: float) -> float:
+        """The number itself."""
+        away = PRIORS[name][1] * x
+        return self.middle[name] + away if name in PLAIN else self.middle[name] * math.exp(away)
+
     def residuals(self, best: Mapping[str, float]) -> Array:
-        """Those of all pieces for numbers as they are fitted."""
-        control = changed(self.start, {name: _outer(name, x) for name, x in best.items()})
+        """Those of all pieces for numbers as they are fitted; the middle for those left out."""
+        control = changed(self.start, {name: self.value(name, x) for name, x in best.items()})
         machine = replace(self.machine, control=control)
         times: dict[str, CycleTime] = {}
         found = []
@@ -256,23 +253,23 @@ class _Fit:
 
     def place(self) -> dict[str, float]:
         """The prior's middle, with tools changed at the best place of those tried."""
-        pair = [name for name in ("change_place.x", "change_place.y") if name in self.middle]
-        tried = [dict(self.middle, **dict(zip(pair, at, strict=True))) for at in product(TRIED, repeat=len(pair))]
+        pair: list[str] = [name for name in ("change_place.x", "change_place.y") if name in self.middle]
+        tried = [
+            {name: (place - self.middle[name]) / PRIORS[name][1] for name, place in zip(pair, at, strict=True)}
+            for at in product(TRIED, repeat=len(pair))
+        ]
         return min(tried, key=lambda each: float(np.sum(np.sqrt(1.0 + self.residuals(each) ** 2))))
 
     def solve(self, names: Sequence[str], begin: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:
         """The best value of each number, and its standard deviation, both as they are fitted."""
         if not names:
             return {}, {}
-        middle = np.array([self.middle[name] for name in names])
-        scale = np.array([PRIORS[name][1] for name in names])
 
         def priors_too(x: Array) -> Array:
-            return np.concatenate([self.residuals(dict(zip(names, middle + scale * x, strict=True))), x])
+            return np.concatenate([self.residuals(dict(zip(names, x, strict=True))), x])
 
-        near = (np.array([begin[name] for name in names]) - middle) / scale
+        near = [begin.get(name, 0.0) for name in names]
         found = least_squares(priors_too, near, bounds=(-4.0, 4.0), loss="soft_l1", ftol=CLOSE, xtol=CLOSE)
         spread = max(1.0, float(np.mean(priors_too(found.x)[: -len(names)] ** 2)))
-        deviation = scale * np.sqrt(spread * np.diag(np.linalg.inv(found.jac.T @ found.jac)))
-        best = (middle + scale * found.x).tolist()
-        return dict(zip(names, best, strict=True)), dict(zip(names, deviation.tolist(), strict=True))
+        deviation = np.sqrt(spread * np.diag(np.linalg.inv(found.jac.T @ found.jac)))
+        return dict(zip(names, found.x.tolist(), strict=True)), dict(zip(names, deviation.tolist(), strict=True))

@@ -138,12 +138,10 @@ class Margins:
 def discrete_plant(axis: Axis, period: float) -> Discrete:
     """The linear plant of an axis behind a zero-order hold, with its computing delay."""
     model = plant(axis)
-    used = list(model.used)
+    used = np.flatnonzero(model.A.any(axis=1))  # the states that matter
     phi, gamma = zero_order_hold(model.A[np.ix_(used, used)], model.B[used], period)
-    seen = mechanics.MOTOR
-    if axis.controller.feedback == "scale" and mechanics.LOAD in used:
-        seen = mechanics.LOAD
-    output = (np.array(used) == seen).astype(np.float64)
+    on_load = axis.controller.feedback == "scale" and mechanics.LOAD in used
+    output = (used == (mechanics.LOAD if on_load else mechanics.MOTOR)).astype(np.float64)
     return Discrete(phi, gamma, output, period, axis.controller.delay)
 
 

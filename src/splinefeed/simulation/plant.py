@@ -23,7 +23,7 @@ TAYLOR_TERMS = 9
 class Plant:
     """dz/dt = A z + B u + N n(y),  y = C z + D u; states as in `kernels.mechanics`.
 
-    A (6, 6), B (6,) a volt, N (6, 3) a newton (N*m), C (3, 6), D (3,); used: indices of the states that matter.
+    A (6, 6), B (6,) a volt, N (6, 3) a newton (N*m), C (3, 6), D (3,).
     """
 
     A: Array
@@ -31,7 +31,6 @@ class Plant:
     N: Array
     C: Array
     D: Array
-    used: tuple[int, ...]
 
 
 def plant(axis: Axis) -> Plant:
@@ -51,7 +50,6 @@ def plant(axis: Axis) -> Plant:
     total = axis.motor_inertia + axis.load_inertia
     driven = total if stiffness is None else axis.motor_inertia
     motor, speed, drive, integral = mechanics.MOTOR, mechanics.MOTOR_SPEED, mechanics.DRIVE, mechanics.DRIVE_INTEGRAL
-    used = [motor, speed, drive]
     A[motor, speed] = 1.0
     force, force_of_volts = np.zeros(mechanics.STATES), 0.0
     if axis.drive.mode == "velocity":
@@ -67,7 +65,6 @@ def plant(axis: Axis) -> Plant:
         A[integral, drive] = 1.0
         A[integral, speed] = -1.0
         N[integral, mechanics.LIMIT] = 1.0 / stiff
-        used.append(integral)
     else:
         A[drive, drive] = -1.0 / axis.drive.lag
         B[drive] = force_per_volt(axis) / axis.drive.lag
@@ -77,27 +74,21 @@ def plant(axis: Axis) -> Plant:
     N[speed, mechanics.LIMIT] = 1.0 / driven
     C[mechanics.LIMIT] = force
     D[mechanics.LIMIT] = force_of_volts
-    viscous = axis.friction.viscous
-    if stiffness is None:
-        A[speed, speed] -= viscous / driven
-        N[speed, mechanics.FRICTION] = 1.0 / driven
-        C[mechanics.FRICTION, speed] = 1.0
-    else:
-        load, load_speed = mechanics.LOAD, mechanics.LOAD_SPEED
-        A[load, load_speed] = 1.0
-        for row, inertia, sign in ((speed, axis.motor_inertia, -1.0), (load_speed, axis.load_inertia, 1.0)):
+    rubbing, mass = speed, driven  # what rubs on the guide
+    if stiffness is not None:
+        load, rubbing, mass = mechanics.LOAD, mechanics.LOAD_SPEED, axis.load_inertia
+        A[load, rubbing] = 1.0
+        for row, inertia, sign in ((speed, axis.motor_inertia, -1.0), (rubbing, mass, 1.0)):
             A[row, motor] += sign * stiffness / inertia
             A[row, load] -= sign * stiffness / inertia
             A[row, speed] += sign * axis.transmission.damping / inertia
-            A[row, load_speed] -= sign * axis.transmission.damping / inertia
+            A[row, rubbing] -= sign * axis.transmission.damping / inertia
             N[row, mechanics.PLAY] = -sign / inertia
-        A[load_speed, load_speed] -= viscous / axis.load_inertia
-        N[load_speed, mechanics.FRICTION] = 1.0 / axis.load_inertia
-        C[mechanics.FRICTION, load_speed] = 1.0
-        C[mechanics.PLAY, motor] = 1.0
-        C[mechanics.PLAY, load] = -1.0
-        used += [load, load_speed]
-    return Plant(A, B, N, C, D, tuple(used))
+        C[mechanics.PLAY, [motor, load]] = 1.0, -1.0
+    A[rubbing, rubbing] -= axis.friction.viscous / mass
+    N[rubbing, mechanics.FRICTION] = 1.0 / mass
+    C[mechanics.FRICTION, rubbing] = 1.0
+    return Plant(A, B, N, C, D)
 
 
 def force_per_volt(axis: Axis) -> float:
@@ -159,17 +150,15 @@ def _interpolated(whole: Array, shape: tuple[int, int], step: float) -> tuple[Ar
 
 
 def step_table(model: Plant, period: float, sub_steps: int = SUB_STEPS) -> Array:
-    """The step matrices of `kernels.mechanics`: the whole period, then each halving of a sub-step.
+    """The step matrices of `kernels.mechanics`, a row each: the whole period, then each halving of a sub-step.
 
     Shape (TABLE_ROWS, TABLE_WIDTH).
     """
-    table = np.zeros((mechanics.TABLE_ROWS, mechanics.TABLE_WIDTH))
-    table[:, mechanics.OUTPUTS : mechanics.FEEDTHROUGH] = model.C.ravel()
-    table[:, mechanics.FEEDTHROUGH :] = model.D
+    C, D = model.C, model.D
+    between = np.zeros(mechanics.OUTPUTS - mechanics.WEIGHTS)  # a whole period has no nonlinear inputs
     phi, gamma = zero_order_hold(model.A, model.B, period)
-    table[0, mechanics.PHI : mechanics.GAMMA] = phi.T.ravel()
-    table[0, mechanics.GAMMA : mechanics.WEIGHTS] = gamma
-    rubbing = int(np.flatnonzero(model.C[mechanics.FRICTION])[0])
+    rows = [np.concatenate([phi.T.ravel(), gamma, between, C.ravel(), D])]
+    rubbing = int(np.flatnonzero(C[mechanics.FRICTION])[0])
     states, channels = model.N.shape
     chain = np.zeros((states + 3 * channels + 1, states + 3 * channels + 1))
     chain[:states, :states] = model.A
@@ -182,20 +171,13 @@ def step_table(model: Plant, period: float, sub_steps: int = SUB_STEPS) -> Array
         step = period / sub_steps
         wholes = exponentials_less_one(chain * step, mechanics.LEVELS + 1)
         for level in range(mechanics.LEVELS + 1):
-            row = table[1 + level + sticking * (mechanics.LEVELS + 1)]
             phi, gamma, weights = _interpolated(wholes[level], model.N.shape, step)
             half_phi, half_gamma, half_weights = _interpolated(wholes[level + 1], model.N.shape, step)
-            row[mechanics.PHI : mechanics.GAMMA] = phi.T.ravel()
-            row[mechanics.GAMMA : mechanics.WEIGHTS] = gamma
-            row[mechanics.WEIGHTS : mechanics.MIDDLE_PHI] = weights.transpose(0, 2, 1).ravel()
-            row[mechanics.MIDDLE_PHI : mechanics.MIDDLE_GAMMA] = (model.C @ half_phi).ravel()
-            row[mechanics.MIDDLE_GAMMA : mechanics.MIDDLE_WEIGHTS] = model.C @ half_gamma + model.D
-            middle = np.einsum("ci,nij->cnj", model.C, half_weights)
-            row[mechanics.MIDDLE_WEIGHTS : mechanics.END_WEIGHTS] = middle.ravel()
-            end = np.einsum("ci,nij->cnj", model.C, weights)
-            row[mechanics.END_WEIGHTS : mechanics.OUTPUTS] = end.ravel()
+            middle, end = (np.einsum("ci,nij->cnj", C, each) for each in (half_weights, weights))
+            row = [phi.T, gamma, weights.transpose(0, 2, 1), C @ half_phi, C @ half_gamma + D, middle, end, C, D]
+            rows.append(np.concatenate([each.ravel() for each in row]))
             step *= 0.5
-    return table
+    return np.array(rows)
 
 
 def parameters(axis: Axis, period: float, sub_steps: int = SUB_STEPS, *, linear: bool = False) -> Array:

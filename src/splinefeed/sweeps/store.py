@@ -23,7 +23,6 @@ from splinefeed.sweeps.work import COLUMNS, DONE, FAILED, OVER, Row
 PART = 1000
 #: What a sweep's folder holds.
 ABOUT, LOCK, PARTS = "sweep.json", "lock", "rows"
-_TEXT_SETTINGS = {"strategy": "text", "method": "text", "machine": "text", "corrections": "whole"}
 
 #: Numbers whose least and greatest values are reported, in the order of the table.
 REPORTED = (
@@ -40,8 +39,9 @@ ERRORS = 10
 
 def columns_of(sweep: Sweep) -> dict[str, str]:
     """Name and kind of every column of the dataset: index, source, the settings that vary, and the results."""
-    settings = {name: _TEXT_SETTINGS.get(name, "number") for name in sweep.varied if name not in COLUMNS}
-    settings.pop("period", None)  # it stands among the results as period_s
+    kinds = {"machine": "text", "corrections": "whole"}
+    # the period stands among the results as period_s
+    settings = {name: kinds.get(name, "number") for name in sweep.varied if name not in (*COLUMNS, "period")}
     return {"index": "whole", "source": "text", **settings, **COLUMNS}
 
 

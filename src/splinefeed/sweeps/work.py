@@ -15,7 +15,6 @@ from splinefeed.formats import registry
 from splinefeed.geometry import shapes
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
-from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
 from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.run import PAPER_PERIOD, Run, on_machine, planned_axes
@@ -88,10 +87,8 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
     period = settings.get("period", PAPER_PERIOD)
     flat, joints = tuple(limits.as_dict().items()), settings.get("machine") if tool else None
     moved, law = _planned(task.source, flat, joints, settings.get("strategy"), period)
-    method = settings.get("method", DEFAULT_METHOD)
-    corrections = settings.get("corrections", 1)
-    followed = None if tool else machine
-    run = make_run(moved, limits, machine=followed, period=period, method=method, corrections=corrections, law=law)
+    how = {name: settings[name] for name in ("method", "corrections") if name in settings}
+    run = make_run(moved, limits, machine=None if tool else machine, period=period, law=law, **how)
     name, worst = max(run.verdict.limits.items(), key=lambda each: each[1].share, default=(None, None))
     numbers = run.numbers() | {
         "status": DONE if run.ok else OVER,
