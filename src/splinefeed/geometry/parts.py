@@ -1,4 +1,4 @@
-"""Paths cut into parts and joined again: their arc-length tables go with them."""
+"""Paths cut into parts and joined again."""
 
 from __future__ import annotations
 
@@ -9,18 +9,13 @@ import numpy as np
 
 from splinefeed.geometry.curves import Flat, Lines, Packed
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.pieces import Pieces
-from splinefeed.geometry.tables import in_a_row
-
-#: Tables of a path by the names of its properties, and whether they are measured by arc length.
-TABLES = {"arc_pieces": True, "span_pieces": False}
 
 
 def cut(path: Path, first: int, last: int) -> Path:
     """The curves from number `first` to the one before `last`, with the feeds, tolerances and markers among them."""
     curves, count = path.joined, len(path.joined)
     markers = [m for m in path.markers if first <= m.before < last or m.before == last == count]
-    piece = Path(
+    return Path(
         Lines(curves.points[first : last + 1]) if isinstance(curves, Lines) else Packed(path.flat.part(first, last)),
         path.axes,
         name=path.name,
@@ -29,13 +24,6 @@ def cut(path: Path, first: int, last: int) -> Path:
         markers=[replace(m, before=m.before - first) for m in markers],
         tolerance=path.tolerance,
     )
-    for name, measured in TABLES.items():
-        if name in path.__dict__ and _same(piece, last - first, [path]):
-            whole: Pieces = path.__dict__[name]
-            begin, end = int(whole.rows[first, 0]), int(whole.rows[last - 1, 1]) + 1
-            some = Pieces(whole.table[begin:end], whole.shape, whole.rows[first:last] - begin)
-            piece.__dict__[name] = in_a_row([some], measured=measured)
-    return piece
 
 
 def joined(parts: Sequence[Path]) -> Path:
@@ -49,7 +37,7 @@ def joined(parts: Sequence[Path]) -> Path:
         for each, start in zip(parts, starts, strict=False)
         for marker in each.markers
     ]
-    whole = Path(
+    return Path(
         Packed(Flat.joined([each.flat for each in parts])),
         parts[0].axes,
         name=parts[0].name,
@@ -57,11 +45,3 @@ def joined(parts: Sequence[Path]) -> Path:
         markers=markers,
         tolerance=max(each.tolerance for each in parts),
     )
-    for name, measured in TABLES.items():
-        if all(name in each.__dict__ for each in parts) and _same(whole, starts[-1], parts):
-            whole.__dict__[name] = in_a_row([each.__dict__[name] for each in parts], measured=measured)
-    return whole
-
-
-def _same(path: Path, count: int, others: Sequence[Path]) -> bool:
-    return len(path.joined) == count and all(path.shape == other.shape for other in others)

@@ -381,29 +381,7 @@ def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: st
     table, rows = _table(groups, shape, holds)
     lengths = table[:, START].copy()
     check(np.arange(len(flat)), np.add.reduceat(lengths, rows[:, 0]))
-    return _started(table, shape, rows, lengths)
-
-
-def _started(table: Array, shape: Shape, rows: IntArray, lengths: Array) -> Pieces:
-    """Arc-length pieces so long, (pieces,), mm, one behind the other."""
     starts = compensated_sums(lengths)
     table[:, START] = starts[:-1]
     starts[-1] = starts[-2] + lengths[-1]  # the length is S at the end, to the bit
     return Pieces(read_only(table), shape, rows, read_only(starts[np.append(rows[:, 0], len(table))]))
-
-
-def in_a_row(parts: Sequence[Pieces], *, measured: bool) -> Pieces:
-    """Pieces of one shape one behind the other, with the bits of a table of all their curves.
-
-    measured  whether they are arc-length pieces, to be measured from the first one on
-    """
-    table, shape = np.concatenate([each.table for each in parts]), parts[0].shape
-    begins = np.cumsum([0, *(len(each.table) for each in parts)]).tolist()
-    rows: IntArray = read_only(np.concatenate([each.rows + begin for each, begin in zip(parts, begins, strict=False)]))
-    if not measured:
-        return Pieces(read_only(table), shape, rows)
-    lengths = np.empty(len(table))
-    for few in chunks(len(table), BLOCK):
-        c = np.ascontiguousarray(table[few, : ARC + ARC_TERMS].T)
-        lengths[few] = arc(c, (c[HIGH] - c[MIDDLE]) * c[SCALE])
-    return _started(table, shape, rows, lengths)
