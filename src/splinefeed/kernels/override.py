@@ -31,6 +31,9 @@ MOST_STEP = 0.25
 AT_TARGET = 1e-9
 #: How far beside 0 or the highest rate a stop may end by rounding.
 ROUNDING = 1e-12
+#: What is asked, (4, n): |q'|, |q''|, jerk at rate 1 and that of jumps alone; the limits of velocity, acceleration and
+#: jerk, (3, n); and the period, s.
+Needs = tuple[Array, Array, float]
 #: Halvings that find the highest rate on a stretch: a coarse grid of rates, so that it does not change all the time.
 HALVINGS = 5
 
@@ -48,11 +51,9 @@ def own_jerk(rate: float, jerk: float, jumps: float) -> float:
 
 
 @kernel
-def _room(rate: float, slope: float, ahead: Array, limit: Array, period: float) -> float:
-    """Largest |r''| at rates up to `rate` and slopes up to `slope`; below 0 where not even r'' = 0 holds.
-
-    ahead (4, n): |q'|, |q''|, jerk at rate 1 and that of jumps alone; limit (3, n): velocity, acceleration, jerk.
-    """
+def _room(rate: float, slope: float, needs: Needs) -> float:
+    """Largest |r''| at rates up to `rate` and slopes up to `slope`; below 0 where not even r'' = 0 holds."""
+    ahead, limit, period = needs
     square = rate * rate
     most = MOST_STEP / (period * period)
     for k in range(limit.shape[1]):
@@ -67,8 +68,9 @@ def _room(rate: float, slope: float, ahead: Array, limit: Array, period: float) 
 
 
 @kernel
-def _steepest(rate: float, ahead: Array, limit: Array, period: float) -> float:
+def _steepest(rate: float, needs: Needs) -> float:
     """Largest |r'| at rates up to `rate` that leaves jerk for r''."""
+    ahead, limit, period = needs
     square = rate * rate
     most = MOST_STEP / period
     for k in range(limit.shape[1]):
@@ -104,8 +106,9 @@ def _towards(gap: float, slope: float, bend: float, steepest: float, period: flo
 
 
 @kernel
-def _slow_enough(rate: float, ahead: Array, limit: Array) -> bool:
-    """Whether no axis is faster than it may be at that rate; ahead (4, n), limit (3, n)."""
+def _slow_enough(rate: float, needs: Needs) -> bool:
+    """Whether no axis is faster than it may be at that rate."""
+    ahead, limit, _ = needs
     kept = True
     for k in range(limit.shape[1]):
         kept = kept and ahead[0, k] * rate <= limit[0, k]
@@ -113,12 +116,13 @@ def _slow_enough(rate: float, ahead: Array, limit: Array) -> bool:
 
 
 @kernel
-def _can_return(rate: float, base: float, left: float, ahead: Array, limit: Array, period: float) -> bool:
+def _can_return(rate: float, base: float, left: float, needs: Needs) -> bool:
     """Whether a steady rate above `base` can be left for it within `left` s of plan time, and be reached."""
-    if not _slow_enough(rate, ahead, limit):
+    if not _slow_enough(rate, needs):
         return False
-    steepest = _steepest(rate, ahead, limit, period)
-    bend = _room(rate, steepest, ahead, limit, period)
+    period = needs[2]
+    steepest = _steepest(rate, needs)
+    bend = _room(rate, steepest, needs)
     if not (bend > 0.0 and steepest > 0.0):
         return False
     peak = min(math.sqrt((rate - base) * bend), steepest)
@@ -134,15 +138,15 @@ def cap_rates(ahead: Array, base: float, highest: float, left: Array, limit: Arr
     """
     for level in range(ahead.shape[0]):
         for i in range(ahead.shape[1]):
-            cell = ahead[level, i]
+            needs = (ahead[level, i], limit, period)
             low = base
             high = highest
-            if _can_return(high, base, left[level], cell, limit, period):
+            if _can_return(high, base, left[level], needs):
                 low = high
-            elif _can_return(base + 0.5**HALVINGS * (high - base), base, left[level], cell, limit, period):
+            elif _can_return(base + 0.5**HALVINGS * (high - base), base, left[level], needs):
                 for _ in range(HALVINGS):
                     middle = 0.5 * (low + high)
-                    if _can_return(middle, base, left[level], cell, limit, period):
+                    if _can_return(middle, base, left[level], needs):
                         low = middle
                     else:
                         high = middle
@@ -151,26 +155,17 @@ def cap_rates(ahead: Array, base: float, highest: float, left: Array, limit: Arr
 
 @kernel
 def _way_out(
-    rate: float,
-    slope: float,
-    wanted: float,
-    highest: float,
-    base: float,
-    steepest: float,
-    left: float,
-    ahead: Array,
-    limit: Array,
-    period: float,
-    out: Array,
+    rate: float, slope: float, wanted: float, highest: float, base: float, left: float, needs: Needs, out: Array
 ) -> bool:
     """Whether the step to `wanted`, and behind it a way to a steady rate of at most `base`, keep every limit.
 
-    highest  rate that neither exceeds; left  s of plan time for which `ahead` (4, n) holds. The way goes to
+    highest  rate that neither exceeds; left  s of plan time for which `needs` holds. The way goes to
     out (STATE,).
     """
+    period = needs[2]
     after = rate + 0.5 * period * (slope + wanted)
     most = max(abs(slope), abs(wanted))
-    bend = _room(highest, most, ahead, limit, period)
+    bend = _room(highest, most, needs)
     if bend < 0.0 or abs(wanted - slope) > bend * period * (1.0 + ROUNDING):
         return False
     n = 0.0
@@ -181,7 +176,7 @@ def _way_out(
     end = after + 0.5 * period * wanted * n
     if max(rate, after, end) > highest + ROUNDING or end < -ROUNDING:
         return False
-    if highest > base + ROUNDING and not _slow_enough(highest, ahead, limit):
+    if highest > base + ROUNDING and not _slow_enough(highest, needs):
         return False
     if end <= base + ROUNDING:
         if (n + 1.0) * period * highest > left:
@@ -192,8 +187,8 @@ def _way_out(
         out[FLATS] = 0.0
         return True
     # the slope falls to -peak, may stay there, and rises to 0: the rate falls from `after` to `base` or just below
-    most = max(most, steepest)
-    bend = _room(highest, most, ahead, limit, period)
+    most = max(most, _steepest(highest, needs))
+    bend = _room(highest, most, needs)
     if not bend > 0.0 or abs(wanted - slope) > bend * period * (1.0 + ROUNDING):
         return False
     step = bend * period
@@ -219,27 +214,19 @@ def _way_out(
 
 @kernel
 def _step(
-    rate: float,
-    slope: float,
-    target: float,
-    base: float,
-    top: float,
-    left: float,
-    ahead: Array,
-    limit: Array,
-    period: float,
-    out: Array,
+    rate: float, slope: float, target: float, base: float, top: float, left: float, needs: Needs, out: Array
 ) -> bool:
     """The step towards `target` on a stretch, slope into out[SLOPE] and the way out behind it; False if there is none.
 
     top  highest rate there is on it.
     """
+    period = needs[2]
     gap = target - rate
     sign = 1.0 if gap >= 0.0 else -1.0
     highest = rate
     if sign > 0.0 or slope > 0.0:
         # how far it would still rise: one more step up, and the stop behind it
-        bend = max(_room(rate, abs(slope), ahead, limit, period), 0.0)
+        bend = max(_room(rate, abs(slope), needs), 0.0)
         next_slope = max(slope, 0.0) + bend * period
         rise = 0.5 * period * (max(slope, 0.0) + next_slope)
         if bend > 0.0:
@@ -247,18 +234,18 @@ def _step(
         highest = min(rate + 1.1 * rise, max(top, rate))
         if slope <= 0.0 or rate <= target:
             highest = max(target, rate) if target > base else min(highest, max(target, rate))
-    steepest = _steepest(highest, ahead, limit, period)
+    steepest = _steepest(highest, needs)
     most = min(max(abs(slope), steepest), MOST_STEP / period)
-    bend = _room(highest, most, ahead, limit, period)
+    bend = _room(highest, most, needs)
     if bend <= 0.0:
-        bend = _room(highest, abs(slope), ahead, limit, period)
+        bend = _room(highest, abs(slope), needs)
     if bend <= 0.0:
         return False
     ticks = left / (period * max(highest, 1e-9)) - 2.0
     steep = min(steepest, bend * period * max(ticks, 0.0))
     wanted = sign * _towards(sign * gap, sign * slope, bend, steep, period)
     out[SLOPE] = wanted
-    return _way_out(rate, slope, wanted, highest, base, steepest, left, ahead, limit, period, out)
+    return _way_out(rate, slope, wanted, highest, base, left, needs, out)
 
 
 @kernel
@@ -337,13 +324,11 @@ def run_rate(
                 if k > 0 and level == best:
                     continue
                 top = caps[level, cell]
-                end = (
-                    (number + windows[level]) * period - tau
-                    if forward
-                    else tau - (number + 1 - windows[level]) * period
-                )
+                behind = number + windows[level] if forward else number + 1 - windows[level]
+                end = direction * (behind * period - tau)
                 goal = min(target, top)
-                certain = _step(rate, slope, goal, base, top, end, ahead[level, cell], limit, period, way)
+                needs = (ahead[level, cell], limit, period)
+                certain = _step(rate, slope, goal, base, top, end, needs, way)
                 if certain or (rate <= base and target <= base):
                     break
             if certain:
