@@ -8,6 +8,7 @@ import pkgutil
 import subprocess
 import sys
 import types
+from functools import partial
 
 import numpy as np
 import pytest
@@ -157,9 +158,10 @@ def test_every_kernel_names_only_what_its_digest_can_tell():
 LONG = """
 import sys
 import numpy as np
-from splinefeed.kernels.jit import compiled_here, leaf
+from functools import partial
+from splinefeed.kernels.jit import Leaf, compiled_here
 
-@leaf(worth=1000)
+@partial(Leaf, worth=1000)
 def add(count, state):
     for _ in range(count):
         state[0] += 1.0
@@ -194,7 +196,7 @@ def test_work_of_unknown_length_is_compiled_when_it_has_cost_as_much(house):
     assert house(arguments=["3000", "300"]) == ["3000 3 True 1"]
 
 
-@jit.leaf(worth=10, rows=("table",), lists=("factors",))
+@partial(jit.Leaf, worth=10, rows=("table",), lists=("factors",))
 def _divided(table, factors, out, by):
     for i in range(len(out)):
         row = table[i]
@@ -215,6 +217,7 @@ def test_a_division_by_zero_gives_what_compiled_code_gives(by):
 #: A process in which Numba is not installed.
 WITHOUT = """
 import importlib.metadata, sys
+from functools import partial
 import numpy as np
 
 def version(name, real=importlib.metadata.version):
@@ -223,13 +226,13 @@ def version(name, real=importlib.metadata.version):
     return real(name)
 
 importlib.metadata.version, sys.modules["numba"] = version, None
-from splinefeed.kernels.jit import compiled_here, kernel, leaf, wanted_numba
+from splinefeed.kernels.jit import Leaf, compiled_here, kernel, wanted_numba
 
 @kernel
 def third(x):
     return x / 3.0
 
-@leaf(worth=10)
+@partial(Leaf, worth=10)
 def add(count, state):
     for _ in range(count):
         state[0] += third(state[0])

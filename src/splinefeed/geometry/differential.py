@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.polynomial import polynomial as poly
 from numpy.typing import ArrayLike
 
+from splinefeed.geometry.pieces import coefficients, taylor
 from splinefeed.kernels import layout as pieces
 from splinefeed.kernels.layout import DEGREES
 from splinefeed.records import Array
@@ -111,29 +111,22 @@ def unit_tangents(curve: NurbsCurve, u: ArrayLike, linear: Axes = None, side: st
 def _limit_direction(curve: NurbsCurve, u: float, linear: Axes, backwards: bool) -> Array:
     """The direction (linear,) of the curve as it leaves u, or arrives there if `backwards`; zero if it does not move.
 
-    Where C - C(u) = sum_k n_k x^k / w, x = t - t(u), the first n_k that is not 0 points along x^k, and with x < 0
-    towards u along (-1)^(k - 1) n_k.
+    Where C - C(u) = sum_k c_k x^k, x = t - t(u), the first c_k that is not 0 points along x^k, and with x < 0
+    towards u along (-1)^(k - 1) c_k.
     """
-    table, (degree, axes, _, rational) = curve.table
+    table, shape = curve.table
     row = int(np.clip(np.searchsorted(table[:, pieces.LOW], u, side="right") - 1, 0, len(table) - 1))
     row -= int(backwards and row > 0 and u == table[row, pieces.LOW])
-    power = np.arange(degree + 1)
     while 0 <= row < len(table):
-        columns = table[row, pieces.ORIGIN + axes :].reshape(axes + rational, degree + 1)
-        low, high = table[row, pieces.LOW], table[row, pieces.HIGH]
-        t = (min(max(u, low), high) - table[row, pieces.MIDDLE]) * table[row, pieces.SCALE]
-        about = np.array([[math.comb(j, k) * t ** (j - k) if j >= k else 0.0 for k in power] for j in power])
-        taylor = columns @ about
-        local = taylor[:axes] - taylor[:axes, :1] * (taylor[axes] / taylor[axes, 0] if rational else power == 0)
-        local = local[_columns(linear)]
-        lengths = np.linalg.norm(local, axis=0)
-        moving = np.flatnonzero(lengths[1:] > VANISHING * lengths.max())
+        c = table[row, :, None]
+        t = (np.clip(u, c[pieces.LOW], c[pieces.HIGH]) - c[pieces.MIDDLE]) * c[pieces.SCALE]
+        steps = np.array(taylor(coefficients(c, shape), shape[3], t, curve.degree))[1:, _columns(linear), 0]
+        lengths = np.linalg.norm(steps, axis=1)
+        moving = np.flatnonzero(lengths > VANISHING * lengths.max())
         if len(moving):
-            k = int(moving[0]) + 1
-            direction: Array = local[:, k] * ((-1.0) ** (k - 1) if backwards else 1.0)
-            return direction
+            return np.asarray(steps[moving[0]] * (-1.0 if backwards and moving[0] % 2 else 1.0))
         row += -1 if backwards else 1  # a span that stands still
-    return np.zeros(axes)[_columns(linear)]
+    return np.zeros(curve.axes)[_columns(linear)]
 
 
 def extremes(curve: NurbsCurve) -> Array:

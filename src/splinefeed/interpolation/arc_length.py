@@ -9,6 +9,7 @@ from splinefeed.geometry.pieces import arc, chunks, columns, derivatives, place_
 from splinefeed.kernels.layout import HIGH, MIDDLE, SCALE, START
 from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, IntArray, Setpoints, TimeLaw
+from splinefeed.records.motion import derivative
 
 #: A law that ends nearer to the end of the path than this share of its length ends there: the rounding of its pieces.
 AT_END = 64.0 * 2.0**-52
@@ -53,17 +54,8 @@ def motion(law: TimeLaw, time: Array) -> tuple[Array, Array]:
     """
     time = np.minimum(np.maximum(time, 0.0), law.duration)
     piece = np.minimum(np.searchsorted(law.breaks, time, side="right") - 1, len(law.coefficients) - 1)
-    c = columns(law.coefficients, piece)
-    tau = time - law.breaks[piece]
-    s = c[5] * tau
-    s += c[4]
-    feed = c[5] * np.ones_like(tau)
-    for k in (3, 2, 1, 0):
-        feed *= tau
-        feed += s
-        s *= tau
-        s += c[k]
-    return s, np.maximum(feed, 0.0, out=feed)
+    c, tau = columns(law.coefficients, piece).T, time - law.breaks[piece]
+    return derivative(c, tau, 0), np.maximum(derivative(c, tau, 1), 0.0)
 
 
 class Instants:

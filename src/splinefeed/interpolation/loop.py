@@ -8,6 +8,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
+from splinefeed.interpolation.arc_length import AT_END
 from splinefeed.interpolation.stepping import (
     ACCELERATION,
     FEED,
@@ -32,8 +33,6 @@ STATE_INTEGERS = 7
 RATES, MEMORY, NOW, OVERRUN, LAW = 4, 8, 20, 23, 24
 STATE_FLOATS = LAW + 5
 
-#: A law that ends nearer to the end of the path than this share of its length ends there: the rounding of its pieces.
-AT_END = 64.0 * 2.0**-52
 #: Steps that Runge-Kutta takes before a multistep method has the history it needs.
 STARTING_STEPS = 3
 

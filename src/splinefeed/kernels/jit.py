@@ -3,7 +3,7 @@
 A compiled kernel is kept under a digest of its bytecode, of the constants that it names, and of all kernels that it
 calls. So a changed line costs the compile of that kernel and its callers, and a clean clone costs none.
 
-A `leaf` is a kernel that is worth its compile only for long work: `leaf.for_work(ticks)` is plain Python before that.
+A `Leaf` is a kernel that is worth its compile only for long work: `leaf.for_work(ticks)` is plain Python before that.
 """
 
 from __future__ import annotations
@@ -73,16 +73,6 @@ def hot_kernel(function: F) -> F:
     A call that is not inlined costs more than its arithmetic, as arrays are counted in and out of it.
     """
     return cast(F, Kernel(function, forceinline=True))
-
-
-def leaf(*, worth: int, rows: tuple[str, ...] = (), lists: tuple[str, ...] = ()) -> Callable[[F], Leaf[F]]:
-    """A kernel that `Leaf.for_work` runs as plain Python where it is not worth its compile.
-
-    worth  units of work, say ticks, that plain Python does in the time of the compile
-    rows   names of two-dimensional arrays of which the function takes whole rows
-    lists  names of small arrays that the function only reads: lists of Python's floats are the fastest to read
-    """
-    return lambda function: Leaf(function, worth, rows, lists)
 
 
 class Kernel:
@@ -166,7 +156,12 @@ class Kernel:
 
 
 class Leaf(Kernel, Generic[F]):
-    """A kernel that is not worth its compile for short work; see `leaf`."""
+    """A kernel that `for_work` runs as plain Python where it is not worth its compile: `@partial(Leaf, worth=1000)`.
+
+    worth  units of work, say ticks, that plain Python does in the time of the compile
+    rows   names of two-dimensional arrays of which the function takes whole rows
+    lists  names of small arrays that the function only reads: lists of Python's floats are the fastest to read
+    """
 
     def __init__(self, function: F, worth: int, rows: tuple[str, ...] = (), lists: tuple[str, ...] = ()) -> None:
         super().__init__(function)

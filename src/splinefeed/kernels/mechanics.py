@@ -13,8 +13,9 @@ halving, until the event is enclosed.
 from __future__ import annotations
 
 import math
+from functools import partial
 
-from splinefeed.kernels.jit import hot_kernel, kernel, leaf
+from splinefeed.kernels.jit import Leaf, hot_kernel, kernel
 from splinefeed.records import Array
 
 #: States of the plant: motor position and speed, drive (speed wanted, or force), its integral, load position and speed.
@@ -361,7 +362,7 @@ def convert(volts: float, parameters: Array) -> float:
     return min(quantise(clamp(volts, parameters[OUTPUT_LIMIT]), step), parameters[OUTPUT_LIMIT] - step)
 
 
-@leaf(worth=WORTH, lists=("table", "parameters"))
+@partial(Leaf, worth=WORTH, lists=("table", "parameters"))
 def run_axis(
     command: Array,
     table: Array,
