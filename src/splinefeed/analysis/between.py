@@ -190,7 +190,7 @@ def chord_errors(rows: Rows, row: IntArray, u: Array, position: Array, worth: fl
 
 def _from_chord(at: Array, start: Array, chord: Array) -> tuple[Array, Array, BoolArray]:
     """Distance (..., n) of points (linear, ..., n) from straight lines, mm, as vectors, and where it is across them."""
-    start, chord = (each.reshape(len(at), *(1,) * (at.ndim - 2), -1) for each in (start, chord))
+    start, chord = (each.reshape(len(at), *(1,) * (at.ndim - 2), each.shape[-1]) for each in (start, chord))
     square = dot(chord, chord)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(square > 0.0, dot(at - start, chord) / square, 0.0)

@@ -3,31 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from splinefeed.cli import options
+import splinefeed as sf
+from splinefeed.cli import options, summary
 from splinefeed.cli.answers import answers
-from splinefeed.cli.output import Block, Page, notes, number, table, verdict
+from splinefeed.cli.output import Block, Page, notes, number, verdict
 from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import on_its_machine, path_of, read_setpoints
 from splinefeed.errors import LimitsError
 
-if TYPE_CHECKING:
-    from splinefeed.records import Limits, Setpoints
-
 
 def _show(page: Page) -> list[Block]:
-    from splinefeed.records import unit_along, unit_of
-
-    unit, rows = unit_along(page["axes"]), []
-    for name, each in page["limits"].items():
-        of = unit_of(name, unit)
-        values = [f"{number(each['worst'], 6)} {of}", f"{number(each['limit'], 6)} {of}"]
-        values += [f"{each['share']:.6%}", f"{each['floor']:.1e}"]
-        place = [f"{number(each['at_s'])} {unit}", f"{number(each['at_t_s'])} s", each["by"]]
-        rows.append([name, *values, *place, "holds" if each["ok"] else "OVER"])
+    unit = summary.unit_of_path(page)
     ticks = f"{page['ticks']} setpoints, one every {number(page['period_s'], 6)} s"
     off, start, end = (number(page[f"{name}_mm"], 3) for name in ("off_curve_max", "start_error", "end_error"))
     return [
@@ -36,7 +26,7 @@ def _show(page: Page) -> list[Block]:
             f"off the curve by at most {off} {unit}; off its start and end by {start} and {end} {unit}",
             *notes(page["notes"]),
         ],
-        table(["limit", "worst", "allowed", "share", "floor", "at", "at time", "by", ""], rows),
+        summary.limits(page, checked=True),
         verdict(page),
     ]
 
@@ -66,18 +56,19 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
       splinefeed check recorded.csv --path butterfly --feed 60 --axis-jerk x=20000,y=15000 --resolution 1um
     """
     from splinefeed.analysis.certificate import certificate, write_certificate
-    from splinefeed.analysis.check import check
     from splinefeed.analysis.check_bounds import TOLERANCE
-    from splinefeed.formats.setpoints import load
-    from splinefeed.records import TimeLaw
 
     say(f"reading {setpoints}")
     points, guessed = read_setpoints(setpoints, given)
-    limits = _limits(points, given, setpoints)
+    own = points.settings.get("limits")
+    flat = options.said_limits(given, own if isinstance(own, Mapping) else {})
+    if not flat:
+        raise LimitsError(f"{setpoints}: has no limits; give --limits FILE, or --feed, --axis-jerk and the like")
+    limits = sf.Limits.from_dict(flat)
     path, source = path_of(points.settings, given, setpoints)
-    law = None if given["law_file"] is None else load(given["law_file"], TimeLaw)
+    law = None if given["law_file"] is None else sf.load(given["law_file"], sf.TimeLaw)
     say("checking")
-    found = check(
+    found = sf.check(
         points,
         on_its_machine(path, points.settings, given["machine"], limits),
         limits,
@@ -90,19 +81,3 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
         write_certificate(certificate(points, path, limits, found, law), certified)
     page = {"file": setpoints, "path": source, "axes": list(points.axes), **found.as_dict()}
     return {**page, "notes": [*guessed, *page["notes"]], "files": [certified] if certified else []}
-
-
-def _limits(setpoints: Setpoints, given: Mapping[str, Any], file: str) -> Limits:
-    """Limits of the file of limits, or else of the settings, with those of the options in their place."""
-    from splinefeed.formats import limits_toml
-    from splinefeed.records import Limits
-
-    flat: dict[str, float] = {}
-    if given["limits_file"]:
-        flat = limits_toml.read(given["limits_file"]).as_dict()
-    elif isinstance(settings := setpoints.settings.get("limits"), Mapping):
-        flat = dict(settings)
-    flat = options.replaced(flat, given)
-    if not flat:
-        raise LimitsError(f"{file}: has no limits; give --limits FILE, or --feed, --axis-jerk and the like")
-    return Limits.from_dict(flat)

@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Block, Page, notes, number, table
@@ -62,11 +63,10 @@ def time(say: Say, program: str, **given: Any) -> Page:
       splinefeed time part.ngc --machine router --offsets "G28=0,0,80" --json
       splinefeed time part.nc --machine hurco-04 --from-line 120
     """
-    from splinefeed.pipeline.cycle_time import cycle_time
     from splinefeed.report.time_figures import time_figure
 
     say(f"reading {program}")
-    found = cycle_time(program, given["machine"], **options.reading_from(given))
+    found = sf.cycle_time(program, given["machine"], **options.reading_from(given))
     page = found.as_dict() | {"source": program, "saves": [], "files": []}
     if not given["no_saves"]:
         say("planning with other limits")
@@ -114,10 +114,9 @@ def calibrate(say: Say, runs: tuple[str, ...], **given: Any) -> Page:
       splinefeed calibrate part.nc=monday.csv part.nc=friday.csv --machine my-mill.toml -o calibrated.toml
       splinefeed calibrate part.nc=run.csv --machine my-mill.toml --keep home.z --json
     """
-    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline import calibration
 
-    machine = Machine.load(given["machine"])
+    machine = sf.Machine.load(given["machine"])
     for name in given["keep"]:
         if name not in calibration.PRIORS:
             raise InputError(f"--keep: {name!r} is not fitted; choose from {', '.join(calibration.PRIORS)}")

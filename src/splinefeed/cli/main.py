@@ -44,7 +44,12 @@ COMMANDS = {
 #: Under this name the shell asks the command for what could come next.
 COMPLETE = "_SPLINEFEED_COMPLETE"
 #: Files that hold several of them; each other command is `command` in a file of its name.
-TOGETHER = {"about": ("machine", "methods", "completion", "version"), "cycle_time": ("time", "calibrate")}
+TOGETHER = {
+    "about": ("machine", "methods", "completion", "version"),
+    "cycle_time": ("time", "calibrate"),
+    "plan": ("plan", "compare"),
+    "tune": ("tune", "tune-feed"),
+}
 
 
 class LazyGroup(click.Group):
@@ -61,8 +66,8 @@ class LazyGroup(click.Group):
                 return None
             raise click.UsageError(f"no such command {cmd_name!r}; {nearest(cmd_name, COMMANDS, 'there are {}')}")
         homes = {name: (file, name) for file, names in TOGETHER.items() for name in names}
-        file, name = homes.get(cmd_name, (cmd_name.replace("-", "_"), "command"))
-        command: click.Command = getattr(import_module(f"splinefeed.cli.{file}"), name)
+        file, name = homes.get(cmd_name, (cmd_name, "command"))
+        command: click.Command = getattr(import_module(f"splinefeed.cli.{file}"), name.replace("-", "_"))
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -5,16 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import click
 
 import splinefeed as sf
 from splinefeed import units
 from splinefeed.errors import InputError
-
-if TYPE_CHECKING:
-    from splinefeed.formats.path_parts import PathParts
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -259,11 +256,24 @@ machine = table("""
 corrections = table("--corrections  INTEGER =1  Passes of a method's corrector, 0 to 100.")
 
 
+def said_limits(given: Mapping[str, Any], otherwise: Mapping[str, float]) -> dict[str, float]:
+    """Limits as `Limits.as_dict` has them: those of the file of limits, or `otherwise`, options in their place."""
+    from splinefeed.formats import limits_toml
+
+    out = dict(limits_toml.read(given["limits_file"]).as_dict() if given["limits_file"] else otherwise)
+    for name in (*limits_toml.KINDS, "travel"):
+        if isinstance(value := given[name], dict):
+            out = {key: old for key, old in out.items() if key.partition(".")[0] != name} | value
+        elif value is not None:
+            out[name] = value
+    return out
+
+
 def limits_from(
     given: Mapping[str, Any],
     machine: sf.Machine | None = None,
     axes: Sequence[str] = (),
-    path: sf.Path | PathParts | None = None,
+    path: sf.Path | sf.formats.PathParts | None = None,
 ) -> tuple[sf.Limits, list[str]]:
     """Limits from what the options of `limits` were `given`, and notes on what is assumed.
 
@@ -271,23 +281,8 @@ def limits_from(
     The limits of the `axes` of a machine hold where neither file nor options say others, and the feeds of a program
     that curves of the `path` carry where no feed is said.
     """
-    from splinefeed.formats import limits_toml
     from splinefeed.pipeline.settings import at_programmed_feeds, completed
 
-    file = given["limits_file"]
-    flat = replaced(limits_toml.read(file).as_dict() if file else {}, given)
-    limits = completed(flat, machine, axes, assume=not file)
+    flat = said_limits(given, {})
+    limits = completed(flat, machine, axes, assume=not given["limits_file"])
     return (limits, []) if path is None or "feed" in flat else at_programmed_feeds(limits, path)
-
-
-def replaced(flat: Mapping[str, float], given: Mapping[str, Any]) -> dict[str, float]:
-    """Limits as `Limits.as_dict` has them, with those that options `given` say in their place."""
-    from splinefeed.formats.limits_toml import KINDS
-
-    out = dict(flat)
-    for name in (*KINDS, "travel"):
-        if isinstance(value := given[name], dict):
-            out = {key: old for key, old in out.items() if key.partition(".")[0] != name} | value
-        elif value is not None:
-            out[name] = value
-    return out

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+import splinefeed as sf
 from splinefeed import units
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers
@@ -14,10 +15,6 @@ from splinefeed.cli.output import Block, Page, notes, number, table
 from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import read_setpoints
 from splinefeed.errors import FormatError, InputError
-
-if TYPE_CHECKING:
-    from splinefeed.formats.bit_pattern import BitPattern
-    from splinefeed.records import Array
 
 
 def _show(page: Page) -> list[Block]:
@@ -75,7 +72,6 @@ def command(say: Say, file: str, **given: Any) -> Page:
 
 def _encoded(file: str, given: Mapping[str, Any], say: Say) -> Page:
     from splinefeed.formats import bit_pattern
-    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline import pulses
 
     if (given["machine"] is None) == (given["scales"] is None):
@@ -84,7 +80,7 @@ def _encoded(file: str, given: Mapping[str, Any], say: Say) -> Page:
     if given["machine"] is None:
         scales, rotary = _scales(given["scales"]), "deg"
     else:
-        scales, rotary = pulses.pulses_of(Machine.load(given["machine"]), points.axes), "rad"
+        scales, rotary = pulses.pulses_of(sf.Machine.load(given["machine"]), points.axes), "rad"
     slots = None if given["clock"] is None else _slots(given["clock"], points.period)
     say("making pulse words")
     pattern, numbers = pulses.pulse_words(points, scales, slots, rotary=rotary)
@@ -95,7 +91,7 @@ def _encoded(file: str, given: Mapping[str, Any], say: Say) -> Page:
     return {**_page(file, pattern, guessed, files), **numbers}
 
 
-def _page(file: str, pattern: BitPattern, guessed: list[str], files: list[str]) -> Page:
+def _page(file: str, pattern: sf.formats.BitPattern, guessed: list[str], files: list[str]) -> Page:
     from splinefeed.formats.metadata import axis_units
     from splinefeed.pipeline.pulses import per_degree
 
@@ -151,7 +147,7 @@ def _decoded(file: str, given: Mapping[str, Any]) -> Page:
     return _page(file, pattern, [], [] if given["output"] is None else [given["output"]])
 
 
-def _write_positions(pattern: BitPattern, file: str) -> None:
+def _write_positions(pattern: sf.formats.BitPattern, file: str) -> None:
     """Time and positions as a plain CSV: s, mm, rotary axes degrees."""
     import numpy as np
 
@@ -164,7 +160,7 @@ def _write_positions(pattern: BitPattern, file: str) -> None:
     position = metadata.to_degrees(decode(pattern), pattern.axes)
     units_of = metadata.axis_units(pattern.axes, "deg")
     names = [f"{axis} [{unit}]" for axis, unit in zip(pattern.axes, units_of, strict=True)]
-    time: Array = pattern.period * np.arange(len(position), dtype=np.float64)
+    time = pattern.period * np.arange(len(position), dtype=np.float64)
     with atomic_write(file) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as stream:
         stream.write(",".join(["t [s]", *names]) + "\n")
         metadata.write_rows(stream, [time, *position.T], ",")

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from pathlib import Path
+from typing import Any
 
 import click
 
@@ -14,9 +16,6 @@ from splinefeed.cli.output import Page, verdict
 from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import on_its_machine, path_of
 from splinefeed.errors import FormatError
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 #: Formats of setpoints that keep every digit and all settings, those that are read first.
 FORMS = ("hdf5", "npz", "parquet", "mat", "csv")
@@ -38,9 +37,6 @@ def command(say: Say, folder: str, output: str | None, machine: str | None) -> P
       splinefeed report splinefeed-butterfly
       splinefeed report splinefeed-wing -o wing.html
     """
-    from functools import partial
-    from pathlib import Path
-
     from splinefeed.formats.atomic import write_text
     from splinefeed.formats.plain import plain
     from splinefeed.formats.setpoints import load_chunks

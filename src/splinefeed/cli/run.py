@@ -7,7 +7,8 @@ import time
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import click
 
@@ -18,11 +19,6 @@ from splinefeed.cli.output import Page
 from splinefeed.cli.progress import Say
 from splinefeed.cli.source import AFTER_READING, Task, check_rotary, read_path, task_of
 from splinefeed.errors import InputError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from splinefeed.formats.path_parts import PathParts
 
 #: What is left out of a run that is too long to be kept whole.
 LONG_NOTE = (
@@ -73,10 +69,7 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
       splinefeed run mould.nc --machine router --smooth program
       splinefeed run flank.json --machine trunnion --feed 100 --period 2ms
     """
-    from splinefeed.formats.path_parts import PathParts
-    from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.interpolation import registry
-    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline import compare
     from splinefeed.report import files
     from splinefeed.report.folder import default_name, staged
@@ -85,19 +78,19 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
     drawing = options.figure_formats(given)
     of_paper = source is None
     named = given["machine"] or (compare.PAPER_MACHINE if of_paper else None)
-    machine = None if named is None else Machine.load(named)
+    machine = None if named is None else sf.Machine.load(named)
     method = given["method"] or (compare.PAPER_METHODS[-1] if of_paper else registry.DEFAULT_METHOD)
     registry.method(method)
     # the paper's experiment has the paper's limits, whatever the machine
     what = task_of(say, source, given, None if of_paper else machine, read=partial(_read, given))
     path, corrections, formats = what.path, given["corrections"], tuple(given["formats"] or ("hdf5",))
-    if given["tip"] and not isinstance(path, ToolPath):
+    if given["tip"] and not isinstance(path, sf.ToolPath):
         raise InputError(f"--tip: {path.name} has no tool axis; its setpoints are the tool's positions already")
-    if machine is not None and not isinstance(path, ToolPath | PathParts):
+    if machine is not None and not isinstance(path, sf.ToolPath | sf.formats.PathParts):
         check_rotary(path, what.source, machine)
     folder = default_name(path.name) if given["output"] is None else given["output"]
     with staged(folder) as stage:
-        if isinstance(path, PathParts):
+        if isinstance(path, sf.formats.PathParts):
             return _seen_from_here(_write_parts(what, formats, stage, say), folder)
         say("planning and interpolating")
         result = sf.run(
@@ -128,10 +121,10 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
     return _seen_from_here(page, folder)
 
 
-def _read(given: Mapping[str, Any], source: str, reading: Mapping[str, Any]) -> sf.Path | PathParts:
+def _read(given: Mapping[str, Any], source: str, reading: Mapping[str, Any]) -> sf.Path | sf.formats.PathParts:
     """The path, in parts where the file is too long to be held as a whole; InputError for what needs the whole."""
     from splinefeed.feed.modes import LOOK_AHEAD
-    from splinefeed.formats.path_parts import MOST_LINES, read_parts, too_long
+    from splinefeed.formats.path_parts import MOST_LINES, too_long
     from splinefeed.pipeline.long_path import METHOD
 
     if not too_long(source):
@@ -148,7 +141,7 @@ def _read(given: Mapping[str, Any], source: str, reading: Mapping[str, Any]) -> 
             f"and {METHOD} alone: leave it out"
         )
     alone = ("tolerance", *AFTER_READING)
-    parts = read_parts(source, **{name: value for name, value in reading.items() if name not in alone})
+    parts = sf.formats.read_parts(source, **{name: value for name, value in reading.items() if name not in alone})
     if "tolerance" in reading and parts.unit != "lines":
         raise InputError("--tolerance: is for tables of points; use --smooth LENGTH for a program")
     return parts

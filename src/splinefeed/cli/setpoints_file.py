@@ -5,23 +5,17 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.source import read_path
 from splinefeed.errors import InputError
 
-if TYPE_CHECKING:
-    from splinefeed.geometry.path import Path
-    from splinefeed.kinematics.joint_path import JointPath
-    from splinefeed.records import Limits, Setpoints
 
-
-def read_setpoints(file: str, given: Mapping[str, Any]) -> tuple[Setpoints, list[str]]:
+def read_setpoints(file: str, given: Mapping[str, Any]) -> tuple[sf.Setpoints, list[str]]:
     """The setpoints, and what had to be guessed to read them."""
     from splinefeed.formats import positions_csv
-    from splinefeed.formats.setpoints import load
-    from splinefeed.records import Setpoints
 
     if positions_csv.is_foreign(file):
         foreign, notes = positions_csv.read(file, columns=given["columns"], period=given["period"])
@@ -30,10 +24,10 @@ def read_setpoints(file: str, given: Mapping[str, Any]) -> tuple[Setpoints, list
     for name in ("columns", "period"):
         if given[name] is not None:
             raise InputError(f"--{name}: is for CSV files of other programs; {file} has its own")
-    return load(file, Setpoints), []
+    return sf.load(file, sf.Setpoints), []
 
 
-def read_setpoints_chunks(file: str, given: Mapping[str, Any], rows: int) -> tuple[Iterator[Setpoints], list[str]]:
+def read_setpoints_chunks(file: str, given: Mapping[str, Any], rows: int) -> tuple[Iterator[sf.Setpoints], list[str]]:
     """The setpoints in pieces of at most `rows` ticks, of which HDF5 holds one at a time in memory."""
     from splinefeed.formats.setpoints import load_chunks
 
@@ -43,7 +37,7 @@ def read_setpoints_chunks(file: str, given: Mapping[str, Any], rows: int) -> tup
     return (whole.part(start, start + rows) for start in range(0, len(whole), rows)), notes
 
 
-def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) -> tuple[Path, str]:
+def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) -> tuple[sf.Path, str]:
     """The path that --path says, or that a run wrote into the settings of its setpoints; and its source.
 
     Raises InputError where neither says one.
@@ -64,12 +58,13 @@ def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) ->
     return read_path(text, options.reading_from(options_of(settings))), text
 
 
-def on_its_machine(path: Path, settings: Mapping[str, Any], machine: str | None, limits: Limits) -> Path | JointPath:
+def on_its_machine(
+    path: sf.Path, settings: Mapping[str, Any], machine: str | None, limits: sf.Limits
+) -> sf.Path | sf.JointPath:
     """A tool path in the joints of `machine`, or of the one that the settings say; any other path as it is."""
-    from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.pipeline.run import on_machine
 
-    own = options_of(settings)["machine"] if isinstance(path, ToolPath) else None
+    own = options_of(settings)["machine"] if isinstance(path, sf.ToolPath) else None
     return on_machine(path, machine or own, limits)
 
 

@@ -96,7 +96,6 @@ def read_contents(source: str, reading: Mapping[str, Any], *, one: bool = False)
     """
     from splinefeed.formats import registry
     from splinefeed.formats.contents import Contents
-    from splinefeed.geometry.tangential import tangential
     from splinefeed.pipeline.settings import smooth
 
     how = {name: value for name, value in reading.items() if name not in AFTER_READING}
@@ -116,5 +115,5 @@ def read_contents(source: str, reading: Mapping[str, Any], *, one: bool = False)
             found[:] = [registry.choose(found, which, source)]
     found[:] = [smooth(path, reading) for path in found]
     if reading.get("tangential"):
-        found[:] = map(tangential, found)
+        found[:] = map(sf.tangential, found)
     return found

@@ -68,15 +68,20 @@ def law(page: Page) -> str:
     return f"law       {page['strategy']}; {sentence}"
 
 
-def limits(page: Page) -> Block:
-    """The limits of the path, and how much of each is used."""
+def limits(page: Page, *, checked: bool = False) -> Block:
+    """The limits of the path, and how much of each is used; checked: to more digits, and where and when most."""
     from splinefeed.records import unit_of
 
     unit, rows = unit_of_path(page), []
     for name, each in page["limits"].items():
-        values = [f"{number(each[key])} {unit_of(name, unit)}" for key in ("worst", "limit")]
-        rows.append([name, *values, f"{each['share']:.1%}", f"{number(each['at_s'])} {unit}"])
-    return table(["limit", "worst", "allowed", "share", "at"], rows)
+        values = [f"{number(each[key], 6 if checked else 4)} {unit_of(name, unit)}" for key in ("worst", "limit")]
+        row = [name, *values, f"{each['share']:.{6 if checked else 1}%}", f"{number(each['at_s'])} {unit}"]
+        if checked:
+            holds = "holds" if each["ok"] else "OVER"
+            row += [f"{number(each['at_t_s'])} s", f"{each['floor']:.1e}", each["by"], holds]
+        rows.append(row)
+    heads = ["limit", "worst", "allowed", "share", "at", "at time", "floor", "by", ""]
+    return table(heads if checked else heads[:5], rows)
 
 
 def axes(page: Page) -> Block:

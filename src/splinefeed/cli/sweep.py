@@ -5,9 +5,11 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Iterator
+from concurrent.futures import Executor
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -16,10 +18,6 @@ from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Block, Page, counted, listed, notes
 from splinefeed.cli.progress import Say
 from splinefeed.errors import InputError
-
-if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
 
 SPEC = """\b
 A spec:
@@ -95,8 +93,6 @@ def command(say: Say, spec: str, folder: str | None, **given: Any) -> Page:
 
 def _sweep(spec: str, given: dict[str, Any], say: Say) -> str:
     """Make the runs that are missing, and name the folder."""
-    from functools import partial
-
     from splinefeed.report.files import write_artefacts
     from splinefeed.report.folder import default_name
     from splinefeed.sweeps import spec as specs
