@@ -59,7 +59,7 @@ class LinuxcncSink(Sink):
         if not installed():
             raise LinuxcncError("LinuxCNC is not installed here: on Debian, apt-get install linuxcnc-uspace")
         self._ahead, self._record, self._settle, self._home = ahead, record, settle, home
-        self._child: subprocess.Popen[bytes] | None = None
+        self._child: subprocess.Popen[str] | None = None
         self._taken = Taken(0)
         self._ended: dict[str, Any] = {}
         self._complaint = "it gives no reason"  # the last line that is no report
@@ -89,11 +89,14 @@ class LinuxcncSink(Sink):
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
             env={**os.environ, **({"HOME": self._home} if self._home else {})},
             cwd="/",
             start_new_session=True,  # Ctrl-C is for us: the child continues to the last row
         )
-        self._listener = threading.Thread(target=self._listen, args=(self._child,), daemon=True)
+        self._input: Any = self._child.stdin
+        self._listener = threading.Thread(target=self._listen, args=(self._child.stdout,), daemon=True)
         self._listener.start()
         if not self._ready.wait(PATIENCE) or not self._position:
             self.abandon()
@@ -101,14 +104,13 @@ class LinuxcncSink(Sink):
         at: Array = to_radians(np.array([self._position]), axes)[0]
         return at
 
-    def _listen(self, child: subprocess.Popen[bytes]) -> None:
-        assert child.stdout is not None
-        with child.stdout as lines:
+    def _listen(self, output: Any) -> None:
+        with output as lines:
             for line in lines:
                 try:
                     said = json.loads(line)
                 except ValueError:
-                    self._complaint = line.decode(errors="replace").strip() or self._complaint
+                    self._complaint = line.strip() or self._complaint
                     continue
                 if "ready" in said:
                     self._position = said["position"]
@@ -125,11 +127,9 @@ class LinuxcncSink(Sink):
         self._ready.set()
 
     def _send(self, text: str) -> None:
-        assert self._child is not None
-        assert self._child.stdin is not None
         try:
-            self._child.stdin.write(text.encode("ascii"))
-            self._child.stdin.flush()
+            self._input.write(text)
+            self._input.flush()
         except BrokenPipeError:
             self._raise_why()
 
@@ -205,25 +205,22 @@ class LinuxcncSink(Sink):
 
     def close(self) -> Taken:
         """Wait for the last row; LinuxcncError if it was never taken."""
+        with suppress(OSError):
+            self._input.close()
         if self._child is not None:
-            assert self._child.stdin is not None
-            with suppress(OSError):
-                self._child.stdin.close()
             self._child.wait()
-            self.abandon()
-            if not self._ended.get("done"):
-                self._raise_why()
+        self.abandon()
+        if not self._ended.get("done"):
+            self._raise_why()
         return self._taken
 
     def abandon(self) -> None:
         """End the child; HAL holds the last row that it took."""
-        child = self._child
-        if child is None:
+        if self._child is None:
             return
-        assert child.stdin is not None
         with suppress(OSError):
-            child.stdin.close()
-        if child.poll() is None:
-            child.terminate()
-            child.wait(LAST_WORDS)
+            self._input.close()
+        if self._child.poll() is None:
+            self._child.terminate()
+            self._child.wait(LAST_WORDS)
         self._listener.join(LAST_WORDS)
