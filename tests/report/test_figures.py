@@ -97,14 +97,6 @@ def test_the_motion_over_time(run):
         assert np.abs(lines[f"{axis} acceleration"].y).max() == pytest.approx(largest)
 
 
-def test_what_an_axis_does_beside_what_the_path_was_planned_with():
-    run = sf.run(motions.butterfly(), LIMITS)
-    panel = next(panel for panel in sf.plot.motion(run).panels if panel.y.label == "axis acceleration (mm/s²)")
-    most = np.abs(run.motion.acceleration).max()
-    assert panel.note.endswith(f"{theme.short(most / 500)} times A along the path (green)")
-    assert [level.value for level in marks(panel, Level)] == [500, -500]
-
-
 def test_the_ripple_of_methods():
     path = PATHS["smooth"]
     law = sf.plan(path, LIMITS, period=1e-3)

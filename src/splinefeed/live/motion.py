@@ -20,8 +20,8 @@ from splinefeed.records import ROTARY_AXES, Array, Limits, Setpoints, TimeLaw
 
 #: Rows whose plan time is remembered, for a resume from one that is confirmed later.
 REMEMBERED = 1 << 16
-#: Plan times that are examined in each period, and halvings of what is between them, to find where axes stand.
-LOOKS, HALVINGS = 2, 40
+#: To find where axes stand: plan times that are examined in each period, then rounds of so many between the nearest.
+LOOKS, ROUNDS, CLOSE = 2, 12, 16
 
 
 class Motion:
@@ -89,19 +89,13 @@ class Motion:
     def begin_near(self, position: Array, low: float, high: float) -> None:
         """Restart, at rest, at the plan time from low to high, s, where the axes are nearest to `position`."""
         low, high = max(low, 0.0), min(high, self.duration)
-        taus = np.linspace(low, high, max(round(LOOKS * (high - low) / self.period), 1) + 1)
-        k = int(np.argmin(self._away(taus, position)))
-        low, high = float(taus[max(k - 1, 0)]), float(taus[min(k + 1, len(taus) - 1)])
-        for _ in range(HALVINGS):
-            third = (high - low) / 3.0
-            near, far = self._away(np.array([low + third, high - third]), position)
-            low, high = (low, high - third) if near < far else (low + third, high)
-        # a row that was sent is reproduced exactly
-        last = np.array([low, float(taus[k]), high])
-        self.begin_at(float(last[int(np.argmin(self._away(last, position)))]))
-
-    def _away(self, taus: Array, position: Array) -> Array:
-        return np.max(np.abs(self._points(taus, np.zeros(len(taus))).position - position), axis=1)  # type: ignore[no-any-return]
+        count, best = max(round(LOOKS * (high - low) / self.period), 1) + 1, low
+        for _ in range(ROUNDS):
+            taus = np.append(np.linspace(low, high, count), best)  # a row that was sent is reproduced exactly
+            away = np.max(np.abs(self._points(taus, np.zeros(len(taus))).position - position), axis=1)
+            best, step = float(taus[np.argmin(away)]), (high - low) / (count - 1)
+            low, high, count = max(best - step, low), min(best + step, high), CLOSE + 1
+        self.begin_at(best)
 
 
 def along(

@@ -72,11 +72,7 @@ def law_panels(
 
 
 def axis_panels(run: Run) -> list[Panel]:
-    """A panel for velocity, acceleration and jerk of the linear axes, and of the rotary ones, with their limits.
-
-    Where the path was planned with an acceleration and a jerk of its own, these are drawn beside the linear axes.
-    """
-    own = run.own_limits()
+    """A panel for velocity, acceleration and jerk of the linear axes, and of the rotary ones, with their limits."""
     panels = []
     for columns, factor in ((range(run.linear), 1.0), (range(run.linear, len(run.axes)), 180.0 / np.pi)):
         for quantity in _QUANTITIES if columns else ():
@@ -89,12 +85,8 @@ def axis_panels(run: Run) -> list[Panel]:
             tops = factor * run.limits.of_axes(f"axis_{quantity}", run.axes)[columns]
             marks += [Level(sign * top) for top in np.unique(tops[np.isfinite(tops)]) for sign in (1.0, -1.0)]
             most = max(peak(values[:, k])[1] for k in columns)
-            note = f"at most {theme.short(most)} {unit}"
-            if quantity in own and columns[0] < run.linear:
-                marks += [Level(sign * own[quantity], colour=theme.GREEN) for sign in (1.0, -1.0)]
-                times = theme.short(most / own[quantity])
-                note += f", {times} times {quantity[0].upper()} along the path (green)"
-            panels.append(Panel(TIME, Axis(f"axis {quantity} ({unit})"), tuple(marks), note=note))
+            label, note = Axis(f"axis {quantity} ({unit})"), f"at most {theme.short(most)} {unit}"
+            panels.append(Panel(TIME, label, tuple(marks), note=note))
     return panels
 
 

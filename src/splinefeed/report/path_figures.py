@@ -25,8 +25,8 @@ POINTS, PATH_POINTS, STRIP = 4000, 3000, 800
 MOST_STOPS = 60
 #: Ends of a path closer than this share of its picture get one word.
 SAME_PLACE = 0.02
-#: Share of the picture that the largest contour error is enlarged to; errors below this, mm, are in micrometres.
-ENLARGED_TO, MICROMETRES_BELOW = 0.12, 1.0
+#: Share of the picture that the largest contour error is enlarged to.
+ENLARGED_TO = 0.12
 #: Colour of each kind of limit; one for all axes.
 KINDS = {
     "feed": theme.BLUE,
@@ -216,24 +216,21 @@ def _parts(use: LimitUse) -> list[tuple[str, float]]:
 
 def contour_figure(deviation: Deviation, name: str, machine: str) -> Figure:
     """Where the machine was beside the true path, its distance from the path enlarged and as colour."""
-    path, error = deviation.path, deviation.error
+    path, error, label = deviation.path, 1e3 * deviation.error, "contour error (µm)"
     true = path(np.linspace(0.0, path.length, PATH_POINTS))[:, :2]
-    largest = float(np.max(error, initial=0.0))
-    size = float(np.max(np.ptp(true, axis=0)))
-    enlarged = max(rounded_down(ENLARGED_TO * size / largest), 1.0) if largest > 0.0 else 1.0
-    unit, factor = ("µm", 1e3) if largest < MICROMETRES_BELOW else ("mm", 1.0)
+    largest, size = float(np.max(error, initial=0.0)), float(np.max(np.ptp(true, axis=0)))
+    enlarged = max(rounded_down(ENLARGED_TO * 1e3 * size / largest), 1.0) if largest > 0.0 else 1.0
     drawn = deviation.foot + enlarged * deviation.offset
-    kept = cells(drawn)
-    label = f"contour error ({unit})"
-    shades = Shades(factor * error[kept], label, 0.0, factor * largest if largest > 0.0 else 1.0)
-    at = int(np.argmax(error)) if len(error) else 0
+    kept, words = cells(drawn), f"{theme.short(largest)} µm"
+    shades = {"contour error": _shades(error[kept], label)}
+    at = drawn[[np.argmax(error)] if len(error) else []]
     marks: tuple[Mark, ...] = (
         Line(true[:, 0], true[:, 1], "path", theme.FAINT, 1.0),
-        Coloured(drawn[kept], {"contour error": shades}, factor * error[kept, None], (label,), true),
-        Dots(drawn[at : at + 1, 0], drawn[at : at + 1, 1], words=(f"{theme.short(factor * largest)} {unit}",)),
+        Coloured(drawn[kept], shades, error[kept, None], (label,), true),
+        Dots(at[:, 0], at[:, 1], words=(words,)),
     )
     title = (
-        f"{theme.words(name)} on {theme.words(machine)}: contour error at most {theme.short(factor * largest)} {unit}\n"
+        f"{theme.words(name)} on {theme.words(machine)}: contour error at most {words}\n"
         f"the distance from the path is drawn {enlarged:g} times as large"
     )
     x, y = (Axis(f"{theme.words(axis, 12)} (mm)") for axis in path.axes[:2])

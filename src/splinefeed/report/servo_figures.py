@@ -182,26 +182,19 @@ def step_figure(axes: Sequence[TunedAxis], machine: str) -> Figure:
 
 
 def feed_curve_figure(tuning: FeedTuning, name: str, machine: str) -> Figure:
-    """Every trial: its contour error over its top feed, and its time over its contour error; the best one marked."""
+    """The contour error of every trial over its top feed; the best one marked."""
     sound = [trial for trial in tuning.trials if trial.stopped is None]
-    feed, error, time = np.array([(trial.feed, 1e3 * trial.error, trial.duration) for trial in sound]).reshape(-1, 3).T
-    tolerance, best = 1e3 * tuning.tolerance, tuning.best
-    words = f"tolerance {theme.short(tolerance)} µm"
-    found = f"none of these feeds keeps {theme.short(tolerance)} µm"
+    feed, error = np.array([(trial.feed, 1e3 * trial.error) for trial in sound]).reshape(-1, 2).T
+    words, best, order = f"{theme.short(1e3 * tuning.tolerance)} µm", tuning.best, np.argsort(feed)
+    marks: list[Mark] = [
+        Line(feed[order], error[order]),
+        Dots(feed, error, colour=theme.BLUE, size=5.0),
+        Level(1e3 * tuning.tolerance, f"tolerance {words}", always=True),
+    ]
+    found = f"none of these feeds keeps {words}"
     if best is not None:
-        found = f"within {theme.short(tolerance)} µm: top feed {theme.short(best.feed)} mm/s, "
-        found += f"{theme.short(best.duration)} s"
-    panels = []
-    for x, y, labels, upright in (
-        (feed, error, ("top feed (mm/s)", "largest contour error (µm)"), False),
-        (error, time, ("largest contour error (µm)", "time of the motion (s)"), True),
-    ):
-        order = np.argsort(x)
-        level = Level(tolerance, words, upright=upright, always=True)
-        marks: list[Mark] = [Line(x[order], y[order]), Dots(x, y, colour=theme.BLUE, size=5.0), level]
-        if best is not None:
-            at = (1e3 * best.error, best.duration) if upright else (best.feed, 1e3 * best.error)
-            marks.append(Dots(np.array(at[:1]), np.array(at[1:]), size=9.0))
-        panels.append(Panel(Axis(labels[0], log=True), Axis(labels[1], log=True), tuple(marks), height=260))
+        found = f"within {words}: top feed {theme.short(best.feed)} mm/s, {theme.short(best.duration)} s"
+        marks.append(Dots(np.array([best.feed]), np.array([1e3 * best.error]), size=9.0))
+    x, y = Axis("top feed (mm/s)", log=True), Axis("largest contour error (µm)", log=True)
     title = f"{theme.words(name)} on {theme.words(machine)}: contour error by feed\n{found}"
-    return Figure(title, tuple(panels), columns=2, width=860)
+    return Figure(title, (Panel(x, y, tuple(marks), height=260),))
