@@ -14,7 +14,7 @@ from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.arcs import arc_curve, find_arcs
 from splinefeed.formats.gcode.dialects import named
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import RAPID, SPLINE, Flag, Moves, joined
+from splinefeed.formats.gcode.moves import Flag, Kind, Moves, joined
 from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.state import UNSAID
 from splinefeed.formats.gcode.tools import Tool, Tools, read_tools
@@ -70,20 +70,20 @@ def compare(moves: Moves, twin: Run, file: Path) -> None:
     columns = np.arange(3)
     # LinuxCNC leaves out moves that lead nowhere in some places and not in others
     shown = ROUNDED * np.where(moves.has(Flag.INCH), 25.4, 1.0)  # the least move that it prints
-    kept = [i for i in range(len(moves)) if i in number or moves["kind"][i] == SPLINE or step[i] > shown[i]]
+    kept = [i for i in range(len(moves)) if i in number or moves["kind"][i] == Kind.SPLINE or step[i] > shown[i]]
     place, theirs = np.zeros((1, 6)), []
     for canon in twin.moves:
         leads = np.all(np.any(np.abs(canon.end - place) > limits(canon), axis=1))
         if canon.middle is not None or canon.kind == "NURBS" or leads:
             theirs.append(canon)
         # where a spline ends it does not print
-        place = moves["end"][moves["kind"] == SPLINE][:, :6] if canon.kind == "NURBS" else canon.end[None]
+        place = moves["end"][moves["kind"] == Kind.SPLINE][:, :6] if canon.kind == "NURBS" else canon.end[None]
     assert len(kept) == len(theirs)
     for i, canon in zip(kept, theirs, strict=True):
         said = f"line {moves['line'][i]}"
-        spline = moves["kind"][i] == SPLINE and canon.middle is not None  # an arc across the plane of a turn
-        kind = "ARC" if i in number or spline else "NURBS" if moves["kind"][i] == SPLINE else "TRAVERSE"
-        kind = "FEED" if kind == "TRAVERSE" and moves["kind"][i] != RAPID else kind
+        spline = moves["kind"][i] == Kind.SPLINE and canon.middle is not None  # an arc across the plane of a turn
+        kind = "ARC" if i in number or spline else "NURBS" if moves["kind"][i] == Kind.SPLINE else "TRAVERSE"
+        kind = "FEED" if kind == "TRAVERSE" and moves["kind"][i] != Kind.RAPID else kind
         assert kind == canon.kind, said
         if kind != "NURBS":
             # the place, the offset of its system and that of G92 are rounded each

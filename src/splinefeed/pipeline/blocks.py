@@ -12,7 +12,7 @@ import numpy as np
 from splinefeed.errors import FormatError
 from splinefeed.formats import registry
 from splinefeed.formats.gcode.arcs import Arcs
-from splinefeed.formats.gcode.moves import AXES, RAPID, ROW, STATED, Flag, Mark, Moves, Spline
+from splinefeed.formats.gcode.moves import AXES, ROW, STATED, Flag, Kind, Mark, Moves, Spline
 from splinefeed.formats.gcode.offsets import REFERENCES
 from splinefeed.formats.gcode.piece import NO_LENGTH, NOTHING, straight_lengths
 from splinefeed.formats.gcode.to_path import Program
@@ -80,7 +80,7 @@ def read_blocks(file: str | os.PathLike[str], control: Control, **options: Any) 
         raise FormatError(f"{file}: no line moves an axis")
     moves, step = _by_way_of_changes(moves, control.change_place)
     (piece,) = program.pieces([moves], reading, np.arange(AXES), len(moves))
-    rapid, arcs = moves["kind"] == RAPID, piece.arcs
+    rapid, arcs = moves["kind"] == Kind.RAPID, piece.arcs
     length = np.where(rapid, straight_lengths(step), piece.lengths)
     moved = step != 0.0
     moved[arcs.move[:, None], arcs.axes] = True
@@ -130,7 +130,7 @@ def _by_way_of_changes(moves: Moves, place: Place) -> tuple[Moves, Array]:
         away = {axis: value - moves["end"][way, axis] for axis, value in there.items()}
         step[way, list(away)] = list(away.values())
         for move in range(way + 1, len(moves)):
-            if not away or moves["kind"][move] != RAPID:
+            if not away or moves["kind"][move] != Kind.RAPID:
                 break
             for axis in [axis for axis in away if moves["axes"][move] >> STATED + axis & 1]:
                 step[move, axis] -= away.pop(axis)

@@ -1,10 +1,10 @@
 """G-code: programs of machine tools, read to paths with feeds and markers, and written again.
 
-`expressions` reads a line, `interpreter` knows what it does to the state (`state`, `codes`, `offsets`,
-`cycles`, `tools`), `reader` runs a whole file into flat arrays of moves (`moves`), `arcs`, `spline_words`, `piece` and
-`to_path` make curves of them, `overview` counts them without making any; `dialects` tells controls apart. `writer` goes
-the other way, with `write_curves`, `fit_arcs` and `text`. docs/gcode.md says what each dialect holds, and
-docs/programs.md what of a shop's program is modelled.
+`expressions` reads a line, `interpreter` knows what it does to the state (`state`, `codes`, `offsets`, `cycles`,
+`tools`), `reader` runs a whole file into rows of moves (`moves`), `arcs`, `spline_words`, `piece` and `to_path` make
+curves of them, `overview` counts them without making any; `dialects` tells controls apart. `writer` goes the other way,
+with `write_curves` and `fit_arcs`. docs/gcode.md says what each dialect holds, and docs/programs.md what of a shop's
+program is modelled.
 """
 
 from __future__ import annotations

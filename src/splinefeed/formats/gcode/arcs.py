@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import CLOCKWISE, COUNTERCLOCKWISE, PLANES, Findings, Flag, Moves
+from splinefeed.formats.gcode.moves import PLANES, Findings, Flag, Kind, Moves
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -58,12 +58,12 @@ class Arcs:
 
 def find_arcs(moves: Moves, mended: Findings | None = None) -> Arcs:
     """The circles of all arcs; one that misses its circle is mended, or without findings for it a LineError."""
-    chosen = np.flatnonzero((moves["kind"] == CLOCKWISE) | (moves["kind"] == COUNTERCLOCKWISE))
+    chosen = np.flatnonzero((moves["kind"] == Kind.CLOCKWISE) | (moves["kind"] == Kind.COUNTERCLOCKWISE))
     axes = np.array(list(PLANES.values()))[moves["plane"][chosen] - 17]
     rows = np.arange(len(chosen))[:, None]
     start, end = moves.starts[chosen][rows, axes], moves["end"][chosen][rows, axes]
     words = moves["centre"][chosen][rows, axes]
-    flags, ccw = moves["flags"][chosen], moves["kind"][chosen] == COUNTERCLOCKWISE
+    flags, ccw = moves["flags"][chosen], moves["kind"][chosen] == Kind.COUNTERCLOCKWISE
     by_radius = flags & Flag.R != 0
     radius, length = moves["radius"][chosen], np.linalg.norm(end - start, axis=1)
 

@@ -13,14 +13,14 @@ from dataclasses import dataclass
 
 from splinefeed.formats.gcode.arcs import find_arcs
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import CLOCKWISE, COUNTERCLOCKWISE, LARGEST, PLANES, RAPID, Flag, Moves
+from splinefeed.formats.gcode.moves import LARGEST, PLANES, Flag, Kind, Moves
 from splinefeed.formats.gcode.state import State
 from splinefeed.records import Array
 
 #: A turn below this, rad, is no corner, and one this near to half a turn leads back: what LinuxCNC 2.9 does there, its
 #: interpreter shows with pairs of lines and arcs. Places this near each other, mm, are one.
 NO_CORNER, SAME_PLACE = 0.05, 1e-7
-_ARCS = (CLOCKWISE, COUNTERCLOCKWISE)
+_ARCS = (Kind.CLOCKWISE, Kind.COUNTERCLOCKWISE)
 
 
 @dataclass
@@ -185,8 +185,8 @@ class Cutter:
     def _around(self, side: _Side, corner: complex) -> None:
         """An arc, or a line where the tool moves rapidly, before the row of `side`."""
         state, i = self.state, side.row
-        rapid, bits = state.rows["kind"][i] == RAPID, sum(1 << axis for axis in self._axes)
-        kind = RAPID if rapid else CLOCKWISE if self._radius > 0.0 else COUNTERCLOCKWISE
+        rapid, bits = state.rows["kind"][i] == Kind.RAPID, sum(1 << axis for axis in self._axes)
+        kind = Kind.RAPID if rapid else Kind.CLOCKWISE if self._radius > 0.0 else Kind.COUNTERCLOCKWISE
         state.count = i + 1
         end, axes = state.rows["end"][i].copy(), bits | int(state.rows["axes"][i])
         state.add(kind, end, axes, int(state.rows["line"][i]), flags=0 if rapid else Flag.ABSOLUTE | bits)

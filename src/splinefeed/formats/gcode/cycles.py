@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.dialects import Dialect
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import LARGEST, LETTERS, LINE, POLAR, RAPID, Findings
+from splinefeed.formats.gcode.moves import LARGEST, LETTERS, POLAR, Findings, Kind
 from splinefeed.formats.gcode.state import UNSAID, State, check_size
 from splinefeed.formats.gcode.threads import TIED
 
@@ -112,13 +112,13 @@ class Hole:
         for step in steps.split():
             said = self.said.get(step, step)
             if step[0] in "01":
-                kind, feed = (LINE, self.feeds.pop(step[1], None)) if step[0] == "1" else (RAPID, None)
+                kind, feed = (Kind.LINE, self.feeds.pop(step[1], None)) if step[0] == "1" else (Kind.RAPID, None)
                 self.move(kind, state.across, self.levels[step[1]], feed)
             elif step == ">Q":
                 self.levels["Q"] = float(state.position[wall])
-                self.move(RAPID, wall, self.levels["Q"] + self.aside)
+                self.move(Kind.RAPID, wall, self.levels["Q"] + self.aside)
             elif step == "<Q":
-                self.move(RAPID, wall, self.levels["Q"])
+                self.move(Kind.RAPID, wall, self.levels["Q"])
             elif isinstance(said, str):
                 state.say(self.line, said)
             elif not 0.0 <= said <= LARGEST:
@@ -206,7 +206,7 @@ class Cycles:
             abs(state.scaled((across + 1) % 3, kept.get("Q", 0.0))),
         )  # fmt: skip
         if times and initial < top and not back:
-            hole.move(RAPID, across, top)
+            hole.move(Kind.RAPID, across, top)
         before = state.tolerance, state.exact_stop
         if self.dialect.of_linuxcnc and before[0] != UNSAID:
             state.tolerance, state.exact_stop = 0.0, False  # exact path, as in LinuxCNC
@@ -214,7 +214,7 @@ class Cycles:
             there, said = state.target(axes)
             there[across] = state.position[across] if state.position[across] > top else clear
             if any(there[axis] != state.position[axis] for axis in range(3)):
-                state.add(RAPID, there, said, line)
+                state.add(Kind.RAPID, there, said, line)
             hole.drill(steps)
         state.tolerance, state.exact_stop = before
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from enum import IntFlag
+from enum import IntEnum, IntFlag
 from functools import cached_property
 from typing import Any
 
@@ -28,7 +28,13 @@ PATH_ORDER = (0, 1, 2, 6, 7, 8, 3, 4, 5)
 #: Longest line that is read, characters, and largest word, mm or rad.
 MAX_LINE, LARGEST = 4096, 1e9
 
-RAPID, LINE, CLOCKWISE, COUNTERCLOCKWISE, SPLINE = range(5)
+
+class Kind(IntEnum):
+    """Of a move: G0 to G3, and splines."""
+
+    RAPID, LINE, CLOCKWISE, COUNTERCLOCKWISE, SPLINE = range(5)
+
+
 #: First and second axis of each plane, counterclockwise from the first to the second.
 PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
 
@@ -125,7 +131,7 @@ class Moves:
 
     def spline_moves(self) -> list[tuple[int, Spline]]:
         """Number and spline of each move that is one."""
-        return [(i, self.splines[self["spline"][i]]) for i in np.flatnonzero(self["kind"] == SPLINE).tolist()]
+        return [(i, self.splines[self["spline"][i]]) for i in np.flatnonzero(self["kind"] == Kind.SPLINE).tolist()]
 
     def part(self, low: int, high: int) -> Moves:
         """The moves from `low` to the one before `high`, with the marks before them and, at the end, behind them."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from splinefeed.formats.gcode.arcs import arc_curve, find_arcs
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import AXES, CLOCKWISE, COUNTERCLOCKWISE, POLAR, SPLINE, STATED, Flag, Moves, Spline
+from splinefeed.formats.gcode.moves import AXES, POLAR, STATED, Flag, Kind, Moves, Spline
 from splinefeed.records import Array
 
 #: Coordinate systems by their code, as G10's P numbers them.
@@ -147,13 +147,15 @@ class Frame:
         if not self.angle or not len(rows):
             return
         ends, kinds, axes = rows["end"], rows["kind"], rows["axes"]
-        for i in np.flatnonzero((rows["plane"] != 17) & np.isin(kinds, (CLOCKWISE, COUNTERCLOCKWISE))).tolist():
+        for i in np.flatnonzero(
+            (rows["plane"] != 17) & np.isin(kinds, (Kind.CLOCKWISE, Kind.COUNTERCLOCKWISE))
+        ).tolist():
             begin = ends[i - 1] if i else start
             curve = arc_curve(begin, ends[i], find_arcs(Moves(begin, rows[i : i + 1])), 0, np.arange(AXES))
             weights = np.ones(len(curve.control_points)) if curve.weights is None else curve.weights
-            kinds[i], rows["spline"][i] = SPLINE, len(splines)
+            kinds[i], rows["spline"][i] = Kind.SPLINE, len(splines)
             splines.append(Spline(curve.degree, curve.knots, curve.control_points, weights, int(rows["line"][i])))
-        for k in rows["spline"][kinds == SPLINE].tolist():
+        for k in rows["spline"][kinds == Kind.SPLINE].tolist():
             splines[k] = replace(splines[k], points=self.to_machine(splines[k].points))
         ends[:] = self.to_machine(ends)
         centre, absolute = rows["centre"][:, :2], rows["flags"] & Flag.ABSOLUTE != 0

@@ -17,7 +17,7 @@ import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.arcs import Arcs, arc_degrees
-from splinefeed.formats.gcode.moves import AXES, LETTERS, LINE, LINEAR, Flag, Moves
+from splinefeed.formats.gcode.moves import AXES, LETTERS, LINEAR, Flag, Kind, Moves
 from splinefeed.formats.gcode.piece import Ends, Piece, axis_names, path_columns
 from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.state import CAPACITY
@@ -145,7 +145,7 @@ class Summary:
         self.feeds = min(self.feeds[0], feeds.min(initial=math.inf)), max(self.feeds[1], feeds.max(initial=0.0))
         self._within(np.concatenate([moves.starts[kept[:1]], moves["end"][kept]]))
         self._add_arcs(piece.arcs, np.isin(piece.arcs.move, kept))
-        self.degrees |= {1} if np.any(moves["kind"][kept] <= LINE) else set()
+        self.degrees |= {1} if np.any(moves["kind"][kept] <= Kind.LINE) else set()
         self.degrees |= set(arc_degrees(moves, piece.arcs).tolist())
         for _, spline in moves.spline_moves():
             if (path := spline.path) is not None:

@@ -13,19 +13,7 @@ import numpy as np
 
 from splinefeed.errors import CurveError, FormatError
 from splinefeed.formats.gcode.arcs import arc_curve, arc_lengths, find_arcs
-from splinefeed.formats.gcode.moves import (
-    LETTERS,
-    LINE,
-    LINEAR,
-    PATH_ORDER,
-    RAPID,
-    ROTARY,
-    SPLINE,
-    STATED,
-    Findings,
-    Flag,
-    Moves,
-)
+from splinefeed.formats.gcode.moves import LETTERS, LINEAR, PATH_ORDER, ROTARY, STATED, Findings, Flag, Kind, Moves
 from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.state import UNSAID
 from splinefeed.geometry.curve import NurbsCurve
@@ -68,7 +56,7 @@ class Piece:
         self.arcs = find_arcs(moves, Findings())  # the reading has said what is mended
         step = np.abs(moves.step)[:, columns]
         short = np.linalg.norm(step[:, :3], axis=1) <= RESOLUTION if tip else np.max(step, axis=1) <= NO_LENGTH
-        self.none: BoolArray = (moves["kind"] <= LINE) & short
+        self.none: BoolArray = (moves["kind"] <= Kind.LINE) & short
         for i, spline in moves.spline_moves():
             self.none[i] = float(np.max(np.ptp(spline.points, axis=0))) <= NO_LENGTH
         self.none[:left_out] = False
@@ -98,16 +86,16 @@ class Piece:
             feeds = np.where(inverse, feeds * self.lengths, feeds)
         step = moves.step
         xyz, whole = (np.linalg.norm(step[:, columns], axis=1) for columns in ([0, 1, 2], LINEAR))
-        beside = (moves["kind"] == LINE) & ~inverse & (xyz > 0.0) & (whole > xyz)
+        beside = (moves["kind"] == Kind.LINE) & ~inverse & (xyz > 0.0) & (whole > xyz)
         if beside.any():  # F counts X, Y and Z alone where they move, and a path counts U, V and W too
             feeds = np.where(beside, feeds * whole / np.where(beside, xyz, 1.0), feeds)
-        inch = (moves.has(Flag.INCH)) & (moves["kind"] <= LINE) & (whole == 0.0) & ~inverse
+        inch = (moves.has(Flag.INCH)) & (moves["kind"] <= Kind.LINE) & (whole == 0.0) & ~inverse
         return np.where(inch, feeds / 25.4, feeds)  # degrees are not inches
 
     @cached_property
     def feeds(self) -> Array:
         """Feeds (k,), mm/s: infinite for rapid moves, and for those before any F, with a finding."""
-        feeds, rapid = self.programmed_feeds[self.kept], self.moves["kind"][self.kept] == RAPID
+        feeds, rapid = self.programmed_feeds[self.kept], self.moves["kind"][self.kept] == Kind.RAPID
         unsaid = (feeds <= 0.0) & ~rapid
         for line in self.moves["line"][self.kept[unsaid]].tolist():
             self.findings.count("moves without a feed before them (F) run as fast as the limits allow", line)
@@ -170,13 +158,13 @@ class Piece:
         """One curve a move, each from where the one before ends; FormatError with the line of one that is none."""
         moves, points, columns, kept = self.moves, self.places, self.columns, self.kept[:most]
         flat = points[: len(kept) + 1, columns]
-        if len(kept) and np.all(moves["kind"][kept] <= LINE):
+        if len(kept) and np.all(moves["kind"][kept] <= Kind.LINE):
             return Lines(flat)
         number_of_arc = {int(move): i for i, move in enumerate(self.arcs.move)}
         curves = []
         for n, i in enumerate(kept.tolist()):
             try:
-                if moves["kind"][i] == SPLINE:
+                if moves["kind"][i] == Kind.SPLINE:
                     spline = moves.splines[int(moves["spline"][i])]
                     places = np.concatenate([points[n : n + 1], spline.points[1:]])
                     curves.append(NurbsCurve(spline.degree, spline.knots, places[:, columns], spline.weights))
@@ -221,7 +209,7 @@ def leading(moves: Moves, needed: int, known: int = 0) -> tuple[int, int]:
     """
     stated = moves["axes"] >> STATED
     before = known | np.concatenate([[0], np.bitwise_or.accumulate(stated)])
-    others = np.flatnonzero((before[:-1] & needed == needed) | (moves["kind"] != RAPID) | (stated == 0))
+    others = np.flatnonzero((before[:-1] & needed == needed) | (moves["kind"] != Kind.RAPID) | (stated == 0))
     first = int(others[0]) if len(others) else len(moves)
     return first, needed & ~int(before[first])
 

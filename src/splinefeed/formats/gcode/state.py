@@ -15,12 +15,11 @@ from splinefeed.formats.gcode.moves import (
     LARGEST,
     LETTERS,
     POLAR,
-    RAPID,
     ROTARY,
     ROW,
-    SPLINE,
     STATED,
     Flag,
+    Kind,
     Mark,
     Moves,
     Spline,
@@ -209,7 +208,7 @@ class State:
         centre: Sequence[float] = (0.0, 0.0, 0.0), radius: float = 0.0, turns: float = 1.0, spline: int = -1,
     ) -> None:  # fmt: skip
         """One move to `end` (9,), as ROW has it."""
-        if kind != RAPID and self.feed_mode == 95 and not self.speed:
+        if kind != Kind.RAPID and self.feed_mode == 95 and not self.speed:
             raise LineError("feed a revolution (G95) needs the speed of the spindle; write S before it")
         feed = self.feed if feed is None else feed
         words = end, centre, radius, turns, feed, self.tolerance
@@ -219,7 +218,7 @@ class State:
     def add_spline(self, spline: Spline, axes: int, **more: Any) -> None:
         """One spline, from where the tool is to its last control point."""
         self.splines.append(spline)
-        self.add(SPLINE, spline.points[-1], axes, spline.line, spline=len(self.splines) - 1, **more)
+        self.add(Kind.SPLINE, spline.points[-1], axes, spline.line, spline=len(self.splines) - 1, **more)
 
     def say(self, line: int, text: str = "", dwell: float = 0.0, stop: bool = True) -> None:
         """A marker before the next move."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import LETTERS, LINE, RAPID, STATED, Findings
+from splinefeed.formats.gcode.moves import LETTERS, STATED, Findings, Kind
 from splinefeed.formats.gcode.state import State, check_size
 from splinefeed.records import Array
 
@@ -35,10 +35,10 @@ def tied(state: State, code: int, target: tuple[Array, int], lead: float | None,
         raise LineError(f"{g_name(code)} needs the way a revolution, K (Fanuc: F)")
     feed = _feed(state, code, abs(lead), line, findings)
     start = state.position.copy()
-    state.add(LINE, there, said, line, feed=feed)
+    state.add(Kind.LINE, there, said, line, feed=feed)
     if code == 331:  # the spindle turns back and takes the tap out
         state.say(line, f"M{7 - state.spindle}")
-        state.add(LINE, start, said & (1 << STATED) - 1, line, feed=feed)
+        state.add(Kind.LINE, start, said & (1 << STATED) - 1, line, feed=feed)
         state.say(line, f"M{state.spindle}")
 
 
@@ -88,17 +88,17 @@ def thread(state: State, words: dict[str, float], line: int, findings: Findings)
     for depth in (*depths, *[full] * (1 + int(springs))):
         safe, cut = start[_X] + out * (full - depth), start[_X] + peak - out * depth
         begin, end = start[_Z] - slide * depth, bottom + slide * (full - depth)
-        move(RAPID, safe, begin)
+        move(Kind.RAPID, safe, begin)
         if entry:
-            move(LINE, cut + out * full, begin, slope)
-            move(LINE, cut, begin - way * entry, slope)
+            move(Kind.LINE, cut + out * full, begin, slope)
+            move(Kind.LINE, cut, begin - way * entry, slope)
         else:
-            move(RAPID, cut, begin)
-        move(LINE, cut, end + way * leave, rate)
+            move(Kind.RAPID, cut, begin)
+        move(Kind.LINE, cut, end + way * leave, rate)
         if leave:
-            move(LINE, cut + out * full, end, slope)
-        move(RAPID, safe, end)
-    move(RAPID, start[_X], bottom)
+            move(Kind.LINE, cut + out * full, end, slope)
+        move(Kind.RAPID, safe, end)
+    move(Kind.RAPID, start[_X], bottom)
 
 
 def _feed(state: State, code: int, lead: float, line: int, findings: Findings) -> float:

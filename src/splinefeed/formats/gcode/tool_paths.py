@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from splinefeed.errors import CurveError, FormatError
-from splinefeed.formats.gcode.moves import LETTERS, LINE, RAPID, ROTARY, STATED, Flag, Moves
+from splinefeed.formats.gcode.moves import LETTERS, ROTARY, STATED, Flag, Kind, Moves
 from splinefeed.formats.gcode.piece import NOTHING, Piece, leading, say_leading
 from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.tool_tip import TOOL_AXIS
@@ -42,7 +42,7 @@ def tool_paths(
         if tip:
             found = _under_control(part, reading, rotary, known)
             makers += [partial(_tool_path, piece, axes, rotary, length) for piece, axes in found]
-        elif np.any(part["kind"] != RAPID):
+        elif np.any(part["kind"] != Kind.RAPID):
             piece = in_joints(part)
             makers += [piece.path] if len(piece.kept) else []
         else:
@@ -97,7 +97,7 @@ def _under_control(
         names = [name for column, name in enumerate(names) if missing >> column & 1]
         say_leading(moves, first, names, "as it was before tool centre point control began", reading.findings)
     step = moves.step
-    still = (moves["kind"] <= LINE) & (np.linalg.norm(step[:, :3], axis=1) <= RESOLUTION)
+    still = (moves["kind"] <= Kind.LINE) & (np.linalg.norm(step[:, :3], axis=1) <= RESOLUTION)
     turn = np.linalg.norm(step[:, list(rotary)] if axis is None else np.diff(axis, axis=0), axis=1)
     cut = np.flatnonzero(still & (turn > JUMP) & (np.arange(len(moves)) >= first))
     for line in moves["line"][cut].tolist():

@@ -7,17 +7,14 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Sequence
-from itertools import groupby
+from collections.abc import Sequence
 from operator import attrgetter
 
 from splinefeed import units
 from splinefeed.errors import InputError
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.gcode.moves import LETTERS
-from splinefeed.formats.gcode.text import CONTROLS, Text
-from splinefeed.formats.gcode.write_curves import Task, write_curve
-from splinefeed.formats.metadata import to_degrees
+from splinefeed.formats.gcode.write_curves import CONTROLS, Text
 from splinefeed.geometry.path import Marker, Path
 from splinefeed.records import ROTARY_AXES
 
@@ -44,9 +41,9 @@ def write(
 
     Raises InputError for options that do not go together and axes that have no letter.
     """
-    control = CONTROLS.get(dialect)
-    if control is None:
+    if dialect not in CONTROLS:
         raise InputError(f"dialect {dialect!r} cannot be written; there are {', '.join(CONTROLS)}")
+    control = CONTROLS[dialect]
     form = control.forms[0] if as_ is None else as_.lower()
     if form not in control.forms:
         raise InputError(f"{as_!r} is no form of {dialect} (option as); choose from {', '.join(control.forms)}")
@@ -57,13 +54,14 @@ def write(
     if isinstance(places, bool) or not isinstance(places, int) or not 1 <= places <= 17:
         raise InputError(f"decimals is {places!r}; expected a whole number from 1 to 17")
     speed = None if feed is None else units.parse(feed, "feed")
-    text = Text(dialect, places, list(control.header))
+    text = Text(dialect, form, allowed, places)
     for number, path in enumerate(paths, start=1):
         letters = _letters(path, text)
         if number > 1:
             text.said.say(f"path {number} begins elsewhere: a straight rapid move leads there")
-        _write_path(path, letters, text, form, allowed, speed)
-    text.lines += [line for line in control.footer if line not in _ENDS or not text.ended]
+        _write_path(path, letters, text, speed)
+    ended = not _ENDS.isdisjoint(text.lines)
+    text.lines += [line for line in control.footer if not (ended and line in _ENDS)]
     with atomic_write(target) as temporary:
         temporary.write_text("\n".join([*text.lines, ""]), encoding="ascii")
     return text.findings()
@@ -84,47 +82,44 @@ def _letters(path: Path, text: Text) -> list[str]:
     return letters
 
 
-def _write_path(path: Path, letters: list[str], text: Text, form: str, tolerance: float, feed: float | None) -> None:
-    start = to_degrees(path.curves[0].control_points[:1] if path.curves[0].clamped else path(0.0)[None], path.axes)[0]
-    text.motion = ""
-    text.move("G0", text.places(letters, start, every=True), None)
-    before = attrgetter("before")
-    markers = {place: list(some) for place, some in groupby(sorted(path.markers, key=before), before)}
-    rotary = [axis in ROTARY_AXES for axis in path.axes]
+def _write_path(path: Path, letters: list[str], text: Text, feed: float | None) -> None:
+    first = path.curves[0]
+    start = first.control_points[0] if first.clamped else path(0.0)
+    text.begin_path(letters, [axis in ROTARY_AXES for axis in path.axes], start)
+    markers = sorted(path.markers, key=attrgetter("before"))
     for i, curve in enumerate(path.curves):
-        _write_markers(markers.get(i, ()), text, last=False)
+        while markers and markers[0].before <= i:
+            _write_marker(markers.pop(0), text, last=False)
         if path.tolerances is not None and text.dialect != "printer":
-            text.change("control", _path_control(float(path.tolerances[i]), text))
+            text.change("path_control", _path_control(float(path.tolerances[i]), text))
         speed = feed if path.feeds is None else float(path.feeds[i])
         if speed is None:
             text.said.say("no feed is given, and most controls refuse lines without F; give the option feed")
-        rapid = speed is not None and math.isinf(speed)
-        if rapid and curve.degree > 1:
+        if speed == math.inf and curve.degree > 1:
             text.said.say("a rapid move along a curve is written at the feed in force")
-        write_curve(Task(i, curve, letters, rotary, form, tolerance, None if rapid else speed, rapid), text)
-    _write_markers(markers.get(len(path.curves), ()), text, last=True)
-
-
-def _write_markers(markers: Iterable[Marker], text: Text, last: bool) -> None:
-    """M, S and T as they were; a dwell, and a rest without one, as G4."""
+        text.write_curve(i, curve, speed)
     for marker in markers:
-        text.motion = ""
-        if marker.text:
-            if not (marker.text.isascii() and marker.text.isprintable()):
-                raise InputError(f"marker {marker.text[:40]!r} is not a line of G-code; use plain letters and digits")
-            if marker.text in _ENDS and not last:
-                text.said.say(f"{marker.text} is inside the path and is left out")
-                continue
-            text.lines.append(marker.text)
-            text.ended |= marker.text in _ENDS
-        if marker.dwell > 0.0 or (not marker.text and marker.stop):
-            text.lines.append(f"G4 {CONTROLS[text.dialect].dwell}{text.number(marker.dwell)}")
+        _write_marker(marker, text, last=True)
+
+
+def _write_marker(marker: Marker, text: Text, last: bool) -> None:
+    """M, S and T as they were; a dwell, and a rest without one, as G4."""
+    text.motion = ""
+    if marker.text:
+        if not (marker.text.isascii() and marker.text.isprintable()):
+            raise InputError(f"marker {marker.text[:40]!r} is not a line of G-code; use plain letters and digits")
+        if marker.text in _ENDS and not last:
+            text.said.say(f"{marker.text} is inside the path and is left out")
+            return
+        text.lines.append(marker.text)
+    if marker.dwell > 0.0 or (not marker.text and marker.stop):
+        text.lines.append(f"G4 {text.control.dwell}{text.number(marker.dwell)}")
 
 
 def _path_control(tolerance: float, text: Text) -> str:
     """G61 for an exact path, G64 with P for how far it may be left."""
     if tolerance == 0.0:
-        return CONTROLS[text.dialect].exact
+        return text.control.exact
     if text.dialect == "linuxcnc" and math.isfinite(tolerance):
         return f"G64 P{text.number(tolerance)}"
     if math.isfinite(tolerance):
