@@ -104,7 +104,7 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
                 say(f"following on {machine.name}")
                 names = [name for name in compare.PAPER_METHODS if name != method]
                 others += compare.serve_methods(path, result.law, machine, names, corrections)
-            servo = {**compare.servo_numbers([*others, result.served], machine, of_paper), "machine_file": named}
+            servo = {**compare.servo_numbers([*others, result.served], of_paper), "machine_file": named}
         traces: list[Any] = []
         if result.whole and result.joints is None and not given["no_compare"]:
             for name in compare.BESIDE_A_RUN:

@@ -160,8 +160,6 @@ def serve_methods(
 def comparison(served: list[Servo]) -> dict[str, Any]:
     """How far the methods are apart on this machine, beside the error that the servo makes itself, mm."""
     errors = [each.tally.contour.value for each in served if each.tally.contour is not None]
-    if not errors:
-        return {}
     spread = max(errors) - min(errors)
     return {
         "contour_error_least_mm": min(errors),
@@ -172,46 +170,38 @@ def comparison(served: list[Servo]) -> dict[str, Any]:
     }
 
 
-def sentences(served: list[Servo], machine: Machine) -> list[str]:
-    """What is measured and what is assumed, and whether the choice of the method matters, from the numbers."""
-    main = served[-1]
-    axis, worst = main.tally.worst_linear()
+def experiment(served: list[Servo]) -> dict[str, Any]:
+    """The paper's experiment: what is measured and assumed, and whether the choice of the method matters."""
+    main, found = served[-1], comparison(served)
     assert main.path is not None
-    assert worst.s is not None
-    half, error = 0.5 * main.path.length, worst.value
-    place = f", {abs(worst.s - half):.2f} mm {'behind' if worst.s > half else 'before'} the nose"
-    words = [
-        f"model: {machine.name}, simulated; the paper gives gains, encoders, scales and card, but not the plant: "
-        f"speed per volt, lag, masses and friction are assumptions (splinefeed machine show {machine.name})",
-        f"measurement: the paper's {PAPER_ERROR * 1e3:.2f} um, the largest of its axes, where the arc begins; here it "
-        f"is {error * 1e3:.2f} um on {axis}{place}: {error / PAPER_ERROR:.1f} times as much, an effect of the "
-        f"plant, not of the interpolator",
-    ]
-    found = comparison(served)
-    if found:
-        apart = (
-            f"their contour errors are {found['contour_error_least_mm'] * 1e3:.2f} to "
-            f"{found['contour_error_largest_mm'] * 1e3:.2f} um, {found['spread_share']:.1%} apart, and their setpoints "
-            f"at most {found['setpoints_off_law_largest_mm'] * 1e3:.2f} um off the time law"
-        )
-        verdict = "matters" if found["method_matters"] else "is negligible next to the following error"
-        words.append(f"finding: on this machine the choice of the interpolator {verdict}: {apart}")
-    return words
+    name, (axis, worst), half = main.machine.name, main.tally.worst_linear(), 0.5 * main.path.length
+    place = ""
+    if worst.s is not None:
+        place = f", {abs(worst.s - half):.2f} mm {'behind' if worst.s > half else 'before'} the nose"
+    verdict = "matters" if found["method_matters"] else "is negligible next to the following error"
+    return {
+        "paper_error_mm": PAPER_ERROR,
+        "largest_error_mm": worst.value,
+        "largest_error_axis": axis,
+        "largest_error_at": {"t_s": worst.t, "s_mm": worst.s},
+        "methods": [each.numbers() for each in served],
+        **found,
+        "sentences": [
+            f"model: {name}, simulated; the paper gives gains, encoders, scales and card, but not the plant: "
+            f"speed per volt, lag, masses and friction are assumptions (splinefeed machine show {name})",
+            f"measurement: the paper's {PAPER_ERROR * 1e3:.2f} um, the largest of its axes, where the arc begins; here "
+            f"it is {worst.value * 1e3:.2f} um on {axis}{place}: {worst.value / PAPER_ERROR:.1f} times as much, an "
+            f"effect of the plant, not of the interpolator",
+            f"finding: on this machine the choice of the interpolator {verdict}: their contour errors are "
+            f"{found['contour_error_least_mm'] * 1e3:.2f} to {found['contour_error_largest_mm'] * 1e3:.2f} um, "
+            f"{found['spread_share']:.1%} apart, and their setpoints at most "
+            f"{found['setpoints_off_law_largest_mm'] * 1e3:.2f} um off the time law",
+        ],
+    }
 
 
-def servo_numbers(served: list[Servo], machine: Machine, of_paper: bool) -> dict[str, Any]:
+def servo_numbers(served: list[Servo], of_paper: bool = False) -> dict[str, Any]:
     """The numbers of `run` for a machine: errors of the last of `served`, and of the paper's experiment all of them."""
     main = served[-1]
-    numbers: dict[str, Any] = {"machine": machine.name, **main.tally.numbers(), "servo_notes": list(main.notes)}
-    if of_paper:
-        axis, worst = main.tally.worst_linear()
-        numbers["experiment"] = {
-            "paper_error_mm": PAPER_ERROR,
-            "largest_error_mm": worst.value,
-            "largest_error_axis": axis,
-            "largest_error_at": {"t_s": worst.t, "s_mm": worst.s},
-            "methods": [each.numbers() for each in served],
-            **comparison(served),
-            "sentences": sentences(served, machine),
-        }
-    return numbers
+    numbers = {"machine": main.machine.name, **main.tally.numbers(), "servo_notes": list(main.notes)}
+    return numbers | ({"experiment": experiment(served)} if of_paper else {})

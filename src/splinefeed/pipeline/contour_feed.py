@@ -51,10 +51,9 @@ class Trial:
 
     def numbers(self) -> dict[str, Any]:
         """What `--json` prints."""
-        limit = self.limits.feed
         return {
             "scale": self.scale,
-            "feed_limit_mm_s": limit if math.isfinite(limit) else None,
+            "feed_limit_mm_s": self.limits.feed,
             "feed_max_mm_s": self.feed,
             "duration_s": self.duration,
             "contour_error_max_mm": self.error,

@@ -28,7 +28,7 @@ def numbers(wanted: Wanted, run: sf.Run, formats: tuple[str, ...] = ("hdf5",)) -
     """The page of numbers of a run, as `splinefeed run` writes it, with the source called as the user does."""
     servo = None
     if run.served is not None and wanted.machine is not None:
-        servo = {**servo_numbers([run.served], wanted.machine, False), "machine_file": machine_name(wanted)}
+        servo = {**servo_numbers([run.served]), "machine_file": machine_name(wanted)}
     machine, origin = None if servo is None and wanted.followed else machine_name(wanted), wanted.origin
     made = about(run.settings, origin["text"], wanted.reading, formats, machine=machine, origin=origin)
     page = record(run, made, servo=servo)
