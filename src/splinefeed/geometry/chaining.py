@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -78,21 +79,15 @@ def _walks(partner: list[int]) -> list[Chain]:
         if seen[start]:
             continue
         seen[start] = True
-        ahead, behind = (_entered(end, partner, seen) for end in (2 * start + 1, 2 * start))
-        # entered at its start, a piece runs forwards; what lies behind the first piece is found from its far side
-        run = [(end ^ 1) for end in reversed(behind)] + [2 * start] + ahead
+        run = deque([2 * start])  # the end through which each piece is entered
+        while (end := partner[run[-1] ^ 1]) >= 0 and not seen[end >> 1]:
+            seen[end >> 1] = True
+            run.append(end)
+        while (end := partner[run[0]]) >= 0 and not seen[end >> 1]:
+            seen[end >> 1] = True
+            run.appendleft(end ^ 1)
         chains.append([(end >> 1, bool(end & 1)) for end in run])
     return chains
-
-
-def _entered(end: int, partner: list[int], seen: list[bool]) -> list[int]:
-    """The ends through which the pieces beyond `end` are entered, in order."""
-    entered: list[int] = []
-    while (end := partner[end]) >= 0 and not seen[end >> 1]:
-        seen[end >> 1] = True
-        entered.append(end)
-        end ^= 1
-    return entered
 
 
 def _near_misses(keyed: Array, points: Array, tolerance: float) -> list[str]:

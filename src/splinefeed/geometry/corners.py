@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from splinefeed.geometry.differential import unit_tangents
+from splinefeed.geometry.pieces import chunks
 from splinefeed.kernels import layout as pieces
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -84,35 +85,27 @@ class Corners:
 def find_corners(path: Path) -> Corners:
     """Points inside the path where the tangent of all axes or the curvature jumps."""
     flat = path.flat
-    before, after, rough = _knots_and_joints(path)
     sizes = flat.sizes() / np.diff(flat.domains)[:, 0]
-    parts = [(np.empty(0, dtype=np.int64), np.empty(0), np.empty(0), np.empty(0))]
-    for first in range(0, len(rough), BLOCK):
-        block = slice(first, first + BLOCK)
-        curve, u = before[0][block], before[1][block]
-        angle, jump, corner = _jumps(path, sizes, (curve, u), (after[0][block], after[1][block]), rough[block])
-        parts.append((curve[corner], u[corner], angle[corner], jump[corner]))
-    curve, u, angle, jump = (np.concatenate(columns) for columns in zip(*parts, strict=True))
-    order = np.lexsort((u, curve))
-    joint = u[order] == flat.domains[curve[order], 1]
-    # a joint is where the next curve starts, to the bit, so that a marker there and the corner are one stop
-    s = np.where(joint, path.curve_starts[curve[order] + 1], path.arc_length(curve[order], u[order]))
-    # a point that is given twice, or a span that stands still, is one corner and not two
-    keep = np.ones(len(order), dtype=bool)
-    keep[1:] = np.diff(s) > SAME_PLACE * path.length
-    chosen = order[keep]
-    return Corners(s[keep], curve[chosen], u[chosen], angle[chosen], jump[chosen])
-
-
-def _knots_and_joints(path: Path) -> tuple[tuple[IntArray, Array], tuple[IntArray, Array], BoolArray]:
-    """Knots inside curves, then joints: curve and parameter (n,) before and after, and whether anything can jump."""
-    flat = path.flat
+    # knots inside curves, then joints: where on the curve before and on that behind, and whether anything can jump
     owner, inner, times = flat.inner_knots()
     last = np.arange(len(flat) - 1)
-    before = np.concatenate([owner, last]), np.concatenate([inner, flat.domains[:-1, 1]])
-    after = np.concatenate([owner, last + 1]), np.concatenate([inner, flat.domains[1:, 0]])
+    before, u = np.concatenate([owner, last]), np.concatenate([inner, flat.domains[:-1, 1]])
+    behind, v = np.concatenate([owner, last + 1]), np.concatenate([inner, flat.domains[1:, 0]])
     rough = np.concatenate([times >= flat.degrees[owner] - 1, np.ones(len(last), dtype=bool)])
-    return before, after, rough
+    found = (
+        _jumps(path, sizes, (before[part], u[part]), (behind[part], v[part]), rough[part])
+        for part in chunks(max(len(rough), 1), BLOCK)
+    )
+    angle, jump, corner = (np.concatenate(each) for each in zip(*found, strict=True))
+    at = np.flatnonzero(corner)
+    at = at[np.lexsort((u[at], before[at]))]
+    curve, u = before[at], u[at]
+    # a joint is where the next curve starts, to the bit, so that a marker there and the corner are one stop
+    joint = u == flat.domains[curve, 1]
+    s = np.where(joint, path.curve_starts[curve + 1], path.arc_length(curve, u))
+    # a point that is given twice, or a span that stands still, is one corner and not two
+    keep = np.diff(s, prepend=-np.inf) > SAME_PLACE * path.length
+    return Corners(s[keep], curve[keep], u[keep], angle[at][keep], jump[at][keep])
 
 
 def _jumps(

@@ -10,7 +10,7 @@ import numpy as np
 from splinefeed.geometry.corners import CORNER_ANGLE, CURVATURE_JUMP
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat, Packed
-from splinefeed.geometry.differential import by_arc_length
+from splinefeed.geometry.differential import angles, by_arc_length
 from splinefeed.geometry.editing import section
 from splinefeed.geometry.path import Marker, Path
 from splinefeed.geometry.smoothing_runs import Batch
@@ -191,8 +191,7 @@ def transitions(path: Path, tolerance: Array, angular: Array, free: BoolArray) -
     jumps = right - left
     tangent = _norms(jumps[:, 1], linear)
     bend = _norms(jumps[:, 2], linear)
-    opposite = np.linalg.norm((right[:, 1] + left[:, 1])[:, :linear], axis=1)
-    angle = 2.0 * np.arctan2(tangent[:, 0], opposite)
+    angle = angles(left[:, 1, :linear], right[:, 1, :linear])
     bent = 1.0 / LARGE + np.linalg.norm(left[:, 2], axis=1) + np.linalg.norm(right[:, 2], axis=1)
     rough = (tangent.max(axis=1) > 0.5 * CORNER_ANGLE) | (bend.max(axis=1) > 0.5 * CURVATURE_JUMP * bent)
     wanted = free & rough & (angle < REVERSAL) & np.isfinite(tangent).all(axis=1) & np.isfinite(bend).all(axis=1)
