@@ -12,15 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
-from splinefeed.geometry.bends import sharp_bends
 from splinefeed.geometry.corners import CORNER_ANGLE as CORNER_ANGLE
 from splinefeed.geometry.corners import Corner as Corner
-from splinefeed.geometry.corners import Corners, find_corners
+from splinefeed.geometry.corners import Corners, find_corners, sharp_bends
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
 from splinefeed.geometry.curves import Flat, Lines, Packed, lines_with_length
 from splinefeed.geometry.editing import moved_points
 from splinefeed.geometry.joints import begun_at, closed, open_joints, said_of
-from splinefeed.geometry.markers import Marker as Marker
 from splinefeed.geometry.pieces import Pieces, clipped, is_left
 from splinefeed.geometry.resolution import RESOLUTION, chosen, long_curves, resolved
 from splinefeed.geometry.tables import arc_pieces, span_pieces
@@ -34,6 +32,27 @@ _OF_EACH = ("feeds", "tolerances")
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
 #: Ends of neighbouring curves further apart than this, mm, are a gap by default.
 JOIN_TOLERANCE = RESOLUTION
+
+
+@dataclasses.dataclass(frozen=True)
+class Marker:
+    """A command of a program between two moves, such as M3 S12000 or a dwell.
+
+    before  index of the curve that follows it; the number of curves at the end
+    text    its words, as they are written; dwell  time at rest, s; stop  whether the tool stops here
+    A Path raises InputError for a marker outside it. Source: docs/gcode.md. Example: `sf.Marker(0, "M3 S12000")`
+    """
+
+    before: int
+    text: str = ""
+    dwell: float = 0.0
+    stop: bool = True
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.dwell < math.inf:
+            raise InputError(f"a dwell of {self.dwell!r} s; it must be 0 or more and finite")
+        if self.dwell > 0.0 and not self.stop:
+            raise InputError(f"a dwell of {self.dwell:g} s without a stop; the tool can wait only at rest")
 
 
 class Path:

@@ -60,12 +60,10 @@ def long_curves(curves: Sequence[NurbsCurve], flat: Flat, linear: int, tolerance
     did, and not next to each other. A degree of a rotary axis counts as 1 mm.
     """
     unit = _units(flat.points.shape[1], linear)
-    if isinstance(curves, Lines):
-        length, most = np.abs(np.diff(curves.points, axis=0)) @ unit, np.inf
-    else:
-        steps = np.append(np.abs(np.diff(flat.points, axis=0)) @ unit, 0.0)
-        steps[flat.point_starts[1:] - 1] = 0.0  # from one curve to the next
-        length, most = np.add.reduceat(steps, flat.point_starts[:-1]), tolerance
+    steps = np.append(np.abs(np.diff(flat.points, axis=0)) @ unit, 0.0)
+    steps[flat.point_starts[1:] - 1] = 0.0  # from one curve to the next
+    length = np.add.reduceat(steps, flat.point_starts[:-1])
+    most = np.inf if isinstance(curves, Lines) else tolerance
     if not np.any(length < min(RESOLUTION, most)):
         return None
     resolution = min(resolution_at(flat.points * unit), most)
@@ -77,12 +75,11 @@ def long_curves(curves: Sequence[NurbsCurve], flat: Flat, linear: int, tolerance
 
 
 def chosen(curves: Sequence[NurbsCurve], kept: IntArray) -> Sequence[NurbsCurve]:
-    """The curves of these numbers (m,); a line behind one that is left out begins where that did."""
+    """The curves of these numbers (m,); a line before one that is left out ends where that did."""
     if isinstance(curves, Lines):
-        stays = np.ones(len(curves.points), dtype=bool)
-        dropped = np.setdiff1d(np.arange(len(curves)), kept)
-        stays[np.where(dropped == 0, 1, dropped)] = False  # the first point stays, as the last one does
-        return Lines(curves.points[stays])
+        points = np.append(curves.points[kept], curves.points[-1:], axis=0)
+        points[0] = curves.points[0]
+        return Lines(points)
     if isinstance(curves, Packed):
         return Packed(curves.flat.chosen(kept))
     return tuple(curves[k] for k in kept.tolist())

@@ -10,7 +10,7 @@ import numpy as np
 
 from splinefeed.errors import SplinefeedError
 from splinefeed.formats import registry
-from splinefeed.geometry.fitting.distance import distances
+from splinefeed.geometry.fitting import distances
 from splinefeed.geometry.path import Path
 from splinefeed.records import ROTARY_AXES, Array
 

@@ -346,7 +346,7 @@ def number(value: object, name: str) -> float:
     """`value` as a finite float; LimitsError names it otherwise."""
     try:
         result = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise LimitsError(f"{name} is {value!r}; expected a number") from None
     if not math.isfinite(result):
         raise LimitsError(f"{name} is {result}; it must be finite")

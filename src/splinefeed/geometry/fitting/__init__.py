@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from splinefeed.geometry.fitting.distance import distances
 from splinefeed.geometry.fitting.function import fit_function
-from splinefeed.geometry.fitting.points import MAX_POINTS, Fit, fit
+from splinefeed.geometry.fitting.points import MAX_POINTS, Fit, distances, fit
 
 __all__ = ["MAX_POINTS", "Fit", "distances", "fit", "fit_function"]

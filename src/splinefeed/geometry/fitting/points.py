@@ -11,11 +11,13 @@ import numpy as np
 
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
+from splinefeed.geometry.curves import Flat
 from splinefeed.geometry.differential import angles
-from splinefeed.geometry.fitting.distance import distances
 from splinefeed.geometry.fitting.grid import check_degree, check_tolerance
 from splinefeed.geometry.fitting.smooth import smooth_curve_of_many
+from splinefeed.geometry.nearest import Nearest
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.tables import arc_pieces
 from splinefeed.records import Array, IntArray, Points, check_finite, frozen_array
 
 #: Most points that are fitted at once.
@@ -174,3 +176,13 @@ def corner_indices(points: Array, angle: float, arm: float, closed: bool = False
 def _turns(points: Array, before: IntArray, at: IntArray, after: IntArray) -> Array:
     """Angles (n,), rad, between the chords before -> at and at -> after."""
     return angles(points[at] - points[before], points[after] - points[at])
+
+
+def distances(curves: Sequence[NurbsCurve], points: Array) -> Array:
+    """Distance (n,), mm, of every point (n, axes) from the nearest point of all curves, which need not be joined.
+
+    Found by `geometry.nearest` alone, with nothing that a fitter knows.
+    """
+    flat, axes = Flat.of(curves), curves[0].axes
+    shape = (int(flat.degrees.max()), axes, axes, int(flat.rational.max()))
+    return Nearest(arc_pieces(flat, shape, curves).table, shape).find(points)[2]

@@ -11,7 +11,6 @@ import numpy as np
 from splinefeed.errors import CurveError
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.differential import curvatures
-from splinefeed.geometry.fitting.distance import foot_points
 from splinefeed.geometry.fitting.grid import MAX_SPANS, ROUNDS, SplineSpace, graded, halved, in_spans, span_of
 from splinefeed.records import Array
 
@@ -132,6 +131,32 @@ def _shares(lengths: Array) -> Array:
     """What lengths (n,) sum up to, as shares (n + 1,) of all, from 0 to 1."""
     s = np.concatenate([[0.0], np.cumsum(lengths)])
     return np.asarray(s / s[-1])
+
+
+def foot_points(
+    curve: NurbsCurve, u: Array, points: Array, periodic: bool = False, steps: int = 3
+) -> tuple[Array, Array]:
+    """Parameters (n,) of foot points near u (n,) on one curve, and distances (n,), mm, of points (n, axes) from these.
+
+    Never more than at u.    u <- u - (C - Q).C' / (C'.C' + (C - Q).C'')     (The NURBS Book, 2nd ed., eq. 6.3)
+    """
+    low, high = curve.domain
+    best, where = np.full(len(u), np.inf), u
+    for step in range(steps + 1):
+        there = curve.derivatives(u, 2)
+        off = there[:, 0] - points
+        distance = np.linalg.norm(off, axis=1)
+        where = np.where(distance < best, u, where)
+        best = np.minimum(best, distance)
+        if step == steps:
+            break
+        slope = np.sum(off * there[:, 1], axis=1)
+        speed = np.sum(there[:, 1] ** 2, axis=1)
+        bend = speed + np.sum(off * there[:, 2], axis=1)
+        bend = np.where(bend > 0.25 * speed, bend, speed)  # far off, a Gauss-Newton step still goes downhill
+        u = u - np.divide(slope, bend, out=np.zeros_like(slope), where=bend > 0.0)
+        u = u - np.floor(u) if periodic else np.clip(u, low, high)
+    return where, best
 
 
 def _by_arc_length(

@@ -15,6 +15,7 @@ from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
 from splinefeed.geometry.fitting import fit_function
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array, check_finite, frozen_array
+from splinefeed.records.limits import number as finite
 
 #: cos and sin of the quarter circle from angle 0, times its weight, and the weight: Bernstein coefficients of degree 2.
 _HALF_ROOT = math.sqrt(0.5)
@@ -27,12 +28,7 @@ MAX_SIZE = 1e9
 
 def number(value: object, name: str, unit: str = " mm") -> float:
     """`value` as a finite float not beyond 1e9; InputError names it otherwise."""
-    try:
-        result = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{name} is {value!r}; expected a number") from None
-    if not math.isfinite(result):
-        raise InputError(f"{name} is {result}; it must be finite")
+    result = finite(value, name)
     if abs(result) > MAX_SIZE:
         raise InputError(f"{name} is {result:g}{unit}; at most {MAX_SIZE:g}{unit} is possible")
     return result
