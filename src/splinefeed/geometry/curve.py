@@ -40,8 +40,6 @@ class NurbsCurve:
     Example: `sf.NurbsCurve.bezier([[10, 0], [10, 10], [0, 10]], weights=[1, np.sqrt(0.5), 1])`
     """
 
-    __slots__ = ("__dict__", "control_points", "degree", "knots", "weights")
-
     degree: int
     knots: Array
     control_points: Array
@@ -59,7 +57,7 @@ class NurbsCurve:
         )
         self._check()
         if self.weights is not None and np.all(self.weights == self.weights[0]):
-            object.__setattr__(self, "weights", None)  # equal weights cancel: the same curve, evaluated faster
+            self.__dict__["weights"] = None  # equal weights cancel: the same curve, evaluated faster
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"a NurbsCurve cannot be changed: tried to set {name!r}; make a new one")
@@ -130,12 +128,10 @@ class NurbsCurve:
         curve.__dict__["clamped"] = clamped
         return curve
 
-    def _set(self, degree: int, *arrays: Array | None) -> None:
-        object.__setattr__(self, "degree", degree)
-        for name, array in zip(("knots", "control_points", "weights"), arrays, strict=True):
-            if array is not None:
-                array.setflags(write=False)
-            object.__setattr__(self, name, array)
+    def _set(self, degree: int, knots: Array, control_points: Array, weights: Array | None) -> None:
+        for array in (knots, control_points) if weights is None else (knots, control_points, weights):
+            array.setflags(write=False)
+        self.__dict__.update(degree=degree, knots=knots, control_points=control_points, weights=weights)
 
     # --- what it is -------------------------------------------------------------------------------------------------
 

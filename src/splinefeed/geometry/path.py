@@ -165,7 +165,7 @@ class Path:
         super().__setattr__(name, value)
 
     def __reduce__(self) -> tuple[object, ...]:
-        return partial(Path, **self._said(), tolerance=self.tolerance), (self.curves, self.axes)
+        return partial(Path, **self._said()), (self.curves, self.axes)
 
     def _said(self) -> dict[str, Any]:
         return {
@@ -174,6 +174,7 @@ class Path:
             "feeds": self.feeds,
             "tolerances": self.tolerances,
             "markers": self.markers,
+            "tolerance": self.tolerance,
         }
 
     @classmethod
@@ -380,9 +381,10 @@ class Path:
 
     def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> Path:
         """The affine image of every curve; see `NurbsCurve.transformed`."""
+        curves: Iterable[NurbsCurve] = [c.transformed(matrix, offset) for c in self._joined]
         if isinstance(self.curves, Lines):
-            return Path(Lines(moved_points(self.curves.points, matrix, offset)), self.axes, **self._said())
-        return Path([c.transformed(matrix, offset) for c in self._joined], self.axes, **self._said())
+            curves = Lines(moved_points(self.curves.points, matrix, offset))
+        return Path(curves, self.axes, **{**self._said(), "tolerance": JOIN_TOLERANCE})
 
     def reversed(self) -> Path:
         """The same path traversed from its end to its start, feeds and markers turned with it."""
@@ -392,16 +394,16 @@ class Path:
         curves: Iterable[NurbsCurve] = [c.reversed() for c in reversed(self.curves)]
         if isinstance(self.curves, Lines):
             curves = Lines(self.curves.points[::-1])
-        return Path(curves, self.axes, **said, tolerance=self.tolerance)
+        return Path(curves, self.axes, **said)
 
     def beginning_at(self, point: ArrayLike) -> Path:
         """The same path with its start moved to a point (axes,) next to it, as gaps are; see `geometry.joints`."""
         curves = begun_at(self._joined, np.asarray(point, dtype=np.float64), self.linear)
-        return Path(curves, self.axes, **self._said(), tolerance=self.tolerance)
+        return Path(curves, self.axes, **self._said())
 
     def with_findings(self, *findings: str) -> Path:
         """The same path with other findings."""
-        return Path(self.curves, self.axes, **{**self._said(), "findings": findings}, tolerance=self.tolerance)
+        return Path(self.curves, self.axes, **{**self._said(), "findings": findings})
 
     def smoothed(self, tolerance: float | str, **how: Any) -> Path:
         """The path with continuous curvature within `tolerance`, mm; see `geometry.smoothing.smoothed`."""

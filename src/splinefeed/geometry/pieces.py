@@ -316,47 +316,48 @@ class Pieces:
         By bisection of all at once.
         """
         if curve is None or (len(curve) and curve[0] == curve[-1] and not np.any(curve != curve[0])):
-            first, last = self.rows[0 if curve is None else int(curve[0])].tolist()
+            first, last = self.rows[0 if curve is None else curve[0]].tolist()
             row = np.searchsorted(self.lows[first : last + 1], u, side="right")
             row += first - 1
-            if row[0] < first or row.min() < first:
-                np.maximum(row, first, out=row)
+            np.maximum(row, first, out=row)
             return row - ((u == self.lows[row]) & (row > first)) if left else row
         firsts = self.rows[curve, 0]
         row = last_below(self.lows, firsts, self.rows[curve, 1], u)
         return row - ((u == self.lows[row]) & (row > firsts)) if left else row
 
+    def _columns_at(self, curve: IntArray | None, u: Array, left: bool) -> Iterator[tuple[slice, Array]]:
+        """The columns of the rows that hold u (n,), chunk by chunk."""
+        for part in chunks(len(u)):
+            row = self.row_at(None if curve is None else curve[part], u[part], left)
+            yield part, columns(self.table, row)
+
     def evaluate(self, curve: IntArray | None, u: Array, order: int, left: bool) -> Array:
         """Points and derivatives by u, (n, order + 1, axes), at u (n,) of the curves `curve` (n,), or of the one."""
         out = np.empty((len(u), order + 1, self.shape[1]))
-        for part in chunks(len(u)):
-            values = u[part]
-            c = columns(self.table, self.row_at(None if curve is None else curve[part], values, left))
-            derivatives(c, self.shape, (values - c[MIDDLE]) * c[SCALE], order, out[part])
+        for part, c in self._columns_at(curve, u, left):
+            derivatives(c, self.shape, (u[part] - c[MIDDLE]) * c[SCALE], order, out[part])
         return out
 
     def turning(self, curve: IntArray, u: Array, left: bool) -> BoolArray:
         """Whether only rotary axes move, (n,), at u (n,) of the curves `curve` (n,)."""
         out = np.zeros(len(u), dtype=bool)
-        for part in chunks(len(u)):
-            c = columns(self.table, self.row_at(curve[part], u[part], left))
+        for part, c in self._columns_at(curve, u, left):
             out[part] = turns(coefficients(c, self.shape), self.shape)
         return out
 
     def lengths_at(self, curve: IntArray | None, u: Array) -> Array:
         """S, mm, (n,) at u (n,) of the curves `curve` (n,), or of the one."""
         out = np.empty(len(u))
-        for part in chunks(len(u)):
-            c = columns(self.table, self.row_at(None if curve is None else curve[part], u[part], False))
+        for part, c in self._columns_at(curve, u, False):
             out[part] = c[START] + arc(c, (u[part] - c[MIDDLE]) * c[SCALE])
         return out
 
     def parameters(self, s: Array) -> Array:
         """u (n,) with S(u) = s (n,), mm."""
-        out = np.empty(len(s))
+        out, row = np.empty(len(s)), self.row_by_length(s)
         for part in chunks(len(s)):
-            row = self.row_by_length(s[part])
-            out[part] = place_on(columns(self.table, row), self.lengths.take(row), s[part])
+            c = columns(self.table, row[part])
+            out[part] = place_on(c, self.lengths.take(row[part]), s[part])
         return out
 
     def derivatives_at(self, s: Array, order: int) -> Array:

@@ -66,7 +66,7 @@ class ToolPath(Path):
         if kind not in (POINTS, VECTORS, ANGLES):
             raise InputError(f"kind is {kind!r}; choose {POINTS!r}, {VECTORS!r} or {ANGLES!r}")
         if isinstance(tip, Path):
-            said = {**tip._said(), "tolerance": tip.tolerance, **said}
+            said = {**tip._said(), **said}
             if tip.axes != ("x", "y", "z"):
                 raise CurveError(f"the tool tip has axes {', '.join(tip.axes)}; x, y, z are needed")
             tip = tip._joined
@@ -97,7 +97,7 @@ class ToolPath(Path):
 
     def _all_said(self) -> dict[str, Any]:
         own = {"kind": self.kind, "rotary": self.rotary, "lines": self.lines, "tool_length": self.tool_length}
-        return {**self._said(), "tolerance": self.tolerance, **own}
+        return {**self._said(), **own}
 
     def place(self, s: float) -> str:
         """Where the tip is at arc length s, mm, in words: with the line of the program, where there is one."""

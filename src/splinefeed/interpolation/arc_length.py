@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from splinefeed.geometry.path import Path
@@ -70,15 +72,10 @@ class Instants:
         curve, u, s, feed, position = fill(self.path, self.law, tau)
         t = np.arange(self.tick, self.tick + len(tau), dtype=np.float64) * self.period
         self.tick += len(tau)
-        return Setpoints(
-            t=t,
-            curve=curve,
-            u=u,
-            s=s,
-            feed=feed * rate,
-            position=position,
-            axes=self.path.axes,
-            period=self.period,
-            method="arc-length",
-            settings=self.settings,
-        )
+        return record(t, (curve, u, s, feed * rate, position), self.path.axes, self.settings)
+
+
+def record(t: Array, filled: tuple[Any, ...], axes: tuple[str, ...], settings: dict[str, Any]) -> Setpoints:
+    """Setpoints of what `fill` gives at times t (n,), s; their period and method are those of the settings."""
+    named = dict(zip(("curve", "u", "s", "feed", "position"), filled, strict=True))
+    return Setpoints(t=t, **named, axes=axes, period=settings["period"], method=settings["method"], settings=settings)

@@ -12,6 +12,7 @@ import numpy as np
 from splinefeed.errors import InputError, LimitsError, MethodError, expect
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation import registry
+from splinefeed.interpolation.arc_length import record
 from splinefeed.interpolation.loop import OVERRUN, REPLACED, STATE_FLOATS, STATE_INTEGERS
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
@@ -141,21 +142,9 @@ class Interpolator:
         """The next `count` setpoints, or all that are left; fewer, or none, at the end."""
         left = self.ticks - self.tick
         count = left if count is None else max(0, min(count, left))
-        curve, u, s, feed, position = self._filled(count)
-        t = self._times(count)
+        found = record(self._times(count), self._filled(count), self.path.axes, self.settings)
         self.tick += count
-        return Setpoints(
-            t=t,
-            curve=curve,
-            u=u,
-            s=s,
-            feed=feed,
-            position=position,
-            axes=self.path.axes,
-            period=self.period,
-            method=self._method.name,
-            settings=self.settings,
-        )
+        return found
 
 
 @overload
