@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -155,9 +154,19 @@ def _text(words: Any) -> Any:
 # --- back -------------------------------------------------------------------------------------------------------------
 
 
-@contextmanager
-def _opened(path: str | os.PathLike[str], known: Iterable[str]) -> Iterator[tuple[Any, str]]:
-    """The open HDF5 file at `path` and the name of its record, one of those `known`."""
+def load(path: str | os.PathLike[str]) -> Any:
+    """The record in the HDF5 file at `path`; FormatError for all that is not sound."""
+    (record,) = _records(path, (*RECORDS, "Limits"))
+    return record
+
+
+def load_chunks(path: str | os.PathLike[str], rows: int) -> Iterator[Setpoints]:
+    """The setpoints in the HDF5 file at `path`, `rows` ticks at a time, one chunk in memory."""
+    return _records(path, ("Setpoints",), rows)
+
+
+def _records(path: str | os.PathLike[str], known: Sequence[str], rows: int | None = None) -> Iterator[Any]:
+    """The record in a file, one of those `known`: whole, or `rows` ticks at a time."""
     import h5py
 
     with naming(path, "HDF5 file"), h5py.File(check_file(path), "r") as file:
@@ -165,37 +174,20 @@ def _opened(path: str | os.PathLike[str], known: Iterable[str]) -> Iterator[tupl
         if record not in known:
             raise InputError(f"holds a record {record[:40]!r}; known are {', '.join(known)}")
         check_schema(_attribute(file, "schema"))
-        yield file, record
-
-
-def load(path: str | os.PathLike[str]) -> Any:
-    """The record in the HDF5 file at `path`; FormatError for all that is not sound."""
-    with _opened(path, (*RECORDS, "Limits")) as (file, record):
         if record == "Limits":
-            return Limits.from_dict({name: float(_dataset(file, name, 0)[()]) for name in file})
-        return _record(RECORDS[record], _datasets(file, RECORDS[record]), _said(file, RECORDS[record]))
-
-
-def load_chunks(path: str | os.PathLike[str], rows: int) -> Iterator[Setpoints]:
-    """The setpoints in the HDF5 file at `path`, `rows` ticks at a time, one chunk in memory."""
-    with _opened(path, ("Setpoints",)) as (file, _):
-        datasets, said = _datasets(file, Setpoints, MAX_TICKS_IN_CHUNKS), _said(file, Setpoints)
+            yield Limits.from_dict({name: float(_dataset(file, name, 0)[()]) for name in file})
+            return
+        kind, most = RECORDS[record], MAX_TICKS if rows is None else MAX_TICKS_IN_CHUNKS
+        names = [name for name in _columns(kind) if name in file or name not in MAYBE]
+        datasets, said = {name: _dataset(file, name, DATASETS[name][0], most) for name in names}, _said(file, kind)
         ticks = {name: len(dataset) for name, dataset in datasets.items()}
-        if len(set(ticks.values())) > 1:
+        if rows is not None and len(set(ticks.values())) > 1:
             raise InputError(f"the datasets have different numbers of ticks: {ticks}")
-        for start in range(0, ticks["t"], rows):
-            yield _record(Setpoints, datasets, said, slice(start, start + rows))
-
-
-def _record(kind: type[Any], datasets: Mapping[str, Any], said: Any, part: slice = slice(None)) -> Any:
-    record = kind(**{name: dataset[part] for name, dataset in datasets.items()}, **said)
-    check_columns(record)
-    return record
-
-
-def _datasets(file: Any, kind: type[Any], most: int = MAX_TICKS) -> dict[str, Any]:
-    names = [name for name in _columns(kind) if name in file or name not in MAYBE]
-    return {name: _dataset(file, name, DATASETS[name][0], most) for name in names}
+        for start in (0,) if rows is None else range(0, ticks["t"], rows):
+            part = slice(start, None if rows is None else start + rows)
+            made = kind(**{name: dataset[part] for name, dataset in datasets.items()}, **said)
+            check_columns(made)
+            yield made
 
 
 def _dataset(file: Any, name: str, ndim: int, most: int = MAX_TICKS) -> Any:
@@ -221,12 +213,11 @@ def _said(file: Any, kind: type[Any]) -> dict[str, Any]:
     said: dict[str, Any] = {}
     for name in (name for name in _attributes(kind) if name in file.attrs):
         value = _attribute(file, name)
-        if name in _AS_JSON:
-            value = json.loads(value)
+        value = json.loads(value) if name in _AS_JSON else value
         if not isinstance(value, _KINDS.get(name, object)):
             raise InputError(f"attribute {name}: is of the wrong type")
         said[name] = positive(value, name) if name == "period" else value
-    return {**said, **({"notes": tuple(map(str, said["notes"]))} if "notes" in said else {})}
+    return said | ({"notes": tuple(map(str, said["notes"]))} if "notes" in said else {})
 
 
 def _attribute(file: Any, name: str) -> Any:
