@@ -10,7 +10,7 @@ import pytest
 import svgelements
 
 from splinefeed.errors import FormatError
-from splinefeed.formats import svg_styles
+from splinefeed.formats import svg_tree
 from splinefeed.formats.registry import format_of, read, read_all, write
 from splinefeed.formats.svg_tree import read_tree
 from splinefeed.geometry.shapes import circle
@@ -55,7 +55,7 @@ TREE = (
 def test_a_selector_means_what_css_says(selector: str, meant: str) -> None:
     text = f"<svg {SPACES}><style>{selector} {{ display: none }}</style>{TREE}</svg>".replace(" > ", " &gt; ")
     root = read_tree(text.encode())
-    styles = svg_styles.Styles(root)
+    styles = svg_tree.Styles(root)
     found = [n.attrib["id"] for n in root.walk() if "id" in n.attrib and styles.of(n).get("display") == "none"]
     assert sorted(found) == sorted(meant) and not styles.findings
 
@@ -76,7 +76,7 @@ def test_a_selector_means_what_css_says(selector: str, meant: str) -> None:
 def test_the_cascade_decides(rules: str, own: str, value: str | None) -> None:
     text = f'<svg {SPACES}><style><![CDATA[{rules}]]></style><path id="p" class="cut" x="7" style="{own}"/></svg>'
     root = read_tree(text.encode())
-    assert svg_styles.Styles(root).of(root.children[1]).get("x") == value
+    assert svg_tree.Styles(root).of(root.children[1]).get("x") == value
 
 
 def test_rules_that_are_not_understood_are_findings_where_they_matter(tmp_path: Path) -> None:
@@ -89,7 +89,7 @@ def test_rules_that_are_not_understood_are_findings_where_they_matter(tmp_path: 
 
 
 def test_sheets_too_large_for_their_drawing_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(svg_styles, "MAX_QUESTIONS", 1000)
+    monkeypatch.setattr(svg_tree, "MAX_QUESTIONS", 1000)
     file = tmp_path / "part.svg"
     for rules in ("* * * * * *~*{x:1}" * 20, "path:nth-last-of-type(2n){x:1}" * 9, "a{x:1}" * 101):
         file.write_text(drawing(f"<style>{rules}</style>" + "<g>" * 50 + "<path d='M0 0H9'/>" * 50 + "</g>" * 50))
@@ -100,7 +100,7 @@ def test_sheets_too_large_for_their_drawing_are_refused(tmp_path: Path, monkeypa
 @pytest.mark.parametrize("selector", ["a " * 300, "[*|x]", "other|path", f"{':not(' * 90}:wild{')' * 90}"])
 def test_selectors_that_cannot_be_compiled_are_findings(selector: str) -> None:
     root = read_tree(f"<svg><style>{selector}{{x:1}}</style></svg>".encode())
-    assert svg_styles.Styles(root).findings[0].startswith("1 rules of the style sheet are not read here")
+    assert svg_tree.Styles(root).findings[0].startswith("1 rules of the style sheet are not read here")
 
 
 @pytest.mark.parametrize("text", [f"<style>a{{x:{'(' * 9999}}}</style>", f"<path style='x:{'(' * 9999}'/>"])

@@ -3,24 +3,36 @@
 OCCT was seen to end by a segmentation fault on more than half of STEP files with a few bytes changed, and such
 libraries cannot be stopped. So they run apart, with a limit on time and memory; a file that they cannot bear is an
 error of one line, and the next file finds a new process. It is started by the first file and stays for the next ones.
+
+A task is {"kind", "file", "edges", "repair", "layers"}. The answer is {"units", "findings", "groups"}, with groups of
+{"name", "curves"} that make one path each, and curves of {"degree", "knots", "points", "weights", "reversed"}; or
+{"refused": why}, which the readers say by a FormatError without the file's name.
 """
 
 from __future__ import annotations
 
+import gc
 import itertools
 import json
+import math
 import os
+from collections import Counter
+from collections.abc import Sequence
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 
-from splinefeed.errors import CurveError, InputError
+from splinefeed.errors import CurveError, FormatError, InputError
 from splinefeed.formats.contents import Contents
 from splinefeed.formats.drawing import BROKEN, Drawing
 from splinefeed.formats.metadata import naming
+from splinefeed.formats.sizes import MAX_DRAWING_CURVES, MAX_DRAWING_POINTS
+from splinefeed.formats.source import in_brief
+from splinefeed.geometry.arcs import arc
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.editing import unbroken
-from splinefeed.workers import LostError, Worker
+from splinefeed.workers import Answer, Handler, LostError, Mail, Worker
 
 #: Time that a library gets for a file, s, and for each MB of it.
 MAX_SECONDS = 30.0
@@ -29,8 +41,18 @@ SECONDS_PER_MB = 5.0
 MAX_ADDRESS_SPACE = 6 * 2**30
 #: Names that files give to their units.
 _UNITS = {"millimetre": "mm", "metre": "m", "centimetre": "cm", "micrometre": "um", "inch": "in", "foot": "ft"}
+#: The module that reads each kind of file, and what people call its library.
+MODULES = {
+    "step": ("occt_shapes", "OCCT (package cadquery-ocp-novtk)"),
+    "iges": ("occt_shapes", "OCCT (package cadquery-ocp-novtk)"),
+    "3dm": ("rhino_objects", "rhino3dm"),
+}
+#: Arcs shorter than this, mm, have no length.
+SHORTEST = 1e-9
 
-_worker = Worker("splinefeed.formats.cad_worker:open_libraries", memory=MAX_ADDRESS_SPACE, quiet=True)
+Curve = dict[str, Any]
+
+_worker = Worker("splinefeed.formats.cad_process:open_libraries", memory=MAX_ADDRESS_SPACE, quiet=True)
 
 
 def read(drawing: Drawing, kind: str, faults: list[str], *, edges: bool) -> Contents:
@@ -80,3 +102,81 @@ def _curves(said: dict[str, Any]) -> list[NurbsCurve]:
     parts = unbroken(said["degree"], knots, np.array(said["points"], dtype=np.float64), weights)
     curves = [NurbsCurve(said["degree"], *part).with_clamped_ends() for part in parts if np.any(part[1] != part[1][0])]
     return [curve.reversed() for curve in reversed(curves)] if said["reversed"] else curves
+
+
+# --- in the process ---------------------------------------------------------------------------------------------------
+
+
+def open_libraries(mail: Mail) -> Handler:
+    """What answers tasks; the libraries are loaded by the first that needs them."""
+    gc.disable()  # it would walk through the many small objects of an answer again and again
+
+    def answer(task: dict[str, Any]) -> Answer:
+        module, title = MODULES[task["kind"]]
+        try:
+            said = import_module(f"splinefeed.formats.{module}").read(task)
+        except FormatError as error:
+            said = {"refused": str(error)}
+        except ImportError as error:
+            why = f"needs {title}, which cannot be loaded ({error}); run: pip install 'splinefeed[cad]'"
+            said = {"refused": why}
+        except MemoryError:
+            said = {"refused": "needs more memory than a CAD file may take"}
+        except Exception as error:  # the libraries' own exceptions are of many kinds
+            said = {"refused": f"the CAD library cannot read it: {in_brief(error)}"}
+        body = json.dumps(said).encode()
+        gc.collect()
+        return {}, body
+
+    return answer
+
+
+class Gathered:
+    """The curves of a file, bodies whose edges may be curves, and what there is to say."""
+
+    def __init__(self, task: dict[str, Any]) -> None:
+        self.task = task
+        self.groups: list[dict[str, Any]] = []
+        self.bodies: list[Any] = []
+        self.findings: list[str] = []
+        self.left_out: Counter[str] = Counter()
+        self.curves = self.points = 0
+
+    def add(self, curves: Sequence[Curve], name: str = "") -> None:
+        """One path; FormatError for more curves or points than can be read."""
+        self.curves += len(curves)
+        self.points += sum(len(each["points"]) for each in curves)
+        if self.curves > MAX_DRAWING_CURVES or self.points > MAX_DRAWING_POINTS:
+            raise FormatError(f"has more than {MAX_DRAWING_CURVES} curves or {MAX_DRAWING_POINTS} control points")
+        self.groups.append({"name": name, "curves": curves})
+
+    def wants_edges(self) -> bool:
+        """Whether the edges of bodies are read: on request, or where there is nothing else."""
+        if self.task["edges"] or not self.bodies:
+            return bool(self.task["edges"])
+        if self.groups:
+            self.findings.append("edges of faces are left out; edges=True (--edges) reads them too")
+        else:
+            self.findings.append("no free curves; these are the edges of its faces")
+        return not self.groups
+
+    def answer(self, units: str) -> dict[str, Any]:
+        """What the other process gets."""
+        left_out = [f"left out: {count} x {what}" for what, count in self.left_out.items()]
+        return {"units": units, "findings": self.findings + left_out, "groups": self.groups}
+
+
+def arc_of(center: Any, x: Any, y: Any, first: float, last: float) -> Curve:
+    """The arc center + x cos(t) + y sin(t), t from `first` to `last`; a single point where it has no length."""
+    center, x, y = (np.array(each, dtype=np.float64) for each in (center, x, y))
+    sweep = float(np.clip(last - first, -2.0 * math.pi, 2.0 * math.pi))
+    if abs(sweep) * float(np.max(np.abs([x, y]))) <= SHORTEST:
+        return nurbs(1, [0.0, 0.0, 1.0, 1.0], [center.tolist()] * 2, None)
+    made = arc(center, x, y, first, sweep)
+    weights = None if made.weights is None else made.weights.tolist()
+    return nurbs(2, made.knots.tolist(), made.control_points.tolist(), weights)
+
+
+def nurbs(degree: int, knots: Sequence[float], points: Sequence[Sequence[float]], weights: Any) -> Curve:
+    """A NURBS curve, run through as its parameter grows."""
+    return {"degree": degree, "knots": knots, "points": points, "weights": weights, "reversed": False}

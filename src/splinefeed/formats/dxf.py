@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.contents import Contents
 from splinefeed.formats.drawing import Drawing, losses, three_axes
 from splinefeed.formats.dxf_entities import EntityReader
-from splinefeed.formats.dxf_tags import BINARY_MARK, Entity, Sections, read_sections
+from splinefeed.formats.dxf_tags import BINARY_MARK, Entity, read_sections
 from splinefeed.geometry.arcs import as_circle
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import JOIN_TOLERANCE, Path
@@ -53,22 +53,22 @@ def from_file(
     `layer` reads these layers only (a list, or names between commas); `units` overrules those of the header.
     """
     drawing = Drawing(file, tolerance, repair, layer)
-    found = read_sections(drawing.file.read_bytes())
-    if "ENTITIES" not in found.entities:
+    header, entities, fault = read_sections(drawing.file.read_bytes())
+    if "ENTITIES" not in entities:
         raise InputError("has no section ENTITIES; is the file complete, and is it a drawing?")
-    if found.fault:
-        drawing.fault(found.fault, "")
-    name = _unit(found, drawing) if units is None else units
+    if fault:
+        drawing.fault(fault, "")
+    name = _unit(header, drawing) if units is None else units
     scale = known_units.parse(f"1{name}", "length")
     reader = EntityReader(drawing)
-    reader.read_blocks(found.entities.get("BLOCKS", []))
-    reader.read(found.entities["ENTITIES"], None if scale == 1.0 else (np.diag([scale] * 3), np.zeros(3)))
-    _say_layers(found.entities.get("TABLES", []), reader)
+    reader.read_blocks(entities.get("BLOCKS", []))
+    reader.read(entities["ENTITIES"], None if scale == 1.0 else (np.diag([scale] * 3), np.zeros(3)))
+    _say_layers(entities.get("TABLES", []), reader)
     return drawing.contents(name)
 
 
-def _unit(found: Sections, drawing: Drawing) -> str:
-    number, measurement = (str(found.header.get(name, "")).strip() for name in ("$INSUNITS", "$MEASUREMENT"))
+def _unit(header: Mapping[str, object], drawing: Drawing) -> str:
+    number, measurement = (str(header.get(name, "")).strip() for name in ("$INSUNITS", "$MEASUREMENT"))
     if number in ("", "0"):
         hint = " ($MEASUREMENT says inch: if so, give units in)" if measurement == "0" else ""
         drawing.findings.append(f"the drawing has no units; read as mm{hint}")

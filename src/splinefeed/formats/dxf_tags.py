@@ -50,18 +50,14 @@ class Entity:
         return factory.load(tags)
 
 
-@dataclass
-class Sections:
-    """The header's values, entities of each section by its name, and what is wrong with the end of the file, if so."""
+def read_sections(content: bytes) -> tuple[dict[str, object], dict[str, list[Entity]], str]:
+    """Values of the header, entities of each section by its name, and what is wrong with the end of the file, if so.
 
-    header: dict[str, object] = field(default_factory=dict)
-    entities: dict[str, list[Entity]] = field(default_factory=dict)
-    fault: str = ""
-
-
-def read_sections(content: bytes) -> Sections:
-    """The sections of a file; strict about what begins and ends where, but not about a file that stops early."""
-    found = Sections()
+    Strict about what begins and ends where, but not about a file that stops early.
+    """
+    header: dict[str, object] = {}
+    entities: dict[str, list[Entity]] = {}
+    fault = ""
     binary = content.startswith(BINARY_MARK)
     name = place = ""
     inside: list[Entity] | None = None
@@ -73,7 +69,7 @@ def read_sections(content: bytes) -> Sections:
                 break
             start += 1
         else:
-            return found
+            return header, entities, fault
         for tags in group_tags(chain([head], loader)):
             place = f"tag {start + 1}" if binary else f"line {2 * start + 1}"
             start += len(tags)
@@ -82,9 +78,9 @@ def read_sections(content: bytes) -> Sections:
             kind = str(tags[0].value).strip()
             if kind == "SECTION" and inside is None and len(tags) > 1 and tags[1].code == 2:
                 name = str(tags[1].value).strip().upper()
-                inside = found.entities.setdefault(name, [])
+                inside = entities.setdefault(name, [])
                 if name == "HEADER":
-                    found.header = {str(key.value).strip(): said.value for key, said in pairwise(tags) if key.code == 9}
+                    header = {str(key.value).strip(): said.value for key, said in pairwise(tags) if key.code == 9}
             elif kind == "SECTION" or (inside is None and kind not in ("ENDSEC", "EOF")):
                 raise InputError(f"{place}: {kind[:40]!r} where no section may begin; is the file complete?")
             elif kind == "ENDSEC":
@@ -101,9 +97,9 @@ def read_sections(content: bytes) -> Sections:
         said = f"ezdxf says: {in_brief(error).rstrip('.')}" if isinstance(error, DXFError) else "ends inside a tag"
         raise InputError(f"{said}; is the file complete?") from None
     if inside is not None:
-        found.fault = f"{place}: ends inside section {name}; is the file complete?"
+        fault = f"{place}: ends inside section {name}; is the file complete?"
         del inside[-1:]  # what the end of the file cuts
-    return found
+    return header, entities, fault
 
 
 def _text(content: bytes) -> io.StringIO:

@@ -1,4 +1,4 @@
-"""What OCCT makes of a STEP or IGES file, as descriptions of curves; runs in the process of `cad_worker` only."""
+"""What OCCT makes of a STEP or IGES file, as descriptions of curves; runs in the process of `cad_process` only."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS, TopoDS_Iterator
 
 from splinefeed.errors import FormatError
-from splinefeed.formats.cad_worker import Curve, Gathered, arc_of, nurbs
+from splinefeed.formats.cad_process import Curve, Gathered, arc_of, nurbs
 
 try:
     from OCP.collections import Sequence_TCollection_AsciiString as Names
@@ -57,7 +57,7 @@ _IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 5: "mi", 6: "m", 7: "km", 8: "mil", 9:
 
 
 def read(task: dict[str, Any]) -> dict[str, Any]:
-    """Answer a task of the kind "step" or "iges"; see `cad_worker`.
+    """Answer a task of the kind "step" or "iges"; see `cad_process`.
 
     Raises FormatError for what OCCT holds against the file as a whole, or, when repairing, makes findings of it; what
     it holds against single entities are findings.

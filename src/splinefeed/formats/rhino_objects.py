@@ -1,4 +1,4 @@
-"""What rhino3dm finds in a .3dm file, as descriptions of curves; runs in the process of `cad_worker` only."""
+"""What rhino3dm finds in a .3dm file, as descriptions of curves; runs in the process of `cad_process` only."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import rhino3dm
 
 from splinefeed import units
 from splinefeed.errors import FormatError
-from splinefeed.formats.cad_worker import Curve, Gathered, arc_of, nurbs
+from splinefeed.formats.cad_process import Curve, Gathered, arc_of, nurbs
 from splinefeed.records import Array
 
 #: Units of files by Rhino's names for them.
@@ -20,7 +20,7 @@ MAX_DEPTH = 16
 
 
 def read(task: dict[str, Any]) -> dict[str, Any]:
-    """Answer a task of the kind "3dm"; see `cad_worker`."""
+    """Answer a task of the kind "3dm"; see `cad_process`."""
     file = rhino3dm.File3dm.Read(task["file"])
     if file is None:
         raise FormatError("rhino3dm finds no valid 3DM file in it; is the file complete?")

@@ -13,11 +13,6 @@ from splinefeed.formats.atomic import atomic_write
 KINDS = {"number": "float64", "whole": "int64", "text": "string"}
 
 
-def available() -> None:
-    """Raise InputError with the mend unless pyarrow is installed."""
-    libraries()
-
-
 def write(rows: Sequence[Mapping[str, Any]], columns: Mapping[str, str], path: str | os.PathLike[str]) -> None:
     """Write rows under `columns` (name -> kind), whole or not at all; equal rows give equal files."""
     pyarrow, parquet = libraries()

@@ -71,13 +71,19 @@ def read_mat(file: Path) -> tuple[dict[str, Any], Any]:
 
 
 def write_parquet(chunks: Iterable[Setpoints], file: Path) -> None:
-    """Write chunks of setpoints under the names that columns of a CSV have, each with its `unit`; see `_schema`."""
+    """Write chunks of setpoints under the names that columns of a CSV have, and the description as JSON."""
     pyarrow, parquet = libraries()
     with file.open("wb") as stream, ExitStack() as stack:
         writer: Any = None
         for chunk in chunks:
             if writer is None:
-                schema = _schema(pyarrow, chunk)
+                names, units = column_names(chunk.axes, "rad"), [*COLUMNS.values(), *axis_units(chunk.axes, "rad")]
+                kinds = [pyarrow.int64() if name == "curve" else pyarrow.float64() for name in names]
+                fields = [
+                    pyarrow.field(name, kind, nullable=False, metadata={"unit": unit})
+                    for name, kind, unit in zip(names, kinds, units, strict=True)
+                ]
+                schema = pyarrow.schema(fields, metadata={_KEY: json.dumps(description(chunk, "rad"))})
                 # doubles of a smooth motion share their upper bytes: split by byte they pack to about a half
                 split = {each.name: "BYTE_STREAM_SPLIT" for each in schema if each.type == pyarrow.float64()}
                 writer = parquet.ParquetWriter(
@@ -103,13 +109,3 @@ def read_parquet(file: Path) -> tuple[dict[str, Any], Any]:
             raise InputError(f"has {source.metadata.num_rows} rows; at most {MAX_TICKS} can be read")
         table = source.read()
     return by_name([table.column(name).to_numpy() for name in names]), said
-
-
-def _schema(pyarrow: Any, first: Setpoints) -> Any:
-    """The columns of setpoints such as `first`; the description is a JSON text in the metadata, under `splinefeed`."""
-    units = [*COLUMNS.values(), *axis_units(first.axes, "rad")]
-    fields = []
-    for name, unit in zip(column_names(first.axes, "rad"), units, strict=True):
-        kind = pyarrow.int64() if name == "curve" else pyarrow.float64()
-        fields.append(pyarrow.field(name, kind, nullable=False, metadata={"unit": unit}))
-    return pyarrow.schema(fields, metadata={_KEY: json.dumps(description(first, "rad"))})

@@ -21,8 +21,7 @@ from splinefeed.formats.drawing import Drawing
 from splinefeed.formats.source import head_text
 from splinefeed.formats.svg_paths import Piece
 from splinefeed.formats.svg_places import Affine, ShapeError, View
-from splinefeed.formats.svg_styles import Styles
-from splinefeed.formats.svg_tree import GZIP, MAX_DEPTH, Node, read_tree, unpacked
+from splinefeed.formats.svg_tree import GZIP, MAX_DEPTH, Node, Styles, read_tree, unpacked
 from splinefeed.formats.svg_write import ORIGIN
 from splinefeed.formats.svg_write import write as write
 from splinefeed.geometry.arcs import polyline

@@ -1,13 +1,23 @@
-"""The elements of an SVG file with the line of each; nothing outside the file is opened."""
+"""The elements of an SVG file with the line of each, and what styles say of them; nothing outside the file is opened.
+
+tinycss2 reads style sheets, cssselect2 says which elements a selector means. Properties are those of SVG 2 that move or
+hide something. Source: W3C, CSS Cascading and Inheritance 3.
+"""
 
 from __future__ import annotations
 
 import gzip
 import io
+import re
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any
 from xml.parsers import expat
+
+import cssselect2
+import tinycss2
 
 from splinefeed.errors import InputError
 from splinefeed.formats.sizes import MAX_DRAWING_BYTES
@@ -19,6 +29,24 @@ MAX_DEPTH = 200
 GZIP = b"\x1f\x8b"
 #: Attributes of other name spaces that mean something, under the name they get whatever their prefix is.
 _FOREIGN = {"href": "xlink:href", "label": "label"}
+
+
+#: Properties that say where something lies or whether it is drawn.
+RELEVANT = frozenset(
+    ("display", "visibility", "transform", "transform-origin", "transform-box", "d", "x", "y", "width", "height",
+     "cx", "cy", "r", "rx", "ry", "translate", "rotate", "scale", "clip-path", "mask")
+)  # fmt: skip
+#: Elements that all selectors of one file together may look at, and at-rules in at-rules.
+MAX_QUESTIONS, MAX_NESTED = 10_000_000, 8
+#: Comparisons in a row, of rules or of siblings, that take the time of one of these.
+_AT_ONCE = 8
+_SAYS = re.compile(rf"(?<![\w-])(?:{'|'.join(RELEVANT)})\s*(?:/\*.*?\*/\s*)*:", re.IGNORECASE | re.DOTALL)
+#: At-rules that move nothing.
+_SILENT = ("charset", "namespace", "font-face", "keyframes", "-webkit-keyframes", "page", "color-profile")
+#: What cssselect2 raises for a selector; all but the first for one that is nested too deeply or of a name space.
+_UNREAD = (cssselect2.SelectorError, SyntaxError, RecursionError, MemoryError, NotImplementedError)
+
+Said = dict[str, tuple[str, bool]]  # property: its value, and whether it is called important
 
 
 @dataclass(eq=False)
@@ -118,3 +146,114 @@ def read_tree(content: bytes) -> Node:
     if roots[0].tag != "svg":
         raise InputError(f"{roots[0].place()}: expected <svg>")
     return roots[0]
+
+
+# --- styles -----------------------------------------------------------------------------------------------------------
+
+
+class Styles:
+    """The style sheets of a drawing; `findings` names rules that are not understood and would move or hide things."""
+
+    def __init__(self, root: Node) -> None:
+        self.findings: list[str] = []
+        self._asked = 0
+        self._matcher = cssselect2.Matcher()
+        self._rules: dict[Node, list[tuple[tuple[int, ...], Said]]] = {}
+        unknown: list[str] = []
+        for node in root.walk():
+            if node.tag == "style" and node.get("type", "text/css").strip() in ("", "text/css"):
+                self._sheet(tinycss2.parse_stylesheet(node.text, skip_comments=True, skip_whitespace=True), unknown)
+        if unknown:
+            named = ", ".join(repr(each[:40]) for each in unknown[:3])
+            self.findings.append(f"{len(unknown)} rules of the style sheet are not read here, such as {named}")
+        if self._matcher.order:
+            counting: Any = type("_Counting", (_Element,), {"ask": self._ask})
+            for element in counting.from_xml_root(root).iter_subtree():
+                found = self._matcher.match(element)
+                self._ask(len(found) + self._matcher.order // _AT_ONCE)
+                if found:
+                    self._rules[element.etree_element] = [((0, *weight), said) for weight, _, _, said in found]
+
+    def of(self, node: Node) -> Mapping[str, str]:
+        """Attributes of `node`, those that are properties as the cascade has them."""
+        own = _relevant(node.get("style"))
+        rules = self._rules.get(node, ())
+        if not own and not rules:
+            return node.attrib
+        ranked: dict[str, tuple[tuple[int, ...], str]] = {}
+        for weight, said in (*rules, ((1,), own)):  # a weight of a rule begins with 0
+            for name, (value, important) in said.items():
+                rank = (int(important), *weight)
+                if name not in ranked or ranked[name][0] <= rank:
+                    ranked[name] = (rank, value)
+        found = {**node.attrib, **{name: value for name, (_, value) in ranked.items()}}
+        return {name: value for name, value in found.items() if value.lower() not in ("initial", "unset", "revert")}
+
+    def _sheet(self, rules: Sequence[Any], unknown: list[str], depth: int = 0) -> None:
+        for rule in rules:
+            if rule.type not in ("at-rule", "qualified-rule"):
+                continue
+            words, body = tinycss2.serialize(rule.prelude).strip(), tinycss2.serialize(rule.content or ())
+            if rule.type == "qualified-rule":
+                try:
+                    said = _relevant(body)
+                    for selector in cssselect2.compile_selector_list(rule.prelude, {"svg": ""}) if said else ():
+                        if selector.pseudo_element is None:
+                            self._matcher.add_selector(selector, said)
+                except _UNREAD:
+                    unknown.append(words)
+                continue
+            media = set(words.lower().replace(" ", "").split(",")) if rule.lower_at_keyword == "media" else set()
+            if media & {"screen", "all", ""} and depth < MAX_NESTED:
+                inner = tinycss2.parse_rule_list(rule.content or (), skip_comments=True, skip_whitespace=True)
+                self._sheet(inner, unknown, depth + 1)
+            elif rule.lower_at_keyword == "import" or (_SAYS.search(body) and rule.lower_at_keyword not in _SILENT):
+                unknown.append(f"@{rule.at_keyword} {words}")
+
+    def _ask(self, number: int = 1) -> None:
+        self._asked += number
+        if self._asked > MAX_QUESTIONS:
+            raise InputError("its style sheets have too many rules for its elements; simplify them")
+
+
+class _Element(cssselect2.ElementWrapper):  # type: ignore[misc]
+    """An element that counts what selectors look at, and walks by loops: recursion ends at a thousand siblings."""
+
+    ask: Callable[..., None]
+    ancestors = property(lambda self: self._chain("parent"))
+    previous_siblings = property(lambda self: self._chain("previous"))
+
+    def __init__(self, *words: Any, **named: Any) -> None:
+        self.ask()
+        super().__init__(*words, **named)
+
+    @property
+    def etree_siblings(self) -> list[Node]:
+        self.ask(len(self._siblings) // _AT_ONCE)
+        return self._siblings
+
+    @etree_siblings.setter
+    def etree_siblings(self, siblings: list[Node]) -> None:
+        self._siblings = siblings
+
+    def _chain(self, name: str) -> Iterator[_Element]:
+        found = getattr(self, name)
+        while found is not None:
+            self.ask()
+            yield found
+            found = getattr(found, name)
+
+
+@lru_cache(maxsize=4096)
+def _relevant(text: str) -> Said:
+    """The declarations in `text`, such as "display: none; fill: red", that move or hide something."""
+    if not _SAYS.search(text):
+        return {}
+    found: Said = {}
+    for each in tinycss2.parse_blocks_contents(text, skip_comments=True, skip_whitespace=True):
+        if each.type != "declaration" or each.lower_name not in RELEVANT:
+            continue
+        value, name = tinycss2.serialize(each.value).strip(), each.lower_name
+        if value and not (name in found and found[name][1] and not each.important):
+            found[name] = (value, each.important)
+    return found

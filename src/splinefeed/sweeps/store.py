@@ -55,7 +55,7 @@ class Store:
     """
 
     def __init__(self, folder: str | os.PathLike[str], sweep: Sweep) -> None:
-        rows_parquet.available()
+        rows_parquet.libraries()
         self.folder, self.rows = Path(folder), Path(folder) / PARTS
         self.sweep = sweep
         self.columns = columns_of(sweep)
