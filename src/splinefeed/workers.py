@@ -137,6 +137,7 @@ class Worker:
 
 # --- work for all cores -----------------------------------------------------------------------------------------------
 
+Outcome = tuple[list[Any], Exception | None]
 _alone = False  # whether this process is one of many already
 
 
@@ -173,21 +174,20 @@ def spread(function: Callable[[Any, Any], Any], shared: Any, items: Sequence[Any
         for worker in workers:
             idle.put(worker)
 
-        def part(first: int) -> list[tuple[Any, Exception | None]]:
+        def part(first: int) -> Outcome:
             worker = idle.get()
             try:
                 return pickle.loads(worker.ask({"first": first})[1])  # type: ignore[no-any-return]
             except LostError:
-                return _outcomes(function, shared, items[first : first + TOGETHER])
+                return _outcome(function, shared, items[first : first + TOGETHER])
             finally:
                 idle.put(worker)
 
         try:
-            for outcomes in pool.map(part, range(done, len(items), TOGETHER)):
-                for result, failed in outcomes:
-                    if failed is not None:
-                        raise failed
-                    yield result
+            for results, failed in pool.map(part, range(done, len(items), TOGETHER)):
+                yield from results
+                if failed is not None:
+                    raise failed
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
             for worker in workers:
@@ -200,23 +200,23 @@ def _part(mail: Mail, file: str) -> Handler:
     global _alone
     _alone = True
     function, shared, items = pickle.loads(pathlib.Path(file).read_bytes())
-    return lambda request: (
-        {},
-        pickle.dumps(_outcomes(function, shared, items[request["first"] : request["first"] + TOGETHER])),
-    )
+
+    def handle(request: Said) -> Answer:
+        first = request["first"]
+        return {}, pickle.dumps(_outcome(function, shared, items[first : first + TOGETHER]))
+
+    return handle
 
 
-def _outcomes(
-    function: Callable[[Any, Any], Any], shared: Any, items: Sequence[Any]
-) -> list[tuple[Any, Exception | None]]:
-    """For each item the result, or the exception in its place."""
-    found: list[tuple[Any, Exception | None]] = []
-    for item in items:
-        try:
-            found.append((function(shared, item), None))
-        except Exception as failed:
-            found.append((None, failed))
-    return found
+def _outcome(function: Callable[[Any, Any], Any], shared: Any, items: Sequence[Any]) -> Outcome:
+    """The results of items up to the first exception, and that."""
+    results: list[Any] = []
+    try:
+        for item in items:
+            results.append(function(shared, item))
+    except Exception as failed:
+        return results, failed
+    return results, None
 
 
 # --- in the process ---------------------------------------------------------------------------------------------------

@@ -205,22 +205,18 @@ class Placer:
         if not len(doubtful):
             return len(s)
         step, before, near = step[doubtful], before[doubtful], distance[doubtful] + slack
-        moved, others = [], []
-        for side in (0.0, 1.0):  # the first place ahead, and from a place behind the last one that as far ahead
-            other = self.search.near(
-                q[:, doubtful], np.minimum(before + side * np.abs(step), self.path.length), closed=False
-            )
-            at = self.rows.arc_length(other.row, other.t) - before
-            better = (np.sqrt(other.square) <= near) & (at >= 0.0) & (at <= LONGER * np.abs(step) + slack)
-            moved.append(better & (np.abs(at - step) > 2.0 * slack) & ((side == 0.0) | (step < 0.0)))
-            others.append((other, at))
-        if not (moved[0] | moved[1]).any():
+        side = np.array([[0.0], [1.0]])  # the first place ahead, and from a place behind the last one that as far ahead
+        hint = np.minimum(before + side * np.abs(step), self.path.length)
+        other = self.search.near(np.tile(q[:, doubtful], 2), hint.ravel(), closed=False)
+        at = self.rows.arc_length(other.row, other.t).reshape(hint.shape) - before
+        moved = (np.sqrt(other.square).reshape(hint.shape) <= near) & (np.abs(at - step) > 2.0 * slack)
+        moved &= (at >= 0.0) & (at <= LONGER * np.abs(step) + slack) & ((side == 0.0) | (step < 0.0))
+        if not moved.any():
             return len(s)
-        k = int(np.argmax(moved[0] | moved[1]))
-        first = int(doubtful[k])
-        other, at = others[0 if moved[0][k] else 1]
-        found.put(np.array([first]), other.take(np.array([k])))
-        s[first] = at[k] + before[k]
+        k = int(np.argmax(moved.any(axis=0)))
+        first, which = int(doubtful[k]), int(np.argmax(moved[:, k]))
+        found.put(np.array([first]), other.take(np.array([which * len(doubtful) + k])))
+        s[first] = at[which, k] + before[k]
         return first + 1
 
 
