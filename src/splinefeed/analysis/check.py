@@ -11,7 +11,7 @@ from splinefeed.analysis.check_bounds import TOLERANCE, Bounds, Fault
 from splinefeed.analysis.check_law import check_law
 from splinefeed.analysis.check_setpoints import Judge
 from splinefeed.errors import InputError, expect
-from splinefeed.geometry.parts import joined
+from splinefeed.geometry.parts import cut, joined
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import (
@@ -135,7 +135,7 @@ class Check:
     """Checks setpoints chunk by chunk along a path that comes part by part; `check` is one of a path in one part.
 
     `part` gives the next part of the path, `see` the next setpoints, whose `curve` counts from the first part on, and
-    which may not be further than the parts that it knows; `verdict` ends it. Parts that the motion has left are
+    which may not be further than the parts that it knows; `verdict` ends it. Curves that the motion has left are
     dropped. What the whole path has at a joint (corners, stops, waits) is found between parts as within them.
     """
 
@@ -145,12 +145,10 @@ class Check:
     law: TimeLaw | None = None
 
     def __post_init__(self) -> None:
-        self._parts: deque[Path] = deque()  # those that the judge knows
-        self._coming: deque[Path] = deque()
+        self._coming: deque[Path] = deque()  # parts that the judge does not know yet
         self._joints: JointPath | None = None
         self._axes: tuple[str, ...] = ()
-        self._first_curve = 0  # of the parts, among all
-        self._known = 0  # curves of the parts behind that
+        self._first_curve = 0  # that the judge knows, among those of all parts
         self._judge: Judge | None = None
         self._first: Setpoints | None = None
         self._blocks = Blocks(BLOCK)
@@ -183,35 +181,28 @@ class Check:
             self._look(held.part(0, count - 1), last=False)
         self._look(held.part(count - 1, count), last=True)
         assert self._judge is not None
-        return verdict_of(self._judge, self._first, self._first_curve + self._known)
+        return verdict_of(self._judge, self._first, self._first_curve + len(self._judge.bounds.path.curves))
 
     def _look(self, setpoints: Setpoints, last: bool) -> None:
-        self._reach(max(int(setpoints.curve[-1]), 0), everything=last)  # -1 where nothing says the curve
-        local = replace(setpoints, curve=setpoints.curve - self._first_curve)
-        if self._judge is None:
-            self._judge = Judge(self._bounds(), local, self.law)
-        self._judge.see(local, last)
-
-    def _reach(self, curve: int, everything: bool) -> None:
-        """Have the judge know of all parts up to that curve, and forget those that it has left."""
-        come = []
-        while self._coming and (everything or curve >= self._first_curve + self._known):
+        """Judge setpoints along all parts up to their curves; curves that are left are forgotten, but for the last."""
+        judge, left, come = self._judge, 0, []
+        known = self._first_curve + (0 if judge is None else len(judge.bounds.path.curves))
+        while self._coming and (last or max(setpoints.curve[-1], 0) >= known):  # -1 where nothing says the curve
             come.append(self._coming.popleft())
-            self._known += len(come[-1].curves)
-        if not come:
-            return
-        left = 0
-        while self._judge is not None and len(self._parts) > 1:
-            if self._judge.curve < left + len(self._parts[0].curves):
-                break
-            left += len(self._parts.popleft().curves)
-        self._parts.extend(come)
-        self._first_curve, self._known = self._first_curve + left, self._known - left
-        if self._judge is not None:
-            self._judge.move_on(self._bounds(), left)
-
-    def _bounds(self) -> Bounds:
-        return Bounds(joined(self._parts), self.limits, self.tolerance, self.resolution, self._joints)
+            known += len(come[-1].curves)
+        if come and judge is not None:
+            path, left = judge.bounds.path, max(judge.curve - 1, 0)
+            come.insert(0, cut(path, left, len(path.curves)) if left else path)
+        self._first_curve += left
+        local = replace(setpoints, curve=setpoints.curve - self._first_curve)
+        if come:
+            bounds = Bounds(joined(come), self.limits, self.tolerance, self.resolution, self._joints)
+            if judge is None:
+                judge = self._judge = Judge(bounds, local, self.law)
+            else:
+                judge.move_on(bounds, left)
+        assert judge is not None
+        judge.see(local, last)
 
 
 def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
