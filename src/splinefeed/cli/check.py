@@ -37,7 +37,7 @@ def _show(page: Page) -> list[Block]:
 @options.limits_alone("those of the setpoints")
 @options.table("""
 --law law_file  FILE             The time law (.h5): exact derivatives are checked too.
---tolerance     LENGTH           Largest distance of a setpoint from the curve.  [default: 1e-9 mm]
+--tolerance     LENGTH =1e-9 mm  Largest distance of a setpoint from the curve.
 --resolution    LENGTH           Last digit of the positions.
 --machine       NAME|FILE        Of a tool path: the machine of these joints.  [default: that of the setpoints]
 --certificate certificate_file  FILE  Write a certificate, JSON.
@@ -56,7 +56,6 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
       splinefeed check recorded.csv --path butterfly --feed 60 --axis-jerk x=20000,y=15000 --resolution 1um
     """
     from splinefeed.analysis.certificate import certificate, write_certificate
-    from splinefeed.analysis.check_bounds import TOLERANCE
 
     say(f"reading {setpoints}")
     points, guessed = read_setpoints(setpoints, given)
@@ -73,7 +72,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
         on_its_machine(path, points.settings, given["machine"], limits),
         limits,
         law=law,
-        tolerance=TOLERANCE if given["tolerance"] is None else given["tolerance"],
+        tolerance=given["tolerance"],
         resolution=given["resolution"] or 0.0,
     )
     certified = given["certificate_file"]

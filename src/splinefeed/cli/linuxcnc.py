@@ -48,7 +48,7 @@ def _show(page: Page) -> list[Block]:
 @options.table("""
 --machine       NAME|FILE!       The machine; see splinefeed machine list.
 --axes          NAMES            Which of its axes, in order.  [default: all]
---period        TIME             Servo period.  [default: 1 ms]
+--period        TIME =1 ms       Servo period.
 --following     LENGTH           Following error that stops the stream.  [default: 1 mm or deg]
 --motion        -                Together with LinuxCNC's motion controller, which then shows the tool tip.
 -o --output     NAME =splinefeed  NAME.hal, NAME.ini
@@ -68,7 +68,6 @@ def init(say: Say, machine: str, output: str, motion: bool, **given: Any) -> Pag
 
     model = sf.Machine.load(machine)
     names = given["axes"] or tuple(model.axes)
-    tick = 1e-3 if given["period"] is None else given["period"]
     made = []
     for name in names:
         if name not in model.axes:
@@ -79,8 +78,8 @@ def init(say: Say, machine: str, output: str, motion: bool, **given: Any) -> Pag
         made.append(HalAxis(name, gain or GAIN, velocity, given["following"] or 1.0))
     joints = "".join(JOINT.format(k=k, axis=axis) for k, axis in enumerate(made))
     texts = {
-        f"{output}.hal": hal_text(tuple(made), tick, motion=motion),
-        f"{output}.ini": INI.format(name=output, nanoseconds=round(tick * 1e9)) + joints,
+        f"{output}.hal": hal_text(tuple(made), given["period"], motion=motion),
+        f"{output}.ini": INI.format(name=output, nanoseconds=round(given["period"] * 1e9)) + joints,
     }
     for file, text in texts.items():
         write_text(file, text)

@@ -115,8 +115,9 @@ def table(text: str) -> Callable[[F], F]:
     def decorate(function: F) -> F:
         for names, takes, words in reversed(_rows(text)):
             takes, _, default = takes.partition(" =")
-            more: dict[str, Any] = {"default": default, "show_default": True} if default else {}
-            more |= {"required": takes.endswith("!"), "multiple": takes.endswith("*")}
+            more: dict[str, Any] = {"required": takes.endswith("!"), "multiple": takes.endswith("*")}
+            if default:
+                more |= {"default": [default] if more["multiple"] else default, "show_default": True}
             takes = takes.rstrip("!*")
             if takes == "-":
                 more["is_flag"] = True
@@ -135,14 +136,14 @@ as_json = table("--json as_json  -  Print one JSON object, and nothing else, on 
 
 #: Files of figures, and none of them.
 figures = table("""
---figures  svg|png|pdf*  Format of the figures; may be repeated.  [default: svg]
+--figures  svg|png|pdf* =svg  Format of the figures; may be repeated.
 --no-figures  -  Draw nothing.
 """)
 
 
 def figure_formats(given: Mapping[str, Any]) -> tuple[str, ...]:
     """Formats of the figures, none with --no-figures."""
-    return () if given["no_figures"] else tuple(given["figures"] or ("svg",))
+    return () if given["no_figures"] else given["figures"]
 
 
 #: How a G-code program is read.

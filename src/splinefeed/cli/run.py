@@ -41,7 +41,7 @@ POINTS_TOLERANCE = 1e-3
 @options.tangential
 @options.table("""
 --method        NAME    The method.  [default: arc-length; the paper's without SOURCE]
---format formats  hdf5|csv|mat|npz|parquet|halstreamer|pvt*  Format of the setpoints; may be repeated.  [default: hdf5]
+--format formats  hdf5|csv|mat|npz|parquet|halstreamer|pvt* =hdf5  Format of the setpoints; may be repeated.
 --no-compare    -       Leave out the other methods, with their table and figure.
 --tip           -       Tool paths: write tip and tool axis at each setpoint too, tip.csv.
 -o --output     DIR     Folder to write to.  [default: splinefeed-NAME]
@@ -83,7 +83,7 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
     registry.method(method)
     # the paper's experiment has the paper's limits, whatever the machine
     what = task_of(say, source, given, None if of_paper else machine, read=partial(_read, given))
-    path, corrections, formats = what.path, given["corrections"], tuple(given["formats"] or ("hdf5",))
+    path, corrections, formats = what.path, given["corrections"], given["formats"]
     if given["tip"] and not isinstance(path, sf.ToolPath):
         raise InputError(f"--tip: {path.name} has no tool axis; its setpoints are the tool's positions already")
     if machine is not None and not isinstance(path, sf.ToolPath | sf.formats.PathParts):

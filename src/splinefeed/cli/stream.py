@@ -57,7 +57,7 @@ _ORDERS = {
 -o --output     FILE             The file of --to file.
 --host          ADDRESS =127.0.0.1  Address for --to udp.
 --port          INTEGER =5010    Port for --to udp.
---ahead         TIME             Lookahead kept in the controller's buffer.  [default: 300 ms]
+--ahead         TIME =300 ms     Lookahead kept in the controller's buffer.
 --override      PERCENT =100%    Feedrate override at the start.
 --most          PERCENT =200%    Highest override. 100 % is --feed, or the program's feeds; axis limits hold at every
                                  override.
@@ -100,7 +100,7 @@ def command(say: Say, source: str, **given: Any) -> Page:
         else:
             saved(None)  # a file that cannot be written is an error before anything moves
         to_start = partial(approach, axes=motion.axes, limits=limits, period=motion.period)
-        ahead = max(round((0.3 if given["ahead"] is None else given["ahead"]) / motion.period), 24)
+        ahead = max(round(given["ahead"] / motion.period), 24)
         sink = _sink(given, ahead)
     with Control(operator) as control, on_signals(partial(_stop, operator)), keys(operator):
         if sink.paced:

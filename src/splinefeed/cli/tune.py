@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -16,9 +16,6 @@ from splinefeed.cli.output import Block, Page, length, listed, notes, number
 from splinefeed.cli.progress import Say
 from splinefeed.cli.source import task_of
 from splinefeed.errors import InputError
-
-if TYPE_CHECKING:
-    from splinefeed.pipeline.tuning import TunedMachine
 
 #: Option of the rules that start from the ultimate point, and those of every rule; all others are for `path`.
 _BY_RULE = ("kind",)
@@ -92,8 +89,8 @@ def tune(say: Say, machine: str, **given: Any) -> Page:
       splinefeed tune my-table.toml --rule path --path wing.dat --feed 20 --write my-table-tuned.toml
     """
     from splinefeed.formats.plain import plain
+    from splinefeed.pipeline import tuning
     from splinefeed.pipeline.run import PAPER_PERIOD
-    from splinefeed.pipeline.tuning import PATH_RULE, by_rule
     from splinefeed.report import files
     from splinefeed.report.folder import staged
 
@@ -106,17 +103,30 @@ def tune(say: Say, machine: str, **given: Any) -> Page:
     rule = given["rule"]
     for name, value in given.items():
         if value not in (None, False, ()) and (
-            name in _BY_RULE if rule == PATH_RULE else name not in (*_ALWAYS, *_BY_RULE)
+            name in _BY_RULE if rule == tuning.PATH_RULE else name not in (*_ALWAYS, *_BY_RULE)
         ):
             spelled = "path" if name == "source" else name.replace("_", "-")
             raise InputError(f"--{spelled}: has no effect with --rule {rule}; leave it out")
-    found: TunedMachine
-    if rule == PATH_RULE:
-        found, source = _on_path(model, given, say)
+    source: dict[str, str] = {}
+    found: Any  # a PathTuning or a TunedMachine
+    if rule == tuning.PATH_RULE:
+        what = task_of(say, given["source"], given)
+        source = {"path": what.source}
+        say("planning and interpolating")
+        setpoints = sf.run(what.path, what.limits, period=what.period, strategy=what.strategy).points
+        found = tuning.tune_on_path(
+            model,
+            setpoints,
+            what.path,
+            axes=given["axes"],
+            evaluations=tuning.EVALUATIONS if given["runs"] is None else given["runs"],
+            seed=given["seed"] or 0,
+            feed_forward=given["feed_forward"],
+            on_progress=lambda done, total: say(f"tuning on {what.path.name}: {done} of {total} runs"),
+        )
     else:
-        source = {}
         period = PAPER_PERIOD if given["period"] is None else given["period"]
-        found = by_rule(model, names, rule, period=period, kind=given["kind"] or "pid", say=say)
+        found = tuning.by_rule(model, names, rule, period=period, kind=given["kind"] or "pid", say=say)
     page = plain(
         {
             "ok": all(each.margins.stable for each in found.axes.values()),
@@ -138,26 +148,6 @@ def tune(say: Say, machine: str, **given: Any) -> Page:
         drawn = files.save_figures(files.tune_figures(list(found.axes.values()), model.name), stage, drawing)
         page = recorded(page, drawn, given["output"], stage, files.TUNE_RECORD)
     return {**page, "files": [*written, *page["files"]]}
-
-
-def _on_path(machine: sf.Machine, given: dict[str, Any], say: Say) -> tuple[TunedMachine, dict[str, Any]]:
-    """Gains of all axes together that make contour error small on a path, and what the path is called."""
-    from splinefeed.pipeline.tuning import EVALUATIONS, tune_on_path
-
-    what = task_of(say, given["source"], given)
-    say("planning and interpolating")
-    setpoints = sf.run(what.path, what.limits, period=what.period, strategy=what.strategy).points
-    found = tune_on_path(
-        machine,
-        setpoints,
-        what.path,
-        axes=given["axes"],
-        evaluations=EVALUATIONS if given["runs"] is None else given["runs"],
-        seed=given["seed"] or 0,
-        feed_forward=given["feed_forward"],
-        on_progress=lambda done, total: say(f"tuning on {what.path.name}: {done} of {total} runs"),
-    )
-    return found, {"path": what.source}
 
 
 def _show_feed(page: Page) -> list[Block]:
