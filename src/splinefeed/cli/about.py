@@ -13,8 +13,7 @@ import splinefeed as sf
 from splinefeed import __version__
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers, group
-from splinefeed.cli.output import Block, Page, table
-from splinefeed.cli.progress import Say
+from splinefeed.cli.output import Block, Page, Say, table
 
 #: A reference in running text: from an initial to the DOI at the end.
 _REFERENCE = re.compile(r": ([A-Z]\. [^:]+, doi \S+)$")
@@ -55,7 +54,7 @@ def list_machines(say: Say) -> Page:
 
 
 @answers(lambda page: [sf.Machine.load(page["file"]).describe().splitlines()], "")
-@click.argument("name", metavar="NAME|FILE")
+@options.table("name  NAME|FILE")
 def show_machine(say: Say, name: str) -> Page:
     """Describe a machine, built-in or of a file; report every error of the file, with its place.
 
@@ -111,7 +110,7 @@ def methods(say: Say) -> Page:
 
 
 @answers(lambda page: [page["script"].splitlines()], "")
-@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+@options.table("shell  bash|zsh|fish")
 def completion(say: Say, shell: str) -> Page:
     """Print the lines that make SHELL complete the commands and options of splinefeed.
 

@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import click
-
 import splinefeed as sf
 from splinefeed.cli import options, summary
 from splinefeed.cli.answers import answers
-from splinefeed.cli.output import Block, Page, notes, number, verdict
-from splinefeed.cli.progress import Say
+from splinefeed.cli.output import Block, Page, Say, notes, number, verdict
 from splinefeed.cli.setpoints_file import on_its_machine, path_of, read_setpoints
 from splinefeed.errors import LimitsError
 
@@ -32,10 +29,10 @@ def _show(page: Page) -> list[Block]:
 
 
 @answers(_show)
-@click.argument("setpoints")
 @options.setpoints_path
 @options.limits_alone("those of the setpoints")
 @options.table("""
+setpoints       SETPOINTS
 --law law_file  FILE             The time law (.h5): exact derivatives are checked too.
 --tolerance     LENGTH =1e-9 mm  Largest distance of a setpoint from the curve.
 --resolution    LENGTH           Last digit of the positions.

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import click
-
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers
-from splinefeed.cli.output import Block, Page, counted, notes, number
-from splinefeed.cli.progress import Say
+from splinefeed.cli.output import Block, Page, Say, counted, notes, number
 from splinefeed.cli.source import read_contents
 
 #: What is a fit to points, as close as it is written.
@@ -26,9 +23,9 @@ def _show(page: Page) -> list[Block]:
 
 
 @answers(_show)
-@click.argument("source", metavar="IN")
-@click.argument("target", metavar="OUT")
 @options.table("""
+source          IN
+target          OUT
 --join          LENGTH  Curves of a drawing closer than this are joined.  [default: 1e-6 mm]
 --tolerance     LENGTH  Largest distance where OUT cannot hold a curve exactly, and of fits to points.
                         [default: 0.001 mm]

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import click
-
 import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers
-from splinefeed.cli.output import Block, Page, notes, number, table
-from splinefeed.cli.progress import Say
+from splinefeed.cli.output import Block, Page, Say, notes, number, table
 from splinefeed.errors import InputError
 
 RUN = """\
@@ -42,8 +39,8 @@ def _show_time(page: Page) -> list[Block]:
 
 
 @answers(_show_time, "")
-@click.argument("program")
 @options.table("""
+program         PROGRAM
 --machine       NAME|FILE!  The machine, with a section [control].
 --figure        FILE        Draw a bar chart along the program (.svg, .png, .pdf).
 --no-saves      -           Do not search for what would save time.
@@ -97,8 +94,8 @@ def _show_fit(page: Page) -> list[Block]:
 
 
 @answers(_show_fit, RUN)
-@click.argument("runs", nargs=-1, required=True, metavar="PROGRAM=RUN...")
 @options.table("""
+runs            PROGRAM=RUN...
 --machine       NAME|FILE!  The machine; its [control] is the prior.
 --keep          NAME*       A number that stays as the file has it; may be repeated.
 -o --output     FILE        Machine file to write.  [default: MACHINE-calibrated.toml]

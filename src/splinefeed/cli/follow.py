@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-import click
-
 import splinefeed as sf
 from splinefeed import units
 from splinefeed.cli import options, summary
 from splinefeed.cli.answers import answers, recorded
-from splinefeed.cli.output import Block, Page, notes, number
-from splinefeed.cli.progress import Say
+from splinefeed.cli.output import Block, Page, Say, notes, number
 from splinefeed.cli.setpoints_file import path_of, read_setpoints_chunks, says_path
 from splinefeed.errors import FormatError, InputError
 
@@ -25,8 +22,8 @@ def _show(page: Page) -> list[Block]:
 
 
 @answers(_show)
-@click.argument("setpoints")
 @options.table("""
+setpoints       SETPOINTS
 --machine       NAME|FILE!       The machine; splinefeed machine list shows the built-in ones.
 --linear        -                Without friction, backlash, counts, converter codes and limits.
 -o --output     DIR              Folder to write to.  [default: splinefeed-NAME-on-MACHINE]

@@ -8,13 +8,10 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
-import click
-
 import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers
-from splinefeed.cli.output import Block, Page, counted, listed, notes, number
-from splinefeed.cli.progress import Say
+from splinefeed.cli.output import Block, Page, Say, counted, listed, notes, number
 from splinefeed.cli.source import read_contents
 
 #: Curves and corners that the text lists; --json lists all.
@@ -86,9 +83,11 @@ def _program_lines(program: Mapping[str, Any]) -> list[str]:
 
 
 @answers(_show)
-@click.argument("source")
+@options.table("""
+source          SOURCE
+--all every     -       List every curve of a long program in --json, not the first alone.
+""")
 @options.reading
-@options.table("--all every  -  List every curve of a long program in --json, not the first alone.")
 def command(say: Say, source: str, every: bool, **given: Any) -> Page:
     """Show what SOURCE holds: curves, length, corners, least radius, and what its reader guessed or repaired.
 

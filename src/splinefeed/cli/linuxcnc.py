@@ -7,8 +7,7 @@ from typing import Any
 import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers, group
-from splinefeed.cli.output import Block, Page
-from splinefeed.cli.progress import Say
+from splinefeed.cli.output import Block, Page, Say
 from splinefeed.errors import InputError
 
 INI = """\

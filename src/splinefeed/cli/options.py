@@ -97,8 +97,9 @@ _TYPES: dict[str, Any] = {
 
 
 def _rows(text: str) -> list[list[str]]:
-    """The options of a table: flags and parameter name, what they take, and the help."""
-    return [re.split(r" {2,}", line, maxsplit=2) for line in re.sub(r"\n +", " ", text).splitlines() if line]
+    """The rows of a table: flags and parameter name, what they take, and the help."""
+    rows = [re.split(r" {2,}", line, maxsplit=2) for line in re.sub(r"\n +", " ", text).splitlines() if line]
+    return [[*row, ""][:3] for row in rows]
 
 
 def _parameter(names: str) -> str:
@@ -106,10 +107,11 @@ def _parameter(names: str) -> str:
 
 
 def table(text: str) -> Callable[[F], F]:
-    """Options in the order of a table: flags and name, what they take, and the help, which may go on in the next line.
+    """What a command takes, a row each: flags and name, what they take, and the help, which may go on in the next line.
 
     What they take is `-` for a switch, a key of _TYPES, choices in small letters between bars, or any word for a text.
-    Behind it stand `!` for an option that is required, `*` for one that may be repeated, `=` and a default.
+    Behind it stand `!` for an option that is required, `*` for one that may be repeated, `=` and a default. A name
+    without dashes is an argument, which may be left out if what it takes is in brackets; `...` takes several.
     """
 
     def decorate(function: F) -> F:
@@ -119,14 +121,18 @@ def table(text: str) -> Callable[[F], F]:
             if default:
                 more |= {"default": [default] if more["multiple"] else default, "show_default": True}
             takes = takes.rstrip("!*")
+            kind: dict[str, Any] = {"type": _TYPES.get(takes), "metavar": takes}
             if takes == "-":
-                more["is_flag"] = True
+                kind = {"is_flag": True}
             elif takes.islower():
-                more["type"] = click.Choice(takes.split("|"))
+                kind = {"type": click.Choice(takes.split("|"))}
+            elif takes == "LIMIT":
+                kind["type"] = Value(partial(_of_axes, _parameter(names)))
+            if names.startswith("-"):
+                function = click.option(*names.split(), help=words, **more, **kind)(function)
             else:
-                limit = Value(partial(_of_axes, _parameter(names)))
-                more |= {"type": limit if takes == "LIMIT" else _TYPES.get(takes), "metavar": takes}
-            function = click.option(*names.split(), help=words, **more)(function)
+                many = -1 if takes.endswith("...") else 1
+                function = click.argument(names, required=takes[0] != "[", nargs=many, **kind)(function)
         return function
 
     return decorate

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from splinefeed.cli.failures import visible
@@ -12,6 +12,8 @@ from splinefeed.cli.failures import visible
 Page = dict[str, Any]
 #: Lines without an empty one between them.
 Block = Sequence[str]
+#: How a command says what it is busy with.
+Say = Callable[[str], None]
 
 
 def print_json(numbers: Mapping[str, Any]) -> None:

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import click
-
 import splinefeed as sf
 from splinefeed import units
 from splinefeed.cli import options, summary
 from splinefeed.cli.answers import answers
-from splinefeed.cli.output import Block, Page, notes, number, table
-from splinefeed.cli.progress import Say
+from splinefeed.cli.output import Block, Page, Say, notes, number, table
 from splinefeed.cli.source import task_of
 
 #: Decimals of the table: what is below is the rounding of the law.
@@ -45,12 +42,14 @@ def _show(page: Page) -> list[Block]:
 
 
 @answers(_show)
-@click.argument("source", required=False)
+@options.table("""
+source           [SOURCE]
+-o --output      FILE      Save the law as HDF5 (.h5).
+""")
 @options.limits
 @options.machine
 @options.reading
 @options.smoothing
-@options.table("-o --output  FILE  Save the law as HDF5 (.h5).")
 def plan(say: Say, source: str | None, **given: Any) -> Page:
     """Plan the time law s(t) of the motion along SOURCE, and print its pieces.
 
@@ -105,8 +104,10 @@ def _show_compared(page: Page) -> list[Block]:
 
 
 @answers(_show_compared)
-@click.argument("source", required=False)
-@options.table("--methods names  NAMES  Only these methods.  [default: all]")
+@options.table("""
+source           [SOURCE]
+--methods names  NAMES     Only these methods.  [default: all]
+""")
 @options.limits
 @options.corrections
 @options.reading

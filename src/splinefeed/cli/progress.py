@@ -6,13 +6,11 @@ import shutil
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from splinefeed.cli.failures import visible
-
-#: How to say what is being done now.
-Say = Callable[[str], None]
+from splinefeed.cli.output import Say
 
 COMPILING = "compiling kernels for this machine, once, up to half a minute"
 #: ... and where there is no compiler for work that is worth one.

@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import click
-
 import splinefeed as sf
 from splinefeed import units
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers
-from splinefeed.cli.output import Block, Page, notes, number, table
-from splinefeed.cli.progress import Say
+from splinefeed.cli.output import Block, Page, Say, notes, number, table
 from splinefeed.cli.setpoints_file import read_setpoints
 from splinefeed.errors import FormatError, InputError
 
@@ -45,8 +42,8 @@ def _show(page: Page) -> list[Block]:
 
 
 @answers(_show, "")
-@click.argument("file", metavar="FILE")
 @options.table("""
+file              FILE
 --machine         NAME|FILE  One pulse is a count of this machine's encoders.
 --pulses scales   AXIS=N     Pulses per mm, of rotary axes per degree: x=1000.
 --clock           FREQUENCY  Slots a second; a period takes a multiple of 16.  [default: the lowest that is enough]

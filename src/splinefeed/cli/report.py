@@ -7,13 +7,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import click
-
 import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers
-from splinefeed.cli.output import Page, verdict
-from splinefeed.cli.progress import Say
+from splinefeed.cli.output import Page, Say, verdict
 from splinefeed.cli.setpoints_file import on_its_machine, path_of
 from splinefeed.errors import FormatError
 
@@ -22,8 +19,8 @@ FORMS = ("hdf5", "npz", "parquet", "mat", "csv")
 
 
 @answers(lambda page: [verdict(page)], "")
-@click.argument("folder")
 @options.table("""
+folder          FOLDER
 -o --output     FILE             File to write.  [default: report.html in the folder]
 --machine       NAME|FILE        Of a tool path: the machine.  [default: that of the run]
 """)

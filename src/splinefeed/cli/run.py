@@ -10,13 +10,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import click
-
 import splinefeed as sf
 from splinefeed.cli import options, summary
 from splinefeed.cli.answers import answers
-from splinefeed.cli.output import Page
-from splinefeed.cli.progress import Say
+from splinefeed.cli.output import Page, Say
 from splinefeed.cli.source import AFTER_READING, Task, check_rotary, read_path, task_of
 from splinefeed.errors import InputError
 
@@ -35,11 +32,11 @@ POINTS_TOLERANCE = 1e-3
 
 
 @answers(summary.run)
-@click.argument("source", required=False)
 @options.limits
 @options.machine
 @options.tangential
 @options.table("""
+source          [SOURCE]
 --method        NAME    The method.  [default: arc-length; the paper's without SOURCE]
 --format formats  hdf5|csv|mat|npz|parquet|halstreamer|pvt* =hdf5  Format of the setpoints; may be repeated.
 --no-compare    -       Leave out the other methods, with their table and figure.

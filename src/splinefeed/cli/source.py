@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import splinefeed as sf
 from splinefeed.cli import options
-from splinefeed.cli.progress import Say
+from splinefeed.cli.output import Say
 from splinefeed.errors import InputError, nearest
 
 if TYPE_CHECKING:

@@ -13,13 +13,10 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-import click
-
 import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers
-from splinefeed.cli.output import Page
-from splinefeed.cli.progress import Say
+from splinefeed.cli.output import Page, Say
 from splinefeed.cli.setpoints_file import read_setpoints
 from splinefeed.cli.source import task_of
 from splinefeed.errors import InputError, SplinefeedError
@@ -51,8 +48,8 @@ _ORDERS = {
 
 
 @answers(lambda page: [], f"{KEYS}{options.UNITS_NOTE}")
-@click.argument("source")
 @options.table("""
+source          SOURCE
 --to            file|stdout|udp|linuxcnc!  Where the rows go.
 -o --output     FILE             The file of --to file.
 --host          ADDRESS =127.0.0.1  Address for --to udp.

@@ -11,12 +11,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import click
-
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers
-from splinefeed.cli.output import Block, Page, counted, listed, notes
-from splinefeed.cli.progress import Say
+from splinefeed.cli.output import Block, Page, Say, counted, listed, notes
 from splinefeed.errors import InputError
 
 SPEC = """\b
@@ -54,9 +51,9 @@ def _show(page: Page) -> list[Block]:
 
 
 @answers(_show, SPEC)
-@click.argument("spec", metavar="SPEC.toml | show")
-@click.argument("folder", required=False, metavar="[DIR]")
 @options.table("""
+spec            SPEC.toml | show
+folder          [DIR]
 -o --output     DIR              Folder of the dataset.  [default: splinefeed-sweep-NAME]
 --workers       COUNT            Processes; 0: this one.  [default: all cores]
 --dask          ADDRESS          Scheduler of a Dask cluster, tcp://host:port.

@@ -6,14 +6,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-import click
-
 import splinefeed as sf
 from splinefeed import units
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers, recorded
-from splinefeed.cli.output import Block, Page, length, listed, notes, number
-from splinefeed.cli.progress import Say
+from splinefeed.cli.output import Block, Page, Say, length, listed, notes, number
 from splinefeed.cli.source import task_of
 from splinefeed.errors import InputError
 
@@ -59,8 +56,8 @@ def _margins(margins: Mapping[str, Any]) -> str:
 
 
 @answers(_show)
-@click.argument("machine", metavar="MACHINE")
 @options.table("""
+machine         MACHINE
 --axis axes     NAMES            Only these axes.  [default: all]
 --rule          NAME =ziegler-nichols  ziegler-nichols or tyreus-luyben, from the ultimate point; or path: small
                                  contour error on a path.
@@ -171,8 +168,8 @@ def _show_feed(page: Page) -> list[Block]:
 
 
 @answers(_show_feed)
-@click.argument("source")
 @options.table("""
+source          SOURCE
 --machine       NAME|FILE!       The machine; its axes' limits hold, too.
 --contour-tolerance  LENGTH!     Largest distance of the simulated machine from the path.
 --vary          all|feed =all    Scale all limits as a slower clock does (feed by k, acceleration by k^2, jerk by k^3),
