@@ -17,9 +17,10 @@ from splinefeed.geometry.corners import Corner as Corner
 from splinefeed.geometry.corners import Corners, find_corners, sharp_bends
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
 from splinefeed.geometry.curves import Flat, Lines, Packed, lines_with_length
+from splinefeed.geometry.differential import curvatures
 from splinefeed.geometry.editing import moved_points
 from splinefeed.geometry.joints import begun_at, closed, open_joints, said_of
-from splinefeed.geometry.pieces import Pieces, clipped, is_left
+from splinefeed.geometry.pieces import CHUNK, Pieces, chunks, clipped, derivatives, is_left
 from splinefeed.geometry.resolution import RESOLUTION, chosen, long_curves, resolved
 from splinefeed.geometry.tables import arc_pieces, span_pieces
 from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray, Points, frozen_array, unit_along, view
@@ -29,6 +30,8 @@ from splinefeed.records.arrays import read_only
 STILL_ROUNDINGS = 8.0
 #: What is said of each curve.
 _OF_EACH = ("feeds", "tolerances")
+#: Places of every piece at which its curvature is sampled, in t.
+CURVATURE_PLACES = np.linspace(-1.0, 1.0, 33)
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
 #: Ends of neighbouring curves further apart than this, mm, are a gap by default.
 JOIN_TOLERANCE = RESOLUTION
@@ -376,7 +379,13 @@ class Path:
     def minimum_radius(self) -> float:
         """Least radius of curvature, mm, over a sampling of every arc-length piece; infinite for straight lines."""
         degree, _, _, rational = self.shape
-        top = self.arc_pieces.greatest_curvature() if degree > 1 or rational else 0.0
+        table, top = self.table, 0.0
+        for part in chunks(len(table) if degree > 1 or rational else 0, CHUNK // len(CURVATURE_PLACES)):
+            c = np.repeat(table[part].T, len(CURVATURE_PLACES), axis=1)
+            d = np.empty((c.shape[1], 3, len(self.axes)))
+            derivatives(c, self.shape, np.tile(CURVATURE_PLACES, len(table[part])), 2, d)
+            bend = curvatures(d, self.linear)
+            top = max(top, float(np.max(bend, initial=0.0, where=np.isfinite(bend))))
         return 1.0 / top if top > 0.0 else float("inf")
 
     def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> Path:

@@ -26,8 +26,6 @@ FREE_STEPS = 6
 MAX_STEPS = 90
 #: A Newton step in t, which runs over [-1, 1], after which S is off by its square times S'' / 2: rounding of the piece.
 SMALL_STEP = 1e-8
-#: Places of every piece at which its curvature is sampled.
-CURVATURE_PLACES = np.linspace(-1.0, 1.0, 33)[:, None]
 #: A step longer than this share of the one before gives way to a bisection.
 SHRINKING = 0.75
 
@@ -378,17 +376,3 @@ class Pieces:
         row = np.searchsorted(self.starts, s, side="right")
         row -= 1
         return np.maximum(row, 0, out=row)
-
-    def greatest_curvature(self) -> float:
-        """Greatest curvature that is a number over the linear axes, 1/mm, at CURVATURE_PLACES of every piece."""
-        linear, greatest = abs(self.shape[2]), 0.0
-        for part in chunks(len(self.table), CHUNK // len(CURVATURE_PLACES)):
-            c = np.ascontiguousarray(self.table[part].T)
-            a = coefficients(c, self.shape)[:, :, None]
-            _, first, half_second = (each[:linear] for each in taylor(a, self.shape[3], CURVATURE_PLACES, 2))
-            square = dot(first, first)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                across = 2.0 * (half_second - dot(first, half_second) / square * first)
-                bend = np.sqrt(dot(across, across)) / square
-            greatest = max(greatest, float(np.max(bend, initial=0.0, where=np.isfinite(bend))))
-        return greatest

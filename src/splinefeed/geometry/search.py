@@ -7,13 +7,14 @@ hold a nearer point are found in a tree of boxes, and bisected until each part h
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from splinefeed.geometry.pieces import dot, taylor
+from splinefeed.geometry.pieces import chunks, dot, taylor
 from splinefeed.geometry.rows import Rows, taken
 from splinefeed.kernels.layout import DEGREES
 from splinefeed.records import Array, BoolArray, IntArray
@@ -80,7 +81,7 @@ class Found:
         """Those of these numbers."""
         return Found(self.row[index], self.t[index], self.square[index])
 
-    def put(self, index: IntArray, other: Found) -> None:
+    def put(self, index: IntArray | slice, other: Found) -> None:
         """Have the others at these numbers."""
         self.row[index], self.t[index], self.square[index] = other.row, other.t, other.square
 
@@ -246,11 +247,7 @@ class Search:
 
     def whole(self, q: Array) -> Found:
         """The nearest point of the whole path to positions (dims, n)."""
-        out = Found(np.zeros(q.shape[1], dtype=np.int64), np.zeros(q.shape[1]), np.zeros(q.shape[1]))
-        for start in range(0, q.shape[1], MOST):
-            index = np.arange(start, min(start + MOST, q.shape[1]))
-            out.put(index, self._whole(q[:, index]))
-        return out
+        return _in_parts(q.shape[1], lambda part: self._whole(q[:, part]))
 
     def _whole(self, q: Array) -> Found:
         cells = self.cells
@@ -427,12 +424,8 @@ class Search:
         not one of its own ends, unless that is an end of the path; on a closed path it continues across the seam. It
         ends as the whole path. Stretches on which only rotary axes move, and do not count, are points.
         """
-        n = q.shape[1]
-        out = Found(np.zeros(n, dtype=np.int64), np.zeros(n), np.zeros(n))
-        for start in range(0, n, MOST):
-            index = np.arange(start, min(start + MOST, n))
-            out.put(index, self._near(q[:, index], hint[index], window, self.closed if closed is None else closed))
-        return out
+        closed = self.closed if closed is None else closed
+        return _in_parts(q.shape[1], lambda part: self._near(q[:, part], hint[part], window, closed))
 
     def _near(self, q: Array, hint: Array, window: float, closed: bool) -> Found:
         rows, cells = self.rows, self.cells
@@ -537,6 +530,14 @@ class Search:
             place < 0.0, -np.inf, np.where(place > before[-1], np.inf, rows.start[row] + place - before[row])
         )
         return np.where(np.isfinite(gone), way * (gone - s), np.inf)
+
+
+def _in_parts(count: int, find: Callable[[slice], Found]) -> Found:
+    """What is found for `count` positions, in parts that stay in the cache."""
+    out = Found(np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count))
+    for part in chunks(count, MOST):
+        out.put(part, find(part))
+    return out
 
 
 def on_rows(rows: Rows, found: Found) -> tuple[Array, BoolArray, BoolArray]:

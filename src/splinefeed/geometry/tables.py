@@ -49,13 +49,10 @@ def _chebyshev_matrices() -> tuple[Array, Array, Array]:
     nodes = np.cos(angles)
     transform = 2.0 / NODES * np.cos(np.outer(np.arange(NODES), angles))
     transform[0] *= 0.5
-    integral = np.zeros((ARC_TERMS, ARC_TERMS - 1))
-    for k in range(ARC_TERMS - 1):
-        unit = np.zeros(k + 1)
-        unit[k] = 1.0
-        antiderivative = np.polynomial.chebyshev.chebint(unit, lbnd=-1.0)
-        integral[: k + 2, k] = np.polynomial.chebyshev.cheb2poly(antiderivative)
-    return nodes, transform, integral
+    powers = np.zeros((ARC_TERMS, ARC_TERMS))
+    for k in range(ARC_TERMS):
+        powers[: k + 1, k] = np.polynomial.chebyshev.cheb2poly(np.eye(ARC_TERMS)[k])
+    return nodes, transform, powers @ np.polynomial.chebyshev.chebint(np.eye(ARC_TERMS - 1), lbnd=-1.0)
 
 
 CHEBYSHEV_NODES, CHEBYSHEV_TRANSFORM, CHEBYSHEV_INTEGRAL = _chebyshev_matrices()
@@ -110,10 +107,6 @@ class Spans:
         """Some of them."""
         names = ("curve", "knot", "point", "low", "high", "share")
         return replace(self, **{name: getattr(self, name)[index] for name in names})
-
-    def blocks(self, count: int) -> Iterator[Spans]:
-        """All of them, `count` at a time."""
-        return (self.chosen(slice(first, first + count)) for first in range(0, len(self), count))
 
     def halves(self) -> Spans:
         """Both halves of each."""
@@ -271,10 +264,11 @@ def halved(spans: Spans, shape: Shape, holds: Callable[[Spans, Array], BoolArray
         if counts.max() > MAX_ROWS:
             raise CurveError(f"curve {int(counts.argmax())} would need more than {MAX_ROWS} pieces; simplify it")
         bad = np.ones(len(spans), dtype=bool)
-        for first, part in zip(range(0, len(spans), BLOCK), spans.blocks(BLOCK), strict=True):
+        for some in chunks(len(spans), BLOCK):
+            part = spans.chosen(some)
             c = part.columns(shape)
             done = holds(part, c) | (part.low >= c[MIDDLE]) | (part.high <= c[MIDDLE]) | (depth == MAX_DEPTH)
-            bad[first : first + BLOCK] = ~done
+            bad[some] = ~done
             if done.all():
                 yield part.curve, c
             elif done.any():
@@ -339,7 +333,8 @@ def rough_lengths(groups: list[Spans], shape: Shape) -> Array:
     """Length of each curve, mm, good to a few digits: 16-point Chebyshev (Fejer) estimates; 0 for lines."""
     total = np.zeros(len(groups[0].flat))
     for group in groups:
-        for part in group.blocks(BLOCK) if not group.line else ():
+        for some in chunks(0 if group.line else len(group), BLOCK):
+            part = group.chosen(some)
             a, own = part.own(part.columns(shape), shape)
             for few in chunks(len(part), FITTED):
                 values = speed(a[:, :, None, few], own, CHEBYSHEV_NODES[:, None])
