@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from splinefeed.analysis.following import LEAST_SAMPLES, tracking_spectra
-from splinefeed.analysis.thinning import extremes
 from splinefeed.pipeline.contour_feed import FeedTuning
 from splinefeed.pipeline.run import Run
 from splinefeed.records import ROTARY_AXES, Array, BoolArray, Response
@@ -18,8 +17,6 @@ from splinefeed.simulation.curves import loop_curves, step_responses
 from splinefeed.simulation.linear import ComplexArray, Margins
 from splinefeed.simulation.tuning import TunedAxis
 
-#: Lines of a spectrum at most.
-LINES = 2000
 #: Decibels below the largest value that are shown of a loop, and degrees of its phase.
 DEPTH = 60.0
 PHASES = (-300.0, -30.0)
@@ -72,10 +69,9 @@ def spectra_figure(response: Response) -> Figure:
     """Amplitude spectra of the following errors, both scales logarithmic."""
     lines = []
     for k, (axis, found) in enumerate(tracking_spectra(response).items()):
-        kept = extremes(found.amplitude[1:], LINES // 2) + 1
         factor, unit = shown_in(axis in ROTARY_AXES)
-        amplitude = np.maximum(factor * found.amplitude[kept], 1e-12)
-        lines.append(Line(found.frequency[kept], amplitude, f"{axis} ({unit})", theme.colour(k), named=True))
+        amplitude = np.maximum(factor * found.amplitude[1:], 1e-12)
+        lines.append(Line(found.frequency[1:], amplitude, f"{axis} ({unit})", theme.colour(k), named=True))
     panel = Panel(Axis("frequency (Hz)", log=True), Axis("amplitude", log=True), tuple(lines), height=260)
     return Figure("spectra of the following errors", (panel,), legend=True)
 
@@ -96,13 +92,10 @@ def bode_figure(tuned: TunedAxis, machine: str) -> Figure:
             decibels = _decibels(curves.closed)
             most = max(most, float(np.max(decibels)))
             closed.append(Line(curves.frequency, decibels, label, colour, dash=dash))
-    low, angle = -after.gain_margin_db, -180.0 + after.phase_margin
-    gain += _margin("gain margin", after.gain_frequency, low, (low, 0.0))
-    phase += _margin("phase margin", after.phase_frequency, angle, (-180.0, angle))
-    gain += _upright(after.phase_frequency)
-    phase += _upright(after.gain_frequency)
-    if np.isfinite(after.bandwidth):
-        closed.append(_dot(after.bandwidth, -3.01, f"bandwidth {theme.short(after.bandwidth)} Hz"))
+    # what an unstable loop does not have is not finite, and not drawn
+    gain += _margin("gain margin", after.gain_frequency, -after.gain_margin_db, 0.0, after.phase_frequency)
+    phase += _margin("phase margin", after.phase_frequency, -180.0 + after.phase_margin, -180.0, after.gain_frequency)
+    closed.append(_dot(after.bandwidth, -3.01, f"bandwidth {theme.short(after.bandwidth)} Hz"))
     ends = float(new.frequency[0]), float(new.frequency[-1])
     frequency = Axis("frequency (Hz); the loop ends at half the servo rate", *ends, log=True)
     top = float(np.max(_decibels(new.loop)))
@@ -122,16 +115,10 @@ def bode_figure(tuned: TunedAxis, machine: str) -> Figure:
 _OLD, _NEW = ("old gains", theme.FAINT, True), ("new gains", theme.BLUE, False)
 
 
-def _margin(name: str, at: float, place: float, ends: tuple[float, float]) -> list[Mark]:
-    """A margin as a line between its ends and a dot at the loop, where there is one."""
-    if not np.isfinite(at + place):
-        return []
-    line = Line(np.array([at, at]), np.array(ends), name, theme.VERMILION, 2.4)
-    return [line, _dot(at, place, f"{name} at {theme.short(at)} Hz")]
-
-
-def _upright(at: float) -> list[Mark]:
-    return [Level(at, upright=True, always=True)] if np.isfinite(at) else []
+def _margin(name: str, at: float, place: float, edge: float, other: float) -> list[Mark]:
+    """A margin as a line from the loop, which has a dot, to the edge of stability; and where the other margin is."""
+    line = Line(np.array([at, at]), np.array(sorted([place, edge])), name, theme.VERMILION, 2.4)
+    return [line, _dot(at, place, f"{name} at {theme.short(at)} Hz"), Level(other, upright=True, always=True)]
 
 
 def _dot(x: float, y: float, words: str) -> Dots:
