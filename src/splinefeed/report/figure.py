@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path as File
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -128,13 +128,7 @@ class Heat:
         return float(self.x[0]) - half, float(self.x[-1]) + half
 
 
-def legend_of(mark: Line | Dots) -> str:
-    """What stands in the legend for a curve, or nothing."""
-    return mark.named if isinstance(mark.named, str) else mark.name if mark.named else ""
-
-
 Mark = Line | Dots | Level | Coloured | Heat
-M = TypeVar("M", Dots, Level, Coloured, Heat)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,15 +146,18 @@ class Panel:
     equal: bool = False
     z: str = ""
 
-    def of(self, kind: type[M]) -> list[M]:
-        """Its marks of one kind."""
+    def of(self, kind: Any) -> list[Any]:
+        """Its marks of one kind, or of some: `Line | Dots`."""
         return [mark for mark in self.marks if isinstance(mark, kind)]
+
+    def legend(self) -> list[tuple[str, Line | Dots]]:
+        """The curves that stand in the legend, and how they are called there."""
+        found = [mark for mark in self.of(Line | Dots) if mark.named]
+        return [(mark.name if mark.named is True else mark.named, mark) for mark in found]
 
     def levels(self, *, drawn: bool = True) -> list[Level]:
         """The levels that are drawn, near the data; or upper limits that are too far out for that."""
-        near = FARTHEST_LIMIT * max(
-            (peak(mark.y)[1] for mark in self.marks if isinstance(mark, Line | Dots)), default=0
-        )
+        near = FARTHEST_LIMIT * max((peak(mark.y)[1] for mark in self.of(Line | Dots)), default=0)
         found = [level for level in self.of(Level) if np.isfinite(level.value)]
         if drawn:
             return [each for each in found if each.always or abs(each.value) <= near]

@@ -11,7 +11,7 @@ import numpy as np
 
 from splinefeed.records import Array
 from splinefeed.report import theme
-from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Level, Line, Panel, Shades, legend_of
+from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Level, Line, Panel, Shades
 
 Plain = dict[str, Any]
 #: How wide and how high a path in space is at most, in units of Plotly's scene, so that it stays in view as it turns;
@@ -41,16 +41,15 @@ def to_plain(figure: Figure) -> Plain:
 def _stacked(figure: Figure) -> Plain:
     """Panels one above the other; those over the same quantity have one axis and one cursor."""
     panels = figure.panels
-    names = {mark.name for panel in panels for mark in panel.marks if isinstance(mark, Line | Dots) and mark.named}
+    names = {mark.name for panel in panels for _, mark in panel.legend()}
     legend = figure.legend and len(names) > 1
     heats = any(panel.of(Heat) for panel in panels)
     last = {panel.x.label: k for k, panel in enumerate(panels)}
     across = {label: str(k + 1) if k else "" for k, label in enumerate(last)}
-    heights = [panel.height for panel in panels]
     gaps = [_FOOT if last[panel.x.label] == k else _GAP for k, panel in enumerate(panels)]
-    inside = sum(heights) + sum(gaps[:-1])
+    inside = sum(panel.height for panel in panels) + sum(gaps[:-1])
     margin = {**MARGIN, "l": ROWS if heats else 66, "t": 30 + (_LEGEND if legend else 0)}
-    alike = len(across) == 1 and not panels[0].x.log and not any(panel.of(Heat) or panel.of(Dots) for panel in panels)
+    alike = len(across) == 1 and not panels[0].x.log and not any(panel.of(Heat | Dots) for panel in panels)
     layout: Plain = {
         "height": inside + margin["t"] + margin["b"],
         "margin": margin,
@@ -66,7 +65,7 @@ def _stacked(figure: Figure) -> Plain:
     for k, panel in enumerate(panels):
         x, y = across[panel.x.label], str(k + 1) if k else ""
         axes = {"xaxis": f"x{x}", "yaxis": f"y{y}"}
-        low = top - heights[k]
+        low = top - panel.height
         layout[f"yaxis{y}"] = {**_axis(panel.y), "domain": [max(low / inside, 0.0), top / inside], "anchor": f"x{x}"}
         top = low - gaps[k]
         if last[panel.x.label] == k:
@@ -105,9 +104,8 @@ def _axis(axis: Axis) -> Plain:
 
 def _heading(panel: Panel, legend: bool) -> str:
     words = [] if panel.of(Heat) else [html.escape(panel.y.label)]
-    for mark in panel.marks:
-        if isinstance(mark, Line | Dots) and mark.named and not legend:
-            words.append(f'<span style="color:{mark.colour}">\u25a0</span>\u00a0{html.escape(legend_of(mark))}')
+    for name, mark in [] if legend else panel.legend():
+        words.append(f'<span style="color:{mark.colour}">\u25a0</span>\u00a0{html.escape(name)}')
     return "  ".join(words)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from splinefeed.analysis.thinning import extremes, runs
 from splinefeed.records import Array
 from splinefeed.report import theme
-from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Level, Line, Mark, Panel, Shades, legend_of
+from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Level, Line, Mark, Panel, Shades
 
 #: Room left of a panel, right of it without and with a colour bar, above its first line of words, below its x axis.
 LEFT, RIGHT, BAR, FOOT = 62.0, 16.0, 92.0, 40.0
@@ -328,8 +328,7 @@ def _flattened(panel: Panel) -> Panel:
 def _header(sheet: Sheet, panel: Panel, left: float, top: float, width: float, named: bool) -> int:
     """Write the words above a panel, and give their lines: label, names of curves where wanted, note, far limits."""
     pieces: list[tuple[str, Line | Dots | None, str]] = [("" if panel.of(Heat) else panel.y.label, None, theme.INK)]
-    curves = [mark for mark in panel.marks if isinstance(mark, Line | Dots) and named]
-    pieces += [(legend_of(mark), mark, theme.INK) for mark in curves]
+    pieces += [(words, mark, theme.INK) for words, mark in panel.legend() if named]
     pieces.append((panel.note, None, theme.FAINT))
     far = [level for level in panel.levels(drawn=False) if level.text]
     pieces += [(f"{level.text}: beyond this scale", None, level.colour) for level in far]
