@@ -22,7 +22,7 @@ def test_the_report_is_made_again_from_the_folder(splinefeed, folder):
 def test_what_cannot_be_reported_on(splinefeed, folder):
     result = splinefeed("report", "nowhere")
     assert result.exit_code == 2
-    assert "nowhere: has no run.json that can be read; give a folder of splinefeed run" in result.stderr
+    assert "run.json: is not the record of a run; give a folder of splinefeed run" in result.stderr
     (folder / "odd").mkdir()
     (folder / "odd/run.json").write_text("[]")
     assert "is not the record of a run" in splinefeed("report", "odd").stderr

@@ -63,11 +63,29 @@ def command(say: Say, file: str, **given: Any) -> Page:
       splinefeed pulses wing.h5 --pulses x=1000,y=1000 --clock 256kHz -o wing.bits
       splinefeed pulses wing.bits --decode -o wing-positions.csv
     """
+    from splinefeed.formats.metadata import axis_units
+    from splinefeed.pipeline.pulses import per_degree
+
     say(f"reading {file}")
-    return _decoded(file, given) if given["decode"] else _encoded(file, given, say)
+    pattern, more = _decoded(file, given) if given["decode"] else _encoded(file, given, say)
+    return {
+        "ok": True,
+        "file": file,
+        "axes": list(pattern.axes),
+        "cards": [list(card) for card in pattern.cards],
+        "period_s": pattern.period,
+        "periods": len(pattern),
+        "pulses_per_unit": per_degree(dict(zip(pattern.axes, pattern.pulses_per_unit.tolist(), strict=True))),
+        "units": dict(zip(pattern.axes, axis_units(pattern.axes, "deg"), strict=True)),
+        "slots_per_period": pattern.slots_per_period,
+        "pulse_clock_hz": pattern.pulse_clock,
+        "notes": [],
+        **more,
+    }
 
 
-def _encoded(file: str, given: Mapping[str, Any], say: Say) -> Page:
+def _encoded(file: str, given: Mapping[str, Any], say: Say) -> tuple[sf.formats.BitPattern, Page]:
+    """The pulse words of setpoints, written if there is a name for them, and what the page says of that."""
     from splinefeed.formats import bit_pattern
     from splinefeed.pipeline import pulses
 
@@ -81,31 +99,11 @@ def _encoded(file: str, given: Mapping[str, Any], say: Say) -> Page:
     slots = None if given["clock"] is None else _slots(given["clock"], points.period)
     say("making pulse words")
     pattern, numbers = pulses.pulse_words(points, scales, slots, rotary=rotary)
-    output = given["output"]
-    if output is not None:
+    files = []
+    if (output := given["output"]) is not None:
         bit_pattern.write(pattern, output)
-    files = [] if output is None else [output, str(bit_pattern.page_of(output))]
-    return {**_page(file, pattern, guessed, files), **numbers}
-
-
-def _page(file: str, pattern: sf.formats.BitPattern, guessed: list[str], files: list[str]) -> Page:
-    from splinefeed.formats.metadata import axis_units
-    from splinefeed.pipeline.pulses import per_degree
-
-    return {
-        "ok": True,
-        "file": file,
-        "axes": list(pattern.axes),
-        "cards": [list(card) for card in pattern.cards],
-        "period_s": pattern.period,
-        "periods": len(pattern),
-        "pulses_per_unit": per_degree(dict(zip(pattern.axes, pattern.pulses_per_unit.tolist(), strict=True))),
-        "units": dict(zip(pattern.axes, axis_units(pattern.axes, "deg"), strict=True)),
-        "slots_per_period": pattern.slots_per_period,
-        "pulse_clock_hz": pattern.pulse_clock,
-        "notes": guessed,
-        "files": files,
-    }
+        files = [output, str(bit_pattern.page_of(output))]
+    return pattern, {"notes": guessed, "files": files, **numbers}
 
 
 def _scales(text: str) -> dict[str, float]:
@@ -131,33 +129,27 @@ def _slots(clock: float, period: float) -> int:
     )
 
 
-def _decoded(file: str, given: Mapping[str, Any]) -> Page:
-    from splinefeed.formats import bit_pattern
+def _decoded(file: str, given: Mapping[str, Any]) -> tuple[sf.formats.BitPattern, Page]:
+    """Pulse words from a file; positions as a plain CSV, s, mm, rotary axes degrees, if there is a name for them."""
+    import numpy as np
+
+    from splinefeed.formats import bit_pattern, metadata
+    from splinefeed.formats.atomic import atomic_write
 
     for name in ("machine", "scales", "clock", "columns", "period"):
         if given[name] is not None:
             option = "pulses" if name == "scales" else name
             raise InputError(f"--{option}: a file of pulse words has its own; leave it out")
-    pattern = bit_pattern.read(file)
-    if given["output"] is not None:
-        _write_positions(pattern, given["output"])
-    return _page(file, pattern, [], [] if given["output"] is None else [given["output"]])
-
-
-def _write_positions(pattern: sf.formats.BitPattern, file: str) -> None:
-    """Time and positions as a plain CSV: s, mm, rotary axes degrees."""
-    import numpy as np
-
-    from splinefeed.formats import metadata
-    from splinefeed.formats.atomic import atomic_write
-    from splinefeed.formats.bit_pattern import decode
-
-    if not file.lower().endswith(".csv"):
-        raise FormatError(f"{file}: positions are written as .csv")
-    position = metadata.to_degrees(decode(pattern), pattern.axes)
+    pattern, output = bit_pattern.read(file), given["output"]
+    if output is None:
+        return pattern, {"files": []}
+    if not output.lower().endswith(".csv"):
+        raise FormatError(f"{output}: positions are written as .csv")
+    position = metadata.to_degrees(bit_pattern.decode(pattern), pattern.axes)
     units_of = metadata.axis_units(pattern.axes, "deg")
     names = [f"{axis} [{unit}]" for axis, unit in zip(pattern.axes, units_of, strict=True)]
     time = pattern.period * np.arange(len(position), dtype=np.float64)
-    with atomic_write(file) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as stream:
+    with atomic_write(output) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as stream:
         stream.write(",".join(["t [s]", *names]) + "\n")
         metadata.write_rows(stream, [time, *position.T], ",")
+    return pattern, {"files": [output]}

@@ -41,14 +41,14 @@ def command(say: Say, folder: str, output: str | None, machine: str | None) -> P
     from splinefeed.report import files, html
 
     place = Path(folder)
-    said = _record(place)
+    said = _record(place / files.RECORD)
     say(f"reading {folder}")
     file = next((place / files.SETPOINTS[form] for form in FORMS if (place / files.SETPOINTS[form]).is_file()), None)
     if file is None:
         raise FormatError(f"{place}: has no setpoints that can be read again; run once more with --format hdf5")
     law = sf.load(place / files.LAW, sf.TimeLaw)
     settings = next(load_chunks(file, 1)).settings
-    path, _ = path_of(settings, {"source": None, "which": None, "chord": None}, str(file))
+    path, _ = path_of(settings, {"source": None}, str(file))
     limits = sf.Limits.from_dict(settings["limits"])
     joints = on_its_machine(path, settings, machine, limits)
     say("measuring and checking")
@@ -65,16 +65,9 @@ def command(say: Say, folder: str, output: str | None, machine: str | None) -> P
     return {**page, "files": [str(target)]}
 
 
-def _record(place: Path) -> dict[str, Any]:
+def _record(file: Path) -> Page:
     """The page of numbers of the run."""
-    from splinefeed.report.files import RECORD
-
     try:
-        said = json.loads((place / RECORD).read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise FormatError(
-            f"{place}: has no {RECORD} that can be read; give a folder of splinefeed run: {error}"
-        ) from None
-    if not isinstance(said, dict):
-        raise FormatError(f"{place / RECORD}: is not the record of a run")
-    return said
+        return {**json.loads(file.read_text(encoding="utf-8"))}
+    except (OSError, ValueError, TypeError, RecursionError) as error:
+        raise FormatError(f"{file}: is not the record of a run; give a folder of splinefeed run: {error}") from None

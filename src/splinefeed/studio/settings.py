@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path as File
@@ -15,6 +14,7 @@ from splinefeed import units
 from splinefeed.errors import CurveError, FormatError, InputError, SplinefeedError, nearest
 from splinefeed.feed.planning import STRATEGIES, strategy_for
 from splinefeed.formats import limits_toml
+from splinefeed.formats.source import toml_of
 from splinefeed.interpolation import registry as methods
 from splinefeed.pipeline.run import PAPER_PERIOD, planned_axes
 from splinefeed.pipeline.settings import at_programmed_feeds, completed
@@ -120,10 +120,7 @@ def from_toml(text: str) -> dict[str, Any]:
     """The settings in the text of a file; FormatError for what is not TOML, SettingsError for what are no settings."""
     if len(text) > LONGEST:
         raise FormatError(f"settings have {len(text)} characters; at most {LONGEST} are read")
-    try:
-        return complete(tomllib.loads(text))
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise FormatError(f"settings: are not TOML: {error}") from None
+    return complete(toml_of(text, "settings"))
 
 
 def offer() -> dict[str, Any]:
