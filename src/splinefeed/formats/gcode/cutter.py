@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 
 from splinefeed.formats.gcode.arcs import find_arcs
-from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.moves import LARGEST, PLANES, Flag, Kind, Moves
 from splinefeed.formats.gcode.state import State
 from splinefeed.records import Array
@@ -98,8 +98,7 @@ class Cutter:
 
     def check_exit(self, kind: int) -> None:
         """LineError for an arc as the first move behind G40, as in LinuxCNC."""
-        if self._ended and kind in _ARCS:
-            raise LineError("the first move after G40 must be a line, G0 or G1")
+        refuse(self._ended and kind in _ARCS, "the first move after G40 must be a line, G0 or G1")
         self._ended = False
 
     def moved(self, start: Array) -> None:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.dialects import Dialect
-from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.moves import LARGEST, LETTERS, POLAR, Findings, Kind
 from splinefeed.formats.gcode.state import UNSAID, State, check_size
 from splinefeed.formats.gcode.threads import TIED
@@ -155,15 +155,13 @@ class Cycles:
     def line(self, code: int, words: dict[str, float], line: int) -> None:
         """One line of the cycle `code`; the words that it uses are taken from `words`."""
         state, steps, name = self.state, self.known[code], g_name(code)
-        if state.feed_mode == 93:
-            raise LineError(f"{name} cannot have feeds by inverse time; write G94")
+        refuse(state.feed_mode == 93, f"{name} cannot have feeds by inverse time; write G94")
         across, relative = state.across, state.relative
         zero, depth = float(state.offset[across]), LETTERS[across]
         axes = {letter: words.pop(letter) for letter in LETTERS + POLAR if letter in words}
         if wrong := next((letter for letter in axes if letter not in "XYZ" + POLAR), ""):
             raise LineError(f"{wrong}: {name} moves X, Y and Z only")
-        if not axes:
-            raise LineError(f"{name} needs the place of its hole, X, Y or Z")
+        refuse(not axes, f"{name} needs the place of its hole, X, Y or Z")
         if not self._code:
             self._initial, self.first_line = float(state.position[across] - zero), line
         if code != self._code and not self.dialect.keeps_cycles:
@@ -232,8 +230,7 @@ class Cycles:
         if not times or "Q" not in self._kept:
             return []
         peck = self.state.scaled(self.state.across, self._kept["Q"])
-        if not peck > 0.0:
-            raise LineError(f"{name} Q{self._kept['Q']:g}: the depth of a peck is greater than 0")
+        refuse(not peck > 0.0, f"{name} Q{self._kept['Q']:g}: the depth of a peck is greater than 0")
         if times * 3.0 * (top - low) > MAX_MOVES * peck:
             raise LineError(f"{name} makes more than {MAX_MOVES} moves; drill deeper at a time (Q)")
         levels = [top - peck]
@@ -248,8 +245,7 @@ def parameters(name: str, text: str) -> dict[str, float]:
     for i, each in enumerate(text.split(",")):
         if not each.strip():
             continue
-        if i >= len(names):
-            raise LineError(f"{name}: parameter {i + 1} is not supported; leave out what follows {names[-1]}")
+        refuse(i >= len(names), f"{name}: parameter {i + 1} is not supported; leave out what follows {names[-1]}")
         try:
             given[names[i]] = float(each)
         except ValueError:
@@ -262,8 +258,7 @@ def siemens(name: str, given: Mapping[str, float], state: State, line: int, find
     """Carry out Siemens' cycle where the tool is."""
     zero, scale = float(state.offset[state.across]), float(state.scale[state.across])
     for needed in ({"RTP"}, {"RFP"}, {"DP", "DPR"}):
-        if not needed & given.keys():
-            raise LineError(f"{name} needs {' or '.join(sorted(needed))}")
+        refuse(not needed & given.keys(), f"{name} needs {' or '.join(sorted(needed))}")
     surface, back = (zero + given[each] * scale for each in ("RFP", "RTP"))
     begin = surface + abs(given.get("SDIS", 0.0)) * scale
     bottom = surface - abs(given["DPR"]) * scale if given.get("DPR") else zero + given.get("DP", 0.0) * scale
@@ -301,12 +296,10 @@ def _less_by_less(
     """Pecks whose strokes become less by DAM, or by -DAM as a factor; the first one may have a feed of its own."""
     begin, total, less = hole.levels["R"], surface - hole.levels["Z"], given.get("DAM", 0.0)
     part = given.get("FRF", 0.0) or 1.0
-    if not 0.001 <= part <= 1.0:
-        raise LineError(f"CYCLE83: FRF={part:g}, the part of the feed for the first depth, is 0.001 to 1")
+    refuse(not 0.001 <= part <= 1.0, f"CYCLE83: FRF={part:g}, the part of the feed for the first depth, is 0.001 to 1")
     if not 0.0 < first <= total + SAME_LEVEL:
         raise LineError(f"CYCLE83: the first depth, {first:.6g} mm, must be greater than 0 and at most {total:.6g} mm")
-    if less <= -1.0:
-        raise LineError(f"CYCLE83: DAM={less:g}; a factor of the stroke lies between -1 and 0")
+    refuse(less <= -1.0, f"CYCLE83: DAM={less:g}; a factor of the stroke lies between -1 and 0")
     least, stroke, depths = max(less, 0.0) * scale, first, [first]
     while (rest := total - depths[-1]) > SAME_LEVEL:
         if len(depths) > MAX_MOVES // 4:

@@ -77,6 +77,12 @@ class LineError(Exception):
     line = 0
 
 
+def refuse(wrong: object, reason: str) -> None:
+    """LineError with the reason for what is wrong."""
+    if wrong:
+        raise LineError(reason)
+
+
 class Parameters:
     """Values of numbered and named parameters; `known` are those that the interpreter computes, such as positions.
 
@@ -303,11 +309,6 @@ def parse(text: str, parameters: Parameters) -> Block:
     return block
 
 
-def without_exponents(text: str) -> str:
-    """The line with numbers such as 1.5E-05 written out."""
-    return _EXPONENT.sub(lambda number: f"{float(number[0]):.20f}", text)
-
-
 def without_comments(text: str) -> str:
     """The line up to a semicolon, without what stands in brackets; LineError for a bracket that is not closed."""
     plain = _COMMENT.sub("", text)
@@ -316,11 +317,16 @@ def without_comments(text: str) -> str:
     return plain
 
 
-def without_nested(text: str) -> str:
-    """The line without comments, where they may stand in each other, end with the line, or close twice."""
-    while (plain := re.sub(r"\([^()]*\)", "", text)) != text:
-        text = plain
-    return re.sub(r"[(;].*|\)", "", text)
+def mended(text: str, say: Callable[[str], None]) -> str:
+    """The line without comments, `say` being told of wrong ones, and with numbers such as 1.5E-05 written out."""
+    try:
+        text = without_comments(text)
+    except LineError as fault:
+        say(f"{fault}; a comment ends at its last bracket, or at the end of the line")
+        while (plain := re.sub(r"\([^()]*\)", "", text)) != text:
+            text = plain
+        text = re.sub(r"[(;].*|\)", "", text)
+    return _EXPONENT.sub(lambda number: f"{float(number[0]):.20f}", text)
 
 
 def _check_groups(codes: Sequence[int], groups: Mapping[int, str], name: Callable[[int], str]) -> None:

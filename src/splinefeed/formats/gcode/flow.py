@@ -17,7 +17,7 @@ from typing import BinaryIO
 import numpy as np
 
 from splinefeed.errors import FormatError
-from splinefeed.formats.gcode.expressions import LineError, Scanner, without_comments
+from splinefeed.formats.gcode.expressions import LineError, Scanner, refuse, without_comments
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.source import check_file, check_size, read_bytes
 from splinefeed.records import IntArray
@@ -210,8 +210,7 @@ class Flow:
 
     def _jump(self, jump: Jump) -> None:
         """Carry out the line, which is a jump."""
-        if jump.fault:
-            raise LineError(jump.fault)
+        refuse(jump.fault, jump.fault)
         left = self._calls[-1].left
         self.at += 1
         match jump.word:
@@ -248,8 +247,7 @@ class Flow:
             found.append(scanner.value())
         if scanner.peek():
             raise LineError(f"{jump.said}: expected brackets, {most} at most, got {scanner.text[scanner.at :][:20]!r}")
-        if len(found) < least:
-            raise LineError(f"{jump.said} needs a value in brackets")
+        refuse(len(found) < least, f"{jump.said} needs a value in brackets")
         return found
 
     def _call(self, jump: Jump) -> None:
@@ -272,24 +270,21 @@ class Flow:
         here = any((kind, name) in text.subs for text in texts)
         if not here and re.fullmatch("[a-z0-9_-]+", base) and file.is_file():
             if base not in self._files:
-                if len(self._files) >= MAX_FILES:
-                    raise LineError(f"o{name}: subprograms in more than {MAX_FILES} files")
+                refuse(len(self._files) >= MAX_FILES, f"o{name}: subprograms in more than {MAX_FILES} files")
                 self._files[base] = _load(file)
             texts.append(self._files[base])
         text = next((text for text in texts if (kind, name) in text.subs), None)
         if text is None:
             raise LineError(f"o{name} is called, and is neither in the program nor in {base}.ngc beside it; {mend}")
         jump = text.subs[kind, name]
-        if jump.fault:
-            raise LineError(jump.fault)
+        refuse(jump.fault, jump.fault)
         if len(self._calls) > MAX_CALLS:
             raise LineError(f"o{name}: more than {MAX_CALLS} calls within calls; does a sub call itself?")
         self._calls.append(_Call(jump, text, (self.text, self.at), self.shown or self.at, repeats))
         self.text, self.at = text, jump.at + 1
 
     def _return(self, jump: Jump) -> None:
-        if not self._calls[-1].jump.word:
-            raise LineError(f"{jump.said} is outside of a called sub")
+        refuse(not self._calls[-1].jump.word, f"{jump.said} is outside of a called sub")
         value = self._values(jump, 1)
         self._run.leave()
         self._parameters.set("_value", value[0] if value else 0.0)
@@ -307,8 +302,7 @@ class Flow:
             run.enter()
         if not run.returns:
             return
-        if call.jump.word:
-            raise LineError(f"M99 is inside o{call.jump.name} sub; write endsub or return")
+        refuse(call.jump.word, f"M99 is inside o{call.jump.name} sub; write endsub or return")
         if len(self._calls) == 1:
             run.findings.say(f"line {self.at}: M99 begins the program again without end; one pass is read")
             run.ended = True

@@ -24,15 +24,15 @@ from splinefeed.formats.gcode.expressions import (
     Block,
     LineError,
     Parameters,
+    mended,
     parse,
+    refuse,
     without_comments,
-    without_exponents,
-    without_nested,
 )
 from splinefeed.formats.gcode.moves import AXES, LARGEST, LETTERS, POLAR, STATED, Findings, Flag, Kind
 from splinefeed.formats.gcode.offsets import REFERENCE_PARAMETERS, SYSTEMS
 from splinefeed.formats.gcode.spline_words import SplineWords
-from splinefeed.formats.gcode.state import UNBOUNDED, Modal, State, number
+from splinefeed.formats.gcode.state import UNBOUNDED, Modal, State, check_size, number
 from splinefeed.formats.gcode.threads import thread, tied
 from splinefeed.formats.gcode.tool_tip import SWITCH_OFF, SWITCH_ON, TOOL_AXIS, TOOL_TIP, ToolTip
 from splinefeed.formats.gcode.tools import Tool
@@ -114,13 +114,7 @@ class Interpreter:
             return ""
         if dialect.extruder and "*" in text:
             text = without_comments(text).rpartition("*")[0]  # a checksum
-        if not self.repair:
-            return text
-        try:
-            return without_exponents(without_comments(text))
-        except LineError as fault:
-            self.findings.count(f"{fault}; a comment ends at its last bracket, or at the end of the line", self.line)
-            return without_exponents(without_nested(text))
+        return mended(text, lambda fault: self.findings.count(fault, self.line)) if self.repair else text
 
     def _do(self, block: Block) -> None:
         self._words, self._begun = dict(block.words), True
@@ -198,8 +192,7 @@ class Interpreter:
             state.top_speed = self._words.pop("S", state.top_speed) or math.inf
         if code is None:
             return
-        if code == 960 and "S" not in self._words:
-            raise LineError("G96 needs S, the speed at the surface")
+        refuse(code == 960 and "S" not in self._words, "G96 needs S, the speed at the surface")
         state.surface = code == 960
         if state.surface:
             state.top_speed = self._words.pop("D", state.top_speed) or math.inf
@@ -295,10 +288,8 @@ class Interpreter:
         seconds = self._words.pop("P", math.nan) * self.dialect.dwell
         for letter in self.dialect.dwell_words:
             seconds = self._words.pop(letter, seconds)
-        if math.isnan(seconds):
-            raise LineError("G4 needs P, the time to wait")
-        if not 0.0 <= seconds <= LARGEST:
-            raise LineError(f"G4: a wait of {seconds:g} s is not possible")
+        refuse(math.isnan(seconds), "G4 needs P, the time to wait")
+        refuse(not 0.0 <= seconds <= LARGEST, f"G4: a wait of {seconds:g} s is not possible")
         return seconds
 
     def _path_control(self, code: int) -> None:
@@ -307,8 +298,7 @@ class Interpreter:
         if code == 640:
             bound = self._words.pop("P", UNBOUNDED)
             self._words.pop("Q", None)
-            if not bound >= 0.0:
-                raise LineError("G64: P, the tolerance, must be 0 or more")
+            refuse(not bound >= 0.0, "G64: P, the tolerance, must be 0 or more")
             if bound == 0.0 and self.dialect.of_linuxcnc:  # LinuxCNC's interpreter makes no difference
                 bound = UNBOUNDED
         state.tolerance = bound * state.scale[0]
@@ -341,8 +331,7 @@ class Interpreter:
         tool_axis = self.tool_tip.taken(self._words, self._modal)
         if not axes and tool_axis is None and not (self._modal in (20, 30) and self._words.keys() & set("IJK")):
             return
-        if self._modal not in _RATE:
-            raise LineError("axis words without G0, G1, G2 or G3 before them")
+        refuse(self._modal not in _RATE, "axis words without G0, G1, G2 or G3 before them")
         there, said = state.target(axes)
         self._words = {letter: value for letter, value in self._words.items() if letter not in axes}
         if self._modal in (330, 331):
@@ -388,8 +377,7 @@ class Interpreter:
         return self.state.motion
 
     def _need(self, letter: str, name: str) -> float:
-        if letter not in self._words:
-            raise LineError(f"{name} needs {letter}")
+        refuse(letter not in self._words, f"{name} needs {letter}")
         return self._words.pop(letter)
 
     def _whole(self, letter: str, name: str) -> int:
@@ -412,8 +400,7 @@ class Interpreter:
         if state.feed_mode != 93:
             return {}
         feed = self._words.pop("F", None)
-        if kind != Kind.RAPID and feed is None:
-            raise LineError("F is missing; in inverse time (G93) every move needs its own")
+        refuse(kind != Kind.RAPID and feed is None, "F is missing; in inverse time (G93) every move needs its own")
         return {} if kind == Kind.RAPID or feed is None else {"feed": feed, "flags": Flag.INVERSE_FEED}
 
     def _arc(self) -> dict[str, Any]:
@@ -422,8 +409,7 @@ class Interpreter:
         if self._words.get(across) == 0.0:  # as FreeCAD writes it beside I and J
             del self._words[across]
         if across in self._words:
-            plane = state.plane
-            raise LineError(f"{across} lies across the plane G{plane}; choose another plane or leave it out")
+            raise LineError(f"{across} lies across the plane G{state.plane}; choose another plane or leave it out")
         turns = self._words.pop("P", 1.0)
         if not 1.0 <= turns <= MAX_TURNS or turns != math.floor(turns):
             raise LineError(f"P{turns:g}: the turns of an arc must be whole, 1 to {MAX_TURNS}")
@@ -433,21 +419,14 @@ class Interpreter:
             both = "both are given" if words else "none is given"
             raise LineError(f"an arc needs its centre (I, J, K) or its radius (R), and {both}")
         if radius is not None:
-            return {"radius": self._checked(state.scaled(0, radius)), "turns": turns, "flags": Flag.R}
+            return {"radius": check_size("R", state.scaled(0, radius)), "turns": turns, "flags": Flag.R}
         absolute = state.absolute_centres
-        if absolute and len(words) < 2:
-            raise LineError("with G90.1 an arc needs both words of its centre")
+        refuse(absolute and len(words) < 2, "with G90.1 an arc needs both words of its centre")
         centre = np.zeros(3)
         for k, value in words.items():
-            centre[k] = self._checked(state.scaled(k, value) + state.offset[k] * absolute)
+            centre[k] = check_size("IJK"[k], float(state.scaled(k, value) + state.offset[k] * absolute))
         flags = sum(1 << k for k in words) | absolute * Flag.ABSOLUTE
         return {"centre": centre, "turns": turns, "flags": flags}
-
-    @staticmethod
-    def _checked(value: float) -> float:
-        if not abs(value) <= LARGEST:
-            raise LineError(f"the centre or radius of the arc, {value:g} mm, is too large")
-        return value
 
     def _tool_length(self, code: int) -> None:
         """G43 and its kin: the programmed point is the tool tip: the axes move by the tool offset."""
@@ -461,8 +440,7 @@ class Interpreter:
         if state.tools is not None:
             said = "from here on places are those of the axes, not the tip"
             state.length_code = 490 if code == 490 else 430
-            if code == 432 and (number is None) == (not axes):
-                raise LineError("G43.2 needs H, or axes, and not both")
+            refuse(code == 432 and (number is None) == (not axes), "G43.2 needs H, or axes, and not both")
             if code in (430, 490):
                 offset[:] = 0.0
             if number is not None:
@@ -492,14 +470,12 @@ class Interpreter:
         if self.cutter.on or state.tip or state.plane == 19:
             what = "G40" if self.cutter.on else "the end of tool centre point control" if state.tip else "G17 or G18"
             raise LineError(f"{name} needs {what} before it")
-        if code % 10 and self._words.pop("L", 0.0):
-            raise LineError(f"{name} L: tools of a lathe are not supported")
+        refuse(code % 10 and self._words.pop("L", 0.0), f"{name} L: tools of a lathe are not supported")
         if code % 10 or state.tools is None:
             diameter = state.scaled(0, self._need("D", name))
         else:
             diameter = state.tools.tool(self._words.pop("D", state.loaded)).diameter
-        if abs(diameter) > LARGEST:
-            raise LineError(f"{name}: a tool of diameter {diameter:.6g} mm does not compensate")
+        refuse(abs(diameter) > LARGEST, f"{name}: a tool of diameter {diameter:.6g} mm does not compensate")
         if diameter == 0.0:
             self.findings.count(f"{name} with a tool of diameter 0 moves nothing to the side", self.line)
             return
@@ -517,8 +493,7 @@ class Interpreter:
         named = "M70 to M73 are" if any(70 <= code <= 73 for code in block.m) else f"{named} is" if named else ""
         if 6 in block.m or self.state.feed_mode == 93:
             named = named or "a change of tool and G93 are"
-        if named:
-            raise LineError(f"{named} not allowed between G41 or G42 and G40")
+        refuse(named, f"{named} not allowed between G41 or G42 and G40")
 
     def _system(self, code: int) -> None:
         if not self.state.offsets.select(SYSTEMS[code]):
@@ -532,8 +507,7 @@ class Interpreter:
             self._set_system()
         elif code in (520, 920):
             axes = self._axes()
-            if code == 920 and not axes and self._bare_g92:
-                raise LineError("G92 needs the axes whose places it gives")
+            refuse(code == 920 and not axes and self._bare_g92, "G92 needs the axes whose places it gives")
             offsets.shift(axes, position if code == 920 else None)
         elif code in (921, 922, 923):
             offsets.clear(code)
@@ -559,8 +533,7 @@ class Interpreter:
             self._words = {each: value for each, value in self._words.items() if each in "FST"}
         else:
             system, values = self._whole("P", "G10"), self._axes()
-            if system > 9:
-                raise LineError(f"G10 P{system}: coordinate systems are 1 to 9, or 0 for the one in force")
+            refuse(system > 9, f"G10 P{system}: coordinate systems are 1 to 9, or 0 for the one in force")
             angle = self._words.pop("R", None) if kind == 2 else None
             values = values if kind == 2 else offsets.zero(values, state.place, system)
             offsets.set_system(system, values, None if angle is None else math.radians(angle))
@@ -587,16 +560,14 @@ class Interpreter:
         """G53: the words are places of the machine, which are known only where its offsets are."""
         if not axes:
             return
-        if self._modal not in (0, 10):
-            raise LineError("G53 needs G0 or G1")
-        if axes.keys() & set(POLAR):
-            raise LineError("polar coordinates (@, ^) are not machine positions; write X and Y with G53")
+        refuse(self._modal not in (0, 10), "G53 needs G0 or G1")
+        refuse(axes.keys() & set(POLAR), "polar coordinates (@, ^) are not machine positions; write X and Y with G53")
         if not self._machine_known:
             self._axes()
             self.findings.count("G53 is left out: the machine's zero is unknown here (option offsets)", self.line)
             return
         end, places = self.state.place, self._axes()
-        end[list(places)] = [self._checked(place) for place in places.values()]
+        end[list(places)] = [check_size(LETTERS[axis], place) for axis, place in places.items()]
         said = sum(1 << axis | 1 << axis + STATED for axis in places)
         kind, end = Kind.LINE if self._modal else Kind.RAPID, self.state.frame.from_machine(end)
         self.state.add(kind, end, said, self.line, **self._feed(kind, end))

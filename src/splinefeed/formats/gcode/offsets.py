@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from splinefeed.formats.gcode.arcs import arc_curve, find_arcs
-from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.moves import AXES, POLAR, STATED, Flag, Kind, Moves, Spline
 from splinefeed.records import Array
 
@@ -171,8 +171,7 @@ def from_polar(words: Mapping[str, float], x: float, y: float, relative: bool) -
 
     What is not said stays; `relative` (G91) both are steps, and so are X and Y then. LineError where they say nothing.
     """
-    if words.keys() & {"X", "Y"}:
-        raise LineError("X or Y beside polar coordinates (@, ^); write one or the other")
+    refuse(words.keys() & {"X", "Y"}, "X or Y beside polar coordinates (@, ^); write one or the other")
     distance, angle = math.hypot(x, y), math.degrees(math.atan2(y, x))
     if distance == 0.0 and (relative or "^" not in words):
         raise LineError("polar coordinates (@, ^) have no angle at the zero point; write X and Y")

@@ -11,7 +11,7 @@ import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.dialects import Dialect, detect
-from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
 from splinefeed.formats.gcode.flow import PLAIN, Flow, Text, blocks_of
 from splinefeed.formats.gcode.interpreter import Interpreter
@@ -87,22 +87,12 @@ class Reading:
         state = State(Offsets(self.offsets), self.start, self.tools)
         interpreter = _INTERPRETERS.get(dialect.name, Interpreter)
         run = interpreter(state, dialect, self.findings, repair=self.repair)
-        whole = file.stat().st_size <= LARGEST_THAT_JUMPS
-        run.jumps = whole and dialect.jumps
         self.fast &= interpreter is Interpreter
         try:
-            if whole:
-                text = Text(read_bytes(file), file, dialect.jumps)
-                self._flow = Flow(text, run, file.parent, lambda line: self._arrive(line, run))
-                for block, before in self._flow.blocks(BLOCK):
-                    self._line = before
-                    yield from self._lines(block, run, self._flow.shown)
-            else:
-                with file.open("rb") as stream:
-                    for block in blocks_of(stream, BLOCK):
-                        yield from self._lines(block, run)
-                        if run.ended:
-                            break
+            for block in self._blocks(file, run):
+                yield from self._lines(block, run)
+                if run.ended:
+                    break
             run.end()
         except LineError as error:
             fault = error
@@ -122,6 +112,19 @@ class Reading:
         if (made := state.take()).marks or len(made):
             yield made
 
+    def _blocks(self, file: pathlib.Path, run: Interpreter) -> Iterator[bytes]:
+        """Whole lines in the order in which they are carried out; a long file cannot jump, and is read as it comes."""
+        if file.stat().st_size > LARGEST_THAT_JUMPS:
+            run.jumps = False
+            with file.open("rb") as stream:
+                yield from blocks_of(stream, BLOCK)
+        else:
+            text = Text(read_bytes(file), file, run.jumps)
+            self._flow = Flow(text, run, file.parent, lambda line: self._arrive(line, run))
+            for block, before in self._flow.blocks(BLOCK):
+                self._line = before
+                yield block
+
     def _arrive(self, line: int, run: Interpreter) -> None:
         """Before a line is carried out: if the program is resumed at it, forget the moves, keep how things are."""
         self._line = line
@@ -131,8 +134,7 @@ class Reading:
         if line != self.from_line or self._resumed:
             return
         first, what = run.unfinished
-        if first:
-            raise LineError(f"lies within {what}; resume at line {first}, where that begins, or after its end")
+        refuse(first, f"lies within {what}; resume at line {first}, where that begins, or after its end")
         state = run.state
         self._leave_out(state.take())
         self._resumed = True
@@ -144,9 +146,10 @@ class Reading:
             "bring it there first"
         )
 
-    def _lines(self, block: bytes, run: Interpreter, shown: int = 0) -> Iterator[Moves]:
-        """The moves of whole lines; `shown` is the line that they are said to be of, if not their own."""
+    def _lines(self, block: bytes, run: Interpreter) -> Iterator[Moves]:
+        """The moves of whole lines."""
         state, texts = run.state, block.split(b"\n")[:-1]
+        shown = self._flow.shown if self._flow else 0  # the line that they are said to be of, if not their own
         fast = self.fast and not shown and len(texts) >= PLAIN
         lines = Lines(block, run.dialect.extruder) if fast else None
         at, size = 0, _MOST

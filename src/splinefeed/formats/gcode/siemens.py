@@ -14,7 +14,7 @@ import re
 import numpy as np
 
 from splinefeed.formats.gcode.cycles import SIEMENS, parameters, siemens
-from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.moves import LETTERS
 from splinefeed.formats.gcode.spline_words import BSPLINE, order_of
@@ -98,8 +98,7 @@ class Siemens(Interpreter):
     def _in_force(self, match: re.Match[str], relative: bool) -> str:
         """X=IC(5) or I=AC(5) as the word that means the same by the modes in force."""
         letter, absolute, value = match[1], match[2] == "AC", float(match[3])
-        if letter not in LETTERS + "IJK":
-            raise LineError(f"{letter}={match[2]}( is not supported in a Siemens program")
+        refuse(letter not in LETTERS + "IJK", f"{letter}={match[2]}( is not supported in a Siemens program")
         axis = "IJK".index(letter) if letter in "IJK" else LETTERS.index(letter)
         steps = relative or letter in "IJK"
         # where the tool, or the control point before, is on an axis, in the words of the program
@@ -120,8 +119,7 @@ class Siemens(Interpreter):
         if "SD" in extra:
             self._degree = order_of(extra["SD"] + 1.0) - 1
         if not splines.open:
-            if extra.keys() & {"PL", "PW"}:
-                raise LineError("PL and PW belong to BSPLINE")
+            refuse(extra.keys() & {"PL", "PW"}, "PL and PW belong to BSPLINE")
             return
         axes = {word[0]: float(word[1:]) for word in words if word[0] in LETTERS}
         interval = extra.get("PL")

@@ -16,7 +16,7 @@ import numpy as np
 
 from splinefeed.errors import CurveError
 from splinefeed.formats.gcode.codes import g_name
-from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.moves import LARGEST, LETTERS, PLANES, Findings, Flag, Spline
 from splinefeed.formats.gcode.state import State
 from splinefeed.geometry.curve import MAX_DEGREE, NurbsCurve
@@ -82,8 +82,7 @@ class SplineWords:
         """G5 and G5.1: a polynomial curve by its control points beside its ends."""
         leave, arrive = self._pair(words, "IJ", kind == 50), self._pair(words, "PQ", True) if kind == 50 else None
         axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
-        if not axes or set(axes) - {"X", "Y"}:
-            raise LineError(f"{g_name(kind)} moves X and Y, and nothing else")
+        refuse(not axes or set(axes) - {"X", "Y"}, f"{g_name(kind)} moves X and Y, and nothing else")
         there, said = self.state.target(axes)
         if kind == 50:
             leave = self._tangent if leave is None else leave
@@ -101,8 +100,7 @@ class SplineWords:
     def _pair(self, words: dict[str, float], letters: str, both: bool) -> Array | None:
         """Two words in mm, or None if neither stands; LineError for one alone where `both` are needed."""
         there = [letter for letter in letters if letter in words]
-        if both and len(there) == 1:
-            raise LineError(f"{letters[0]} and {letters[1]} belong together; one is missing")
+        refuse(both and len(there) == 1, f"{letters[0]} and {letters[1]} belong together; one is missing")
         return np.array([self.state.scaled(0, words.pop(letter, 0.0)) for letter in letters]) if there else None
 
     def _planar(self, code: int | None, words: dict[str, float], line: int, more: dict[str, Any]) -> None:
@@ -118,8 +116,7 @@ class SplineWords:
         first, second = (LETTERS[axis] for axis in sorted(PLANES[plane]))
         if set(axes) != {first, second}:
             raise LineError(f"a control point of G5.2 in G{plane} needs {first} and {second}, and nothing else but P")
-        if self.state.relative:
-            raise LineError("control points of G5.2 need absolute places (G90)")
+        refuse(self.state.relative, "control points of G5.2 need absolute places (G90)")
         self.point(axes, weight)
 
     def goes_on(self, code: int, words: dict[str, float]) -> bool:
@@ -135,8 +132,7 @@ class SplineWords:
             raise LineError("the spline before has all its knots; begin the next one with G6.2")
         axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
         knot, weight = words.pop("K", None), words.pop("R", 1.0)
-        if knot is None and (code is None or axes):
-            raise LineError("every line of G6.2 needs its knot, K")
+        refuse(knot is None and (code is None or axes), "every line of G6.2 needs its knot, K")
         if axes:
             self.point(axes, weight)
         elif not self.points:
@@ -152,10 +148,8 @@ class SplineWords:
 
     def point(self, axes: dict[str, float], weight: float) -> None:
         """A control point: what is not said stays as in the one before, and relative words count from it."""
-        if len(self.points) >= MAX_POINTS:
-            raise LineError(f"a spline of more than {MAX_POINTS} control points")
-        if not 0.0 < weight <= LARGEST:
-            raise LineError(f"the weight {weight:g} of a control point must be greater than 0")
+        refuse(len(self.points) >= MAX_POINTS, f"a spline of more than {MAX_POINTS} control points")
+        refuse(not 0.0 < weight <= LARGEST, f"the weight {weight:g} of a control point must be greater than 0")
         there, said = self.state.target(axes, self.points[-1] if self.points else None)
         self.points.append(there)
         self.weights.append(weight)
@@ -167,8 +161,7 @@ class SplineWords:
             return
         order, points, weights = self.order, np.array(self.points), np.array(self.weights)
         who, spans = f"the spline from line {self.first_line} on", max(len(points) - order + 1, 0)
-        if any(self.steps[spans:]):
-            raise LineError(f"{who}: the last {order - 2} PL must be 0 or left out")
+        refuse(any(self.steps[spans:]), f"{who}: the last {order - 2} PL must be 0 or left out")
         steps = [1.0 if step is None else step for step in self.steps[:spans]] or [1.0] * spans
         knots = np.array(self._knots if self.open == 62 else np.pad(np.cumsum([0.0, *steps]), order - 1, "edge"))
         if len(knots) != len(points) + order or spans < 1 or np.ptp(points, axis=0).any():  # else it has no length

@@ -186,9 +186,8 @@ class State:
         for axis, letter in enumerate(LETTERS):
             if letter in words:
                 base = there[axis] if self.relative else self.offset[axis]
-                there[axis] = base + self.scaled(axis, words[letter])
+                there[axis] = check_size(letter, float(base + self.scaled(axis, words[letter])))
                 said |= 1 << axis
-                check_size(letter, float(there[axis]))
         return there, self.stated(said)
 
     def room(self, count: int) -> NDArray[np.void]:
@@ -302,10 +301,11 @@ class State:
         return made
 
 
-def check_size(letter: str, value: float) -> None:
-    """LineError for a place too far out."""
+def check_size(letter: str, value: float) -> float:
+    """The value; LineError for a place too far out."""
     if not abs(value) <= LARGEST:
         raise LineError(f"{letter} leads to {value:g}; at most {LARGEST:g} mm or rad from the zero point is possible")
+    return value
 
 
 def number(value: float) -> str:

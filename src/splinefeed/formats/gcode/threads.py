@@ -13,7 +13,7 @@ from itertools import count, takewhile
 import numpy as np
 
 from splinefeed.formats.gcode.codes import g_name
-from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.moves import LETTERS, STATED, Findings, Kind
 from splinefeed.formats.gcode.state import State, check_size
 from splinefeed.records import Array
@@ -49,8 +49,7 @@ def thread(state: State, words: dict[str, float], line: int, findings: Findings)
         if words.pop(letter, None) is not None:  # as LinuxCNC, which does not move them
             findings.count(f"{letter} beside G76 moves nothing", line)
     for letter in "PZIJK":
-        if letter not in taken:
-            raise LineError(f"G76 needs {letter}")
+        refuse(letter not in taken, f"G76 needs {letter}")
     peak, first, full = (state.scaled(_X, taken[letter]) for letter in "IJK")
     springs, regression, angle = taken.get("H", 0.0), max(taken.get("R", 1.0), 1.0), taken.get("Q", 0.0)
     ends, taper = taken.get("L", 0.0), state.scaled(_Z, taken.get("E", 0.0))
@@ -64,8 +63,7 @@ def thread(state: State, words: dict[str, float], line: int, findings: Findings)
         (taper >= 0.0, "E, the length of a taper, must not be less than 0"),
         (full <= first * MAX_PASSES ** (1.0 / regression), f"more than {MAX_PASSES} passes; cut deeper at a time (J)"),
     ):
-        if not right:
-            raise LineError(f"G76: {reason}")
+        refuse(not right, f"G76: {reason}")
     start = state.position.copy()
     base = start[_Z] if state.relative else state.offset[_Z]
     bottom = base + state.scaled(_Z, taken["Z"])
@@ -103,12 +101,9 @@ def thread(state: State, words: dict[str, float], line: int, findings: Findings)
 
 def _feed(state: State, code: int, lead: float, line: int, findings: Findings) -> float:
     """What the spindle's speed makes of a lead in words of the program, mm a minute."""
-    if not state.spindle:
-        raise LineError(f"{g_name(code)} needs the spindle to turn; write M3 or M4 before it")
+    refuse(not state.spindle, f"{g_name(code)} needs the spindle to turn; write M3 or M4 before it")
     turns = state.turns(float(state.position[_X] - state.offset[_X]))
-    if not turns > 0.0:
-        raise LineError(f"{g_name(code)} needs the speed of the spindle; write S before it")
-    if not lead > 0.0:
-        raise LineError(f"{g_name(code)}: the way a revolution must not be 0")
+    refuse(not turns > 0.0, f"{g_name(code)} needs the speed of the spindle; write S before it")
+    refuse(not lead > 0.0, f"{g_name(code)}: the way a revolution must not be 0")
     findings.count(TIED, line)
     return float(lead * state.scale[0] * turns)

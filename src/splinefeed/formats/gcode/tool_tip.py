@@ -8,7 +8,7 @@ configurations of switchable kinematics (xyzbc-trt.txt): M428 is the machine's o
 
 from __future__ import annotations
 
-from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.moves import AXES, LARGEST, Findings
 from splinefeed.formats.gcode.state import State
 
@@ -73,10 +73,8 @@ class ToolTip:
             vector = x, y, z
         if vector is None:
             return None
-        if not self.state.tip:
-            raise LineError("a tool axis (A3= B3= C3=) has no TRAORI before it")
-        if not lines:
-            raise LineError("a tool axis is given with an arc or a spline; give it with lines, G0 or G1")
+        refuse(not self.state.tip, "a tool axis (A3= B3= C3=) has no TRAORI before it")
+        refuse(not lines, "a tool axis is given with an arc or a spline; give it with lines, G0 or G1")
         size = max(map(abs, vector))
         if not 0.0 < size <= LARGEST:
             shown = " ".join(f"{each:g}" for each in vector)
