@@ -10,7 +10,7 @@ from typing import Any
 
 from benchmarks.tables import Column, Headline, Report, Table
 from splinefeed.sweeps.spec import Sweep, from_dict
-from splinefeed.sweeps.sweeping import processes, timed
+from splinefeed.sweeps.sweeping import drive, processes, sweep
 
 #: Runs of a few milliseconds whose overhead is measured, and runs of about 50 ms that two cores share.
 SHORT, LONG = 400, 100
@@ -84,9 +84,9 @@ def _run(spec: Sweep, engine: Callable[[], Executor], workers: int) -> tuple[flo
     """Wall time, s, time of one run, s, and overhead a run, s; what is warmed up is not counted."""
     executor: Any = engine()
     warm = from_dict({"sources": list(spec.sources), "set": dict(spec.fixed), "random": {"count": 8 * workers}})
-    list(timed(warm, executor, workers=workers))
+    list(sweep(warm, executor, workers=workers))
     start = time.perf_counter()
-    took = [seconds for _, seconds, _ in timed(spec, executor, workers=workers)]
+    took = [seconds for _, seconds in drive(map(spec.task, range(len(spec))), executor, workers)]
     wall = time.perf_counter() - start
     return wall, sum(took) / len(took), max(workers * wall - sum(took), 0.0) / len(took)
 

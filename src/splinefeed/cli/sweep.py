@@ -93,16 +93,17 @@ def _sweep(spec: str, given: dict[str, Any], say: Say) -> str:
     from splinefeed.report.files import write_artefacts
     from splinefeed.report.folder import default_name
     from splinefeed.sweeps import spec as specs
-    from splinefeed.sweeps.sweeping import timed
+    from splinefeed.sweeps import sweeping
+    from splinefeed.sweeps.store import Store
 
     runs = specs.read(spec)
     folder: str = given["output"] or default_name(f"sweep-{runs.name}")
     writes = partial(write_artefacts, str(Path(folder) / "runs"), runs.setpoints, runs.reports)
     artefacts = writes if runs.setpoints or runs.reports else None
     lately: deque[float] = deque(maxlen=RECENT)
-    with _engine(given) as executor:
-        rows = timed(runs, executor, folder=folder, workers=given["workers"], artefacts=artefacts)
-        for row, _, there in rows:
+    with Store(folder, runs) as store, _engine(given) as executor:
+        rows = sweeping.rows(runs, store, executor, given["workers"], artefacts)
+        for there, row in enumerate(rows, int(store.done.sum()) + 1):
             lately.append(time.monotonic())
             words = f"{there} of {len(runs)} runs, the last one {row['status']}"
             if len(lately) >= ENOUGH:

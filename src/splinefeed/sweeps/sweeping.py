@@ -14,7 +14,7 @@ from concurrent.futures import (
     ProcessPoolExecutor,
     wait,
 )
-from contextlib import ExitStack
+from contextlib import nullcontext
 from itertools import chain, islice
 from typing import Any
 
@@ -66,32 +66,30 @@ def sweep(
     Example: `list(sf.sweep({"name": "two", "sources": ["butterfly"], "grid": {"limits.feed": [30, 60]}}, workers=0))`
     """
     spec = spec if isinstance(spec, Sweep) else specs.from_dict(spec) if isinstance(spec, Mapping) else specs.read(spec)
-    return (row for row, _, _ in timed(spec, executor, folder=folder, workers=workers, artefacts=artefacts))
+
+    def kept() -> Iterator[Row]:
+        with nullcontext() if folder is None else Store(folder, spec) as store:
+            yield from rows(spec, store, executor, workers, artefacts)
+
+    return kept()
 
 
-def timed(
-    spec: Sweep,
-    executor: Executor | Engine | None = None,
-    *,
-    folder: str | os.PathLike[str] | None = None,
-    workers: int | None = None,
-    artefacts: Artefacts | None = None,
-) -> Iterator[tuple[Row, float, int]]:
-    """As `sweep`, with the time that each run took, s, and how many runs are there by now, earlier ones included."""
-    with ExitStack() as stack:
-        store = None if folder is None else stack.enter_context(Store(folder, spec))
-        earlier = 0 if store is None else int(store.done.sum())
-        rows: Iterator[tuple[Row, float]]
-        tasks = (spec.task(index) for index in range(len(spec)) if store is None or not store.done[index])
-        if workers == 0 and executor is None:
-            rows = chain.from_iterable(work([task], artefacts) for task in tasks)
-        else:
-            count = workers or int(getattr(executor, "_max_workers", 0) or os.cpu_count() or 1)
-            rows = drive(tasks, executor or (lambda: processes(count)), count, artefacts)
-        for there, (row, took) in enumerate(rows, earlier + 1):
-            if store is not None:
-                store.add(row)
-            yield row, took, there
+def rows(
+    spec: Sweep, store: Store | None, executor: Executor | Engine | None, workers: int | None,
+    artefacts: Artefacts | None,
+) -> Iterator[Row]:  # fmt: skip
+    """The rows that an open store does not have, as they come, each kept there; the rest as for `sweep`."""
+    tasks = (spec.task(index) for index in range(len(spec)) if store is None or not store.done[index])
+    made: Iterable[tuple[Row, float]]
+    if workers == 0 and executor is None:
+        made = chain.from_iterable(work([task], artefacts) for task in tasks)
+    else:
+        count = workers or int(getattr(executor, "_max_workers", 0) or os.cpu_count() or 1)
+        made = drive(tasks, executor or (lambda: processes(count)), count, artefacts)
+    for row, _ in made:
+        if store is not None:
+            store.add(row)
+        yield row
 
 
 def processes(workers: int | None = None) -> ProcessPoolExecutor:
