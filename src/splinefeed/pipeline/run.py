@@ -311,11 +311,20 @@ def measured(
     tip = path.tool if isinstance(path, JointPath) else path
     column = column_of(ticks)
     again = partial(chunks, max(ticks, 1) if column == 1 else CHUNK // column * column)
+
+    def told(what: str) -> Iterator[Setpoints]:
+        """The setpoints once more, with progress."""
+        done = 0
+        for chunk in again():
+            done += len(chunk)
+            say(what, done, ticks)
+            yield chunk
+
     rows, ripples = Kept(column), Kept(column)
     servo: Servo | None = None
     count, top, chord, squares, steps, floor = 0, 0.0, 0.0, 0.0, 0, 0.0
     bound: IntArray = np.zeros(0, dtype=np.int64)
-    for block, first, setpoints in with_neighbours(again()):
+    for block, first, setpoints in with_neighbours(told("measuring")):
         own = slice(first, first + len(setpoints))
         if not count:
             top = _top_feed(law, setpoints.period)
@@ -340,10 +349,9 @@ def measured(
         if servo is not None:
             servo.follow(setpoints)
         count += len(setpoints)
-        say("measuring", count, ticks)
     said: dict[str, Any] = {name: rows.column(name) for name in setpoints.columns}
     kept = replace(setpoints, **said)
-    verdict = check(kept if len(kept) == count else _said(again(), ticks, say), path, limits, law=law)
+    verdict = check(kept if len(kept) == count else told("checking"), path, limits, law=law)
     rms = math.sqrt(squares / steps) if steps else 0.0
     return Run(
         path=tip,
@@ -385,14 +393,6 @@ def _top_feed(law: TimeLaw, period: float) -> float:
     ticks = int(law.duration / period) + 1
     starts = range(0, ticks, CHUNK)
     return max(float(np.max(law.feed(np.arange(k, min(k + CHUNK, ticks)) * period))) for k in starts)
-
-
-def _said(chunks: Iterator[Setpoints], ticks: int, say: Progress) -> Iterator[Setpoints]:
-    done = 0
-    for chunk in chunks:
-        yield chunk
-        done += len(chunk)
-        say("checking", done, ticks)
 
 
 def _tools(joints: JointPath) -> Array:

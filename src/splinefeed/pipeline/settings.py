@@ -92,9 +92,8 @@ def arguments(how: Mapping[str, Any], says_tolerance: bool) -> dict[str, Any]:
         if not says_tolerance:
             raise InputError("--smooth program: the program has no tolerance (G64 P); give one: --smooth 0.01mm")
         said["corners"] = "round"
-    said |= {"corners": how["corners"]} if "corners" in how else {}
-    if "corner_angle" in how:
-        said["corner_angle"] = math.radians(how["corner_angle"])
-    if "angle_tolerance" in how:
-        said["angular_tolerance"] = how["angle_tolerance"]
+    called = {"corners": "corners", "corner_angle": "corner_angle", "angle_tolerance": "angular_tolerance"}
+    said |= {name: how[key] for key, name in called.items() if key in how}
+    if "corner_angle" in said:
+        said["corner_angle"] = math.radians(said["corner_angle"])
     return said
