@@ -91,7 +91,7 @@ def lengths(rows: Rows, row: IntArray, u: Array, feeds: Array | None = None) -> 
     row, u (n + 1,); NaN where a place is unknown. The second array is the time, s, that the step takes at the largest
     feed of every row, feeds (r,), mm/s, of the same sign; zeros without feeds.
     """
-    out, time = np.empty(len(u) - 1), np.zeros(len(u) - 1)
+    out, time = np.zeros((2, max(len(u) - 1, 0)))
     for steps, part in parts(rows, row, u):
         each = _integral(rows, part)
         out[steps] = np.add.reduceat(each, part.first)
@@ -150,7 +150,7 @@ def chord_errors(rows: Rows, row: IntArray, u: Array, position: Array, worth: fl
     that, or as long as the longest.
     """
     linear = rows.linear
-    out = np.empty(len(u) - 1)
+    out = np.empty(max(len(u) - 1, 0))
     shares = np.arange(INTERVALS + 1)[:, None] / INTERVALS
     for steps, part in parts(rows, row, u):
         ends = position[:linear, steps.start : steps.stop + 1]
@@ -201,7 +201,7 @@ def _from_chord(at: Array, start: Array, chord: Array) -> tuple[Array, Array, Bo
 
 def least_curvatures(rows: Rows, row: IntArray, u: Array) -> Array:
     """Least curvature between neighbouring places, (n,), 1/mm: at both ends and the middle of every part."""
-    out = np.empty(len(u) - 1)
+    out = np.empty(max(len(u) - 1, 0))
     thirds = np.array([0.0, 0.5, 1.0])[:, None]
     for steps, part in parts(rows, row, u):
         places = Places(rows, part.row)

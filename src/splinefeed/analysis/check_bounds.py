@@ -27,7 +27,7 @@ TURNING_BACK = np.pi - 1e-6
 
 @dataclass
 class Worst:
-    """The worst of one limit so far; order of its difference, and column of the steps.
+    """The worst of one limit so far; order of its difference, 0 if it bounds none, and column of the steps.
 
     Columns: 0 the path, 1 + k axis k, then combinations of axes in their order.
     """
@@ -169,7 +169,7 @@ class Bounds:
             ("jerk", min(limits.jerk, limits.deceleration_jerk or np.inf), 3, 0),
             ("chord_error", limits.chord_error, 0, 0),
             ("orientation_error", limits.orientation_error, 0, 0),
-            ("centripetal", limits.centripetal, 1, 0),
+            ("centripetal", limits.centripetal, 0, 0),
         ]
         for order, name in enumerate(AXIS_LIMITS, start=1):
             rows += [(f"{name}.{axes[k]}", v, order, k + 1) for k, v in enumerate(limits.of_axes(name, axes).tolist())]
@@ -180,7 +180,7 @@ class Bounds:
             columns = limits.torque.columns(axes)
             most = limits.torque.most
             rows += [(f"torque.{a}", v, 0, k + 1) for (a, v), k in zip(most.items(), columns, strict=True)]
-        rows += [(f"{STEP}.{axes[k]}", v, 1, k + 1) for k, v in enumerate(limits.of_axes(STEP, axes).tolist())]
+        rows += [(f"{STEP}.{axes[k]}", v, 0, k + 1) for k, v in enumerate(limits.of_axes(STEP, axes).tolist())]
         for axis, (low, high) in limits.travel_of(axes).items():
             rows.append((f"travel.{axis}", 0.5 * (high - low), 0, axes.index(axis) + 1))
         of = (None, *axes, *((None,) * len(self.weights)))  # whose each column is

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -149,11 +150,10 @@ class LawMotion:
 
     def hold(self, worsts: dict[str, Worst]) -> None:
         """Compare every limit with its values."""
-        pieces, rows, ways, lows, highs = self._stretches()
+        stretches = self._stretches()
         places = 0.5 * (1.0 - np.cos(np.pi * np.arange(INSTANTS) / (INSTANTS - 1)))[:, None]
-        for start in range(0, len(pieces), MOST):
-            part = slice(start, start + MOST)
-            piece, row, way, low, width = pieces[part], rows[part], ways[part], lows[part], (highs - lows)[part]
+        for start in range(0, len(stretches[0]), MOST):
+            piece, row, way, low, width = (each[start : start + MOST] for each in stretches)
             found = self._look(piece, row, way, low + places * width, worsts, everything=True)
             for name, (value, limit) in found.items():
                 each = np.where(np.isnan(value), -np.inf, value)
@@ -259,8 +259,8 @@ class LawMotion:
         c = self.law.coefficients[piece]
         return derivative(c, tau, 0), derivative(c, tau, 1), derivative(c, tau, 2), derivative(c, tau, 3)
 
-    def _stretches(self) -> tuple[IntArray, IntArray, Array, Array, Array]:
-        """Piece of the law, row of the path, way, first and last instant behind the piece's start, s, of z stretches.
+    def _stretches(self) -> tuple[Any, ...]:
+        """Piece of the law, row, way, begin behind the piece's start, s, and duration of z stretches, (z,) each.
 
         Way is 1 where the feed grows, -1 where it falls, 0 where that is undetermined. What is no longer than the
         rounding of its instant is left out.
@@ -296,7 +296,7 @@ class LawMotion:
         row = np.clip(self.rows.at(middle[0]), least[piece], most[piece])
         largest = np.maximum(*(np.abs(self._along(piece, each)[2]) for each in (low, high)))
         distinct = largest > NO_SIGN * float(np.max(largest, initial=0.0))
-        return piece, row, np.where(distinct, np.sign(middle[2]), 0.0), low, high
+        return piece, row, np.where(distinct, np.sign(middle[2]), 0.0), low, high - low
 
 
 def bisected(before: Callable[[Array], BoolArray], low: Array, high: Array) -> Array:

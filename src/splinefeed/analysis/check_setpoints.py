@@ -179,18 +179,13 @@ class Judge:
         self, kind: str, wrong: BoolArray, amount: Array, t: Array, s: Array, detail: str = "", tick: int | None = None
     ) -> None:
         """Remember the ticks that are `wrong` (n,), from `tick` on (default: the next), t and s (n,) beside them."""
-        count = int(np.count_nonzero(wrong))
-        if not count:
+        if not np.any(wrong):
             return
         k = int(np.argmax(np.where(wrong, amount, -np.inf)))
-        old = self.faults.get(kind)
-        if old is None or amount[k] > old.amount:
-            first = self.ticks if tick is None else tick
-            seen = old.count if old else 0
-            self.faults[kind] = old = Fault(
-                seen, float(amount[k]), first + k, float(t[k]), self.gone + float(s[k]), detail
-            )
-        old.count += count
+        first, old = self.ticks if tick is None else tick, self.faults.get(kind)
+        new = Fault(0, float(amount[k]), first + k, float(t[k]), self.gone + float(s[k]), detail)
+        worst = new if old is None or new.amount > old.amount else old
+        self.faults[kind] = replace(worst, count=int(np.count_nonzero(wrong)) + (old.count if old else 0))
 
     def _check_finite(self, setpoints: Setpoints) -> None:
         names = ("t", *(("u", "s", "feed") if self.placed else ()))
@@ -334,7 +329,7 @@ class Judge:
             self._edge(-v[-1], floors[0][0, -1], dt[-1], -limits.end_feed, known.t[-1:], known.s[-1:])
         for name, worst in self.worst.items():
             order, column = worst.order, worst.column
-            if order == 0 or name == "centripetal" or name.startswith(STEP):
+            if order == 0:
                 continue
             count = len(dt) - order + 1
             new, ahead = slice(max(count - n, 0), count), order - 1

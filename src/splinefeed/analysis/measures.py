@@ -223,8 +223,6 @@ def steps(setpoints: Setpoints, path: Path) -> Array:
 
     By adaptive quadrature of |C'(u)|, independent of the arc-length table that the interpolators use.
     """
-    if len(setpoints) < 2:
-        return np.zeros(0)
     rows = Rows(path.arc_pieces)
     return between.lengths(rows, *rows.find(setpoints.curve, setpoints.u))[0]
 
@@ -259,8 +257,6 @@ def drift(setpoints: Setpoints, law: TimeLaw) -> Array:
 
 def chord_errors(setpoints: Setpoints, path: Path) -> Array:
     """Largest distance of the curve from the straight line between neighbouring setpoints, (n - 1,), mm."""
-    if len(setpoints) < 2:
-        return np.zeros(0)
     rows = Rows(path.arc_pieces)
     row, u = rows.find(setpoints.curve, setpoints.u)
     places = Places(rows, row)

@@ -225,11 +225,9 @@ class Limits:
             elif not (isinstance(value, float) and value == math.inf):
                 value = _checked(value, name, positive)
             object.__setattr__(self, name, value)
-        if self.deceleration is None:
-            object.__setattr__(self, "deceleration", self.acceleration)
-        if self.deceleration_jerk is None:
-            object.__setattr__(self, "deceleration_jerk", self.jerk)
-        self._check_travel()
+        for name, usual in (("deceleration", self.acceleration), ("deceleration_jerk", self.jerk)):
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, usual)
         for name, each in (self.combinations or {}).items():
             if not isinstance(each, Combination) or "." in name:
                 raise LimitsError(f"combinations.{name}: give a Combination under a name without a dot")
@@ -245,9 +243,6 @@ class Limits:
                 raise LimitsError(
                     f"{name} is {value:g} mm/s; it must lie between 0 and the feed limit of {self.feed:g} mm/s"
                 )
-
-    def _check_travel(self) -> None:
-        """LimitsError where an end of the travel is missing, or no travel is left."""
         low, high = self.axis_minimum or {}, self.axis_maximum or {}
         if set(low) != set(high):
             axes = ", ".join(sorted(set(low) ^ set(high)))
