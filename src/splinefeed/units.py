@@ -82,8 +82,7 @@ def parse(quantity: str | float, kind: str, bare: str | None = None) -> float:
 
     Raises UnitError for text that is not a finite number, and for an unknown unit or one of another kind.
     """
-    wanted = _kind(kind)
-    return read(quantity, wanted, bare or wanted.base)
+    return read(quantity, KINDS[kind], bare or KINDS[kind].base)
 
 
 def read(quantity: object, wanted: Kind, bare: str | None) -> float:
@@ -130,22 +129,13 @@ def _value(quantity: Any, wanted: Kind, bare: str | None) -> float:
 
 
 def format_quantity(value: float, kind: str) -> str:
-    """`value`, in the base unit of its `kind`, for people: six digits, short times in ms or us, angles in degrees."""
-    unit = _kind(kind).base
-    if kind == "angle":
-        value, unit = math.degrees(value), "deg"
-    elif kind == "time" and 0.0 < abs(value) < 1.0:
+    """`value`, in the base unit of its `kind`, for people: six digits, short times in ms or us."""
+    unit = KINDS[kind].base
+    if kind == "time" and 0.0 < abs(value) < 1.0:
         value, unit = (value * 1e3, "ms") if abs(value) >= 1e-3 else (value * 1e6, "us")
     elif kind == "frequency":
         value, unit = (value * 1e-3, "kHz") if abs(value) >= 1e3 else (value, "Hz")
     return f"{value:.6g} {unit}"
-
-
-def _kind(name: str) -> Kind:
-    try:
-        return KINDS[name]
-    except KeyError:
-        raise UnitError(f"no kind of quantity is called {name!r}; there are {', '.join(KINDS)}") from None
 
 
 def _factor(unit: str, wanted: Kind) -> float:
