@@ -125,8 +125,7 @@ def limit_use(
         d, feed = by_arc_length(derivatives, path.linear), feed_limit(setpoints, path, limits)
         sagitta = np.zeros(len(t))
         if limits.chord_error is not None and len(t) > 1:
-            sagitta[:-1] = chord_errors(setpoints, path)
-            sagitta[-1] = sagitta[-2]
+            sagitta = np.pad(chord_errors(setpoints, path), (0, 1), mode="edge")
     with np.errstate(invalid="ignore", over="ignore"):
         across = v * v * kappa
     slowing = limits.jerk if limits.deceleration_jerk is None else limits.deceleration_jerk

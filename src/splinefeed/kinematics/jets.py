@@ -8,6 +8,7 @@ functions of them, follow from the recurrences of A. Griewank and A. Walther, Ev
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -26,13 +27,12 @@ class Jet:
     @classmethod
     def of_derivatives(cls, d: Array) -> Jet:
         """From derivatives (order + 1, ...): c_k = d_k / k!."""
-        return cls(d / _factorials(d))
+        return cls(d / _first([math.factorial(k) for k in range(len(d))], d))
 
     @property
     def derivatives(self) -> Array:
         """Derivatives (order + 1, ...): d_k = k! c_k."""
-        found: Array = self.c * _factorials(self.c)
-        return found
+        return self.c * _first([math.factorial(k) for k in range(len(self.c))], self.c)
 
     @property
     def value(self) -> Array:
@@ -74,8 +74,7 @@ class Jet:
 
     def slope(self) -> Jet:
         """The derivative, one order less."""
-        k = np.arange(1, len(self.c)).reshape(-1, *(1,) * (self.c.ndim - 1))
-        return Jet(self.c[1:] * k)
+        return Jet(self.c[1:] * _first(range(1, len(self.c)), self.c))
 
     def cut(self) -> Jet:
         """The same, one order less."""
@@ -83,17 +82,17 @@ class Jet:
 
     def integral(self, start: Array) -> Jet:
         """What has this derivative and the value `start` (...), one order more."""
-        k = np.arange(1, len(self.c) + 1).reshape(-1, *(1,) * (self.c.ndim - 1))
-        return Jet(np.concatenate([np.broadcast_to(start, self.c.shape[1:])[None], self.c / k]))
+        further = self.c / _first(range(1, len(self.c) + 1), self.c)
+        return Jet(np.concatenate([np.broadcast_to(start, self.c.shape[1:])[None], further]))
 
 
 Number = Jet | Array | float
 """What formulas of kinematics take: a jet, an array, or a number."""
 
 
-def _factorials(values: Array) -> Array:
-    k = np.array([float(math.factorial(k)) for k in range(len(values))])
-    return k.reshape(-1, *(1,) * (values.ndim - 1))
+def _first(values: Sequence[int], like: Array) -> Array:
+    """Values along the first axis of an array."""
+    return np.array(values, dtype=np.float64).reshape(-1, *(1,) * (like.ndim - 1))
 
 
 def sin_cos(x: Number) -> tuple[Number, Number]:
