@@ -49,10 +49,11 @@ def _chebyshev_matrices() -> tuple[Array, Array, Array]:
     nodes = np.cos(angles)
     transform = 2.0 / NODES * np.cos(np.outer(np.arange(NODES), angles))
     transform[0] *= 0.5
-    powers = np.zeros((ARC_TERMS, ARC_TERMS))
-    for k in range(ARC_TERMS):
-        powers[: k + 1, k] = np.polynomial.chebyshev.cheb2poly(np.eye(ARC_TERMS)[k])
-    return nodes, transform, powers @ np.polynomial.chebyshev.chebint(np.eye(ARC_TERMS - 1), lbnd=-1.0)
+    integral = np.zeros((ARC_TERMS, ARC_TERMS - 1))
+    for k, each in enumerate(np.eye(ARC_TERMS - 1)):
+        power = np.polynomial.chebyshev.cheb2poly(np.polynomial.chebyshev.chebint(each[: k + 1], lbnd=-1.0))
+        integral[: k + 2, k] = power
+    return nodes, transform, integral
 
 
 CHEBYSHEV_NODES, CHEBYSHEV_TRANSFORM, CHEBYSHEV_INTEGRAL = _chebyshev_matrices()
