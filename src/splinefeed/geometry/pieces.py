@@ -21,9 +21,9 @@ from splinefeed.records import Array, BoolArray, IntArray
 CHUNK = 2048
 #: From so many places a row on, those in order are gathered as runs.
 LONG = 64
-#: Newton steps of an inversion before a bracket is kept, and all of them.
+#: Newton steps of an inversion before a bracket is kept, and from there on.
 FREE_STEPS = 6
-MAX_STEPS = 90
+MAX_STEPS = 84
 #: A Newton step in t, which runs over [-1, 1], after which S is off by its square times S'' / 2: rounding of the piece.
 SMALL_STEP = 1e-8
 #: A step longer than this share of the one before gives way to a bisection.
@@ -181,47 +181,47 @@ def inverted(a: Array, wanted: Array, t: Array) -> Array:
     again.
     """
     out, at = t, None  # numbers of those that have not settled, once some have
-    low = high = longest = t
-    for count in range(MAX_STEPS):
+    for _ in range(FREE_STEPS):
         step, slope = _rest_and_slope(a, wanted, t)
-        if count < FREE_STEPS:
-            step /= slope
-            after = t - step
-            np.maximum(after, -1.0, out=after)
-            np.minimum(after, 1.0, out=after)
-            settled = np.abs(step, out=step) < SMALL_STEP
-        else:
-            after, low, high, longest, settled = _bracketed(step, slope, t, low, high, longest)
+        step /= slope
+        t = t - step
+        np.maximum(t, -1.0, out=t)
+        np.minimum(t, 1.0, out=t)
         if at is None:
-            out = after
+            out = t
         else:
-            out[at] = after
+            out[at] = t
+        settled = np.abs(step, out=step) < SMALL_STEP
         if settled.all():
-            break
-        t = after
+            return out
         if settled.any():
             go = ~settled
             at, wanted, t = np.flatnonzero(go) if at is None else at[go], wanted[go], t[go]
             a = a if a.shape[1] == 1 else a[:, go]
-            low, high, longest = low[go], high[go], longest[go]
-        if count == FREE_STEPS - 1:
-            t = np.where(np.isfinite(t), t, 0.0)
-            low, high, longest = np.full_like(t, -1.0), np.ones_like(t), np.full_like(t, np.inf)
+    t = _bracketed(a, wanted, t)
+    if at is None:
+        return t
+    out[at] = t
     return out
 
 
-def _bracketed(
-    rest: Array, slope: Array, t: Array, low: Array, high: Array, longest: Array
-) -> tuple[Array, Array, Array, Array, BoolArray]:
-    """t after one Newton step inside a bracket, or half-way where that does not shrink; bracket, step, whether done."""
-    high = np.where(rest > 0.0, t, high)
-    low = np.where(rest < 0.0, t, low)
-    step = rest / slope
-    after = t - step
-    good = (slope > 0.0) & (after >= low) & (after <= high) & (np.abs(step) <= SHRINKING * longest)
-    after = np.where(rest == 0.0, t, np.where(good, after, 0.5 * (low + high)))
-    longest = np.where(good, np.abs(step), high - low)
-    return after, low, high, longest, (rest == 0.0) | (longest < SMALL_STEP)
+def _bracketed(a: Array, wanted: Array, t: Array) -> Array:
+    """As `inverted`, each step inside a bracket, or half-way where it does not shrink."""
+    t = np.where(np.isfinite(t), t, 0.0)
+    low, high, longest, going = np.full_like(t, -1.0), np.ones_like(t), np.full_like(t, np.inf), np.full(len(t), True)
+    for _ in range(MAX_STEPS):
+        rest, slope = _rest_and_slope(a, wanted, t)
+        high, low = np.where(rest > 0.0, t, high), np.where(rest < 0.0, t, low)
+        step = rest / slope
+        after = t - step
+        good = (slope > 0.0) & (after >= low) & (after <= high) & (np.abs(step) <= SHRINKING * longest)
+        after = np.where(rest == 0.0, t, np.where(good, after, 0.5 * (low + high)))
+        longest = np.where(good, np.abs(step), high - low)
+        t = np.where(going, after, t)
+        going &= (rest != 0.0) & ~(longest < SMALL_STEP)
+        if not going.any():
+            break
+    return t
 
 
 def _rest_and_slope(a: Array, wanted: Array, t: Array) -> tuple[Array, Array]:

@@ -155,8 +155,8 @@ def arc_length(table: Array, row: int, t: float) -> float:
 def parameter_in_row(table: Array, row: int, s: float, guess: float) -> float:
     """t in [-1, 1] of one row with S(t) = s, by Newton's method kept inside a bracket; from `guess`, in t.
 
-    t <- t - (S(t) - s) / S'(t);  S and S' from one even-odd Horner scheme. Ends when a step is so small that the
-    next one, which is of the order of its square, would be below rounding.
+    t <- t - (S(t) - s) / S'(t). Ends when a step is so small that the next one, which is of the order of its square,
+    would be below rounding.
     """
     wanted = s - table[row, START]
     low = -1.0
@@ -164,20 +164,8 @@ def parameter_in_row(table: Array, row: int, s: float, guess: float) -> float:
     t = min(max(guess, low), high)
     step = math.inf
     for _ in range(MAX_STEPS):
-        x = t * t
-        even = table[row, ARC + 10]
-        odd = table[row, ARC + 9]
-        even_slope = 0.0
-        odd_slope = 0.0
-        for k in range(4):
-            even_slope = even_slope * x + even
-            odd_slope = odd_slope * x + odd
-            even = even * x + table[row, ARC + 8 - 2 * k]
-            odd = odd * x + table[row, ARC + 7 - 2 * k]
-        even_slope = even_slope * x + even
-        even = even * x + table[row, ARC]
-        rest = (even - wanted) + t * odd
-        slope = 2.0 * t * even_slope + (odd + 2.0 * x * odd_slope)
+        value, slope = value_and_slope(table, row, ARC, ARC_TERMS - 1, t)
+        rest = value - wanted
         if rest > 0.0:
             high = t
         elif rest < 0.0:
