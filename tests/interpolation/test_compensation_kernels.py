@@ -7,7 +7,7 @@ import pytest
 
 import splinefeed as sf
 from sample_curves import KINDS, random_curve
-from splinefeed.interpolation.feed_correction import TERMS, fit_feed_correction
+from splinefeed.interpolation.stepping import TERMS, fit_feed_correction
 from splinefeed.kernels import layout
 from splinefeed.kernels.pieces import secant
 

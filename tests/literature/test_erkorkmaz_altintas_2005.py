@@ -13,7 +13,7 @@ import pytest
 import motions
 import splinefeed as sf
 from sample_curves import ellipse
-from splinefeed.interpolation.feed_correction import SAMPLES, TERMS, fit_feed_correction
+from splinefeed.interpolation.stepping import SAMPLES, TERMS, fit_feed_correction
 from splinefeed.kernels.layout import HIGH, LOW, MIDDLE, SCALE, START
 from splinefeed.kernels.pieces import arc_length, fitted_speed
 

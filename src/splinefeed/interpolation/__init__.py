@@ -1,1 +1,1 @@
-"""The parameter at each servo tick: one file a published method, one shared loop, one registry."""
+"""The parameter at each servo tick: one function a published method, one shared loop, one registry."""

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from splinefeed.errors import MethodError, nearest
-from splinefeed.interpolation import arc_length, feed_correction, stepping
+from splinefeed.interpolation import arc_length, stepping
 from splinefeed.interpolation.loop import FIXED_SHAPE, STARTING_STEPS, UNROLLED_SHAPES, loop_for
 from splinefeed.kernels.jit import Kernel, Leaf
 from splinefeed.kernels.layout import Shape
@@ -69,7 +69,7 @@ _BUILT_IN = (
     ),
     Method("arc-length", "Newton on the arc length", None, None, anchor=True, fill=arc_length.fill),
     Method("taylor-3", "Taylor, third order", stepping.taylor(3, _FAROUKI), 3),
-    Method("feed-correction", "Feed-correction polynomial of degree 7", feed_correction.step, None),
+    Method("feed-correction", "Feed-correction polynomial of degree 7", stepping.feed_correction, None),
     Method("tsai-cheng", "Tsai-Cheng, parameter compensated", stepping.tsai_cheng, 2, 2, half=True),
     Method(
         "runge-kutta-2-compensated", "Runge-Kutta, second order, compensated", stepping.runge_kutta_2_compensated, 2,
