@@ -312,7 +312,7 @@ def measured(
     column = column_of(ticks)
     again = partial(chunks, max(ticks, 1) if column == 1 else CHUNK // column * column)
 
-    def told(what: str) -> Iterator[Setpoints]:
+    def with_progress(what: str) -> Iterator[Setpoints]:
         """The setpoints once more, with progress."""
         done = 0
         for chunk in again():
@@ -324,7 +324,7 @@ def measured(
     servo: Servo | None = None
     count, top, chord, squares, steps, floor = 0, 0.0, 0.0, 0.0, 0, 0.0
     bound: IntArray = np.zeros(0, dtype=np.int64)
-    for block, first, setpoints in with_neighbours(told("measuring")):
+    for block, first, setpoints in with_neighbours(with_progress("measuring")):
         own = slice(first, first + len(setpoints))
         if not count:
             top = _top_feed(law, setpoints.period)
@@ -351,7 +351,7 @@ def measured(
         count += len(setpoints)
     said: dict[str, Any] = {name: rows.column(name) for name in setpoints.columns}
     kept = replace(setpoints, **said)
-    verdict = check(kept if len(kept) == count else told("checking"), path, limits, law=law)
+    verdict = check(kept if len(kept) == count else with_progress("checking"), path, limits, law=law)
     rms = math.sqrt(squares / steps) if steps else 0.0
     return Run(
         path=tip,

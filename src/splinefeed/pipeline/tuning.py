@@ -294,7 +294,7 @@ class _Gains:
 class _Search:
     """The search for the gains of one group of axes, by contour error, or of a rotary axis by its following error.
 
-    A place x has those of `_Gains` of each axis; `runs` counts the runs of the path, which `report` is told.
+    A place x has those of `_Gains` of each axis; `runs` counts the runs of the path for `report`.
     """
 
     def __init__(
