@@ -51,23 +51,12 @@ def parse(text: object, kind: str, rotary: bool) -> float:
     return value * 2.0 * math.pi if kind in _ANGULAR and "hz" in str(text).lower() else value
 
 
-#: Units beside the base unit in which a person would rather read a quantity of linear and of rotary motion.
-_READABLE = {
-    "time": ("ms", "ms"),
-    "frequency": ("Hz", "Hz"),
-    "lead": ("mm/rev", "mm/rev"),
-    "position": ("um", "deg"),
-    "speed": ("", "rpm"),
-    "velocity": ("", "deg/s"),
-    "acceleration": ("", "deg/s^2"),
-    "jerk": ("", "deg/s^3"),
-}
-
-
 def _readable(kind: str, rotary: bool) -> tuple[str, float]:
-    """The unit in which people read a quantity of a kind, and its size."""
-    unit = _READABLE.get(kind, ("", ""))[rotary] or KINDS[kind][rotary].base
-    return unit, 1.0 if unit == KINDS[kind][rotary].base else parse(f"1{unit}", kind, rotary)
+    """The unit in which people read a quantity of a kind, that of its example, and its size."""
+    wanted = KINDS[kind][rotary]
+    unit = "um" if kind == "position" and not rotary else wanted.example.lstrip("0123456789.")
+    size = parse(f"1{unit}", kind, rotary)
+    return (wanted.base, 1.0) if size == 1.0 else (unit, size)
 
 
 def show(value: float, kind: str, rotary: bool) -> str:

@@ -114,18 +114,12 @@ class Coloured:
 
 @dataclass(frozen=True, eq=False)
 class Heat:
-    """A strip of colour for each row: share (rows, n) from 0 to 1 at x (n,), which are evenly apart."""
+    """A strip of colour for each row: share (rows, n) from 0 to 1 between places x (n + 1,), which are evenly apart."""
 
     x: Array
     rows: tuple[str, ...]
     share: Array
     label: str
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Where the first column begins and the last one ends."""
-        half = 0.5 * float(self.x[1] - self.x[0]) if len(self.x) > 1 else 0.5
-        return float(self.x[0]) - half, float(self.x[-1]) + half
 
 
 Mark = Line | Dots | Level | Coloured | Heat

@@ -284,7 +284,7 @@ def _dots(sheet: Sheet, mark: Dots, box: Box, x: _Scale, y: _Scale, equal: bool)
 
 def _heat(sheet: Sheet, heat: Heat, box: Box, x: _Scale) -> None:
     left, top, _, height = box
-    start, end = x(heat.ends).tolist()
+    start, end = x(heat.x[[0, -1]]).tolist()
     sheet.ramp((start, top, end - start, height), heat.share)
     tall = height / max(len(heat.rows), 1)
     for k, name in enumerate(heat.rows):
@@ -367,7 +367,7 @@ def _range(panel: Panel, axis: Axis, *, along: bool) -> tuple[float, float]:
         elif isinstance(mark, Coloured):
             values += [mark.place[:, column], mark.thread[:, column]]
         elif isinstance(mark, Heat) and along:
-            values.append(np.array(mark.ends))
+            values.append(mark.x)
     found = np.concatenate(values)
     found = found[np.isfinite(found) & ((found > 0.0) | (not axis.log))]
     low, high = (float(found.min()), float(found.max())) if len(found) else (0.1, 1.0)

@@ -174,7 +174,7 @@ def _shares(use: LimitUse) -> Heat:
     count = len(use.t)
     size = -(-count // min(count, STRIP))
     peaks = np.pad(use.share, ((0, -count % size), (0, 0)), mode="edge").reshape(-1, size, len(use.names)).max(axis=1)
-    at = use.t[0] + (np.arange(len(peaks)) + 0.5) * size * float(use.t[-1] - use.t[0]) / max(count, 1)
+    at = use.t[0] + np.arange(len(peaks) + 1) * size * float(use.t[-1] - use.t[0]) / max(count, 1)
     return Heat(at, tuple(theme.limit_words(name) for name in use.names), peaks.T, "share of limit")
 
 
