@@ -158,7 +158,7 @@ class LawCourse:
             return path.derivatives(np.clip(s, 0.0, path.length))[:, :, 3:]
         pieces = path.arc_pieces
         row = np.repeat(pieces.row_by_length(middle), len(PLACES))
-        return by_arc_length(pieces.derivatives_on(row, s, 3), path.linear)
+        return by_arc_length(pieces.derivatives_at(s, 3, row), path.linear)
 
     def bend_share(self, limits: Limits) -> float:
         """Share of the limits that hold for the feed on a bend, at rate 1: the square root of what it asks for."""

@@ -331,15 +331,10 @@ class Path:
         low, high = self.ends.min(axis=(0, 1)), self.ends.max(axis=(0, 1))
         lows = np.minimum.reduceat(flat.points, flat.point_starts[:-1])
         highs = np.maximum.reduceat(flat.points, flat.point_starts[:-1])
-        # the furthest reaching ones first: then most of the others lie within the box that is there already
-        reach = np.max(np.maximum(low - lows, highs - high), axis=1)
-        for i in np.argsort(-reach):
-            if np.all(lows[i] >= low) and np.all(highs[i] <= high):
-                if reach[i] <= 0.0:
-                    break
-                continue
-            box = self._joined[int(i)].bounding_box()
-            low, high = np.minimum(low, box[0]), np.maximum(high, box[1])
+        for i in np.flatnonzero(np.any((lows < low) | (highs > high), axis=1)):
+            if np.any((lows[i] < low) | (highs[i] > high)):  # most others lie within the box that is there already
+                box = self._joined[int(i)].bounding_box()
+                low, high = np.minimum(low, box[0]), np.maximum(high, box[1])
         return low, high
 
     @cached_property

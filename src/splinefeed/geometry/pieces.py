@@ -358,12 +358,12 @@ class Pieces:
             out[part] = place_on(c, self.lengths.take(row[part]), s[part])
         return out
 
-    def derivatives_at(self, s: Array, order: int) -> Array:
-        """Points and derivatives by u, (n, order + 1, axes), at arc lengths s (n,), mm, the piece on the right's."""
-        return self.derivatives_on(self.row_by_length(s), s, order)
+    def derivatives_at(self, s: Array, order: int, row: IntArray | None = None) -> Array:
+        """Points and derivatives by u, (n, order + 1, axes), at arc lengths s (n,), mm.
 
-    def derivatives_on(self, row: IntArray, s: Array, order: int) -> Array:
-        """As `derivatives_at`, of these rows (n,); beyond the ends of a row the end holds."""
+        On the piece on the right, or on these rows (n,): beyond the ends of a row the end holds.
+        """
+        row = self.row_by_length(s) if row is None else row
         out = np.empty((len(s), order + 1, self.shape[1]))
         for part in chunks(len(s)):
             c = columns(self.table, row[part])

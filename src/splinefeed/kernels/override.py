@@ -31,8 +31,8 @@ MOST_STEP = 0.25
 AT_TARGET = 1e-9
 #: How far beside 0 or the highest rate a stop may end by rounding.
 ROUNDING = 1e-12
-#: What is asked, (4, n): |q'|, |q''|, jerk at rate 1 and that of jumps alone; the limits of velocity, acceleration and
-#: jerk, (3, n); and the period, s.
+#: What the law needs, (4, n): |q'|, |q''|, jerk at rate 1 and that of jumps alone; the limits of velocity, acceleration
+#: and jerk, (3, n); and the period, s.
 Needs = tuple[Array, Array, float]
 #: Halvings that find the highest rate on a stretch: a coarse grid of rates, so that it does not change all the time.
 HALVINGS = 5
