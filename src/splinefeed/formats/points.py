@@ -12,6 +12,7 @@ import pathlib
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from itertools import chain, islice
+from operator import itemgetter
 
 import numpy as np
 
@@ -168,7 +169,7 @@ def _named(names: list[tuple[str, str]]) -> bool:
 
 def _blocks(text: Iterable[str], most: int) -> Iterator[Points]:
     """The points of a table, at most `most` at a time; at least one block, or InputError with the line."""
-    lines = ((number, line) for number, line in enumerate(map(str.strip, text), start=1) if line)
+    lines = filter(itemgetter(1), enumerate(map(str.strip, text), start=1))
     heads: list[tuple[int, str, bool]] = []  # lines above the numbers, and whether each is a comment
     width = 0
     said: float | None = None  # how many points the file says that it has

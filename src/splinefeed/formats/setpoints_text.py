@@ -130,7 +130,7 @@ def _velocity(ticks: Setpoints, places: IntArray) -> Array:
 
         q'(t_i) = sum over j != i of (w_j / w_i) (q_j - q_i) / (t_i - t_j),   w_j = 1 / prod over m != j of (t_j - t_m)
 
-    Source: Berrut and Trefethen, SIAM Review 46 (2004), 501-517, section 9.3, doi:10.1137/S0036144502417715.
+    Source: Berrut and Trefethen, SIAM Review 46 (2004), 501-517, doi:10.1137/S0036144502417715.
     """
     count = min(STENCIL, len(ticks))
     left = np.clip(places - count // 2, 0, len(ticks) - count)
