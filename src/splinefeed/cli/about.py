@@ -15,8 +15,6 @@ from splinefeed.cli import options
 from splinefeed.cli.answers import answers, group
 from splinefeed.cli.output import Block, Page, Say, table
 
-#: A reference in running text: from an initial to the DOI at the end.
-_REFERENCE = re.compile(r": ([A-Z]\. [^:]+, doi \S+)$")
 #: Settings of the surroundings that change what splinefeed does, or where it keeps things.
 SETTINGS = ("NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT", "NUMBA_NUM_THREADS", "MPLCONFIGDIR", "SOURCE_DATE_EPOCH")
 
@@ -91,9 +89,8 @@ def methods(say: Say) -> Page:
 
     def source(step: Any) -> str:
         """What stands behind "Source:" in the docstring of a step."""
-        words = " ".join((inspect.getdoc(getattr(step, "py_func", step)) or "").split())
-        reference = _REFERENCE.search(words)
-        return words.partition("Source: ")[2] or (reference[1] if reference else "")
+        words = inspect.getdoc(getattr(step, "py_func", step)) or ""
+        return " ".join(words.split()).partition("Source: ")[2]
 
     listed = [
         {

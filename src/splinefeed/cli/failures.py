@@ -28,16 +28,13 @@ NO_READER = 141
 def guarded(call: Callable[[], Any]) -> int:
     """The exit code of `call`, whose errors are printed as one line each; what it printed is written when this ends."""
     code = _exit_code(call)
-    try:
-        sys.stdout.flush()
-    except OSError as error:
-        if code in (DONE, NOT_KEPT):
-            code = NO_READER if isinstance(error, BrokenPipeError) else _say(_system_error(error), BAD_INPUT, error)
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
-        except OSError:  # what cannot be written goes nowhere: Python would complain about it at its end
-            with suppress(OSError, ValueError):
+        except OSError as error:
+            if stream is sys.stdout and code in (DONE, NOT_KEPT):
+                code = NO_READER if isinstance(error, BrokenPipeError) else _say(_system_error(error), BAD_INPUT, error)
+            with suppress(OSError, ValueError):  # it goes nowhere: Python would complain about it at its end
                 nowhere = os.open(os.devnull, os.O_WRONLY)
                 os.dup2(nowhere, stream.fileno())
                 os.close(nowhere)

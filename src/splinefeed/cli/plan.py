@@ -136,10 +136,8 @@ def compare(say: Say, source: str | None, names: tuple[str, ...] | None, **given
     path = what.path
     say("planning")
     law = sf.plan(path, what.limits, strategy=what.strategy, period=what.period)
-    results = []
-    for name in names:
-        say(f"comparing methods: {name}")
-        results += [trace.result for trace in sf.compare(path, law, methods=[name], corrections=given["corrections"])]
+    say("comparing methods")
+    results = [trace.result for trace in sf.compare(path, law, methods=names, corrections=given["corrections"])]
     return {
         "name": path.name,
         "axes": list(path.axes),

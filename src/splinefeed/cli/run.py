@@ -104,9 +104,8 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
             servo = {**compare.servo_numbers([*others, result.served], of_paper), "machine_file": named}
         traces: list[Any] = []
         if result.whole and result.joints is None and not given["no_compare"]:
-            for name in compare.BESIDE_A_RUN:
-                say(f"comparing methods: {name}")
-                traces += sf.compare(path, result.law, methods=[name], corrections=corrections, timed=False)
+            say("comparing methods")
+            traces += sf.compare(path, result.law, methods=compare.BESIDE_A_RUN, corrections=corrections, timed=False)
         said = about(result.settings, None if of_paper else what.source, what.reading, formats, machine=named)
         page = record(result, said, traces, servo)
         page["notes"] = [*what.notes, *page["notes"], *([] if result.whole else [LONG_NOTE]), *files.missing(drawing)]
