@@ -163,7 +163,7 @@ def test_npz_is_plain_numpy_and_parquet_says_its_units(tmp_path: Path) -> None:
 
 
 def test_every_format_is_a_choice_of_run() -> None:
-    from splinefeed.cli.run import command
+    from splinefeed.cli.run import run
 
-    choice = next(option for option in command.params if option.name == "formats")
+    choice = next(option for option in run.params if option.name == "formats")
     assert list(choice.type.choices) == list(FORMATS)

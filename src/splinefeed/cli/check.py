@@ -40,7 +40,7 @@ setpoints       SETPOINTS
 --certificate certificate_file  FILE  Write a certificate, JSON.
 """)
 @options.setpoints_csv
-def command(say: Say, setpoints: str, **given: Any) -> Page:
+def check(say: Say, setpoints: str, **given: Any) -> Page:
     """Check SETPOINTS against their path and limits, independently of the planner.
 
     SETPOINTS is a file that splinefeed saved (.h5, .csv, .mat), or a CSV of another program with columns t and axes. A

@@ -35,7 +35,7 @@ target          OUT
 """)
 @options.reading_alone
 @options.smoothing
-def command(say: Say, source: str, target: str, **given: Any) -> Page:
+def convert(say: Say, source: str, target: str, **given: Any) -> Page:
     """Write the curves of IN, a file or a shape, to OUT; the suffix of OUT sets the format.
 
     Every curve is kept exactly where OUT can hold it; what is approximated or lost is reported. OUT is then read back,
@@ -50,7 +50,7 @@ def command(say: Say, source: str, target: str, **given: Any) -> Page:
       splinefeed convert wing.step wing.nc --to fanuc --as arcs --feed 1200mm/min
     """
     from splinefeed.formats import registry
-    from splinefeed.pipeline.convert import convert
+    from splinefeed.pipeline.convert import convert as write_and_read_back
 
     form_written = registry.format_to_write(target).title  # before anything long begins
     say(f"reading {source}")
@@ -60,7 +60,7 @@ def command(say: Say, source: str, target: str, **given: Any) -> Page:
     say(f"writing {target}")
     writing = {"dialect": given["dialect_written"], "as_": given["as_"], "feed": given["feed"]}
     writing = {name: value for name, value in writing.items() if value is not None}
-    said, curves, distance = convert(paths, target, tolerance=given["tolerance"], writing=writing)
+    said, curves, distance = write_and_read_back(paths, target, tolerance=given["tolerance"], writing=writing)
     return {
         "ok": True,
         "source": source,

@@ -31,7 +31,7 @@ setpoints       SETPOINTS
 @options.setpoints_path
 @options.setpoints_csv
 @options.figures
-def command(say: Say, setpoints: str, **given: Any) -> Page:
+def follow(say: Say, setpoints: str, **given: Any) -> Page:
     """Simulate the axes of a machine on SETPOINTS; report following error and contour error.
 
     SETPOINTS is a file that splinefeed saved (.h5, .csv, .mat), or a CSV of another program with columns t and axes.

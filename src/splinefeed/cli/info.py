@@ -88,7 +88,7 @@ source          SOURCE
 --all every     -       List every curve of a long program in --json, not the first alone.
 """)
 @options.reading
-def command(say: Say, source: str, every: bool, **given: Any) -> Page:
+def info(say: Say, source: str, every: bool, **given: Any) -> Page:
     """Show what SOURCE holds: curves, length, corners, least radius, and what its reader guessed or repaired.
 
     Examples:

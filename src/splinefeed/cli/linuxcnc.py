@@ -25,7 +25,7 @@ FERROR = {axis.following:.17g}
 
 
 @group
-def command() -> None:
+def linuxcnc() -> None:
     """Prepare LinuxCNC's HAL for streams.
 
     Examples:
@@ -91,4 +91,4 @@ def init(say: Say, machine: str, output: str, motion: bool, **given: Any) -> Pag
     return {"files": list(texts), "axes": list(names), "start": start, "stream": play, "stop": stop}
 
 
-command.add_command(init, "init")
+linuxcnc.add_command(init, "init")

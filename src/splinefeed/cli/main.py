@@ -43,13 +43,11 @@ COMMANDS = {
 }
 #: Under this name the shell asks the command for what could come next.
 COMPLETE = "_SPLINEFEED_COMPLETE"
-#: Files that hold several of them; each other command is `command` in a file of its name.
-TOGETHER = {
-    "about": ("machine", "methods", "completion", "version"),
-    "cycle_time": ("time", "calibrate"),
-    "plan": ("plan", "compare"),
-    "tune": ("tune", "tune-feed"),
-}
+#: Files of commands that share one; each other command stands in a file of its name.
+HOMES = {
+    "machine": "about", "methods": "about", "completion": "about", "version": "about",
+    "time": "cycle_time", "calibrate": "cycle_time", "compare": "plan", "tune-feed": "tune",
+}  # fmt: skip
 
 
 class LazyGroup(click.Group):
@@ -65,9 +63,8 @@ class LazyGroup(click.Group):
             if ctx.resilient_parsing:  # while a shell completes the name
                 return None
             raise click.UsageError(f"no such command {cmd_name!r}; {nearest(cmd_name, COMMANDS, 'there are {}')}")
-        homes = {name: (file, name) for file, names in TOGETHER.items() for name in names}
-        file, name = homes.get(cmd_name, (cmd_name, "command"))
-        command: click.Command = getattr(import_module(f"splinefeed.cli.{file}"), name.replace("-", "_"))
+        home = import_module(f"splinefeed.cli.{HOMES.get(cmd_name, cmd_name)}")
+        command: click.Command = getattr(home, cmd_name.replace("-", "_"))
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

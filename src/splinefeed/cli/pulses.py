@@ -51,7 +51,7 @@ file              FILE
 -o --output       FILE       Words: .bits (with .bits.json); positions: .csv.
 """)
 @options.setpoints_csv
-def command(say: Say, file: str, **given: Any) -> Page:
+def pulses(say: Say, file: str, **given: Any) -> Page:
     """Turn setpoints into the 16-bit words of a motion card's bit-pattern mode, one pulse a bit, and back.
 
     FILE holds setpoints (.h5, .csv, ... of splinefeed, or a CSV of another program), or with --decode pulse words. No
@@ -87,7 +87,7 @@ def command(say: Say, file: str, **given: Any) -> Page:
 def _encoded(file: str, given: Mapping[str, Any], say: Say) -> tuple[sf.formats.BitPattern, Page]:
     """The pulse words of setpoints, written if there is a name for them, and what the page says of that."""
     from splinefeed.formats import bit_pattern
-    from splinefeed.pipeline import pulses
+    from splinefeed.pipeline.pulses import pulse_words, pulses_of
 
     if (given["machine"] is None) == (given["scales"] is None):
         raise InputError("the size of a pulse is missing; give either --machine NAME or --pulses x=1000,y=1000")
@@ -95,10 +95,10 @@ def _encoded(file: str, given: Mapping[str, Any], say: Say) -> tuple[sf.formats.
     if given["machine"] is None:
         scales, rotary = _scales(given["scales"]), "deg"
     else:
-        scales, rotary = pulses.pulses_of(sf.Machine.load(given["machine"]), points.axes), "rad"
+        scales, rotary = pulses_of(sf.Machine.load(given["machine"]), points.axes), "rad"
     slots = None if given["clock"] is None else _slots(given["clock"], points.period)
     say("making pulse words")
-    pattern, numbers = pulses.pulse_words(points, scales, slots, rotary=rotary)
+    pattern, numbers = pulse_words(points, scales, slots, rotary=rotary)
     files = []
     if (output := given["output"]) is not None:
         bit_pattern.write(pattern, output)

@@ -24,7 +24,7 @@ folder          FOLDER
 -o --output     FILE             File to write.  [default: report.html in the folder]
 --machine       NAME|FILE        Of a tool path: the machine.  [default: that of the run]
 """)
-def command(say: Say, folder: str, output: str | None, machine: str | None) -> Page:
+def report(say: Say, folder: str, output: str | None, machine: str | None) -> Page:
     """Make the report of the run in FOLDER again: one HTML file that works offline.
 
     The setpoints are measured and checked again, against their path and limits. The exit code is 1 where a limit or a

@@ -47,7 +47,7 @@ source          [SOURCE]
 @options.reading
 @options.smoothing
 @options.figures
-def command(say: Say, source: str | None, **given: Any) -> Page:
+def run(say: Say, source: str | None, **given: Any) -> Page:
     """Plan the motion along SOURCE, interpolate it, check every limit; write setpoints, figures and a report.
 
     SOURCE is a shape (butterfly, naca:0025?perimeter=33, ...) or a file: G-code, DXF, SVG, STEP, IGES, 3DM, JSON, an

@@ -70,10 +70,10 @@ def on_its_machine(
 
 def options_of(settings: Mapping[str, Any]) -> dict[str, Any]:
     """The options of the run that wrote the setpoints, from its command."""
-    from splinefeed.cli.run import command
+    from splinefeed.cli.run import run
 
     words = shlex.split(str(settings.get("command", "")))[2:]
-    return command.make_context("run", words, resilient_parsing=True).params
+    return run.make_context("run", words, resilient_parsing=True).params
 
 
 def says_path(settings: Mapping[str, Any]) -> bool:

@@ -69,7 +69,7 @@ source          SOURCE
 @options.limits
 @options.machine
 @options.reading
-def command(say: Say, source: str, **given: Any) -> Page:
+def stream(say: Say, source: str, **given: Any) -> Page:
     """Plan SOURCE with a reserve and stream it to a controller, one row a servo period.
 
     SOURCE may also be a file of setpoints (.h5, .csv, ...): its rows are sent as they are; their motion must leave a

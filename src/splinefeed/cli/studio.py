@@ -18,7 +18,7 @@ from splinefeed.errors import InputError
 --no-history  -     Keep no history.
 """)
 @options.as_json
-def command(port: int, browser: bool, history: str | None, no_history: bool, as_json: bool) -> None:
+def studio(port: int, browser: bool, history: str | None, no_history: bool, as_json: bool) -> None:
     """Serve the studio on this computer alone, until Ctrl-C.
 
     The printed address carries a token: whoever has it, on this computer, can use the studio. Uploads are kept in a

@@ -59,7 +59,7 @@ folder          [DIR]
 --dask          ADDRESS          Scheduler of a Dask cluster, tcp://host:port.
 --mpi           -                Workers by MPI (mpi4py.futures); start with mpiexec -m mpi4py.futures.
 """)
-def command(say: Say, spec: str, folder: str | None, **given: Any) -> Page:
+def sweep(say: Say, spec: str, folder: str | None, **given: Any) -> Page:
     """Do every run of SPEC.toml; each becomes a row of one Parquet dataset.
 
     A run that fails is a row too. A stopped sweep continues when it is called again. `show DIR` prints a summary of
