@@ -88,15 +88,11 @@ class Found:
     def better(self, owner: IntArray, other: Found, slack: float = 0.0) -> None:
         """Take the nearest of the others, each of the position `owner` (m,), where it is nearer; slack: relative."""
         good = np.flatnonzero(other.square <= self.square[owner] * (1.0 + slack))
-        if np.all(owner[1:] > owner[:-1]):  # one each
-            who, least = owner[good], np.minimum(self.square[owner[good]], other.square[good])
-            self.row[who], self.t[who], self.square[who] = other.row[good], other.t[good], least
-        elif len(good):
-            order = good[np.lexsort((other.square[good], owner[good]))]
-            who, first = np.unique(owner[order], return_index=True)
-            least = np.minimum(self.square[who], other.square[order[first]])
-            self.put(who, other.take(order[first]))
-            self.square[who] = least
+        order = good[np.lexsort((other.square[good], owner[good]))]
+        who, first = np.unique(owner[order], return_index=True)
+        least = np.minimum(self.square[who], other.square[order[first]])
+        self.put(who, other.take(order[first]))
+        self.square[who] = least
 
 
 class Search:
@@ -382,7 +378,7 @@ class Search:
         known  `_squared` at t. The last step is so small that the parabola tells the minimum to rounding. What has
         converged is not changed again, so that its bits do not depend on its neighbours.
         """
-        found = Found(row, t, np.full(len(t), np.inf))
+        found = Found(row, t.copy(), np.full(len(t), np.inf))
         index, left, right, longest = np.arange(len(t)), low, high, high - low
         left_seen, right_seen = np.zeros(len(t), dtype=bool), np.zeros(len(t), dtype=bool)
         for _ in range(MAX_STEPS):
@@ -400,10 +396,7 @@ class Search:
             after = np.minimum(np.maximum(newton, low), high)
             last = ~at_end & (after == newton) & (np.abs(after - t) < SMALL_STEP)
             at, least = np.where(last, after, t), np.where(last, np.minimum(lowest, square), square)
-            if len(index) == len(row):
-                found.t, found.square = at, least
-            else:
-                found.t[index], found.square[index] = at, least
+            found.t[index], found.square[index] = at, least
             wide = ((after <= left) & left_seen) | ((after >= right) & right_seen) | (np.abs(after - t) > longest)
             after = np.where(wide, 0.5 * (left + right), after)
             going = ~at_end & ~last & (after != t)
@@ -447,8 +440,7 @@ class Search:
         index = np.flatnonzero(sure & (square > 0.0))
         if len(index):
             ends = np.full(len(t), 1.0)
-            every: tuple[Any, ...] = (row, terms, away, -ends, ends, t, *known)
-            every = every if len(index) == len(t) else taken(index, *every)
+            every = taken(index, row, terms, away, -ends, ends, t, *known)
             least = self._descend(*every[:6], known=every[6:])
             with np.errstate(invalid="ignore"):
                 off = np.abs(rows.arc_length(least.row, least.t) - hint[index])
