@@ -29,8 +29,7 @@ def arc(center: Array, first: Array, second: Array, start: float, sweep: float) 
     One span a quarter turn, degree 2 with weights 1, cos(half the span), 1; a full turn ends exactly where it begins.
     Source: The NURBS Book, 2nd ed., section 7.3; affine images by property P4.2.
     """
-    spans = max(1, math.ceil(abs(sweep) / (0.5 * math.pi) - _QUARTER_SLACK))
-    knots, weights = _frame(spans, abs(sweep))
+    spans, knots, weights = _frame(abs(sweep))
     half = 0.5 * sweep / spans
     angles = start + half * np.arange(2 * spans + 1)
     # the middle control point of a span is the meeting point of its end tangents: farther out by 1 / cos(half)
@@ -43,17 +42,18 @@ def arc(center: Array, first: Array, second: Array, start: float, sweep: float) 
 
 
 @lru_cache(maxsize=4096)
-def _frame(spans: int, sweep: float) -> tuple[Array, Array | None]:
-    """Knots and weights of an arc; equal ones are shared, for drawings repeat the same corner a thousand times."""
+def _frame(sweep: float) -> tuple[int, Array, Array | None]:
+    """Spans, knots and weights of an arc; equal ones are shared: drawings repeat the same corner a thousand times."""
+    spans = max(1, math.ceil(sweep / (0.5 * math.pi) - _QUARTER_SLACK))
     knots = np.repeat(np.linspace(0.0, 1.0, spans + 1), [3, *[2] * (spans - 1), 3])
     knots.setflags(write=False)
     weight = math.cos(0.5 * sweep / spans)
     if weight == 1.0:
-        return knots, None  # flatter than a number can tell: a parabola is the same curve
+        return spans, knots, None  # flatter than a number can tell: a parabola is the same curve
     weights = np.ones(2 * spans + 1)
     weights[1::2] = weight
     weights.setflags(write=False)
-    return knots, weights
+    return spans, knots, weights
 
 
 def bulge_arc(begin: Array, end: Array, bulge: float) -> NurbsCurve:
@@ -74,8 +74,7 @@ def bulge_arc(begin: Array, end: Array, bulge: float) -> NurbsCurve:
 def bulge_points(chord: complex, bulge: float) -> tuple[list[complex], Array, Array | None]:
     """Control points x + i y from 0 to `chord`, knots and weights of the arc with the given bulge; see `bulge_arc`."""
     sweep = 4.0 * math.atan(bulge)
-    spans = max(1, math.ceil(abs(sweep) / (0.5 * math.pi) - _QUARTER_SLACK))
-    knots, weights = _frame(spans, abs(sweep))
+    spans, knots, weights = _frame(abs(sweep))
     half = 0.5 * sweep / spans
     diameter = chord / math.sin(0.5 * sweep)  # along the chord
     tangent = 0.5 * diameter * math.tan(half)

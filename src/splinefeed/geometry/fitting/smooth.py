@@ -21,26 +21,19 @@ FAIR_SHARE = 0.7
 #: Strengths of fairing while knots are inserted, the next where more knots no longer help. The first keeps a curve from
 #: swinging out between few points; the last only makes spans without points definite. Their bias is squared away.
 STRENGTHS = (1e-3, 1e-6)
-#: Rounds of fairing at most, the change of log lambda that ends them, and the strength of the first.
-FAIRINGS = 20
-SETTLED = 0.2
-FIRST_STRENGTH = 1e-4
+#: The change of log lambda that ends the rounds of fairing, and the strength of the first.
+SETTLED, FIRST_STRENGTH = 0.2, 1e-4
 #: Most strength, relative to the width of a span.
 MOST_STRENGTH = 1e6
 #: Spans over which the strength of fairing is evened out.
 FAIR_WIDTH = 9
 #: The arc length of a fit serves as parameter once the fit is this near, in tolerances.
 NEAR = 20.0
-#: Arc length and fit are renewed in turn this often; it settles by a factor of about ten each time.
-RENEWALS = 3
 #: An arc longer than this many chords bends by more than half a turn between two points: no usable length.
 MOST_ARC = 0.5 * np.pi
 #: More points than this are fitted by so many of them first, to this share of the tolerance, and those that are then
 #: too far off are added, so many times; from a guess, a foot point is found in so many steps.
 MANY, MANY_SHARE, MANY_ROUNDS, NEAR_STEPS = 20_000, 0.9, 4, 8
-#: Where still more are fitted at once, which is what noise above the tolerance comes to: rounds of fairing, renewals of
-#: arc length in each round, and trials of fewer knots, so that the time stays in step with the points.
-MANY_FAIRINGS, MANY_RENEWALS, MANY_TRIALS = 6, 1, 1
 #: More spans than this many a point cannot help.
 SPANS_PER_POINT = 4
 
@@ -51,6 +44,10 @@ FEW_SHARE = 0.8
 DENSITY_WIDTH, LEAST_DENSITY = 3, 0.1
 #: How many more spans than the fewest are tried, where the curvature would turn back more often than it need.
 MORE = (1.0, 1.25, 1.6, 2.0, 2.5)
+#: Renewals of arc length in each round, which settles by a factor of about ten each time, rounds of fairing, and trials
+#: of fewer knots; less where very many are fitted at once, which is what noise above the tolerance comes to: the time
+#: stays in step with the points.
+WORK, MANY_WORK = (3, 20, len(MORE)), (1, 6, 1)
 #: Places a span at which curvature is sampled, and the share of its range below which a turn is none.
 PLACES, SWING = 6, 0.01
 
@@ -66,14 +63,11 @@ def smooth_curve(points: Array, tolerance: float, degree: int, periodic: bool = 
     spans = 1 if not periodic else 2 ** int(np.ceil(np.log2(degree + 1)))
     grid = np.linspace(0.0, 1.0, spans + 1)
     many = len(points) > (1 + MANY_ROUNDS) * MANY
-    renewals, fairings, trials = (
-        (MANY_RENEWALS, MANY_FAIRINGS, MANY_TRIALS) if many else (RENEWALS, FAIRINGS, len(MORE))
-    )
+    renewals, fairings, trials = MANY_WORK if many else WORK
     strengths = list(STRENGTHS)
     for _ in range(ROUNDS):
         space = SplineSpace(degree, grid, periodic)
-        curve, errors = solved(space, u, points, strengths[0])
-        u, curve, errors = _by_arc_length(space, u, points, curve, errors, tolerance, strengths[0], renewals)
+        u, curve, errors = _by_arc_length(space, u, points, tolerance, strengths[0], renewals)
         wide = span_of(grid, u[errors > KNOT_SHARE * tolerance])
         if not len(wide):
             break
@@ -84,16 +78,14 @@ def smooth_curve(points: Array, tolerance: float, degree: int, periodic: bool = 
             del strengths[0]
         else:
             break
-    if degree > 1:
-        curve = _faired(space, u, points, curve, tolerance, fairings)
+    curve = _faired(space, u, points, curve, tolerance, fairings)
     most = swings(curve)
     fewest = fewer_spans(space, u, points, curve, tolerance, strengths[0])
     for fewer, parameters in islice(fewest, trials):
         found, errors = solved(fewer, parameters, points, strengths[0])
         if errors.max() > FEW_SHARE * tolerance:
             continue
-        if degree > 1:
-            found = _faired(fewer, parameters, points, found, tolerance, fairings)
+        found = _faired(fewer, parameters, points, found, tolerance, fairings)
         if swings(found) <= most:
             return found
     return curve
@@ -160,19 +152,13 @@ def foot_points(
 
 
 def _by_arc_length(
-    space: SplineSpace,
-    u: Array,
-    points: Array,
-    curve: NurbsCurve,
-    errors: Array,
-    tolerance: float,
-    strength: float,
-    renewals: int,
+    space: SplineSpace, u: Array, points: Array, tolerance: float, strength: float, renewals: int
 ) -> tuple[Array, NurbsCurve, Array]:
-    """The fit with its own arc length as parameter, which makes C''' a measure of how curvature changes.
+    """Parameters, fit and errors, with the fit's own arc length for them: C''' then tells how curvature changes.
 
     A chord is shorter than its arc by (kappa h)^2 / 24 of it: where points are few, that alone makes a curve uneven.
     """
+    curve, errors = solved(space, u, points, strength)
     chords = _chords(points, space.periodic)
     for _ in range(renewals):
         if np.max(np.linalg.norm(curve(u) - points, axis=1)) > NEAR * tolerance:
@@ -201,7 +187,7 @@ def _faired(
     span = span_of(space.grid, u)
     top = np.log(space.even(MOST_STRENGTH))
     strength = uniform_filter1d(np.log(space.even(FIRST_STRENGTH)), FAIR_WIDTH, mode=mode)
-    for _ in range(fairings):
+    for _ in range(fairings if space.degree > 1 else 0):
         try:
             fairer = fitted(np.exp(strength))
         except CurveError:

@@ -14,9 +14,10 @@ from splinefeed.geometry.path import CORNER_ANGLE, Path
 from splinefeed.geometry.shapes.curves import positive
 from splinefeed.records import Array
 
-#: Coefficients of tau, tau^2, tau^4, tau^6, tau^8 in y / (5 t c), tau = sqrt(x / c). The last one closes the edge; the
-#: original -0.1015 leaves it 0.0021 t c thick.
-THICKNESS = (0.2969, -0.1260, -0.3516, 0.2843, -0.1036)
+#: Coefficients of y / (5 t c) as a polynomial in tau = sqrt(x / c). The last one closes the edge; the original -0.1015
+#: leaves it 0.0021 t c thick.
+THICKNESS: Array = np.array([0.0, 0.2969, -0.1260, 0.0, -0.3516, 0.0, 0.2843, 0.0, -0.1036])
+HALF_THICKNESS = np.polynomial.Polynomial(THICKNESS)
 #: Degree of the exact section.
 EXACT_DEGREE = 8
 #: Degree of fitted sections by default.
@@ -105,7 +106,7 @@ def _exact(thickness: float) -> NurbsCurve:
     """The symmetric section of chord 1: two spans of degree 8 in v = -tau above and v = tau below, joined with C1."""
     power = np.zeros((EXACT_DEGREE + 1, 2))
     power[2, 0] = 1.0
-    power[[1, 2, 4, 6, 8], 1] = -5.0 * thickness * np.array(THICKNESS)
+    power[:, 1] = -5.0 * thickness * THICKNESS
     # Bernstein coefficients of the lower side: b_i = sum_k C(i, k) / C(8, k) a_k
     orders = range(EXACT_DEGREE + 1)
     lower = np.array([[math.comb(i, k) / math.comb(EXACT_DEGREE, k) for k in orders] for i in orders]) @ power
@@ -126,7 +127,7 @@ class _Section:
 
     def __init__(self, camber: float, place: float, thickness: float) -> None:
         self.camber, self.place, self.thickness = camber, place, thickness
-        self.bend = -THICKNESS[1] / THICKNESS[0]
+        self.bend = -float(THICKNESS[2] / THICKNESS[1])
         edge = self._inverse(1.0)
         self.crest = self._inverse(math.sqrt(place)) if camber > 0.0 else edge
         self.factors, self.kink = self._across_crest()
@@ -146,9 +147,8 @@ class _Section:
         if self.camber == 0.0:
             return (1.0, 1.0), 0.0
         tau = math.sqrt(self.place)
-        y = float(self._half_thickness(np.array([tau]))[0])
-        orders = np.array([1, 2, 4, 6, 8])
-        slope = 5.0 * self.thickness * float(np.sum(np.array(THICKNESS) * orders * tau ** (orders - 1))) / (2.0 * tau)
+        half = 5.0 * self.thickness * HALF_THICKNESS
+        y, slope = half(tau), half.deriv()(tau) / (2.0 * tau)
         bends = -2.0 * self.camber / self.place**2, -2.0 * self.camber / (1.0 - self.place) ** 2
         factors, kinks = [], []
         for side in (1.0, -1.0):
@@ -156,12 +156,6 @@ class _Section:
             factors.append(math.hypot(before, slope) / math.hypot(behind, slope))
             kinks.append(abs(math.atan2(slope, before) - math.atan2(slope, behind)))
         return (factors[0], factors[1]), max(kinks)
-
-    def _half_thickness(self, tau: Array) -> Array:
-        c = THICKNESS
-        square = tau * tau
-        sum_ = c[0] + tau * (c[1] + square * (c[2] + square * (c[3] + square * c[4])))
-        return np.asarray(5.0 * self.thickness * tau * sum_)
 
     def __call__(self, u: Array) -> Array:
         """Points (n, 2) at u (n,)."""
@@ -172,7 +166,7 @@ class _Section:
         w = np.where(behind, self.crest + (w - self.crest) * np.where(above, *self.factors), w)
         tau = np.minimum(w + self.bend * w * w, 1.0)
         x = tau * tau
-        y = np.where(above, 1.0, -1.0) * self._half_thickness(tau)
+        y = np.where(above, 1.0, -1.0) * 5.0 * self.thickness * HALF_THICKNESS(tau)
         if self.camber == 0.0:
             return np.column_stack([x, y])
         m, p = self.camber, self.place
