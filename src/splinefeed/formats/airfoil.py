@@ -14,7 +14,7 @@ import numpy as np
 
 from splinefeed.errors import InputError
 from splinefeed.formats import table_text
-from splinefeed.formats.points import fitted_path, positive_length
+from splinefeed.formats.points import DEFAULT_TOLERANCE, fitted_path, positive_length
 from splinefeed.formats.sizes import MAX_COORDINATE
 from splinefeed.formats.source import head_text
 from splinefeed.geometry.path import Path
@@ -22,8 +22,6 @@ from splinefeed.records import Array
 
 #: Chord that a section gets unless the caller says another, mm.
 DEFAULT_CHORD = 100.0
-#: Largest distance between the given points and the fitted curve unless the caller says another, mm.
-DEFAULT_TOLERANCE = 1e-3
 #: Ends of a section may lie this far apart along the chord, in chords; more means that points are missing.
 MAX_END_DIFFERENCE = 0.02
 #: The chord in the file may differ by this much from 1 before it is worth a finding.

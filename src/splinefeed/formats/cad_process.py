@@ -43,8 +43,7 @@ MAX_ADDRESS_SPACE = 6 * 2**30
 _UNITS = {"millimetre": "mm", "metre": "m", "centimetre": "cm", "micrometre": "um", "inch": "in", "foot": "ft"}
 #: The module that reads each kind of file, and what people call its library.
 MODULES = {
-    "step": ("occt_shapes", "OCCT (package cadquery-ocp-novtk)"),
-    "iges": ("occt_shapes", "OCCT (package cadquery-ocp-novtk)"),
+    **dict.fromkeys(("step", "iges"), ("occt_shapes", "OCCT (package cadquery-ocp-novtk)")),
     "3dm": ("rhino_objects", "rhino3dm"),
 }
 #: Arcs shorter than this, mm, have no length.

@@ -51,6 +51,7 @@ class Drawing:
             raise InputError(f"tolerance is {self.tolerance:g} mm; it must be 0 or more")
         names = layer.split(",") if isinstance(layer, str) else layer or ()
         self.layers = [name.strip() for name in names if name.strip()]
+        self.wanted = {name.casefold() for name in self.layers}
         self.pieces: list[list[NurbsCurve]] = []
         self.names: list[str] = []
         self.findings: list[str] = []

@@ -66,7 +66,6 @@ class EntityReader:
 
     def __init__(self, drawing: Drawing) -> None:
         self.drawing = drawing
-        self.layers = {name.casefold() for name in drawing.layers}
         self.blocks: dict[str, Block] = {}
         self.visits = 0
         self.seen_layers: Counter[str] = Counter()
@@ -157,7 +156,7 @@ class EntityReader:
         """The layer that something is drawn on, or None if that one is not to be read."""
         if inherited and layer == "0":
             layer = inherited
-        if self.layers and layer.casefold() not in self.layers:
+        if self.drawing.wanted and layer.casefold() not in self.drawing.wanted:
             self.seen_layers[layer] += 0
             return None
         return layer

@@ -23,7 +23,7 @@ from splinefeed.formats.metadata import naming
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.formats.sizes import MAX_COORDINATE
 from splinefeed.formats.source import check_size, count_lines, head_text
-from splinefeed.formats.table_text import AXES
+from splinefeed.formats.table_text import AXES, OURS
 from splinefeed.geometry.fitting import MAX_POINTS
 from splinefeed.geometry.path import Path
 from splinefeed.records import ROTARY_AXES, Array
@@ -35,8 +35,6 @@ UNNAMED = 3
 #: Points of one part, and the largest table that is read in parts, bytes.
 PART = 4096
 MAX_BYTES = 2 * 2**30
-#: How a file of setpoints of ours begins.
-_OURS = "# splinefeed"
 
 Points = tuple[tuple[str, ...], Array, list[str]]  # axes, points (n, axes), mm and rad, and findings
 
@@ -46,7 +44,7 @@ def holds(head: bytes) -> bool:
     counts = []
     for line in head_text(head[:4096]).splitlines():
         if not line.strip() or line.lstrip().startswith(table_text.COMMENTS):
-            if line.startswith(_OURS):
+            if line.startswith(OURS):
                 return False
             continue
         if (numbers := table_text.numbers(line)) is not None:
@@ -174,7 +172,7 @@ def _blocks(text: Iterable[str], most: int) -> Iterator[Points]:
     width = 0
     said: float | None = None  # how many points the file says that it has
     for number, line in lines:
-        if number == 1 and line.startswith(_OURS):
+        if number == 1 and line.startswith(OURS):
             raise InputError("holds setpoints, not a path; give it to follow, check or stream")
         comment = line.startswith(table_text.COMMENTS)
         if comment or (not table_text.numbers(line) and any(letter.isalpha() for letter in line)):

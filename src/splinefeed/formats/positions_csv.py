@@ -15,11 +15,9 @@ from splinefeed.formats import table_text
 from splinefeed.formats.metadata import naming
 from splinefeed.formats.sizes import MAX_TICKS
 from splinefeed.formats.source import check_file
-from splinefeed.formats.table_text import AXES
+from splinefeed.formats.table_text import AXES, OURS
 from splinefeed.records import Array, Setpoints
 
-#: How a file of ours begins.
-_OURS = "# splinefeed setpoints"
 #: Lines that are looked at for names of columns and how many digits numbers have.
 _LOOKED_AT = 2000
 #: From this many decimals on a number has all its digits.
@@ -31,7 +29,7 @@ def is_foreign(path: str | os.PathLike[str]) -> bool:
     if os.path.splitext(path)[1].lower() not in (".csv", ".txt", ".tsv"):
         return False
     with check_file(path).open("rb") as stream:
-        return not stream.read(len(_OURS)).startswith(_OURS.encode())
+        return not stream.read(len(OURS)).startswith(OURS.encode())
 
 
 def read(

@@ -16,9 +16,9 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.formats.metadata import axis_units, by_name, column_names, columns_of, description, write_rows
 from splinefeed.formats.sizes import MAX_TICKS
+from splinefeed.formats.table_text import OURS
 from splinefeed.records import Array, IntArray, Setpoints
 
-TITLE = "# splinefeed setpoints"
 _METADATA = "# metadata: "
 #: More than the longest last line of a CSV, bytes.
 _TAIL = 64
@@ -37,7 +37,7 @@ def write_csv(chunks: Iterable[Setpoints], file: Path) -> None:
         for chunk in chunks:
             if ticks == 0:
                 names = ",".join(column_names(chunk.axes, "deg"))
-                stream.write(f"{TITLE}\n{_METADATA}{json.dumps(description(chunk, 'deg'))}\n{names}\n")
+                stream.write(f"{OURS}\n{_METADATA}{json.dumps(description(chunk, 'deg'))}\n{names}\n")
             write_rows(stream, columns_of(chunk), ",", whole=(1,))
             ticks += len(chunk)
         # without it a file that was cut off between two lines would pass for a whole one
@@ -50,8 +50,8 @@ def read_csv(file: Path) -> tuple[dict[str, Any], Any]:
         tail.seek(-min(_TAIL, file.stat().st_size), 2)
         end = re.search(rb"\n# end: ([0-9]{1,12}) ticks\n\Z", tail.read())
     with file.open(encoding="ascii") as stream:
-        if stream.readline() != f"{TITLE}\n":
-            raise InputError(f"line 1: expected {TITLE!r}; was this written by splinefeed?")
+        if stream.readline() != f"{OURS}\n":
+            raise InputError(f"line 1: expected {OURS!r}; was this written by splinefeed?")
         line = stream.readline()
         if not line.startswith(_METADATA):
             raise InputError(f"line 2: expected {_METADATA!r}")

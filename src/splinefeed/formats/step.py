@@ -69,8 +69,8 @@ GLOBAL_UNIT_ASSIGNED_CONTEXT((#10,#11,#12))REPRESENTATION_CONTEXT('',''));
 #17=SHAPE_DEFINITION_REPRESENTATION(#9,#16);
 """
 _FIRST_FREE = 18
-#: Entities of a line.
-_PER_LINE = 10
+#: Entities of a line, and letters beyond ASCII.
+_PER_LINE, _X2 = 10, "\\X2\\{}\\X0\\"
 
 
 def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
@@ -98,12 +98,10 @@ def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
 def _curve(curve: NurbsCurve, path: Path, number: int) -> tuple[str, int]:
     """A curve of `path` and its points as instances from `number` on, and the number behind them."""
     whole = clamped(curve)
-    lines, points = [], []
-    for row in three_axes(whole.control_points, path).tolist():
-        place = ",".join(_real(value) for value in row)
-        lines.append(f"#{number}=CARTESIAN_POINT('',({place}));\n")
-        points.append(f"#{number}")
-        number += 1
+    rows = enumerate(three_axes(whole.control_points, path).tolist(), start=number)
+    lines = [f"#{i}=CARTESIAN_POINT('',({','.join(map(_real, row))}));\n" for i, row in rows]
+    points = [f"#{i}" for i in range(number, number + len(lines))]
+    number += len(lines)
     runs = [(knot, len(list(run))) for knot, run in groupby(whole.knots.tolist())]
     listed = _wrapped(points)
     counts, knots = _wrapped([str(count) for _, count in runs]), _wrapped([_real(knot) for knot, _ in runs])
@@ -135,11 +133,6 @@ def _real(value: float) -> str:
 
 def _text(text: str) -> str:
     """`text` as a string of STEP: quotes doubled, letters beyond ASCII in the form X2."""
-    parts = []
-    for ascii_only, run in groupby(text, key=lambda letter: " " <= letter <= "~"):
-        letters = "".join(run)
-        if ascii_only:
-            parts.append(letters.replace("\\", "\\\\").replace("'", "''"))
-        else:
-            parts.append("\\X2\\" + letters.encode("utf-16-be", "replace").hex().upper() + "\\X0\\")
-    return "'" + "".join(parts) + "'"
+    quoted = text.replace("\\", "\\\\").replace("'", "''")
+    beyond = re.compile(r"[^ -~]+")
+    return f"'{beyond.sub(lambda run: _X2.format(run[0].encode('utf-16-be', 'replace').hex().upper()), quoted)}'"

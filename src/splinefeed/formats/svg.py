@@ -90,7 +90,6 @@ class _Reader:
 
     def __init__(self, drawing: Drawing, root: Node) -> None:
         self.root, self.drawing = root, drawing
-        self.wanted = {name.casefold() for name in drawing.layers}
         self.styles = Styles(root)
         self.drawing.findings += self.styles.findings
         self.drawn = self.depth = 0
@@ -124,7 +123,7 @@ class _Reader:
         if size.height is None:
             findings.append("the page has no height: y is flipped about 0")
         up = Affine(_MM_PER_PIXEL, 0.0, 0.0, -_MM_PER_PIXEL, x, y + (size.height or 0.0) * _MM_PER_PIXEL)
-        at = _Place(up.after(inner), view, (), chosen=not self.wanted, visible=_visible(given, True))
+        at = _Place(up.after(inner), view, (), chosen=not self.drawing.wanted, visible=_visible(given, True))
         for child in self.root.children:
             self._node(child, at)
         return unit
@@ -170,7 +169,7 @@ class _Reader:
             self.depth -= 1
 
     def _group(self, node: Node, given: Mapping[str, str], at: _Place) -> None:
-        at = at._replace(chosen=at.chosen or any(name.casefold() in self.wanted for name in _labels(node)))
+        at = at._replace(chosen=at.chosen or any(name.casefold() in self.drawing.wanted for name in _labels(node)))
         if node.tag in ("svg", "symbol"):
             inner, view, _ = svg_places.viewport(given, at.view)
             at = at._replace(map=at.map.after(_corner(given, at)).after(inner), view=view)

@@ -12,6 +12,8 @@ from splinefeed.records import ROTARY_AXES
 #: Axes in the order in which a path has them, and what a column of times is called.
 AXES = ("x", "y", "z", "a", "b", "c", "theta")
 _TIMES = ("t", "time", "zeit")
+#: How a table of setpoints of ours begins.
+OURS = "# splinefeed setpoints"
 #: What begins a line that does not count.
 COMMENTS = ("#", "%", "!", "//")
 #: No line of names is longer, characters.
