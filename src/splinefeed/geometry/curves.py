@@ -92,9 +92,9 @@ class Flat:
         """One of the curves, of copies of its arrays."""
         a, b = int(self.point_starts[i]), int(self.point_starts[i + 1])
         degree, knots = int(self.degrees[i]), self.knots[self.knot_starts[i] : self.knot_starts[i + 1]]
-        weights = _frozen(self.weights[a:b]) if self.rational[i] else None
+        weights = self.weights[a:b].copy() if self.rational[i] else None
         clamped = bool(knots[1] == knots[degree] and knots[-2] == knots[-degree - 1])
-        return NurbsCurve.trusted(degree, _frozen(knots), _frozen(self.points[a:b]), weights, clamped=clamped)
+        return NurbsCurve.trusted(degree, knots.copy(), self.points[a:b].copy(), weights, clamped=clamped)
 
     def __len__(self) -> int:
         return len(self.degrees)
@@ -161,12 +161,6 @@ def _gathered(starts: IntArray, index: IntArray) -> tuple[IntArray, IntArray]:
     counts = np.diff(starts)[index]
     out = _starts(counts)
     return np.arange(out[-1]) + np.repeat(starts[index] - out[:-1], counts), counts
-
-
-def _frozen(values: Array) -> Array:
-    copy = values.copy()
-    copy.setflags(write=False)
-    return copy
 
 
 class Packed(Sequence[NurbsCurve]):

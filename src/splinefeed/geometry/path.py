@@ -385,6 +385,7 @@ class Path:
 
     def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> Path:
         """The affine image of every curve; see `NurbsCurve.transformed`."""
+        self._refuse_tied("transformed")
         curves: Iterable[NurbsCurve] = [c.transformed(matrix, offset) for c in self._joined]
         if isinstance(self.curves, Lines):
             curves = Lines(moved_points(self.curves.points, matrix, offset))
@@ -402,8 +403,13 @@ class Path:
 
     def beginning_at(self, point: ArrayLike) -> Path:
         """The same path with its start moved to a point (axes,) next to it, as gaps are; see `geometry.joints`."""
+        self._refuse_tied("made to begin elsewhere")
         curves = begun_at(self._joined, np.asarray(point, dtype=np.float64), self.linear)
         return Path(curves, self.axes, **self._said())
+
+    def _refuse_tied(self, what: str) -> None:
+        if self._tied:
+            raise InputError(f"{self.name}: a path with a tool axis cannot be {what}; do that to its curves and axis")
 
     def with_findings(self, *findings: str) -> Path:
         """The same path with other findings."""

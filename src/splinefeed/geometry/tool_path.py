@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cached_property, partial
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -164,10 +164,6 @@ class ToolPath(Path):
             found.append((np.full(len(u), i), u))
         return np.concatenate([each[0] for each in found]), np.concatenate([each[1] for each in found])
 
-    def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> Path:
-        """Not of a tool path."""
-        self._refuse("transformed")
-
     def reversed(self) -> Path:
         """The same path traversed from its end to its start, the tool axis turned with it."""
         back = super().reversed()
@@ -175,10 +171,6 @@ class ToolPath(Path):
         lines = None if self.lines is None else self.lines[::-1]
         said = {**self._all_said(), **back._said(), "lines": lines}
         return ToolPath(back.curves, axis, **said)
-
-    def beginning_at(self, point: ArrayLike) -> Path:
-        """Not of a tool path."""
-        self._refuse("made to begin elsewhere")
 
     def with_findings(self, *findings: str) -> ToolPath:
         """The same path with other findings."""
@@ -189,9 +181,6 @@ class ToolPath(Path):
         from splinefeed.geometry.smoothing_proven import proven_tool
 
         return proven_tool(self, tolerance, **how)[0]
-
-    def _refuse(self, what: str) -> NoReturn:
-        raise InputError(f"{self.name}: a path with a tool axis cannot be {what}; do that to its curves and axis")
 
 
 def beside(curve: NurbsCurve, points: Array) -> NurbsCurve:
