@@ -45,13 +45,6 @@ class Contour:
         """Root mean square of the error, mm, 0 without samples."""
         return float(np.sqrt(np.mean(self.error**2))) if self.error.size else 0.0
 
-    @property
-    def worst(self) -> int:
-        """Index of the sample with the largest error; InputError without samples."""
-        if not self.error.size:
-            raise InputError("there are no samples and so no worst one")
-        return int(np.argmax(self.error))
-
 
 class ContourMeter:
     """Measures positions against one path; its tables of the path are made once, here."""

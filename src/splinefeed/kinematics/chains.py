@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -107,12 +107,6 @@ class Kinematics:
     def parameters(self) -> dict[str, float]:
         """Lengths, mm, by the names that LinuxCNC's pins have; what need not be given and is 0 is left out."""
         return {name: value for name, value in self.lengths.items() if value != 0.0 or name in NEEDED}
-
-    def with_tool(self, length: float | None) -> Kinematics:
-        """The same machine with a tool of this length, mm, where it knows one."""
-        if length is None or "tool-offset" not in self.lengths:
-            return self
-        return replace(self, lengths={**self.lengths, "tool-offset": length})
 
     def reach(self, turns: tuple[Number, ...]) -> Vector:
         """Where the linear joints are seen from the tip, mm: what the head and the tool add, by the rotary joints."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NoReturn
 
@@ -78,7 +79,8 @@ class JointPath:
     ) -> None:
         if not isinstance(tool, ToolPath):
             raise InputError(f"a JointPath needs a ToolPath; this is a {type(tool).__name__}: give its tool axis too")
-        kinematics = kinematics.with_tool(tool.tool_length)
+        if tool.tool_length is not None and "tool-offset" in kinematics.lengths:
+            kinematics = replace(kinematics, lengths={**kinematics.lengths, "tool-offset": tool.tool_length})
         self.tool, self.kinematics = tool.with_joints(kinematics.joints[kinematics.linear :]), kinematics
         self.axes, self.linear = kinematics.joints, kinematics.linear
         self.name, self.length, self.dwells = tool.name, tool.length, tool.dwells

@@ -79,6 +79,12 @@ def check_axes(name: str, given: Iterable[str], axes: Sequence[str]) -> None:
             raise LimitsError(f"{name}.{axis}: the path has no axis {axis!r}; its axes are {', '.join(axes)}")
 
 
+def _check_bounds(what: str, bounds: Mapping[str, float]) -> None:
+    """LimitsError for bounds that are not all positive, or all infinite."""
+    if not all(bound > 0.0 for bound in bounds.values()) or min(bounds.values(), default=math.inf) == math.inf:
+        raise LimitsError(f"{what} are {dict(bounds)}; one at least is needed, and all must be positive")
+
+
 @dataclass(frozen=True, kw_only=True)
 class Combination:
     """Bounds on w . r, a linear combination of axis positions: the motor on one side of a gantry, a tool axis.
@@ -105,9 +111,7 @@ class Combination:
         if not all(map(math.isfinite, weights.values())) or not any(weights.values()):
             raise LimitsError(f"the weights of a combination are {weights}; give finite ones, not all of them 0")
         object.__setattr__(self, "weights", MappingProxyType(weights))
-        bounds = [float(getattr(self, name)) for name in BOUNDED]
-        if not all(bound > 0.0 for bound in bounds) or min(bounds) == math.inf:
-            raise LimitsError(f"bounds of a combination are {bounds}; one at least is needed, and all must be positive")
+        _check_bounds("bounds of a combination", {name: float(getattr(self, name)) for name in BOUNDED})
 
     def on(self, axes: Sequence[str]) -> Array:
         """The weights of `axes`, (axes,); LimitsError for an axis that is not among them."""
@@ -139,8 +143,7 @@ class Torque:
         if not callable(self.model):
             raise LimitsError("the model of torques is a function of positions, velocities and accelerations")
         most = {str(axis): float(limit) for axis, limit in self.most.items()}
-        if not all(limit > 0.0 for limit in most.values()) or min(most.values(), default=math.inf) == math.inf:
-            raise LimitsError(f"torque limits are {most}; one at least is needed, and all must be positive")
+        _check_bounds("torque limits", most)
         object.__setattr__(self, "most", MappingProxyType(most))
 
     def columns(self, axes: Sequence[str]) -> list[int]:
