@@ -127,8 +127,7 @@ def _integral(rows: Rows, part: Parts) -> Array:
         apart = np.abs(fine - coarse)
         open_ = apart > AGREEMENT * whole[owner]
         if open_.any():
-            size = np.sum((rows.sizes - np.abs(rows.origin))[:, row], axis=0)
-            open_ &= apart > 2.0 * COEFFICIENT_ROUNDING * rows.degree * size * rows.scale[row] * half
+            open_ &= apart > 2.0 * COEFFICIENT_ROUNDING * _largest_speed(rows, row) * half
         if depth == BISECTIONS or not open_.any():
             np.add.at(total, owner, fine)
             return total
@@ -140,6 +139,14 @@ def _integral(rows: Rows, part: Parts) -> Array:
             np.column_stack([middle[open_], high[open_]]).ravel(),
         )
     return total
+
+
+def _largest_speed(rows: Rows, row: IntArray) -> Array:
+    """What |C'(u)| of rows (n,) would be if no two of its terms cancelled: the measure of its rounding, mm a u."""
+    terms, k = np.abs(rows.terms[:, :, row]), np.arange(rows.degree + 1)[:, None]
+    weight = terms[rows.axes, 0] if rows.rational else 1.0
+    turn = np.sum(k * terms[rows.axes :], axis=(0, 1)) / weight
+    return np.asarray(np.sum((k + turn) * terms[: rows.axes], axis=(0, 1)) / weight * rows.scale[row])
 
 
 def chord_errors(rows: Rows, row: IntArray, u: Array, position: Array, worth: float | None = None) -> Array:
