@@ -31,7 +31,7 @@ NO_SIGN = 1e-9
 #: Where a rotary axis turns while the linear ones stand still, C' may be 0 within so many roundings of s; and how many
 #: may move a value.
 INDISTINCT, SHIFT = 16.0, 2.0
-#: What is sampled below this share of the largest so far is not examined more closely.
+#: What is sampled below this share of the largest so far, and of its limit, is not examined more closely.
 WORTH_A_LOOK = 0.9
 #: Limits that only the law decides, not the path.
 ALONG = ("feed", "acceleration", "deceleration", "jerk")
@@ -164,7 +164,7 @@ class LawMotion:
                     before, after = each[inner - 1, owner], each[inner + 1, owner]
                     bend = before - 2.0 * top + after
                     near = (best == inner) & (bend < 0.0) & np.isfinite(bend)
-                    near &= top > WORTH_A_LOOK * worsts[name].share * limit
+                    near &= top > WORTH_A_LOOK * min(worsts[name].share, 1.0) * limit
                     # the top of the parabola through three samples, which are even in the angle
                     angle = np.pi * (best + 0.5 * (before - after) / bend) / (INSTANTS - 1)
                 if near.any():
