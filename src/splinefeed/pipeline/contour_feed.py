@@ -127,7 +127,7 @@ def tune_feed(
     """
     allowed = positive(tolerance, "contour tolerance")
     found: dict[float, Trial] = {}
-    kept: list[tuple[float, Setpoints, Servo]] = []  # of the best so far
+    kept: list[tuple[Trial, Setpoints, Servo]] = []  # the best so far
 
     def attempt(scale: float) -> Trial:
         if on_progress is not None:
@@ -143,8 +143,8 @@ def tune_feed(
             scale, lower, law, float(np.max(setpoints.feed)), law.duration,
             contour.value, contour.rms, contour.s, tally.stopped,
         )  # fmt: skip
-        if trial.keeps(allowed) and (not kept or scale >= kept[0][0]):
-            kept[:] = [(scale, setpoints, served)]
+        if trial.keeps(allowed) and (not kept or scale >= kept[0][0].scale):
+            kept[:] = [(trial, setpoints, served)]
         return trial
 
     notes = []
@@ -154,13 +154,13 @@ def tune_feed(
             notes.append(f"scales below {least:.3g} would take more than {MOST_TICKS} ticks and were not tried")
             break
         attempt(scale)
-    low = max((scale for scale, trial in found.items() if trial.keeps(allowed)), default=None)
+    low = kept[0][0].scale if kept else None
     high = min((scale for scale in found if low is not None and scale > low), default=None)
     while low is not None and high is not None and high / low > CLOSE_ENOUGH:
         middle = math.sqrt(low * high)
         low, high = (middle, high) if attempt(middle).keeps(allowed) else (low, middle)
     trials = tuple(found[scale] for scale in sorted(found))
-    best = max((trial for trial in trials if trial.keeps(allowed)), key=lambda trial: trial.scale, default=None)
+    best, setpoints, served = kept[0] if kept else (None, None, None)
     if best is not None:
         holes = [trial for trial in trials if trial.scale < best.scale and not trial.keeps(allowed)]
         if holes:
@@ -168,5 +168,4 @@ def tune_feed(
             notes.append(f"slower is not always better here: at top feeds of {feeds} mm/s the tolerance is exceeded")
         if best.scale == 1.0:
             notes.append("the given limits keep the tolerance already; raise them to go faster")
-    _, setpoints, served = kept[0] if kept else (0.0, None, None)
     return FeedTuning(allowed, trials, best, setpoints, served, tuple(notes))
