@@ -20,10 +20,10 @@ from splinefeed.cli.output import Page, Say
 from splinefeed.cli.setpoints_file import read_setpoints
 from splinefeed.cli.source import task_of
 from splinefeed.errors import InputError, SplinefeedError
+from splinefeed.live.operator import MOST, Control, Operator
 
 if TYPE_CHECKING:
     from splinefeed.live.motion import Motion
-    from splinefeed.live.operator import Operator
     from splinefeed.live.sinks import Sink
     from splinefeed.live.stream import State
 
@@ -82,7 +82,6 @@ def stream(say: Say, source: str, **given: Any) -> Page:
       splinefeed stream setpoints.h5 --machine router --to udp --port 5010 --override 50%
     """
     from splinefeed.live.motion import approach
-    from splinefeed.live.operator import Control, Operator
     from splinefeed.live.stream import play
 
     operator, file = Operator(), given["state_file"]
@@ -292,8 +291,6 @@ def keys(operator: Operator) -> Iterator[None]:
 
 
 def _obey(operator: Operator, number: int) -> None:
-    from splinefeed.live.operator import MOST
-
     while key := os.read(number, 1).decode(errors="replace"):
         if key in "+-":
             turned = 100.0 * operator.rate + (KEY_STEP if key == "+" else -KEY_STEP)

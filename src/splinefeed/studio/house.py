@@ -64,8 +64,7 @@ class Job:
     share: list[int] = field(default_factory=list)  # done and total, where the job can tell
     answer: Answer | None = None
     begun: float = 0.0
-    seen: bool = False  # whether the page of its tab has had the answer
-    wanted: bool = True  # whether its answer is still wanted; one that newer settings have replaced is not
+    wanted: bool = True  # whether its page still wants the answer: neither had it nor replaced it by newer settings
 
     def shown(self) -> dict[str, Any]:
         """What pages show of it."""
@@ -169,10 +168,6 @@ class House:
         request = {"task": said["kind"], **{name: said[name] for name in fields if name in said}}
         self.add(said["kind"], f"{words} {str(said.get('title', ''))[:60]}".strip(), tab, request)
 
-    def do_cancel(self, tab: str, said: Said) -> None:
-        """Cancel a job."""
-        self.cancel(int(said["job"]))
-
     def do_history(self, tab: str, said: Said) -> None:
         """Forget an entry of the history, open one, or list all."""
         if self.history is None:
@@ -273,16 +268,20 @@ class House:
                 job.wanted = False
                 ran = asyncio.get_running_loop().time() - job.begun
                 if job.state == WAITING or ran > LEFT_ALONE:
-                    self.cancel(job.id)
+                    self._cancel(job)
 
-    def cancel(self, number: int) -> None:
-        """Take a job out of the queue, or end it by ending its worker."""
+    def do_cancel(self, tab: str, said: Said) -> None:
+        """Cancel a job."""
         for job in self._open():
-            if job.id == number:
-                running, job.state = job.state == RUNNING, CANCELLED
-                self._changed(job)
-                if running:
-                    self.back.stop()
+            if job.id == int(said["job"]):
+                self._cancel(job)
+
+    def _cancel(self, job: Job) -> None:
+        """Take a job out of the queue, or end it by ending its worker."""
+        running, job.state = job.state == RUNNING, CANCELLED
+        self._changed(job)
+        if running:
+            self.back.stop()
 
     def _changed(self, job: Job) -> None:
         self.tell("job", job=job.shown())
@@ -310,9 +309,9 @@ class House:
 
     def _deliver(self, job: Job) -> None:
         """Send the answer of a job to its page, if it is there and the answer still wanted."""
-        if job.tab not in self.tabs or job.seen or not job.wanted or job.answer is None:
+        if job.tab not in self.tabs or not job.wanted or job.answer is None:
             return
-        job.seen = True
+        job.wanted = False
         head, body = job.answer
         if job.state == FAILED:
             self._tell_one(job.tab, "failed", job=job.shown(), error=head["error"])
