@@ -46,22 +46,11 @@ def nearest_share(p: Array, k: int, q: Array, j: int, linear: int) -> float:
         c[which, 0] += off * off
         c[which, 1] += 2.0 * off * step
         c[which, 2] += step * step
-    for trial in range(4):
-        share = 0.0
-        if trial < 2:
-            if c[trial, 2] > 0.0:
-                share = -0.5 * c[trial, 1] / c[trial, 2]
-        else:
-            constant, slope, square = c[0, 0] - c[1, 0], c[0, 1] - c[1, 1], c[0, 2] - c[1, 2]
-            root = slope * slope - 4.0 * square * constant
-            if root < 0.0:
-                continue
-            total = -0.5 * (slope + math.copysign(math.sqrt(root), slope))
-            if trial == 2:
-                share = total / square if square != 0.0 else 0.0
-            else:
-                share = constant / total if total != 0.0 else 0.0
-        share = min(max(share, 0.0), 1.0)
+    constant, slope, square = c[0, 0] - c[1, 0], c[0, 1] - c[1, 1], c[0, 2] - c[1, 2]
+    root = math.sqrt(max(slope * slope - 4.0 * square * constant, 0.0))
+    total = -0.5 * (slope + math.copysign(root, slope))
+    for above, below in ((-0.5 * c[0, 1], c[0, 2]), (-0.5 * c[1, 1], c[1, 2]), (total, square), (constant, total)):
+        share = min(max(above / below, 0.0), 1.0) if below != 0.0 else 0.0
         largest = max(c[0, 0] + share * (c[0, 1] + share * c[0, 2]), c[1, 0] + share * (c[1, 1] + share * c[1, 2]))
         if largest < best:
             best = largest

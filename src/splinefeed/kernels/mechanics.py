@@ -172,12 +172,10 @@ def _add_inputs(
         if channel == FRICTION or (limited != 0 if channel == LIMIT else playing):
             start = _input(channel, _output(z, volts, line, channel), parameters, sliding)
             middle = line[MIDDLE_GAMMA + channel] * volts
-            end = line[FEEDTHROUGH + channel] * volts
             for i in range(STATES):
                 middle += line[MIDDLE_PHI + channel * STATES + i] * z[i]
-                end += line[OUTPUTS + channel * STATES + i] * scratch[i]
             linear[channel] = middle
-            linear[CHANNELS + channel] = end
+            linear[CHANNELS + channel] = _output(scratch, volts, line, channel)
         for node in range(NODES):
             inputs[node * CHANNELS + channel] = start
     for _ in range(ROUNDS):
