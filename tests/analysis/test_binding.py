@@ -21,7 +21,7 @@ def top_of(derivatives: Array, path: sf.Path, limits: sf.Limits, feed: Array, pe
 
 def used(path: sf.Path, limits: sf.Limits, strategy: str = "time-optimal"):
     result = run(path, limits, strategy=strategy)
-    return result, limit_use(result.motion, result.points, path, result.law, limits)
+    return result, limit_use(result.points, path, result.law, limits)[1]
 
 
 @pytest.mark.slow

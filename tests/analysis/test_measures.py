@@ -162,7 +162,7 @@ def test_axis_motion_agrees_with_differences():
     path = motions.smooth()
     law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), period=1e-4)
     points = sf.interpolate(path, law)
-    exact = measures.axis_motion(points, path, law)
+    exact = measures.limit_use(points, path, law, sf.Limits(feed=60))[0]
     inside = slice(5, -5)
     for order, values in ((1, exact.velocity), (2, exact.acceleration)):
         top = np.max(np.abs(values))
@@ -177,7 +177,7 @@ def test_axis_motion_where_the_derivative_vanishes():
     path = sf.Path([sf.NurbsCurve.bezier([[0, 0], [0, 0], [30, 20], [30, 20]])])
     law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), period=1e-3)
     points = sf.interpolate(path, law)
-    exact = measures.axis_motion(points, path, law)
+    exact = measures.limit_use(points, path, law, sf.Limits(feed=60))[0]
     assert np.all(np.isfinite(exact.jerk))
     assert np.all(np.isfinite(exact.acceleration))
 

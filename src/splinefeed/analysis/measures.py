@@ -33,28 +33,6 @@ class AxisMotion:
     jerk: Array
 
 
-def axis_motion(setpoints: Setpoints, path: Path | JointPath, law: TimeLaw) -> AxisMotion:
-    """Velocity, acceleration and jerk of each axis or joint at each tick, exact: q(t) = r(s(t)).
-
-    q' = r_s s',  q'' = r_ss s'^2 + r_s s'',  q''' = r_sss s'^3 + 3 r_ss s' s'' + r_s s'''
-
-    Where C' = 0 these forms are 0/0, and differences of the setpoints stand in.
-    """
-    if isinstance(path, JointPath):
-        derivatives = path.derivatives(setpoints.s)[:, :, 3:]
-    else:
-        derivatives = by_arc_length(path.evaluate(setpoints.curve, setpoints.u, 3), path.linear)
-    v, a, j = (f(setpoints.t)[:, None] for f in (law.feed, law.acceleration, law.jerk))
-    r1, r2, r3 = derivatives[:, 1], derivatives[:, 2], derivatives[:, 3]
-    with np.errstate(invalid="ignore", over="ignore"):
-        exact = [r1 * v, r2 * v * v + r1 * a, r3 * v**3 + 3.0 * r2 * v * a + r1 * j]
-    for order, values in enumerate(exact, start=1):
-        holes = ~np.isfinite(values)
-        if holes.any():
-            values[holes] = differences(setpoints, order)[holes]
-    return AxisMotion(setpoints.t, *exact)
-
-
 def differences(setpoints: Setpoints, order: int) -> Array:
     """The order-th difference of the setpoints over the period, (n, axes), centred, held at both ends.
 
@@ -104,11 +82,14 @@ class LimitUse:
 
 
 def limit_use(
-    motion: AxisMotion, setpoints: Setpoints, path: Path | JointPath, law: TimeLaw, limits: Limits
-) -> LimitUse:
-    """Shares of all limits at the ticks, from the exact derivatives in `motion` and of `law`.
+    setpoints: Setpoints, path: Path | JointPath, law: TimeLaw, limits: Limits
+) -> tuple[AxisMotion, LimitUse]:
+    """What each axis or joint does at the ticks, exact, q(t) = r(s(t)), and how much of all limits that and `law` use.
 
-    On a JointPath the axes are joints, and feed and curvature those of the tip.
+    q' = r_s s',  q'' = r_ss s'^2 + r_s s'',  q''' = r_sss s'^3 + 3 r_ss s' s'' + r_s s'''
+
+    Where C' = 0 these forms are 0/0, and differences of the setpoints stand in. On a JointPath the axes are joints, and
+    feed and curvature those of the tip.
     """
     t = setpoints.t
     v, a, j = law.feed(t), law.acceleration(t), law.jerk(t)
@@ -126,8 +107,14 @@ def limit_use(
         sagitta = np.zeros(len(t))
         if limits.chord_error is not None and len(t) > 1:
             sagitta = np.pad(chord_errors(setpoints, path), (0, 1), mode="edge")
+    r1, r2, r3 = (d[:, k].T for k in (1, 2, 3))
     with np.errstate(invalid="ignore", over="ignore"):
         across = v * v * kappa
+        exact = [(r1 * v).T, (r2 * v * v + r1 * a).T, (r3 * v**3 + 3.0 * r2 * v * a + r1 * j).T]
+    for order, values in enumerate(exact, start=1):
+        holes = ~np.isfinite(values)
+        if holes.any():
+            values[holes] = differences(setpoints, order)[holes]
     slowing = limits.jerk if limits.deceleration_jerk is None else limits.deceleration_jerk
     measures: list[tuple[str, Array, Array | float | None]] = [
         ("feed", v, feed),
@@ -138,7 +125,7 @@ def limit_use(
         ("chord_error", sagitta, limits.chord_error),
         ("orientation_error", turned, limits.orientation_error),
     ]
-    for name, values in zip(AXIS_LIMITS, (motion.velocity, motion.acceleration, motion.jerk), strict=True):
+    for name, values in zip(AXIS_LIMITS, exact, strict=True):
         for k, limit in enumerate(limits.of_axes(name, path.axes)):
             measures.append((f"{name}.{path.axes[k]}", values[:, k], float(limit)))
     given = [each for each in measures if each[2] is not None and np.any(np.isfinite(each[2]))]
@@ -148,7 +135,8 @@ def limit_use(
     names = tuple(name for name, _, _ in given)
     top = maximum_velocity(d, kappa, chord, path.axes, limits, feed, setpoints.period)
     use = LimitUse(names, t, setpoints.s, share, top, np.zeros(0, dtype=np.int64))
-    return replace(use, counts=np.bincount(use.binding + 1, minlength=len(names) + 1))
+    use = replace(use, counts=np.bincount(use.binding + 1, minlength=len(names) + 1))
+    return AxisMotion(t, *exact), use
 
 
 def feed_limit(setpoints: Setpoints, path: Path, limits: Limits) -> Array:

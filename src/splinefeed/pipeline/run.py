@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from splinefeed.analysis.check import check
-from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple, axis_motion, chord_errors, feed_ripple, limit_use
+from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple, chord_errors, feed_ripple, limit_use
 from splinefeed.analysis.thinning import Kept
 from splinefeed.errors import InputError, LimitsError, expect
 from splinefeed.feed.planning import plan
@@ -329,8 +329,7 @@ def measured(
         if not count:
             top = _top_feed(law, setpoints.period)
             servo = None if machine is None else Servo(machine, setpoints, tip, law=law, keep=Kept(column))
-        motion = axis_motion(block, path, law)
-        use = limit_use(motion, block, path, law, limits)
+        motion, use = limit_use(block, path, law, limits)
         counts = np.bincount(use.binding[own] + 1, minlength=len(use.names) + 1)
         bound = bound + counts if count else counts
         if joints is None:
