@@ -166,7 +166,7 @@ def _entry(said: dict[str, Any], shared: dict[str, Any], place: str) -> _Entry:
 def _nurbs(said: Mapping[str, Any], key: str, rows: Array, place: str) -> NurbsCurve:
     """The curve through `rows` (n, axes), mm and rad, of the `key` at a place."""
     far = np.max(np.abs(rows), axis=1) > MAX_COORDINATE
-    if np.any(far):
+    if np.any(far) and KINDS.get(key) != VECTORS:
         raise FormatError(f"{place}: {key}[{np.argmax(far)}]: is beyond {MAX_COORDINATE:g} mm; check the units")
     # a tool axis may stay where it is, which no curve may: it is checked as one that does not
     still = key in KINDS and bool(np.all(rows == rows[0]))
