@@ -108,7 +108,7 @@ def write(
     tip  whether tip and tool axis are written beside the joints of a tool path; with_path  whether the path is, as JSON
     others  what a machine did with the setpoints of other methods; what it did with those of a long run is not kept
     """
-    place = File(folder)
+    place, said = File(folder), record or {}
     names = write_setpoints(run.setpoints(), place, formats)
     if tip and run.joints is not None:
         names.append(TIP)
@@ -131,17 +131,16 @@ def write(
     if wanted:
         from splinefeed.report import html, library
 
-        machine = str((record or {}).get("machine", ""))
         served = [*others, *([] if run.served is None else [run.served])]
         own_first = {each.method: each.response for each in reversed(served)}
         beside = None if own is None else own.deviation()
-        drawn = of_run(run, own_first, machine, traces, beside)
+        drawn = of_run(run, own_first, str(said.get("machine", "")), traces, beside)
         names += save_figures(to_files(drawn), place, wanted)
         if library.available():
             names.append(REPORT)
-            write_text(place / REPORT, html.page(run, record or {}, drawn, [trace.result for trace in traces]))
+            write_text(place / REPORT, html.page(run, said, drawn, [trace.result for trace in traces]))
     names.append(RECORD)
-    write_page(place / RECORD, {**(record or {}), "files": names})
+    write_page(place / RECORD, {**said, "files": names})
     return names
 
 

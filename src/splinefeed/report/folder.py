@@ -45,24 +45,21 @@ def staged(folder: str | os.PathLike[str], record: str = RECORD, names: Sequence
         raise FormatError("the name of the output folder is empty; leave -o out, or write -o . for the current folder")
     target = Path(folder)
     stage = target / f".splinefeed-{secrets.token_hex(8)}"
-    made = False
+    earlier: tuple[str, ...] | None = ()
     try:
         earlier = _checked(target, record, names)
-        if earlier is None:
-            target.mkdir()
-            made = True
+        target.mkdir(exist_ok=earlier is not None)
         stage.mkdir()
         yield stage
         _publish(stage, target, record, earlier or ())
-        made = False
     except OSError as error:
         raise FormatError(f"{folder}: cannot be written: {reason_of(error)}") from error
     except SplinefeedError as error:
         raise type(error)(str(error).replace(f"{stage}", f"{target}")) from None
     finally:
         shutil.rmtree(stage, ignore_errors=True)
-        if made:
-            with suppress(OSError):
+        if earlier is None:
+            with suppress(OSError):  # it goes only if it is empty
                 target.rmdir()
 
 
