@@ -197,6 +197,7 @@ def test_absolute_centres_hold_until_they_are_called_off(tmp_path: Path) -> None
         (["M3 S100", "G76 P1 Z-1 I1 J.1 K1 Q90"], "line 2: G76: Q90: the angle of the slide is less than 90 degrees"),
         (["M3 S100", "G76 P1 Z-1 I1 J.1 K1 L4"], "line 2: G76: L is 0 to 3, the ends with a taper"),
         (["M3 S100", "G76 P1 Z-1 I1 J.00001 K1"], "line 2: G76: more than 10000 passes; cut deeper at a time (J)"),
+        (["G10 L2 P1 X1 R3"], "line 1: G10 L2 R turns a coordinate system; write the turned coordinates"),
         (["G10 L20 P1 R3"], "line 1: R3 is used by no code of the line"),
         (["G87 X1 Z-1 R1"], "line 1: G87 is a canned cycle that is not supported; let the CAM system write its moves"),
         (["O100 sub"], "line 1: o100 sub has no o100 endsub after it"),

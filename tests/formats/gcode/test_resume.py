@@ -13,7 +13,7 @@ from splinefeed.formats.gcode.overview import summary
 from splinefeed.formats.path_parts import read_parts
 
 PROGRAM = (
-    "T3 M6", "S900 M3 M8", "G20 G91 F10", "G10 L2 P1 X1 R30", "G54 G0 X1 Y2 Z3", "G1 X.5", "Y.25 Z-.1", "G2 X.2 I.1",
+    "T3 M6", "S900 M3 M8", "G20 G91 F10", "G10 L2 P1 X1", "G54 G0 X1 Y2 Z3", "G1 X.5", "Y.25 Z-.1", "G2 X.2 I.1",
     "#1=0", "o1 while [#1 lt 3]", "G1 X.1", "#1=[#1+1]", "o1 endwhile", "G81 X1 Z-1 R-1 L2", "X2", "G80", "G21 G90 F90",
     "o2 sub", "G1 X[#1*2]", "Y9", "o2 endsub", "o2 call [4]", "G0 X50", "M5", "G95 F.1 M4 S800", "G1 X60 Y0",
     "G41.1 D2",

@@ -1,4 +1,4 @@
-"""Feeds that go with the spindle, threads, turned systems; `test_linuxcnc_interpreter` asks LinuxCNC about them."""
+"""Feeds that go with the spindle, threads; `test_linuxcnc_interpreter` asks LinuxCNC about them."""
 
 from __future__ import annotations
 
@@ -54,28 +54,6 @@ def test_a_thread_is_cut_in_passes(tmp_path: Path) -> None:
     assert feeds(tmp_path, "S600 M3", "G0 X20 Z1", "G76 P2 Z-10 I-3 J.5 K1 R2 Q20 E1 L2")[3:5] == pytest.approx(
         [1200, 1200 * math.sqrt(2.0)]
     )
-
-
-def test_a_turned_system_turns_its_program(tmp_path: Path) -> None:
-    lines = ["F100", "G1 X5 Y5 Z5", "G10 L2 P1 X10 Y20 R90", "G1 X5 Y0", "G2 X7 I1", "G3 X5 R2", "G18 G2 X7 Z5 I1 K0",
-             "G17", "G53 G1 X0", "G10 L2 P1 R0", "X0 Y0"]  # fmt: skip
-    path = path_of(tmp_path, *lines)
-    ends = [np.round(curve.control_points[-1], 9).tolist() for curve in path.curves]
-    assert ends == [
-        [5, 5, 5], [10, 25, 5], [10, 27, 5], [10, 25, 5], [10, 27, 5], [0, 27, 5], [10, 20, 5],
-    ]  # fmt: skip
-    half = path.curves[4](0.5 * sum(path.curves[4].domain))
-    assert half == pytest.approx([10, 26, 4])
-
-
-def test_a_turned_program_is_read_by_arrays_as_line_by_line(tmp_path: Path) -> None:
-    rng = np.random.default_rng(7)
-    some = [f"G1 X{x:.3f} Y{y:.3f} F{100 + k % 3}" for k, (x, y) in enumerate(rng.uniform(-9, 9, (100, 2)))]
-    arcs = [f"G2 X{x:.3f} Y{x:.3f} R40" for x in np.linspace(-9, 9, 60)]
-    file = program(tmp_path, "G10 L2 P1 X3 Y4 R30", *some, "G91", *some, "G90 G54", *arcs, "G10 L2 P1 R-7", *some)
-    fast, slow = (joined(list(Reading(dialect=named("linuxcnc"), fast=each).moves(file))) for each in (True, False))
-    assert len(fast) == 360
-    assert np.array_equal(fast.rows, slow.rows)
 
 
 def test_feeds_with_the_spindle_are_read_by_arrays_as_line_by_line(tmp_path: Path) -> None:

@@ -512,7 +512,7 @@ class Interpreter:
         elif code in (921, 922, 923):
             offsets.clear(code)
         elif code in (281, 301):
-            offsets.references[code - 1] = self.state.place
+            offsets.references[code - 1] = self.state.position.copy()
         self.state.set_offsets()
         if code in (280, 300):
             self._go_to_reference(code)
@@ -522,7 +522,7 @@ class Interpreter:
         if kind in (1, 10, 11) and state.tools is not None:
             number, radius, values = self._whole("P", "G10"), self._words.pop("R", None), self._axes()
             if kind > 1:
-                values = offsets.zero(values, state.place, SYSTEMS[593] if kind == 11 else 0, tool=True)
+                values = offsets.zero(values, state.position, SYSTEMS[593] if kind == 11 else 0, tool=True)
             tool = state.tools.by_number.get(number, Tool(np.zeros(AXES)))
             offset, diameter = tool.offset.copy(), tool.diameter if radius is None else 2.0 * state.scaled(0, radius)
             offset[list(values)] = list(values.values())
@@ -534,9 +534,9 @@ class Interpreter:
         else:
             system, values = self._whole("P", "G10"), self._axes()
             refuse(system > 9, f"G10 P{system}: coordinate systems are 1 to 9, or 0 for the one in force")
-            angle = self._words.pop("R", None) if kind == 2 else None
-            values = values if kind == 2 else offsets.zero(values, state.place, system)
-            offsets.set_system(system, values, None if angle is None else math.radians(angle))
+            if kind == 2 and self._words.pop("R", 0.0):
+                raise LineError("G10 L2 R turns a coordinate system; write the turned coordinates")
+            offsets.set_system(system, values if kind == 2 else offsets.zero(values, state.position, system))
             self._machine_known = True
 
     def _go_to_reference(self, code: int) -> None:
@@ -552,7 +552,7 @@ class Interpreter:
         if point is None:
             return
         chosen = said >> np.arange(AXES) & 1 != 0
-        end = np.where(chosen | (not said), state.frame.from_machine(point), state.position)
+        end = np.where(chosen | (not said), point, state.position)
         moved = int((chosen | (end != state.position)) @ (1 << np.arange(AXES)))
         state.add(Kind.RAPID, end, moved | moved << STATED, self.line)
 
@@ -566,8 +566,8 @@ class Interpreter:
             self._axes()
             self.findings.count("G53 is left out: the machine's zero is unknown here (option offsets)", self.line)
             return
-        end, places = self.state.place, self._axes()
+        end, places = self.state.position.copy(), self._axes()
         end[list(places)] = [check_size(LETTERS[axis], place) for axis, place in places.items()]
         said = sum(1 << axis | 1 << axis + STATED for axis in places)
-        kind, end = Kind.LINE if self._modal else Kind.RAPID, self.state.frame.from_machine(end)
+        kind = Kind.LINE if self._modal else Kind.RAPID
         self.state.add(kind, end, said, self.line, **self._feed(kind, end))

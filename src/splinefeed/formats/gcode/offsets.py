@@ -1,17 +1,12 @@
-"""Where the program's zero lies: G54 to G59.3, G10 and its turns, G52, the G92 family, the tool's offset of G43."""
+"""Where the program's zero lies: G54 to G59.3, G10, G52, the G92 family, the tool's offset of G43."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from splinefeed.formats.gcode.arcs import arc_curve, find_arcs
-from splinefeed.formats.gcode.expressions import LineError, refuse
-from splinefeed.formats.gcode.moves import AXES, POLAR, STATED, Flag, Kind, Moves, Spline
+from splinefeed.formats.gcode.moves import AXES
 from splinefeed.records import Array
 
 #: Coordinate systems by their code, as G10's P numbers them.
@@ -36,7 +31,6 @@ class Offsets:
         self.systems = {number: np.array(given.get(number, np.zeros(AXES))) for number in range(1, 10)}
         self.known = {number for number in given if number < 10}
         self.references = {code: given[code] for code in REFERENCES.values() if code in given}
-        self.angles: dict[int, float] = {}  # how far systems are turned, rad, by number
         self.active = 1
         self.used: set[int] = set()
         self.g92 = np.zeros(AXES)
@@ -55,18 +49,13 @@ class Offsets:
         """What the tool adds, (9,): nothing where positions are those of its tip."""
         return np.zeros(AXES) if self.tip else self.tool
 
-    @property
-    def frame(self) -> Frame:
-        """How the system in force is turned about its zero, in the coordinates of the axes."""
-        return Frame(self.angles.get(self.active, 0.0), (self.systems[self.active] + self.length)[:2])
-
     def parameters(self, place: Array, scale: Array) -> dict[int, float]:
         """Values of parameters by number; `place` (9,) is the tool's in the system in force, `scale` mm of one unit."""
         found = {SYSTEM_PARAMETER: float(self.active)}
         rows = {POSITION_PARAMETERS: place, G92_PARAMETERS: self.g92}
         for number, system in self.systems.items():
             first = SYSTEM_PARAMETERS + SYSTEM_STEP * (number - 1)
-            rows[first], found[first + AXES] = system, math.degrees(self.angles.get(number, 0.0))
+            rows[first], found[first + AXES] = system, 0.0  # how far it is turned
         for first, values in rows.items():
             found |= dict(enumerate((values / scale).tolist(), first))
         return found
@@ -77,28 +66,20 @@ class Offsets:
         self.used.add(number)
         return len(self.used) < 2 or number in self.known
 
-    def set_system(self, number: int, values: Mapping[int, float], angle: float | None = None) -> None:
-        """G10 L2: offsets by axis, and how far the system is turned, rad."""
+    def set_system(self, number: int, values: Mapping[int, float]) -> None:
+        """G10 L2: offsets by axis."""
         number = number or self.active
-        if angle is not None:
-            self.angles[number] = angle
         self.systems[number][list(values)] = list(values.values())
         self.known.add(number)
 
     def zero(self, values: Mapping[int, float], place: Array, number: int = 0, tool: bool = False) -> dict[int, float]:
-        """What a system must be, by axis, for `place` (9,) of the machine to have the values, and the others as before.
+        """What a system must be, by axis, for `place` (9,) of the machine to have the values.
 
-        With `tool` what the tool must add; beside a `number` without G92 (G10 L11). A turned system moves X and Y.
+        With `tool` what the tool must add; beside a `number` without G92 (G10 L11).
         """
-        shift = np.zeros(AXES) if tool and number else self.g92
-        number = number or self.active
-        system, turned = self.systems[number], Frame(self.angles.get(number, 0.0), np.zeros(2))
-        said = turned.from_machine(place - system - self.length) - shift
-        said[list(values)] = list(values.values())
-        both = place - turned.to_machine(said + shift)
-        zero = both - (system if tool else self.length)
-        moved = values.keys() | ({0, 1} if turned.angle and values.keys() & {0, 1} else set())
-        return {axis: float(zero[axis]) for axis in moved}
+        system = self.systems[number or self.active]
+        zero = place - (system if tool else self.length) - (0.0 if tool and number else self.g92)
+        return {axis: float(zero[axis]) - value for axis, value in values.items()}
 
     def shift(self, values: Mapping[int, float], position: Array | None = None) -> None:
         """G92: the offset by which `position` (9,) gets the given values; G52, without one: the offset itself."""
@@ -113,72 +94,3 @@ class Offsets:
             return
         self.stored = np.zeros(AXES) if code == 921 else self.g92.copy()
         self.g92 = np.zeros(AXES)
-
-
-@dataclass(frozen=True)
-class Frame:
-    """X and Y turned by `angle`, rad, counterclockwise, about a centre (2,), mm."""
-
-    angle: float
-    centre: Array
-
-    def to_machine(self, places: Array) -> Array:
-        """Places (..., 9) of the turned system as those of the axes."""
-        turned = places.copy()
-        if self.angle:
-            turned[..., :2] = self.centre + (places[..., :2] - self.centre) @ self._matrix
-        return turned
-
-    def from_machine(self, places: Array) -> Array:
-        """Places (..., 9) of the axes as those of the turned system."""
-        return Frame(-self.angle, self.centre).to_machine(places)
-
-    @property
-    def _matrix(self) -> Array:
-        """What places (n, 2) are multiplied by from the right."""
-        cosine, sine = math.cos(self.angle), math.sin(self.angle)
-        return np.array([[cosine, sine], [-sine, cosine]])
-
-    def turn_rows(self, start: Array, rows: NDArray[np.void], splines: list[Spline]) -> None:
-        """Turn rows (n,) of moves that begin at `start` (9,) in the turned system, in place.
-
-        An arc across the plane of the turn becomes the spline that it is.
-        """
-        if not self.angle or not len(rows):
-            return
-        ends, kinds, axes = rows["end"], rows["kind"], rows["axes"]
-        for i in np.flatnonzero(
-            (rows["plane"] != 17) & np.isin(kinds, (Kind.CLOCKWISE, Kind.COUNTERCLOCKWISE))
-        ).tolist():
-            begin = ends[i - 1] if i else start
-            curve = arc_curve(begin, ends[i], find_arcs(Moves(begin, rows[i : i + 1])), 0, np.arange(AXES))
-            weights = np.ones(len(curve.control_points)) if curve.weights is None else curve.weights
-            kinds[i], rows["spline"][i] = Kind.SPLINE, len(splines)
-            splines.append(Spline(curve.degree, curve.knots, curve.control_points, weights, int(rows["line"][i])))
-        for k in rows["spline"][kinds == Kind.SPLINE].tolist():
-            splines[k] = replace(splines[k], points=self.to_machine(splines[k].points))
-        ends[:] = self.to_machine(ends)
-        centre, absolute = rows["centre"][:, :2], rows["flags"] & Flag.ABSOLUTE != 0
-        base = np.where(absolute[:, None], self.centre, 0.0)
-        centre[:] = base + (centre - base) @ self._matrix
-        xy, stated = 0b11, 0b11 << STATED
-        moved, both = np.where(axes & xy, xy, 0), np.where(axes & stated == stated, stated, 0)
-        axes[:] = axes & ~(xy | stated) | moved | both  # one word moves X and Y, and states none of them
-
-
-def from_polar(words: Mapping[str, float], x: float, y: float, relative: bool) -> dict[str, float]:
-    """Axis words with X and Y in place of @, the distance from zero, and ^, the angle in degrees, at the place x, y.
-
-    What is not said stays; `relative` (G91) both are steps, and so are X and Y then. LineError where they say nothing.
-    """
-    refuse(words.keys() & {"X", "Y"}, "X or Y beside polar coordinates (@, ^); write one or the other")
-    distance, angle = math.hypot(x, y), math.degrees(math.atan2(y, x))
-    if distance == 0.0 and (relative or "^" not in words):
-        raise LineError("polar coordinates (@, ^) have no angle at the zero point; write X and Y")
-    if relative:
-        distance, angle = distance + words.get("@", 0.0), angle + words.get("^", 0.0)
-    else:
-        distance, angle = words.get("@", distance), words.get("^", angle)
-    there = distance * math.cos(math.radians(angle)), distance * math.sin(math.radians(angle))
-    rest = {letter: value for letter, value in words.items() if letter not in POLAR}
-    return rest | {"X": there[0] - x * relative, "Y": there[1] - y * relative}

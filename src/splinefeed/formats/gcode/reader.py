@@ -140,7 +140,7 @@ class Reading:
         self._resumed = True
         if said := state.summary():
             state.say(line, said)
-        where = " ".join(f"{letter}{v:g}" for letter, v in zip("XYZ", state.place[:3].round(6), strict=True))
+        where = " ".join(f"{letter}{v:g}" for letter, v in zip("XYZ", state.position[:3].round(6), strict=True))
         self.findings.say(
             f"line {line}: the program is resumed with the tool at {where} (mm, coordinates of the path): "
             "bring it there first"

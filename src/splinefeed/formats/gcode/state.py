@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.moves import (
     AXES,
     LARGEST,
@@ -23,14 +23,12 @@ from splinefeed.formats.gcode.moves import (
     Mark,
     Moves,
     Spline,
-)  # fmt: skip
+)
 from splinefeed.formats.gcode.offsets import (
     FIRST_PARAMETER,
     POSITION_PARAMETERS,
     TOOL_PARAMETER,
-    Frame,
     Offsets,
-    from_polar,
 )
 from splinefeed.formats.gcode.tools import Tools
 from splinefeed.records import Array
@@ -54,8 +52,7 @@ class State:
     def __init__(self, offsets: Offsets, start: Array, tools: Tools | None = None) -> None:
         self.offsets, self.tools = offsets, tools
         self.selected, self.loaded = 0.0, 0.0  # tools, by T and by M6
-        # (9,), mm and rad: where the tool is, in machine coordinates or, in a system that is turned (G10 L2 R), in
-        # those turned back about its zero; what is added to a programmed place; what one unit is
+        # (9,), mm and rad: where the tool is, what is added to a programmed place, what one unit is
         self.position, self.offset, self.scale = start.copy(), np.zeros(AXES), np.ones(AXES)
         self.motion = -1  # tenths of a G code
         self.relative = self.exact_stop = self.absolute_centres = self.extruded = False
@@ -75,9 +72,7 @@ class State:
         self.splines: list[Spline] = []
         self.said: list[Mark] = []
         self.held = False  # the last rows may still change
-        self.frame = Frame(0.0, np.zeros(2))  # how the rows behind `_turned` are turned
         self._chunk_start = start.copy()
-        self._turned, self._turned_at = 0, start.copy()  # rows that are turned already, and where they end, unturned
         self.set_units(0)
         self.set_offsets()
 
@@ -102,23 +97,9 @@ class State:
         self.scale[:] = INCH if self.inch else 1.0
         self.scale[list(ROTARY)] = math.pi / 180.0
 
-    @property
-    def place(self) -> Array:
-        """Where the tool is, (9,), in machine coordinates."""
-        return self.frame.to_machine(self.position)
-
     def set_offsets(self) -> None:
         """Take over what `offsets` says."""
-        place = self.place
-        self._turn_rows()
-        self.frame = self.offsets.frame
         self.offset[:] = self.offsets.total
-        self.position[:] = self._turned_at = self.frame.from_machine(place)
-
-    def _turn_rows(self) -> None:
-        """Turn what was added since the last time to the axes of the machine."""
-        self.frame.turn_rows(self._turned_at, self.rows[self._turned : self.count], self.splines)
-        self._turned, self._turned_at = self.count, self.position.copy()
 
     def turns(self, x: float) -> float:
         """The spindle's speed, turns a minute, with the tool `x` mm from its axis (which matters to G96)."""
@@ -182,7 +163,7 @@ class State:
         said = 0
         if words.keys() & set(POLAR):
             x, y = ((there - self.offset) / self.scale)[:2].tolist()
-            words = from_polar(words, x, y, self.relative)
+            words = _from_polar(words, x, y, self.relative)
         for axis, letter in enumerate(LETTERS):
             if letter in words:
                 base = there[axis] if self.relative else self.offset[axis]
@@ -292,10 +273,9 @@ class State:
 
     def take(self) -> Moves:
         """The moves made since the last time."""
-        self._turn_rows()
         made = Moves(self._chunk_start, self.rows[: self.count], tuple(self.splines), tuple(self.said))
         self.rows = np.empty_like(self.rows)
-        self.count, self._turned, self.splines, self.said = 0, 0, [], []
+        self.count, self.splines, self.said = 0, [], []
         if len(made):
             self._chunk_start = made["end"][-1].copy()
         return made
@@ -312,3 +292,21 @@ def number(value: float) -> str:
     """A number as words have it: no exponent, no more digits than it needs."""
     text = f"{value:.10f}".rstrip("0").rstrip(".")
     return text if text not in ("-0", "") else "0"
+
+
+def _from_polar(words: Mapping[str, float], x: float, y: float, relative: bool) -> dict[str, float]:
+    """Axis words with X and Y in place of @, the distance from zero, and ^, the angle in degrees, at the place x, y.
+
+    What is not said stays; `relative` (G91) both are steps, and so are X and Y then. LineError where they say nothing.
+    """
+    refuse(words.keys() & {"X", "Y"}, "X or Y beside polar coordinates (@, ^); write one or the other")
+    distance, angle = math.hypot(x, y), math.degrees(math.atan2(y, x))
+    if distance == 0.0 and (relative or "^" not in words):
+        raise LineError("polar coordinates (@, ^) have no angle at the zero point; write X and Y")
+    if relative:
+        distance, angle = distance + words.get("@", 0.0), angle + words.get("^", 0.0)
+    else:
+        distance, angle = words.get("@", distance), words.get("^", angle)
+    there = distance * math.cos(math.radians(angle)), distance * math.sin(math.radians(angle))
+    rest = {letter: value for letter, value in words.items() if letter not in POLAR}
+    return rest | {"X": there[0] - x * relative, "Y": there[1] - y * relative}
