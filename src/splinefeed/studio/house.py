@@ -158,7 +158,7 @@ class House:
 
     # --- what pages ask, each a method `do_...` ---
 
-    def asked(self, tab: str, said: Said) -> None:
+    def request(self, tab: str, said: Said) -> None:
         """Do what a page asks; InputError for what cannot be, and any other error for a request that is none."""
         getattr(self, f"do_{said['do']}")(tab, said)
 

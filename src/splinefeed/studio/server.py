@@ -189,7 +189,7 @@ class _Socket(_Guarded, WebSocketHandler):
             said = json.loads(message)
             n = said.get("n")
             if self.name:
-                self.house.asked(self.name, said)
+                self.house.request(self.name, said)
             elif said["do"] == "hello" and _TAB.fullmatch(said["tab"]):
                 self.name = said["tab"]
                 self.house.welcome(self.name, self.send)
