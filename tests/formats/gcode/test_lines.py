@@ -128,11 +128,11 @@ def test_simple_lines_are_read_by_arrays(file: Path, monkeypatch: pytest.MonkeyP
     said: list[int] = []
     run = Interpreter.run
     monkeypatch.setattr(Interpreter, "run", lambda self, text, line: (said.append(line), run(self, text, line)))
-    simple = ["g01X1.5F5 (note)", "N5 G2 X2 I1 Y-.5 J0", "", "S500 M3", "; rest", "X3 R9\r", "N7 G0 A5"]
+    simple = ["g01X1.5F5 (note)", "N5 G2 X2 I1 Y-.5 J0", "", "S500 M3", "; rest", "X3 R9\r", "N7 G0 A5", "A6 M9"]
     file.write_text("\n".join(["G17 G90", *simple * 9, "G1 X2 X3", *simple * 9, "M2"]))
-    with pytest.raises(FormatError, match="line 65: X appears twice"):
+    with pytest.raises(FormatError, match="line 74: X appears twice"):
         list(Reading().moves(file))
-    assert said == [1, 65]
+    assert said == [1, 74]
 
 
 def test_the_tool_rests_for_another_spindle_speed_and_not_for_the_same(file: Path) -> None:
