@@ -155,11 +155,10 @@ class Smoother:
         found: list[Done] = []
         if sum(map(len, self._waiting)) > self._window:
             batch = Batch.joined(self._waiting)
-            low = 0
-            while len(batch) - low > self._window:
+            lows = range(0, len(batch) - self._window, self._window)
+            for low in lows:
                 found += self._smoothed(batch.part(low, low + self._window), last=False)
-                low += self._window
-            self._waiting = [batch.part(low, len(batch))]
+            self._waiting = [batch.part(lows[-1] + self._window, len(batch))]
         return found
 
     def _rest(self) -> list[Done]:

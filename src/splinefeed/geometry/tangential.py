@@ -92,14 +92,14 @@ def _followed(curve: NurbsCurve, tolerance: float, before: float) -> tuple[Nurbs
     q = base.degree
     weights = np.ones(len(base.control_points)) if base.weights is None else base.weights
     weight = NurbsCurve.trusted(q, base.knots, weights[:, None])
-    seen = _turned(base, before)
+    seen = _turned(curve, before)
 
     def theta(u: Array) -> Array:
-        return _next_to(_angles(base, u), np.interp(u, *seen))[:, None]
+        return _next_to(_angles(curve, u), np.interp(u, *seen))[:, None]
 
     def leaves(u: float, side: str) -> Held:
         """First and second derivative of Theta on one side of a knot; None where C' = 0."""
-        first, second = _turning(base, u, side)
+        first, second = _turning(curve, u, side)
         here, (w, w1, w2) = theta(np.array([u]))[0], weight.derivatives(u, 2, side=side)
         found = [(1, first * w + here * w1), (2, second * w + 2.0 * first * w1 + here * w2)]
         return found if math.isfinite(second) else None
