@@ -13,7 +13,6 @@ from rs274_twin import ROUNDED, Canon, Run, run
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.arcs import arc_curve, find_arcs
 from splinefeed.formats.gcode.dialects import named
-from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import Flag, Kind, Moves, joined
 from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.state import UNSAID
@@ -39,10 +38,9 @@ def ours(file: Path, tools: Tools | None = None) -> tuple[Moves, str]:
     parts: list[Moves] = []
     message = ""
     try:
-        for part in Reading(dialect=named("linuxcnc"), offsets=PLACES, tools=tools).moves(file):
+        for part in Reading(dialect=named("linuxcnc"), offsets=PLACES, tools=tools).checked(file):
             parts.append(part)
-            find_arcs(part)
-    except (FormatError, LineError) as error:
+    except FormatError as error:
         message = str(error)
     return joined(parts), message
 

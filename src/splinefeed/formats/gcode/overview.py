@@ -208,7 +208,7 @@ def summary(
     program = Program(file, **options)
     reading = reading or program.reading()
     found = Summary(pathlib.Path(file).stem, most_listed)
-    for piece in program.pieces(program.moves(reading), reading, size=CAPACITY):
+    for piece in program.pieces(reading.checked(file), reading, size=CAPACITY):
         found.add(piece)
     path_columns(found.used, file)
     if not found.degrees:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from splinefeed.errors import FormatError
+from splinefeed.formats.gcode.arcs import find_arcs
 from splinefeed.formats.gcode.dialects import Dialect, detect
 from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
@@ -78,6 +79,15 @@ class Reading:
                 f"{file}: line {self.from_line}: is never executed: the program ends before it or jumps over it; "
                 "resume at another line (from_line)"
             )
+
+    def checked(self, file: str | os.PathLike[str]) -> Iterator[Moves]:
+        """The same; FormatError with the line, too, for an arc that misses its circle, unless it is to be mended."""
+        for moves in self.moves(file):
+            try:
+                find_arcs(moves, self.findings if self.repair else None)
+            except LineError as missed:
+                raise FormatError(f"{file}: line {missed.line}: {missed}") from None
+            yield moves
 
     def _leave_out(self, moves: Moves) -> None:
         """Moves before the line at which the program is resumed: only which places they state counts."""

@@ -18,9 +18,7 @@ import numpy as np
 
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.gcode.arcs import find_arcs
 from splinefeed.formats.gcode.dialects import named
-from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import AXES, LARGEST, LETTERS, PATH_ORDER, ROTARY, Findings, Flag, Moves, joined
 from splinefeed.formats.gcode.offsets import REFERENCES, SYSTEMS
 from splinefeed.formats.gcode.piece import NOTHING, Piece, axis_names, leading, path_columns, say_leading
@@ -85,7 +83,7 @@ def in_parts(file: pathlib.Path, **options: Any) -> PathParts:
     columns = path_columns(used, file)
     reading = program.reading()
     any_length, count, top, rapid, said = False, 0, 0.0, False, list[float]()
-    for piece in program.pieces(program.moves(reading), reading, columns):
+    for piece in program.pieces(reading.checked(file), reading, columns):
         any_length, count = any_length or len(piece.kept) > 0, count + len(piece.moves)
         known = piece.feeds[np.isfinite(piece.feeds)]
         top = max(top, float(np.max(known, initial=0.0)))
@@ -134,19 +132,10 @@ class Program:
         """A reading of its own, without findings yet."""
         return replace(self._reading, findings=Findings())
 
-    def moves(self, reading: Reading) -> Iterator[Moves]:
-        """The moves as they are read; FormatError with the line for an arc that misses its circle, unless mended."""
-        for moves in reading.moves(self.file):
-            try:
-                find_arcs(moves, reading.findings if reading.repair else None)
-            except LineError as missed:
-                raise FormatError(f"{self.file}: line {missed.line}: {missed}") from None
-            yield moves
-
     def all_moves(self, reading: Reading) -> Moves:
         """All moves of the program, MAX_MOVES at most; `in_parts` and `overview` know no such bound."""
         parts: list[Moves] = []
-        for part in self.moves(reading):
+        for part in reading.checked(self.file):
             parts.append(part)
             if sum(map(len, parts)) > MAX_MOVES:
                 raise FormatError(
@@ -206,7 +195,7 @@ class Program:
             tolerances = np.zeros(len(piece.kept)) if said and piece.tolerances is None else piece.tolerances
             return piece.path(markers=here, findings=(), tolerances=tolerances)
 
-        for piece in self.pieces(self.moves(reading), reading, columns):
+        for piece in self.pieces(reading.checked(self.file), reading, columns):
             markers, count = piece.markers, len(piece.kept)
             if not count:
                 behind += markers
