@@ -140,3 +140,11 @@ def test_no_rate_above_the_base_where_an_axis_is_at_its_limits():
     ahead = np.array([[2 * V, 0, 0, 0], [V, A, 0, 0], [V, 0, J, 0], [1e-3, 0, 0, 0]])[None, :, :, None]
     kernels.cap_rates(ahead, 1.0, 2.0, np.array([1.0]), limit, PERIOD, out)
     assert out[0].tolist() == [1.0, 1.0, 1.0, 2.0]
+
+
+def test_a_rate_that_rises_from_below_the_base_has_no_way_down():
+    """Met by a stream without a compiler: the square under the root is below 0 there, which plain Python refuses."""
+    ahead = np.array([[30.3405, 53.56, 1.756186], [139.8116, 35.40177, 4.378646], [1784.533, 2257.761, 88.00428]])
+    needs = np.vstack([ahead, np.zeros(3)]), np.outer([math.inf, A, J], np.ones(3)), PERIOD
+    out = np.zeros(kernels.STATE)
+    assert not kernels._way_out(0.96104, 8.06715, 8.17305, 1.32587, 1.10116, 0.1271, needs, out)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import reduce
 from typing import Protocol
 
 import numpy as np
@@ -131,7 +132,7 @@ class LawCourse:
         q[2, :, :-1] = r[:, 3] * v**3 + 3.0 * r[:, 2] * (v * a) + r[:, 1] * j
         q[:, :, -1:] = np.where(known[:, None], (v, a, j), 0.0)
         q = q.reshape(3, *t.shape, q.shape[2])
-        most, least = np.max(q, axis=2), np.min(q, axis=2)
+        most, least = (reduce(each, np.moveaxis(q, 2, 0)) for each in (np.maximum, np.minimum))  # NumPy's own is slower
         parts = np.stack([*np.maximum(most[:2], -least[:2]), most[2], -least[2]], axis=1)
         cells = np.zeros((len(low), *parts.shape[1:]))
         cells[:, 2:] = -np.inf

@@ -192,7 +192,7 @@ def _way_out(
     if not bend > 0.0 or abs(wanted - slope) > bend * period * (1.0 + ROUNDING):
         return False
     step = bend * period
-    peak = math.sqrt(0.5 * (wanted * wanted + 2.0 * (after - base) * bend))
+    peak = math.sqrt(max(0.5 * wanted * wanted + (after - base) * bend, 0.0))  # 0: from below base it would not fall
     peak = max(min(peak, most), -wanted)
     if not peak > 0.0:
         return False
