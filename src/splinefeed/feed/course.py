@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import reduce
 from typing import Protocol
 
 import numpy as np
@@ -12,7 +11,7 @@ from splinefeed.errors import LimitsError
 from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
-from splinefeed.records import Array, Limits, TimeLaw, positive
+from splinefeed.records import Array, BoolArray, IntArray, Limits, TimeLaw, positive
 from splinefeed.records.motion import derivative
 
 #: A law that is over its limits by less than this is at them.
@@ -23,13 +22,11 @@ REACH = 0.95
 PEAK, TICKS_IN_REACH = 0.75 / (1.0 - (1.5 - REACH) ** 3 / 3.0), 3
 #: A jump of q'' below this share of the largest q'' around is rounding.
 LEAST_JUMP = 1e-7
-#: Places, ends included, at which each part of a tick is looked at that lies in one piece of the law and of the path.
-PLACES = np.linspace(0.0, 1.0, 3)
-#: Joints of a tool path are looked at by this share of a part inside of its ends, and this share of the path beside
-#: stops.
+#: Joints of a tool path are looked at by this share of half a part inside of its ends, and this share of the path
+#: beside stops.
 INSIDE, BESIDE = 1e-6, 1e-9
 #: Newton steps that find when the law reaches a place: within a tick feeds differ little, next to rest nothing moves.
-STEPS = 4
+STEPS = 3
 #: Breaks nearer to each other than this share of the duration are one.
 ROUNDING = 1e-14
 
@@ -117,35 +114,44 @@ class LawCourse:
         cell = np.searchsorted(low, middle, side="right") - 1
         within = middle < high[cell]
         begin, end, middle, cell = edges[:-1][within], edges[1:][within], middle[within], cell[within]
-        share = INSIDE + (1.0 - 2.0 * INSIDE) * PLACES if isinstance(self.path, JointPath) else PLACES
-        t = begin[:, None] + (end - begin)[:, None] * share
         piece = np.searchsorted(law.breaks, middle, side="right") - 1
-        c, tau = law.coefficients[piece][:, None], t - law.breaks[piece][:, None]
-        s, v, a, j = (derivative(c, tau, order).reshape(-1, 1) for order in range(4))
+        at = derivative(law.coefficients[piece], middle - law.breaks[piece], 0)
+        row = np.searchsorted(self._breaks, at, side="right") - 1
+        follows = begin[1:] == end[:-1]
+        smooth = np.zeros(len(begin), dtype=bool)
+        smooth[:-1] = follows & (piece[1:] == piece[:-1]) & (row[1:] == row[:-1])
+        # each part is looked at in three places; where nothing can jump one ends as the next one begins
+        count, ending = len(begin), np.flatnonzero(~smooth)
+        part = np.concatenate([np.arange(count), np.arange(count), ending])
+        t = np.concatenate([begin, middle, end[ending]])
+        if isinstance(self.path, JointPath):
+            t += INSIDE * (middle[part] - t)
+        c, tau = law.coefficients[piece[part]], t - law.breaks[piece[part]]
+        s, v, a, j = (derivative(c, tau, order)[:, None] for order in range(4))
         with np.errstate(invalid="ignore", over="ignore"):  # where C' = 0
-            r = self._derivatives(law(middle), s.ravel(), t.ravel())
-            known = np.isfinite(np.sum(r[:, 1:], axis=1)).all(axis=1)
-            r[~known] = 0.0
-        q = np.empty((3, len(r), len(self.axes) + 1))
+            r = self._derivatives(row[part], s[:, 0], t)
+        known: BoolArray = np.all(np.isfinite(r[:, 3]), axis=1)
+        r[~known] = 0.0
+        q = np.empty((3, len(r), r.shape[2] + 1))
         q[0, :, :-1] = r[:, 1] * v
-        q[1, :, :-1] = r[:, 2] * v**2 + r[:, 1] * a
-        q[2, :, :-1] = r[:, 3] * v**3 + 3.0 * r[:, 2] * (v * a) + r[:, 1] * j
+        q[1, :, :-1] = r[:, 2] * (v * v) + r[:, 1] * a
+        q[2, :, :-1] = r[:, 3] * (v * v * v) + r[:, 2] * (3.0 * v * a) + r[:, 1] * j
         q[:, :, -1:] = np.where(known[:, None], (v, a, j), 0.0)
-        q = q.reshape(3, *t.shape, q.shape[2])
-        most, least = (reduce(each, np.moveaxis(q, 2, 0)) for each in (np.maximum, np.minimum))  # NumPy's own is slower
+        first, inner, last = q[:, :count], q[:, count : 2 * count], np.roll(q[:, :count], -1, axis=1)
+        last[:, ending] = q[:, 2 * count :]
+        most, least = (each(each(first, inner), last) for each in (np.maximum, np.minimum))
         parts = np.stack([*np.maximum(most[:2], -least[:2]), most[2], -least[2]], axis=1)
         cells = np.zeros((len(low), *parts.shape[1:]))
         cells[:, 2:] = -np.inf
-        first = np.flatnonzero(np.diff(cell, prepend=-1))
-        cells[cell[first]] = np.maximum.reduceat(parts, first)
-        known = known.reshape(t.shape)
-        meet = (begin[1:] == end[:-1]) & known[1:, 0] & known[:-1, -1]
-        return cells, begin[1:][meet], (q[1, 1:, 0] - q[1, :-1, -1])[meet]
+        new = np.diff(cell, prepend=-1) > 0
+        cells[cell[new]] = parts[new]
+        np.maximum.at(cells, cell[~new], parts[~new])
+        met = ending[:-1][follows[ending[:-1]] & known[ending[:-1] + 1] & known[2 * count : -1]]
+        return cells, end[met], first[1, met + 1] - last[1, met]
 
     def _times_of_breaks(self, ends: Array) -> Array:
         """When (k,), s, the law passes the breaks of the path between its places at times `ends`, by Newton steps."""
-        path, law, s = self.path, self.law, self.law(ends)
-        places = path.breaks if isinstance(path, JointPath) else path.arc_pieces.starts
+        law, s, places = self.law, self.law(ends), self._breaks
         places = places[np.searchsorted(places, s[0], side="right") : np.searchsorted(places, s[-1])]
         if not len(places):
             return places
@@ -157,15 +163,18 @@ class LawCourse:
             t = np.clip(t + np.where(feed > 0.0, places - law(t), 0.0) / np.where(feed > 0.0, feed, 1.0), low, high)
         return t
 
-    def _derivatives(self, middle: Array, s: Array, t: Array) -> Array:
-        """Axes and their derivatives by s, (n, 4, axes), at s (n,), mm, and times t (n,); middles (parts,) of parts."""
+    @property
+    def _breaks(self) -> Array:
+        """Where the path may jump, mm."""
+        return self.path.breaks if isinstance(self.path, JointPath) else self.path.arc_pieces.starts
+
+    def _derivatives(self, row: IntArray, s: Array, t: Array) -> Array:
+        """Axes and their derivatives by s, (n, 4, axes), at s (n,), mm, and times t (n,), between breaks `row` (n,)."""
         path = self.path
         if isinstance(path, JointPath):
             s = _beside_stops(self.law, np.asarray(path.stops), t, BESIDE * path.length)
             return path.derivatives(np.clip(s, 0.0, path.length))[:, :, 3:]
-        pieces = path.arc_pieces
-        row = np.repeat(pieces.row_by_length(middle), len(PLACES))
-        return by_arc_length(pieces.derivatives_at(s, 3, row), path.linear)
+        return by_arc_length(path.arc_pieces.derivatives_at(s, 3, row), path.linear)
 
     def bend_share(self, limits: Limits) -> float:
         """Share of the limits that hold for the feed on a bend, at rate 1: the square root of what it asks for."""

@@ -97,7 +97,8 @@ def derivative(c: Array, tau: Array, order: int) -> Array:
     """The derivative of this order of sum_k c_k tau^k, (..., n), at tau (..., n); c (n, 6)."""
     value = np.zeros_like(tau)
     for k in range(LAW_COEFFICIENTS - 1, order - 1, -1):  # Horner: planners end a piece at its feed to the bit
-        value = value * tau + c[..., k] * float(math.perm(k, order))
+        value *= tau
+        value += c[..., k] * float(math.perm(k, order)) if order else c[..., k]
     return value
 
 
