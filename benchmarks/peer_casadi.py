@@ -16,8 +16,11 @@ WIDE, ENDS = 4, 40
 ITERATIONS = 300
 
 
-def plan(path: sf.Path, limits: tuple[float, float, float], nodes: int) -> Profile:
-    """Least time over q and a = q'/2 at the nodes, a linear between them, constant jerk in time in the end cells."""
+def plan(path: sf.Path, limits: tuple[float, float, float], nodes: int) -> Profile | None:
+    """Least time over q and a = q'/2 at the nodes, a linear between them, constant jerk in time in the end cells.
+
+    None where IPOPT finds none in ITERATIONS.
+    """
     import casadi
 
     feed, acceleration, jerk = limits
@@ -56,6 +59,7 @@ def plan(path: sf.Path, limits: tuple[float, float, float], nodes: int) -> Profi
     duration = casadi.sum1(2.0 * h[1:-1] / (casadi.sqrt(q[1:]) + casadi.sqrt(q[:-1]))) + times[0] + times[1]
     problem = {"x": casadi.vertcat(q, a), "f": duration, "g": casadi.vertcat(*rows)}
     quiet = {
+        "show_eval_warnings": False,
         "ipopt.print_level": 0,
         "print_time": False,
         "ipopt.sb": "yes",
@@ -68,7 +72,7 @@ def plan(path: sf.Path, limits: tuple[float, float, float], nodes: int) -> Profi
     found = solver(x0=guess, lbg=low, ubg=high, lbx=[1e-10] * n + [-np.inf] * n, ubx=[1.0] * n + [np.inf] * n)
     spent = time.process_time() - start
     if not solver.stats()["success"]:
-        print("IPOPT:", solver.stats()["return_status"])
+        return None
     x = np.array(found["x"]).ravel()
     q_all = feed**2 * np.concatenate([[0.0], x[:n], [0.0]])
     a_all = acceleration * np.concatenate([[0.0], x[n:], [0.0]])

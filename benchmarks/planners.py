@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from functools import partial
@@ -45,7 +46,7 @@ def measure() -> Report:
         "All but ours plan on one grid, half of its nodes even in length and half in turning. COPP, scaled to feed = "
         "acceleration = 1, makes three passes (for 4000 nodes three more, from the result of 1000). IPOPT solves the "
         "same third-order problem without convexity, started from ours: a second opinion on the optimum, not a planner "
-        "for use. Both are then slowed as a whole until their setpoints hold the limits. TOPP-RA knows no jerk: its "
+        "for use; nan where it finds no motion in 300 iterations. Both are then slowed as a whole until their setpoints hold the limits. TOPP-RA knows no jerk: its "
         "row shows what that asks of the drives.",
         "What they do that splinefeed does not: COPP plans for other convex objectives, "
         "TOPP-RA under any second-order constraint, CasADi for any objective; Ruckig finds a motion from "
@@ -64,7 +65,7 @@ def measure() -> Report:
     return Report((Table(caption, columns, tuple(rows), notes), peer_ruckig.table()), (headline,))
 
 
-def _planners(path: sf.Path, limits: tuple[float, float, float]) -> dict[str, Callable[[], Profile]]:
+def _planners(path: sf.Path, limits: tuple[float, float, float]) -> dict[str, Callable[[], Profile | None]]:
     ours = {
         f"splinefeed `{strategy}`": partial(_ours, path, limits, strategy)
         for strategy in ("time-optimal", "look-ahead")
@@ -78,8 +79,9 @@ def _planners(path: sf.Path, limits: tuple[float, float, float]) -> dict[str, Ca
     }
 
 
-def _held(path: sf.Path, limits: tuple[float, float, float], planner: Callable[..., Profile]) -> Profile:
-    return stretched(path, limits, planner(path, limits), cases.PERIOD)
+def _held(path: sf.Path, limits: tuple[float, float, float], planner: Callable[..., Profile | None]) -> Profile | None:
+    found = planner(path, limits)
+    return None if found is None else stretched(path, limits, found, cases.PERIOD)
 
 
 def _ours(path: sf.Path, limits: tuple[float, float, float], strategy: str) -> Profile:
@@ -92,8 +94,10 @@ def _ours(path: sf.Path, limits: tuple[float, float, float], strategy: str) -> P
 
 
 def _judged(
-    path: sf.Path, limits: tuple[float, float, float], best: float, call: Callable[[], Profile]
+    path: sf.Path, limits: tuple[float, float, float], best: float, call: Callable[[], Profile | None]
 ) -> tuple[float, ...]:
     profile = call()
+    if profile is None:
+        return (math.nan,) * 6
     shares = shares_at_setpoints(path, profile, limits, cases.PERIOD)
     return profile.duration, 100.0 * (profile.duration / best - 1.0), *shares, profile.computing
