@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from functools import partial
@@ -26,7 +25,8 @@ def measure() -> Report:
     for (name, setting), best in BEST.items():
         path, limits = paths[name], SETTINGS[setting]
         for planner, call in _planners(path, limits).items():
-            rows.append((name, setting, planner, *_judged(path, limits, best, call)))
+            if profile := call():
+                rows.append((name, setting, planner, *_judged(path, limits, best, profile)))
     columns = (
         Column("curve"),
         Column("limits"),
@@ -46,8 +46,8 @@ def measure() -> Report:
         "All but ours plan on one grid, half of its nodes even in length and half in turning. COPP, scaled to feed = "
         "acceleration = 1, makes three passes (for 4000 nodes three more, from the result of 1000). IPOPT solves the "
         "same third-order problem without convexity, started from ours: a second opinion on the optimum, not a planner "
-        "for use; nan where it finds no motion in 300 iterations. Both are then slowed as a whole until their setpoints hold the limits. TOPP-RA knows no jerk: its "
-        "row shows what that asks of the drives.",
+        "for use, and left out where it finds no motion in 300 iterations. Both are then slowed as a whole until their "
+        "setpoints hold the limits. TOPP-RA knows no jerk: its row shows what that asks of the drives.",
         "What they do that splinefeed does not: COPP plans for other convex objectives, "
         "TOPP-RA under any second-order constraint, CasADi for any objective; Ruckig finds a motion from "
         "any state to any state in microseconds, in a control cycle.",
@@ -93,11 +93,6 @@ def _ours(path: sf.Path, limits: tuple[float, float, float], strategy: str) -> P
     return Profile(law.duration, law, time.process_time() - start)
 
 
-def _judged(
-    path: sf.Path, limits: tuple[float, float, float], best: float, call: Callable[[], Profile | None]
-) -> tuple[float, ...]:
-    profile = call()
-    if profile is None:
-        return (math.nan,) * 6
+def _judged(path: sf.Path, limits: tuple[float, float, float], best: float, profile: Profile) -> tuple[float, ...]:
     shares = shares_at_setpoints(path, profile, limits, cases.PERIOD)
     return profile.duration, 100.0 * (profile.duration / best - 1.0), *shares, profile.computing
