@@ -41,7 +41,7 @@ CELLS, POINTS_DRAWN = 600, (1000, 40_000)
 MOST_TICKS, MOST_IN_CHUNKS = 4_000_000, 1_000_000_000
 #: Motions of at most so many ticks are one chunk, and every tick is kept. Of a longer one: stretches of time of which
 #: the least and the greatest of every quantity are kept, and most ticks of one stretch and of one chunk.
-LONG, COLUMNS, CHUNK = 1_000_000, 1200, 65_536
+LONG, COLUMNS, CHUNK = 1_000_000, 1200, 16_384
 #: Ticks on both sides of a chunk that its measures may use: what a third difference needs.
 NEIGHBOURS = 2
 #: What the axes do at a tick.

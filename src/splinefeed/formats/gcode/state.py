@@ -34,7 +34,7 @@ from splinefeed.formats.gcode.tools import Tools
 from splinefeed.records import Array
 
 #: Moves that are kept before they are handed on, and for how many there is room at first.
-CAPACITY, _ROOM = 2**16, 64
+CAPACITY, _ROOM = 2**12, 64
 INCH = 25.4
 #: Tolerance of what says nothing of it, and of G64 without P, which sets no bound.
 UNSAID, UNBOUNDED = -1.0, math.inf
