@@ -10,16 +10,18 @@ from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.records import Array, IntArray
 
 #: Shares of each piece's time at which it is looked at, dense at both ends; and where it may be over what was seen.
-LOOKED, CLOSELY = (0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count in (7, 33))
+LOOKED, CLOSELY = (0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count in (7, 65))
 
 
 def worst_shares(setting: Setting, pieces: Pieces, end: float) -> Array:
     """Largest shares in each piece of tops, linear limits and jerk, (3, m), as factors on q; it ends at `end`, mm.
 
     A peak between places follows from a parabola through three of them. A piece in which a limit bends so much between
-    its places that it might be over all that was seen, and over 1, is looked at closely.
+    its places that it might be over all that was seen, and over 1, is looked at closely, and so are the first and the
+    last one: next to rest axes may turn on a way that is short even beside these.
     """
     worst, seen, bound = _looked_at(setting, pieces, end, LOOKED)
+    bound[[0, -1]] = np.inf
     doubtful = np.flatnonzero(~(bound <= max(1.0, seen)))
     worst[:, doubtful] = _looked_at(setting, pieces, end, CLOSELY, doubtful)[0]
     return worst
