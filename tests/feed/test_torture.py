@@ -100,6 +100,12 @@ def test_what_once_failed_in_seven_phases(seed):
     assert judge(seed, ("seven-phase",)) == "ok"
 
 
+@pytest.mark.parametrize("seed", [440002442, 440010621])
+def test_peaks_beside_rest_and_within_a_piece_are_seen(seed):
+    """An axis that turns next to rest went 25 % over its acceleration, a jerk 0.005 %, between places looked at."""
+    assert judge(seed, ("look-ahead",)) == "ok"
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", KEPT_PASSING)
 def test_what_once_failed_beside_corners_in_passing(seed):
