@@ -22,6 +22,11 @@ def worst_shares(setting: Setting, pieces: Pieces, end: float) -> Array:
     """
     worst, seen, bound = _looked_at(setting, pieces, end, LOOKED)
     bound[[0, -1]] = np.inf
+    edges = np.append(pieces.coefficients[:, 0], end)
+    first, last = np.searchsorted(setting.breaks, edges[[0, -1]])
+    b = setting.breaks[first:last]
+    beside = np.stack([np.searchsorted(edges[:-1], b), np.searchsorted(edges[:-1], b, side="right")]) - 1
+    bound[beside[setting.turns_within[:, first:last] < np.diff(edges)[beside]]] = np.inf
     doubtful = np.flatnonzero(~(bound <= max(1.0, seen)))
     worst[:, doubtful] = _looked_at(setting, pieces, end, CLOSELY, doubtful)[0]
     return worst

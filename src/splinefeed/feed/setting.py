@@ -65,6 +65,15 @@ class Setting:
         return self.track.derivatives(b - away[:-1]), self.track.derivatives(b + away[1:]), away
 
     @cached_property
+    def turns_within(self) -> Array:
+        """Over about how much path the direction changes just before and behind the breaks, (2, k), mm."""
+        d = np.abs(np.stack(self.beside[:2])[:, :, 1:]) * self.weights
+        with np.errstate(all="ignore"):
+            first, _, third = np.moveaxis(np.max(d, axis=3), 2, 0)
+            found: Array = np.sqrt(first / third)
+        return found
+
+    @cached_property
     def jumps(self) -> tuple[Array, Array]:
         """Jumps of r' and of r'' at the breaks, (k, axes) each, 0 where there is none but rounding."""
         b = self.breaks
