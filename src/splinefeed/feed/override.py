@@ -19,8 +19,9 @@ from splinefeed.feed.reserve import ACCELERATION_SHARE, JERK_SHARE, MOST_RATE
 from splinefeed.kernels import override as kernels
 from splinefeed.records import Array, Limits
 
-#: Ticks of a law looked ahead over: a change of the rate begins only where its end lies within the first; a rate that
-#: does not keep the limits everywhere is taken only where the way back from it lies within one of them.
+#: Ticks of a law looked ahead over, each twice as many as the one before: a change of the rate begins only where its
+#: end lies within the first; a rate that does not keep the limits everywhere is taken only where the way back from it
+#: lies within one of them.
 WINDOWS = (128, 256, 512, 1024)
 #: Highest rate, where the limits allow it, if nobody says else.
 HIGHEST = 2.0
@@ -219,8 +220,10 @@ class Override:
         cells = np.concatenate([known, BETWEEN * cells[::direction]])
         self._first, self._loaded, self._looked_at = cell, direction, cells
         self._ahead = np.empty((len(WINDOWS), count, *cells.shape[1:]))
-        for window, out in zip(WINDOWS, self._ahead, strict=True):
-            out[:] = maximum_filter1d(cells[: count + window], window, axis=0, origin=-(window // 2))[:count]
+        most = maximum_filter1d(cells, WINDOWS[0], axis=0, origin=-(WINDOWS[0] // 2))
+        for level, window in enumerate(WINDOWS):
+            self._ahead[level] = most[:count]
+            most = np.maximum(most[:-window], most[window:])
         self._caps = np.full(self._ahead.shape[:2], self.top)
         if self._most > self.top:
             left = self.period * (self._windows.astype(np.float64) - 1.0)

@@ -141,10 +141,10 @@ def cap_rates(ahead: Array, base: float, highest: float, left: Array, limit: Arr
             needs = (ahead[level, i], limit, period)
             low = base
             high = highest
-            if _can_return(high, base, left[level], needs):
-                low = high
-            elif _can_return(base + 0.5**HALVINGS * (high - base), base, left[level], needs):
-                for _ in range(HALVINGS):
+            if _can_return(base + 0.5**HALVINGS * (high - base), base, left[level], needs):  # on most it cannot
+                if _can_return(high, base, left[level], needs):
+                    low = high
+                while high - low > 1.5 * 0.5**HALVINGS * (highest - base):
                     middle = 0.5 * (low + high)
                     if _can_return(middle, base, left[level], needs):
                         low = middle
