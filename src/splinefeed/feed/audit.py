@@ -20,34 +20,35 @@ def worst_shares(setting: Setting, pieces: Pieces, end: float) -> Array:
     its places that it might be over all that was seen, and over 1, is looked at closely, and so are the first and the
     last one: next to rest axes may turn on a way that is short even beside these.
     """
-    worst, seen, bound = _looked_at(setting, pieces, end, LOOKED)
+    worst, bound = _looked_at(setting, pieces, end, LOOKED)
     bound[[0, -1]] = np.inf
     edges = np.append(pieces.coefficients[:, 0], end)
     first, last = np.searchsorted(setting.breaks, edges[[0, -1]])
     b = setting.breaks[first:last]
     beside = np.stack([np.searchsorted(edges[:-1], b), np.searchsorted(edges[:-1], b, side="right")]) - 1
     bound[beside[setting.turns_within[:, first:last] < np.diff(edges)[beside]]] = np.inf
-    doubtful = np.flatnonzero(~(bound <= max(1.0, seen)))
-    worst[:, doubtful] = _looked_at(setting, pieces, end, CLOSELY, doubtful)[0]
+    while len(doubtful := np.flatnonzero(~(bound <= max(1.0, float(np.max(worst)))))):
+        worst[:, doubtful] = _looked_at(setting, pieces, end, CLOSELY, doubtful)[0]
+        bound[doubtful] = 0.0
     return worst
 
 
 def _looked_at(
     setting: Setting, pieces: Pieces, end: float, looked: Array, some: IntArray | None = None
-) -> tuple[Array, float, Array]:
-    """Shares (3, m) of all pieces or of some (m,), the largest at a place, and for each what it is below, (m,)."""
+) -> tuple[Array, Array]:
+    """Shares (3, m) of all pieces or of some (m,), and for each what the largest is below, (m,)."""
     begin = pieces.coefficients[:, 0]
     low, high = begin, np.append(begin[1:], end)
     if some is not None:
         low, high, pieces = low[some], high[some], Pieces(pieces.spans[some], pieces.coefficients[some])
-    worst, bound, seen = np.zeros((3, len(pieces))), np.zeros(len(pieces)), 0.0
+    worst, bound = np.zeros((3, len(pieces))), np.zeros(len(pieces))
     size = max(TOGETHER // len(looked), 1)
     for first in range(0, len(pieces), size):
         block = slice(first, first + size)
         inside = INSIDE * (high[block] - low[block])
         s, v, a, j = (each.T for each in pieces.part(first, first + size).at(looked[:, None]))
         if not np.all(np.isfinite(s)):
-            worst[:, block] = bound[block] = seen = np.inf
+            worst[:, block] = bound[block] = np.inf
             continue
         s = np.clip(s, (low[block] + inside)[:, None], (high[block] - inside)[:, None])
         rising = _rising(a, j, pieces.spans[block, None] * np.diff(looked))
@@ -62,8 +63,7 @@ def _looked_at(
         peaks, bends = _peaks(found)
         worst[:, block] = rows.by_kind(peaks)
         bound[block] = np.max(peaks + bends, axis=0)
-        seen = max(seen, float(np.max(found)))
-    return worst, seen, bound
+    return worst, bound
 
 
 def _rising(a: Array, j: Array, steps: Array) -> Array:
