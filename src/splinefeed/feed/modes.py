@@ -18,7 +18,7 @@ from splinefeed.feed.law import Pieces, joined
 from splinefeed.feed.numbers import ALMOST, BISECTIONS, HOPELESS, KEPT, SAME
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.straight import straights
-from splinefeed.feed.stretches import curve_feeds, lasting
+from splinefeed.feed.stretches import curve_feeds, lasting, with_dwells
 from splinefeed.feed.ticks import held_at_ticks
 from splinefeed.feed.track import PathTrack, Track
 from splinefeed.feed.window import REST, Mode, Plan, State, plan_window
@@ -116,6 +116,7 @@ def plan_in_mode(
         for each in (mode, replace(mode, cell=0.5 * mode.cell, tolerance=MODES[LOOK_AHEAD].tolerance)):
             try:
                 law = motion(setting, strategy, each, begin)
+                law = with_dwells(law, [(s, wait) for s, wait in path.dwells if s >= begin.s], path.length)
                 at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
                 return held_at_ticks(law, path, limits, at_rest, setting.passed[0], setting.breaks)
             except OutOfReachError:

@@ -139,9 +139,8 @@ def plan(
         law = STRATEGIES[strategy].make(path, limits, period)
     else:
         law = STRATEGIES[strategy].make(path, limits, period, start)
-    if isinstance(path, Path | JointPath):
-        began = 0.0 if start is None else start.s
-        law = with_dwells(law, [(s, wait) for s, wait in path.dwells if s >= began], path.length)
+    if strategy == SEVEN_PHASE and isinstance(path, Path):
+        law = with_dwells(law, path.dwells, path.length)
     law = close_gaps(law)
     return dataclasses.replace(
         law, settings={**law.settings, "limits": limits.as_dict(), "strategy": strategy, "period": period}
