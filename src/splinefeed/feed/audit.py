@@ -10,26 +10,29 @@ from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.records import Array, IntArray
 
 #: Shares of each piece's time at which it is looked at, dense at both ends; and where it may be over what was seen.
-LOOKED, CLOSELY = (0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count in (7, 65))
+LOOKED, *CLOSER = (0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count in (7, 17, 65))
 
 
 def worst_shares(setting: Setting, pieces: Pieces, end: float) -> Array:
     """Largest shares in each piece of tops, linear limits and jerk, (3, m), as factors on q; it ends at `end`, mm.
 
-    A peak between places follows from a parabola through three of them. A piece in which a limit bends so much between
-    its places that it might be over all that was seen, and over 1, is looked at closely, and so are the first and the
-    last one: next to rest axes may turn on a way that is short even beside these.
+    A peak between places follows from a parabola through three of them. Pieces in which a limit bends so much between
+    its places that it might be over all that was seen, and over 1, are looked at more closely. So are the first and the
+    last one and those in or beside which the path turns on less of its length, as closely as can be.
     """
     worst, bound = _looked_at(setting, pieces, end, LOOKED)
-    bound[[0, -1]] = np.inf
     edges = np.append(pieces.coefficients[:, 0], end)
     first, last = np.searchsorted(setting.breaks, edges[[0, -1]])
     b = setting.breaks[first:last]
     beside = np.stack([np.searchsorted(edges[:-1], b), np.searchsorted(edges[:-1], b, side="right")]) - 1
-    bound[beside[setting.turns_within[:, first:last] < np.diff(edges)[beside]]] = np.inf
-    while len(doubtful := np.flatnonzero(~(bound <= max(1.0, float(np.max(worst)))))):
-        worst[:, doubtful] = _looked_at(setting, pieces, end, CLOSELY, doubtful)[0]
-        bound[doubtful] = 0.0
+    done = np.zeros(len(pieces), dtype=bool)  # those that wait for the closest look are done with the others
+    done[beside[setting.turns_within[:, first:last] < np.diff(edges)[beside]]] = done[[0, -1]] = True
+    bound[done] = np.inf
+    for looked in CLOSER:
+        while len(doubtful := np.flatnonzero(~done & ~(bound <= max(1.0, float(np.max(worst)))))):
+            worst[:, doubtful], bound[doubtful] = _looked_at(setting, pieces, end, looked, doubtful)
+            done[doubtful] = True
+        done[:] = False
     return worst
 
 
@@ -62,7 +65,8 @@ def _looked_at(
         found = np.ascontiguousarray(np.moveaxis(found.reshape(-1, *s.shape), 2, 0))
         peaks, bends = _peaks(found)
         worst[:, block] = rows.by_kind(peaks)
-        bound[block] = np.max(peaks + bends, axis=0)
+        turns = np.min(v, axis=1) <= 0.5 * np.max(np.abs(np.diff(v, 2, axis=1)), axis=1)  # it may go backwards between
+        bound[block] = np.where(turns, np.inf, np.max(peaks + bends, axis=0))
     return worst, bound
 
 
@@ -89,7 +93,7 @@ def _rising(a: Array, j: Array, steps: Array) -> Array:
 def _peaks(shares: Array) -> tuple[Array, Array]:
     """The largest of shares (places, limits, n), (limits, n), with what parabolas tell between places; how they bend.
 
-    A parabola rises between places by an eighth of its second difference at most: how they bend is twice that.
+    A parabola rises between places by an eighth of its second difference at most: how they bend is four times that.
     """
     below, here, above = shares[:-2], shares[1:-1], shares[2:]
     with np.errstate(invalid="ignore"):
@@ -97,4 +101,4 @@ def _peaks(shares: Array) -> tuple[Array, Array]:
         peak = (here >= below) & (here >= above) & (bend > 0.0) & (bend < np.inf)
         rise = np.where(peak, (above - below) ** 2 / np.where(peak, 8.0 * bend, 1.0), 0.0)
     found: Array = np.maximum(np.max(shares, axis=0), np.max(here + rise, axis=0))
-    return found, 0.25 * np.max(np.abs(bend), axis=0)
+    return found, 0.5 * np.max(np.abs(bend), axis=0)
