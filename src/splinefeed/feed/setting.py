@@ -117,17 +117,13 @@ class Setting:
 
     def corner_at(self, s: Array) -> Array:
         """Largest feed at corners that are passed, mm/s: at the ends of the cells beside them, elsewhere infinite."""
-        corners, feeds = self.passed
-        found = np.full(len(s), np.inf)
-        if len(corners):
-            beside = 2.0 * INSIDE * np.diff(np.concatenate([[0.0], self.breaks, [self.track.length]]))
-            index = np.searchsorted(self.breaks, corners)
-            for k in (np.searchsorted(corners, s) - 1, np.searchsorted(corners, s)):
-                inside = (k >= 0) & (k < len(corners))
-                k = np.clip(k, 0, len(corners) - 1)
-                near = np.maximum(beside[index[k]], beside[index[k] + 1])
-                found = np.where(inside & (np.abs(s - corners[k]) <= near), np.minimum(found, feeds[k]), found)
-        return found
+        edges = np.concatenate([[0.0], self.breaks, [self.track.length]])
+        most = np.full(len(edges), np.inf)
+        most[np.searchsorted(edges, self.passed[0])] = self.passed[1]
+        k = np.clip(np.searchsorted(edges, s), 1, len(edges) - 1)
+        beside = 2.0 * INSIDE * (edges[k] - edges[k - 1])
+        before, behind = s - edges[k - 1] <= beside, edges[k] - s <= beside
+        return np.minimum(np.where(before, most[k - 1], np.inf), np.where(behind, most[k], np.inf))
 
     @cached_property
     def weights(self) -> Array:

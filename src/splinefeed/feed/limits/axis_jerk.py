@@ -29,7 +29,6 @@ def row(name: str, at: Places, r: Array, turn: Array, bend: Array, limit: float)
 
     r (n, 3)  r', r'', r''';  turn, bend (2, n)  jumps of r' and r'' up and down within reach
     """
-    up = down = None
-    if at.period is not None and (np.any(bend) or np.any(turn)):
-        up, down = np.stack([turn / (limit * at.period**2), PEAK * bend / (limit * at.period)], axis=1)
-    return Jerk(name, r[:, 2] / limit, 1.5 * r[:, 1] / limit, 0.5 * r[:, 0] / limit, up, down)
+    period = at.period or np.inf
+    taken = zip(turn / (limit * period**2), PEAK * bend / (limit * period), strict=True)
+    return Jerk(name, r[:, 2] / limit, 1.5 * r[:, 1] / limit, 0.5 * r[:, 0] / limit, *taken)

@@ -76,15 +76,15 @@ class Linear:
 class Jerk:
     """-1/sqrt(q) + down <= c0 q + c1 q' + c2 q'' <= 1/sqrt(q) - up, normalised by the limit.
 
-    up, down (2, n)  what jumps of the path take of it: a constant, and a factor of sqrt(q)
+    up, down  what jumps of the path take of it: a constant, and a factor of sqrt(q), each (n,) or a number
     """
 
     name: str
     c0: Array
     c1: Array
     c2: Array
-    up: Array | None = None
-    down: Array | None = None
+    up: Sequence[Array | float] = (0.0, 0.0)
+    down: Sequence[Array | float] = (0.0, 0.0)
 
 
 Row = Top | Linear | Jerk
@@ -110,15 +110,13 @@ class Rows:
     def tightened(self, factor: Array) -> Rows:
         """The same with q held to so much less, (3, n): tops and linear rows by the factor, jerk by its power 3/2."""
         top, linear, jerk = factor[0], factor[1], factor[2] ** -1.5
-        return Rows(
-            self.top * top,
-            self.tops,
-            self.linear,
-            self.low * linear,
-            self.high * linear,
-            self.jerk * jerk,
-            self.jump * jerk,
-            self.names,
+        return dataclasses.replace(
+            self,
+            top=self.top * top,
+            low=self.low * linear,
+            high=self.high * linear,
+            jerk=self.jerk * jerk,
+            jump=self.jump * jerk,
         )
 
     def only_rising(self, way: Array, least: float) -> Rows:
@@ -165,30 +163,25 @@ def stacked(rows: Sequence[Row], n: int) -> Rows:
     tops = [row for row in rows if isinstance(row, Top)]
     linear = [row for row in rows if isinstance(row, Linear)]
     jerk = [row for row in rows if isinstance(row, Jerk)]
-
-    each, low, high = np.empty((len(tops), n)), np.empty((len(linear), n)), np.empty((len(linear), n))
-    factors, jerks, jump = np.empty((len(linear), 2, n)), np.empty((len(jerk), 3, n)), np.zeros((2, 2, len(jerk), n))
-    for k, top in enumerate(tops):
-        each[k] = np.minimum(top.q, FREE**2)
-    for k, row in enumerate(linear):
-        factors[k, 0], factors[k, 1] = row.c0, row.c1
-        low[k], high[k] = np.maximum(row.low, -FREE), np.minimum(row.high, FREE)
-    for k, curved in enumerate(jerk):
-        jerks[k, 0], jerks[k, 1], jerks[k, 2] = curved.c0, curved.c1, curved.c2
-        for side, taken in enumerate((curved.up, curved.down)):
-            if taken is not None:
-                jump[side, :, k] = taken
+    each = _table([(np.minimum(row.q, FREE**2),) for row in tops], 1, n)[:, 0]
+    ends = _table([(np.maximum(row.low, -FREE), np.minimum(row.high, FREE)) for row in linear], 2, n)
+    jump = np.stack([_table([row.up for row in jerk], 2, n), _table([row.down for row in jerk], 2, n)])
     return Rows(
         top=np.min(each, axis=0),
         tops=each,
-        linear=factors,
-        low=low,
-        high=high,
-        jerk=jerks,
-        jump=jump,
-        names=(
-            tuple(row.name for row in tops),
-            tuple(row.name for row in linear),
-            tuple(row.name for row in jerk),
-        ),
+        linear=_table([(row.c0, row.c1) for row in linear], 2, n),
+        low=ends[:, 0],
+        high=ends[:, 1],
+        jerk=_table([(row.c0, row.c1, row.c2) for row in jerk], 3, n),
+        jump=np.moveaxis(jump, 1, 2),
+        names=(tuple(row.name for row in tops), tuple(row.name for row in linear), tuple(row.name for row in jerk)),
     )
+
+
+def _table(rows: Sequence[Sequence[Array | float]], width: int, n: int) -> Array:
+    """Rows of so many values, each (n,) or a number, (rows, width, n)."""
+    out = np.empty((len(rows), width, n))
+    for each, given in zip(out, rows, strict=True):
+        for place, value in zip(each, given, strict=True):
+            place[:] = value
+    return out
