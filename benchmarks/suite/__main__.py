@@ -146,7 +146,7 @@ def _ours(path: sf.Path, limits: dict[str, float], period: float, strategy: str)
 def _finer(problem: dict[str, Any], path: sf.Path, how: str) -> Profile:
     """Ours on finer cells, closer to their optimum."""
     MODES[how] = replace(MODES[TIME_OPTIMAL], **FINER[how])
-    law = plan_in_mode(path, sf.Limits(**problem["limits"]), problem["period"], how)
+    law = plan_in_mode(path, sf.Limits(**problem["limits"]), problem["period"], strategy=how)
     return Profile(law.duration, law, 0.0)
 
 

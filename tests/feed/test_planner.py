@@ -42,7 +42,7 @@ def setting_of(path: Path, limits: sf.Limits, period: float | None = PERIOD) -> 
 @pytest.mark.parametrize(("strategy", "most"), [("time-optimal", 1.0025), ("look-ahead", 1.01)])
 def test_as_fast_as_the_best_known_within_every_limit(name: str, setting: str, strategy: str, most: float) -> None:
     path, limits, best = SHAPES[name](), cases.axis_limits(setting), cases.BEST[name, setting]
-    law = planner.plan_in_mode(path, limits, PERIOD, strategy)
+    law = planner.plan_in_mode(path, limits, PERIOD, strategy=strategy)
     assert law is not None
     assert law.duration <= most * best + PERIOD
     assert law.duration >= 0.999 * best
@@ -58,11 +58,11 @@ def test_as_fast_as_the_best_known_within_every_limit(name: str, setting: str, s
 
 def test_the_bound_knows_the_jerk() -> None:
     for setting, least in (("A", 0.997), ("B", 0.99), ("C", 0.997)):
-        law = planner.plan_in_mode(cases.butterfly(), cases.axis_limits(setting), None, "time-optimal")
+        law = planner.plan_in_mode(cases.butterfly(), cases.axis_limits(setting), None, strategy="time-optimal")
         assert law is not None
         assert least * law.duration <= law.settings["lower_bound_s"] <= law.duration
     without = sf.Limits(feed=60, axis_velocity=60, axis_acceleration=500)
-    law = planner.plan_in_mode(cases.butterfly(), without, None, "time-optimal")
+    law = planner.plan_in_mode(cases.butterfly(), without, None, strategy="time-optimal")
     assert law is not None
     assert 7.63 < law.settings["lower_bound_s"] < 7.67  # 7.709 s with the jerk
 
@@ -148,7 +148,7 @@ PLANNED = {**sample_curves.TIPS, **BENT}
 @pytest.mark.parametrize("name", PLANNED)
 def test_cusps_and_sharp_bends_are_planned_within_every_limit(name: str, strategy: str) -> None:
     path, limits = Path([PLANNED[name]]), cases.axis_limits("A")
-    law = planner.plan_in_mode(path, limits, PERIOD, strategy)
+    law = planner.plan_in_mode(path, limits, PERIOD, strategy=strategy)
     assert law is not None
     assert sf.check(sf.interpolate(path, law), path, limits, law=law).ok
     ticks = np.arange(round(law.duration / PERIOD) + 1) * PERIOD
@@ -164,9 +164,10 @@ def test_a_rest_at_a_cusp_costs_what_a_bend_does() -> None:
     """What is put next to the tip asks nothing of the axes: the same time as the bends of 0.01 to 10 um next to it."""
     limits = cases.axis_limits("A")
     times = [
-        planner.plan_in_mode(Path([sample_curves.bent(r)]), limits, PERIOD, "time-optimal") for r in (0.0, 1e-8, 1e-7)
+        planner.plan_in_mode(Path([sample_curves.bent(r)]), limits, PERIOD, strategy="time-optimal")
+        for r in (0.0, 1e-8, 1e-7)
     ]
-    bend = planner.plan_in_mode(Path([sample_curves.bent(1e-4)]), limits, PERIOD, "time-optimal")
+    bend = planner.plan_in_mode(Path([sample_curves.bent(1e-4)]), limits, PERIOD, strategy="time-optimal")
     assert bend is not None
     for law in times:
         assert law is not None
@@ -234,7 +235,7 @@ def test_two_limits_of_jerk_cost_what_the_exact_profile_says(
     length: float, most: float, jerk: float, falling: float
 ) -> None:
     path, limits = arc(length), sf.Limits(feed=60, acceleration=500, jerk=jerk, deceleration_jerk=falling)
-    law = planner.plan_in_mode(path, limits, None, "time-optimal")
+    law = planner.plan_in_mode(path, limits, None, strategy="time-optimal")
     assert law is not None
     exact = SevenPhase.solve(path.length, limits).duration
     assert exact * (1.0 - 1e-6) <= law.duration <= most * exact
@@ -261,16 +262,16 @@ def test_many_profiles_at_once_are_those_of_one_by_one() -> None:
 def test_rotary_axes_beside_linear_ones_are_planned_and_those_that_turn_on_the_spot_refused() -> None:
     limits = sf.Limits(feed=50, axis_acceleration={"x": 500, "a": 20}, axis_jerk={"x": 2e4, "a": 1e3})
     path = Path([sf.NurbsCurve.bezier([[0, 0], [5, 0.5], [10, -1.0], [15, 0.2]])], ("x", "a"))
-    law = planner.plan_in_mode(path, limits, PERIOD, "time-optimal")
+    law = planner.plan_in_mode(path, limits, PERIOD, strategy="time-optimal")
     assert law is not None
     assert sf.check(sf.interpolate(path, law), path, limits, law=law).ok
     on_the_spot = Path([sf.NurbsCurve.bezier([[0, 0], [0, 0.5], [10, 1.0]])], ("x", "a"))
     with pytest.raises(
         PlanError, match=r"still while a turns on|turns or bends there while|turns so far within so little"
     ):
-        planner.plan_in_mode(on_the_spot, limits, PERIOD, "time-optimal")
+        planner.plan_in_mode(on_the_spot, limits, PERIOD, strategy="time-optimal")
     alone = Path([sf.NurbsCurve.bezier([[0, 0], [0, 1.0]]), sf.NurbsCurve.bezier([[0, 1], [5, 1.0]])], ("x", "a"))
-    law = planner.plan_in_mode(alone, limits, PERIOD, "time-optimal")
+    law = planner.plan_in_mode(alone, limits, PERIOD, strategy="time-optimal")
     assert law is not None
     assert sf.check(sf.interpolate(alone, law), alone, limits, law=law).ok
 

@@ -40,20 +40,6 @@ POOR = 1.2
 TIP = ("tip.x", "tip.y", "tip.z")
 
 
-def plan_time_optimal(
-    path: Path | JointPath, limits: Limits, period: float | None, start: State | None = None
-) -> TimeLaw:
-    """Least time under all limits at once, at rest at the stops; see `plan_in_mode`."""
-    return plan_in_mode(path, limits, period, TIME_OPTIMAL, start)
-
-
-def plan_look_ahead(
-    path: Path | JointPath, limits: Limits, period: float | None, start: State | None = None
-) -> TimeLaw:
-    """Close to the least time, window by window; see `plan_in_mode`."""
-    return plan_in_mode(path, limits, period, LOOK_AHEAD, start)
-
-
 def setting_of(path: Path | JointPath, limits: Limits, period: float | None) -> Setting:
     """What a motion along the path is planned under; joints are axes over the arc length of the tip, behind its own."""
     curves: Path
@@ -93,7 +79,7 @@ def _by_axis(limits: Limits, path: JointPath) -> Limits:
 
 
 def plan_in_mode(
-    path: Path | JointPath, limits: Limits, period: float | None, strategy: str, start: State | None = None
+    path: Path | JointPath, limits: Limits, period: float | None, start: State | None = None, *, strategy: str
 ) -> TimeLaw:
     """The motion in one of MODES.
 

@@ -7,11 +7,12 @@ import difflib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import partial
 
 import numpy as np
 
 from splinefeed.errors import CurveError, InputError, LimitsError, expect
-from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL, plan_look_ahead, plan_time_optimal
+from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL, plan_in_mode
 from splinefeed.feed.seven_phase import STRATEGY as SEVEN_PHASE
 from splinefeed.feed.seven_phase import Stretched, plan_seven_phase
 from splinefeed.feed.soft_limits import check_travel
@@ -47,8 +48,8 @@ class Strategy:
 #: Every strategy by the name that `plan` and the command line know it by; a new one is one entry.
 STRATEGIES: dict[str, Strategy] = {
     SEVEN_PHASE: Strategy(plan_seven_phase, holds=SHAPELESS | ENDS, needs=SHAPELESS),
-    LOOK_AHEAD: Strategy(plan_look_ahead, holds=EVERY_LIMIT),
-    TIME_OPTIMAL: Strategy(plan_time_optimal, holds=EVERY_LIMIT),
+    LOOK_AHEAD: Strategy(partial(plan_in_mode, strategy=LOOK_AHEAD), holds=EVERY_LIMIT),
+    TIME_OPTIMAL: Strategy(partial(plan_in_mode, strategy=TIME_OPTIMAL), holds=EVERY_LIMIT),
 }
 
 
@@ -135,10 +136,7 @@ def plan(
         _check_start(path, strategy, start)
     if isinstance(path, JointPath) and strategy == SEVEN_PHASE:
         raise LimitsError(f"{SEVEN_PHASE} cannot plan joints; choose {TIME_OPTIMAL} or {LOOK_AHEAD} for a tool path")
-    if start is None:
-        law = STRATEGIES[strategy].make(path, limits, period)
-    else:
-        law = STRATEGIES[strategy].make(path, limits, period, start)
+    law = STRATEGIES[strategy].make(path, limits, period, *([] if start is None else [start]))
     if strategy == SEVEN_PHASE and isinstance(path, Path):
         law = with_dwells(law, path.dwells, path.length)
     law = close_gaps(law)
