@@ -11,6 +11,9 @@ from splinefeed.records import Array, IntArray
 
 #: Shares of each piece's time at which it is looked at, dense at both ends; and where it may be over what was seen.
 LOOKED, *CLOSER = (0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count in (7, 17, 65))
+#: What a limit may do between places beyond their parabolas, in second differences over the number of places: at 7
+#: places four times what a parabola rises between them, at 17 not twice as much.
+DOUBT = 3.5
 
 
 def worst_shares(setting: Setting, pieces: Pieces, end: float) -> Array:
@@ -65,8 +68,8 @@ def _looked_at(
         found = np.ascontiguousarray(np.moveaxis(found.reshape(-1, *s.shape), 2, 0))
         peaks, bends = _peaks(found)
         worst[:, block] = rows.by_kind(peaks)
-        turns = np.min(v, axis=1) <= 0.5 * np.max(np.abs(np.diff(v, 2, axis=1)), axis=1)  # it may go backwards between
-        bound[block] = np.where(turns, np.inf, np.max(peaks + bends, axis=0))
+        backwards = np.sum(_peaks(-v.T[:, None]), axis=0)[0] >= 0.0  # between places the feed may be below 0
+        bound[block] = np.where(backwards, np.inf, np.max(peaks + bends, axis=0))
     return worst, bound
 
 
@@ -93,7 +96,7 @@ def _rising(a: Array, j: Array, steps: Array) -> Array:
 def _peaks(shares: Array) -> tuple[Array, Array]:
     """The largest of shares (places, limits, n), (limits, n), with what parabolas tell between places; how they bend.
 
-    A parabola rises between places by an eighth of its second difference at most: how they bend is four times that.
+    A parabola rises between places by an eighth of its second difference at most.
     """
     below, here, above = shares[:-2], shares[1:-1], shares[2:]
     with np.errstate(invalid="ignore"):
@@ -101,4 +104,4 @@ def _peaks(shares: Array) -> tuple[Array, Array]:
         peak = (here >= below) & (here >= above) & (bend > 0.0) & (bend < np.inf)
         rise = np.where(peak, (above - below) ** 2 / np.where(peak, 8.0 * bend, 1.0), 0.0)
     found: Array = np.maximum(np.max(shares, axis=0), np.max(here + rise, axis=0))
-    return found, 0.5 * np.max(np.abs(bend), axis=0)
+    return found, DOUBT / len(shares) * np.max(np.abs(bend), axis=0)
