@@ -157,37 +157,41 @@ def reactions(ahead: int, turns: int) -> dict[str, list[float]]:
     motion.override.run = logged  # type: ignore[method-assign]
 
     def due(row: int) -> float:
-        return sink._start + (row - sink._before) * PERIOD
+        with sink._lock:
+            assert sink._next is not None
+            return sink._next + (row - sink._taken - 1) * PERIOD
 
     def turn() -> None:
-        with socket.create_connection(("127.0.0.1", control.port), 10.0) as client, client.makefile("rb") as lines:
-            time.sleep(1.0)
-            for k in range(turns):
-                before, wanted = motion.override.rate, (0.6, 0.9)[k % 2]
-                begin = len(log)
-                row = sum(len(rate) for _, rate in log[:begin]) + 1
-                sent = time.monotonic()
-                client.sendall(json.dumps({"token": control.token, "override": 100.0 * wanted}).encode() + b"\n")
-                lines.readline()
-                end = time.monotonic() + 5.0
-                answered = False
-                place = begin
-                while time.monotonic() < end:
-                    while place < len(log):
-                        rate = log[place][1]
-                        changed = np.flatnonzero(rate != before)
-                        if not answered and len(changed):
-                            answers.append(due(row + int(changed[0]) + 1) - sent)
-                            answered = True
-                        there = np.flatnonzero(rate == wanted)
-                        if len(there):
-                            lands.append(due(row + int(there[0]) + 1) - sent)
-                            end = 0.0
-                            break
-                        row += len(rate)
-                        place += 1
-                    time.sleep(0.001)
-        operator.obey({"stop": True})
+        try:
+            with socket.create_connection(("127.0.0.1", control.port), 10.0) as client, client.makefile("rb") as lines:
+                time.sleep(1.0)
+                for k in range(turns):
+                    before, wanted = motion.override.rate, (0.6, 0.9)[k % 2]
+                    begin = len(log)
+                    row = sum(len(rate) for _, rate in log[:begin]) + 1
+                    sent = time.monotonic()
+                    client.sendall(json.dumps({"token": control.token, "override": 100.0 * wanted}).encode() + b"\n")
+                    lines.readline()
+                    end = time.monotonic() + 5.0
+                    answered = False
+                    place = begin
+                    while time.monotonic() < end:
+                        while place < len(log):
+                            rate = log[place][1]
+                            changed = np.flatnonzero(rate != before)
+                            if not answered and len(changed):
+                                answers.append(due(row + int(changed[0]) + 1) - sent)
+                                answered = True
+                            there = np.flatnonzero(rate == wanted)
+                            if len(there):
+                                lands.append(due(row + int(there[0]) + 1) - sent)
+                                end = 0.0
+                                break
+                            row += len(rate)
+                            place += 1
+                        time.sleep(0.001)
+        finally:
+            operator.obey({"stop": True})
 
     with Control(operator) as control:
         thread = threading.Thread(target=turn)
