@@ -57,8 +57,7 @@ def _looked_at(
             worst[:, block] = bound[block] = np.inf
             continue
         s = np.clip(s, (low[block] + inside)[:, None], (high[block] - inside)[:, None])
-        rising = _rising(a, j, pieces.spans[block, None] * np.diff(looked))
-        places = setting.places(s.ravel(), feed=v.ravel(), rising=rising.ravel(), alone=True)
+        places = setting.places(s.ravel(), feed=v.ravel(), rising=_rising(a).ravel(), alone=True)
         for jump in (places.turn, places.bend):  # what a piece comes within reach of counts for all of it
             by_piece = jump.reshape(*jump.shape[:2], *s.shape)
             by_piece[:] = np.max(by_piece, axis=3, keepdims=True)
@@ -73,23 +72,12 @@ def _looked_at(
     return worst, bound
 
 
-def _rising(a: Array, j: Array, steps: Array) -> Array:
-    """The sign of the acceleration at places (n, k) of pieces, 0 where it may change on the way to the next one.
-
-    a, j  acceleration and jerk at the places, steps (n, k - 1) times between them. Where tangents at two of them meet
-    on the other side of 0 the acceleration may go there in between.
-    """
+def _rising(a: Array) -> Array:
+    """The sign of accelerations (n, k) at places of pieces, 0 beside where it changes."""
     still = np.abs(a) <= ALMOST * np.max(np.abs(a), axis=1, keepdims=True)  # it has the sign of what is around it
     sign = np.sign(np.where(still, np.sum(a, axis=1, keepdims=True), a))
-    a = np.where(still, 0.0, a)
-    bend = j[:, 1:] - j[:, :-1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        at = (a[:, :-1] - a[:, 1:] + j[:, 1:] * steps) / bend
-        met = (a[:, :-1] + j[:, :-1] * at) * sign[:, :-1]
-    turns = (sign[:, 1:] != sign[:, :-1]) | ((at > 0.0) & (at < steps) & (met < 0.0))
-    either = np.zeros(a.shape, dtype=bool)
-    either[:, 1:] |= turns
-    either[:, :-1] |= turns
+    turns = sign[:, 1:] != sign[:, :-1]
+    either = np.pad(turns, ((0, 0), (1, 0))) | np.pad(turns, ((0, 0), (0, 1)))
     return np.where(either, 0.0, sign)
 
 

@@ -37,8 +37,9 @@ SHARP = 1e-3
 NEARLY = 8.0
 #: Curvature that is lower by less than this share in the next sample has no narrow peak.
 FALL = 1e-4
-#: Newton steps from between two samples to where |C'| is least.
-STEPS = 4
+#: Newton steps from between two samples to where |C'| is least, at most: where C'' all but vanishes there, too, each
+#: takes a third of the way. A step of this share of the parameter is rounding.
+STEPS, ROUNDING = 90, 1e-15
 
 
 @dataclass(frozen=True)
@@ -251,7 +252,10 @@ def _rise(path: Path, curve: IntArray, u: Array, dip: IntArray, at: Array, radiu
 
 def _slowest(path: Path, curve: IntArray, u: Array, low: Array, high: Array) -> Array:
     """Parameters (n,) between `low` and `high` at which |C'| is least: Newton's steps on C' . C'' = 0 from u (n,)."""
-    for _ in range(STEPS if len(u) else 0):
+    step = np.full(len(u), np.inf)
+    for _ in range(STEPS):
+        if not np.any(np.abs(step) > ROUNDING * np.abs(u)):
+            break
         one, two, three = np.moveaxis(path.evaluate(curve, u, 3)[:, 1:, : path.linear], 1, 0)
         bend = np.abs(np.sum(two * two, axis=1) + np.sum(one * three, axis=1))
         step = np.sum(one * two, axis=1) / np.where(bend > 0.0, bend, np.inf)
