@@ -189,13 +189,11 @@ def spectrum(signal: Array, period: float) -> Spectrum:
     it. A line spreads over 3 lines. The mean is taken off first, so that it does not spread, and stands at 0 Hz.
     Raises InputError for fewer than 8 samples and values that are not finite.
     """
-    from scipy.signal.windows import hann
-
     count, step = len(signal), positive(period, "period")
     if count < LEAST_SAMPLES:
         raise InputError(f"signal has {count} sample(s); at least {LEAST_SAMPLES} are needed for a spectrum")
     check_finite(signal, "signal")
-    weights, mean = hann(count, sym=False), float(np.mean(signal))
+    weights, mean = np.hanning(count + 1)[:-1], float(np.mean(signal))  # of a whole number of samples
     amplitude = 2.0 * np.abs(np.fft.rfft(weights * (signal - mean))) / float(np.sum(weights))
     amplitude[0] = abs(mean)
     if count % 2 == 0:

@@ -73,10 +73,10 @@ def smooth(path: Path, how: Mapping[str, Any]) -> Path:
     Raises InputError where a program has no tolerance, and CurveError if the path exceeds it, which is not known to
     happen.
     """
-    from splinefeed.geometry.smoothing_proven import proven, proven_tool  # not at every start of the command line
-
     if how.get("smooth") is None:
         return path
+    from splinefeed.geometry.smoothing_proven import proven, proven_tool  # not at every start of the command line
+
     said = arguments(how, path.tolerances is not None and bool(path.tolerances.any()))
     if isinstance(path, ToolPath):
         return proven_tool(path, **said)[0]
