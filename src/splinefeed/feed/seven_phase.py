@@ -14,7 +14,7 @@ from splinefeed.errors import LimitsError, PlanError
 from splinefeed.feed import profiles
 from splinefeed.feed.numbers import SAME
 from splinefeed.feed.profiles import ROUNDING, Profile
-from splinefeed.feed.stretches import least_feeds
+from splinefeed.feed.stretches import curve_feeds
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array, Limits, TimeLaw
 
@@ -48,7 +48,7 @@ def plan_seven_phase(path: Stretched, limits: Limits, period: float | None) -> T
     """
     marks = _apart(np.array([0.0, *path.stops, path.length]))
     feed, *along, start_feed, end_feed = _along(limits)
-    feeds = least_feeds(path, limits, marks) if isinstance(path, Path) else np.full(len(marks) - 1, feed)
+    feeds = _least_feeds(path, limits, marks) if isinstance(path, Path) else np.full(len(marks) - 1, feed)
     start, end = np.zeros(len(feeds)), np.zeros(len(feeds))
     start[0], end[-1] = start_feed, end_feed
     found = profiles.solve_in_row(np.diff(marks), feeds, *along, start, end)
@@ -68,9 +68,17 @@ def plan_seven_phase(path: Stretched, limits: Limits, period: float | None) -> T
     return replace(law, notes=law.notes + _slowed(path, limits, marks, feeds)) if isinstance(path, Path) else law
 
 
+def _least_feeds(path: Path, limits: Limits, marks: Array, sign: float = 1.0) -> Array:
+    """Least feed of the curves between neighbouring marks (m + 1,), (m,), mm/s; of sign -1: minus the greatest."""
+    feeds = sign * curve_feeds(path, limits)
+    first = np.searchsorted(path.curve_starts[:-1], marks[:-1] + SAME * path.length, side="right") - 1
+    last = np.searchsorted(path.curve_starts[:-1], marks[1:] - SAME * path.length, side="left") - 1
+    return np.array([feeds[a : max(a, b) + 1].min() for a, b in zip(first, last, strict=True)])
+
+
 def _slowed(path: Path, limits: Limits, marks: Array, feeds: Array) -> tuple[str, ...]:
     """A sentence on the stretches (m,) that run at the least feed of their curves where some of these allow more."""
-    slowed = np.flatnonzero(feeds < -least_feeds(path, limits, marks, sign=-1.0))
+    slowed = np.flatnonzero(feeds < -_least_feeds(path, limits, marks, sign=-1.0))
     if not len(slowed):
         return ()
     k = int(slowed[0])

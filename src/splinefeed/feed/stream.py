@@ -104,7 +104,7 @@ class LookAhead:
     @property
     def rows(self) -> int:
         """Curves that are held in memory."""
-        return sum(len(path.curves) for path in ([] if self._path is None else [self._path]) + self._waiting)
+        return sum(len(path.curves) for path in self._parts)
 
     @property
     def work(self) -> float:
@@ -119,8 +119,8 @@ class LookAhead:
         if path.axes != self.axes:
             raise CurveError(f"the path has axes {path.axes}; the motion has {self.axes}")
         check_travel(path, self.limits)
-        last = self._waiting[-1] if self._waiting else self._path
-        if last is not None:
+        if self._parts:
+            last = self._parts[-1]
             gap = float(np.max(np.abs(last.ends[-1, 1] - path.ends[0, 0])))
             if gap > max(path.tolerance, last.tolerance):
                 raise CurveError(f"gap of {gap:.6g} between curve {self._curves - 1} and curve {self._curves}")
@@ -139,7 +139,7 @@ class LookAhead:
         keeps. Raises LimitsError for limits that leave acceleration and jerk free, or whose travel the path leaves.
         """
         check_limits(limits, self.axes, LOOK_AHEAD)
-        for path in ([] if self._path is None else [self._path]) + self._waiting:
+        for path in self._parts:
             check_travel(path, limits)
         before, self.limits, self._looked = self.limits, limits, 0.0
         known = self._known()
@@ -181,11 +181,15 @@ class LookAhead:
         ahead = setting.rests[setting.rests > self._windows.low]
         return float(ahead[0]) if len(ahead) else path.length
 
+    @property
+    def _parts(self) -> list[Path]:
+        """What is not yet behind: the path that is known, and what came since."""
+        return ([] if self._path is None else [self._path]) + self._waiting
+
     def _known(self) -> Path | None:
         """All that is not yet behind as one path."""
-        parts = ([] if self._path is None else [self._path]) + self._waiting
-        if parts:
-            self._path = joined(parts)
+        if self._parts:
+            self._path = joined(self._parts)
         self._waiting = []
         return self._path
 

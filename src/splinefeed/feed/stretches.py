@@ -23,14 +23,6 @@ def curve_feeds(path: Path, limits: Limits) -> Array:
     return feeds if path.feeds is None else np.minimum(feeds, path.feeds)
 
 
-def least_feeds(path: Path, limits: Limits, marks: Array, sign: float = 1.0) -> Array:
-    """Least feed of the curves between neighbouring marks (m + 1,), (m,), mm/s; of sign -1: minus the greatest."""
-    feeds = sign * curve_feeds(path, limits)
-    first = np.searchsorted(path.curve_starts[:-1], marks[:-1] + SAME * path.length, side="right") - 1
-    last = np.searchsorted(path.curve_starts[:-1], marks[1:] - SAME * path.length, side="left") - 1
-    return np.array([feeds[a : max(a, b) + 1].min() for a, b in zip(first, last, strict=True)])
-
-
 def check_ends(path: Path, limits: Limits) -> None:
     """Raise LimitsError for feeds at the ends of the path that its own curves or dwells contradict."""
     feeds = curve_feeds(path, limits)

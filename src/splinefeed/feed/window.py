@@ -81,15 +81,11 @@ REST = State()
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Motion over a window: its pieces, a lower bound of its time, s, and the largest share of a limit, a factor on q.
-
-    found  whether the optimiser kept all rows
-    """
+    """Motion over a window, a lower bound of its time, s, and the largest share of a limit in it, as a factor on q."""
 
     pieces: Pieces
     bound: float
     over: float
-    found: bool
 
     @property
     def seconds(self) -> float:
@@ -221,7 +217,7 @@ def plan_window(
     if start.feed**2 >= np.max(samples.top) and State(start.feed) == stop == start:  # nothing to choose
         steady = Pieces(np.array([(high - low) / start.feed]), np.array([[low, start.feed, 0.0, 0.0, 0.0, 0.0]]))
         most = float(np.max(worst_shares(setting, steady, high)))
-        return Plan(steady, steady.duration, most if most > 1.0 + SAME else 0.0, True)
+        return Plan(steady, steady.duration, most if most > 1.0 + SAME else 0.0)
     ends = _ends(setting, samples, low, high, start, stop)
     window = Window(setting, samples, samples.q, ends, low, high, mode)
     if setting.period is not None and np.any(np.isin(setting.inside(low, high), setting.real_jumps)):
@@ -251,7 +247,7 @@ def plan_window(
             c, z, factor, often = window.guess(), None, factor[:, was], often[:, was]
             continue
         shares = shares * (1.0 + UNSEEN)
-        found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
+        found.append(Plan(pieces, bound, float(np.max(shares))))
         if found[-1].over <= goal or (exact and not solution.kept and k == 0):
             break
         over = window.of_cells(shares) / goal

@@ -85,7 +85,10 @@ class Windows:
                 "turns too sharply there; smooth it"
             )
         elif plan.over > 1.0 + KEPT and moving:
-            raise OutOfReachError(self._out_of_reach(plan, near))
+            raise OutOfReachError(
+                f"from {self.state.feed:g} mm/s at s = {self.low:.6g} mm the motion up to {near:.6g} mm is over a "
+                f"limit by {100.0 * (plan.over - 1.0):.3g} %"
+            )
         else:
             pieces, end = plan.pieces.stretched(plan.over**0.5 if plan.over > 1.0 + KEPT else 1.0), near
             self.limits = setting.limits
@@ -164,27 +167,16 @@ class Windows:
         """Make the first pieces final."""
         taken, self.left, self.end = pieces.part(0, count), pieces.part(count, len(pieces)), end
         if len(self.left):
-            self.low, self.state = _begin(self.left, 0)
+            self.low, feed, half = self.left.coefficients[0, :3].tolist()
+            self.state = State(feed, 2.0 * half)
         else:
             self.low, self.state, self.left = end, stop, None
         return taken
-
-    def _out_of_reach(self, plan: Plan, near: float) -> str:
-        return (
-            f"from {self.state.feed:g} mm/s at s = {self.low:.6g} mm the motion up to {near:.6g} mm is over a limit by "
-            f"{100.0 * (plan.over - 1.0):.3g} %"
-        )
 
 
 def _final(count: int) -> int:
     """How many of so many pieces become final."""
     return max(count - int(OPEN * count), 1)
-
-
-def _begin(pieces: Pieces, k: int) -> tuple[float, State]:
-    """Where piece `k` begins, mm, and how."""
-    s, feed, half = (float(value) for value in pieces.coefficients[k, :3])
-    return s, State(feed, 2.0 * half)
 
 
 def plan_stretch(setting: Setting, low: float, high: float, start: State, stop: State, mode: Mode) -> Plan:
@@ -198,4 +190,4 @@ def plan_stretch(setting: Setting, low: float, high: float, start: State, stop: 
     while windows.low < high:
         near = windows.reach(setting, mode, high)
         parts.append(windows.advance(setting, mode, near, stop, ends_here=near == high))
-    return Plan(joined(parts), 0.0, 1.0, True)
+    return Plan(joined(parts), 0.0, 1.0)
