@@ -19,9 +19,6 @@ REFUSALS = (
     "make them equal or move them apart",  # knots that differ by a rounding
     "leaves almost no feed",  # a rotary axis, or a chord error below the resolution of 1 nm
     "a limit leaves almost none",
-    "nothing can be slowed down",  # ticks over a limit on a stretch that begins or ends in motion
-    "however slow it is",  # a chord across a tip below the resolution of 1 nm
-    "cells would be needed",  # a curve of far more bends than its length allows
     "no motion within the limits was found",  # next to rounding, as a rotary axis between places that all but coincide
 )
 #: Seeds that once failed, and what they were.

@@ -193,7 +193,7 @@ def spectrum(signal: Array, period: float) -> Spectrum:
     if count < LEAST_SAMPLES:
         raise InputError(f"signal has {count} sample(s); at least {LEAST_SAMPLES} are needed for a spectrum")
     check_finite(signal, "signal")
-    weights, mean = np.hanning(count + 1)[:-1], float(np.mean(signal))  # of a whole number of samples
+    weights, mean = np.hanning(count + 1)[:-1], float(np.mean(signal))  # Hann's, periodic
     amplitude = 2.0 * np.abs(np.fft.rfft(weights * (signal - mean))) / float(np.sum(weights))
     amplitude[0] = abs(mean)
     if count % 2 == 0:

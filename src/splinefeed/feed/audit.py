@@ -19,23 +19,23 @@ DOUBT = 3.5
 def worst_shares(setting: Setting, pieces: Pieces, end: float) -> Array:
     """Largest shares in each piece of tops, linear limits and jerk, (3, m), as factors on q; it ends at `end`, mm.
 
-    A peak between places follows from a parabola through three of them. Pieces in which a limit bends so much between
-    its places that it might be over all that was seen, and over 1, are looked at more closely. So are the first and the
-    last one and those in or beside which the path turns on less of its length, as closely as can be.
+    A peak between places follows from a parabola through three of them. A piece whose share might be above 1 and above
+    that of all others between its places is looked at more closely. The first piece, the last one, and those at a break
+    beside which the path turns within less than the piece are looked at as closely as can be, whatever was seen.
     """
     worst, bound = _looked_at(setting, pieces, end, LOOKED)
     edges = np.append(pieces.coefficients[:, 0], end)
     first, last = np.searchsorted(setting.breaks, edges[[0, -1]])
     b = setting.breaks[first:last]
     beside = np.stack([np.searchsorted(edges[:-1], b), np.searchsorted(edges[:-1], b, side="right")]) - 1
-    done = np.zeros(len(pieces), dtype=bool)  # those that wait for the closest look are done with the others
-    done[beside[setting.turns_within[:, first:last] < np.diff(edges)[beside]]] = done[[0, -1]] = True
-    bound[done] = np.inf
+    closest = np.zeros(len(pieces), dtype=bool)
+    closest[beside[setting.turns_within[:, first:last] < np.diff(edges)[beside]]] = closest[[0, -1]] = True
+    bound[closest] = np.inf
     for looked in CLOSER:
+        done = closest.copy() if looked is not CLOSER[-1] else np.zeros_like(closest)
         while len(doubtful := np.flatnonzero(~done & ~(bound <= max(1.0, float(np.max(worst)))))):
             worst[:, doubtful], bound[doubtful] = _looked_at(setting, pieces, end, looked, doubtful)
             done[doubtful] = True
-        done[:] = False
     return worst
 
 
