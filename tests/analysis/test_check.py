@@ -217,23 +217,23 @@ EVERY = [
 
 @pytest.mark.parametrize("name", EVERY)
 @pytest.mark.parametrize("with_law", [False, True], ids=["setpoints", "law"])
-def test_one_millionth_over_one_limit_is_blamed_on_it_alone(good, name, with_law):
+def test_two_millionths_over_one_limit_are_blamed_on_it_alone(good, name, with_law):
     path, points, law = good
     wide = {**{n: 1e9 for n in EVERY}, "deceleration_jerk": 1e9}
     found = check(points, path, sf.Limits.from_dict(wide), law=law if with_law else None).limits[name]
-    assert found.worst * 1e-6 > 2 * found.floor
+    assert found.worst * 2e-6 > 2 * found.floor
     held = {name: found.worst}
     if name == "jerk":
         held["deceleration_jerk"] = found.worst
     assert check(points, path, sf.Limits.from_dict({**wide, **held}), law=law if with_law else None).ok
-    over = {n: value / (1 + 1e-6) for n, value in held.items()}
+    over = {n: value / (1 + 2e-6) for n, value in held.items()}
     verdict = check(points, path, sf.Limits.from_dict({**wide, **over}), law=law if with_law else None)
     assert not verdict.ok
     assert failing(verdict) == {name}
     assert len(verdict.problems) == 1
     assert verdict.problems[0].startswith(f"{name}: ")
     assert verdict.limits[name].at_s == found.at_s
-    assert verdict.limits[name].share == pytest.approx(1 + 1e-6, abs=1e-9)
+    assert verdict.limits[name].share == pytest.approx(1 + 2e-6, abs=1e-9)
 
 
 def test_jerk_has_a_limit_each_for_speeding_up_and_slowing_down(good):
@@ -255,7 +255,7 @@ def test_travel(good):
     low, high = float(points.position[:, 1].min()), float(points.position[:, 1].max())
     held = dataclasses.replace(LIMITS, axis_minimum={"y": low}, axis_maximum={"y": high})
     assert check(points, path, held).ok
-    over = dataclasses.replace(LIMITS, axis_minimum={"x": -1.0, "y": low}, axis_maximum={"x": 71.0, "y": high - 1e-6})
+    over = dataclasses.replace(LIMITS, axis_minimum={"x": -1.0, "y": low}, axis_maximum={"x": 71.0, "y": high - 1e-4})
     verdict = check(points, path, over)
     assert failing(verdict) == {"travel.y"}
     assert verdict.limits["travel.y"].at_t == points.t[np.argmax(points.position[:, 1])]
@@ -420,7 +420,7 @@ def test_one_axis_over_its_jerk_alone():
     points, _ = planned(path)
     wide = {"x": 1e9, "theta": 1e9}
     found = check(points, path, sf.Limits(**FAR, axis_jerk=wide)).limits["axis_jerk.theta"]
-    limits = sf.Limits(feed=60, acceleration=500, jerk=20000, axis_jerk={"x": 1e9, "theta": found.worst / (1 + 1e-6)})
+    limits = sf.Limits(feed=60, acceleration=500, jerk=20000, axis_jerk={"x": 1e9, "theta": found.worst / (1 + 2e-6)})
     verdict = check(points, path, limits)
     assert failing(verdict) == {"axis_jerk.theta"}
     assert verdict.limits["axis_jerk.theta"].axis == "theta"
@@ -501,7 +501,7 @@ def test_a_law_over_a_limit_between_ticks(good):
     assert by_law.worst > 1.5 * by_points
     assert by_law.by == "law"
     assert fine.worst == pytest.approx(by_law.worst, rel=5e-3)
-    limits = sf.Limits(**FAR, axis_jerk={"y": by_law.worst / (1 + 1e-6)})
+    limits = sf.Limits(**FAR, axis_jerk={"y": by_law.worst / (1 + 2e-6)})
     assert check(coarse, path, limits).ok
     assert failing(check(coarse, path, limits, law=law)) == {"axis_jerk.y"}
 
@@ -606,3 +606,25 @@ def test_every_limit_is_told_in_the_unit_that_people_read() -> None:
     page = sf.Verdict(limits=found, problems=()).as_dict()["limits"]
     assert page["torque.c"]["limit"] == 2.0 and page["travel.c"]["limit"] == pytest.approx(np.rad2deg(2.0))
     assert "orientation_error" in sf.Limits(feed=1.0, orientation_error=0.1)._repr_html_()
+
+
+def test_an_axis_that_moves_without_a_limit_is_named() -> None:
+    line = sf.NurbsCurve.bezier([[0.0, 0.0, 0.0], [30.0, 10.0, 1.0]])
+    path = sf.Path([line], ("x", "y", "a"))
+    limits = sf.Limits(feed=60.0, axis_acceleration=500.0, axis_jerk=20000.0)
+    setpoints = sf.interpolate(path, sf.plan(path, limits, period=1e-3))
+    notes = sf.check(setpoints, path, limits).notes
+    assert "a moves without axis_acceleration, which other axes have; give each axis its own" in notes
+    assert "a moves without axis_jerk, which other axes have; give each axis its own" in notes
+    bounded = sf.Limits(
+        feed=60.0,
+        axis_acceleration={"x": 500.0, "y": 500.0, "a": 20.0},
+        axis_jerk={"x": 20000.0, "y": 20000.0, "a": 800.0},
+    )
+    again = sf.interpolate(path, sf.plan(path, bounded, period=1e-3))
+    assert not any("moves without" in note for note in sf.check(again, path, bounded).notes)
+
+
+@pytest.mark.parametrize(("share", "holds"), [(1.0 + 0.9e-6, True), (1.0 + 1.1e-6, False)])
+def test_a_limit_is_kept_up_to_a_millionth_of_it(share: float, holds: bool) -> None:
+    assert sf.LimitResult(limit=20000.0, worst=20000.0 * share, at_s=0.0, at_t=0.0).holds is holds

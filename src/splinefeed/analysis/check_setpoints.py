@@ -20,7 +20,7 @@ from splinefeed.analysis.check_tool import Tool
 from splinefeed.analysis.place import Located, Placer
 from splinefeed.errors import InputError
 from splinefeed.geometry.rows import EPSILON
-from splinefeed.records import Array, BoolArray, Setpoints, TimeLaw, unit_along
+from splinefeed.records import AXIS_LIMITS, Array, BoolArray, Setpoints, TimeLaw, unit_along
 
 #: A setpoint may be this many roundings of the largest coordinate off the curve, in addition to the tolerance.
 ROUNDINGS = 64.0
@@ -85,6 +85,8 @@ class Judge:
         self.gone = self._seen = 0.0  # length before the path, mm, and up to where the motion is known
         self.turning: list[float] = []  # where the curves begin on which rotary axes move alone, mm
         self._know(bounds)
+        axes = len(first.axes)
+        self._least, self._greatest = np.full(axes, np.inf), np.full(axes, -np.inf)  # positions so far
         self.tool = None if bounds.joints is None else Tool(bounds.joints, self.rows, self._placer)
         self._tail: Ticks | None = None  # the last ticks
         top = 0.0 if law is None else float(np.max(law.feed(np.linspace(0.0, law.duration, 2048))))
@@ -107,6 +109,18 @@ class Judge:
         assert self._tail is not None
         return int(np.searchsorted(self.bounds.path.curve_rows[:, 0], min(self._tail.row), side="right")) - 1
 
+    def without_limits(self) -> list[str]:
+        """A sentence for each kind of limit that some axes have and others that move do not."""
+        size = np.maximum(np.abs(self._least), np.abs(self._greatest))
+        moves = self._greatest - self._least > ROUNDINGS * EPSILON * size
+        axes, found = np.array(self.bounds.axes), []
+        for name in AXIS_LIMITS:
+            bounded = np.isfinite(self.bounds.limits.of_axes(name, self.bounds.axes))
+            if free := axes[moves & ~bounded].tolist() if bounded.any() else []:
+                verb = "moves" if len(free) == 1 else "move"
+                found.append(f"{', '.join(free)} {verb} without {name}, which other axes have; give each axis its own")
+        return found
+
     def move_on(self, bounds: Bounds, left: int) -> None:
         """Go on with a path that lacks the first `left` curves and goes on further."""
         assert self._tail is not None
@@ -120,6 +134,8 @@ class Judge:
     def see(self, setpoints: Setpoints, last: bool) -> None:
         """The next setpoints; `last` says that they are the last one, alone."""
         self._check_finite(setpoints)
+        self._least = np.minimum(self._least, setpoints.position.min(axis=0, initial=np.inf))
+        self._greatest = np.maximum(self._greatest, setpoints.position.max(axis=0, initial=-np.inf))
         place, values = self._locate(setpoints)
         t, limits = setpoints.t, self.bounds.limits
         dt, still = self._check_times(t, place.s, last), np.zeros(len(t), dtype=bool)

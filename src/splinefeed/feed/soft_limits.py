@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from splinefeed.errors import LimitsError
+from splinefeed.feed.numbers import KEPT
 from splinefeed.geometry.differential import extremes
 from splinefeed.geometry.path import Path
-from splinefeed.records import KEPT, ROTARY_AXES, Limits
+from splinefeed.records import ROTARY_AXES, Limits
 
 
 def check_travel(path: Path, limits: Limits) -> None:

@@ -9,8 +9,8 @@ from typing import Any
 from splinefeed.records import view
 from splinefeed.records.limits import shown_by
 
-#: A limit counts as kept up to this, relative: the rounding of a plan that rides on it.
-KEPT = 1e-9
+#: A limit counts as kept up to this, relative: no drive tells less apart, and a plan may ride on its limit.
+KEPT = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +40,7 @@ class LimitResult:
 
     @property
     def holds(self) -> bool:
-        """worst <= limit (1 + 1e-9) + floor."""
+        """worst <= limit (1 + 1e-6) + floor."""
         return self.worst <= self.limit * (1.0 + KEPT) + self.floor
 
 
