@@ -230,5 +230,5 @@ def test_long_stretches_between_jumps_are_read_as_line_by_line(tmp_path: Path) -
 
 
 def test_in_other_dialects_there_are_no_jumps(tmp_path: Path) -> None:
-    assert refusal(tmp_path, "M98 P100", dialect="printer").startswith("line 1: M98: subprograms are not supported")
-    assert refusal(tmp_path, "O100 sub", dialect="printer").startswith("line 1: O100 sub: subprograms, loops and")
+    assert refusal(tmp_path, "M98 P100", dialect="grbl").startswith("line 1: M98: subprograms are not supported")
+    assert refusal(tmp_path, "O100 sub", dialect="grbl").startswith("line 1: O100 sub: subprograms, loops and")

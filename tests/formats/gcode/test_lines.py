@@ -120,7 +120,7 @@ def test_numbers_are_the_nearest_floats(mantissa: int, places: int, negative: bo
     if abs(float(text)) > 1e9:
         return
     state = State(Offsets({}), np.zeros(9))
-    assert Lines(f"G1 X{text}\n".encode(), extruder=False).scan(state, 0, 1, 1) == 1
+    assert Lines(f"G1 X{text}\n".encode(), printer=False).scan(state, 0, 1, 1) == 1
     assert state.take()["end"][0, 0] == float(text)
 
 

@@ -84,8 +84,9 @@ def test_printers(tmp_path: Path) -> None:
         tmp_path, "M104 S200", "M117 Hello (there", "G92 E0", "G1 X10 E1.5 F1200", "G1 E-2", "N7 G1 Y5 E2*71",
         "G4 P500", "M84",
     )  # fmt: skip
-    assert len(path.curves) == 2 and path.dwells[0][1] == 0.5
-    assert "E words, the filament of a 3-D printer, are not part of the path and are left out" in path.findings
+    # E from 1.5 to -2 at 20 mm/s, then G4
+    assert len(path.curves) == 2 and [wait for _, wait in path.dwells] == pytest.approx([3.5 / 20.0, 0.5])
+    assert "E words, the filament of a printer, are no axis of the path; alone, they take their time" in path.findings
 
 
 @pytest.mark.parametrize(
@@ -100,6 +101,12 @@ def test_printers(tmp_path: Path) -> None:
         ("N10 BSPLINE X1\n", "siemens"),
         ("M104 S200\nG1 X1\n", "printer"),
         ("G1 X1 Y1 E0.5\n", "printer"),
+        ("M201 X9000 Y9000\nG1 X1\n", "printer"),
+        (";FLAVOR:Marlin\nG1 X1\n", "marlin"),
+        ("START_PRINT BED=60\nG1 X1\n", "klipper"),
+        ("$32=1\nG1 X1 S5\n", "grbl"),
+        ("$H\nG1 X1\n", "grbl"),
+        ("M4 S0\nG1 X1 S5\n", "grbl"),
         ("(for Mach3)\nG1 X1\n", "mach3"),
     ],
 )

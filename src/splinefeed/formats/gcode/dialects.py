@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from splinefeed.errors import InputError
 from splinefeed.formats.source import head_text
@@ -13,7 +13,9 @@ from splinefeed.formats.source import head_text
 class Dialect:
     """What a control reads differently from LinuxCNC.
 
-    extruder      E words are filament and no motion
+    extruder      3-D printers: E words are filament and no motion, and G0 moves at F
+    laser         S is the power of a laser, for which the tool does not rest
+    m_codes       those that it has; the words beside another one are that one's. None where the builder adds codes
     dwell         s of one unit of G4's P; dwell_words: letters of G4 that are in s
     modes         codes that switch functions of the control on and off and move nothing
     silent        how lines begin that are for the control alone: directives, texts
@@ -28,6 +30,8 @@ class Dialect:
     name: str
     title: str
     extruder: bool = False
+    laser: bool = False
+    m_codes: frozenset[int] | None = None
     dwell: float = 1.0
     dwell_words: str = ""
     modes: frozenset[int] = frozenset()
@@ -40,10 +44,20 @@ class Dialect:
     lead: str = "K"
 
 
+#: LinuxCNC documentation, "M-Codes" (M100 to M199 are the user's, with P and Q), and "M98 and M99"; Grbl 1.1,
+#: "Supported G-codes", with the coolant, override and outputs of its variants.
+_OF_LINUXCNC = frozenset(
+    (*range(10), 19, 30, *range(48, 54), *range(60, 69), *range(70, 74), *range(96, 200), 428, 429)
+)
+_OF_GRBL = frozenset((*range(10), 30, 56, *range(62, 68)))
+#: What Marlin and Klipper have in common: printers are read by `printers`.
+_PRINTER = Dialect("printer", "3-D printer", extruder=True, laser=True, dwell=1e-3, dwell_words="S")
+PRINTERS = ("printer", "marlin", "klipper")
+
 DIALECTS = {
     each.name: each
     for each in (
-        Dialect("linuxcnc", "LinuxCNC", returns=99, jumps=True, of_linuxcnc=True),
+        Dialect("linuxcnc", "LinuxCNC", m_codes=_OF_LINUXCNC, returns=99, jumps=True, of_linuxcnc=True),
         Dialect(
             "fanuc",
             "Fanuc",
@@ -60,15 +74,10 @@ DIALECTS = {
             lead="F",
         ),
         Dialect("mach3", "Mach3", modes=frozenset((150, 501, 690)), jumps=True),
-        Dialect(
-            "printer",
-            "3-D printer",
-            extruder=True,
-            dwell=1e-3,
-            dwell_words="S",
-            modes=frozenset((100, 110, 290, 800)),
-            silent=("M117", "M118"),
-        ),
+        Dialect("grbl", "Grbl", m_codes=_OF_GRBL, modes=frozenset((150, 690)), silent=("$",), laser=True),
+        _PRINTER,
+        replace(_PRINTER, name="marlin", title="Marlin"),
+        replace(_PRINTER, name="klipper", title="Klipper", dwell_words=""),
         Dialect("siemens", "Siemens Sinumerik"),
     )
 }
@@ -77,14 +86,22 @@ DIALECTS = {
 _SIGNS = {
     "siemens": r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;(?:\$PATH|\s*SINUMERIK)|^%_N_"
     r"|\bCYCLE\d+[ \t]*\(|\bG(?:500|505|64[12])\b|\bTRA(?:ORI|FOOF)\b|\b[ABC]3[ \t]*=",
-    "linuxcnc": r"\bG0?6\.2\b[^\n]*Q\s*[123]\b",
+    "linuxcnc": r"\bG0?6\.2\b[^\n]*Q\s*[123]\b|^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b",
     "fanuc": r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?![ \t]*[a-z\[#])|^[ \t]*//|\bG0?5\.1\s*Q[013]\b"
     r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b|\bG43\.[45]\b|\bG234\b",
     "mach3": r"\bmach\s?[34]\b|^[ \t]*M1[01]\s*P[0-3]\b",
+    "grbl": r"^[ \t]*\$(?:\d+[ \t]*=|[HX]\b)|\bgrbl\b|\bM0?[34][ \t]*S0\b",
+    "marlin": r"^;FLAVOR:\s*Marlin",
+    "klipper": r"^;FLAVOR:\s*Klipper|^[ \t]*(?:START_PRINT|PRINT_START|SET_VELOCITY_LIMIT|SET_PRESSURE_ADVANCE"
+    r"|EXCLUDE_OBJECT\w*|BED_MESH_\w+|SET_GCODE_OFFSET|SAVE_GCODE_STATE|SET_RETRACTION)\b",
     "printer": r"^;FLAVOR:|^[ \t]*(?:N\d+[ \t]*)?"
-    r"(?:G[0123]\b[^;(\n]*\sE-?[\d.]|M(?:82|83|84|104|106|107|109|140|190)\b|G92\s*E)",
+    r"(?:G[0123]\b[^;(\n]*\sE-?[\d.]|G92\s*E|G28\s+[WXYZ]\s*(?:[XYZ]\s*)*$"
+    r"|M73\s+[PQR]|M(?:82|83|84|10[4679]|11[57]|140|190|20[1-5]|22[01]|400|486|555|862|900|906)\b)",
 }
 _DETECTED = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign in _SIGNS.items()}
+
+#: Dialects that a comment may name.
+_IN_COMMENTS = ("mach3", "grbl")
 
 #: A line of a program, for telling one from other text: words, or a comment, or %.
 _WORDS = re.compile(r"^[ \t]*/?\d?\s*(?:[A-Z]\s*[-+]?[\d.#\[][-+\d.]*\s*)+(?:[;(].*)?$", re.I)
@@ -106,7 +123,7 @@ def detect(head: bytes) -> Dialect:
     text = head_text(head)
     code = re.sub(r"\([^()\n]*\)|;(?!\$PATH|\s*SINUMERIK|FLAVOR).*", "", text)
     for name, sign in _DETECTED.items():
-        if sign.search(text if name == "mach3" else code):
+        if sign.search(text if name in _IN_COMMENTS else code):
             return DIALECTS[name]
     return DIALECTS["linuxcnc"]
 
@@ -121,5 +138,6 @@ def holds(head: bytes) -> bool:
         lines = lines[:-1] or lines
     told = [line for line in lines if line and line[0] not in "%;(:" and line[:2] != "//"]
     codes = sum(1 for line in told if _CODE.match(line))
-    words = sum(1 for line in told if _WORDS.match(line) or _DETECTED["siemens"].search(line))
+    others = [_DETECTED[name] for name in ("siemens", "grbl", "klipper", "printer")]
+    words = sum(1 for line in told if _WORDS.match(line) or any(sign.search(line) for sign in others))
     return codes > 0 and words >= 0.7 * len(told)

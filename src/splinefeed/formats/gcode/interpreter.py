@@ -27,7 +27,6 @@ from splinefeed.formats.gcode.expressions import (
     mended,
     parse,
     refuse,
-    without_comments,
 )
 from splinefeed.formats.gcode.moves import AXES, LARGEST, LETTERS, POLAR, STATED, Findings, Flag, Kind
 from splinefeed.formats.gcode.offsets import REFERENCE_PARAMETERS, SYSTEMS
@@ -47,11 +46,19 @@ MAX_TURNS = 1_000
 
 
 class Interpreter:
-    """Runs lines one after the other on a `State`; `ended` is set by M2, M30 and the like."""
+    """Runs lines one after the other on a `State`; `ended` is set by M2, M30 and the like.
+
+    takes_plain_lines  whether `Lines` reads lines of G0 to G3 as this interpreter does
+    """
+
+    takes_plain_lines = True
 
     def __init__(self, state: State, dialect: Dialect, findings: Findings, *, repair: bool = False) -> None:
         self.state, self.dialect, self.findings, self.repair = state, dialect, findings, repair
         self.line = 0
+        if dialect.extruder:
+            state.rapid = Kind.LINE
+        state.speed_stops = not dialect.laser
         self.parameters = Parameters(state.parameter)
         self._words: dict[str, float] = {}  # of the line by letter; what its codes do not take belongs to none of them
         self._bare_g92 = True
@@ -112,8 +119,6 @@ class Interpreter:
         if text.lstrip().upper().startswith(dialect.silent):
             self.findings.count(f"lines that begin with {' or '.join(dialect.silent)} move nothing", self.line)
             return ""
-        if dialect.extruder and "*" in text:
-            text = without_comments(text).rpartition("*")[0]  # a checksum
         return mended(text, lambda fault: self.findings.count(fault, self.line)) if self.repair else text
 
     def _do(self, block: Block) -> None:
@@ -124,11 +129,9 @@ class Interpreter:
             for letter in "PQRE":
                 self._words.pop(letter, None)
             self.findings.count(f"{g_name(code)} switches a function of the control and moves nothing", self.line)
-        if self.dialect.extruder and "E" in self._words:
-            self._words.pop("E", None)
-            self.state.extruded = True
         for code in sorted(known):
             self._refuse(code, known)
+        self._unknown_m(block, known)
         if not known & {100, 730, 830, 410, 411, 420, 421, 960}:
             self._words.pop("D", None)
         if self.cutter.on:
@@ -160,6 +163,15 @@ class Interpreter:
             letter, value = next(iter(self._words.items()))
             hint = "; a number cannot have an exponent" if letter == "E" else ""
             raise LineError(f"{letter}{value:g} is used by no code of the line{hint}")
+
+    def _unknown_m(self, block: Block, known: set[int]) -> None:
+        """An M code that the dialect does not have takes the words of its line with it, unless a G code moves there."""
+        there = self.dialect.m_codes
+        for code in [each for each in block.m if there and each not in there]:
+            said = f"M{code} is not known in the dialect {self.dialect.title}; its words move nothing"
+            self.findings.count(said, self.line)
+            if not any(codes.GROUP_OF.get(each) in ("motion", "one line") for each in known):
+                self._words.clear()
 
     def _refuse(self, code: int, known: set[int]) -> None:
         reason, name = codes.REFUSED.get(code), g_name(code)
@@ -288,6 +300,8 @@ class Interpreter:
         seconds = self._words.pop("P", math.nan) * self.dialect.dwell
         for letter in self.dialect.dwell_words:
             seconds = self._words.pop(letter, seconds)
+        if self.dialect.extruder and math.isnan(seconds):
+            return 0.0  # it waits until the printer rests
         refuse(math.isnan(seconds), "G4 needs P, the time to wait")
         refuse(not 0.0 <= seconds <= LARGEST, f"G4: a wait of {seconds:g} s is not possible")
         return seconds
@@ -338,9 +352,11 @@ class Interpreter:
             lead = self._words.pop(self.dialect.lead, None)
             tied(state, self._modal, (there, said), lead, self.line, self.findings)
             return
-        kind = _RATE[self._modal]
+        kind = _RATE[self._modal] or state.rapid
         more = self._feed(kind, there)
         flags = more.pop("flags", 0)
+        if self._modal == 0 and kind != Kind.RAPID:
+            flags |= Flag.G0_AT_F
         if tool_axis is not None:
             said, flags, more["centre"] = said | TOOL_AXIS | TOOL_AXIS << STATED, flags | Flag.VECTOR, tool_axis
         if kind in (Kind.CLOCKWISE, Kind.COUNTERCLOCKWISE):

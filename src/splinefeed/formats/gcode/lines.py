@@ -11,7 +11,7 @@ import re
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from splinefeed.formats.gcode.moves import LARGEST, LETTERS, MAX_LINE, STATED, Flag
+from splinefeed.formats.gcode.moves import LARGEST, LETTERS, MAX_LINE, STATED, Flag, Kind, Mark
 from splinefeed.formats.gcode.state import State
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -48,7 +48,7 @@ class Lines:
     next_odd  the next line (n,) from each one on that the interpreter must take, or their count
     """
 
-    def __init__(self, block: bytes, extruder: bool) -> None:
+    def __init__(self, block: bytes, printer: bool) -> None:
         if b"(" in block or b";" in block:
             block = _COMMENT.sub(lambda comment: b" " * len(comment[0]), block)
         kinds = np.frombuffer(block.translate(_KINDS), dtype=np.uint8)
@@ -83,9 +83,9 @@ class Lines:
                 odd[lines[1:][lines[1:] == lines[:-1]]] = True
         self._none = np.full(self.count, np.nan)
         g, m = (self._columns.get(each, self._none) for each in "GM")
-        odd |= ~(np.isnan(g) | np.isin(g, (0, 1, 2, 3))) | ~(np.isnan(m) | np.isin(m, _M))
+        odd |= ~(np.isnan(g) | np.isin(g, (0, 1, 2, 3))) | ~(np.isnan(m) | np.isin(m, () if printer else _M))
         self.extruded = ~np.isnan(self._columns.get("E", self._none))
-        odd |= self.extruded & (not extruder)
+        odd |= self.extruded & (not printer)
         behind = np.where(odd, np.arange(self.count), self.count)
         self.next_odd: IntArray = np.minimum.accumulate(behind[::-1])[::-1]
 
@@ -131,7 +131,7 @@ class Lines:
         if not done:
             return 0
         at = np.flatnonzero(moves[:done])
-        feed = _last(np.full(len(mode), np.nan) if inverse else rate * state.scale[0], state.feed)
+        feed = _last(np.full(len(mode), np.nan) if inverse else rate * (state.scale[0] * state.rate), state.feed)
         speaks = np.flatnonzero(~(np.isnan(get["M"]) & np.isnan(get["S"]))[:done])
         before = np.searchsorted(at, speaks) + state.count
         rows = state.room(len(at))
@@ -146,15 +146,34 @@ class Lines:
         bits = (1 << np.array(axes)) @ said
         stated = 0 if state.relative else bits << STATED
         bits |= np.where(turning, 7 & ~(1 << state.across), 0)  # an arc has both axes of its plane, said or not
-        rows["kind"], rows["line"], rows["axes"] = mode[at], number + at, (bits | stated)[at]
+        rows["kind"] = np.where(mode[at] == 0, state.rapid, mode[at])
+        rows["line"], rows["axes"] = number + at, (bits | stated)[at]
+        if state.rapid != Kind.RAPID:
+            flags += np.where(mode == 0, Flag.G0_AT_F, 0)
         rows["flags"] = flags[at] | np.where(timed, Flag.INVERSE_FEED, 0) | state.flags
         rows["turns"], rows["tolerance"], rows["plane"], rows["spline"] = 1.0, state.tolerance, state.plane, -1
         for i, move in zip(speaks.tolist(), before.tolist(), strict=True):
             state.switched(number + i, move, get["S"][i], get["M"][i])
+        if self.extruded[low : low + done].any():
+            self._extrude(state, get["E"][:done], moves[:done], feed[:done], number)
         state.motion, state.feed = 10 * int(mode[done - 1]), float(feed[done - 1])
         state.position[axes] = ends[:, done - 1]
-        state.extruded |= bool(self.extruded[low : low + done].any())
         return done
+
+    def _extrude(self, state: State, filament: Array, moves: BoolArray, feed: Array, number: int) -> None:
+        """Words E (n,) of a printer: alone on their line, they take their time while the tool rests."""
+        places, state.extruded = filament * state.scale[0], True
+        if state.relative or state.steps_of_filament:
+            steps = np.nan_to_num(places)
+        else:
+            steps = np.diff(_last(places, state.filament), prepend=state.filament)
+        state.filament += float(np.sum(steps))
+        alone = np.flatnonzero(~moves & (steps != 0.0) & (feed > 0.0))
+        first = state.count - int(np.sum(moves))
+        before = first + np.searchsorted(np.flatnonzero(moves), alone)
+        for i, move in zip(alone.tolist(), before.tolist(), strict=True):
+            state.said.append(Mark(move, number + i, dwell=60.0 * abs(float(steps[i])) / float(feed[i])))
+        state.said.sort(key=lambda mark: mark.move)  # S and E of one scan, each in their order
 
 
 def _values(block: bytes, body: NDArray[np.uint8], edges: IntArray, is_letter: BoolArray) -> Array:

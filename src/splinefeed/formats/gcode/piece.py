@@ -209,7 +209,8 @@ def leading(moves: Moves, needed: int, known: int = 0) -> tuple[int, int]:
     """
     stated = moves["axes"] >> STATED
     before = known | np.concatenate([[0], np.bitwise_or.accumulate(stated)])
-    others = np.flatnonzero((before[:-1] & needed == needed) | (moves["kind"] != Kind.RAPID) | (stated == 0))
+    rapid = (moves["kind"] == Kind.RAPID) | moves.has(Flag.G0_AT_F)
+    others = np.flatnonzero((before[:-1] & needed == needed) | ~rapid | (stated == 0))
     first = int(others[0]) if len(others) else len(moves)
     return first, needed & ~int(before[first])
 

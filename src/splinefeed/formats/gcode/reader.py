@@ -11,7 +11,7 @@ import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.arcs import find_arcs
-from splinefeed.formats.gcode.dialects import Dialect, detect
+from splinefeed.formats.gcode.dialects import PRINTERS, Dialect, detect
 from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
 from splinefeed.formats.gcode.flow import PLAIN, Flow, Text, blocks_of
@@ -19,6 +19,7 @@ from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.lines import Lines
 from splinefeed.formats.gcode.moves import AXES, MAX_LINE, STATED, Findings, Moves
 from splinefeed.formats.gcode.offsets import Offsets
+from splinefeed.formats.gcode.printers import Printer
 from splinefeed.formats.gcode.siemens import Siemens
 from splinefeed.formats.gcode.state import State
 from splinefeed.formats.gcode.tools import Tools
@@ -26,7 +27,7 @@ from splinefeed.formats.source import check_file, check_size, read_bytes, read_h
 from splinefeed.records import Array
 
 #: Dialects whose lines are not those of RS274.
-_INTERPRETERS: dict[str, type[Interpreter]] = {"siemens": Siemens}
+_INTERPRETERS: dict[str, type[Interpreter]] = {"siemens": Siemens, **dict.fromkeys(PRINTERS, Printer)}
 #: Largest program, bytes.
 MAX_BYTES = 2 * 2**30
 #: Bytes that are read at once: what is made of them stays in the processor's cache.
@@ -97,7 +98,7 @@ class Reading:
         state = State(Offsets(self.offsets), self.start, self.tools)
         interpreter = _INTERPRETERS.get(dialect.name, Interpreter)
         run = interpreter(state, dialect, self.findings, repair=self.repair)
-        self.fast &= interpreter is Interpreter
+        self.fast &= interpreter.takes_plain_lines
         try:
             for block in self._blocks(file, run):
                 yield from self._lines(block, run)
@@ -118,7 +119,9 @@ class Reading:
             self._flow = None  # it knows this reading, and holds the text
         self.ended, self.inch = run.ended, state.inch
         if state.extruded:
-            self.findings.say("E words, the filament of a 3-D printer, are not part of the path and are left out")
+            self.findings.say(
+                "E words, the filament of a printer, are no axis of the path; alone, they take their time"
+            )
         if (made := state.take()).marks or len(made):
             yield made
 
@@ -176,6 +179,8 @@ class Reading:
                 if at == high and done:
                     continue
             self._arrive(self._line + 1, run)
+            if len(texts[at]) > MAX_LINE:
+                texts[at] = texts[at].partition(b";")[0]  # a comment may have any length
             if len(texts[at]) > MAX_LINE:
                 raise LineError(f"has {len(texts[at])} characters; at most {MAX_LINE} can be read")
             run.run(texts[at].decode("utf-8-sig", errors="replace"), shown or self._line)

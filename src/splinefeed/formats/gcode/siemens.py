@@ -51,6 +51,8 @@ _WORD = re.compile(
 class Siemens(Interpreter):
     """Turns every line into words of LinuxCNC, but for splines, which it collects itself."""
 
+    takes_plain_lines = False
+
     def __init__(self, *arguments: object, **options: bool) -> None:
         super().__init__(*arguments, **options)  # type: ignore[arg-type]
         self._degree = DEFAULT_DEGREE

@@ -55,7 +55,11 @@ class State:
         # (9,), mm and rad: where the tool is, what is added to a programmed place, what one unit is
         self.position, self.offset, self.scale = start.copy(), np.zeros(AXES), np.ones(AXES)
         self.motion = -1  # tenths of a G code
-        self.relative = self.exact_stop = self.absolute_centres = self.extruded = False
+        self.relative = self.exact_stop = self.absolute_centres = False
+        self.extruded = self.steps_of_filament = False  # M83 or G91: E is a step
+        self.filament, self.rate = 0.0, 1.0  # of printers: place of E, mm, and what M220 multiplies feeds by
+        self.rapid = Kind.RAPID  # what G0 is: printers move it at F
+        self.speed_stops = True  # whether the tool rests for another speed (S): not where S is the power of a laser
         self.plane, self.units = 17, 0  # 20 or 21, 0 (mm) while none was said
         self.feed_mode, self.feed, self.tolerance = 94, 0.0, UNSAID  # as G codes say it
         self.speed: float | None = None
@@ -116,12 +120,20 @@ class State:
     def set_feed(self, feed: float | None) -> None:
         """Take over F of G94 and G95, if there is one, and what the speed of the spindle makes of it."""
         if self.feed_mode == 94 and feed is not None:
-            self.feed = self.scaled(0, feed)
+            self.feed = self.scaled(0, feed) * self.rate
         if self.feed_mode == 95:
             self.feed_per_turn = self.feed_per_turn if feed is None else self.scaled(0, feed)
             x = self.position[0] - self.offset[0]
             at_axis = self.surface and not (x or math.isfinite(self.top_speed))
             self.feed = 0.0 if at_axis else self.feed_per_turn * self.turns(float(x))
+
+    def extrude(self, filament: float, line: int, *, alone: bool) -> None:
+        """Take over an E word; `alone`, without a move of the tool, it takes its time while the tool rests."""
+        self.extruded, value = True, self.scaled(0, filament)
+        step = value if self.relative or self.steps_of_filament else value - self.filament
+        self.filament += step
+        if alone and step and self.feed > 0.0:
+            self.say(line, dwell=60.0 * abs(step) / self.feed)
 
     def scaled(self, axis: int, value: float) -> float:
         """A word of an axis in mm or rad."""
@@ -255,7 +267,7 @@ class State:
 
     def new_speed(self, speed: float) -> bool:
         """Take over the speed that S says; whether it is another one, for which a control waits at rest."""
-        changed = bool(speed != self.speed)
+        changed = bool(speed != self.speed) and self.speed_stops
         self.speed = float(speed)
         self.set_feed(None)
         return changed

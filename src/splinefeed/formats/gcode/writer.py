@@ -95,6 +95,8 @@ def _write_path(path: Path, letters: list[str], text: Text, feed: float | None) 
         speed = feed if path.feeds is None else float(path.feeds[i])
         if speed is None:
             text.said.say("no feed is given, and most controls refuse lines without F; give the option feed")
+        if speed == math.inf and text.dialect == "printer":
+            text.said.say("a rapid move is written as G0, which a printer moves at the feed in force")
         if speed == math.inf and curve.degree > 1:
             text.said.say("a rapid move along a curve is written at the feed in force")
         text.write_curve(i, curve, speed)
@@ -111,7 +113,10 @@ def _write_marker(marker: Marker, text: Text, last: bool) -> None:
         if marker.text in _ENDS and not last:
             text.said.say(f"{marker.text} is inside the path and is left out")
             return
-        text.lines.append(marker.text)
+        words = marker.text.split()
+        if text.dialect == "printer":  # the command comes first
+            words.sort(key=lambda word: word[0] not in "MT")
+        text.lines.append(" ".join(words))
     if marker.dwell > 0.0 or (not marker.text and marker.stop):
         text.lines.append(f"G4 {text.control.dwell}{text.number(marker.dwell)}")
 
