@@ -30,7 +30,7 @@ def test_at_constant_surface_speed_a_move_has_the_feed_of_its_mean_radius(tmp_pa
     lines = ["G96 S100 D2000 M3 G95 F.1", "G1 X40", "X20", "Z-5", "X0", "G97 S300", "X5"]
     wanted = [0.1 * min(2000.0, 100e3 / (2.0 * math.pi * r)) for r in (20.0, 30.0, 20.0, 10.0)]
     assert feeds(tmp_path, *lines) == pytest.approx([*wanted, 30])
-    turned = ["O0001", "G50 S1000", "G96 S100 M3 G95 F.1", "G1 X4.", "M30"]
+    turned = ["O0001", "G92 S1000", "G96 S100 M3 G95 F.1", "G1 X4. Y0", "M30"]
     assert feeds(tmp_path, *turned, dialect="fanuc") == pytest.approx([100])
 
 

@@ -16,6 +16,7 @@ from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
 from splinefeed.formats.gcode.flow import PLAIN, Flow, Text, blocks_of
 from splinefeed.formats.gcode.interpreter import Interpreter
+from splinefeed.formats.gcode.lathe import lathe_sign
 from splinefeed.formats.gcode.lines import Lines
 from splinefeed.formats.gcode.moves import AXES, MAX_LINE, STATED, Findings, Moves
 from splinefeed.formats.gcode.offsets import Offsets
@@ -23,7 +24,7 @@ from splinefeed.formats.gcode.printers import Printer
 from splinefeed.formats.gcode.siemens import Siemens
 from splinefeed.formats.gcode.state import State
 from splinefeed.formats.gcode.tools import Tools
-from splinefeed.formats.source import check_file, check_size, read_bytes, read_head
+from splinefeed.formats.source import check_file, check_size, head_text, read_bytes, read_head
 from splinefeed.records import Array
 
 #: Dialects whose lines are not those of RS274.
@@ -68,7 +69,11 @@ class Reading:
     def moves(self, file: str | os.PathLike[str]) -> Iterator[Moves]:
         """The moves of a program, in the order of the file; FormatError that names file and line."""
         check_size(check_file(file), MAX_BYTES)
-        self.dialect = self.dialect or detect(read_head(file, _HEAD))
+        head = read_head(file, _HEAD)
+        self.dialect = self.dialect or detect(head)
+        likely = self.dialect.lead == "F"  # Fanuc's kind
+        if likely or self.dialect.name in ("linuxcnc", "mach3"):
+            self._check_mill(file, head_text(head), likely)
         self.file, self._resumed = pathlib.Path(file), not self.from_line
         for moves in self._run(self.file, self.dialect):
             if self._resumed:
@@ -79,6 +84,14 @@ class Reading:
             raise FormatError(
                 f"{file}: line {self.from_line}: is never executed: the program ends before it or jumps over it; "
                 "resume at another line (from_line)"
+            )
+
+    @staticmethod
+    def _check_mill(file: str | os.PathLike[str], text: str, likely: bool) -> None:
+        if sign := lathe_sign(text, likely):
+            raise FormatError(
+                f"{file}: line {sign[0]}: {sign[1]} shows a lathe's program (diameters, turning cycles, feeds per "
+                "revolution), which is not read; a mill's program moves Y: write Y0 in its first move"
             )
 
     def checked(self, file: str | os.PathLike[str]) -> Iterator[Moves]:

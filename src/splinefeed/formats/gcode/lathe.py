@@ -1,0 +1,46 @@
+"""Programs of lathes of Fanuc's kind, which are told apart to be refused: as a mill's they would be another motion.
+
+X is a diameter there, U and W are steps of X and Z, F is a feed per revolution, G50 S bounds the speed, and G70 to G76,
+G90, G92 and G94 are turning and threading cycles. Source: Fanuc Series 30i-MODEL B, User's Manual (Lathe System),
+B-64484EN-1, "Canned cycle" and "Multiple repetitive canned cycle"; "Constant surface speed control".
+"""
+
+from __future__ import annotations
+
+import re
+
+_FLAGS = re.IGNORECASE | re.MULTILINE
+#: What no mill has, whatever the dialect.
+_CERTAIN = {
+    "G50 S": r"G50\s*S\s*[0-9]",
+    "a cycle from P to Q": r"G7[0-3]\s*P\s*[0-9]+\s*Q\s*[0-9]+",
+    "a roughing cycle": r"G7[123]\s*[UW]\s*[-+.0-9]+\s*(?:W\s*[-+.0-9]+\s*)?R",
+    "a thread by G76": r"G76\s*P\s*[0-9]{6}(?![0-9])",
+    "a thread by G92": r"G92(?![0-9.])[^\n]*[XU][^\n]*F\s*[0-9.]|G92(?![0-9.])\s*[XU]\s*[-+.0-9]+\s*Z\s*[-+.0-9]+\s*F",
+}
+#: What a mill of that kind hardly has where it moves no Y.
+_LIKELY = {
+    "G96": r"G96(?![0-9.])",
+    "steps by U and W": r"(?<![A-Z#])[UW]\s*[-+]?[.0-9]",
+    "a turning cycle": r"^(?![^\n]*G0?[0-3](?![0-9.]))[^\n]*G9[04](?![0-9.])\s*[XUZW][^\n]*[XUZW][^\n]*F",
+    "a tool with its offset": r"^(?![^\n]*M0?6(?![0-9]))[^\n]*(?<![A-Z])T[0-9]{4}(?![0-9])",
+}
+_COMMENT = re.compile(r"\([^()\n]*\)|;.*")
+_Y, _CHANGE = re.compile(r"Y\s*[-+]?[.0-9#\[]", re.IGNORECASE), re.compile(r"M0?6(?![0-9])", re.IGNORECASE)
+
+
+def lathe_sign(text: str, likely: bool) -> tuple[int, str] | None:
+    """Line and kind of what shows a lathe's program, or None; a program that moves Y is a mill's.
+
+    likely  whether the dialect is Fanuc's or near to it, so that signs count that others write, too
+    """
+    code = _COMMENT.sub("", text)
+    if _Y.search(code):
+        return None
+    signs = _CERTAIN | (_LIKELY if likely else {})
+    if _CHANGE.search(code):
+        signs.pop("a tool with its offset", None)
+    for name, sign in signs.items():
+        if found := re.search(sign, code, _FLAGS):
+            return code.count("\n", 0, found.start()) + 1, name
+    return None
