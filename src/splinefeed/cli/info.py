@@ -21,7 +21,7 @@ ROUNDING = 1e-12
 #: Programs with at most this many moves are made into a path; of longer ones as many curves are listed.
 FEW = 5_000
 #: Options of programs; the registry says which of the others are none of theirs.
-_OF_PROGRAMS = {"dialect", "start", "offsets", "tools", "from_line", "repair"}
+_OF_PROGRAMS = {"dialect", "start", "offsets", "tools", "increments", "from_line", "repair"}
 
 
 def _show(page: Page) -> list[Block]:

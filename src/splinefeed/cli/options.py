@@ -158,6 +158,7 @@ _PROGRAM = """
 --start    X,Y,Z,...        G-code: tool position before the first line, mm and deg.
 --offsets  G54=X,Y,Z;...    G-code: work offsets.  [default: at 0]
 --tools    FILE             G-code: tool table (.tbl); G43 takes tool lengths from it.
+--increments  -             G-code of Fanuc: axis words without a decimal point count 0.001 mm.
 --repair   -                Repair what is safe to repair in a faulty file, and list it.
 """
 _FROM_LINE = """

@@ -196,6 +196,7 @@ def cycle_time(
     start: str | Sequence[float] | None = None,
     offsets: str | Mapping[str, Sequence[float]] | None = None,
     tools: str | os.PathLike[str] | Tools | None = None,
+    increments: bool = False,
     repair: bool = False,
     from_line: int | str | None = None,
 ) -> CycleTime:
@@ -220,7 +221,7 @@ def cycle_time(
     assert model.control is not None
     blocks = read_blocks(
         program, model.control, dialect=dialect, start=start, offsets=offsets, tools=tools, repair=repair,
-        from_line=from_line,
+        from_line=from_line, increments=increments,
     )  # fmt: skip
     return timed(blocks, model, Path(program).stem)
 

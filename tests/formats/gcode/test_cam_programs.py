@@ -147,7 +147,7 @@ PROGRAMS = {
     "laser": (LASER, "linuxcnc", "xy", 40.0),
     "Vectric": (VECTRIC, "linuxcnc", "xyz", math.hypot(16, 5.75, 15.24) + 6.58 + math.pi * 3.25),
     "Marlin": (MARLIN, "printer", "xyz", 20.0),
-    "Haas": (HAAS, "fanuc", "xyz", 25.4 * 0.7),
+    "Haas": (HAAS, "haas", "xyz", 25.4 * 0.7),
     "terse": (TERSE, "linuxcnc", "xy", 1 + 1 + 1 + 4),
     "five axes": (FIVE_AXES, "fanuc", "xyz", math.hypot(0.1, 0.1, 1)),
 }

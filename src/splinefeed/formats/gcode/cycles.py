@@ -3,8 +3,10 @@
 Source: LinuxCNC documentation, "G-Codes", G73, G74, "G80-G89 Canned Cycles", G98 and G99; where it leaves a choice,
 what its interpreter does: with G91 R counts from the plane in which the row of cycles began, and Z from R. Fanuc
 (Series 30i-MODEL B, User's Manual B-64484EN, "Canned cycle for drilling") keeps R, Z, P and Q from one cycle to the
-next, repeats by K, returns to the initial plane, or with G99 to R, and taps by pecks where G74 and G84 have Q; for
-G76, G87 and G88 also Series 15i/150i-MA, Operator's Manual (Programming), "Canned cycle". SINUMERIK 840D/840Di/810D,
+next, at the levels that they had when they were said, so that a row of holes goes on with G91 X10. K3 (Haas, Mill
+Operator's Manual, "Canned cycles": looping with G91 and L), repeats by K, returns to the initial plane, or with G99 to
+R, and taps by pecks where G74 and G84 have Q; for G76, G87 and G88 also Series 15i/150i-MA, Operator's Manual
+(Programming), "Canned cycle". SINUMERIK 840D/840Di/810D,
 Programming Guide "Cycles" (PGZ), 11.02 Edition, 2.1 "Drilling cycles": RTP, RFP and DP are places of the program, SDIS,
 DPR, FDPR and DAM ways without a sign; the speed SST of CYCLE84 is taken as constant.
 """
@@ -151,6 +153,7 @@ class Cycles:
         self.first_line = 0  # where the row of cycles began; 0 where there is none
         self._code = 0
         self._kept: dict[str, float] = {}
+        self._levels: dict[str, float] = {}  # of R and Z from the zero point, which Fanuc keeps
 
     def line(self, code: int, words: dict[str, float], line: int) -> None:
         """One line of the cycle `code`; the words that it uses are taken from `words`."""
@@ -166,6 +169,7 @@ class Cycles:
             self._initial, self.first_line = float(state.position[across] - zero), line
         if code != self._code and not self.dialect.keeps_cycles:
             self._kept = {}
+        said_now = {"R"} & words.keys() | ({"Z"} if depth in axes else set())
         self._code, kept = code, self._kept
         kept |= {letter: words.pop(letter) for letter in "RQP" if letter in steps and letter in words}
         if depth in axes:
@@ -179,7 +183,12 @@ class Cycles:
         initial = zero + self._initial
         base = initial if relative else zero
         retract = base + state.scaled(across, kept["R"])
+        if self.dialect.of_fanuc and "R" not in said_now:
+            retract = zero + self._levels["R"]
         bottom = (retract if relative else base) + state.scaled(across, kept["Z"])
+        if self.dialect.of_fanuc and "Z" not in said_now:
+            bottom = zero + self._levels["Z"]
+        self._levels = {"R": retract - zero, "Z": bottom - zero}
         for letter, level in (("R", retract), (depth, bottom)):
             check_size(letter, level)
         back = code == _UPWARDS

@@ -23,6 +23,8 @@ class Dialect:
     repeats       letters of a canned cycle's repeats
     jumps         whether O-words, M98 and M99 are read
     keeps_cycles  whether R, Z, P and Q stay in force from one kind of cycle to the next
+    of_fanuc      whether systems are G54.1 P (G154 P), which G10 L20 sets, G10 adds with G91, R and Z of a cycle stay
+                  where they were said, and G80 brings G0 to G3 from before the cycle back; G4's P with a point is in s
     of_linuxcnc   whether words that LinuxCNC alone has are read: G76 as a thread, M70 to M73, M128, F before units
     lead          letter of the way a revolution of G33
     """
@@ -40,6 +42,7 @@ class Dialect:
     repeats: str = "L"
     keeps_cycles: bool = False
     jumps: bool = False
+    of_fanuc: bool = False
     of_linuxcnc: bool = False
     lead: str = "K"
 
@@ -54,25 +57,29 @@ _OF_GRBL = frozenset((*range(10), 30, 56, *range(62, 68)))
 _PRINTER = Dialect("printer", "3-D printer", extruder=True, laser=True, dwell=1e-3, dwell_words="S")
 PRINTERS = ("printer", "marlin", "klipper")
 
+_FANUC = Dialect(
+    "fanuc",
+    "Fanuc",
+    dwell=1e-3,
+    dwell_words="XU",
+    # G05 P10000 and G05.1 Q1 look ahead, G08 P1 does too; G50.1 and G69 end what is refused when it begins;
+    # G13.1 does too, but G13 is a round pocket to a Haas, whose G103 and G187 say how far to look ahead and
+    # how smooth to be
+    modes=frozenset((50, 51, 80, 501, 620, 630, 690, 150, 131, 1030, 1870)),
+    silent=("//",),
+    repeats="KL",
+    keeps_cycles=True,
+    jumps=True,
+    of_fanuc=True,
+    lead="F",
+)
+
 DIALECTS = {
     each.name: each
     for each in (
         Dialect("linuxcnc", "LinuxCNC", m_codes=_OF_LINUXCNC, returns=99, jumps=True, of_linuxcnc=True),
-        Dialect(
-            "fanuc",
-            "Fanuc",
-            dwell=1e-3,
-            dwell_words="XU",
-            # G05 P10000 and G05.1 Q1 look ahead, G08 P1 does too; G50.1 and G69 end what is refused when it begins;
-            # G13.1 does too, but G13 is a round pocket to a Haas, whose G103 and G187 say how far to look ahead and
-            # how smooth to be
-            modes=frozenset((50, 51, 80, 501, 620, 630, 690, 150, 131, 1030, 1870)),
-            silent=("//",),
-            repeats="KL",
-            keeps_cycles=True,
-            jumps=True,
-            lead="F",
-        ),
+        _FANUC,
+        replace(_FANUC, name="haas", title="Haas", repeats="L"),
         Dialect("mach3", "Mach3", modes=frozenset((150, 501, 690)), jumps=True),
         Dialect("grbl", "Grbl", m_codes=_OF_GRBL, modes=frozenset((150, 690)), silent=("$",), laser=True),
         _PRINTER,
@@ -87,6 +94,7 @@ _SIGNS = {
     "siemens": r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;(?:\$PATH|\s*SINUMERIK)|^%_N_"
     r"|\bCYCLE\d+[ \t]*\(|\bG(?:500|505|64[12])\b|\bTRA(?:ORI|FOOF)\b|\b[ABC]3[ \t]*=",
     "linuxcnc": r"\bG0?6\.2\b[^\n]*Q\s*[123]\b|^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b",
+    "haas": r"\bhaas\b|\bG154[ \t]*P\d|\bG187\b|\bG103[ \t]*P\d",
     "fanuc": r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?![ \t]*[a-z\[#])|^[ \t]*//|\bG0?5\.1\s*Q[013]\b"
     r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b|\bG43\.[45]\b|\bG234\b",
     "mach3": r"\bmach\s?[34]\b|^[ \t]*M1[01]\s*P[0-3]\b",
@@ -101,7 +109,12 @@ _SIGNS = {
 _DETECTED = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign in _SIGNS.items()}
 
 #: Dialects that a comment may name.
-_IN_COMMENTS = ("mach3", "grbl")
+_IN_COMMENTS = ("mach3", "grbl", "haas")
+
+#: Axis words with a decimal point and without, and how many of these are counted.
+_POINTED = re.compile(r"(?<![A-Z#\[])[XYZUVWABCIJKR][-+]?[0-9]*\.", re.IGNORECASE)
+_WHOLE = re.compile(r"(?<![A-Z#\[])[XYZUVWABCIJKR]([-+]?[0-9]+)(?![0-9.])", re.IGNORECASE)
+_MOST_WHOLE = 1000
 
 #: A line of a program, for telling one from other text: words, or a comment, or %.
 _WORDS = re.compile(r"^[ \t]*/?\d?\s*(?:[A-Z]\s*[-+]?[\d.#\[][-+\d.]*\s*)+(?:[;(].*)?$", re.I)
@@ -126,6 +139,13 @@ def detect(head: bytes) -> Dialect:
         if sign.search(text if name in _IN_COMMENTS else code):
             return DIALECTS[name]
     return DIALECTS["linuxcnc"]
+
+
+def whole_numbers(text: str) -> tuple[str, list[int]]:
+    """The first axis word without a decimal point of a program that has others with one, and the lines of them all."""
+    code = re.sub(r"\([^()\n]*\)|;.*", "", text)
+    whole = [each for each in _WHOLE.finditer(code) if float(each[1])] if _POINTED.search(code) else []
+    return (whole[0][0] if whole else ""), [code.count("\n", 0, each.start()) + 1 for each in whole[:_MOST_WHOLE]]
 
 
 def holds(head: bytes) -> bool:

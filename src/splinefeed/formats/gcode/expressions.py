@@ -242,12 +242,16 @@ def _finite(said: str, compute: Callable[..., float], *values: float) -> float:
 
 @dataclass
 class Block:
-    """A line: values by letter, codes in their order (G as tenths), parameters to set, whether `/` stood before it."""
+    """A line: values by letter, codes in their order (G as tenths), parameters to set, whether `/` stood before it.
+
+    whole  letters whose numbers have no decimal point
+    """
 
     words: dict[str, float] = field(default_factory=dict)
     g: list[int] = field(default_factory=list)
     m: list[int] = field(default_factory=list)
     settings: list[tuple[int | str, float]] = field(default_factory=list)
+    whole: set[str] = field(default_factory=set)
     deletable: bool = False
     percent: bool = False
 
@@ -287,10 +291,13 @@ def parse(text: str, parameters: Parameters) -> Block:
             raise LineError(f"{text.strip()[:20]}: subprograms, loops and jumps are not read here; write plain lines")
         if c == "N" and not re.match(r"[0-9.]", scanner.peek()):
             raise LineError("N: a number is missing")
+        begin = scanner.at
         try:
             value = scanner.value()
         except LineError as fault:
             raise LineError(f"{c}: {fault}") from None
+        if scanner.text[begin : scanner.at].lstrip("+-").isdigit():
+            block.whole.add(c)
         if not math.isfinite(value):
             raise LineError(f"{c}{value}: is too large for a number")
         if c in "GM":

@@ -29,7 +29,7 @@ from splinefeed.formats.gcode.expressions import (
     refuse,
 )
 from splinefeed.formats.gcode.moves import AXES, LARGEST, LETTERS, POLAR, STATED, Findings, Flag, Kind
-from splinefeed.formats.gcode.offsets import REFERENCE_PARAMETERS, SYSTEMS
+from splinefeed.formats.gcode.offsets import MORE_SYSTEMS, MOST_SYSTEMS, REFERENCE_PARAMETERS, SYSTEMS
 from splinefeed.formats.gcode.spline_words import SplineWords
 from splinefeed.formats.gcode.state import UNBOUNDED, Modal, State, check_size, number
 from splinefeed.formats.gcode.threads import thread, tied
@@ -41,6 +41,8 @@ _RATE = {0: Kind.RAPID, 10: Kind.LINE, 20: Kind.CLOCKWISE, 30: Kind.COUNTERCLOCK
 _SPLINES, _SPLINE_WORDS = (50, 51, 52, 53, 62, 63), set("XYZABCUVWIJKPQR")
 #: Letters that belong to M codes where no G code of the line takes them.
 _M_WORDS = "PLQEDIJKRU"
+#: Letters of places and ways: what least increments count.
+_COUNTED = frozenset("XYZUVWABCIJKRQ")
 #: Most turns of one arc.
 MAX_TURNS = 1_000
 
@@ -61,6 +63,9 @@ class Interpreter:
         state.speed_stops = not dialect.laser
         self.parameters = Parameters(state.parameter)
         self._words: dict[str, float] = {}  # of the line by letter; what its codes do not take belongs to none of them
+        self._without_point: set[str] = set()  # letters of the line whose numbers are whole
+        self.increments = False  # whether words of axes without a decimal point count least increments
+        self._before_cycles = -1  # G0 to G3, which Fanuc's G80 puts in force again
         self._bare_g92 = True
         self._machine_known = bool(state.offsets.known or state.offsets.references)
         self.ended = False
@@ -122,7 +127,9 @@ class Interpreter:
         return mended(text, lambda fault: self.findings.count(fault, self.line)) if self.repair else text
 
     def _do(self, block: Block) -> None:
-        self._words, self._begun = dict(block.words), True
+        self._words, self._begun, self._without_point = dict(block.words), True, block.whole
+        for letter in block.whole & _COUNTED if self.increments else ():
+            self._words[letter] /= 1e4 if self.state.inch and letter not in "ABC" else 1e3
         self._bare_g92 = not self._words.keys() & {"S", "E"}  # G92 S limits a spindle, G92 E is about filament
         known = {code for code in block.g if code not in self.dialect.modes}
         for code in sorted(set(block.g) - known):
@@ -214,6 +221,8 @@ class Interpreter:
 
     def _units_of_feed(self, code: int) -> None:
         """F on a line that changes units: the new ones come first, unless LinuxCNC knows others from lines before."""
+        if self.state.geometry_alone and code in (700, 710):
+            return
         if (code in (200, 700)) != self.state.inch:
             if not (self.dialect.of_linuxcnc and self.state.units):
                 self.state.set_units(code)
@@ -297,7 +306,10 @@ class Interpreter:
 
     def _dwell(self) -> float:
         """The seconds of G4."""
-        seconds = self._words.pop("P", math.nan) * self.dialect.dwell
+        unit = 1.0 if self.dialect.of_fanuc and "P" not in self._without_point else self.dialect.dwell
+        if unit != self.dialect.dwell and "P" in self._words and self.dialect.name != "haas":
+            self.findings.count("P of G4 with a decimal point is taken in s, as a Haas does; Fanuc has none", self.line)
+        seconds = self._words.pop("P", math.nan) * unit
         for letter in self.dialect.dwell_words:
             seconds = self._words.pop(letter, seconds)
         if self.dialect.extruder and math.isnan(seconds):
@@ -321,10 +333,15 @@ class Interpreter:
         state = self.state
         if self.splines.open and code is not None and code != 53 and not self.splines.goes_on(code, self._words):
             self.splines.end()
+        if state.motion in _RATE:
+            self._before_cycles = state.motion
         if code is not None:
-            state.motion = -1 if code in (53, 800) else code
+            again = self._before_cycles if code == 800 and self.dialect.of_fanuc else -1
+            state.motion = again if code in (53, 800) else code
         if code == 800:
-            return
+            if state.motion < 0 or not self._words.keys() & set(LETTERS):
+                return
+            code = None
         if code in _SPLINES or (self._modal in _SPLINES and self._words.keys() & _SPLINE_WORDS):
             inverse = self._words.get("F") if state.feed_mode == 93 else None
             self.splines.line(code, self._modal, self._words, self.line, inverse)
@@ -512,8 +529,14 @@ class Interpreter:
         refuse(named, f"{named} not allowed between G41 or G42 and G40")
 
     def _system(self, code: int) -> None:
-        if not self.state.offsets.select(SYSTEMS[code]):
-            self.findings.count(f"the offset of {g_name(code)} is not known: taken as 0 (option offsets)", self.line)
+        number, name = SYSTEMS.get(code, 0), g_name(code)
+        if not number:  # G54.1 P1, G154 P1
+            refuse(not self.dialect.of_fanuc, f"{name} is not known in the dialect {self.dialect.title}")
+            more = self._whole("P", name)
+            refuse(not 1 <= more <= MOST_SYSTEMS, f"{name} P{more}: coordinate systems are P1 to P{MOST_SYSTEMS}")
+            number, name = MORE_SYSTEMS + more, f"{name} P{more}"
+        if not self.state.offsets.select(number):
+            self.findings.count(f"the offset of {name} is not known: taken as 0 (option offsets)", self.line)
         self.state.set_offsets()
 
     def _places(self, code: int) -> None:
@@ -549,11 +572,25 @@ class Interpreter:
             self._words = {each: value for each, value in self._words.items() if each in "FST"}
         else:
             system, values = self._whole("P", "G10"), self._axes()
+            if self.dialect.of_fanuc:
+                self._set_system_of_fanuc(kind, system, values)
+                return
             refuse(system > 9, f"G10 P{system}: coordinate systems are 1 to 9, or 0 for the one in force")
             if kind == 2 and self._words.pop("R", 0.0):
                 raise LineError("G10 L2 R turns a coordinate system; write the turned coordinates")
             offsets.set_system(system, values if kind == 2 else offsets.zero(values, state.position, system))
             self._machine_known = True
+
+    def _set_system_of_fanuc(self, kind: int, number: int, values: dict[int, float]) -> None:
+        """G10 L2 P1 to P6 (G54 to G59), P0 (of all systems), and L20 P1 (G54.1 P1): offsets, added with G91."""
+        offsets, most = self.state.offsets, MOST_SYSTEMS if kind == 20 else 6
+        refuse(not kind // 20 <= number <= most, f"G10 L{kind} P{number}: coordinate systems are 1 to {most}")
+        if kind == 2 and number == 0:
+            added = offsets.external[list(values)] * self.state.relative
+            offsets.external[list(values)] = list(values.values()) + added
+        else:
+            offsets.set_system(number + MORE_SYSTEMS * (kind == 20), values, self.state.relative)
+        self._machine_known = True
 
     def _go_to_reference(self, code: int) -> None:
         state, numbers = self.state, self.parameters.numbers

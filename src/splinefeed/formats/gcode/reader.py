@@ -11,7 +11,7 @@ import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.arcs import find_arcs
-from splinefeed.formats.gcode.dialects import PRINTERS, Dialect, detect
+from splinefeed.formats.gcode.dialects import PRINTERS, Dialect, detect, whole_numbers
 from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
 from splinefeed.formats.gcode.flow import PLAIN, Flow, Text, blocks_of
@@ -46,6 +46,7 @@ class Reading:
     tools    whose lengths G43 puts in force; None where the path is that of the tool's tip
     from_line  number of the line at which the program is resumed; 0 for its beginning. stated  bits of the axes whose
              place the lines before state
+    increments  a Fanuc's words of axes without a decimal point count least increments, not mm
     repair   make findings of what can be mended; fast  let `Lines` take what it knows
     """
 
@@ -54,6 +55,7 @@ class Reading:
     start: Array = field(default_factory=lambda: np.zeros(AXES))
     tools: Tools | None = None
     from_line: int = 0
+    increments: bool = False
     repair: bool = False
     fast: bool = True
     findings: Findings = field(default_factory=Findings)
@@ -74,6 +76,13 @@ class Reading:
         likely = self.dialect.lead == "F"  # Fanuc's kind
         if likely or self.dialect.name in ("linuxcnc", "mach3"):
             self._check_mill(file, head_text(head), likely)
+        first, lines = whole_numbers(head_text(head)) if likely else ("", [])
+        for line in lines:
+            taken = (
+                "thousandths of mm (inch programs: ten-thousandths of an inch)" if self.increments else "mm or inches"
+            )
+            said = f"axis words without a decimal point beside others with one, as {first}, are taken as {taken}"
+            self.findings.count(f"{said} (option increments)", line)
         self.file, self._resumed = pathlib.Path(file), not self.from_line
         for moves in self._run(self.file, self.dialect):
             if self._resumed:
@@ -111,7 +120,8 @@ class Reading:
         state = State(Offsets(self.offsets), self.start, self.tools)
         interpreter = _INTERPRETERS.get(dialect.name, Interpreter)
         run = interpreter(state, dialect, self.findings, repair=self.repair)
-        self.fast &= interpreter.takes_plain_lines
+        run.increments = self.increments and dialect.of_fanuc
+        self.fast &= interpreter.takes_plain_lines and not run.increments
         try:
             for block in self._blocks(file, run):
                 yield from self._lines(block, run)

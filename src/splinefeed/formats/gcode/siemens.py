@@ -16,7 +16,7 @@ import numpy as np
 from splinefeed.formats.gcode.cycles import SIEMENS, parameters, siemens
 from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.interpreter import Interpreter
-from splinefeed.formats.gcode.moves import LETTERS
+from splinefeed.formats.gcode.moves import AXES, LETTERS
 from splinefeed.formats.gcode.spline_words import BSPLINE, order_of
 
 DEFAULT_DEGREE = 3
@@ -26,7 +26,7 @@ _TOOL_AXIS = ("A3", "B3", "C3")
 _CODES = {
     **dict.fromkeys(("G601", "G602", "G603", "G9", "G450", "G451"), ""),
     **dict.fromkeys(("G641", "G642", "G643", "G644", "G645"), "G64"),
-    **{"G60": "G61", "G71": "G21", "G710": "G21", "G70": "G20", "G700": "G20"},
+    **{"G60": "G61", "G710": "G21", "G700": "G20"},  # G70 and G71 are of places alone, and leave F as it is
 }
 #: Words and calls that switch functions of the control, or set it up, and move nothing.
 _IGNORED = frozenset(
@@ -34,6 +34,8 @@ _IGNORED = frozenset(
      "CUT2D", "CFIN", "CFTCP", "CFC", "ORIAXES", "ORIVECT", "ORIMKS", "ORIWKS", "RTLION", "RTLIOF",
      "CYCLE832", "MSG", "WORKPIECE", "FGROUP", "DISPLOF")
 )  # fmt: skip
+#: Words that shift the zero point.
+_FRAMES = {"TRANS", "ATRANS"}
 #: Values that a line has beside its words, and values that say nothing here: tools by name, corrections, tolerances.
 _COLLECTED, _SILENT = ("SD", "PL", "PW", *_TOOL_AXIS), ("T", "D", "ADIS", "ADISPOS", "CTOL", "OTOL")
 #: A cycle, and its parameters.
@@ -55,6 +57,8 @@ class Siemens(Interpreter):
 
     def __init__(self, *arguments: object, **options: bool) -> None:
         super().__init__(*arguments, **options)  # type: ignore[arg-type]
+        self.state.geometry_alone = True
+        self._shift, self._fine_shift = np.zeros(AXES), np.zeros(AXES)  # of TRANS and G58, of G59
         self._degree = DEFAULT_DEGREE
         self._modal_call: _Call | None = None  # of MCALL: behind each line that moves
 
@@ -68,7 +72,8 @@ class Siemens(Interpreter):
         relative = said[-1] == "1" if said else self.state.relative
         text = _OWN_WAY.sub(lambda match: self._in_force(match, relative), text).rstrip()
         words, extra, keys, call = _translated(text)
-        for key in sorted(keys - _IGNORED - {"BSPLINE", "MCALL"}):
+        self._frame(words, keys)
+        for key in sorted(keys - _IGNORED - _FRAMES - {"BSPLINE", "MCALL"}):
             if key == "TRAORI":
                 self.tool_tip.begin(key, line)
             elif key == "TRAFOOF":
@@ -96,6 +101,25 @@ class Siemens(Interpreter):
         """The file is at its end."""
         self._close()
         super().end()
+
+    def _frame(self, words: list[str], keys: set[str]) -> None:
+        """TRANS and G58 shift the zero point by their words, ATRANS and G59 beside that; the words are done with.
+
+        Without words TRANS ends all of it, and G58 and G59 are systems whose offsets the control has.
+        """
+        values = {LETTERS.index(word[0]): float(word[1:]) for word in words if word[0] in LETTERS}
+        name = next(iter(sorted(keys & _FRAMES)), "") or next((w for w in words if w in ("G58", "G59") and values), "")
+        if not name:
+            return
+        self._close()
+        shift = self._fine_shift if name == "G59" else self._shift
+        if name == "TRANS":
+            self._shift[:] = self._fine_shift[:] = 0.0
+        for axis, value in values.items():
+            shift[axis] = self.state.scaled(axis, value) + (shift[axis] if name == "ATRANS" else 0.0)
+        self.state.offsets.shift(dict(enumerate((self._shift + self._fine_shift).tolist())))
+        self.state.set_offsets()
+        words[:] = [word for word in words if word[0] not in LETTERS and word != name]
 
     def _in_force(self, match: re.Match[str], relative: bool) -> str:
         """X=IC(5) or I=AC(5) as the word that means the same by the modes in force."""

@@ -41,7 +41,7 @@ UNSAID, UNBOUNDED = -1.0, math.inf
 #: What M70 keeps beside the coordinate system (LinuxCNC, "M70 Saved State").
 _KEPT = (
     "relative", "plane", "feed_mode", "exact_stop", "absolute_centres", "units", "feed", "tolerance", "speed",
-    "feed_per_turn", "top_speed", "surface", "spindle", "coolant", "returns", "length_code",
+    "feed_per_turn", "feed_inch", "top_speed", "surface", "spindle", "coolant", "returns", "length_code",
 )  # fmt: skip
 Modal = Mapping[str, Any]
 
@@ -58,6 +58,8 @@ class State:
         self.relative = self.exact_stop = self.absolute_centres = False
         self.extruded = self.steps_of_filament = False  # M83 or G91: E is a step
         self.filament, self.rate = 0.0, 1.0  # of printers: place of E, mm, and what M220 multiplies feeds by
+        self.geometry_alone = False  # Siemens' G70 and G71 leave the units of F alone
+        self.feed_inch = False
         self.rapid = Kind.RAPID  # what G0 is: printers move it at F
         self.speed_stops = True  # whether the tool rests for another speed (S): not where S is the power of a laser
         self.plane, self.units = 17, 0  # 20 or 21, 0 (mm) while none was said
@@ -95,9 +97,16 @@ class State:
         """Whether G20 is in force."""
         return self.units == 20
 
+    @property
+    def feed_unit(self) -> float:
+        """Mm of one unit of F."""
+        return INCH if self.feed_inch else 1.0
+
     def set_units(self, code: int) -> None:
         """G20 and G21, G70 and G71, as tenths, or 0 for mm unsaid: mm of one unit; degrees stay degrees."""
         self.units = {0: 0, 200: 20, 700: 20}.get(code, 21)
+        if not (self.geometry_alone and code in (700, 710)):
+            self.feed_inch = self.inch
         self.scale[:] = INCH if self.inch else 1.0
         self.scale[list(ROTARY)] = math.pi / 180.0
 
@@ -120,9 +129,9 @@ class State:
     def set_feed(self, feed: float | None) -> None:
         """Take over F of G94 and G95, if there is one, and what the speed of the spindle makes of it."""
         if self.feed_mode == 94 and feed is not None:
-            self.feed = self.scaled(0, feed) * self.rate
+            self.feed = feed * self.feed_unit * self.rate
         if self.feed_mode == 95:
-            self.feed_per_turn = self.feed_per_turn if feed is None else self.scaled(0, feed)
+            self.feed_per_turn = self.feed_per_turn if feed is None else feed * self.feed_unit
             x = self.position[0] - self.offset[0]
             at_axis = self.surface and not (x or math.isfinite(self.top_speed))
             self.feed = 0.0 if at_axis else self.feed_per_turn * self.turns(float(x))
@@ -156,7 +165,7 @@ class State:
             "_absolute": not self.relative, "_incremental": self.relative,
             "_inverse_time": self.feed_mode == 93, "_units_per_minute": self.feed_mode == 94,
             "_units_per_rev": self.feed_mode == 95, "_plane": 10 * self.plane,
-            "_feed": self.feed / self.scale[0], "_rpm": self.speed or 0.0,
+            "_feed": self.feed / self.feed_unit, "_rpm": self.speed or 0.0,
             "_spindle_on": self.spindle != 0, "_spindle_cw": self.spindle == 3,
             "_current_tool": self.loaded, "_selected_tool": self.selected, "_task": 0.0,
         }  # fmt: skip
@@ -193,7 +202,7 @@ class State:
     @property
     def flags(self) -> int:
         """Bits that every move has as things are."""
-        return self.tip | self.exact_stop * Flag.STOPS | self.inch * Flag.INCH
+        return self.tip | self.exact_stop * Flag.STOPS | self.feed_inch * Flag.INCH
 
     def add(
         self, kind: int, end: Array, axes: int, line: int, *, feed: float | None = None, flags: int = 0,

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import pathlib
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -20,7 +21,7 @@ from splinefeed.errors import FormatError, InputError
 from splinefeed.formats.contents import Contents
 from splinefeed.formats.gcode.dialects import named
 from splinefeed.formats.gcode.moves import AXES, LARGEST, LETTERS, PATH_ORDER, ROTARY, Findings, Flag, Moves, joined
-from splinefeed.formats.gcode.offsets import REFERENCES, SYSTEMS
+from splinefeed.formats.gcode.offsets import MORE_SYSTEMS, REFERENCES, SYSTEMS
 from splinefeed.formats.gcode.piece import NOTHING, Piece, axis_names, leading, path_columns, say_leading
 from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.tool_paths import tool_paths
@@ -30,6 +31,7 @@ from splinefeed.formats.sizes import MAX_MOVES
 from splinefeed.geometry.path import Marker, Path
 from splinefeed.records import Array, IntArray
 
+_MORE_SYSTEMS = re.compile(r"G(?:54\.1|154) ?P([0-9]{1,3})")
 #: Moves of one part.
 PART = 4096
 
@@ -42,6 +44,7 @@ def from_file(
     offsets: str | Mapping[str, Sequence[float]] | None = None,
     tools: str | os.PathLike[str] | Tools | None = None,
     from_line: int | str | None = None,
+    increments: bool = False,
     repair: bool = False,
 ) -> list[Path]:
     """The path of the program in `file`.
@@ -50,12 +53,13 @@ def from_file(
     start    where the tool is before the first line, X,Y,Z,A,B,C,U,V,W in mm and degrees (fewer will do)
     offsets  of coordinate systems, in mm and degrees: {"G54": (x, y, z)} or "G54=x,y,z;G55=x,y,z"; places of G28, G30
     tools    a tool table as LinuxCNC has it (.tbl): then G43 shifts the path by the length of the tool
+    increments  a Fanuc's axis words without a decimal point count 0.001 mm (0.0001 in), not mm
     from_line  number of the line at which the program is resumed, as it is there when it is first carried out
 
     With `repair` arcs that miss their circle become spirals, and codes that cannot be read are left out, with findings.
     Raises FormatError that names the line.
     """
-    program = Program(file, dialect, start, offsets, tools, repair, from_line)
+    program = Program(file, dialect, start, offsets, tools, repair, from_line, increments)
     reading = program.reading()
     moves = program.all_moves(reading)
     if np.any(moves["flags"] & Flag.TIP):
@@ -116,6 +120,7 @@ class Program:
         tools: str | os.PathLike[str] | Tools | None = None,
         repair: bool = False,
         from_line: int | str | None = None,
+        increments: bool = False,
     ) -> None:
         self.file = file
         self.keeps_start = start is not None
@@ -125,6 +130,7 @@ class Program:
             start=np.zeros(AXES) if start is None else _place(start, "start"),
             tools=tools if tools is None or isinstance(tools, Tools) else read_tools(tools),
             repair=repair,
+            increments=increments,
             from_line=0 if from_line is None else _line_number(from_line),
         )
 
@@ -218,6 +224,8 @@ def _offsets(given: str | Mapping[str, Sequence[float]] | None) -> dict[int, Arr
         given = {name.strip(): _numbers(text, f"offsets: {name.strip()}") for name, _, text in pairs}
     known = {f"G{code / 10:g}": number for code, number in SYSTEMS.items()} | REFERENCES
     for name in given or ():
+        if more := _MORE_SYSTEMS.fullmatch(name.strip().upper()):
+            known[name.upper()] = MORE_SYSTEMS + int(more[1])
         if name.upper() not in known:
             raise InputError(f"offsets: {name!r} is not a coordinate system; there are {', '.join(known)}")
     return {known[name.upper()]: _place(values, f"offsets: {name}") for name, values in (given or {}).items()}

@@ -1,0 +1,120 @@
+"""Codes that mean something else on another control, each by that control's manual.
+
+After the SINUMERIK 802D sl and 840D sl programming guides (G58, G59, TRANS, G70, G700), Fanuc B-64484EN (G10, G54.1,
+G80, decimal point), Haas, Mill Operator's Manual (G04, G154, loops of canned cycles), pygcode#19, CAMotics#298 and
+z64/cncbook.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import splinefeed as sf
+from gcode_programs import path_of, program, refusal, said
+from splinefeed.formats.gcode.dialects import detect
+
+
+def feeds(path: sf.Path) -> list[float]:
+    """Feeds in mm/min."""
+    assert path.feeds is not None
+    return [round(60.0 * feed, 6) for feed in path.feeds.tolist()]
+
+
+@pytest.mark.parametrize(
+    ("lines", "length", "feed"),
+    [
+        (["G70", "G1 X10 F500"], 254.0, 500.0),
+        (["G70 F500", "G1 X10"], 254.0, 500.0),
+        (["F500", "G70 G1 X10"], 254.0, 500.0),
+        (["G700", "G1 X10 F500"], 254.0, 12700.0),
+        (["G710", "G1 X10 F500"], 10.0, 500.0),
+        (["G700 F20", "G71", "G1 X10"], 10.0, 508.0),
+        (["S100 M3 G95 F0.5 G70", "G1 X10"], 254.0, 50.0),
+    ],
+)
+def test_of_siemens_g70_leaves_the_feed_alone_and_g700_does_not(
+    tmp_path: Path, lines: list[str], length: float, feed: float
+) -> None:
+    path = path_of(tmp_path, "; SINUMERIK 840D", "G17 G90", *lines)
+    assert path.length == pytest.approx(length) and feeds(path) == [feed]
+
+
+def test_siemens_shifts_the_zero_point_by_words(tmp_path: Path) -> None:
+    begin = ("G54 G17 G90 G71", "G0 X0 Y0 Z5")
+    path = path_of(tmp_path, *begin, "G58 X10 Y20", "G0 X0 Y0", "G1 Z-1 F200", "X20", "G59 X5", "X0", dialect="siemens")
+    assert said(path) == ["T0 0 5", "T10 20 5", "F10 20 -1", "F30 20 -1", "F15 20 -1"]
+    lines = ("TRANS X10", "X0", "ATRANS X5 Y1", "X0 Y0", "G59 Y2", "X1 Y0", "G59 Y3", "Y1", "TRANS", "X0 Y0")
+    path = path_of(tmp_path, "G1 Y0 F60", *lines, dialect="siemens")
+    assert said(path) == ["F10 0", "F15 1", "F16 3", "F16 5", "F0 0"]
+    path = path_of(tmp_path, "G58", "G1 X1 F60", dialect="siemens")  # without words a system of the control
+    assert said(path) == ["F1"]
+
+
+def test_fanuc_sets_systems_by_g10(tmp_path: Path) -> None:
+    lines = ["O0001", "G90 G10 L20 P1 X10. Y5.", "G10 L2 P1 X100.", "G91 G10 L2 P1 X1.", "G90 G10 L2 P0 Y50."]
+    path = path_of(tmp_path, *lines, "G54.1 P1 G1 X1. Y0. F100.", "G54 X1. Y0.", "M30")
+    assert said(path)[:2] == ["F11 55", "F102 50"]
+    linuxcnc = path_of(tmp_path, "G1 X5 Y0 F60", "G10 L20 P1 X1", "X2")  # there it gives the place a value
+    assert said(linuxcnc) == ["F5 0", "F6 0"]
+
+
+def test_more_systems(tmp_path: Path) -> None:
+    lines = ["G90 G154 P7 G0 X0. Y0.", "G1 X1. F60.", "M30"]
+    path = path_of(tmp_path, "O0001", *lines, offsets="G154P7=5,1")
+    assert said(path)[:2] == ["T5 1", "F6 1"] and detect(program(tmp_path, *lines).read_bytes()).name == "haas"
+    assert refusal(tmp_path, "G54.1 P1 G1 X1") == "line 1: G54.1 is not known in the dialect LinuxCNC"
+    wrong = refusal(tmp_path, "O0001", "G54.1 P301 G1 X1.")
+    assert wrong == "line 2: G54.1 P301: coordinate systems are P1 to P300"
+
+
+@pytest.mark.parametrize(
+    ("word", "dialect", "wait"),
+    [
+        ("P2.", "haas", 2.0),
+        ("P2000", "haas", 2.0),
+        ("P.5", "haas", 0.5),
+        ("P500", "fanuc", 0.5),
+        ("X1.5", "fanuc", 1.5),
+    ],
+)
+def test_how_long_g4_waits(tmp_path: Path, word: str, dialect: str, wait: float) -> None:
+    path = path_of(tmp_path, "G1 X1. F60.", f"G04 {word}", "X2.", dialect=dialect)
+    assert [each for _, each in path.dwells] == [wait]
+
+
+def test_a_point_in_g4_is_said_where_the_control_has_none(tmp_path: Path) -> None:
+    path = path_of(tmp_path, "G1 X1. F60.", "G04 P2.", "X2.", dialect="fanuc")
+    assert path.dwells[0][1] == 2.0 and any("is taken in s" in each for each in path.findings)
+
+
+def test_behind_g80_fanuc_goes_on_as_before_the_cycle(tmp_path: Path) -> None:
+    begin = ["O0112", "G90 G54", "G00 X0 Y0 Z20."]
+    path = path_of(tmp_path, *begin, "G98 G81 X5. Y5. Z-5. R2. F100.", "G80", "X50. Y0.", "M30", start=(0, 0, 20))
+    assert said(path)[-2:] == ["T50 0 20", "M30"]
+    path = path_of(tmp_path, *begin, "G1 X1. F60.", "G81 X5. Z-5. R2.", "G80 X9.", "M30", start=(0, 0, 20))
+    assert said(path)[-2:] == ["F9 0 20", "M30"]
+    assert "axis words without G0" in refusal(tmp_path, "G0 Z5", "G81 X5 Z-5 R2 F100", "G80", "X9")
+
+
+@pytest.mark.parametrize("dialect", ["fanuc", "haas"])
+def test_a_row_of_holes_goes_on_with_steps(tmp_path: Path, dialect: str) -> None:
+    repeats = "K3" if dialect == "fanuc" else "L3"
+    lines = ["G90 G0 X0 Z50.", "G99 G81 X10. Z-20. R2. F120.", f"G91 X10. {repeats}", "G90 G80", "G0 Z50."]
+    path = path_of(tmp_path, *lines, dialect=dialect, start=(0, 0, 50))
+    holes = ["T10 50", "T10 2", "F10 -20", "T10 2"]
+    holes += [f"{word} {level}" for x in (20, 30, 40) for word, level in ((f"T{x}", 2), (f"F{x}", -20), (f"T{x}", 2))]
+    assert said(path) == [*holes, "T40 50"]
+
+
+def test_numbers_without_a_point(tmp_path: Path) -> None:
+    lines = ["O0107", "G21 G17 G90 G54", "G00 X0 Y0 Z5.", "G01 Z-1. F100.", "X20. Y10000", "M30"]
+    path = path_of(tmp_path, *lines, start=(0, 0, 5))
+    assert path.length == pytest.approx(6.0 + (20.0**2 + 1e8) ** 0.5)
+    assert any("as Y10000, are taken as mm or inches (option increments): line 5" in each for each in path.findings)
+    path = path_of(tmp_path, *lines, start=(0, 0, 5), increments=True)
+    assert path.length == pytest.approx(6.0 + 500.0**0.5) and said(path)[-2] == "F20 10 -1"
+    assert any("as Y10000, are taken as thousandths of mm" in each for each in path.findings)
+    inches = path_of(tmp_path, "O1", "G20", "G1 X10000 Y1. F1.", dialect="fanuc", increments=True)
+    assert said(inches)[0] == "F25.4 25.4"
