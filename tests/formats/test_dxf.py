@@ -266,10 +266,14 @@ def layered(tmp_path: Path) -> Path:
 
 
 def test_layers_are_chosen_by_name(layered: Path) -> None:
-    assert [path.name for path in read_all(layered)] == ["Cut#1", "Cut#2", "engrave#3"]
+    shown = read_all(layered)
+    assert [path.name for path in shown] == ["Cut#1", "Cut#2"]
+    said = "not shown in the drawing, left out (option hidden): 1 LINE on layer 'engrave', off"
+    assert all(path.findings == (said,) for path in shown)
+    assert [path.name for path in read_all(layered, hidden=True)] == ["Cut#1", "Cut#2", "engrave#3"]
     assert [path.name for path in read_all(layered, layer="cut")] == ["Cut#1", "Cut#2"]
     (path,) = read_all(layered, layer="engrave")
-    assert path.findings == ("layer 'engrave' is off in the drawing; its 1 curves are read anyway",)
+    assert not path.findings and path.length == 1.0  # a layer that is named is wanted, shown or not
     with pytest.raises(FormatError, match=r"part\.dxf: has no layer 'Fold'; there are '0', 'Defpoints', 'Cut', 'eng"):
         read_all(layered, layer="Fold, Cut")
     with pytest.raises(FormatError, match="holds no curves"):
@@ -317,7 +321,9 @@ def test_what_is_no_tool_path_is_counted(tmp_path: Path) -> None:
     document.layout("Layout1").add_line((0, 0), (9, 9))
     (path,) = read_all(saved(document, tmp_path))
     assert path.length == 1.0
-    kinds = path.findings[0].removeprefix("left out: ").split(", ")
+    hidden = "not shown in the drawing, left out (option hidden): 1 LINE invisible, 1 LINE in paper space"
+    assert path.findings[0] == hidden
+    kinds = path.findings[1].removeprefix("left out: ").split(", ")
     assert kinds[0] == "3 TEXT"
     assert {"1 entity without length", "1 POINT", "1 3DFACE", "1 HATCH", "1 DIMENSION"} < set(kinds)
 

@@ -211,7 +211,8 @@ def test_style_sheets_can_hide(tmp_path: Path) -> None:
     file.write_text(drawing(ROOTS["mm"], body))
     (path,) = read_all(file)
     assert path(0.0).tolist() == [0.0, 77.0]
-    assert path.findings == ("left out: 2 path that is not displayed, 1 path that is hidden",)
+    said = "not shown in the drawing, left out (option hidden): 2 path that is not displayed, 1 path that is hidden"
+    assert path.findings == (said,)
 
 
 def test_units_and_where_the_page_is(tmp_path: Path) -> None:

@@ -22,8 +22,8 @@ PANELS = {
     "Limits": "limits_file acceleration deceleration jerk deceleration_jerk start_feed end_feed axis_velocity "
     "axis_velocity_step chord_error orientation_error centripetal travel",
     "Planning": "strategy period method corrections contour_tolerance tangential",
-    "Source and units": "source which layer units chord edges dialect start offsets tools increments from_line repair "
-    "tolerance columns",
+    "Source and units": "source which layer hidden units chord edges dialect start offsets tools increments from_line "
+    "repair tolerance columns",
     "Smoothing": "corners corner_angle angle_tolerance",
     "Output": "formats tip figures no_figures figure no_compare as_json",
 }

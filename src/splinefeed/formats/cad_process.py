@@ -4,7 +4,8 @@ OCCT was seen to end by a segmentation fault on more than half of STEP files wit
 libraries cannot be stopped. So they run apart, with a limit on time and memory; a file that they cannot bear is an
 error of one line, and the next file finds a new process. It is started by the first file and stays for the next ones.
 
-A task is {"kind", "file", "edges", "repair", "layers"}. The answer is {"units", "findings", "groups"}, with groups of
+A task is {"kind", "file", "edges", "repair", "hidden", "layers"}. The answer is {"units", "findings", "unshown",
+"groups"}, "unshown" being counts of what the author's program does not show, with groups of
 {"name", "curves"} that make one path each, and curves of {"degree", "knots", "points", "weights", "reversed"}; or
 {"refused": why}, which the readers say by a FormatError without the file's name.
 """
@@ -67,13 +68,18 @@ def read(drawing: Drawing, kind: str, faults: list[str], *, edges: bool) -> Cont
         seconds = MAX_SECONDS + SECONDS_PER_MB * file.stat().st_size / 1e6
         try:
             task = {"kind": kind, "file": os.path.abspath(file), "layers": drawing.layers}
-            answer = json.loads(_worker.ask({**task, "repair": drawing.repair, "edges": edges}, seconds=seconds)[1])
+            answer = json.loads(
+                _worker.ask(
+                    {**task, "repair": drawing.repair, "hidden": drawing.hidden, "edges": edges}, seconds=seconds
+                )[1]
+            )
         except LostError as error:
             why = f"takes longer than {seconds:.0f} s" if error.late else "makes the CAD library crash"
             raise InputError(f"{why}; is it damaged?") from None
         if "refused" in answer:
             raise InputError(answer["refused"])
         drawing.findings += answer["findings"]
+        drawing.unshown.update(answer["unshown"])
         numbers = itertools.count(1)
         for group in answer["groups"]:
             curves: list[NurbsCurve] = []
@@ -139,7 +145,13 @@ class Gathered:
         self.bodies: list[Any] = []
         self.findings: list[str] = []
         self.left_out: Counter[str] = Counter()
+        self.unshown: Counter[str] = Counter()
         self.curves = self.points = 0
+
+    def reads(self, unseen: str) -> bool:
+        """Whether something is read that is `unseen` in the author's program, for this reason; "" if it is seen."""
+        self.unshown.update([unseen] if unseen else [])
+        return bool(self.task["hidden"]) or not unseen
 
     def add(self, curves: Sequence[Curve], name: str = "") -> None:
         """One path; FormatError for more curves or points than can be read."""
@@ -162,7 +174,7 @@ class Gathered:
     def answer(self, units: str) -> dict[str, Any]:
         """What the other process gets."""
         left_out = [f"left out: {count} x {what}" for what, count in self.left_out.items()]
-        return {"units": units, "findings": self.findings + left_out, "groups": self.groups}
+        return {"units": units, "findings": self.findings + left_out, "unshown": self.unshown, "groups": self.groups}
 
 
 def arc_of(center: Any, x: Any, y: Any, first: float, last: float) -> Curve:

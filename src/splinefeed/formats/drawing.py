@@ -36,6 +36,7 @@ class Drawing:
     pieces, names    the curves of each piece, joined end to end, mm, and its name
     layers           names of the layers to read, none for all: those of the option `layer`, or what is between commas
     notes, left_out  how many of a kind were read in a way that is worth a finding, or not at all
+    hidden, unshown  whether what the author's program does not show is read all the same, and how much there is of it
     """
 
     def __init__(
@@ -44,6 +45,7 @@ class Drawing:
         tolerance: float | str,
         repair: bool,
         layer: str | Sequence[str] | None = None,
+        hidden: bool = False,
     ) -> None:
         self.file, self.repair = pathlib.Path(file), repair
         self.tolerance = units.parse(tolerance, "length")
@@ -57,6 +59,7 @@ class Drawing:
         self.findings: list[str] = []
         self.notes: Counter[str] = Counter()
         self.left_out: Counter[str] = Counter()
+        self.hidden, self.unshown = hidden, Counter[str]()
         self.curves = self.points = self.faults = 0
 
     def add(self, curves: list[NurbsCurve], name: str) -> None:
@@ -70,6 +73,11 @@ class Drawing:
             )
         self.pieces.append(curves)
         self.names.append(name)
+
+    def reads(self, unseen: str) -> bool:
+        """Whether something is read that is `unseen` in the author's program, for this reason; "" if it is seen."""
+        self.unshown.update([unseen] if unseen else [])
+        return self.hidden or not unseen
 
     def fault(self, text: str, fate: str = "left out") -> None:
         """InputError for a fault; when repairing a finding with its `fate`, and after the first ones a number."""
@@ -103,6 +111,10 @@ class Drawing:
     def contents(self, unit: str) -> Contents:
         """The pieces as paths: those whose ends meet are one; see `geometry.chaining`. InputError without any."""
         self.findings += [f"{count} x {kind}" for kind, count in self.notes.items()]
+        if self.unshown:
+            named = ", ".join(f"{count} {why}" for why, count in self.unshown.most_common(NAMED))
+            fate = "read all the same" if self.hidden else "left out (option hidden)"
+            self.findings.append(f"not shown in the drawing, {fate}: {named}" + " ..." * (len(self.unshown) > NAMED))
         if self.left_out:
             most = [f"{count} {kind}" for kind, count in self.left_out.most_common()]
             self.findings.append(f"left out: {', '.join(most[:NAMED])}{' and others' * (len(most) > NAMED)}")

@@ -20,7 +20,7 @@ from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.contents import Contents
 from splinefeed.formats.drawing import Drawing, losses, three_axes
 from splinefeed.formats.dxf_entities import EntityReader
-from splinefeed.formats.dxf_tags import BINARY_MARK, Entity, read_sections
+from splinefeed.formats.dxf_tags import BINARY_MARK, read_sections
 from splinefeed.geometry.arcs import as_circle
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import JOIN_TOLERANCE, Path
@@ -46,13 +46,15 @@ def from_file(
     tolerance: float | str = JOIN_TOLERANCE,
     layer: str | Sequence[str] | None = None,
     units: str | None = None,
+    hidden: bool = False,
     repair: bool = False,
 ) -> Contents:
     """The paths in a drawing: curves whose ends meet within `tolerance`, mm, in the order of the file.
 
-    `layer` reads these layers only (a list, or names between commas); `units` overrules those of the header.
+    `layer` reads these layers only (a list, or names between commas), shown or not; `units` overrules those of the
+    header. What the drawing does not show (layers off or frozen, invisible, paper space) is read with `hidden` alone.
     """
-    drawing = Drawing(file, tolerance, repair, layer)
+    drawing = Drawing(file, tolerance, repair, layer, hidden)
     header, entities, fault = read_sections(drawing.file.read_bytes())
     if "ENTITIES" not in entities:
         raise InputError("has no section ENTITIES; is the file complete, and is it a drawing?")
@@ -62,8 +64,12 @@ def from_file(
     scale = known_units.parse(f"1{name}", "length")
     reader = EntityReader(drawing)
     reader.read_blocks(entities.get("BLOCKS", []))
+    layers = [reader.understood(entity) for entity in entities.get("TABLES", []) if entity.kind == "LAYER"]
+    for each in layers:
+        state = "frozen" if each.is_frozen() else "off" if each.is_off() else ""
+        reader.states[each.dxf.get("name", "").casefold()] = state
     reader.read(entities["ENTITIES"], None if scale == 1.0 else (np.diag([scale] * 3), np.zeros(3)))
-    _say_layers(entities.get("TABLES", []), reader)
+    drawing.check_layers([*(each.dxf.get("name", "") for each in layers), *reader.seen_layers], "layer")
     return drawing.contents(name)
 
 
@@ -75,20 +81,6 @@ def _unit(header: Mapping[str, object], drawing: Drawing) -> str:
     elif number not in INSERT_UNITS:
         raise InputError(f"$INSUNITS is {number[:40]}, not a unit of workpieces; give units")
     return INSERT_UNITS.get(number, "mm")
-
-
-def _say_layers(tables: list[Entity], reader: EntityReader) -> None:
-    """InputError for a layer to read that is not there; findings for layers that are hidden but were read."""
-    layers = [reader.understood(entity) for entity in tables if entity.kind == "LAYER"]
-    names = [each.dxf.get("name", "") for each in layers]
-    reader.drawing.check_layers([*names, *reader.seen_layers], "layer")
-    for name, each in zip(names, layers, strict=True):
-        count = reader.seen_layers.get(name, 0)
-        if count and (each.is_frozen() or each.is_off()):
-            state = "frozen" if each.is_frozen() else "off"
-            reader.drawing.findings.append(
-                f"layer {name!r} is {state} in the drawing; its {count} curves are read anyway"
-            )
 
 
 # --- out --------------------------------------------------------------------------------------------------------------

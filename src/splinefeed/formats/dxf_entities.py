@@ -69,6 +69,7 @@ class EntityReader:
         self.blocks: dict[str, Block] = {}
         self.visits = 0
         self.seen_layers: Counter[str] = Counter()
+        self.states: dict[str, str] = {}  # of layers by their names in small letters: frozen, off or ""
         # by id what ezdxf loads and its curves: entities of a block are met again at each reference to it
         self._known: dict[int, tuple[Any, list[NurbsCurve]]] = {}
         self._shapes: dict[str, Callable[[Entity, Any], list[NurbsCurve]]] = {
@@ -110,12 +111,17 @@ class EntityReader:
                     continue
                 loaded, curves = self._known.get(id(entity)) or self._understood(entity)
                 said = loaded.dxf.get
-                if said("invisible", 0) or (said("paperspace", 0) and not above):
-                    self.drawing.left_out[f"{kind} {'invisible' if said('invisible', 0) else 'in paper space'}"] += 1
-                elif kind == "INSERT":
+                layer = self._wanted(said("layer", "0").strip(), inherited)
+                unseen = "in paper space" if said("paperspace", 0) and not above else ""
+                unseen = "invisible" if said("invisible", 0) else unseen or self._unseen(kind, layer)
+                if layer is None and kind != "INSERT":
+                    continue
+                if unseen and not self.drawing.reads(f"{kind} {unseen}"):
+                    continue
+                if kind == "INSERT":
                     self._insert(entity, loaded, place, inherited, above)
                 else:
-                    self._add(kind, curves, place, self._wanted(said("layer", "0").strip(), inherited))
+                    self._add(kind, curves, place, layer)
             except TooMuchError:
                 raise
             except InputError as error:
@@ -151,6 +157,12 @@ class EntityReader:
             raise self._error(entity, in_brief(error)) from None
         self._known[id(entity)] = loaded, curves
         return loaded, curves
+
+    def _unseen(self, kind: str, layer: str | None) -> str:
+        """Why something on a layer is not seen, or ""; of a block on a layer that is off the layers within count."""
+        state = self.states.get((layer or "").casefold(), "")
+        named = layer is not None and layer.casefold() in self.drawing.wanted
+        return "" if named or (kind == "INSERT" and state == "off") or not state else f"on layer {layer!r}, {state}"
 
     def _wanted(self, layer: str, inherited: str) -> str | None:
         """The layer that something is drawn on, or None if that one is not to be read."""
@@ -193,6 +205,8 @@ class EntityReader:
         start, sweep = 0.0, 2.0 * math.pi
         if entity.kind == "ARC":
             turn = math.fmod(circle.dxf.end_angle - circle.dxf.start_angle, 360.0)
+            if circle.dxf.end_angle == circle.dxf.start_angle:  # no sweep: a circle goes from 0 to 360
+                radius = 0.0
             turn += 360.0 if turn <= 0.0 else 0.0
             start, sweep = math.radians(circle.dxf.start_angle), math.radians(turn)
         if radius == 0.0:
@@ -206,6 +220,9 @@ class EntityReader:
         minor = Vec3(ellipse.dxf.extrusion).normalize().cross(major) * ellipse.dxf.ratio
         if major.is_null or minor.is_null:
             raise self._error(entity, f"an axis has no length (ratio {ellipse.dxf.ratio:g})")
+        if first == last:
+            self.drawing.left_out[_NO_LENGTH] += 1
+            return []
         sweep = math.fmod(last - first, 2.0 * math.pi)
         if abs(last - first) >= 2.0 * math.pi - 1e-9 or sweep == 0.0:
             sweep = 2.0 * math.pi

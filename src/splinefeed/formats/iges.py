@@ -26,10 +26,17 @@ def holds(head: bytes) -> bool:
 
 
 def from_file(
-    file: pathlib.Path, *, edges: bool = False, tolerance: float | str = JOIN_TOLERANCE, repair: bool = False
+    file: pathlib.Path,
+    *,
+    edges: bool = False,
+    tolerance: float | str = JOIN_TOLERANCE,
+    hidden: bool = False,
+    repair: bool = False,
 ) -> Contents:
     """The paths in `file`; `edges` adds the edges of faces, curves whose ends meet within `tolerance` make one path."""
-    return cad_process.read(Drawing(file, tolerance, repair), "iges", _faults(read_bytes(file)), edges=edges)
+    return cad_process.read(
+        Drawing(file, tolerance, repair, hidden=hidden), "iges", _faults(read_bytes(file)), edges=edges
+    )
 
 
 def _faults(content: bytes) -> list[str]:

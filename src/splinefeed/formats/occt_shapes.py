@@ -64,6 +64,7 @@ def read(task: dict[str, Any]) -> dict[str, Any]:
     """
     gathered = _Shapes(task)
     reader, faults, units = (_step if task["kind"] == "step" else _iges)(task["file"])
+    _look_for_hidden(reader, gathered, task["kind"])
     said = _said(reader.WS().ModelCheckList(True))
     faults += [each for each in said if not each.startswith(_ENTITY)]
     if faults and not task["repair"]:
@@ -145,6 +146,23 @@ def _iges(file: str) -> tuple[Any, list[str], str]:
                 faults.append(f"{label}: {_FULL_KNOT}")
     name = section.UnitName()
     return reader, faults, _IGES_UNITS.get(section.UnitFlag(), name.ToCString() if name is not None else "")
+
+
+def _look_for_hidden(reader: Any, gathered: Gathered, kind: str) -> None:
+    """Blanked entities of IGES are left out; what STEP calls invisible is said, as OCCT reads it with all else."""
+    model = reader.WS().Model()
+    every = (model.Value(number) for number in range(1, model.NbEntities() + 1))
+    if kind == "step":
+        said = sum(each.NbInvisibleItems() for each in every if type(each).__name__ == "StepVisual_Invisibility")
+        if said:
+            gathered.findings.append(
+                f"{said} item(s) are invisible in the file (INVISIBILITY) and are read all the same"
+            )
+        return
+    blank = sum(each.BlankStatus() == 1 and each.SubordinateStatus() == 0 for each in every)
+    if blank:
+        gathered.unshown["blanked entity"] += blank
+        reader.SetReadVisible(not gathered.task["hidden"])
 
 
 def _said(checks: Any, warning: str = "") -> list[str]:

@@ -44,6 +44,7 @@ class _Objects(Gathered):
         for name in task["layers"]:
             if name not in self.layers:
                 raise FormatError(f"layer {name!r} is not there; layers are {', '.join(self.layers) or 'none'}")
+        self.off = {name for layer, name in zip(file.Layers, self.layers, strict=True) if not layer.Visible}
         self.objects = {str(each.Attributes.Id): each for each in file.Objects}
 
     def add_all(self, scale: float) -> None:
@@ -63,6 +64,8 @@ class _Objects(Gathered):
         layer = self.layers[index] if 0 <= index < len(self.layers) else ""
         if self.task["layers"] and depth == 0 and layer not in self.task["layers"]:
             return
+        if not self.reads(self.unseen(attributes, layer)):
+            return
         name = attributes.Name or layer
         if isinstance(geometry, rhino3dm.Extrusion):
             geometry = geometry.ToBrep(False) or geometry
@@ -74,6 +77,16 @@ class _Objects(Gathered):
             self.bodies.append((geometry, name, matrix))
         else:
             self.left_out[type(geometry).__name__] += 1
+
+    def unseen(self, attributes: Any, layer: str) -> str:
+        """Why an object is not seen, or ""; a layer named by the option is read, and one within a layer that is off."""
+        if attributes.ActiveSpace.name == "PageSpace":
+            return "object in a layout"
+        if attributes.Mode.name == "Hidden" or not attributes.Visible:
+            return "hidden object"
+        parts = layer.split("::")
+        off = [name for name in ("::".join(parts[:k]) for k in range(1, len(parts) + 1)) if name in self.off]
+        return f"object on layer {layer!r}, off" if off and layer not in self.task["layers"] else ""
 
     def add_block(self, reference: Any, matrix: Array, depth: int) -> None:
         """The objects of a block where `reference` puts them."""

@@ -32,10 +32,15 @@ def holds(head: bytes) -> bool:
 
 
 def from_file(
-    file: pathlib.Path, *, edges: bool = False, tolerance: float | str = JOIN_TOLERANCE, repair: bool = False
+    file: pathlib.Path,
+    *,
+    edges: bool = False,
+    tolerance: float | str = JOIN_TOLERANCE,
+    hidden: bool = False,
+    repair: bool = False,
 ) -> Contents:
     """The paths in `file`; `edges` adds the edges of faces, curves whose ends meet within `tolerance` make one path."""
-    return cad_process.read(Drawing(file, tolerance, repair), "step", [], edges=edges)
+    return cad_process.read(Drawing(file, tolerance, repair, hidden=hidden), "step", [], edges=edges)
 
 
 # --- out --------------------------------------------------------------------------------------------------------------

@@ -41,6 +41,9 @@ _SILENT = {
     "font", "font-face",
 }  # fmt: skip
 _QUOTED_DATA = re.compile(r"""path\(\s*(["'])(.*)\1\s*\)""", re.DOTALL)
+#: Properties of fill and stroke that are inherited.
+_PAINT = ("fill", "stroke", "fill-opacity", "stroke-opacity", "stroke-width", "stroke-dasharray")
+_DASHED = "element with a dashed stroke, which is read without gaps"
 _ROOT = re.compile(rb"<(?:[\w.-]+:)?svg[\s>/]")
 _BEZIER_KNOTS = {degree: np.repeat([0.0, 1.0], degree + 1) for degree in (2, 3)}
 for _knots in _BEZIER_KNOTS.values():
@@ -62,13 +65,15 @@ def from_file(
     *,
     tolerance: float | str = JOIN_TOLERANCE,
     layer: str | Sequence[str] | None = None,
+    hidden: bool = False,
     repair: bool = False,
 ) -> Contents:
     """The paths in a drawing: curves whose ends meet within `tolerance`, mm, in the order of the file.
 
     `layer` reads only what is in groups of these names (Inkscape's label, or id), a list or with commas between them.
+    What the drawing does not show (display, visibility, opacity, no fill and no stroke) is read with `hidden` alone.
     """
-    drawing = Drawing(file, tolerance, repair, layer)
+    drawing = Drawing(file, tolerance, repair, layer, hidden)
     try:
         return drawing.contents(_Reader(drawing, read_tree(unpacked(drawing.file.read_bytes()))).read())
     except RecursionError:  # of tinycss2; elements have their own bound
@@ -76,13 +81,18 @@ def from_file(
 
 
 class _Place(NamedTuple):
-    """Where elements are drawn: the map to mm, what percentages are of, the uses around them, and whether they are."""
+    """Where elements are drawn: the map to mm, what percentages are of, the uses around them, and whether they are.
+
+    paint  what is said of fill and stroke, which elements within inherit
+    """
 
     map: Affine
     view: View
     uses: tuple[str, ...]
     chosen: bool
     visible: bool
+    paint: Mapping[str, str] = {}
+    unseen: str = ""  # why nothing in here is shown, or ""
 
 
 class _Reader:
@@ -123,7 +133,8 @@ class _Reader:
         if size.height is None:
             findings.append("the page has no height: y is flipped about 0")
         up = Affine(_MM_PER_PIXEL, 0.0, 0.0, -_MM_PER_PIXEL, x, y + (size.height or 0.0) * _MM_PER_PIXEL)
-        at = _Place(up.after(inner), view, (), chosen=not self.drawing.wanted, visible=_visible(given, True))
+        at = _Place(up.after(inner), view, (), chosen=not self.drawing.wanted, visible=_visible(given, True),
+                    paint={key: said for key in _PAINT if (said := _said(given, key)) != "inherit"})  # fmt: skip
         for child in self.root.children:
             self._node(child, at)
         return unit
@@ -140,23 +151,31 @@ class _Reader:
         if tag in _SILENT and not (tag == "symbol" and used is not None):
             return
         given = self.styles.of(node)
-        unseen = "for other programs" if not _meant(node) else ""
-        if given.get("display", "").lower() == "none":
-            unseen = "that is not displayed"
+        paint = {**at.paint, **{key: said for key in _PAINT if (said := _said(given, key)) != "inherit"}}
         visible = _visible(given, at.visible)
-        if at.chosen and tag not in _HOLDERS and not (visible and tag in _SHAPES):
-            unseen = unseen or ("that is hidden" if tag in _SHAPES else " ")
-        if unseen:
-            self.drawing.left_out[f"{tag[:40]} {unseen}".strip()] += 1
+        unseen = at.unseen
+        if _said(given, "display") == "none" and not (self.drawing.wanted & {e.casefold() for e in _labels(node)}):
+            unseen = unseen or "that is not displayed"
+        elif _number(given.get("opacity", "")) == 0.0:
+            unseen = unseen or "of opacity 0"
+        if not _meant(node) or (at.chosen and tag not in _HOLDERS | _SHAPES):
+            self.drawing.left_out[f"{tag[:40]}{'' if _meant(node) else ' for other programs'}"] += 1
             return
         if tag not in _HOLDERS and not at.chosen:
             return
+        if tag in _SHAPES:
+            unseen = unseen or ("" if visible else "that is hidden") or ("" if _painted(paint) else "without paint")
+            if not self.drawing.reads(f"{tag} {unseen}" if unseen else ""):
+                return
+            if _painted(paint, ("stroke",)) and paint.get("stroke-dasharray", "none") not in ("none", "0"):
+                self.drawing.notes[_DASHED] += 1
         for name in ("clip-path", "mask"):
             if given.get(name, "none").strip().lower() not in ("none", ""):
                 self.drawing.left_out[f"{name} of {tag}, which is drawn whole"] += 1
         self.depth += 1
         try:
-            at = at._replace(map=at.map.after(svg_places.transform(given, at.view)), visible=visible)
+            at = at._replace(map=at.map.after(svg_places.transform(given, at.view)), visible=visible, paint=paint,
+                             unseen=unseen)  # fmt: skip
             if tag == "use":
                 self._use(given, at)
             elif tag in _HOLDERS:
@@ -211,6 +230,29 @@ class _Reader:
 def _meant(node: Node) -> bool:
     """Whether an element is for a reader that knows no extensions. Source: W3C, SVG 1.1, section 5.8."""
     return not node.get("requiredExtensions").strip()
+
+
+def _said(given: Mapping[str, str], name: str) -> str:
+    """A property in small letters, "inherit" where nothing is said."""
+    return given.get(name, "").strip().lower() or "inherit"
+
+
+def _number(text: str) -> float:
+    """A number, percentages as parts of 1; 1 for what is none."""
+    try:
+        return float(text.strip().removesuffix("%")) / (100.0 if text.strip().endswith("%") else 1.0)
+    except ValueError:
+        return 1.0
+
+
+def _painted(paint: Mapping[str, str], ways: Sequence[str] = ("fill", "stroke")) -> bool:
+    """Whether a fill or stroke is drawn: black fill and no stroke unless something is said."""
+    for way in ways:
+        colour = paint.get(way, "black" if way == "fill" else "none")
+        width = _number(re.sub(r"[a-z]+$", "", paint.get("stroke-width", "1"))) if way == "stroke" else 1.0
+        if colour not in ("none", "transparent") and _number(paint.get(f"{way}-opacity", "1")) and width:
+            return True
+    return False
 
 
 def _visible(given: Mapping[str, str], above: bool) -> bool:

@@ -34,7 +34,8 @@ _FOREIGN = {"href": "xlink:href", "label": "label"}
 #: Properties that say where something lies or whether it is drawn.
 RELEVANT = frozenset(
     ("display", "visibility", "transform", "transform-origin", "transform-box", "d", "x", "y", "width", "height",
-     "cx", "cy", "r", "rx", "ry", "translate", "rotate", "scale", "clip-path", "mask")
+     "cx", "cy", "r", "rx", "ry", "translate", "rotate", "scale", "clip-path", "mask", "opacity", "fill", "stroke",
+     "fill-opacity", "stroke-opacity", "stroke-width", "stroke-dasharray")
 )  # fmt: skip
 #: Elements that all selectors of one file together may look at, and at-rules in at-rules.
 MAX_QUESTIONS, MAX_NESTED = 10_000_000, 8

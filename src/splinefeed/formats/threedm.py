@@ -29,6 +29,7 @@ def from_file(
     edges: bool = False,
     layer: str | Sequence[str] | None = None,
     tolerance: float | str = JOIN_TOLERANCE,
+    hidden: bool = False,
     repair: bool = False,
 ) -> Contents:
     """The paths in `file`; `edges` adds the edges of surfaces and solids.
@@ -44,4 +45,4 @@ def from_file(
         for size in (4, 8)
     ):
         faults.append(f"the record that ends it is missing at byte {len(content)}; is it 3DM, and not cut off?")
-    return cad_process.read(Drawing(file, tolerance, repair, layer), "3dm", faults, edges=edges)
+    return cad_process.read(Drawing(file, tolerance, repair, layer, hidden), "3dm", faults, edges=edges)
