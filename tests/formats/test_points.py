@@ -10,6 +10,8 @@ import pytest
 import splinefeed as sf
 from splinefeed.errors import FormatError
 from splinefeed.formats import table_text
+from splinefeed.formats.path_parts import read_parts
+from splinefeed.formats.registry import read_all
 from splinefeed.geometry.nearest import Nearest
 
 ANGLE = np.linspace(0.0, 2.0 * math.pi, 201)
@@ -129,3 +131,55 @@ def test_very_long_lines_are_looked_at_once(line):
     assert table_text.names(line) == ([], False)
     found = table_text.numbers(line)
     assert found is None or not found[1]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0 0\n10 0\n10 10\n0 10\n0 0\n\n50 0\n60 0\n60 10\n50 10\n50 0\n",
+        "x;y\n\n0;0\n10;0\n10;10\n0;10\n0;0\n \n# the second\n\n50;0\n60;0\n60;10\n50;10\n50;0\n\n\n",
+        "x,y\r\n0,0\r\n10,0\r\n10,10\r\n0,10\r\n0,0\r\n\r\n50,0\r\n60,0\r\n60,10\r\n50,10\r\n50,0\r\n",
+    ],
+)
+def test_blank_lines_part_contours(tmp_path, text):  # after CloudCompare#913
+    file = tmp_path / "two.xyz"
+    file.write_bytes(text.encode())
+    paths = read_all(file)
+    assert [(path.name, path.length, path.closed) for path in paths] == [("two#1", 40.0, True), ("two#2", 40.0, True)]
+    assert "2 contours, parted by blank lines" in paths[0].findings
+    with pytest.raises(FormatError, match="make a file of each"):
+        list(read_parts(file))
+
+
+def test_blank_lines_between_all_points_part_nothing_and_lone_points_are_left_out(tmp_path):
+    file = tmp_path / "a.xyz"
+    file.write_text("0 0\n\n5 0\n\n\n10 0\n\n")
+    assert sf.read(file).length == pytest.approx(10.0)
+    file.write_text("0 0\n5 0\n\n9 9\n\n0 5\n5 5\n")
+    paths = read_all(file)
+    assert [path.length for path in paths] == pytest.approx([5.0, 5.0])
+    assert "1 contour(s) of one point are left out" in paths[0].findings
+
+
+def test_a_column_that_counts_is_said(tmp_path):  # after CloudCompare#380
+    file = tmp_path / "a.csv"
+    file.write_text("1,30,0\n2,20,7\n3,0,9\n4,-20,7\n5,-30,0\n")
+    assert any(each.startswith("column 1 counts by 1 and is read as x") for each in sf.read(file).findings)
+    for text in ("n,x,y\n1,30,0\n2,20,7\n3,0,9\n", "1,30,0\n2,20,7\n4,0,9\n", "1,30\n2,20\n3,0\n"):
+        file.write_text(text)
+        assert not any("counts" in each for each in sf.read(file).findings)
+
+
+@pytest.mark.parametrize("text", ["30,5,0,0\n20,5,7,1\n-20,5,7,1\n", "1,0,2,5,3,0\n2,0,3,5,4,0\n"])
+def test_a_comma_that_is_both_is_refused(tmp_path, text):  # after geoda#123
+    file = tmp_path / "a.csv"
+    file.write_text(text)
+    with pytest.raises(FormatError, match=r"line 1: .* may have commas as decimal points and between numbers"):
+        sf.read(file)
+
+
+@pytest.mark.parametrize("text", ["30,5,0,-1\n20,5,7,1\n", "30,5,0.5,0\n2,5,7,1\n", "x,y,z,n\n30,5,0,0\n20,5,7,1\n"])
+def test_commas_that_are_plainly_between_numbers(tmp_path, text):
+    file = tmp_path / "a.csv"
+    file.write_text(text)
+    assert sf.read(file).axes == ("x", "y", "z")

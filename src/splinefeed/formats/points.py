@@ -1,7 +1,7 @@
 """Points in a table (.csv, .xyz, ...): measured or scanned, in order, fitted by curves within a tolerance.
 
 docs/formats.md says what a line may be. A line above the numbers may name the columns; one number alone above them is
-how many there are.
+how many there are. Blank lines part contours, unless they stand between all points.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from splinefeed.formats.source import check_size, count_lines, head_text
 from splinefeed.formats.table_text import AXES, OURS
 from splinefeed.geometry.fitting import MAX_POINTS
 from splinefeed.geometry.path import Path
-from splinefeed.records import ROTARY_AXES, Array
+from splinefeed.records import ROTARY_AXES, Array, IntArray
 
 #: Largest distance between the points and the fitted curve unless the caller says another, mm.
 DEFAULT_TOLERANCE = 1e-3
@@ -36,7 +36,8 @@ UNNAMED = 3
 PART = 4096
 MAX_BYTES = 2 * 2**30
 
-Points = tuple[tuple[str, ...], Array, list[str]]  # axes, points (n, axes), mm and rad, and findings
+#: Axes, points (n, axes), mm and rad, findings, and the number of each point's contour (n,).
+Points = tuple[tuple[str, ...], Array, list[str], IntArray]
 
 
 def holds(head: bytes) -> bool:
@@ -63,13 +64,13 @@ def from_text(
     tolerance: float | str = DEFAULT_TOLERANCE,
     degree: int = 3,
 ) -> list[Path]:
-    """The points in `text` as one path of fitted curves, mm and rad, parted at corners.
+    """The points in `text` as a path of fitted curves, mm and rad, parted at corners; one a contour.
 
     `tolerance` is the largest distance, mm, of a fit of the given `degree` from the points. Where the last point is
     the first one again, the path is closed, smoothly unless there is a corner. The findings report the distance that
     was measured and everything that the file leaves open.
     """
-    (axes, points, findings), *more = islice(_blocks(text.splitlines(), MAX_POINTS), 2)
+    (axes, points, findings, contours), *more = islice(_blocks(text.splitlines(), MAX_POINTS), 2)
     if more:
         raise InputError(
             f"holds more than {MAX_POINTS} points; thin or split them, or read parts as splinefeed run does"
@@ -78,12 +79,23 @@ def from_text(
         findings.append(
             f"rotary axes are fitted with the others, 1 mm of tolerance counting as {math.degrees(1):.3g} deg"
         )
-    closed = len(points) > 3 and bool(np.all(points[0] == points[-1]))
-    if closed:
-        findings.append("the last point is the first one: the path is closed")
     name = pathlib.Path(source).stem
-    said = [f"{len(points)} points", *findings]
-    return [fitted_path(points, tolerance, axes=axes, name=name, findings=said, degree=degree, closed=closed)]
+    sizes = np.bincount(contours)
+    parts = np.split(points, np.cumsum(sizes)[:-1]) if sizes.max() > 1 else [points]
+    kept = [part for part in parts if len(part) > 1] or parts
+    if len(parts) > 1:
+        findings.append(f"{len(parts)} contours, parted by blank lines")
+    if len(kept) < len(parts):
+        findings.append(f"{len(parts) - len(kept)} contour(s) of one point are left out")
+    paths = []
+    for number, part in enumerate(kept, start=1):
+        closed = len(part) > 3 and bool(np.all(part[0] == part[-1]))
+        said = [f"{len(part)} points", *findings]
+        if closed:
+            said.append("the last point is the first one: the path is closed")
+        called = name if len(kept) == 1 else f"{name}#{number}"
+        paths.append(fitted_path(part, tolerance, axes=axes, name=called, findings=said, degree=degree, closed=closed))
+    return paths
 
 
 def fitted_path(
@@ -131,7 +143,7 @@ def positive_length(value: float | str, name: str) -> float:
 def in_parts(file: pathlib.Path) -> PathParts:
     """The points in `file`, joined by straight lines, read part by part."""
     check_size(file, MAX_BYTES)
-    axes, _, findings = next(_parts(file))
+    axes, _, findings, _ = next(_parts(file))
     return PathParts(
         name=file.stem, axes=axes, count=count_lines(file), unit="lines", make=partial(_paths, file),
         findings=tuple(findings),
@@ -147,7 +159,11 @@ def _paths(file: pathlib.Path) -> Iterator[Path]:
     """Parts of the path; points that are the same as the one before are left out."""
     before: Array | None = None
     made = False
-    for axes, places, _ in _parts(file):
+    for axes, places, _, contours in _parts(file):
+        if contours[-1]:
+            raise FormatError(
+                f"{file}: has contours parted by blank lines, which are not read in parts; make a file of each"
+            )
         joined = places if before is None else np.concatenate([before, places])
         joined = joined[np.append(True, np.any(np.diff(joined, axis=0) != 0.0, axis=1))]
         before = joined[-1:].copy()
@@ -167,7 +183,8 @@ def _named(names: list[tuple[str, str]]) -> bool:
 
 def _blocks(text: Iterable[str], most: int) -> Iterator[Points]:
     """The points of a table, at most `most` at a time; at least one block, or InputError with the line."""
-    lines = filter(itemgetter(1), enumerate(map(str.strip, text), start=1))
+    every = enumerate(map(str.strip, text), start=1)
+    lines = filter(itemgetter(1), every)
     heads: list[tuple[int, str, bool]] = []  # lines above the numbers, and whether each is a comment
     width = 0
     said: float | None = None  # how many points the file says that it has
@@ -192,10 +209,10 @@ def _blocks(text: Iterable[str], most: int) -> Iterator[Points]:
     left = width - len(axes)
     findings = [f"{left} of {width} columns are not named as axes and are left out"] if left else []
     count, commas = 0, False
-    body = ((at, row) for at, row in chain([(number, line)], lines) if not row.startswith(table_text.COMMENTS))
+    body = _numbered(chain([(number, line)], every))
     while part := list(islice(body, most)):
         rows = []
-        for at, row in part:
+        for at, row, _ in part:
             values, decimal = _row(row, at)
             if len(values) != width:
                 raise InputError(f"line {at}: holds {len(values)} numbers, the lines above {width}")
@@ -203,7 +220,10 @@ def _blocks(text: Iterable[str], most: int) -> Iterator[Points]:
                 commas = True
                 findings.append(f"line {at}: commas are read as decimal points, {row[:40]!r} as {values}")
             rows.append(values)
-        points = np.array(rows)[:, places] * factors
+        table = np.array(rows)
+        if not names and not count:
+            findings += _doubts(table, part[0])
+        points = table[:, places] * factors
         bad = ~np.all(np.abs(points) <= MAX_COORDINATE, axis=1)
         if bad.any():
             raise InputError(
@@ -211,9 +231,34 @@ def _blocks(text: Iterable[str], most: int) -> Iterator[Points]:
                 f"unit right?"
             )
         count += len(part)
-        yield axes, points, list(findings)
+        yield axes, points, list(findings), np.array([contour for _, _, contour in part])
     if said not in (None, count):
         raise InputError(f"says {said:g} points, but {count} follow; is the file complete?")
+
+
+def _numbered(lines: Iterable[tuple[int, str]]) -> Iterator[tuple[int, str, int]]:
+    """Lines of numbers with their number and that of their contour: blank lines part contours."""
+    contour, blank, begun = 0, False, False
+    for at, row in lines:
+        if not row:
+            blank = begun
+        elif not row.startswith(table_text.COMMENTS):
+            contour, blank, begun = contour + blank, False, True
+            yield at, row, contour
+
+
+def _doubts(table: Array, first: tuple[int, str, int]) -> list[str]:
+    """What a table without names may mean otherwise: InputError where that is another table altogether."""
+    at, row, _ = first
+    whole = bool(np.all(table == np.round(table))) and not any(mark in row for mark in ".;\t")
+    if whole and "," in row and table.shape[1] in (4, 6) and not np.any(np.signbit(table[:, 1::2])):
+        raise InputError(
+            f"line {at}: {row[:40]!r} may have commas as decimal points and between numbers; write decimal points, "
+            "semicolons between numbers, or a line of names above (x,y,z,...)"
+        )
+    if table.shape[1] > 2 and len(table) > 2 and bool(np.all(np.diff(table[:, 0]) == 1.0)):
+        return ["column 1 counts by 1 and is read as x; if it only numbers the points, name the columns (n,x,y,...)"]
+    return []
 
 
 def _row(line: str, number: int) -> tuple[list[float], bool]:
