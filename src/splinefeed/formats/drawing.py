@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import pathlib
 from collections import Counter
@@ -20,8 +21,14 @@ from splinefeed.geometry.joints import moved_ends
 from splinefeed.geometry.path import JOIN_TOLERANCE, Path
 from splinefeed.records import ROTARY_AXES, Array, IntArray
 
-#: A drawing whose z is nowhere farther from 0 than this share of its size is flat: its paths have axes x and y.
+#: A drawing whose z is nowhere farther from 0 than this share of its size, or than paths resolve, is flat: its paths
+#: have axes x and y.
 FLAT = 1e-12
+#: Ends join that differ by this many units of the last decimal that a file writes, if it writes so many at least: a
+#: point rounded twice differs by one in each coordinate. No decimal is larger than this, mm.
+LAST_DIGITS, LEAST_DECIMALS, COARSEST = 1.5, 2, 0.01
+#: Open ends nearer than this share of the drawing are said.
+CLOSE = 1e-3
 _FLAT_AXES = np.eye(3)[:2]
 #: Columns of a drawing's coordinates by the names of axes; others stand where they come.
 _PLACES = {"x": 0, "y": 1, "z": 2}
@@ -42,13 +49,15 @@ class Drawing:
     def __init__(
         self,
         file: str | os.PathLike[str],
-        tolerance: float | str,
+        tolerance: float | str | None,
         repair: bool,
         layer: str | Sequence[str] | None = None,
         hidden: bool = False,
     ) -> None:
         self.file, self.repair = pathlib.Path(file), repair
-        self.tolerance = units.parse(tolerance, "length")
+        self.by_digits = tolerance is None  # joints within what the digits of the file allow
+        self.decimals, self.digit = 0, math.inf  # most decimals, and the smallest last one, mm
+        self.tolerance = JOIN_TOLERANCE if tolerance is None else units.parse(tolerance, "length")
         if not self.tolerance >= 0.0:
             raise InputError(f"tolerance is {self.tolerance:g} mm; it must be 0 or more")
         names = layer.split(",") if isinstance(layer, str) else layer or ()
@@ -73,6 +82,11 @@ class Drawing:
             )
         self.pieces.append(curves)
         self.names.append(name)
+
+    def written(self, decimals: int, unit: float) -> None:
+        """Some places are written with so many decimals of a `unit`, mm: the last one says how near ends join."""
+        if self.by_digits and decimals:
+            self.decimals, self.digit = max(self.decimals, decimals), min(self.digit, unit * 10.0**-decimals)
 
     def reads(self, unseen: str) -> bool:
         """Whether something is read that is `unseen` in the author's program, for this reason; "" if it is seen."""
@@ -132,7 +146,10 @@ class Drawing:
             )
         kept = np.flatnonzero(pools == 0) if self.repair else np.arange(len(pieces))
         ends = np.array([[pieces[i][0].ends[0], pieces[i][-1].ends[1]] for i in kept])
-        chains, findings = chain(ends, self.tolerance, pools[kept])
+        if self.decimals >= LEAST_DECIMALS and self.digit <= COARSEST:
+            self.tolerance = max(self.tolerance, LAST_DIGITS * self.digit)
+        size = float(np.linalg.norm(np.ptp(ends.reshape(-1, ends.shape[2]), axis=0))) if self.by_digits else 0.0
+        chains, findings = chain(ends, self.tolerance, pools[kept], CLOSE * size)
         self.findings += findings
         gaps: list[float] = []
         runs = []
@@ -143,8 +160,9 @@ class Drawing:
                 run += [curve.reversed() for curve in reversed(piece)] if backwards else piece
             runs.append(_moved_together(run, self.tolerance, gaps) if len(each) > 1 else run)
         if gaps:
+            why = ", as far as the decimals of the file leave them apart (option tolerance)" if self.by_digits else ""
             self.findings.append(
-                f"{len(gaps)} gap(s) of up to {max(gaps):.3g} mm closed: ends were moved, each by half"
+                f"{len(gaps)} gap(s) of up to {max(gaps):.3g} mm closed: ends were moved, each by half{why}"
             )
         names = [f"{self.names[kept[each[0][0]]]}#{i}" for i, each in enumerate(chains, start=1)]
         axes = ("x", "y", "z")[: ends.shape[2]]
@@ -160,8 +178,13 @@ class Drawing:
             near = [all(np.abs(curve.control_points).max() <= MAX_COORDINATE for curve in each) for each in self.pieces]
             name = self.names[near.index(False)]
             raise InputError(f"a curve of {name!r} goes beyond {MAX_COORDINATE:g} mm; check the units and transforms")
-        if every.shape[1] == 2 or np.abs(every[:, 2]).max() > FLAT * np.ptp(every[:, :2], axis=0).max():
+        if every.shape[1] == 2:
             return self.pieces
+        high = float(np.abs(every[:, 2]).max())
+        if high > max(FLAT * np.ptp(every[:, :2], axis=0).max(), JOIN_TOLERANCE):
+            return self.pieces
+        if high > 0.0:
+            self.findings.append(f"z, nowhere more than {high:.2g} mm from 0, is taken as 0")
         return [[moved(curve, _FLAT_AXES, np.zeros(2)) for curve in piece] for piece in self.pieces]
 
     def _copies(self, pieces: list[list[NurbsCurve]]) -> IntArray:

@@ -23,7 +23,7 @@ from splinefeed.formats.dxf_entities import EntityReader
 from splinefeed.formats.dxf_tags import BINARY_MARK, read_sections
 from splinefeed.geometry.arcs import as_circle
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.path import JOIN_TOLERANCE, Path
+from splinefeed.geometry.path import Path
 
 #: What the number in $INSUNITS means.
 INSERT_UNITS = {"1": "in", "2": "ft", "4": "mm", "5": "cm", "6": "m", "9": "mil", "13": "um"}
@@ -31,6 +31,8 @@ INSERT_UNITS = {"1": "in", "2": "ft", "4": "mm", "5": "cm", "6": "m", "9": "mil"
 _LONGEST_NAME = 255
 _NOT_IN_NAMES = re.compile(r'[<>/\\":;?*|=`\x00-\x1f]')
 _MILLIMETRES = 4
+#: Decimals of the places of entities; binary files and exponents have all that a float has.
+_DECIMALS = re.compile(rb"^ *(?:10|11|20|21)\r?\n *[-+]?[0-9]*\.([0-9]+(?:[eE][-+0-9]+)?)", re.MULTILINE)
 #: Comments that may stand before the first section.
 _START = re.compile(rb"(?:\xef\xbb\xbf)?(?:\s*999\s*[\r\n][^\r\n]*[\r\n])*\s*0\s*[\r\n]\s*SECTION\s")
 
@@ -43,7 +45,7 @@ def holds(head: bytes) -> bool:
 def from_file(
     file: str | os.PathLike[str],
     *,
-    tolerance: float | str = JOIN_TOLERANCE,
+    tolerance: float | str | None = None,
     layer: str | Sequence[str] | None = None,
     units: str | None = None,
     hidden: bool = False,
@@ -51,17 +53,21 @@ def from_file(
 ) -> Contents:
     """The paths in a drawing: curves whose ends meet within `tolerance`, mm, in the order of the file.
 
+    Without a `tolerance` ends join that are as far apart as the last decimal of the file's numbers allows.
+
     `layer` reads these layers only (a list, or names between commas), shown or not; `units` overrules those of the
     header. What the drawing does not show (layers off or frozen, invisible, paper space) is read with `hidden` alone.
     """
     drawing = Drawing(file, tolerance, repair, layer, hidden)
-    header, entities, fault = read_sections(drawing.file.read_bytes())
+    content = drawing.file.read_bytes()
+    header, entities, fault = read_sections(content)
     if "ENTITIES" not in entities:
         raise InputError("has no section ENTITIES; is the file complete, and is it a drawing?")
     if fault:
         drawing.fault(fault, "")
     name = _unit(header, drawing) if units is None else units
     scale = known_units.parse(f"1{name}", "length")
+    drawing.written(max(map(len, _DECIMALS.findall(content)), default=0), scale)
     reader = EntityReader(drawing)
     reader.read_blocks(entities.get("BLOCKS", []))
     layers = [reader.understood(entity) for entity in entities.get("TABLES", []) if entity.kind == "LAYER"]

@@ -6,6 +6,7 @@ are read here and not by svgelements, which mends silently what a machine should
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import zlib
@@ -26,7 +27,6 @@ from splinefeed.formats.svg_write import ORIGIN
 from splinefeed.formats.svg_write import write as write
 from splinefeed.geometry.arcs import polyline
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.path import JOIN_TOLERANCE
 
 #: Elements drawn in one file, those that are used again counted each time, and how deep uses may be nested.
 MAX_DRAWN = 500_000
@@ -41,6 +41,7 @@ _SILENT = {
     "font", "font-face",
 }  # fmt: skip
 _QUOTED_DATA = re.compile(r"""path\(\s*(["'])(.*)\1\s*\)""", re.DOTALL)
+_DECIMALS = re.compile(r"\.([0-9]+(?:[eE][-+0-9]+)?)")
 #: Properties of fill and stroke that are inherited.
 _PAINT = ("fill", "stroke", "fill-opacity", "stroke-opacity", "stroke-width", "stroke-dasharray")
 _DASHED = "element with a dashed stroke, which is read without gaps"
@@ -63,12 +64,14 @@ def holds(head: bytes) -> bool:
 def from_file(
     file: str | os.PathLike[str],
     *,
-    tolerance: float | str = JOIN_TOLERANCE,
+    tolerance: float | str | None = None,
     layer: str | Sequence[str] | None = None,
     hidden: bool = False,
     repair: bool = False,
 ) -> Contents:
     """The paths in a drawing: curves whose ends meet within `tolerance`, mm, in the order of the file.
+
+    Without a `tolerance` ends join that are as far apart as the last decimal of the file's numbers allows.
 
     `layer` reads only what is in groups of these names (Inkscape's label, or id), a list or with commas between them.
     What the drawing does not show (display, visibility, opacity, no fill and no stroke) is read with `hidden` alone.
@@ -221,6 +224,9 @@ class _Reader:
                 self.drawing.fault(f"{node.place()}: path data: {fault}", "what comes before it is kept")
         else:
             runs = svg_paths.shape(node.tag, given, at.view)
+        scale = math.sqrt(abs(at.map.a * at.map.d - at.map.b * at.map.c))  # mm of a unit here
+        written = " ".join(given.get(key, "") for key in ("d", "points", "x1", "x2", "y1", "y2"))
+        self.drawing.written(max(map(len, _DECIMALS.findall(written)), default=0), scale)
         name = node.get("label") or node.get("id") or node.tag
         for run in runs:
             if curves := _curves(run, at.map):

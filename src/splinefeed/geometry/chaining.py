@@ -20,8 +20,10 @@ _NEIGHBOURS = 5
 Chain = list[tuple[int, bool]]
 
 
-def chain(ends: Array, tolerance: float, pools: IntArray) -> tuple[list[Chain], list[str]]:
+def chain(ends: Array, tolerance: float, pools: IntArray, close: float = 0.0) -> tuple[list[Chain], list[str]]:
     """Chains of pieces whose first and last points are `ends` (n, 2, axes), mm, in the order given, and findings.
+
+    close  how far apart open ends are said, mm, where that is more than NEAR_MISS times the tolerance
 
     Two ends within `tolerance`, mm, of each other and of no third are joined. Where three or more meet, all paths end:
     the continuation is not guessed. A path keeps the direction of its first piece in the order given; a closed
@@ -30,7 +32,7 @@ def chain(ends: Array, tolerance: float, pools: IntArray) -> tuple[list[Chain], 
     count = len(ends)
     points = np.ascontiguousarray(ends, dtype=np.float64).reshape(2 * count, -1)
     # pools are moved apart, farther than any tolerance, along an axis of their own
-    apart = np.repeat(pools, 2) * (NEAR_MISS * 4.0 * max(tolerance, 1e-300))
+    apart = np.repeat(pools, 2) * (4.0 * max(NEAR_MISS * tolerance, close, 1e-300))
     keyed = np.column_stack([points, apart]) + 0.0
     node = _nodes(keyed, tolerance)
     is_open = np.repeat(node[0::2] != node[1::2], 2)  # a piece that ends where it begins takes no part
@@ -49,7 +51,7 @@ def chain(ends: Array, tolerance: float, pools: IntArray) -> tuple[list[Chain], 
         branches
     )
     lonely = met[first_of[degree == 1]]
-    return _walks(partner.tolist()), findings + _near_misses(keyed[lonely], points[lonely], tolerance)
+    return _walks(partner.tolist()), findings + _near_misses(keyed[lonely], points[lonely], tolerance, close)
 
 
 def _nodes(keyed: Array, tolerance: float) -> IntArray:
@@ -90,13 +92,13 @@ def _walks(partner: list[int]) -> list[Chain]:
     return chains
 
 
-def _near_misses(keyed: Array, points: Array, tolerance: float) -> list[str]:
+def _near_misses(keyed: Array, points: Array, tolerance: float, close: float) -> list[str]:
     """Open ends that lie just beyond the tolerance from another one."""
     from scipy.spatial import cKDTree
 
     if len(points) < 2 or tolerance <= 0.0:
         return []
-    distance, other = cKDTree(keyed).query(keyed, k=2, distance_upper_bound=NEAR_MISS * tolerance)
+    distance, other = cKDTree(keyed).query(keyed, k=2, distance_upper_bound=max(NEAR_MISS * tolerance, close))
     gap, next_to = distance[:, 1], np.append(other[:, 1], -1)
     found = np.flatnonzero(np.isfinite(gap))
     found = found[(next_to[found] > found) | (next_to[next_to[found]] != found)]  # a pair counts once
