@@ -13,6 +13,7 @@ import numpy as np
 from splinefeed import units
 from splinefeed.errors import InputError
 from splinefeed.formats.contents import Contents
+from splinefeed.formats.same_contours import on_others
 from splinefeed.formats.sizes import MAX_COORDINATE, MAX_DRAWING_CURVES, MAX_DRAWING_POINTS
 from splinefeed.geometry.arcs import moved
 from splinefeed.geometry.chaining import chain
@@ -165,6 +166,17 @@ class Drawing:
                 f"{len(gaps)} gap(s) of up to {max(gaps):.3g} mm closed: ends were moved, each by half{why}"
             )
         names = [f"{self.names[kept[each[0][0]]]}#{i}" for i, each in enumerate(chains, start=1)]
+        first = [i for i, each in enumerate(chains) if not any(pools[kept[k]] for k, _ in each)]
+        if twice := [(first[i], first[k]) for i, k in on_others([runs[i] for i in first], self.tolerance)]:
+            i, other = twice[0]
+            fate = "left out" if self.repair else "each is a path of its own"
+            self.findings.append(
+                f"{len(twice)} path(s) lie on others that are described otherwise, the first {names[i]!r} on "
+                f"{names[other]!r}; {fate}"
+            )
+        again = {i for i, _ in twice} if self.repair else set()
+        runs = [run for i, run in enumerate(runs) if i not in again]
+        names = [name for i, name in enumerate(names) if i not in again]
         axes = ("x", "y", "z")[: ends.shape[2]]
         if len(runs) == 1:
             names = [self.file.stem]

@@ -1,0 +1,64 @@
+"""Contours of a drawing that lie on others although they are described otherwise: another start, direction or kind."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.nearest import Nearest
+from splinefeed.geometry.path import Path
+from splinefeed.records import Array
+
+#: Places of each span at which contours are compared, and how much boxes of these may differ as a share of their size.
+PLACES, ALIKE = 9, 0.05
+#: Most contours that are compared.
+MOST = 20_000
+Run = Sequence[NurbsCurve]
+
+
+def on_others(runs: Sequence[Run], tolerance: float) -> list[tuple[int, int]]:
+    """Number of each contour that lies within `tolerance`, mm, on an earlier one, as long as itself, and that one's.
+
+    Both lie on each other: places of either are nowhere farther from the other, by exact distances.
+    """
+    from scipy.spatial import cKDTree
+
+    if not 2 <= len(runs) <= MOST:
+        return []
+    places = [_places(run) for run in runs]
+    boxes = np.array([np.concatenate([each.min(axis=0), each.max(axis=0)]) for each in places])
+    size = np.linalg.norm(boxes[:, boxes.shape[1] // 2 :] - boxes[:, : boxes.shape[1] // 2], axis=1)
+    near = cKDTree(boxes).query_ball_point(boxes, ALIKE * size + 2.0 * tolerance)
+    made: dict[int, tuple[Path, Nearest]] = {}
+
+    def track(i: int) -> tuple[Path, Nearest]:
+        if i not in made:
+            path = Path(runs[i], tolerance=np.inf)
+            made[i] = path, Nearest(path.table, path.shape)
+        return made[i]
+
+    def lies(i: int, on: int) -> bool:
+        return bool(np.max(track(on)[1].find(places[i])[2]) <= tolerance)
+
+    found: dict[int, int] = {}
+    for i, others in enumerate(near):
+        for other in sorted(each for each in others if each < i and each not in found):
+            if lies(i, other) and lies(other, i):
+                found[i] = other
+                break
+    return list(found.items())
+
+
+def _places(run: Run) -> Array:
+    found = []
+    for curve in run:
+        if curve.degree == 1:  # corners, and the middle between them
+            corners = curve.control_points
+            found += [corners, 0.5 * (corners[1:] + corners[:-1])]
+        else:
+            breaks, part = np.array(curve.breaks), np.arange(PLACES - 1) / (PLACES - 1)
+            inner = breaks[:-1, None] + np.diff(breaks)[:, None] * part
+            found.append(curve(np.append(inner.ravel(), breaks[-1])))
+    return np.concatenate(found)
