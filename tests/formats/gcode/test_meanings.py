@@ -118,3 +118,62 @@ def test_numbers_without_a_point(tmp_path: Path) -> None:
     assert any("as Y10000, are taken as thousandths of mm" in each for each in path.findings)
     inches = path_of(tmp_path, "O1", "G20", "G1 X10000 Y1. F1.", dialect="fanuc", increments=True)
     assert said(inches)[0] == "F25.4 25.4"
+
+
+def test_words_of_m_codes_beside_moves(tmp_path: Path) -> None:  # LinuxCNC#2948, #2987, #1669; as rs274 takes them
+    lines = ("G21 G90 F100", "G1 X1", "G1 X2 M67 E0 Q30", "G1 X3 M62 P1", "M64 P2 G0 X4", "X5 M66 P0 L0")
+    path = path_of(tmp_path, *lines)
+    assert path.length == 5.0 and said(path)[1::2] == ["M67 Q30 E0", "M62 P1", "M64 P2", "M66 P0 L0"]
+    assert detect(program(tmp_path, *lines).read_bytes()).name == "linuxcnc"
+    assert "P2" in refusal(tmp_path, "G1 X1 F60 P2")
+
+
+def test_the_number_of_a_spindle(tmp_path: Path) -> None:
+    path = path_of(tmp_path, "M3 S1000 $0", "G1 X10 F60", "M3 S5 $1", "G96 S100 D500 $0", "X11", "M5 $0")
+    assert said(path) == ["S1000 M3", "F10", "G96 S100", "F11", "M5"]
+    assert "spindles other than $0 are left out: line 3" in path.findings
+    assert refusal(tmp_path, "G1 X1 F60 $0") == "line 1: $0 is used by no code of the line"
+
+
+def test_a_slash_within_a_line_of_fanuc(tmp_path: Path) -> None:  # macro-executor#52
+    lines = ("O0115", "N20 / G01 X10. F100.", "N30 G01 Y10./2 M8 (a/b)", "/ X5. (c)", "#1=6/2", "X#1", "M30")
+    path = path_of(tmp_path, *lines)
+    assert said(path) == ["F10 0", "M8", "F10 10", "F5 10", "F3 10", "M30"]
+    assert any("a / within a line skips its rest" in each and "line 2, 3" in each for each in path.findings)
+    assert "expected a letter" in refusal(tmp_path, "N20 / G1 X1", dialect="linuxcnc")
+
+
+def test_macros_of_fanuc_set_parameters_without_brackets(tmp_path: Path) -> None:  # macro-executor#45
+    lines = ("O0116", "#100=5", "#101=#100+5*2", "#102=-[#101-1]/2", "G01 X#100 Y#101 F100.", "X#102", "M30")
+    assert said(path_of(tmp_path, *lines)) == ["F5 15", "F-7 15", "M30"]
+    assert refusal(tmp_path, "O0116", "IF[#100LT20]GOTO10").startswith("line 2: IF: jumps and loops of macros are not")
+
+
+@pytest.mark.parametrize(
+    ("line", "dialect", "reason"),
+    [
+        ("G1 X5. F60. ,R2.", "fanuc", ",R is a rounded corner, which is not supported; write its moves"),
+        ("G1 X5. F60. ,C2.", "haas", ",C is a chamfer, which is not supported; write its moves"),
+        ("G1 X5 F60 RND=3", "siemens", "RND= is a rounded corner to the next line, which is not supported; write its"),
+        ("G1 X5 F60 CHR=3", "siemens", "CHR= is a chamfer to the next line, which is not supported; write its moves"),
+        ("G4 S30", "siemens", "G4 S counts turns of the spindle, whose speed is not known; write S and M3 before it"),
+    ],
+)
+def test_what_is_refused_is_named(tmp_path: Path, line: str, dialect: str, reason: str) -> None:
+    assert refusal(tmp_path, line, dialect=dialect).startswith(f"line 1: {reason}")
+
+
+def test_what_posts_for_siemens_write(tmp_path: Path) -> None:
+    lines = ("N10 G40 G17 G710 G94 G90 G60 FNORM", 'T="MILL_10" D1', "M6", "CYCLE800()", "S3000 M3", "G1 X50 F500")
+    path = path_of(tmp_path, *lines, "G4 S30", "G1 X60", dialect="siemens")
+    assert path.length == 60.0 and [wait for _, wait in path.dwells] == [pytest.approx(30 / 3000 * 60)]
+
+
+def test_a_leader_of_nul_bytes(
+    tmp_path: Path,
+) -> None:  # a tape punched for a reader, and files that DNC software saves
+    file = tmp_path / "a.nc"
+    file.write_bytes(b"\0" * 40 + b"%\nO0120\nG21 G90\nG0 X0 Y0\nG1 X10 F100\nM30\n%\n" + b"\0" * 9)
+    assert sf.read(file).length == 10.0
+    file.write_bytes(b"G1 X1\0")
+    assert sf.read(file, start=(0, 0, 0)).length == 1.0

@@ -202,6 +202,10 @@ class Scanner:
         self.take("]")
         return value
 
+    def chain(self) -> float:
+        """Values joined by operators, up to what is none."""
+        return self._chain(0)
+
     def _chain(self, least: int) -> float:
         """Values joined by operators of at least the rank `least`, those of one rank from left to right."""
         left = self.value()
@@ -256,10 +260,11 @@ class Block:
     percent: bool = False
 
 
-def parse(text: str, parameters: Parameters) -> Block:
+def parse(text: str, parameters: Parameters, *, bare: bool = False) -> Block:
     """The words of the line `text`; LineError for what is none, for words twice and for codes that exclude each other.
 
-    As in RS274 blanks mean nothing, not even within a number.
+    As in RS274 blanks mean nothing, not even within a number. With `bare` a parameter may be set to operators without
+    brackets, #1=#2+5, as in Fanuc's macros.
     """
     block = Block()
     scanner = Scanner(_BLANKS.sub("", without_comments(text)), parameters)
@@ -279,9 +284,12 @@ def parse(text: str, parameters: Parameters) -> Block:
         if c == "#":
             key = scanner.parameter()
             scanner.take("=", "= is missing behind the parameter that the line sets")
-            block.settings.append((key, scanner.value()))
+            block.settings.append((key, scanner.chain() if bare else scanner.value()))
             continue
-        if not ("A" <= c <= "Z" or c in ":@^"):
+        if c == "," and (corner := scanner.text[scanner.at + 1 :][:1].upper()) in ("R", "C", "A"):
+            what = {"R": "a rounded corner", "C": "a chamfer", "A": "the angle of a line"}[corner]
+            raise LineError(f",{corner} is {what}, which is not supported; write its moves")
+        if not ("A" <= c <= "Z" or c in ":@^$"):
             raise LineError(f"expected a letter, got {scanner.text[scanner.at :][:20]!r}")
         scanner.at += 1
         if c in "O:":

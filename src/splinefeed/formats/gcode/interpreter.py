@@ -9,6 +9,7 @@ as in LinuxCNC; where it has said none, and in other dialects, it is in those of
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -43,6 +44,14 @@ _SPLINES, _SPLINE_WORDS = (50, 51, 52, 53, 62, 63), set("XYZABCUVWIJKPQR")
 _M_WORDS = "PLQEDIJKRU"
 #: Letters of places and ways: what least increments count.
 _COUNTED = frozenset("XYZUVWABCIJKRQ")
+#: A / within a line, which is no division and in no comment.
+_SKIP = re.compile(r"(?<=[0-9.\s])/[0-9]?(?=\s*[A-Z])(?![^(]*\))", re.IGNORECASE)
+#: Words of M codes that stand beside moves, and codes that take such words themselves (LinuxCNC, "M-Codes").
+_WORDS_OF_M = {
+    19: "RQP", **dict.fromkeys((50, 51, 52, 53, 62, 63, 64, 65), "P"), 66: "PELQ", 67: "EQ", 68: "EQ",
+    **dict.fromkeys(range(100, 200), "PQ"),
+}  # fmt: skip
+_TAKES_WORDS = frozenset((40, 100, 640, *codes.GROUPS["motion"])) - {0, 10, 800}
 #: Most turns of one arc.
 MAX_TURNS = 1_000
 
@@ -82,7 +91,7 @@ class Interpreter:
         self.line = line
         if self._modal not in self.cycles.known:
             self.cycles.forget()
-        block = parse(self._plain(text), self.parameters)
+        block = parse(self._plain(text), self.parameters, bare=self.dialect.of_fanuc)
         if block.deletable:
             self.findings.count("lines with / are executed, as with block delete off", line)
         if block.percent:  # the first one, in front of the program, begins it; any other ends it
@@ -124,6 +133,11 @@ class Interpreter:
         if text.lstrip().upper().startswith(dialect.silent):
             self.findings.count(f"lines that begin with {' or '.join(dialect.silent)} move nothing", self.line)
             return ""
+        if dialect.of_fanuc and "/" in text and "#" not in text:
+            plain = _SKIP.sub(" ", text)
+            if plain != text:
+                self.findings.count("a / within a line skips its rest with block delete on; it is off", self.line)
+                text = plain
         return mended(text, lambda fault: self.findings.count(fault, self.line)) if self.repair else text
 
     def _do(self, block: Block) -> None:
@@ -244,6 +258,11 @@ class Interpreter:
         """S, T and M as markers before the motion of the line; dwells likewise."""
         state, words, linuxcnc = self.state, self._words, self.dialect.of_linuxcnc
         wait = self._dwell() if 40 in block.g else None
+        spindles = {3, 4, 5, 19} & set(block.m) or {960, 970} & set(block.g) or "S" in words
+        if "$" in words and linuxcnc and spindles and words.pop("$") > 0.0:
+            self.findings.count("spindles other than $0 are left out", self.line)
+            words.pop("S", None)
+            block.m[:] = [code for code in block.m if code not in (3, 4, 5, 19)]
         if "T" in words:
             state.select(words["T"])
         stop = "T" in words or ("S" in words and state.new_speed(words["S"]))
@@ -270,6 +289,9 @@ class Interpreter:
                 said.append(f"Q{number(state.loaded)}")
         if any_m and not any(code in codes.GROUP_OF for code in block.g):
             said += [f"{each}{number(words.pop(each))}" for each in _M_WORDS if each in words]
+        elif any_m and linuxcnc and not _TAKES_WORDS & {*block.g, self._modal}:
+            own = {each for code in block.m for each in _WORDS_OF_M.get(code, "")}
+            said += [f"{each}{number(words.pop(each))}" for each in _M_WORDS if each in words and each in own]
         if said:
             state.say(self.line, " ".join(said), stop=stop)
         if wait is not None:
@@ -310,6 +332,10 @@ class Interpreter:
         if unit != self.dialect.dwell and "P" in self._words and self.dialect.name != "haas":
             self.findings.count("P of G4 with a decimal point is taken in s, as a Haas does; Fanuc has none", self.line)
         seconds = self._words.pop("P", math.nan) * unit
+        if self.dialect.name == "siemens" and "U" in self._words:
+            turns = self.state.turns(0.0) if not self.state.surface else 0.0
+            refuse(not turns, "G4 S counts turns of the spindle, whose speed is not known; write S and M3 before it")
+            seconds = 60.0 * self._words.pop("U") / turns
         for letter in self.dialect.dwell_words:
             seconds = self._words.pop(letter, seconds)
         if self.dialect.extruder and math.isnan(seconds):

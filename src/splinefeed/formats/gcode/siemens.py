@@ -31,13 +31,15 @@ _CODES = {
 #: Words and calls that switch functions of the control, or set it up, and move nothing.
 _IGNORED = frozenset(
     ("SOFT", "BRISK", "DRIVE", "FFWON", "FFWOF", "COMPOF", "COMPON", "COMPCURV", "COMPCAD", "UPATH", "SPATH", "STOPRE",
-     "CUT2D", "CFIN", "CFTCP", "CFC", "ORIAXES", "ORIVECT", "ORIMKS", "ORIWKS", "RTLION", "RTLIOF",
+     "CUT2D", "CFIN", "CFTCP", "CFC", "FNORM", "FLIN", "ORIAXES", "ORIVECT", "ORIMKS", "ORIWKS", "RTLION", "RTLIOF",
      "CYCLE832", "MSG", "WORKPIECE", "FGROUP", "DISPLOF")
 )  # fmt: skip
 #: Words that shift the zero point.
 _FRAMES = {"TRANS", "ATRANS"}
 #: Values that a line has beside its words, and values that say nothing here: tools by name, corrections, tolerances.
 _COLLECTED, _SILENT = ("SD", "PL", "PW", *_TOOL_AXIS), ("T", "D", "ADIS", "ADISPOS", "CTOL", "OTOL")
+_ROUND, _CHAMFER = "a rounded corner", "a chamfer"
+_CORNERS = {"RND": _ROUND, "RNDM": "rounded corners", "CHF": _CHAMFER, "CHR": _CHAMFER}
 #: A cycle, and its parameters.
 _Call = tuple[str, dict[str, float]]
 #: Coordinates that say by themselves whether they are absolute or steps.
@@ -192,6 +194,10 @@ def _translated(text: str) -> tuple[list[str], dict[str, float], set[str], _Call
             if name in _SILENT or value.startswith('"'):
                 continue
             number = float(value.replace("EX", "E"))
+            if name in _CORNERS:
+                raise LineError(
+                    f"{name}= is {_CORNERS[name]} to the next line, which is not supported; write its moves"
+                )
             if name in _COLLECTED:
                 extra[name] = number
             elif name in ("CR", "TURN") or (len(name) == 1 and name not in "RN"):
@@ -200,12 +206,14 @@ def _translated(text: str) -> tuple[list[str], dict[str, float], set[str], _Call
                 raise LineError(f"{name}= is not supported in a Siemens program")
         elif inside is None or key in _IGNORED or key == "TRAORI":
             keys.add(key)
+        elif key == "CYCLE800" and not inside.strip():
+            continue  # ends a turned plane
         elif key not in SIEMENS:
             raise LineError(f"{key}( is a call, which is not supported; write plain lines")
         elif not match["closed"]:
             raise LineError(f"{key}( is not closed by )")
         else:
             call = key, parameters(key, inside)
-    if "G4" in words or "G04" in words:  # F is in seconds there
-        words = [f"P{word[1:]}" if word[0] == "F" else word for word in words]
+    if "G4" in words or "G04" in words:  # F is in seconds there, S in turns of the spindle
+        words = [{"F": "P", "S": "U"}.get(word[0], word[0]) + word[1:] for word in words]
     return words, extra, keys, call
