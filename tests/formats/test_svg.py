@@ -226,7 +226,7 @@ def test_units_and_where_the_page_is(tmp_path: Path) -> None:
     file.write_text(drawing("", '<path d="M0 0H96V10"/>'))
     (path,) = read_all(file)
     assert path.findings == (
-        "the page has no size in mm or inch: 1 px is read as 1/96 inch",
+        "the page has no size in mm or inch: 1 px is read as 1/96 inch (option units)",
         "the page has no height: y is flipped about 0",
     )
     assert path(path.length)[1] == pytest.approx(-10 * PIXEL)

@@ -168,7 +168,7 @@ _FROM_LINE = """
 _READING_ALONE = f"""
 --path which  NAME|NUMBER   Which path of a file that holds several (from 1).
 --layer    NAME,NAME        DXF, 3DM, SVG (groups): only these layers.
---units    UNIT             DXF: mm, in, ...; overrides the file.
+--units    UNIT             DXF: mm, in, ..., overrides the file; SVG: what a px is (pt).
 --hidden   -                Drawings: read what they do not show (layers off, no paint), too.
 --chord    LENGTH           Airfoil .dat: length of one unit of the file.  [default: 100 mm]
 --edges    -                STEP, IGES, 3DM: edges of faces as well as free curves.

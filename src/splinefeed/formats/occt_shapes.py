@@ -53,6 +53,7 @@ _UNSOUND = "OCCT finds no valid data in it; is the file complete?"
 _FULL_KNOT = (
     "a B-spline has an inner knot of multiplicity degree + 1, which OCCT cannot hold; let the CAD split it there"
 )
+_DATE = "Incorrect Date Format"
 _IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 5: "mi", 6: "m", 7: "km", 8: "mil", 9: "um", 10: "cm", 11: "uin"}
 
 
@@ -66,6 +67,10 @@ def read(task: dict[str, Any]) -> dict[str, Any]:
     reader, faults, units = (_step if task["kind"] == "step" else _iges)(task["file"])
     _look_for_hidden(reader, gathered, task["kind"])
     said = _said(reader.WS().ModelCheckList(True))
+    dates = [each for each in said if _DATE in each]
+    if dates:
+        gathered.findings.append("a date in the header of the file is missing or not valid; no curve depends on it")
+    said = [each for each in said if each not in dates]
     faults += [each for each in said if not each.startswith(_ENTITY)]
     if faults and not task["repair"]:
         raise FormatError(faults[0] + (f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""))
@@ -128,7 +133,10 @@ def _iges(file: str) -> tuple[Any, list[str], str]:
     reader, faults = IGESControl_Reader(), []
     # 0: no splitting of curves where a derivative jumps
     Interface_Static.SetIVal_s("read.iges.bspline.continuity", 0)
-    if reader.ReadFile(file) != IFSelect_RetDone or not (model := reader.IGESModel()).NbEntities():
+    with tempfile.TemporaryDirectory(prefix="splinefeed-") as folder:
+        plain = _without_comments(pathlib.Path(file), pathlib.Path(folder, "plain.igs"))
+        done = reader.ReadFile(os.fspath(plain)) == IFSelect_RetDone
+    if not done or not (model := reader.IGESModel()).NbEntities():
         raise FormatError(_UNSOUND)
     section = model.GlobalSection()
     allowed = max(section.Resolution(), LEAST_RESOLUTION)
@@ -148,9 +156,77 @@ def _iges(file: str) -> tuple[Any, list[str], str]:
     return reader, faults, _IGES_UNITS.get(section.UnitFlag(), name.ToCString() if name is not None else "")
 
 
+def _without_comments(file: pathlib.Path, target: pathlib.Path) -> pathlib.Path:
+    """The file, or a copy without comments behind the parameters of its entities, which OCCT takes for parameters.
+
+    IGES 5.3, 2.2.4.5: what stands behind the record delimiter of an entity, on its lines, is comment.
+    """
+    lines = file.read_bytes().splitlines()
+    delimiter, owner, ended, changed = b";", b"", False, False
+    kept: list[bytes] = []
+    new_number = [0]  # of each line of section P, from 1: how many are kept up to it
+    for line in lines:
+        if line[72:73] == b"G" and (said := re.match(rb"(?:1H.)?.1H(.)", line[:12])) and not new_number[1:]:
+            delimiter = said[1] if line[72:80].strip() == b"G0000001" else delimiter
+        if line[72:73] == b"P":
+            if line[64:72] != owner:
+                owner, ended = line[64:72], False
+            new_number.append(new_number[-1] + (not ended))
+            changed |= ended
+            if ended:
+                continue
+            end = _record_end(line[:64], delimiter)
+            ended = end >= 0
+            changed |= ended and bool(line[end + 1 : 64].strip())
+            line = (line[: end + 1].ljust(64) if ended else line[:64]) + line[64:73] + b"%07d" % new_number[-1]
+        kept.append(line)
+    if not changed:
+        return file
+    try:
+        _renumber(kept, new_number)
+    except (ValueError, IndexError):  # a directory that is wrong itself: OCCT says so
+        return file
+    target.write_bytes(b"\n".join([*kept, b""]))
+    return target
+
+
+def _renumber(lines: list[bytes], new_number: list[int]) -> None:
+    """Pointers of the directory to lines of section P and their counts, and the count at the end, by new numbers."""
+    first = 0
+    for i, line in enumerate(lines):
+        if line[72:73] == b"D" and int(line[73:80]) % 2:
+            first = int(line[8:16])
+            lines[i] = line[:8] + b"%8d" % (new_number[first - 1] + 1) + line[16:]
+        elif line[72:73] == b"D":
+            count = int(line[24:32])
+            lines[i] = line[:24] + b"%8d" % (new_number[first - 1 + count] - new_number[first - 1]) + line[32:]
+        elif line[72:73] == b"T":
+            lines[i] = re.sub(rb"P[ 0-9]{7}", b"P%07d" % new_number[-1], line, count=1)
+
+
+def _record_end(text: bytes, delimiter: bytes) -> int:
+    """Where the record delimiter stands in a line of parameters, outside of texts such as 3HA;B; -1 for nowhere."""
+    at = 0
+    while at < len(text):
+        if said := re.match(rb"([0-9]+)H", text[at:]):
+            at += said.end() + int(said[1])
+        elif text[at : at + 1] == delimiter:
+            return at
+        else:
+            at += 1
+            while at < len(text) and text[at - 1 : at].isdigit() and text[at : at + 1].isdigit():
+                at += 1
+    return -1
+
+
 def _look_for_hidden(reader: Any, gathered: Gathered, kind: str) -> None:
     """Blanked entities of IGES are left out; what STEP calls invisible is said, as OCCT reads it with all else."""
     model = reader.WS().Model()
+    if kind == "iges" and (scale := model.GlobalSection().Scale()) not in (0.0, 1.0):
+        gathered.findings.append(
+            f"the file has a model scale of {scale:g}: places are read as they are written; in the real world they are "
+            f"{1.0 / scale:g} times as large"
+        )
     every = (model.Value(number) for number in range(1, model.NbEntities() + 1))
     if kind == "step":
         said = sum(each.NbInvisibleItems() for each in every if type(each).__name__ == "StepVisual_Invisibility")

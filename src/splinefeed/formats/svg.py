@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from splinefeed import units as units_of
 from splinefeed.errors import InputError
 from splinefeed.formats import svg_paths, svg_places
 from splinefeed.formats.contents import Contents
@@ -66,6 +67,7 @@ def from_file(
     *,
     tolerance: float | str | None = None,
     layer: str | Sequence[str] | None = None,
+    units: str | None = None,
     hidden: bool = False,
     repair: bool = False,
 ) -> Contents:
@@ -74,11 +76,12 @@ def from_file(
     Without a `tolerance` ends join that are as far apart as the last decimal of the file's numbers allows.
 
     `layer` reads only what is in groups of these names (Inkscape's label, or id), a list or with commas between them.
+    `units` says what one px of a page without a size in mm or inch is: "pt" (1/72 inch, Illustrator), "0.01in", "mm".
     What the drawing does not show (display, visibility, opacity, no fill and no stroke) is read with `hidden` alone.
     """
     drawing = Drawing(file, tolerance, repair, layer, hidden)
     try:
-        return drawing.contents(_Reader(drawing, read_tree(unpacked(drawing.file.read_bytes()))).read())
+        return drawing.contents(_Reader(drawing, read_tree(unpacked(drawing.file.read_bytes())), units).read())
     except RecursionError:  # of tinycss2; elements have their own bound
         raise InputError("its styles have brackets that are nested too deeply; simplify them") from None
 
@@ -101,8 +104,8 @@ class _Place(NamedTuple):
 class _Reader:
     """Walks the tree and collects pieces, in mm."""
 
-    def __init__(self, drawing: Drawing, root: Node) -> None:
-        self.root, self.drawing = root, drawing
+    def __init__(self, drawing: Drawing, root: Node, pixel: str | None = None) -> None:
+        self.root, self.drawing, self.pixel = root, drawing, pixel
         self.styles = Styles(root)
         self.drawing.findings += self.styles.findings
         self.drawn = self.depth = 0
@@ -131,11 +134,16 @@ class _Reader:
             re.sub(r"[^a-z]", "", re.sub(r"[\d.]e", "", given.get(name, "").lower())) for name in ("width", "height")
         ]
         unit = next((each for each in units if each not in ("", "auto")), "px")
-        if unit == "px":
-            findings.append("the page has no size in mm or inch: 1 px is read as 1/96 inch")
+        each_px = _MM_PER_PIXEL
+        if self.pixel is not None:
+            if unit != "px":
+                raise InputError(f"the page has its size in {unit}; option units is for pages in px")
+            each_px = _pixel(self.pixel)
+        elif unit == "px":
+            findings.append("the page has no size in mm or inch: 1 px is read as 1/96 inch (option units)")
         if size.height is None:
             findings.append("the page has no height: y is flipped about 0")
-        up = Affine(_MM_PER_PIXEL, 0.0, 0.0, -_MM_PER_PIXEL, x, y + (size.height or 0.0) * _MM_PER_PIXEL)
+        up = Affine(each_px, 0.0, 0.0, -each_px, x, y + (size.height or 0.0) * each_px)
         at = _Place(up.after(inner), view, (), chosen=not self.drawing.wanted, visible=_visible(given, True),
                     paint={key: said for key in _PAINT if (said := _said(given, key)) != "inherit"})  # fmt: skip
         for child in self.root.children:
@@ -236,6 +244,17 @@ class _Reader:
 def _meant(node: Node) -> bool:
     """Whether an element is for a reader that knows no extensions. Source: W3C, SVG 1.1, section 5.8."""
     return not node.get("requiredExtensions").strip()
+
+
+def _pixel(text: str) -> float:
+    """What one px is, mm: a unit or a length."""
+    name = text.strip()
+    if name == "pt":
+        return 25.4 / 72.0
+    size = units_of.parse(name if name[:1].isdigit() or name[:1] == "." else f"1{name}", "length")
+    if not size > 0.0:
+        raise InputError(f"units is {text!r}; one px is a length above 0")
+    return size
 
 
 def _said(given: Mapping[str, str], name: str) -> str:

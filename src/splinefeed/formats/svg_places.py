@@ -108,6 +108,10 @@ _FUNCTIONS: dict[str, tuple[tuple[dict[str, float], ...], tuple[int, ...], Calla
 }
 
 
+#: A number with its unit, which another one may follow without a blank.
+_TIGHT = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]+)?(?:[a-df-z%][a-z]*)?", re.IGNORECASE)
+
+
 def transform(given: Mapping[str, str], view: View) -> Affine:
     """The transform of an element about its origin; ShapeError for properties that move it in other words."""
     for name in ("translate", "rotate", "scale"):
@@ -121,7 +125,9 @@ def transform(given: Mapping[str, str], view: View) -> Affine:
     if rest := _FUNCTION.sub(" ", text).strip():
         raise ShapeError(f"transform: expected functions such as translate(1 2), got {rest[:40]!r}")
     for kind, inside in _FUNCTION.findall(text):
-        words = re.split(r"\s*,\s*|\s+", inside.strip())
+        words = _TIGHT.findall(inside)  # browsers take 40-5 and 0.5.5 as two numbers each
+        if re.sub(r"[\s,]", "", inside) != "".join(words) or re.search(r",\s*,|^\s*,|,\s*$", inside):
+            words = re.split(r"\s*,\s*|\s+", inside.strip())
         units, counts, make = _FUNCTIONS.get(kind.lower(), ((), (), Affine))
         if len(words) not in counts:
             raise ShapeError(f"transform: {kind}({inside[:40]}) is not a function of SVG with as many numbers")
