@@ -37,6 +37,12 @@ _OWORD = re.compile(
 _CALL = re.compile(r"M0*9[89](?![0-9.])", re.IGNORECASE)
 #: What every line that jumps has: one of these characters, and more than that.
 _LIKELY, _MORE = bytes(each in b"oO:mM" for each in range(256)), re.compile(rb"[oO:]|[mM][ \t0]*9[ \t]*[89]")
+#: Lines of Fanuc's macros that jump: IF[..]GOTO 10, IF[..]THEN #1=2, WHILE[..]DO1 to END1, GOTO 10.
+_MACRO = re.compile(
+    r"(?:/[0-9]?)?(?:N[0-9]+)?(?P<word>IF(?=\[)|WHILE(?=\[)|GOTO|DO(?=[0-9])|END(?=[0-9]))", re.IGNORECASE
+)
+_MACRO_LIKELY = re.compile(rb"IF[ \t]*\[|WHILE[ \t]*\[|GOTO|DO[ \t]*[0-9]|END[ \t]*[0-9]", re.IGNORECASE)
+_LABEL = re.compile(rb"^[ \t]*(?:/[ \t]*[0-9]?)?[ \t]*N[ \t]*([0-9]+)(?![0-9.])", re.IGNORECASE | re.MULTILINE)
 _ABORT = re.compile(r"\s*\(\s*abort\s*,([^)]*)\)", re.IGNORECASE)
 #: The words that may follow in a statement, by the one that begins it; the last one ends it.
 _STATEMENTS = {
@@ -70,14 +76,16 @@ class Jump:
         return f"o{self.name} {self.word}"
 
 
-def _jump_of(text: str, at: int) -> Jump | None:
-    """The jump in line `at`, or None."""
+def _jump_of(text: str, at: int, macros: bool) -> Jump | None:
+    """The jump in line `at`, or None; with `macros` those of Fanuc's too."""
     if (aborts := _ABORT.match(text)) is not None:
         return Jump(at, "abort", "", "", text, f"the program ends itself: {aborts[1].strip()}")
     try:
         plain = re.sub(r"\s+", "", without_comments(text))
     except LineError:
         return None  # the interpreter says what is wrong
+    if macros and (macro := _MACRO.match(plain)):
+        return Jump(at, "macro", macro["word"].upper(), plain[macro.end() :], text)
     match = _OWORD.match(plain)
     if match is None:
         return Jump(at, "M", "", "", text) if _CALL.search(plain) else None
@@ -91,9 +99,9 @@ def _jump_of(text: str, at: int) -> Jump | None:
 
 
 class Text:
-    """A file of whole lines, and where those that jump lead; without `jumps` none does."""
+    """A file of whole lines, and where those that jump lead; without `jumps` none does, and Fanuc's with `macros`."""
 
-    def __init__(self, content: bytes, file: str | os.PathLike[str], jumps: bool) -> None:
+    def __init__(self, content: bytes, file: str | os.PathLike[str], jumps: bool, macros: bool = False) -> None:
         content = content if b"\n" in content else content.replace(b"\r", b"\n")
         self.text, self.file = content if content.endswith(b"\n") else content + b"\n", file
         ends = np.flatnonzero(np.frombuffer(self.text, dtype=np.uint8) == ord("\n"))
@@ -101,13 +109,50 @@ class Text:
         self.count = len(ends)
         self.jumps: dict[int, Jump] = {}
         likely = np.flatnonzero(np.frombuffer(self.text.translate(_LIKELY), dtype=bool)) if jumps else ends[:0]
-        for at in np.unique(np.searchsorted(ends, likely)).tolist():
+        at_macros = [found.start() for found in _MACRO_LIKELY.finditer(self.text)] if jumps and macros else []
+        lines = np.searchsorted(ends, np.concatenate([likely, np.array(at_macros, dtype=np.int64)]))
+        for at in np.unique(lines).tolist():
             line = self.between(at, at + 1)
-            if _MORE.search(line) and (jump := _jump_of(line.decode("utf-8-sig", errors="replace"), at)):
+            if not (_MORE.search(line) or (macros and _MACRO_LIKELY.search(line))):
+                continue
+            if jump := _jump_of(line.decode("utf-8-sig", errors="replace"), at, macros):
                 self.jumps[at] = jump
         self.order = [*self.jumps, self.count]
         self.subs: dict[tuple[str, str], Jump] = {}
+        self._labels: dict[int, list[int]] | None = None
         self._link()
+        self._link_macros()
+
+    def _link_macros(self) -> None:
+        """Find the lines of each DO and its END, which have one number, and may be used again behind it."""
+        opened: dict[str, Jump] = {}
+        for jump in (each for each in self.jumps.values() if each.word == "macro"):
+            begins = re.search(r"DO([0-9]+)$", jump.name + jump.rest, re.IGNORECASE)
+            if jump.name in ("WHILE", "DO") and begins is None:
+                jump.fault = f"{jump.name} needs DO1, DO2 or DO3 at the end of its line"
+            elif jump.name in ("WHILE", "DO") and begins is not None:
+                opened[begins[1]] = jump
+                jump.fault = f"DO{begins[1]} has no END{begins[1]} after it"
+            elif jump.name == "END":
+                first = opened.pop(jump.rest, None)
+                if first is None:
+                    jump.fault = f"END{jump.rest[:9]} has no DO{jump.rest[:9]} before it"
+                else:
+                    first.last, jump.first, first.fault = jump.at, first.at, ""
+
+    def label(self, number: int, at: int) -> int:
+        """Line that begins with N and the number: the next one behind line `at`, else the first of its program."""
+        if self._labels is None:
+            self._labels = {}
+            for found in _LABEL.finditer(self.text):
+                line = int(np.searchsorted(self.begins, found.start(1), "right")) - 1
+                self._labels.setdefault(int(found[1]), []).append(line)
+        heads = sorted(each.at for (kind, _), each in self.subs.items() if not kind)
+        low = max((each for each in heads if each <= at), default=0)
+        high = min((each for each in heads if each > at), default=self.count)
+        lines = [line for line in self._labels.get(number, []) if low <= line < high]
+        refuse(not lines, f"GOTO {number}: no line of the program begins with N{number}")
+        return next((line for line in lines if line > at), lines[0])
 
     def _link(self) -> None:
         """Find the lines of each statement, which have one label; labels within a sub are its own."""
@@ -119,7 +164,7 @@ class Text:
             opened = parts.get(key, [])
             owner = opened[0].word if opened and opened[0].last < 0 else ""
             words = _STATEMENTS.get(owner, ())
-            if jump.fault or jump.word in ("M", "call", "return"):
+            if jump.fault or jump.word in ("M", "call", "return", "macro"):
                 continue
             if jump.word in words or (jump.word in _LEAVE and owner in _LEAVE[jump.word]):
                 opened[-1].after = jump.at
@@ -216,6 +261,8 @@ class Flow:
         match jump.word:
             case "M":
                 self._m_code(jump)
+            case "macro":
+                self._macro(jump)
             case "call":
                 self._call(jump)
             case "return" | "endsub":
@@ -238,6 +285,33 @@ class Flow:
                     left[jump.name] = int(min(np.floor(self._values(jump, 1, 1)[0] + 0.5), MAX_STEPS)) + 1
                 left[jump.name] = left.get(jump.name, 0) - 1
                 self.at = 1 + (jump.first if left[jump.name] > 0 else jump.last)
+
+    def _macro(self, jump: Jump) -> None:
+        """A line of Fanuc's macros."""
+        scanner = Scanner(jump.rest, self._parameters)
+        if jump.name == "END":
+            self.at = jump.first
+        elif jump.name == "WHILE":
+            self.at = self.at if scanner.value() else jump.last + 1
+        elif jump.name == "GOTO":
+            self._go_to(scanner, jump)
+        elif jump.name == "IF":
+            holds = scanner.value()
+            then = scanner.text[scanner.at :][:4].upper()
+            refuse(
+                then not in ("GOTO", "THEN"), f"IF[..]: expected GOTO or THEN, got {scanner.text[scanner.at :][:12]!r}"
+            )
+            scanner.at += 4
+            if holds and then == "GOTO":
+                self._go_to(scanner, jump)
+            elif holds:
+                self._run.run(scanner.text[scanner.at :], self.shown or self.at)
+
+    def _go_to(self, scanner: Scanner, jump: Jump) -> None:
+        value = scanner.value()
+        refuse(scanner.peek(), f"GOTO: expected a number alone, got {scanner.text[scanner.at :][:12]!r}")
+        refuse(not 0.0 < value < 1e9 or value != int(value), f"GOTO {value:g}: expected the number of a line (N)")
+        self.at = self.text.label(int(value), jump.at)
 
     def _values(self, jump: Jump, most: int, least: int = 0) -> list[float]:
         """Expressions in brackets behind the word."""

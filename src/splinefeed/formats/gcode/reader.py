@@ -155,7 +155,7 @@ class Reading:
             with file.open("rb") as stream:
                 yield from blocks_of(stream, BLOCK)
         else:
-            text = Text(read_bytes(file).strip(b"\0"), file, run.jumps)
+            text = Text(read_bytes(file).strip(b"\0"), file, run.jumps, run.dialect.of_fanuc)
             self._flow = Flow(text, run, file.parent, lambda line: self._arrive(line, run))
             for block, before in self._flow.blocks(BLOCK):
                 self._line = before
