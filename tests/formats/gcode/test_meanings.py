@@ -176,3 +176,22 @@ def test_a_leader_of_nul_bytes(
     assert sf.read(file).length == 10.0
     file.write_bytes(b"G1 X1\0")
     assert sf.read(file, start=(0, 0, 0)).length == 1.0
+
+
+@pytest.mark.parametrize("line", ["G1 X5 F1O0", "G1 X1O F100", "G1 F100 X5 O12"])
+def test_a_letter_o_within_a_line_is_a_mistake(tmp_path: Path, line: str) -> None:
+    assert "a letter O within a line; is it the digit 0?" in refusal(tmp_path, line)
+    assert path_of(tmp_path, "N1 O12", "G1 X5. F60.", dialect="fanuc").length == 5.0
+
+
+def test_comments_behind_two_slashes(tmp_path: Path) -> None:
+    lines = ("O0001", "G1 X5. F60. // rough (see http://x)", "X6. (see // there)", "X7.// end", "M30")
+    assert path_of(tmp_path, *lines).length == 7.0
+    assert "expected a letter" in refusal(tmp_path, "G1 X5 F60 // rough", dialect="linuxcnc")
+
+
+def test_the_dialect_is_named_as_a_likely_reason(tmp_path: Path) -> None:
+    wrong = refusal(tmp_path, "G1 X1 F60", "G77 X2")
+    assert wrong.endswith(
+        "is not known in the dialect LinuxCNC; if the program is another control's, name it (option dialect)"
+    )

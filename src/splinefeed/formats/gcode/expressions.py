@@ -293,6 +293,9 @@ def parse(text: str, parameters: Parameters, *, bare: bool = False) -> Block:
             raise LineError(f"expected a letter, got {scanner.text[scanner.at :][:20]!r}")
         scanner.at += 1
         if c in "O:":
+            if block.words or block.g or block.m:
+                said = scanner.text[: scanner.at][-8:] + scanner.text[scanner.at : scanner.at + 6]
+                raise LineError(f"{said!r}: a letter O within a line; is it the digit 0?")
             # the number of a program alone is only its name
             if re.fullmatch(r"(O|:O?)[0-9]+|O<[^<>]*>", scanner.text[scanner.at - 1 :], re.IGNORECASE):
                 return block

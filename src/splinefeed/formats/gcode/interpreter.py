@@ -46,6 +46,8 @@ _M_WORDS = "PLQEDIJKRU"
 _COUNTED = frozenset("XYZUVWABCIJKRQ")
 #: A / within a line, which is no division and in no comment.
 _SKIP = re.compile(r"(?<=[0-9.\s])/[0-9]?(?=\s*[A-Z])(?![^(]*\))", re.IGNORECASE)
+#: A comment behind // at the end of a line, and comments in brackets, which may have // in them.
+_TRAILING = re.compile(r"(\([^)]*\)|;.*)|(?<=\S)\s*//.*")
 #: Words of M codes that stand beside moves, and codes that take such words themselves (LinuxCNC, "M-Codes").
 _WORDS_OF_M = {
     19: "RQP", **dict.fromkeys((50, 51, 52, 53, 62, 63, 64, 65), "P"), 66: "PELQ", 67: "EQ", 68: "EQ",
@@ -133,6 +135,8 @@ class Interpreter:
         if text.lstrip().upper().startswith(dialect.silent):
             self.findings.count(f"lines that begin with {' or '.join(dialect.silent)} move nothing", self.line)
             return ""
+        if "//" in text and not dialect.of_linuxcnc:
+            text = _TRAILING.sub(lambda found: found[1] or "", text)
         if dialect.of_fanuc and "/" in text and "#" not in text:
             plain = _SKIP.sub(" ", text)
             if plain != text:
@@ -200,7 +204,8 @@ class Interpreter:
             return
         if reason is None:
             if code not in codes.GROUP_OF and code not in codes.WITHOUT_EFFECT:
-                raise LineError(f"{name} is not known in the dialect {self.dialect.title}")
+                hint = "if the program is another control's, name it (option dialect)"
+                raise LineError(f"{name} is not known in the dialect {self.dialect.title}; {hint}")
         elif self.repair and code in (*codes.PROBES, *codes.COMPENSATION):
             self.findings.count(f"{name} is left out, the path is as programmed: {reason.partition(';')[0]}", self.line)
             if code in codes.PROBES:
