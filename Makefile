@@ -67,7 +67,7 @@ $(VENV)/.installed: $(RECIPE_OF_VENV) | $(BIN)/python
 	@touch $@
 
 $(VENV)/.installed-dev: $(RECIPE_OF_VENV) | $(BIN)/python
-	$(PIP) --editable '.[dev,cad,parquet,plots,sim,studio]'
+	$(PIP) --editable '.[dev,cad,parquet,plots,robots,sim,studio]'
 	@touch $@ $(VENV)/.installed
 
 $(VENV)/.installed-all: $(RECIPE_OF_VENV) | $(BIN)/python

@@ -6,6 +6,7 @@ from splinefeed import formats as formats
 from splinefeed import geometry as geometry
 from splinefeed import live as live
 from splinefeed import machine as machine
+from splinefeed import robots as robots
 from splinefeed import simulation as simulation
 from splinefeed.analysis.check import check as check
 from splinefeed.errors import SplinefeedError as SplinefeedError
@@ -47,6 +48,7 @@ from splinefeed.records.motion import TimeLaw as TimeLaw
 from splinefeed.records.verdict import LimitResult as LimitResult
 from splinefeed.records.verdict import Verdict as Verdict
 from splinefeed.report import plot as plot
+from splinefeed.robots.arm import robot as robot
 from splinefeed.sweeps.sweeping import sweep as sweep
 
 __version__: str

@@ -1,0 +1,187 @@
+"""`sf.robot`: a serial arm from a URDF, with its forward kinematics, torques and limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from splinefeed.errors import FormatError, InputError
+from splinefeed.records import Array
+from splinefeed.robots.description import FIXED, MOVING, JointDescription, read_description
+from splinefeed.robots.dynamics import Payload, RigidBodies, bodies_of, payload_of
+from splinefeed.robots.frames import Frames
+from splinefeed.robots.joint_limits import Given, joint_limits
+
+#: Standard gravity in the frame of the base, m/s^2: an arm that stands on the floor.
+GRAVITY = (0.0, 0.0, -9.81)
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """A serial arm: joints in rad, sliding ones in mm, from its base to its tip; `sf.robot` makes it.
+
+    joints   their names from the base on;  turns  which of them turn;  base, tip  names of links
+    minimum, maximum, velocity, acceleration, jerk, most_torque  (joints,): limits, infinite where there is none
+    bodies   the masses it moves, or None without torque;  notes  what of the files was left out or assumed
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    turns: tuple[bool, ...]
+    base: str
+    tip: str
+    frames: Frames
+    bodies: RigidBodies | None
+    minimum: Array
+    maximum: Array
+    velocity: Array
+    acceleration: Array
+    jerk: Array
+    most_torque: Array
+    notes: tuple[str, ...] = ()
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Unit of each joint: rad or mm."""
+        return tuple("rad" if turns else "mm" for turns in self.turns)
+
+    def forward(self, q: ArrayLike) -> tuple[Array, Array]:
+        """Place (..., 3), mm, and rotation (..., 3, 3) of the tip in the frame of the base, for joints (..., joints)."""
+        joints = self._joints(q)
+        place, rotation = self.frames.pose(joints.reshape(1, -1, len(self.joints)))
+        shape = joints.shape[:-1]
+        return place[0].reshape(*shape, 3), rotation[0].reshape(*shape, 3, 3)
+
+    def derivatives(self, q: ArrayLike) -> tuple[Array, Array]:
+        """Place and rotation of the tip and their derivatives, (order + 1, n, 3) and (order + 1, n, 3, 3).
+
+        q  joints and their derivatives by any one parameter, (order + 1, n, joints): by t, velocity and acceleration
+        """
+        given = self._joints(q)
+        if given.ndim != 3:
+            raise InputError(f"joints have shape {given.shape}; expected (order + 1, n, {len(self.joints)})")
+        orders = np.array([float(math.factorial(k)) for k in range(len(given))])
+        place, rotation = self.frames.pose(given / orders[:, None, None])
+        return place * orders[:, None, None], rotation * orders[:, None, None, None]
+
+    def jacobian(self, q: ArrayLike) -> Array:
+        """Velocity, mm, and angular velocity, rad, of the tip by each joint, (..., 6, joints), in the base's frame."""
+        joints = self._joints(q)
+        found = self.frames.jacobian(joints.reshape(-1, len(self.joints)))
+        return found.reshape(*joints.shape[:-1], *found.shape[1:])
+
+    def torque(self, q: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike) -> Array:
+        """Torques (..., joints), N m (sliding joints: forces, N), that rigid bodies need for this motion; no friction.
+
+        Raises InputError for an arm that was read with torque=False.
+        """
+        if self.bodies is None:
+            raise InputError(f"{self.name}: was read with torque=False; leave that out for torques")
+        given = np.broadcast_arrays(*(self._joints(each) for each in (q, velocity, acceleration)))
+        rows = [each.reshape(-1, len(self.joints)) for each in given]
+        return self.bodies(rows[0], rows[1], rows[2]).reshape(given[0].shape)
+
+    def _joints(self, q: ArrayLike) -> Array:
+        joints = np.asarray(q, dtype=np.float64)
+        if not joints.ndim or joints.shape[-1] != len(self.joints):
+            raise InputError(
+                f"joints have shape {joints.shape}; the last is {len(self.joints)}: {', '.join(self.joints)}"
+            )
+        return joints
+
+    def __repr__(self) -> str:
+        return f"Arm({self.name!r}, {self.base} to {self.tip}, joints {' '.join(self.joints)})"
+
+
+def robot(
+    urdf: str | Path,
+    tip: str | None = None,
+    *,
+    base: str | None = None,
+    limits: Given = None,
+    payload: float | Mapping[str, Any] | Payload = 0.0,
+    torque: bool = True,
+    gravity: Sequence[float] = GRAVITY,
+) -> Arm:
+    """The serial arm from link `base` to link `tip` of a robot.
+
+    Parameters
+    ----------
+    urdf : file, or its text; xacro already expanded
+    tip : link at the end of the arm; may be left out where the robot has one end
+    base : link where the arm begins; default the root. The first joint after it is the first of the arm
+    limits : a file joint_limits.yaml of MoveIt (needs the extra [robots]), or a mapping of minimum, maximum, velocity,
+        acceleration, jerk and torque to a number, a list in the order of the joints, or values by name: rad (sliding
+        joints: mm), s, N m (N). What it gives stands before <limit> of the URDF; nothing is guessed
+    payload : mass at the tip, kg, or a `Payload` with its centre and inertia
+    torque : whether torque is limited; False for a URDF without inertia
+    gravity : m/s^2 in the frame of the base
+
+    Raises
+    ------
+    FormatError : for a file that is no URDF of a serial arm: with line, value and mend
+    LimitsError : naming every limit that is missing
+
+    Notes
+    -----
+    Joints beside the way to the tip (fingers) hang on it at 0; `notes` names them. Links are rigid: motors' rotors and
+    friction are not in a URDF.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> text = '''<robot name="turntable"><link name="base"/><link name="table"/>
+    ... <joint name="turn" type="continuous"><parent link="base"/><child link="table"/><axis xyz="0 0 1"/></joint></robot>'''
+    >>> arm = sf.robot(text, limits={"velocity": 2.0, "acceleration": 10.0, "jerk": 200.0}, torque=False)
+    >>> arm.joints, arm.units
+    (('turn',), ('rad',))
+    """
+    description = read_description(urdf)
+    way, tip = description.joints_to(tip, base)
+    moving = [joint for joint in way if joint.kind != FIXED]
+    _refuse(moving, description.file, tip)
+    frames = Frames.of_joints(way)
+    bodies, notes = None, []
+    carried = payload_of(payload)
+    if torque:
+        own, held, without = bodies_of(description, way)
+        pull = np.asarray(gravity, dtype=np.float64)
+        if pull.shape != (3,) or not np.all(np.isfinite(pull)):
+            raise InputError(f"gravity is {gravity!r}; expected 3 finite numbers, m/s^2")
+        bodies = RigidBodies(frames, own, pull).carrying(carried)
+        if held:
+            notes.append(f"{len(held)} joint(s) beside the arm stay at 0 and are carried: {', '.join(sorted(held))}")
+        if without:
+            notes.append(f"{len(without)} link(s) have a shape but no <inertial> and weigh nothing: {', '.join(without)}")
+    elif carried.mass > 0.0:
+        raise InputError("payload: it counts for torque alone, and torque=False is given; leave one of them out")
+    found, own_notes = joint_limits(moving, tuple(description.joints), limits, torque=torque)
+    return Arm(
+        description.name,
+        tuple(joint.name for joint in moving),
+        frames.turns,
+        way[0].parent,
+        tip,
+        frames,
+        bodies,
+        *(found[kind] for kind in ("minimum", "maximum", "velocity", "acceleration", "jerk", "torque")),
+        notes=tuple([*notes, *own_notes]),
+    )
+
+
+def _refuse(moving: Sequence[JointDescription], file: str, tip: str) -> None:
+    """FormatError for joints on the way to the tip that are not those of a serial arm."""
+    if not moving:
+        raise FormatError(f"{file}: no joint moves link {tip!r}; name a link at the end of the arm")
+    for joint in moving:
+        place = f"{file}: line {joint.line}: joint {joint.name!r}"
+        if joint.kind not in MOVING:
+            raise FormatError(f"{place} is {joint.kind}; an arm has joints {', '.join(MOVING)} and fixed")
+        if joint.mimic:
+            raise FormatError(f"{place} mimics another; a serial arm moves each joint by itself: name a tip before it")

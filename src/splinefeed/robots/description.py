@@ -1,0 +1,285 @@
+"""What a URDF says of a robot: its links with their inertia, and the joints between them; nothing is computed here.
+
+Lengths are in m and masses in kg, as in the file. Source: wiki.ros.org/urdf/XML, and the URDF schema of urdfdom, whose
+version 1.2 adds acceleration, deceleration and jerk to <limit>.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.parsers import expat
+
+from splinefeed.errors import FormatError, InputError, nearest
+
+#: Largest file, bytes; most links of a robot; most elements, and how deep they may be nested.
+MAX_BYTES, MAX_LINKS, MAX_ELEMENTS, MAX_DEPTH = 16 * 2**20, 1000, 100_000, 32
+#: Kinds of joints: those that move, and those that do not.
+MOVING, FIXED = ("revolute", "continuous", "prismatic"), "fixed"
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class LinkInertia:
+    """Mass, kg, of a link; the frame of its inertia in the link's, m and rad; ixx, ixy, ixz, iyy, iyz, izz, kg m^2."""
+
+    mass: float
+    xyz: Vector
+    rpy: Vector
+    moments: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class JointDescription:
+    """A joint as its element says: kind, links, where it is in its parent, m and rad, its axis, and its limits.
+
+    limits  lower, upper, velocity, effort, acceleration, deceleration, jerk: those that are there; rad or m, s, N m or N
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    xyz: Vector
+    rpy: Vector
+    axis: Vector
+    limits: Mapping[str, float]
+    mimic: bool
+    line: int
+
+
+@dataclass(frozen=True)
+class Description:
+    """A robot: its name, the inertia of each link (None where the file has none), joints by name, and the file.
+
+    shown  links that have a shape but no inertia: likely a body whose mass the file leaves out
+    """
+
+    name: str
+    links: Mapping[str, LinkInertia | None]
+    shown: frozenset[str]
+    joints: Mapping[str, JointDescription]
+    file: str
+
+    def joints_to(self, tip: str | None, base: str | None) -> tuple[list[JointDescription], str]:
+        """The joints from link `base` (default: the root) to link `tip` (default: the only end), and the tip."""
+        above = {joint.child: joint for joint in self.joints.values()}
+        if tip is None:
+            ends = sorted(set(self.links) - {joint.parent for joint in self.joints.values()})
+            if len(ends) != 1:
+                raise FormatError(f"{self.file}: the robot has {len(ends)} ends; name one: tip={' or '.join(ends[:8])!r}")
+            tip = ends[0]
+        for link in (tip, *([] if base is None else [base])):
+            if link not in self.links:
+                raise FormatError(f"{self.file}: there is no link {link!r}; {nearest(link, self.links)}")
+        found: list[JointDescription] = []
+        at = tip
+        while at != base and at in above:
+            found.append(above[at])
+            at = above[at].parent
+        if base is not None and at != base:
+            raise FormatError(f"{self.file}: link {tip!r} does not hang on link {base!r}; leave base out, or name another")
+        return found[::-1], tip
+
+
+@dataclass
+class _Element:
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    children: list[_Element] = field(default_factory=list)
+
+    def one(self, tag: str) -> _Element | None:
+        return next((child for child in self.children if child.tag == tag), None)
+
+
+def read_description(source: str | Path) -> Description:
+    """The robot in a URDF file, or in the text of one (it begins with <).
+
+    Raises FormatError with file, line and mend for what is not a URDF, for xacro that is not expanded, for entities, too
+    many links, unknown kinds of joints, and links that do not form one tree.
+    """
+    if isinstance(source, str) and source.lstrip().startswith("<"):
+        name, content = "URDF", source.encode("utf-8")
+    else:
+        name = str(source)
+        try:
+            with Path(source).open("rb") as file:
+                content = file.read(MAX_BYTES + 1)
+        except OSError as error:
+            raise FormatError(f"{name}: cannot be read: {error.strerror or error}") from None
+    try:
+        return _description(content, name)
+    except InputError as error:
+        raise FormatError(f"{name}: {error}") from None
+
+
+def _tree(content: bytes) -> _Element:
+    """The root element; InputError for what is not XML, has entities of its own, or is too large or too deep."""
+    if len(content) > MAX_BYTES:
+        raise InputError(f"is larger than {MAX_BYTES // 2**20} MB; a URDF names its meshes and does not hold them")
+    parser = expat.ParserCreate()
+    roots: list[_Element] = []
+    stack: list[_Element] = []
+    count = 0
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal count
+        count += 1
+        if count > MAX_ELEMENTS or len(stack) >= MAX_DEPTH:
+            raise InputError(
+                f"line {parser.CurrentLineNumber}: more than {MAX_ELEMENTS} elements, or nested more than {MAX_DEPTH} deep"
+            )
+        if tag.startswith("xacro:"):
+            raise InputError(f"line {parser.CurrentLineNumber}: <{tag}> is xacro; expand it first: xacro FILE > robot.urdf")
+        element = _Element(tag, attributes, parser.CurrentLineNumber)
+        (stack[-1].children if stack else roots).append(element)
+        stack.append(element)
+
+    def entity(*_: object) -> None:
+        raise InputError(f"line {parser.CurrentLineNumber}: entities are not read; write out what they stand for")
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = lambda _: stack.pop()
+    parser.EntityDeclHandler = entity
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        raise InputError(f"line {error.lineno}: is not XML: {expat.errors.messages[error.code]}") from None
+    return roots[0]
+
+
+def _description(content: bytes, file: str) -> Description:
+    root = _tree(content)
+    if root.tag != "robot":
+        raise InputError(f"line {root.line}: the root is <{root.tag}>; expected <robot>")
+    links: dict[str, LinkInertia | None] = {}
+    joints: dict[str, JointDescription] = {}
+    shown = set()
+    for element in root.children:  # <gazebo>, <material>, <transmission> and the like say nothing of motion
+        if element.tag == "link":
+            name = _name(element)
+            if name in links:
+                raise InputError(f"line {element.line}: link {name!r} is there twice; rename one")
+            if len(links) == MAX_LINKS:
+                raise InputError(f"line {element.line}: more than {MAX_LINKS} links; that is no serial arm")
+            links[name] = _inertia(element, f"link {name!r}")
+            if links[name] is None and (element.one("visual") or element.one("collision")):
+                shown.add(name)
+        elif element.tag == "joint":
+            joint = _joint(element)
+            if joint.name in joints:
+                raise InputError(f"line {element.line}: joint {joint.name!r} is there twice; rename one")
+            joints[joint.name] = joint
+    if not links:
+        raise InputError("there is no <link>; is it a URDF?")
+    _one_tree(links, joints)
+    return Description(root.attributes.get("name", ""), links, frozenset(shown), joints, file)
+
+
+def _one_tree(links: Mapping[str, object], joints: Mapping[str, JointDescription]) -> None:
+    """InputError where a joint names no link, a link hangs on two joints, or there is a loop or a second root."""
+    above: dict[str, JointDescription] = {}
+    for joint in joints.values():
+        for link in (joint.parent, joint.child):
+            if link not in links:
+                raise InputError(f"line {joint.line}: joint {joint.name!r} names link {link!r}; {nearest(link, links)}")
+        if joint.child in above:
+            raise InputError(
+                f"line {joint.line}: link {joint.child!r} hangs on joints {above[joint.child].name!r} and {joint.name!r}; "
+                "a closed loop is no serial arm: take one of them out"
+            )
+        above[joint.child] = joint
+    roots = [link for link in links if link not in above]
+    if len(roots) > 1:
+        raise InputError(f"links {', '.join(map(repr, roots[:8]))} hang on no joint; connect all but one of them")
+    reached, waiting = 0, roots
+    below: dict[str, list[str]] = {}
+    for joint in joints.values():
+        below.setdefault(joint.parent, []).append(joint.child)
+    while waiting:
+        reached += 1
+        waiting.extend(below.get(waiting.pop(), []))
+    if reached < len(links):
+        raise InputError("links hang on each other in a loop; a closed loop is no serial arm: open it at one joint")
+
+
+def _joint(element: _Element) -> JointDescription:
+    name, kind = _name(element), element.attributes.get("type", "")
+    what = f"joint {name!r}"
+    if kind not in (*MOVING, FIXED, "floating", "planar"):
+        raise InputError(f"line {element.line}: {what} has type {kind!r}; {nearest(kind, (*MOVING, FIXED))}")
+    ends = []
+    for tag in ("parent", "child"):
+        end = element.one(tag)
+        if end is None or "link" not in end.attributes:
+            raise InputError(f'line {element.line}: {what} has no {tag}; write <{tag} link="..."/>')
+        ends.append(end.attributes["link"])
+    xyz, rpy = _origin(element, what)
+    axis = (1.0, 0.0, 0.0)
+    own = element.one("axis")
+    if own is not None and kind != FIXED:
+        axis = _vector(own, "xyz", what, axis)
+        if not math.hypot(*axis) > 0.0:
+            raise InputError(f"line {own.line}: the axis of {what} is 0 0 0; give its direction")
+    limit = element.one("limit")
+    known = ("lower", "upper", "velocity", "effort", "acceleration", "deceleration", "jerk")
+    limits = {} if limit is None else {key: _number(limit, key, what) for key in known if key in limit.attributes}
+    return JointDescription(
+        name, kind, ends[0], ends[1], xyz, rpy, axis, limits, element.one("mimic") is not None, element.line
+    )
+
+
+def _inertia(element: _Element, what: str) -> LinkInertia | None:
+    own = element.one("inertial")
+    if own is None:
+        return None
+    mass, matrix = own.one("mass"), own.one("inertia")
+    if mass is None or matrix is None:
+        raise InputError(f"line {own.line}: <inertial> of {what} lacks <mass> or <inertia>; give both, or take it out")
+    kilograms = _number(mass, "value", what)
+    if kilograms < 0.0:
+        raise InputError(f"line {mass.line}: the mass of {what} is {kilograms:g} kg; it must not be negative")
+    keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    moments = tuple(_number(matrix, key, what) if key in matrix.attributes or key[1] == key[2] else 0.0 for key in keys)
+    xyz, rpy = _origin(own, what)
+    return LinkInertia(kilograms, xyz, rpy, moments)
+
+
+def _name(element: _Element) -> str:
+    name = element.attributes.get("name", "")
+    if not name:
+        raise InputError(f"line {element.line}: <{element.tag}> has no name")
+    return name
+
+
+def _origin(element: _Element, what: str) -> tuple[Vector, Vector]:
+    own = element.one("origin")
+    zero = (0.0, 0.0, 0.0)
+    return (zero, zero) if own is None else (_vector(own, "xyz", what, zero), _vector(own, "rpy", what, zero))
+
+
+def _number(element: _Element, key: str, what: str) -> float:
+    return _numbers(element, key, what, 1)[0]
+
+
+def _vector(element: _Element, key: str, what: str, otherwise: Vector) -> Vector:
+    if key not in element.attributes:
+        return otherwise
+    x, y, z = _numbers(element, key, what, 3)
+    return x, y, z
+
+
+def _numbers(element: _Element, key: str, what: str, count: int) -> list[float]:
+    text = element.attributes.get(key, "")
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        values = []
+    if len(values) != count or not all(map(math.isfinite, values)):
+        many = "a finite number" if count == 1 else f"{count} finite numbers"
+        raise InputError(f'line {element.line}: {what}: {element.tag} {key}="{text[:60]}"; expected {many}')
+    return values

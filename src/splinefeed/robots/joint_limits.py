@@ -1,0 +1,212 @@
+"""Limits of the joints of an arm, gathered from its URDF, MoveIt's joint_limits.yaml, or a mapping; none is guessed.
+
+Sources: the URDF schema of urdfdom 1.2 (<limit>); MoveIt's tutorials and the package joint_limits of ros2_control for
+the keys of joint_limits.yaml.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from splinefeed.errors import FormatError, InputError, LimitsError, nearest
+from splinefeed.records import Array
+from splinefeed.robots.description import JointDescription
+from splinefeed.robots.frames import MM
+
+#: Kinds of limits of a joint; in rad (sliding joints: mm), s, and N m (N).
+KINDS = ("minimum", "maximum", "velocity", "acceleration", "jerk", "torque")
+#: Those that every joint must have.
+NEEDED = ("velocity", "acceleration", "jerk")
+#: What joint_limits.yaml calls them, with the key that switches each on.
+_YAML = {
+    "min_position": ("minimum", "has_position_limits"),
+    "max_position": ("maximum", "has_position_limits"),
+    "max_velocity": ("velocity", "has_velocity_limits"),
+    "max_acceleration": ("acceleration", "has_acceleration_limits"),
+    "max_deceleration": ("deceleration", "has_deceleration_limits"),
+    "max_jerk": ("jerk", "has_jerk_limits"),
+    "max_effort": ("torque", "has_effort_limits"),
+}
+#: Keys of joint_limits.yaml that limit nothing here: ends that wrap, and the springs of soft limits.
+_SILENT = ("angle_wraparound", "has_soft_limits", "k_position", "k_velocity", "soft_lower_limit", "soft_upper_limit")
+#: Largest joint_limits.yaml, bytes.
+MAX_BYTES = 2**20
+
+Given = Mapping[str, Any] | str | Path | None
+
+
+def joint_limits(
+    moving: Sequence[JointDescription], known: Sequence[str], given: Given, *, torque: bool
+) -> tuple[dict[str, Array], list[str]]:
+    """Each of KINDS as an array (joints,), infinite where there is none, and notes of what was left out or changed.
+
+    moving  joints of the arm;  known  all joints of the robot: limits of the others are passed over
+    given   a joint_limits.yaml or a mapping; what it gives stands before what the URDF says
+
+    Raises LimitsError naming every limit that is missing, and FormatError or LimitsError for what cannot be.
+    """
+    names = [joint.name for joint in moving]
+    found = {kind: [_of_urdf(joint, kind) for joint in moving] for kind in KINDS}
+    notes: list[str] = []
+    if isinstance(given, str | Path):
+        own, notes = _of_yaml(_read_yaml(given), names, known, moving, str(given))
+    elif given is None:
+        own = {}
+    elif isinstance(given, Mapping) and "joint_limits" in given:
+        own, notes = _of_yaml(given, names, known, moving, "limits")
+    elif isinstance(given, Mapping):
+        own = _of_mapping(given, names)
+    else:
+        raise LimitsError(f"limits are {given!r}; give a joint_limits.yaml, or a mapping such as {{'jerk': 500.0}}")
+    for kind, values in own.items():
+        found[kind] = [each if value is None else value for value, each in zip(values, found[kind], strict=True)]
+    _refuse_missing(moving, found, torque)
+    for joint, low, high in zip(moving, found["minimum"], found["maximum"], strict=True):
+        if low is not None and high is not None and not low < high:
+            raise LimitsError(f"{joint.name}: minimum is {low:g} and maximum is {high:g}; no travel is left")
+    otherwise = {"minimum": -math.inf}
+    arrays = {
+        kind: np.array([otherwise.get(kind, math.inf) if value is None else value for value in values])
+        for kind, values in found.items()
+    }
+    return arrays, notes
+
+
+def _of_urdf(joint: JointDescription, kind: str) -> float | None:
+    """A limit as <limit> has it, None where it says nothing: a velocity or an effort of 0 stands for none."""
+    key = {"minimum": "lower", "maximum": "upper", "torque": "effort"}.get(kind, kind)
+    value = joint.limits.get(key)
+    if kind in ("minimum", "maximum"):
+        return None if value is None or joint.kind == "continuous" else _unit(joint, kind) * value
+    if kind == "acceleration" and value is not None:
+        value = min(value, joint.limits.get("deceleration") or value)
+    return None if value is None or not value > 0.0 else _unit(joint, kind) * value
+
+
+def _unit(joint: JointDescription, kind: str) -> float:
+    """What a value of a file in rad and m is taken times here: mm of what slides; forces stay N."""
+    return MM if joint.kind == "prismatic" and kind != "torque" else 1.0
+
+
+def _refuse_missing(
+    moving: Sequence[JointDescription], found: Mapping[str, Sequence[float | None]], torque: bool
+) -> None:
+    missing: dict[str, list[str]] = {}
+    for k, joint in enumerate(moving):
+        ends = () if joint.kind == "continuous" else ("minimum", "maximum")
+        own = [kind for kind in (*NEEDED, *ends, *(["torque"] if torque else [])) if found[kind][k] is None]
+        for kind in own:
+            missing.setdefault(kind, []).append(joint.name)
+    if missing:
+        all_of = len(moving)
+        said = [
+            f"{kind} of {'every joint' if len(names) == all_of else ', '.join(names)}" for kind, names in missing.items()
+        ]
+        first = next(iter(missing))
+        raise LimitsError(
+            f"no limit of {'; '.join(said)}: none is guessed; give limits={{{first!r}: ...}} as a number, a list in the "
+            f"order of the joints or by name, or a joint_limits.yaml{'; or torque=False' if 'torque' in missing else ''}"
+        )
+
+
+def _of_mapping(given: Mapping[str, Any], names: Sequence[str]) -> dict[str, list[float | None]]:
+    """Limits by kind: one number for every joint, a list in their order, or a mapping by name."""
+    found: dict[str, list[float | None]] = {}
+    for kind, value in given.items():
+        if kind not in KINDS:
+            raise LimitsError(f"limits: {kind!r} is not known; {nearest(kind, KINDS)}")
+        if isinstance(value, Mapping):
+            for name in value:
+                if name not in names:
+                    raise LimitsError(f"limits: {kind}.{name}: the arm has no such joint; {nearest(name, names)}")
+            values = [value.get(name) for name in names]
+        elif np.ndim(value) == 0:
+            values = [value] * len(names)
+        else:
+            values = list(value)
+            if len(values) != len(names):
+                raise LimitsError(f"limits: {kind} has {len(values)} values; the arm has {len(names)} joints")
+        found[kind] = [
+            None if each is None else _checked(each, kind, f"limits: {kind} of {name}")
+            for each, name in zip(values, names, strict=True)
+        ]
+    return found
+
+
+def _checked(value: object, kind: str, place: str) -> float:
+    try:
+        number = float(value) if not isinstance(value, bool) else math.nan  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not math.isfinite(number) or (kind not in ("minimum", "maximum") and number <= 0.0):
+        wanted = "a finite number" if kind in ("minimum", "maximum") else "a finite number greater than 0"
+        raise LimitsError(f"{place} is {value!r}; expected {wanted}")
+    return number
+
+
+def _read_yaml(file: str | Path) -> Any:
+    """What a YAML file holds; FormatError where it cannot be read."""
+    try:
+        import yaml
+    except ImportError:
+        raise InputError(f'{file}: reading YAML needs PyYAML: pip install "splinefeed[robots]"') from None
+    try:
+        with Path(file).open("rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise FormatError(f"{file}: cannot be read: {error.strerror or error}") from None
+    if len(content) > MAX_BYTES:
+        raise FormatError(f"{file}: is larger than {MAX_BYTES // 2**20} MB; that is no joint_limits.yaml")
+    try:
+        return yaml.safe_load(content)
+    except (yaml.YAMLError, UnicodeDecodeError, RecursionError, ValueError) as error:
+        mark = getattr(error, "problem_mark", None)
+        place = f"line {mark.line + 1}: " if mark else ""
+        raise FormatError(f"{file}: {place}is not YAML: {getattr(error, 'problem', None) or 'cannot be parsed'}") from None
+
+
+def _of_yaml(
+    content: Any, names: Sequence[str], known: Sequence[str], moving: Sequence[JointDescription], file: str
+) -> tuple[dict[str, list[float | None]], list[str]]:
+    """Limits of a joint_limits.yaml: a value counts where its has_... is not false."""
+    table = content.get("joint_limits") if isinstance(content, Mapping) else None
+    if not isinstance(table, Mapping):
+        raise FormatError(f"{file}: there is no joint_limits with a table for each joint; is it a joint_limits.yaml?")
+    notes = [
+        f"{file}: {key} {content[key]!r} is not applied"
+        for key in ("default_velocity_scaling_factor", "default_acceleration_scaling_factor")
+        if content.get(key) not in (None, 1, 1.0)
+    ]
+    found: dict[str, list[float | None]] = {kind: [None] * len(names) for kind in KINDS}
+    for name, own in table.items():
+        place = f"{file}: joint_limits.{name}"
+        if name not in known:
+            raise FormatError(f"{place}: the robot has no such joint; {nearest(name, known)}")
+        if not isinstance(own, Mapping):
+            raise FormatError(f"{place} is {own!r}; expected a table such as max_velocity: 2.0")
+        switches = {switch for _, switch in _YAML.values()}
+        for key, value in own.items():
+            if key not in (*_YAML, *switches, *_SILENT):
+                raise FormatError(f"{place}.{key} is not known; {nearest(key, (*_YAML, *switches))}")
+            if key in switches and not isinstance(value, bool):
+                raise FormatError(f"{place}.{key} is {value!r}; expected true or false")
+        if name not in names:
+            continue
+        k = names.index(name)
+        for key, value in own.items():
+            kind, switch = _YAML.get(key, ("", ""))
+            if not kind or not own.get(switch, True):
+                continue
+            number = _checked(value, "minimum" if kind in ("minimum", "maximum") else "velocity", f"{place}.{key}")
+            number *= _unit(moving[k], kind)
+            if kind == "deceleration":
+                kind, number = "acceleration", min(number, found["acceleration"][k] or number)
+            elif kind == "acceleration":
+                number = min(number, found["acceleration"][k] or number)
+            found[kind][k] = number
+    return found, notes
