@@ -52,7 +52,7 @@ class Arm:
         return tuple("rad" if turns else "mm" for turns in self.turns)
 
     def forward(self, q: ArrayLike) -> tuple[Array, Array]:
-        """Place (..., 3), mm, and rotation (..., 3, 3) of the tip in the frame of the base, for joints (..., joints)."""
+        """Place (..., 3), mm, and rotation (..., 3, 3) of the tip in the base's frame, for joints (..., joints)."""
         joints = self._joints(q)
         place, rotation = self.frames.pose(joints.reshape(1, -1, len(self.joints)))
         shape = joints.shape[:-1]
@@ -111,33 +111,23 @@ def robot(
 ) -> Arm:
     """The serial arm from link `base` to link `tip` of a robot.
 
-    Parameters
-    ----------
-    urdf : file, or its text; xacro already expanded
-    tip : link at the end of the arm; may be left out where the robot has one end
-    base : link where the arm begins; default the root. The first joint after it is the first of the arm
-    limits : a file joint_limits.yaml of MoveIt (needs the extra [robots]), or a mapping of minimum, maximum, velocity,
-        acceleration, jerk and torque to a number, a list in the order of the joints, or values by name: rad (sliding
-        joints: mm), s, N m (N). What it gives stands before <limit> of the URDF; nothing is guessed
-    payload : mass at the tip, kg, or a `Payload` with its centre and inertia
-    torque : whether torque is limited; False for a URDF without inertia
-    gravity : m/s^2 in the frame of the base
+    urdf     file, or its text; xacro already expanded
+    tip      link at the end of the arm; may be left out where the robot has one end
+    base     link where the arm begins; default the root
+    limits   a file joint_limits.yaml of MoveIt (needs the extra [robots]), or a mapping of minimum, maximum, velocity,
+             acceleration, jerk and torque to a number, a list in the order of the joints, or values by name: rad
+             (sliding joints: mm), s, N m (N). What it gives stands before <limit> of the URDF; nothing is guessed
+    payload  mass at the tip, kg, or a `Payload` with its centre and inertia
+    torque   whether torques and their limits are read; False for a URDF without inertia
+    gravity  m/s^2 in the frame of the base
 
-    Raises
-    ------
-    FormatError : for a file that is no URDF of a serial arm: with line, value and mend
-    LimitsError : naming every limit that is missing
-
-    Notes
-    -----
     Joints beside the way to the tip (fingers) hang on it at 0; `notes` names them. Links are rigid: motors' rotors and
-    friction are not in a URDF.
+    friction are not counted. Raises FormatError for a file that is no URDF of a serial arm, with line, value and mend;
+    LimitsError that names every limit that is missing. Source: wiki.ros.org/urdf/XML.
 
-    Examples
-    --------
     >>> import splinefeed as sf
-    >>> text = '''<robot name="turntable"><link name="base"/><link name="table"/>
-    ... <joint name="turn" type="continuous"><parent link="base"/><child link="table"/><axis xyz="0 0 1"/></joint></robot>'''
+    >>> text = '''<robot name="turntable"><link name="base"/><link name="table"/><joint
+    ...  name="turn" type="continuous"><parent link="base"/><child link="table"/><axis xyz="0 0 1"/></joint></robot>'''
     >>> arm = sf.robot(text, limits={"velocity": 2.0, "acceleration": 10.0, "jerk": 200.0}, torque=False)
     >>> arm.joints, arm.units
     (('turn',), ('rad',))
@@ -147,7 +137,8 @@ def robot(
     moving = [joint for joint in way if joint.kind != FIXED]
     _refuse(moving, description.file, tip)
     frames = Frames.of_joints(way)
-    bodies, notes = None, []
+    bodies = None
+    notes: list[str] = []
     carried = payload_of(payload)
     if torque:
         own, held, without = bodies_of(description, way)
@@ -158,19 +149,25 @@ def robot(
         if held:
             notes.append(f"{len(held)} joint(s) beside the arm stay at 0 and are carried: {', '.join(sorted(held))}")
         if without:
-            notes.append(f"{len(without)} link(s) have a shape but no <inertial> and weigh nothing: {', '.join(without)}")
+            names = ", ".join(without)
+            notes.append(f"{len(without)} link(s) have a shape but no <inertial> and weigh nothing: {names}")
     elif carried.mass > 0.0:
         raise InputError("payload: it counts for torque alone, and torque=False is given; leave one of them out")
     found, own_notes = joint_limits(moving, tuple(description.joints), limits, torque=torque)
     return Arm(
-        description.name,
-        tuple(joint.name for joint in moving),
-        frames.turns,
-        way[0].parent,
-        tip,
-        frames,
-        bodies,
-        *(found[kind] for kind in ("minimum", "maximum", "velocity", "acceleration", "jerk", "torque")),
+        name=description.name,
+        joints=tuple(joint.name for joint in moving),
+        turns=frames.turns,
+        base=way[0].parent,
+        tip=tip,
+        frames=frames,
+        bodies=bodies,
+        minimum=found["minimum"],
+        maximum=found["maximum"],
+        velocity=found["velocity"],
+        acceleration=found["acceleration"],
+        jerk=found["jerk"],
+        most_torque=found["torque"],
         notes=tuple([*notes, *own_notes]),
     )
 

@@ -36,7 +36,7 @@ class LinkInertia:
 class JointDescription:
     """A joint as its element says: kind, links, where it is in its parent, m and rad, its axis, and its limits.
 
-    limits  lower, upper, velocity, effort, acceleration, deceleration, jerk: those that are there; rad or m, s, N m or N
+    limits  lower, upper, velocity, effort, acceleration, deceleration, jerk: those that are there; rad or m, s, N m, N
     """
 
     name: str
@@ -70,7 +70,8 @@ class Description:
         if tip is None:
             ends = sorted(set(self.links) - {joint.parent for joint in self.joints.values()})
             if len(ends) != 1:
-                raise FormatError(f"{self.file}: the robot has {len(ends)} ends; name one: tip={' or '.join(ends[:8])!r}")
+                said = ", ".join(ends[:8])
+                raise FormatError(f"{self.file}: the robot has {len(ends)} ends; name one as tip: {said}")
             tip = ends[0]
         for link in (tip, *([] if base is None else [base])):
             if link not in self.links:
@@ -81,7 +82,7 @@ class Description:
             found.append(above[at])
             at = above[at].parent
         if base is not None and at != base:
-            raise FormatError(f"{self.file}: link {tip!r} does not hang on link {base!r}; leave base out, or name another")
+            raise FormatError(f"{self.file}: link {tip!r} does not hang on link {base!r}; name another base")
         return found[::-1], tip
 
 
@@ -99,8 +100,8 @@ class _Element:
 def read_description(source: str | Path) -> Description:
     """The robot in a URDF file, or in the text of one (it begins with <).
 
-    Raises FormatError with file, line and mend for what is not a URDF, for xacro that is not expanded, for entities, too
-    many links, unknown kinds of joints, and links that do not form one tree.
+    Raises FormatError with file, line and mend for what is not a URDF, for xacro that is not expanded, for entities,
+    too many links, unknown kinds of joints, and links that do not form one tree.
     """
     if isinstance(source, str) and source.lstrip().startswith("<"):
         name, content = "URDF", source.encode("utf-8")
@@ -131,10 +132,10 @@ def _tree(content: bytes) -> _Element:
         count += 1
         if count > MAX_ELEMENTS or len(stack) >= MAX_DEPTH:
             raise InputError(
-                f"line {parser.CurrentLineNumber}: more than {MAX_ELEMENTS} elements, or nested more than {MAX_DEPTH} deep"
+                f"line {parser.CurrentLineNumber}: more than {MAX_ELEMENTS} elements, or more than {MAX_DEPTH} deep"
             )
         if tag.startswith("xacro:"):
-            raise InputError(f"line {parser.CurrentLineNumber}: <{tag}> is xacro; expand it first: xacro FILE > robot.urdf")
+            raise InputError(f"line {parser.CurrentLineNumber}: <{tag}>: expand it first: xacro FILE > robot.urdf")
         element = _Element(tag, attributes, parser.CurrentLineNumber)
         (stack[-1].children if stack else roots).append(element)
         stack.append(element)
@@ -189,7 +190,7 @@ def _one_tree(links: Mapping[str, object], joints: Mapping[str, JointDescription
                 raise InputError(f"line {joint.line}: joint {joint.name!r} names link {link!r}; {nearest(link, links)}")
         if joint.child in above:
             raise InputError(
-                f"line {joint.line}: link {joint.child!r} hangs on joints {above[joint.child].name!r} and {joint.name!r}; "
+                f"line {joint.line}: link {joint.child!r} hangs on {above[joint.child].name!r} and on {joint.name!r}; "
                 "a closed loop is no serial arm: take one of them out"
             )
         above[joint.child] = joint

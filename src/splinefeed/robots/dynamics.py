@@ -1,7 +1,7 @@
 """Torques of a serial arm of rigid bodies, by recursive Newton-Euler over arrays.
 
-From the base out to the tip go angular velocity w, its derivative, and the acceleration of each joint's origin (the base
-accelerates upwards at g, which is gravity); from the tip back go force f and moment t. For joint k with axis z, in its
+From the base out to the tip go angular velocity w, its derivative, and the acceleration of each joint's origin (the
+base accelerates upwards at g, which is gravity); from the tip back go force f and moment t. For joint k with axis z, in its
 own frame, its body of mass m, centre c and inertia I about c:
 
     a_c = a + dw x c + w x (w x c)      F = m a_c      N = I dw + w x I w + c x F
@@ -82,11 +82,11 @@ class Body:
 class RigidBodies:
     """The masses that each moving joint of an arm carries, and the torques that moving them takes.
 
-    Called with q, q', q'' (n, joints), rad and mm by s, it gives torques (n, joints), N m, and of sliding joints forces,
-    N: without friction and without the rotors of motors, as a URDF says nothing of them.
+    Called with q, q', q'' (n, joints), rad and mm by s, it gives torques (n, joints), N m, and of sliding joints
+    forces, N: without friction and without the rotors of motors, as a URDF says nothing of them.
     """
 
-    def __init__(self, frames: Frames, bodies: Iterable[Body], gravity: Sequence[float]) -> None:
+    def __init__(self, frames: Frames, bodies: Iterable[Body], gravity: ArrayLike) -> None:
         self.frames, self.bodies, self.gravity = frames, tuple(bodies), np.asarray(gravity, dtype=np.float64)
         self._scale = np.where(frames.turns, 1.0, 1.0 / MM)
 
@@ -166,8 +166,8 @@ def bodies_of(description: Description, way: Sequence[JointDescription]) -> tupl
                     waiting.append((each.child, R @ rotation_of(each.rpy), p + R @ np.asarray(each.xyz)))
         if not own:
             raise FormatError(
-                f"{description.file}: link {joint.child!r} has no <inertial>; torque needs it of every link that a joint "
-                "moves: give it, or torque=False"
+                f"{description.file}: link {joint.child!r} has no <inertial>; torque needs it of every link that "
+                "a joint moves: give it, or torque=False"
             )
         found.append(Body.together(own))
     return found, held, without

@@ -109,9 +109,11 @@ class Frames:
             at = Jet(q[:, None, :, k])
             axes.append(columns[2])
             if turns:
-                s, c = sin_cos(at)
+                sine, cosine = sin_cos(at)
+                assert isinstance(sine, Jet)
+                assert isinstance(cosine, Jet)
                 x, y, z = columns
-                columns = [c * x + s * y, c * y - s * x, z]
+                columns = [cosine * x + sine * y, cosine * y - sine * x, z]
             else:
                 place = place + at * columns[2]
             origins.append(place)

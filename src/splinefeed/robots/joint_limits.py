@@ -105,12 +105,13 @@ def _refuse_missing(
     if missing:
         all_of = len(moving)
         said = [
-            f"{kind} of {'every joint' if len(names) == all_of else ', '.join(names)}" for kind, names in missing.items()
+            f"{kind} of {', '.join(names) if len(names) < all_of else 'every joint'}" for kind, names in missing.items()
         ]
+        otherwise = "; or torque=False" if "torque" in missing else ""
         first = next(iter(missing))
         raise LimitsError(
-            f"no limit of {'; '.join(said)}: none is guessed; give limits={{{first!r}: ...}} as a number, a list in the "
-            f"order of the joints or by name, or a joint_limits.yaml{'; or torque=False' if 'torque' in missing else ''}"
+            f"no limit of {'; '.join(said)}: none is guessed; give limits={{{first!r}: ...}} as a number, a list in "
+            f"the order of the joints or by name, or a joint_limits.yaml{otherwise}"
         )
 
 
@@ -167,7 +168,8 @@ def _read_yaml(file: str | Path) -> Any:
     except (yaml.YAMLError, UnicodeDecodeError, RecursionError, ValueError) as error:
         mark = getattr(error, "problem_mark", None)
         place = f"line {mark.line + 1}: " if mark else ""
-        raise FormatError(f"{file}: {place}is not YAML: {getattr(error, 'problem', None) or 'cannot be parsed'}") from None
+        problem = getattr(error, "problem", None) or "cannot be parsed"
+        raise FormatError(f"{file}: {place}is not YAML: {problem}") from None
 
 
 def _of_yaml(
