@@ -21,13 +21,14 @@ PUBLIC = {
         Combination CycleTime Interpolator JointPath Kinematics LimitResult Limits Machine Marker MethodResult
         MethodTrace NurbsCurve Path Response Run Setpoints SplinefeedError State TimeLaw ToolPath Torque Verdict
         __version__ analysis check compare cycle_time errors fit follow formats geometry interpolate live load machine
-        methods plan plot read register run save shapes simulation sweep tangential tune write
+        methods plan plot read register robot robots run save shapes simulation sweep tangential tune write
     """,
     "splinefeed.analysis": "AxisMotion Contour LimitUse Ripple feed_ripple",
     "splinefeed.formats": "BitPattern PathParts read_parts",
     "splinefeed.geometry": "Fit Smoother smooth_stream",
     "splinefeed.live": "Block LawCourse LookAhead Override Ticks stream_setpoints with_reserve",
     "splinefeed.plot": "Figure binding law limits motion overview path",
+    "splinefeed.robots": "Arm Payload",
     "splinefeed.simulation": """
         AxisTuning Bound Margins PathTuning Tuning UltimatePoint margins tune_on_path
     """,

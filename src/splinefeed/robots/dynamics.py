@@ -1,8 +1,8 @@
 """Torques of a serial arm of rigid bodies, by recursive Newton-Euler over arrays.
 
 From the base out to the tip go angular velocity w, its derivative, and the acceleration of each joint's origin (the
-base accelerates upwards at g, which is gravity); from the tip back go force f and moment t. For joint k with axis z, in its
-own frame, its body of mass m, centre c and inertia I about c:
+base accelerates upwards at g, which is gravity); from the tip back go force f and moment t. For joint k with
+axis z, in its own frame, its body of mass m, centre c and inertia I about c:
 
     a_c = a + dw x c + w x (w x c)      F = m a_c      N = I dw + w x I w + c x F
     f = F + sum of the next body's f    t = N + the next body's t + p x f       torque = z . t, force = z . f
