@@ -168,7 +168,7 @@ SAID = {
 NO_SHAPES = re.compile(
     r"Combination|LimitResult|Limits|Machine|Marker|MethodResult|UltimatePoint|State|Verdict|compare|load|save|methods|register|write|read|read_parts|sweep|cycle_time"
     r"|PathParts|Smoother|smooth_stream|Block|LookAhead|Override|LawCourse|with_reserve|tune"
-    r"|tune_on_path|AxisTuning|Bound|Margins|margins|PathTuning|Tuning"
+    r"|tune_on_path|robot|Payload|AxisTuning|Bound|Margins|margins|PathTuning|Tuning"
 )
 NO_UNITS = re.compile(r"methods|register|Figure")
 #: What checks nothing raises nothing: records that only our own code makes, and a list of names.

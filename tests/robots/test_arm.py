@@ -29,7 +29,7 @@ SKEW = """<robot name="skew">
 <axis xyz="1 2 -1"/></joint>
 <joint name="two" type="prismatic"><parent link="b"/><child link="c"/><origin xyz="0.2 0 0.1" rpy="-0.5 0.7 0.1"/>
 <axis xyz="0.3 -1 0.5"/></joint>
-<joint name="three" type="continuous"><parent link="c"/><child link="d"/><origin xyz="0 0.3 -0.1" 
+<joint name="three" type="continuous"><parent link="c"/><child link="d"/><origin xyz="0 0.3 -0.1"
 rpy="1.1 0.2 0.6"/><axis xyz="-1 0.4 0.6"/></joint>
 <joint name="end" type="fixed"><parent link="d"/><child link="e"/><origin xyz="0.1 0.05 0.25" rpy="0.1 0.2 0.3"/></joint>
 </robot>"""

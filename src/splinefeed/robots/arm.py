@@ -29,6 +29,16 @@ class Arm:
     joints   their names from the base on;  turns  which of them turn;  base, tip  names of links
     minimum, maximum, velocity, acceleration, jerk, most_torque  (joints,): limits, infinite where there is none
     bodies   the masses it moves, or None without torque;  notes  what of the files was left out or assumed
+
+    Joints q are (..., joints), as is what `torque` gives for them, N m (sliding joints: N). Its methods raise InputError
+    for joints of another number. Source: wiki.ros.org/urdf/XML.
+
+    >>> import splinefeed as sf
+    >>> text = '''<robot name="turntable"><link name="base"/><link name="table"/><joint
+    ... name="turn" type="continuous"><parent link="base"/><child link="table"/><axis xyz="0 0 1"/></joint></robot>'''
+    >>> arm = sf.robot(text, limits={"velocity": 2.0, "acceleration": 10.0, "jerk": 200.0}, torque=False)
+    >>> arm.jacobian([0.0])[:, 0]
+    array([0., 0., 0., 0., 0., 1.])
     """
 
     name: str

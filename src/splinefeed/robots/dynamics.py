@@ -33,6 +33,7 @@ class Payload:
     mass     kg;  center  of mass in the frame of the tip, mm;  inertia  (3, 3) about it in that frame, kg m^2
 
     Raises InputError for a mass that is negative, and for an inertia that no body can have.
+    Source: wiki.ros.org/urdf/XML, <inertial>.
     Example: `sf.robots.Payload(3.0, center=(0, 0, 50))`
     """
 
