@@ -31,7 +31,8 @@ SKEW = """<robot name="skew">
 <axis xyz="0.3 -1 0.5"/></joint>
 <joint name="three" type="continuous"><parent link="c"/><child link="d"/><origin xyz="0 0.3 -0.1"
 rpy="1.1 0.2 0.6"/><axis xyz="-1 0.4 0.6"/></joint>
-<joint name="end" type="fixed"><parent link="d"/><child link="e"/><origin xyz="0.1 0.05 0.25" rpy="0.1 0.2 0.3"/></joint>
+<joint name="end" type="fixed"><parent link="d"/><child link="e"/>
+<origin xyz="0.1 0.05 0.25" rpy="0.1 0.2 0.3"/></joint>
 </robot>"""
 ENOUGH = {"velocity": 1.0, "acceleration": 5.0, "jerk": 100.0, "minimum": -300.0, "maximum": 300.0, "torque": 50.0}
 #: Where each joint of SKEW is in the one before, its axis, whether it turns; mass, centre and inertia of its body.

@@ -30,7 +30,7 @@ class Arm:
     minimum, maximum, velocity, acceleration, jerk, most_torque  (joints,): limits, infinite where there is none
     bodies   the masses it moves, or None without torque;  notes  what of the files was left out or assumed
 
-    Joints q are (..., joints), as is what `torque` gives for them, N m (sliding joints: N). Its methods raise InputError
+    Joints q are (..., joints), as are the torques of `torque`, N m (sliding joints: N). Methods raise InputError
     for joints of another number. Source: wiki.ros.org/urdf/XML.
 
     >>> import splinefeed as sf
