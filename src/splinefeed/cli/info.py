@@ -71,7 +71,7 @@ def _program_lines(program: Mapping[str, Any]) -> list[str]:
     counts = ", ".join(f"{count} {kind}" for kind, count in program["motion_blocks"].items())
     lengths = ", ".join(f"{number(length, 7)} mm {kind}" for kind, length in program["lengths_mm"].items())
     lines = [
-        f"program of {program['lines']} lines, dialect {program['dialect']}",
+        f"program of {program['lines']} lines, dialect {program['dialect']} ({program['dialect_by']})",
         f"  moves     {counts}; {program['markers']} lines with M, S or T",
         f"  lengths   {lengths}",
     ]

@@ -16,6 +16,7 @@ import splinefeed as sf
 from gcode_programs import path_of, program, refusal
 from splinefeed.formats.gcode.dialects import detect, holds
 from splinefeed.formats.gcode.moves import joined
+from splinefeed.formats.gcode.overview import summary
 from splinefeed.formats.gcode.reader import Reading
 
 
@@ -127,6 +128,16 @@ def test_codes_that_linuxcnc_does_not_have_take_their_words(tmp_path: Path) -> N
     assert path.length == 20.0
     assert "M201 is not known in the dialect LinuxCNC; its words move nothing: line 2, 4" in path.findings
     assert path_of(tmp_path, "G1 X5 F600", "M8 X10").length == 10.0  # as in RS274: the word is that of G1
+
+
+def test_what_tells_a_dialect_is_said(tmp_path: Path) -> None:
+    for first, by in (
+        ("M201 X9", "'M201' in line 2"),
+        (";FLAVOR:Marlin", "';FLAVOR:Marlin' in line 2"),
+        ("G90", "nothing"),
+    ):
+        assert summary(program(tmp_path, "", first, "G1 X5 F60")).dialect_by.startswith(by)
+    assert summary(program(tmp_path, "G1 X5 F60"), dialect="grbl").dialect_by == "as given"
 
 
 def test_text_beside_words_is_no_program() -> None:

@@ -134,12 +134,19 @@ def named(name: str) -> Dialect:
 
 def detect(head: bytes) -> Dialect:
     """The dialect of a program by its first bytes; LinuxCNC where nothing tells."""
+    return told(head)[0]
+
+
+def told(head: bytes) -> tuple[Dialect, str]:
+    """The dialect of a program by its first bytes, and what tells it, with its line; "" where nothing does."""
     text = head_text(head.strip(b"\0"))
     code = re.sub(r"\([^()\n]*\)|;(?!\$PATH|\s*SINUMERIK|FLAVOR).*", "", text)
     for name, sign in _DETECTED.items():
-        if sign.search(text if name in _IN_COMMENTS else code):
-            return DIALECTS[name]
-    return DIALECTS["linuxcnc"]
+        looked_at = text if name in _IN_COMMENTS else code
+        if found := sign.search(looked_at):
+            line = looked_at.count("\n", 0, found.start()) + 1
+            return DIALECTS[name], f"{' '.join(found[0].split())[:24]!r} in line {line}"
+    return DIALECTS["linuxcnc"], ""
 
 
 def whole_numbers(text: str) -> tuple[str, list[int]]:

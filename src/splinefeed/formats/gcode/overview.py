@@ -39,6 +39,7 @@ class Summary:
     name: str
     most_listed: int = 0
     dialect: str = ""
+    dialect_by: str = ""
     lines: int = 0
     units: str = "mm"
     moves: dict[str, int] = field(default_factory=lambda: dict.fromkeys(_KINDS.values(), 0))
@@ -100,7 +101,7 @@ class Summary:
     def program(self) -> dict[str, Any]:
         """What only a program has."""
         low, high = self.feeds
-        same = ("dialect", "lines", "without_length", "left_out", "markers", "ends")
+        same = ("dialect", "dialect_by", "lines", "without_length", "left_out", "markers", "ends")
         return {
             **{name: getattr(self, name) for name in same},
             "motion_blocks": {kind: count for kind, count in self.moves.items() if count},
@@ -214,6 +215,7 @@ def summary(
     if not found.degrees:
         raise FormatError(f"{file}: no move has a length; is the program complete?")
     found.dialect = "" if reading.dialect is None else reading.dialect.name
+    found.dialect_by = reading.told_by
     found.lines, found.ends, found.units = reading.lines, reading.ended, "in" if reading.inch else "mm"
     found.findings = reading.findings.all()
     return found

@@ -11,7 +11,7 @@ import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.arcs import find_arcs
-from splinefeed.formats.gcode.dialects import PRINTERS, Dialect, detect, whole_numbers
+from splinefeed.formats.gcode.dialects import PRINTERS, Dialect, told, whole_numbers
 from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
 from splinefeed.formats.gcode.flow import PLAIN, Flow, Text, blocks_of
@@ -59,6 +59,7 @@ class Reading:
     repair: bool = False
     fast: bool = True
     findings: Findings = field(default_factory=Findings)
+    told_by: str = "as given"  # what shows the dialect
     lines: int = 0
     ended: bool = False
     inch: bool = False
@@ -72,7 +73,9 @@ class Reading:
         """The moves of a program, in the order of the file; FormatError that names file and line."""
         check_size(check_file(file), MAX_BYTES)
         head = read_head(file, _HEAD)
-        self.dialect = self.dialect or detect(head)
+        if self.dialect is None:
+            self.dialect, sign = told(head)
+            self.told_by = sign or "nothing tells another"
         likely = self.dialect.lead == "F"  # Fanuc's kind
         if likely or self.dialect.name in ("linuxcnc", "mach3"):
             self._check_mill(file, head_text(head), likely)
