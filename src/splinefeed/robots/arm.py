@@ -5,18 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import FormatError, InputError
+from splinefeed.geometry.path import Path
 from splinefeed.records import Array
+from splinefeed.records.limits import Limits
 from splinefeed.robots.description import FIXED, MOVING, JointDescription, read_description
 from splinefeed.robots.dynamics import Payload, RigidBodies, bodies_of, payload_of
 from splinefeed.robots.frames import Frames
 from splinefeed.robots.joint_limits import Given, joint_limits
+from splinefeed.robots.planning import limits_of, path_through
 
 #: Standard gravity in the frame of the base, m/s^2: an arm that stands on the floor.
 GRAVITY = (0.0, 0.0, -9.81)
@@ -60,6 +63,19 @@ class Arm:
     def units(self) -> tuple[str, ...]:
         """Unit of each joint: rad or mm."""
         return tuple("rad" if turns else "mm" for turns in self.turns)
+
+    @property
+    def limits(self) -> Limits:
+        """What `sf.plan` and `sf.check` take: velocity, acceleration, jerk and travel of each joint, and its torque."""
+        return limits_of(self)
+
+    def through(self, waypoints: ArrayLike) -> Path:
+        """One smooth path through joint waypoints (n, joints), rad and mm, that stops only at its ends.
+
+        A spline of degree 5 through all of them (of fewer than 6, of lower degree). Figures and messages print joints
+        in mm; they are in rad, sliding ones in mm. Raises CurveError for waypoints that are the same or out of limits.
+        """
+        return path_through(self, waypoints)
 
     def forward(self, q: ArrayLike) -> tuple[Array, Array]:
         """Place (..., 3), mm, and rotation (..., 3, 3) of the tip in the base's frame, for joints (..., joints)."""
@@ -110,7 +126,7 @@ class Arm:
 
 
 def robot(
-    urdf: str | Path,
+    urdf: str | FilePath,
     tip: str | None = None,
     *,
     base: str | None = None,
