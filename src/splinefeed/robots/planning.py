@@ -40,9 +40,9 @@ def limits_of(arm: Arm) -> Limits:
 def path_through(arm: Arm, waypoints: ArrayLike) -> Path:
     """The spline of degree 5 (fewer for less than 6 waypoints) through joint waypoints (n, joints), as a path.
 
-    Its parameter grows from one waypoint to the next by the root of the time that the slowest joint needs at its
-    velocity limit: of joints in rad and in mm alike
-    (E. T. Y. Lee, Computer-Aided Design 21(6), 1989, the centripetal choice).
+    Its parameter grows from one waypoint to the next by the root of their distance, each joint measured by its velocity
+    limit: so joints in rad and in mm count alike. Source: E. T. Y. Lee, Computer-Aided Design 21(6),
+    1989, the centripetal choice.
     """
     from scipy.interpolate import make_interp_spline
 
@@ -62,7 +62,7 @@ def path_through(arm: Arm, waypoints: ArrayLike) -> Path:
             f"waypoint {row + 1} has {arm.joints[joint]} at {points[row, joint]:g} {arm.units[joint]}; its limits are "
             f"{arm.minimum[joint]:g} to {arm.maximum[joint]:g}"
         )
-    apart = np.sqrt(np.max(np.abs(np.diff(points, axis=0)) / arm.velocity, axis=1))
+    apart = np.sqrt(np.linalg.norm(np.diff(points, axis=0) / arm.velocity, axis=1))
     if not np.all(apart > 0.0):
         same = int(np.argmin(apart)) + 1
         raise CurveError(f"waypoints {same} and {same + 1} are the same; leave one out, or plan two paths for a stop")
