@@ -174,8 +174,11 @@ def test_a_leader_of_nul_bytes(
     file = tmp_path / "a.nc"
     file.write_bytes(b"\0" * 40 + b"%\nO0120\nG21 G90\nG0 X0 Y0\nG1 X10 F100\nM30\n%\n" + b"\0" * 9)
     assert sf.read(file).length == 10.0
-    file.write_bytes(b"G1 X1\0")
+    file.write_bytes(b"G1 X1\nM30\n\0")
     assert sf.read(file, start=(0, 0, 0)).length == 1.0
+    file.write_bytes(b"G21 G90\nG1 X1\nG1 X12\0\0\0")  # cut off, and filled up
+    with pytest.raises(sf.errors.FormatError):
+        sf.read(file, start=(0, 0, 0))
 
 
 @pytest.mark.parametrize("line", ["G1 X5 F1O0", "G1 X1O F100", "G1 F100 X5 O12"])

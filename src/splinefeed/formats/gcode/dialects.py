@@ -124,6 +124,10 @@ _CODE = re.compile(r"^[ \t]*/?\s*(?:N\s*\d+[ \t]*)?(?:[GMT]\s*\d|[ABC]SPLINE\b)"
 _LOOKED_AT = 400
 
 
+#: How a program ends, and how much of it is looked at.
+_END, _TRAILER = re.compile(rb"(?:^|[\r\n])[^\r\n]*(?:%|M0?2|M30|M99)\s*$", re.IGNORECASE), 4096
+
+
 def named(name: str) -> Dialect:
     """The dialect called `name`; InputError lists them."""
     try:
@@ -135,6 +139,14 @@ def named(name: str) -> Dialect:
 def detect(head: bytes) -> Dialect:
     """The dialect of a program by its first bytes; LinuxCNC where nothing tells."""
     return told(head)[0]
+
+
+def without_leader(content: bytes) -> bytes:
+    """The program without the zero bytes before it, as of a punched tape, and behind its end; others are damage."""
+    content = content.lstrip(b"\0")
+    if content.endswith(b"\0") and _END.search(content[-_TRAILER:].rstrip(b"\0") or content.rstrip(b"\0")):
+        return content.rstrip(b"\0")
+    return content
 
 
 def told(head: bytes) -> tuple[Dialect, str]:
@@ -158,7 +170,7 @@ def whole_numbers(text: str) -> tuple[str, list[int]]:
 
 def holds(head: bytes) -> bool:
     """Whether `head` looks like a program: words of G-code on most of its lines, and G, M or T among them."""
-    head = head.strip(b"\0")  # the leader and trailer of a punched tape
+    head = without_leader(head)
     if b"\0" in head:
         return False
     text = head_text(head)

@@ -11,7 +11,7 @@ import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.arcs import find_arcs
-from splinefeed.formats.gcode.dialects import PRINTERS, Dialect, told, whole_numbers
+from splinefeed.formats.gcode.dialects import PRINTERS, Dialect, told, whole_numbers, without_leader
 from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
 from splinefeed.formats.gcode.flow import PLAIN, Flow, Text, blocks_of
@@ -158,7 +158,7 @@ class Reading:
             with file.open("rb") as stream:
                 yield from blocks_of(stream, BLOCK)
         else:
-            text = Text(read_bytes(file).strip(b"\0"), file, run.jumps, run.dialect.of_fanuc)
+            text = Text(without_leader(read_bytes(file)), file, run.jumps, run.dialect.of_fanuc)
             self._flow = Flow(text, run, file.parent, lambda line: self._arrive(line, run))
             for block, before in self._flow.blocks(BLOCK):
                 self._line = before
