@@ -97,7 +97,7 @@ def toml_of(text: str, source: str) -> dict[str, Any]:
     """What a TOML text says; FormatError with the line that is none. `source` is what the message calls it."""
     try:
         return tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # ValueError: also a whole number of thousands of digits
         raise FormatError(f"{source}: is not TOML: {error}") from None
 
 

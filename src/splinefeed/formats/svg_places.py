@@ -13,10 +13,11 @@ PIXELS = {"": 1.0, "px": 1.0, "in": 96.0, "cm": 96.0 / 2.54, "mm": 96.0 / 25.4, 
 _DEGREES = {"": 1.0, "deg": 1.0, "grad": 0.9, "rad": 180.0 / math.pi, "turn": 360.0}
 _PLAIN = {"": 1.0}
 _SIDES = {"left": "0%", "top": "0%", "center": "50%", "right": "100%", "bottom": "100%"}
-_DIGITS = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-_QUANTITY = re.compile(rf"({_DIGITS})\s*([a-zA-Z]*|%)")
-_NUMBER = re.compile(rf"\s*,?\s*({_DIGITS})(?=[\s,+.-]|$)")
-_FUNCTION = re.compile(r"\s*,?\s*([a-zA-Z]+)\s*\(([^()]*)\)")
+#: Possessive, and no number begins inside a row of digits: the time is in proportion to the length of a text.
+_DIGITS = r"(?>[+-]?(?:(?<![0-9])[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?)"
+_QUANTITY = re.compile(rf"({_DIGITS})\s*+([a-zA-Z]*+|%)")
+_NUMBER = re.compile(rf"\s*+,?\s*+({_DIGITS})(?=[\s,+.-]|$)")
+_FUNCTION = re.compile(r"\s*+,?\s*+(?<![a-zA-Z])([a-zA-Z]++)\s*+\(([^()]*+)\)")
 
 
 class ShapeError(ValueError):
@@ -71,8 +72,14 @@ def length(given: Mapping[str, str], name: str, view: View, otherwise: float = 0
     return quantity(text, name, PIXELS, view.whole(name)) if text not in ("", "auto") else otherwise
 
 
+def _one_blank(text: str) -> str:
+    """`text` with one blank for each row of them: a search may begin at every one."""
+    return " ".join(text.split())
+
+
 def numbers(text: str, name: str) -> list[float]:
     """Numbers between blanks, commas, or what can only begin the next one; ShapeError for anything else."""
+    text = _one_blank(text)
     values = [float(word) for word in _NUMBER.findall(text)]
     rest = _NUMBER.sub(" ", text).split()
     if rest or not all(map(math.isfinite, values)):
@@ -117,7 +124,7 @@ def transform(given: Mapping[str, str], view: View) -> Affine:
     for name in ("translate", "rotate", "scale"):
         if given.get(name, "none").strip().lower() not in ("none", ""):
             raise ShapeError(f"the property {name} is not supported; write it as transform")
-    text, whole = given.get("transform", ""), Affine()
+    text, whole = _one_blank(given.get("transform", "")), Affine()
     if text.strip().lower() in ("", "none"):
         return whole
     if given.get("transform-box", "view-box").strip().lower() != "view-box":

@@ -67,7 +67,7 @@ _CODE_SLACK = 1e-4
 #: What stands in brackets, and from a semicolon on.
 _COMMENT = re.compile(r"\([^)]*\)|;.*", re.DOTALL)
 _BLANKS = re.compile(r"\s+")
-_EXPONENT = re.compile(r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)[eE][+-]?[0-9]{1,3}(?![0-9])")
+_EXPONENT = re.compile(r"(?<![0-9])(?:[0-9]++\.?[0-9]*+|\.[0-9]++)[eE][+-]?[0-9]{1,3}(?![0-9])")
 _MACRO = re.compile(r"(?:N[0-9]+)?(IF|WHILE|GOTO|END|THEN|DO|SETVN|POPEN|DPRNT)[\[0-9#]", re.IGNORECASE)
 
 
