@@ -132,3 +132,65 @@ def test_bad_input(refused, folder):
     assert line.startswith("the setpoints move axis z by ")
     line = refused("run", "space.json", "--3d")
     assert line.startswith("the path has axes x y z; theta follows a path of two linear axes")
+
+
+MILL = """
+[axis.x.limits]
+velocity = "3m/min"
+acceleration = "500mm/s^2"
+[axis.y.limits]
+velocity = "3m/min"
+acceleration = "500mm/s^2"
+[axis.z.limits]
+velocity = "2m/min"
+acceleration = "300mm/s^2"
+"""
+PROGRAM = "G21 G90 G17 G94\nG0 X10 Y10 Z5\nG1 Z-1 F300\nX30 F1200\nG2 X30 Y30 R10\nG0 Z5\nM30\n"
+
+
+def test_a_machine_of_limits_runs_times_and_streams(splinefeed, refused, folder):
+    """Every command that needs limits alone takes the file; the others name what to add."""
+    (folder / "mill.toml").write_text(MILL)
+    (folder / "part.nc").write_text(PROGRAM)
+    page = json.loads(
+        splinefeed("run", "part.nc", "--machine", "mill.toml", "-o", "r", "--no-figures", "--json").stdout
+    )
+    assert page["ok"] and page["limits"]["axis_velocity.z"]["limit"] == pytest.approx(2000.0 / 60.0)
+    assert "axes of mill have limits alone: what their servo loops do is not simulated" in page["notes"]
+    assert "machine" not in page or page.get("tracking_error_max") is None
+    planned = json.loads(splinefeed("plan", "part.nc", "--machine", "mill.toml", "--json").stdout)
+    assert planned["duration_s"] == pytest.approx(page["duration_s"])
+    time = json.loads(splinefeed("time", "part.nc", "--machine", "mill.toml", "--no-saves", "--json").stdout)
+    assert time["total_s"] > page["duration_s"] - 0.1  # exact stops, and the first rapid move
+    assert splinefeed("linuxcnc", "init", "--machine", "mill.toml").exit_code == 0
+    assert "MAX_VELOCITY = 50\n" in (folder / "splinefeed.ini").read_text()
+    assert splinefeed("stream", "part.nc", "--machine", "mill.toml", "--to", "file", "-o", "rows.txt").exit_code == 0
+    assert (folder / "rows.txt").stat().st_size > 0
+    for command in (["follow", "r/setpoints.h5"], ["tune-feed", "part.nc", "--contour-tolerance", "0.1"]):
+        assert refused(*command, "--machine", "mill.toml").startswith("mill: axis x has limits alone, and this needs")
+    assert refused("tune", "mill.toml").startswith("mill: axis x has limits alone, and this needs")
+
+
+def test_a_file_of_limits_is_taken_where_a_machine_is(splinefeed, refused, folder):
+    (folder / "limits.toml").write_text("axis_velocity = 50\naxis_acceleration = 400\nchord_error = 0.01\n")
+    (folder / "part.nc").write_text(PROGRAM)
+    page = json.loads(splinefeed("time", "part.nc", "--limits", "limits.toml", "--no-saves", "--json").stdout)
+    assert "limits.toml: chord_error: not used here" in page["notes"]
+    (folder / "mill.toml").write_text(MILL)
+    both = ("time", "part.nc", "--limits", "limits.toml", "--machine", "mill.toml", "--no-saves", "--json")
+    assert json.loads(splinefeed(*both).stdout)["total_s"] == pytest.approx(page["total_s"])
+    made = splinefeed("linuxcnc", "init", "--limits", "limits.toml")
+    assert "splinefeed stream SOURCE --limits limits.toml --to linuxcnc" in made.stdout
+    assert refused("linuxcnc", "init", "--machine", "hurco-02").startswith("hurco-02: has a control but no axes")
+
+
+def test_an_axis_that_a_machine_of_limits_lacks_is_refused(refused, folder):
+    (folder / "flat.toml").write_text(MILL.partition("[axis.z")[0])
+    (folder / "part.nc").write_text(PROGRAM)
+    assert refused("run", "part.nc", "--machine", "flat.toml", "-o", "r", "--no-figures") == (
+        "part: moves axis z, which flat does not have; its axes are x, y: add [axis.z.limits]"
+    )
+    assert refused("time", "part.nc", "--machine", "flat.toml") == (
+        'flat: the velocity of axis z is not known; add the lines [axis.z.limits], velocity = "200mm/s", '
+        'acceleration = "2000mm/s^2"'
+    )

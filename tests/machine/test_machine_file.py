@@ -9,8 +9,10 @@ from pathlib import Path
 import pytest
 
 from splinefeed.errors import FormatError, InputError, UnitError
+from splinefeed.formats import limits_toml
 from splinefeed.machine import Encoder, Machine, MachineError
 from splinefeed.machine.quantities import KINDS, parse, show
+from splinefeed.machine.under import under
 from splinefeed.records import Limits
 
 pytestmark = pytest.mark.nojit
@@ -446,3 +448,65 @@ def test_a_control_that_cannot_be_is_refused(old: str, new: str, said: str) -> N
     with pytest.raises(MachineError) as caught:
         Machine.parse(CONTROL.replace(old, new), "mill")
     assert any(problem.startswith(said) for problem in caught.value.problems), caught.value.problems
+
+
+PLAIN = """
+[axis.x.limits]
+velocity = "120in/min"
+acceleration = "20in/s^2"
+minimum = "0in"
+maximum = "12in"
+[axis.a.limits]
+velocity = "10rpm"
+"""
+
+
+def test_axes_with_limits_alone_are_a_machine() -> None:
+    machine = Machine.parse(PLAIN, "mill")
+    assert machine.axes["x"].limits.velocity == pytest.approx(50.8)
+    assert machine.axes["a"].rotary
+    assert machine.limits(("x", "a"))["axis_velocity"] == {"x": pytest.approx(50.8), "a": pytest.approx(math.pi / 3)}
+    assert not machine.simulates(("x", "y"))
+    assert machine.simulates(("y",)) and Machine.load("router").simulates(("x", "y", "z"))
+    assert Machine.parse(machine.to_text(), "mill") == machine
+    assert 'maximum = "12in"' in machine.to_text()
+    with pytest.raises(InputError, match=r"^mill: axis x has limits alone, .*: add \[axis\.x\.motor\], "):
+        machine.servo_axis("x")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[axis.x]\n", "axis.x.limits: missing; give at least velocity and acceleration"),
+        ('[axis.x.limits]\nspeed = "3mm/s"', "axis.x.limits.speed: unknown key; known are velocity, acceleration"),
+        ('[axis.x.limit]\nvelocity = "3mm/s"', "axis.x.limit: unknown key; did you mean 'limits'?"),
+        ('[axis.x.limits]\nminimum = "3mm"', "axis.x.limits.minimum: give both ends of the travel"),
+        ('[axis.x.limits]\nvelocity = "3mm/s"\n[axis.x.load]\ninertia = "2kg"', "axis.x.motor: missing"),
+    ],
+)
+def test_what_is_wrong_with_limits_alone_is_said(text: str, message: str) -> None:
+    with pytest.raises(MachineError) as caught:
+        Machine.parse(text, "mill")
+    assert caught.value.problems[0].startswith(message)
+
+
+def test_files_of_limits_and_of_machines_are_told_apart() -> None:
+    with pytest.raises(FormatError, match=r"^l\.toml: holds limits of a motion, not a machine; give it by --limits l"):
+        Machine.parse("axis_velocity = 60\n", "l", "l.toml")
+    with pytest.raises(FormatError, match=r"^m\.toml: holds a machine, not limits of a motion; give it by --machine m"):
+        limits_toml.parse(PLAIN, "m.toml")
+
+
+def test_limits_make_a_machine_or_hold_in_place_of_its_own() -> None:
+    limits = Limits(axis_velocity=60.0, axis_acceleration={"x": 500.0, "a": 2.0}, jerk=9000.0, chord_error=0.1)
+    made, unused = under(limits)
+    assert list(made.axes) == ["x", "y", "z", "a"]
+    assert (made.axes["y"].limits.velocity, made.axes["y"].limits.acceleration) == (60.0, None)
+    assert (made.axes["a"].limits.velocity, made.axes["a"].limits.acceleration) == (None, 2.0)
+    assert made.control is not None and (made.control.jerk, made.control.acceleration) == (9000.0, None)
+    assert unused == ("chord_error",)
+    made, _ = under(Limits(axis_velocity=60.0, axis_acceleration={"x": 500.0}), Machine.parse(CONTROL + PLAIN, "mill"))
+    assert list(made.axes) == ["x", "a"]
+    assert made.control is not None and made.control.axes["x"].rapid == 60.0
+    assert made.control.axes["c"].rapid == pytest.approx(math.pi / 2)
+    assert made.axes["x"].limits.maximum == pytest.approx(304.8)

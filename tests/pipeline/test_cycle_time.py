@@ -186,8 +186,8 @@ def test_what_would_save_is_planned_anew(timed):
 @pytest.mark.parametrize(
     ("control", "words"),
     [
-        ({"axes": {}}, "control.axis.x.rapid: missing"),
-        ({"acceleration": None}, "control.acceleration: missing"),
+        ({"axes": {}}, r"the velocity of axis x is not known; add the lines \[axis.x.limits\], velocity = "),
+        ({"acceleration": None}, "the acceleration of axis x is not known; add the lines"),
     ],
 )
 def test_a_control_that_says_too_little_is_refused(timed, control, words):

@@ -7,7 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.machine import Axis, Controller, Drive, Encoder, Friction, Load, Machine, Motor, Scale, Transmission
+from splinefeed.machine import (
+    Controller,
+    Drive,
+    Encoder,
+    Friction,
+    Load,
+    Machine,
+    Motor,
+    Scale,
+    ServoAxis,
+    Transmission,
+)
 from splinefeed.records import Setpoints
 
 PERIOD = 1e-3
@@ -23,7 +34,7 @@ def velocity_axis(
     damping: float = 0.0,
     peak: float = 3.82,
     **control: Any,
-) -> Axis:
+) -> ServoAxis:
     """An axis like X of the paper's table, without friction unless given."""
     settings: dict[str, Any] = {
         "kp": 22.3833,
@@ -32,7 +43,7 @@ def velocity_axis(
         "feedback": "scale",
         "error_limit": 5.0,
     } | control
-    return Axis(
+    return ServoAxis(
         name="x",
         motor=Motor(rated_force=min(1.27, peak), peak_force=peak, rated_speed=100.0 * math.pi, inertia=1.73e-5),
         drive=Drive(mode="velocity", lag=lag, speed_per_volt=gain, bandwidth=2.0 * math.pi * 60.0),
@@ -60,7 +71,7 @@ def force_axis(
     damping: float = 0.0,
     lag: float = 3e-4,
     **control: Any,
-) -> Axis:
+) -> ServoAxis:
     """A linear motor of 2 kg that moves 18 kg, in force mode; 60 N a volt."""
     settings: dict[str, Any] = {
         "kind": "p-pi",
@@ -70,7 +81,7 @@ def force_axis(
         "feedback": "scale",
         "error_limit": 1e3,
     } | control
-    return Axis(
+    return ServoAxis(
         name="x",
         motor=Motor(motion="linear", rated_force=200.0, peak_force=600.0, rated_speed=2000.0, inertia=2.0),
         drive=Drive(mode="torque", lag=lag, force_per_volt=60.0),
@@ -82,7 +93,7 @@ def force_axis(
     )
 
 
-def table(*axes: Axis) -> Machine:
+def table(*axes: ServoAxis) -> Machine:
     """A machine of these axes."""
     return Machine(name="test", axes={axis.name: axis for axis in axes})
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from splinefeed.machine import Axis
+from splinefeed.machine import ServoAxis
 
 Vector = Any
 
@@ -16,7 +16,7 @@ Vector = Any
 class ReferenceAxis:
     """States x, v, drive, integral, load x, load v; `step` moves on by one period under constant volts."""
 
-    def __init__(self, axis: Axis, period: float) -> None:
+    def __init__(self, axis: ServoAxis, period: float) -> None:
         self.period = period
         self.state = np.zeros(6)
         self.sliding = 0.0

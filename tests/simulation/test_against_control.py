@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
-from splinefeed.machine import Axis, Friction
+from splinefeed.machine import Friction, ServoAxis
 from splinefeed.pipeline.follow import follow
 from splinefeed.simulation.linear import margins
 
@@ -22,7 +22,7 @@ TIME = np.arange(600) * PERIOD
 COMMAND = 5.0 * (1.0 - np.cos(2.0 * np.pi * 3.0 * TIME))
 
 
-def sampled_plant(axis: Axis, delay: int) -> Any:
+def sampled_plant(axis: ServoAxis, delay: int) -> Any:
     """Volts to the position that closes the loop, from the physics of the axis, sampled by python-control."""
     lag, viscous = axis.drive.lag, axis.friction.viscous
     if axis.drive.mode == "velocity":
@@ -57,7 +57,7 @@ def slope_and_sum(filter_time: float) -> tuple[Any, Any]:
     return slope, control.ss([[1.0]], [[1.0]], [[PERIOD]], [[PERIOD]], PERIOD)
 
 
-def loops(axis: Axis) -> tuple[Any, Any]:
+def loops(axis: ServoAxis) -> tuple[Any, Any]:
     """The loop opened at the controller's output, and the closed loop from reference to position."""
     c = axis.controller
     plant = sampled_plant(axis, c.delay)
@@ -90,7 +90,7 @@ def test_the_response_is_that_of_python_control(name: str) -> None:
     np.testing.assert_allclose(response.position[:, 0], expected, rtol=0, atol=1e-11 * np.max(np.abs(expected)))
 
 
-def random_axis(rng: np.random.Generator) -> Axis:
+def random_axis(rng: np.random.Generator) -> ServoAxis:
     """An axis with gains around those that are usual, stable or not."""
 
     def about(value: float, factor: float) -> float:
@@ -107,7 +107,7 @@ def random_axis(rng: np.random.Generator) -> Axis:
     return force_axis(lag=about(5e-4, 3.0), friction=friction, **stiffness, **shared, **gains)
 
 
-def compared(axis: Axis) -> bool:
+def compared(axis: ServoAxis) -> bool:
     """Compare the margins of an axis with python-control's; False for an unstable one."""
     mine = margins(axis, PERIOD)
     loop, closed = loops(axis)

@@ -10,13 +10,13 @@ import pytest
 
 from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
 from simulation.reference_axis import ReferenceAxis
-from splinefeed.machine import Axis, Friction
+from splinefeed.machine import Friction, ServoAxis
 from splinefeed.pipeline.follow import follow
 
 STRIBECK = Friction(coulomb=25.0, static=35.0, stribeck_speed=2.0, viscous=0.1)
 
 
-def reference(axis: Axis, command: Any) -> tuple[Any, Any, Any]:
+def reference(axis: ServoAxis, command: Any) -> tuple[Any, Any, Any]:
     """Position, measured position and output (n,) of an axis from rest at command[0], in plain Python over solve_ivp.
 
     Controller after the definitions: PID or P-PI, clamping, feed-forward; then limit, converter, delay and drive.

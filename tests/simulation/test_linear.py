@@ -11,7 +11,7 @@ import pytest
 from scipy import signal
 
 from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
-from splinefeed.machine import Axis, Friction
+from splinefeed.machine import Friction, ServoAxis
 from splinefeed.pipeline.follow import follow
 from splinefeed.simulation.linear import closed_loop, controller_response, discrete_plant, margins, spectral_radius
 
@@ -56,7 +56,7 @@ def test_a_linear_loop_is_that_of_scipy(delay: int, filter_time: float) -> None:
     np.testing.assert_allclose(response.position[:, 0], COMMAND[0] + expected[:, 0], rtol=0, atol=2e-8)
 
 
-def by_hand(A: Any, B: Any, seen: int, axis: Axis, command: Any) -> Any:
+def by_hand(A: Any, B: Any, seen: int, axis: ServoAxis, command: Any) -> Any:
     """The loop run tick by tick in plain Python over the plant as SciPy samples it; the position of state `seen`."""
     phi, gamma, *_ = signal.cont2discrete((A, B, np.eye(len(A)), np.zeros((len(A), 1))), PERIOD, method="zoh")
     c = axis.controller
@@ -133,7 +133,7 @@ def test_every_linear_part_to_rounding(delay: int) -> None:
     [velocity_axis(), velocity_axis(delay=1, filter=1e-3), force_axis(delay=1), force_axis(stiffness=4e3, damping=0.3)],
     ids=["pid", "pid-delay", "p-pi", "two-masses"],
 )
-def test_the_closed_loop_equations_are_what_follow_does(axis: Axis) -> None:
+def test_the_closed_loop_equations_are_what_follow_does(axis: ServoAxis) -> None:
     F, g, h = closed_loop(axis, PERIOD)
     x = np.zeros(len(g))
     out = []

@@ -10,7 +10,18 @@ import numpy as np
 import pytest
 
 from simulation.axes import setpoints
-from splinefeed.machine import Axis, Controller, Drive, Encoder, Friction, Load, Machine, Motor, Scale, Transmission
+from splinefeed.machine import (
+    Controller,
+    Drive,
+    Encoder,
+    Friction,
+    Load,
+    Machine,
+    Motor,
+    Scale,
+    ServoAxis,
+    Transmission,
+)
 from splinefeed.pipeline.follow import follow
 from splinefeed.simulation.linear import margins
 
@@ -41,7 +52,7 @@ class Lottery:
         speed = self.between(0.2, 20.0) * (0.02 if rotary else 1.0)
         return Friction(coulomb=coulomb, static=coulomb * self.between(1.0, 2.0), stribeck_speed=speed, viscous=viscous)
 
-    def axis(self, name: str) -> Axis:
+    def axis(self, name: str) -> ServoAxis:
         """A linear axis with screw, belt or linear motor, or a rotary one with a gear; some with wild gains."""
         rotary = name in ("a", "theta")
         direct = not rotary and self.chance(0.3)
@@ -67,7 +78,7 @@ class Lottery:
                 transmission = Transmission(kind=kind, lead=lead, **self.compliance(8.0 * force, rotary))
         kind = "rotary" if rotary else "linear"
         parts = {"name": name, "motion": kind, "motor": motor, "transmission": transmission}
-        bare = Axis(
+        bare = ServoAxis(
             **parts,
             load=Load(inertia=1.0),
             drive=Drive(mode="torque", lag=1e-3, force_per_volt=1.0),
@@ -118,7 +129,7 @@ class Lottery:
             return {"backlash": play}
         return {"backlash": play, "stiffness": stiffness * self.between(1.0, 30.0), "damping": stiffness * 1e-4}
 
-    def controlled(self, axis: Axis, inertia: float, velocity: bool) -> Axis:
+    def controlled(self, axis: ServoAxis, inertia: float, velocity: bool) -> ServoAxis:
         """Gains that are usual for the drive, or some of them far too high."""
         wild = self.between(1.0, 30.0) if self.chance(0.2) else self.between(0.3, 1.0)
         if velocity:

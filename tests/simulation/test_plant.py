@@ -11,13 +11,13 @@ import pytest
 from simulation.axes import PERIOD, force_axis, velocity_axis
 from simulation.reference_axis import ReferenceAxis
 from splinefeed.kernels import mechanics
-from splinefeed.machine import Axis, Friction
+from splinefeed.machine import Friction, ServoAxis
 from splinefeed.simulation.plant import parameters, plant, step_table
 
 STRIBECK = Friction(coulomb=25.0, static=35.0, stribeck_speed=2.0, viscous=0.1)
 
 
-def driven(axis: Axis, volts: Any, sub_steps: int = 2) -> Any:
+def driven(axis: ServoAxis, volts: Any, sub_steps: int = 2) -> Any:
     """States (n, 6) of the plant after each period of `volts` (n,), from rest at 0."""
     table = step_table(plant(axis), PERIOD, sub_steps)
     numbers = parameters(axis, PERIOD, sub_steps)
@@ -29,7 +29,7 @@ def driven(axis: Axis, volts: Any, sub_steps: int = 2) -> Any:
     return out
 
 
-def integrated(axis: Axis, volts: Any) -> Any:
+def integrated(axis: ServoAxis, volts: Any) -> Any:
     reference = ReferenceAxis(axis, PERIOD)
     return np.array([reference.step(float(value)) for value in volts])
 

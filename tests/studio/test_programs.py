@@ -81,7 +81,11 @@ def test_a_tool_table_is_an_upload_that_gives_the_radius_of_compensation(bench):
     ("asked", "field", "words"),
     [
         ({"machine": None}, "machine", "choose the machine whose control is to run the program"),
-        ({"machine": {"name": "lintable"}}, "machine", "lintable: control.acceleration: missing"),
+        (
+            {"machine": {"name": "lintable"}},
+            "machine",
+            "lintable: the acceleration of axis z is not known; add the lines ",
+        ),
         ({"source": {"shape": "circle"}}, "source", "there is no such upload; drop the file again"),
         ({"source": {"file": PROGRAM, "offsets": "G99=1"}}, "source", "offsets: 'G99' is not a coordinate system"),
         ({"source": {"file": PROGRAM, "offsets": 3}}, "source", "offsets: '3' is of the wrong kind"),

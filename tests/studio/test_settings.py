@@ -56,7 +56,7 @@ def _text(name: str) -> str:
         ({"strategy": "seven-phase"}, "strategy", "axis_acceleration, axis_jerk: the seven-phase strategy cannot hold"),
         ({"method": "euler"}, "method", "unknown interpolation method 'euler'; "),
         ({"machine": "router/../../etc"}, "machine", "is not a machine; there are"),
-        ({"machine": {"name": "x", "toml": "[axis.x]\n"}}, "machine", "axis.x.motor: missing"),
+        ({"machine": {"name": "x", "toml": "[axis.x]\n"}}, "machine", "axis.x.limits: missing"),
         ({"source": {"shape": "/etc/passwd"}}, "source", "is not a shape; there are"),
         ({"source": {"shape": "circle?radius=-1"}}, "source", "radius"),
         ({"source": {"file": "../../etc/passwd"}}, "source", "there is no such upload"),

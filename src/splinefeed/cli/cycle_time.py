@@ -41,7 +41,8 @@ def _show_time(page: Page) -> list[Block]:
 @answers(_show_time, "")
 @options.table("""
 program         PROGRAM
---machine       NAME|FILE!  The machine, with a section [control].
+--machine       NAME|FILE   The machine: its [control], or the limits of its axes.
+--limits limits_file  FILE  Limits in a TOML file, as run takes them; they hold in place of the machine's.
 --figure        FILE        Draw a bar chart along the program (.svg, .png, .pdf).
 --no-saves      -           Do not search for what would save time.
 """)
@@ -50,21 +51,24 @@ program         PROGRAM
 def time(say: Say, program: str, **given: Any) -> Page:
     """Estimate the cycle time of PROGRAM (G-code): cutting, rapid moves, tool changes, spindle and dwells.
 
-    The section [control] of the machine file describes how the control plans: see `splinefeed machine show hurco-04`.
-    Also reports the time of each tool, the slowest lines with the limit that binds there, and what 20 % more of each
-    limit saves.
+    The section [control] of the machine file describes how the control plans: see `splinefeed machine show hurco-04`;
+    a machine without it stops at every corner and keeps the limits of its axes. Also reports the time of each tool, the
+    slowest lines with the limit that binds there, and what 20 % more of each limit saves.
 
     Examples:
       splinefeed time part.nc --machine hurco-04
       splinefeed time part.nc --machine my-mill.toml --figure part-time.svg
+      splinefeed time part.nc --limits limits.toml
       splinefeed time part.ngc --machine router --offsets "G28=0,0,80" --json
       splinefeed time part.nc --machine hurco-04 --from-line 120
     """
     from splinefeed.report.time_figures import time_figure
 
+    machine, said = options.machine_under(given)
     say(f"reading {program}")
-    found = sf.cycle_time(program, given["machine"], **options.reading_from(given))
+    found = sf.cycle_time(program, machine, **options.reading_from(given))
     page = found.as_dict() | {"source": program, "saves": [], "files": []}
+    page["notes"] = [*page["notes"], *said]
     if not given["no_saves"]:
         say("planning with other limits")
         page["saves"] = found.saves()

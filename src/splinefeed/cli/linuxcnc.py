@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers, group
 from splinefeed.cli.output import Block, Page, Say
@@ -45,34 +44,41 @@ def _show(page: Page) -> list[Block]:
 
 @answers(_show)
 @options.table("""
---machine       NAME|FILE!       The machine; see splinefeed machine list.
+--machine       NAME|FILE        The machine; see splinefeed machine list.
+--limits limits_file  FILE       Limits in a TOML file, as run takes them: they make a machine, or hold in
+                                 place of its own.
 --axes          NAMES            Which of its axes, in order.  [default: all]
 --period        TIME =1 ms       Servo period.
 --following     LENGTH           Following error that stops the stream.  [default: 1 mm or deg]
 --motion        -                Together with LinuxCNC's motion controller, which then shows the tool tip.
 -o --output     NAME =splinefeed  NAME.hal, NAME.ini
 """)
-def init(say: Say, machine: str, output: str, motion: bool, **given: Any) -> Page:
+def init(say: Say, output: str, motion: bool, **given: Any) -> Page:
     """Write a HAL file with streamer, one controller an axis, and simulated drives to replace with your own.
 
     Examples:
       splinefeed linuxcnc init --machine router
       splinefeed linuxcnc init --machine my-table.toml -o mill --axes x,y,z
+      splinefeed linuxcnc init --limits limits.toml
     """
     import math
 
     from splinefeed.formats.atomic import write_text
     from splinefeed.live.hal_files import GAIN, VELOCITY, HalAxis, hal_text
+    from splinefeed.machine import ServoAxis
     from splinefeed.records import ROTARY_AXES
 
-    model = sf.Machine.load(machine)
+    model, _ = options.machine_under(given)
     names = given["axes"] or tuple(model.axes)
+    if not names:
+        raise InputError(f"{model.name}: has a control but no axes; choose another machine")
     made = []
     for name in names:
         if name not in model.axes:
             raise InputError(f"--axes: {model.name} has no axis {name!r}; it has {', '.join(model.axes)}")
         unit = 180.0 / math.pi if name in ROTARY_AXES else 1.0
-        limit, gain = model.axes[name].limits.velocity, model.axes[name].controller.position_gain
+        axis = model.axes[name]
+        limit, gain = axis.limits.velocity, axis.controller.position_gain if isinstance(axis, ServoAxis) else 0.0
         velocity = VELOCITY if limit is None else unit * limit
         made.append(HalAxis(name, gain or GAIN, velocity, given["following"] or 1.0))
     joints = "".join(JOINT.format(k=k, axis=axis) for k, axis in enumerate(made))
@@ -87,7 +93,9 @@ def init(say: Say, machine: str, output: str, motion: bool, **given: Any) -> Pag
     if motion:
         start = [f"linuxcnc YOUR.ini, with HALFILE = {output}.hal in its [HAL]", "home all joints, machine off"]
         stop = ["quit LinuxCNC"]
-    play = f"splinefeed stream SOURCE --machine {machine} --to linuxcnc"
+    files = {"--machine": given["machine"], "--limits": given["limits_file"]}
+    words = [f"{option} {file}" for option, file in files.items() if file]
+    play = f"splinefeed stream SOURCE {' '.join(words)} --to linuxcnc"
     return {"files": list(texts), "axes": list(names), "start": start, "stream": play, "stop": stop}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -276,6 +277,21 @@ def said_limits(given: Mapping[str, Any], otherwise: Mapping[str, float]) -> dic
         elif value is not None:
             out[name] = value
     return out
+
+
+def machine_under(given: Mapping[str, Any]) -> tuple[sf.Machine, list[str]]:
+    """The machine of --machine, under the limits of --limits FILE or made of them alone, and notes on it."""
+    from splinefeed.formats import limits_toml
+    from splinefeed.machine.under import under
+
+    machine = sf.Machine.load(given["machine"]) if given["machine"] else None
+    file = given["limits_file"]
+    if file is None:
+        if machine is None:
+            raise InputError("no machine is given; add --machine NAME|FILE (splinefeed machine list) or --limits FILE")
+        return machine, []
+    made, unused = under(limits_toml.read(file), machine, os.path.splitext(os.path.basename(file))[0])
+    return made, [f"{file}: {', '.join(unused)}: not used here"] if unused else []
 
 
 def limits_from(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed import units
-from splinefeed.errors import LimitsError, ProblemsError, UnitError, nearest
+from splinefeed.errors import FormatError, LimitsError, ProblemsError, UnitError, nearest
 from splinefeed.formats.atomic import write_text
 from splinefeed.formats.source import read_text, toml_of
 from splinefeed.records import ANGLES, BY_AXIS, ROTARY_AXES, TRAVEL_ENDS, Limits
@@ -47,6 +47,8 @@ def parse(text: str, source: str = "limits") -> Limits:
 
 def from_content(content: Mapping[str, Any], source: str) -> Limits:
     """Limits from what a file of limits holds; LimitsFileError with problems that each begin with the key."""
+    if "axis" in content or "control" in content:
+        raise FormatError(f"{source}: holds a machine, not limits of a motion; give it by --machine {source}")
     problems: list[str] = []
     values: dict[str, Any] = {}
     for key, given in content.items():

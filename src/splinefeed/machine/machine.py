@@ -11,6 +11,7 @@ from typing import Any
 
 from splinefeed.errors import FormatError, InputError, ProblemsError, UnitError, nearest
 from splinefeed.formats.atomic import write_text
+from splinefeed.formats.limits_toml import KINDS as LIMITS
 from splinefeed.formats.source import read_text, toml_of
 from splinefeed.kinematics import KINDS, Kinematics, kinematics
 from splinefeed.machine import parts, quantities
@@ -19,6 +20,9 @@ from splinefeed.records import ROTARY_AXES
 
 #: Keys beside the axes at the top of a file.
 _TOP = ("title", "notes", "kinematics", "control", "axis")
+#: Sections that describe the servo loop of an axis, and those of them that it needs.
+_SERVO_NEEDS = ("motor", "drive", "transmission", "load", "controller")
+_SERVO = (*_SERVO_NEEDS, "friction", "encoder", "scale")
 #: A machine file beyond this many bytes is none.
 _LARGEST_FILE = 2**20
 
@@ -33,6 +37,7 @@ class Machine:
 
     kinematics  of a machine for tool paths, whose joints are among its axes; else None
     control     how its control plans a program, for cycle times; a machine that has it needs no axes
+    An axis whose limits alone are known is an `Axis`, one with motor, drive and controller a `ServoAxis`.
     Quantities in mm, s, kg, V, N; with a rotary axis rad and N*m. `load` and `parse` raise MachineError, one line
     per problem. Source: docs/machines.md. Example: `sf.Machine.load("router").axes["x"].controller.kp`
     """
@@ -73,6 +78,8 @@ class Machine:
         source = name if source is None else source
         content = toml_of(text, source)
         problems: list[str] = []
+        if "axis" not in content and "control" not in content and any(key in LIMITS for key in content):
+            raise FormatError(f"{source}: holds limits of a motion, not a machine; give it by --limits {source}")
         _unknown_keys(content, _TOP, "", problems)
         title, notes = content.get("title", ""), content.get("notes", [])
         if not isinstance(notes, list) or not all(isinstance(each, str) for each in (title, *notes)):
@@ -100,6 +107,21 @@ class Machine:
                     value = getattr(self.axes[axis].limits, name)
                     if value is not None:
                         found.setdefault(f"axis_{name}", {})[axis] = value
+        return found
+
+    def simulates(self, axes: Iterable[str]) -> bool:
+        """Whether the servo loops of those `axes` that the machine has are described."""
+        return all(isinstance(self.axes[axis], parts.ServoAxis) for axis in axes if axis in self.axes)
+
+    def servo_axis(self, axis: str) -> parts.ServoAxis:
+        """An axis with its servo loop; InputError, with what to add to the file, where its limits alone are known."""
+        found = self.axes[axis]
+        if not isinstance(found, parts.ServoAxis):
+            sections = [f"[axis.{axis}.{each}]" for each in _SERVO_NEEDS]
+            raise InputError(
+                f"{self.name}: axis {axis} has limits alone, and this needs its servo loop: add {', '.join(sections)} "
+                f"and [axis.{axis}.encoder] or [axis.{axis}.scale], as splinefeed machine show router prints them"
+            )
         return found
 
     def as_dict(self) -> dict[str, Any]:
@@ -225,14 +247,22 @@ def _axis(name: str, content: Any, problems: list[str]) -> Any:
     """One axis of the file, or None after adding what is wrong with it to `problems`."""
     motion = "rotary" if name in ROTARY_AXES else "linear"
     motor = "rotary"
+    record: type[parts.Axis] = parts.ServoAxis
     if isinstance(content, dict):
         if isinstance(content.get("motor"), dict):
             motor = content["motor"].get("motion", motor)
         content = dict(content)
         if (given := content.pop("motion", motion)) != motion:
             problems.append(f"axis.{name}.motion: {given!r}; must be {motion}: rotary are {', '.join(ROTARY_AXES)}")
+        known = [one.name for one in fields(parts.ServoAxis) if one.metadata]
+        _unknown_keys(content, known, f"axis.{name}.", problems)
+        content = {key: value for key, value in content.items() if key in known}
+        if not any(key in content for key in _SERVO):
+            record = parts.Axis
+            if not content.get("limits"):
+                problems.append(f"axis.{name}.limits: missing; give at least velocity and acceleration")
     turns = (motion == "rotary", motor != "linear")
-    return _part(content, parts.Axis, f"axis.{name}", problems, turns, name=name, motion=motion)
+    return _part(content, record, f"axis.{name}", problems, turns, name=name, motion=motion)
 
 
 def _part(

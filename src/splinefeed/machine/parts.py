@@ -258,19 +258,11 @@ class AxisLimits(_Part):
 
 @dataclass(frozen=True, kw_only=True)
 class Axis:
-    """One axis of a machine. Raises InputError, one line for each fault, if its parts do not fit."""
+    """One axis of a machine, of which its limits are known. Raises InputError, one line for each fault."""
 
     name: str
     motion: str = "linear"
-    motor: Motor = field(metadata=part(Motor))
-    drive: Drive = field(metadata=part(Drive))
-    transmission: Transmission = field(metadata=part(Transmission))
-    load: Load = field(metadata=part(Load))
-    friction: Friction = field(default_factory=Friction, metadata=part(Friction))
-    encoder: Encoder | None = field(default=None, metadata=part(Encoder))
-    scale: Scale | None = field(default=None, metadata=part(Scale))
     limits: AxisLimits = field(default_factory=AxisLimits, metadata=part(AxisLimits))
-    controller: Controller = field(metadata=part(Controller))
 
     def __post_init__(self) -> None:
         problems = [f"axis.{self.name}.{problem}" for problem in self.problems()]
@@ -281,6 +273,34 @@ class Axis:
     def rotary(self) -> bool:
         """Whether the axis turns: rad in place of mm, N*m in place of N."""
         return self.motion == "rotary"
+
+    def values(self) -> Iterator[Said]:
+        """All that its parts say."""
+        return values(self, (self.rotary, True))
+
+    def describe(self) -> str:
+        """What follows for the axis from its parts."""
+        return f"Axis {self.name}: limits alone; its servo is not described"
+
+    def problems(self) -> Iterator[str]:
+        """What does not fit between the parts, each with its place, `section.key: what; how to fix it`."""
+        low, high = self.limits.minimum, self.limits.maximum
+        if (low is None) != (high is None) or (low is not None and high is not None and not low < high):
+            yield "limits.minimum: give both ends of the travel, limits.minimum less than limits.maximum"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ServoAxis(Axis):
+    """An axis with motor, drive, transmission and controller: one that can be simulated and tuned."""
+
+    motor: Motor = field(metadata=part(Motor))
+    drive: Drive = field(metadata=part(Drive))
+    transmission: Transmission = field(metadata=part(Transmission))
+    load: Load = field(metadata=part(Load))
+    friction: Friction = field(default_factory=Friction, metadata=part(Friction))
+    encoder: Encoder | None = field(default=None, metadata=part(Encoder))
+    scale: Scale | None = field(default=None, metadata=part(Scale))
+    controller: Controller = field(metadata=part(Controller))
 
     @property
     def travel_per_motor(self) -> float:
@@ -353,9 +373,7 @@ class Axis:
             yield "friction.stribeck_speed: missing; needed when static differs from coulomb"
         if getattr(self, controller.feedback) is None:
             yield f"controller.feedback: {controller.feedback!r}; the axis has no {controller.feedback}"
-        low, high = limits.minimum, limits.maximum
-        if (low is None) != (high is None) or (low is not None and high is not None and not low < high):
-            yield "limits.minimum: give both ends of the travel, limits.minimum less than limits.maximum"
+        yield from super().problems()
         top = self.motor.rated_speed * self.travel_per_motor
         if limits.velocity is not None and limits.velocity > top * (1.0 + _ROUNDING):
             wanted, there = (show(value, "velocity", self.rotary) for value in (limits.velocity, top))

@@ -37,6 +37,14 @@ KINDS = {
 
 #: Kinds that people read in degrees of a rotary axis.
 TURNING = ("position", "velocity", "acceleration", "jerk")
+#: Letters beyond which a quantity in base units is long, and units of shops that may be shorter then, by kind.
+_LONG = 14
+_SHOP = {
+    "position": ("in",),
+    "velocity": ("m/min", "mm/min", "in/min", "in/s"),
+    "acceleration": ("in/s^2",),
+    "jerk": ("in/s^3",),
+}
 #: Kinds of which one hertz is 2 pi.
 _ANGULAR = ("frequency", "position loop gain")
 
@@ -84,8 +92,10 @@ def write(value: Any, kind: str | None, rotary: bool) -> Any:
     if kind not in KINDS or not isinstance(value, int | float):
         return value
     texts = [f"{float(value)!r}".removesuffix(".0") + KINDS[kind][rotary].base.removeprefix("1")]
-    unit, size = _readable(kind, rotary)
-    if size != 1.0:
+    shop = () if rotary else _SHOP.get(kind, ())
+    for unit, size in (_readable(kind, rotary), *((each, parse(f"1{each}", kind, rotary)) for each in shop)):
+        if size == 1.0 or (unit in shop and len(min(texts, key=len)) <= _LONG):
+            continue
         guesses = (f"{value / size:.{digits}g}{unit}" for digits in (6, 12, 17))
         texts += [text for text in guesses if parse(text, kind, rotary) == value]
     return min(texts, key=len)

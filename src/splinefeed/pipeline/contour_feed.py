@@ -126,6 +126,9 @@ def tune_feed(
     Raises what `plan`, `interpolate` and `follow` raise, and LimitsError for a tolerance that is not positive.
     """
     allowed = positive(tolerance, "contour tolerance")
+    for axis in path.axes:
+        if axis in machine.axes:
+            machine.servo_axis(axis)
     found: dict[float, Trial] = {}
     kept: list[tuple[Trial, Setpoints, Servo]] = []  # the best so far
 

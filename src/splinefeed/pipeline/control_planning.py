@@ -17,8 +17,9 @@ from splinefeed.errors import InputError
 from splinefeed.formats.gcode.moves import AXES, LETTERS
 from splinefeed.machine.control import Control
 from splinefeed.machine.machine import Machine
+from splinefeed.machine.quantities import KINDS as QUANTITIES
 from splinefeed.pipeline.blocks import Blocks
-from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray
 
 #: Directions that differ by less are one: a turn of 0.06 degrees, rounding of the words of a program.
 SMOOTH = 1e-3
@@ -104,7 +105,7 @@ def _bounds(blocks: Blocks, machine: Machine, control: Control) -> _Bounds:
     velocity, velocity_by = _along(blocks, machine, control, "rapid", "velocity")
     if not np.all(np.isfinite(velocity[rapid])):
         axis = LETTERS.lower()[int(np.argmax(np.abs(blocks.step[rapid & ~np.isfinite(velocity)][0])))]
-        raise InputError(f"{machine.name}: control.axis.{axis}.rapid: missing; give the rapid velocity of {axis}")
+        raise InputError(f"{machine.name}: the velocity of axis {axis} is not known; {_lines(axis)}")
     axis_acceleration, axis_by = _along(blocks, machine, control, "acceleration", "acceleration")
     axis_jerk, _ = _along(blocks, machine, control, "jerk", "jerk")
 
@@ -115,7 +116,9 @@ def _bounds(blocks: Blocks, machine: Machine, control: Control) -> _Bounds:
     along = chosen(control.acceleration, control.rapid_acceleration)
     acceleration = np.minimum(along, axis_acceleration)
     if not np.all(np.isfinite(acceleration)):
-        raise InputError(f"{machine.name}: control.acceleration: missing; give the acceleration along the path")
+        block = int(np.argmin(np.isfinite(acceleration)))
+        axis = LETTERS.lower()[int(np.argmax(blocks.moved[block]))]
+        raise InputError(f"{machine.name}: the acceleration of axis {axis} is not known; {_lines(axis)}")
     arc = np.minimum(np.inf if control.arc_acceleration is None else control.arc_acceleration, axis_acceleration)
     shortest = np.where(rapid, 0.0, control.block_time)
     by_axis = OF_AXES + velocity_by
@@ -136,6 +139,12 @@ def _bounds(blocks: Blocks, machine: Machine, control: Control) -> _Bounds:
         by,
         own,
     )
+
+
+def _lines(axis: str) -> str:
+    """The lines of a machine file that say what an axis can do."""
+    kinds = (QUANTITIES[each][axis in ROTARY_AXES].example for each in ("velocity", "acceleration"))
+    return 'add the lines [axis.{}.limits], velocity = "{}", acceleration = "{}"'.format(axis, *kinds)
 
 
 def _arc_speed(acceleration: Array, radius: Array, growth: float) -> Array:

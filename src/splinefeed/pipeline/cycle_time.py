@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.errors import InputError
 from splinefeed.formats.gcode.moves import Mark
 from splinefeed.formats.gcode.tools import Tools
 from splinefeed.machine.control import AxisControl, Control, changed
@@ -235,15 +234,11 @@ def timed(blocks: Blocks, machine: Machine, name: str = "") -> CycleTime:
 
 
 def _limits(model: Machine) -> dict[str, AxisControl]:
-    """The axes of a machine without [control]; InputError where they have no limits."""
-    found = {
+    """The axes of a machine without [control], as far as their limits are known."""
+    return {
         name: AxisControl(rapid=one.velocity, acceleration=one.acceleration, jerk=one.jerk)
         for name, one in ((name, axis.limits) for name, axis in model.axes.items())
-        if one.velocity is not None and one.acceleration is not None
     }
-    if not found:
-        raise InputError(f"{model.name}: control: missing, and its axes have no limits; give a section [control]")
-    return found
 
 
 class _Between:

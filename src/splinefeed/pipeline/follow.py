@@ -81,7 +81,7 @@ class Servo:
             for axis in axes
             if path is not None and axis not in path.axes and axis not in ROTARY_AXES
         ]
-        loops = ((axis, margins(machine.axes[axis], first.period)) for axis in axes)
+        loops = ((axis, margins(machine.servo_axis(axis), first.period)) for axis in axes)
         self.notes += [f"axis {axis}: gains {loop.verdict}" for axis, loop in loops if loop.close or not loop.stable]
 
     @property

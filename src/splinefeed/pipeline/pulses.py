@@ -12,6 +12,7 @@ from splinefeed.errors import InputError
 from splinefeed.formats import bit_pattern
 from splinefeed.formats.bit_pattern import SLOTS, BitPattern
 from splinefeed.machine.machine import Machine
+from splinefeed.machine.parts import ServoAxis
 from splinefeed.records import ROTARY_AXES, Setpoints
 
 
@@ -50,7 +51,7 @@ def pulses_of(machine: Machine, axes: Iterable[str]) -> dict[str, float]:
             listed = ", ".join(machine.axes)
             raise InputError(f"machine {machine.name!r} has no axis {name!r}; its axes are {listed}")
         axis = machine.axes[name]
-        if axis.encoder is None:
+        if not isinstance(axis, ServoAxis) or axis.encoder is None:
             raise InputError(
                 f"machine {machine.name!r}: axis {name} has no encoder to take pulses from; give them yourself, "
                 f"such as --pulses {name}=1000"

@@ -61,6 +61,7 @@ class Run:
     chunks  makes all setpoints again
     joints  the path on a machine, of which `path` is that of the tool tip; None where the axes are the path's own
     served  what a machine did that followed the setpoints, or None
+    remarks  what was left out of the run, one sentence each
     Lengths in mm, times in s, arrays (n,) or (n, axes) of n ticks. Source: docs/code-overview.md.
     Example: `sf.run(path, limits).numbers()["duration_s"]`
     """
@@ -78,6 +79,7 @@ class Run:
     chunks: Callable[[], Iterator[Setpoints]]
     joints: JointPath | None = None
     served: Servo | None = None
+    remarks: tuple[str, ...] = ()
 
     @property
     def whole(self) -> bool:
@@ -198,7 +200,7 @@ class Run:
             "problems": list(self.verdict.problems),
             "bound_by": self.use.time_bound_by(),
             "axes": self.axis_peaks(),
-            "notes": [*self.path.findings, *law.notes, *self.verdict.notes],
+            "notes": [*self.path.findings, *law.notes, *self.verdict.notes, *self.remarks],
         }
 
     def axis_peaks(self) -> dict[str, dict[str, float | str]]:
@@ -254,6 +256,11 @@ def run(
         path, model = on_machine(path, model, limits), None
     if isinstance(path, JointPath) and model is not None:
         raise InputError("machine: the path is already in the joints of a machine; leave it out")
+    remarks: tuple[str, ...] = ()
+    if isinstance(path, Path) and model is not None and model.axes and not model.simulates(path.axes):
+        check_axes(path, model)
+        remarks = (f"axes of {model.name} have limits alone: what their servo loops do is not simulated",)
+        model = None
     law = plan(path, limits, strategy=strategy, period=period) if law is None else law
     ticks = check_ticks(law, period, MOST_IN_CHUNKS)
 
@@ -262,7 +269,18 @@ def run(
             path, law, chunk=chunk, period=period, method=method, corrections=corrections, tolerance=tolerance
         )
 
-    return measured(path, limits, law, chunks, ticks, machine=model, on_progress=on_progress)
+    made = measured(path, limits, law, chunks, ticks, machine=model, on_progress=on_progress)
+    return replace(made, remarks=remarks)
+
+
+def check_axes(path: Path, machine: Machine) -> None:
+    """InputError for a path that moves an axis which the machine does not have."""
+    for k, axis in enumerate(path.axes):
+        if axis not in machine.axes and np.ptp(path.flat.points[:, k]) != 0.0:
+            raise InputError(
+                f"{path.name}: moves axis {axis}, which {machine.name} does not have; its axes are "
+                f"{', '.join(machine.axes)}: add [axis.{axis}.limits]"
+            )
 
 
 def on_machine(path: Path | JointPath, machine: str | Machine | None, limits: Limits) -> Path | JointPath:

@@ -14,7 +14,7 @@ from splinefeed.analysis.following import Contour, ContourMeter
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
 from splinefeed.machine.machine import Machine
-from splinefeed.machine.parts import FEED_FORWARD, GAINS, Axis, Controller
+from splinefeed.machine.parts import FEED_FORWARD, GAINS, Controller, ServoAxis
 from splinefeed.records import ROTARY_AXES, Array, Response, Setpoints
 from splinefeed.simulation import tuning
 from splinefeed.simulation.curves import HUNTING, rest_swing
@@ -113,10 +113,10 @@ class PathTuning(TunedMachine):
 
 
 @overload
-def tune(what: Axis, rule: str = ..., **options: Any) -> tuning.Tuning: ...
+def tune(what: ServoAxis, rule: str = ..., **options: Any) -> tuning.Tuning: ...
 @overload
 def tune(what: Machine, rule: str = ..., *, setpoints: Setpoints, path: Path, **options: Any) -> PathTuning: ...
-def tune(what: Axis | Machine, rule: str | None = None, **options: Any) -> tuning.Tuning | PathTuning:
+def tune(what: ServoAxis | Machine, rule: str | None = None, **options: Any) -> tuning.Tuning | PathTuning:
     """Tune the gains of an axis by a rule, or of a machine's axes together on a path.
 
     With an axis, a rule of `simulation.tuning.RULES` ("ziegler-nichols" by default) and the options of
@@ -130,7 +130,7 @@ def tune(what: Axis | Machine, rule: str | None = None, **options: Any) -> tunin
     """
     if isinstance(what, Machine) and rule in (None, PATH_RULE) and {"setpoints", "path"} <= options.keys():
         return tune_on_path(what, **options)
-    if not isinstance(what, Axis) or rule == PATH_RULE:
+    if not isinstance(what, ServoAxis) or rule == PATH_RULE:
         raise InputError(
             f"tune takes an axis, machine.axes[...], and a rule, or a Machine with setpoints=, path= and rule 'path'; "
             f"got {type(what).__name__} with rule {rule!r} and {', '.join(options) or 'nothing else'}"
@@ -205,8 +205,8 @@ def tune_on_path(
         axes={
             name: AxisTuning(
                 rule=f"rule path, {path.name}",
-                old=machine.axes[name],
-                axis=made.axes[name],
+                old=machine.servo_axis(name),
+                axis=made.servo_axis(name),
                 period=period,
                 tracking_before=math.inf if first.stopped else _largest(first, name),
                 tracking=_largest(last, name),
@@ -228,7 +228,7 @@ def by_rule(
     tuned = {}
     for name in names:
         say(f"tuning axis {name}")
-        tuned[name] = tuning.tune(machine.axes[name], rule, period=period, kind=kind)
+        tuned[name] = tuning.tune(machine.servo_axis(name), rule, period=period, kind=kind)
     made = replace(machine, axes={**machine.axes, **{name: each.axis for name, each in tuned.items()}})
     return TunedMachine(machine=made, period=period, axes=tuned)
 
@@ -244,14 +244,14 @@ def _largest(response: Response, axis: str) -> float:
 class _Gains:
     """The gains of one axis as a place x: their logarithms over those at the start, then shares of feed-forward."""
 
-    def __init__(self, axis: Axis, period: float, bound: Bound, feed_forward: bool) -> None:
+    def __init__(self, axis: ServoAxis, period: float, bound: Bound, feed_forward: bool) -> None:
         self.start = _start(axis, period)
         self.keys = GAINS[axis.controller.kind]
         self.pid = axis.controller.kind == "pid"
         self.width = len(self.keys) + (len(FEED_FORWARD) if feed_forward else 0)
         self.slacks_of = quick_slacks(self.start, period, bound)
 
-    def axis(self, x: Array) -> Axis:
+    def axis(self, x: Array) -> ServoAxis:
         """The axis with the gains of a place."""
         control, count = self.start.controller, len(self.keys)
         factors = np.exp(np.clip(x[:count], -FARTHEST, FARTHEST)).tolist()
@@ -304,7 +304,7 @@ class _Search:
         self.machine, self.names, self.setpoints, self.meter = machine, names, setpoints, meter
         self.bound, self.report, self.runs = bound, report, 0
         self.hints = np.clip(setpoints.s, 0.0, meter.path.length)
-        self.gains = [_Gains(machine.axes[name], setpoints.period, bound, feed_forward) for name in names]
+        self.gains = [_Gains(machine.servo_axis(name), setpoints.period, bound, feed_forward) for name in names]
         self.ends = np.cumsum([each.width for each in self.gains])
         self.best = (math.inf, np.empty(0), machine)
 
@@ -312,7 +312,7 @@ class _Search:
         """The machine with the best gains that `allowed` runs find for these axes."""
         from scipy.optimize import minimize
 
-        old = [self.machine.axes[name] for name in self.names]
+        old = [self.machine.servo_axis(name) for name in self.names]
         kept = all(np.min(each.slacks_of(axis)) >= 0.0 for each, axis in zip(self.gains, old, strict=True))
         own = self._error(self.machine) if kept else math.inf
         for calm in (True, False):
@@ -367,7 +367,7 @@ class _Search:
         return self.meter.measure(response.position, s_hint=self.hints).max
 
 
-def _start(axis: Axis, period: float) -> Axis:
+def _start(axis: ServoAxis, period: float) -> ServoAxis:
     """The axis with gains of which none is 0: those of Ziegler and Nichols, or its own where that rule has none."""
     control = axis.controller
     least: dict[str, Any] = {"velocity_ki": control.velocity_kp * control.position_gain}
@@ -380,7 +380,7 @@ def _start(axis: Axis, period: float) -> Axis:
     return replace(axis, controller=replace(control, **least))
 
 
-def _whole_forward(axis: Axis, control: Controller) -> tuple[float, float]:
+def _whole_forward(axis: ServoAxis, control: Controller) -> tuple[float, float]:
     """Feed-forward of speed and acceleration that makes the rigid linear drive follow by itself."""
     if axis.drive.mode == "velocity":
         per_speed = 1.0 / float(axis.drive.speed_per_volt or 1.0)

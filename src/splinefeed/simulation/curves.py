@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinefeed.machine.parts import Axis
+from splinefeed.machine.parts import ServoAxis
 from splinefeed.records import Array
 from splinefeed.simulation.follow import AxisRun
 from splinefeed.simulation.linear import ComplexArray, discrete_plant, loop_responses, margins
@@ -48,7 +48,7 @@ class StepResponse:
     stopped: bool
 
 
-def loop_curves(axis: Axis, period: float) -> LoopCurves:
+def loop_curves(axis: ServoAxis, period: float) -> LoopCurves:
     """L and T of an axis at a servo period, s, up to half the servo rate."""
     nyquist = 0.5 / period
     frequency = np.geomspace(LOWEST_SHARE * nyquist, HIGHEST_SHARE * nyquist, POINTS)
@@ -57,7 +57,7 @@ def loop_curves(axis: Axis, period: float) -> LoopCurves:
     return LoopCurves(frequency, *found)
 
 
-def step_responses(old: Axis, new: Axis, period: float) -> tuple[StepResponse, StepResponse]:
+def step_responses(old: ServoAxis, new: ServoAxis, period: float) -> tuple[StepResponse, StepResponse]:
     """The full axis, friction, counts and codes included, after the same small step with its old and new controller.
 
     Small enough that the linear loop stays within half the output: of 1, 2 or 5 times a power of ten, mm or deg.
@@ -78,7 +78,7 @@ def step_responses(old: Axis, new: Axis, period: float) -> tuple[StepResponse, S
     return found[0], found[1]
 
 
-def rest_swing(axis: Axis, period: float) -> float:
+def rest_swing(axis: ServoAxis, period: float) -> float:
     """The amplitude, peak to peak, mm or rad, at which the full axis hunts after a small step.
 
     Integral action against static friction, or too little phase margin, can make it hunt; a good loop
@@ -96,12 +96,14 @@ def rest_swing(axis: Axis, period: float) -> float:
     return min(float(np.ptp(watched)), up, down)  # a slow creep to the goal goes one way only, and is not hunting
 
 
-def hunts(axis: Axis, swing: float) -> bool:
+def hunts(axis: ServoAxis, swing: float) -> bool:
     """Whether hunting at rest is more than counts alone make."""
     return swing > HUNTING * seen_resolution(axis)
 
 
-def _stepped(axis: Axis, period: float, ticks: int, size: float, linear: bool = False) -> tuple[Array, Array, bool]:
+def _stepped(
+    axis: ServoAxis, period: float, ticks: int, size: float, linear: bool = False
+) -> tuple[Array, Array, bool]:
     """Position and output (n,) of an axis after a step, and whether it ran away, which a linear one may."""
     run = AxisRun(axis, period, linear=linear, error_limit=math.inf if linear else None)
     position, _, output, _ = run.follow(np.where(np.arange(ticks) < BEFORE, 0.0, size))

@@ -7,7 +7,7 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.kernels import mechanics
 from splinefeed.machine.machine import Machine
-from splinefeed.machine.parts import Axis
+from splinefeed.machine.parts import ServoAxis
 from splinefeed.records import Array, Response, Setpoints
 from splinefeed.simulation.plant import parameters, plant, step_table
 
@@ -18,7 +18,9 @@ class AxisRun:
     linear  without friction, backlash, counts, codes and limits; the error limit is the axis's own unless it is given
     """
 
-    def __init__(self, axis: Axis, period: float, *, linear: bool = False, error_limit: float | None = None) -> None:
+    def __init__(
+        self, axis: ServoAxis, period: float, *, linear: bool = False, error_limit: float | None = None
+    ) -> None:
         self._table, self._parameters = step_table(plant(axis), period), parameters(axis, period, linear=linear)
         if error_limit is not None:
             self._parameters[mechanics.ERROR_LIMIT] = error_limit
@@ -58,7 +60,8 @@ class Follower:
         self.axes, self.period = tuple(axes), float(period)
         self.stopped: str | None = None
         self._settings = {"machine": machine.name, "linear": linear}
-        self._runs = [(machine.axes[name], AxisRun(machine.axes[name], period, linear=linear)) for name in axes]
+        followed = [machine.servo_axis(name) for name in axes]
+        self._runs = [(axis, AxisRun(axis, period, linear=linear)) for axis in followed]
 
     def follow(self, setpoints: Setpoints) -> Response:
         """The response to the next setpoints; shorter than they are if an axis runs away, and empty from then on."""
@@ -93,7 +96,7 @@ class Follower:
         )
 
 
-def _why(axis: Axis, time: float, error: float) -> str:
+def _why(axis: ServoAxis, time: float, error: float) -> str:
     unit, factor = ("deg", 180.0 / np.pi) if axis.rotary else ("mm", 1.0)
     return (
         f"axis {axis.name} ran away at {time:.6g} s: an error of {error * factor:.4g} {unit} is beyond its limit of "

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from splinefeed.errors import InputError
 from splinefeed.kernels import mechanics
-from splinefeed.machine.parts import GAINS, Axis, Controller
+from splinefeed.machine.parts import GAINS, Controller, ServoAxis
 from splinefeed.records import Array, IntArray
 from splinefeed.simulation.plant import plant, zero_order_hold
 
@@ -135,7 +135,7 @@ class Margins:
         }
 
 
-def discrete_plant(axis: Axis, period: float) -> Discrete:
+def discrete_plant(axis: ServoAxis, period: float) -> Discrete:
     """The linear plant of an axis behind a zero-order hold, with its computing delay."""
     model = plant(axis)
     used = np.flatnonzero(model.A.any(axis=1))  # the states that matter
@@ -170,7 +170,7 @@ def loop_responses(controller: Controller, period: float, omega: Array, plant: C
     return np.array([back, forward / (1.0 + back)])
 
 
-def closed_loop(axis: Axis, period: float) -> tuple[Array, Array, Array]:
+def closed_loop(axis: ServoAxis, period: float) -> tuple[Array, Array, Array]:
     """State equations x+ = F x + g r, y = h x of the closed loop without feed-forward: F (n, n), g (n,), h (n,).
 
     States: plant, integral, last input and filtered slope of the controller, and the output that waits if delayed.
@@ -203,7 +203,7 @@ def closed_loop(axis: Axis, period: float) -> tuple[Array, Array, Array]:
     return rows[:, :size], rows[:, size], seen[:size]
 
 
-def spectral_radius(axis: Axis, period: float) -> float:
+def spectral_radius(axis: ServoAxis, period: float) -> float:
     """Largest modulus of the closed loop's poles; integrators that nothing drives (gain 0) are left out."""
     F, _, _ = closed_loop(axis, period)
     control = axis.controller
@@ -257,7 +257,7 @@ def _crossings(values: Array) -> tuple[IntArray, Array]:
     return at, share
 
 
-def margins(axis: Axis, period: float) -> Margins:
+def margins(axis: ServoAxis, period: float) -> Margins:
     """Gain and phase margin, bandwidth and poles of the loop of an axis at a servo period, s.
 
     period in s. Source: docs/machines.md. Example: `sf.simulation.margins(machine.axes["x"], 1e-3).sentence`
@@ -289,12 +289,12 @@ def margins(axis: Axis, period: float) -> Margins:
     return replace(found, stable_below=below, stable_above=above)
 
 
-def _is_stable(axis: Axis, period: float, factor: float, side: int) -> bool:
+def _is_stable(axis: ServoAxis, period: float, factor: float, side: int) -> bool:
     """Whether the loop is stable with its gains times a little more (side 1) or less (-1) than `factor`."""
     return spectral_radius(scaled(axis, factor * (1.0 + 1e-3 * side)), period) < 1.0
 
 
-def scaled(axis: Axis, factor: float) -> Axis:
+def scaled(axis: ServoAxis, factor: float) -> ServoAxis:
     """The axis with the gain of its loop times `factor`: all gains of a PID, those of the speed loop of a P-PI."""
     names = GAINS["pid"] if axis.controller.kind == "pid" else ("velocity_kp", "velocity_ki")
     gains: dict[str, Any] = {name: factor * getattr(axis.controller, name) for name in names}
@@ -349,7 +349,7 @@ class Bound:
         )
 
 
-def quick_slacks(axis: Axis, period: float, bound: Bound) -> Callable[[Axis], Array]:
+def quick_slacks(axis: ServoAxis, period: float, bound: Bound) -> Callable[[ServoAxis], Array]:
     """A function that gives the slacks, (5,), of the axis with any gains, in half a millisecond; see `Bound.slacks`.
 
     Crossings are straight between the points of the grid, some 1e-4 off; `Bound.slacks` of `margins` is exact.
@@ -357,7 +357,7 @@ def quick_slacks(axis: Axis, period: float, bound: Bound) -> Callable[[Axis], Ar
     grid = frequencies(period)
     plant_response = discrete_plant(axis, period).response(grid)
 
-    def slacks(other: Axis) -> Array:
+    def slacks(other: ServoAxis) -> Array:
         loop, closed = loop_responses(other.controller, period, grid, plant_response)
         return bound.slacks(read_margins(grid, loop, closed, spectral_radius(other, period))[0])
 

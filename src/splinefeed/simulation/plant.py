@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.kernels import mechanics
-from splinefeed.machine.parts import Axis
+from splinefeed.machine.parts import ServoAxis
 from splinefeed.records import Array
 
 #: Sub-steps of a period for the nonlinear model by default: at 1 ms a step of half a millisecond,
@@ -33,7 +33,7 @@ class Plant:
     D: Array
 
 
-def plant(axis: Axis) -> Plant:
+def plant(axis: ServoAxis) -> Plant:
     """The state equations of an axis, in mm or rad, N or N*m, s and V.
 
     Velocity drive: w' = (k u - w) / lag is the speed wanted, f = m w' + K (w - v) + K_i i the force, i' = w - v the
@@ -91,12 +91,12 @@ def plant(axis: Axis) -> Plant:
     return Plant(A, B, N, C, D)
 
 
-def force_per_volt(axis: Axis) -> float:
+def force_per_volt(axis: ServoAxis) -> float:
     """Force at the axis for one volt of a torque drive, N/V or N*m/V."""
     return float(axis.drive.force_per_volt or 0.0) * axis.force_per_motor_force
 
 
-def seen_resolution(axis: Axis) -> float:
+def seen_resolution(axis: ServoAxis) -> float:
     """One count of what closes the loop, the scale or the encoder, mm or rad."""
     if axis.controller.feedback == "scale" and axis.scale is not None:
         return axis.scale.resolution
@@ -180,7 +180,7 @@ def step_table(model: Plant, period: float, sub_steps: int = SUB_STEPS) -> Array
     return np.array(rows)
 
 
-def parameters(axis: Axis, period: float, sub_steps: int = SUB_STEPS, *, linear: bool = False) -> Array:
+def parameters(axis: ServoAxis, period: float, sub_steps: int = SUB_STEPS, *, linear: bool = False) -> Array:
     """The parameters of an axis in the order of `kernels.mechanics`, (PARAMETERS,).
 
     linear: without dry friction, backlash, counts, codes and limits of torque, speed and output; the error limit stays.

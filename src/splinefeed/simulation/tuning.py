@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from splinefeed.errors import InputError
-from splinefeed.machine.parts import Axis, Controller
+from splinefeed.machine.parts import Controller, ServoAxis
 from splinefeed.simulation.curves import hunts, rest_swing
 from splinefeed.simulation.linear import Margins, margins
 
@@ -44,8 +44,8 @@ class TunedAxis:
     """An axis as it was and with the controller that a rule gives, at a servo period, s."""
 
     rule: str
-    old: Axis
-    axis: Axis
+    old: ServoAxis
+    axis: ServoAxis
     period: float
 
     @cached_property
@@ -109,7 +109,7 @@ class Tuning(TunedAxis):
         )
 
 
-def ultimate_point(axis: Axis, period: float) -> UltimatePoint:
+def ultimate_point(axis: ServoAxis, period: float) -> UltimatePoint:
     """Ultimate gain, V/mm or V/rad, and period, s, of the linear plant: where proportional control is at its limit."""
     gains: dict[str, Any] = dict.fromkeys(("ki", "kd", "position_gain", "velocity_kp", "velocity_ki"), 0.0)
     kp = 1.0
@@ -128,7 +128,7 @@ def ultimate_point(axis: Axis, period: float) -> UltimatePoint:
 
 
 def tune(
-    axis: Axis,
+    axis: ServoAxis,
     rule: str = "ziegler-nichols",
     *,
     period: float = 1e-3,

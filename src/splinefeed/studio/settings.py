@@ -80,7 +80,11 @@ class Wanted:
     @property
     def followed(self) -> bool:
         """Whether a machine's servo loops follow it; those of a tool path are not simulated."""
-        return self.machine is not None and not isinstance(self.path, sf.ToolPath)
+        return (
+            self.machine is not None
+            and not isinstance(self.path, sf.ToolPath)
+            and self.machine.simulates(self.path.axes)
+        )
 
 
 def complete(given: object) -> dict[str, Any]:

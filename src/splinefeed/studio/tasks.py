@@ -181,6 +181,8 @@ def tune(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """
     wanted, run = bench.done(request["settings"])
     machine, before, how = wanted.machine, run.served, dict(request.get("how") or {})
+    if machine is not None and not machine.simulates(wanted.path.axes):
+        raise SettingsError({"machine": f"{machine.name}: has limits alone; tuning needs servo loops: choose another"})
     if machine is None or before is None:
         raise SettingsError({"machine": "choose the machine to tune"})
 
@@ -263,7 +265,7 @@ def motion_of(
     """Law, motion and path of the settings, planned with a reserve for overrides up to `top`."""
     wanted = resolve(request["settings"], bench.uploads)
     bench.say(f"planning {wanted.path.name}, {wanted.strategy}, with a reserve for the override")
-    moved = on_machine(wanted.path, None if wanted.followed else wanted.machine, wanted.limits)
+    moved = on_machine(wanted.path, wanted.machine if isinstance(wanted.path, sf.ToolPath) else None, wanted.limits)
     top, period, strategy = float(request.get("top", 1.0)), wanted.period, wanted.strategy
     how = planned(moved, wanted.limits, period=period, strategy=strategy, top=top, most=MOST, rate=rate)
     return *how, moved

@@ -1,0 +1,71 @@
+"""A machine under the limits of a file of limits: its axes with those limits, or a machine made of them alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+from splinefeed.machine.control import Control, changed
+from splinefeed.machine.machine import Machine
+from splinefeed.machine.parts import Axis
+from splinefeed.records import ROTARY_AXES, Limits
+
+#: Limits of an axis: name in Limits and in the file of a machine.
+_OF_AXIS = {
+    "axis_velocity": "velocity",
+    "axis_acceleration": "acceleration",
+    "axis_jerk": "jerk",
+    "axis_minimum": "minimum",
+    "axis_maximum": "maximum",
+}
+#: Limits that are those of a control.
+_PATH = ("acceleration", "deceleration", "jerk", "deceleration_jerk", "centripetal", "axis_velocity_step")
+#: Axes that a limit for every linear axis is for, where no machine says which it has.
+_LINEAR = ("x", "y", "z")
+
+
+def under(limits: Limits, machine: Machine | None = None, name: str = "limits") -> tuple[Machine, tuple[str, ...]]:
+    """A machine that keeps these limits, and the names of those limits that say nothing about a machine.
+
+    machine  whose limits hold where these say nothing; without it, a machine of the axes that the limits name, or of
+             x, y and z where they are for every linear axis
+    Limits along the path become those of its control, as do centripetal acceleration and velocity steps at corners.
+    """
+    base = Machine(name=name, axes={}) if machine is None else machine
+    given = {each: value for each in _OF_AXIS if (value := getattr(limits, each)) is not None}
+    named = {axis for value in given.values() if isinstance(value, Mapping) for axis in value}
+    every = any(not isinstance(value, Mapping) for value in given.values())
+    axes, control = dict(base.axes), base.control
+    more = [*(_LINEAR if every and not axes else ()), *sorted(named)]
+    for axis in dict.fromkeys([*axes, *more]):
+        new = {}
+        for each, key in _OF_AXIS.items():
+            value = given.get(each, math.inf)
+            one = value.get(axis, math.inf) if isinstance(value, Mapping) else value
+            if math.isfinite(one) and (isinstance(value, Mapping) or axis not in ROTARY_AXES):
+                new[key] = one
+        old = axes.get(axis, Axis(name=axis, motion="rotary" if axis in ROTARY_AXES else "linear"))
+        axes[axis] = replace(old, limits=replace(old.limits, **new) if new else old.limits)
+        if control is not None and axis in control.axes:
+            own = {key: value for key, value in new.items() if key in ("acceleration", "jerk")}
+            own |= {"rapid": new["velocity"]} if "velocity" in new else {}
+            control = replace(control, axes={**control.axes, axis: replace(control.axes[axis], **own)})
+    along = _along(limits)
+    if along:
+        control = changed(control or Control(), along)
+    used = {*_OF_AXIS, *_PATH}
+    unused = [each for each, value in limits.as_dict().items() if value and each.partition(".")[0] not in used]
+    return replace(base, axes=axes, control=control), tuple(dict.fromkeys(each.partition(".")[0] for each in unused))
+
+
+def _along(limits: Limits) -> dict[str, float]:
+    """Limits along the path as numbers of a control; the smaller of speeding up and slowing down."""
+    step = limits.axis_velocity_step
+    found = {
+        "acceleration": min(limits.acceleration, limits.deceleration or math.inf),
+        "jerk": min(limits.jerk, limits.deceleration_jerk or math.inf),
+        "arc_acceleration": limits.centripetal,
+        "velocity_step": min(step.values()) if isinstance(step, Mapping) else step,
+    }
+    return {name: value for name, value in found.items() if value is not None and math.isfinite(value)}
