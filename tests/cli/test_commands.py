@@ -170,8 +170,8 @@ def test_info_of_several_paths(splinefeed, refused, apart):
     assert [curve["path"] for curve in page["curves"]] == [1, 2]
     assert answer(splinefeed("info", apart, "--path", "high", "--json"))["paths"][0]["length_mm"] == 20.0
     assert answer(splinefeed("plan", apart, "--path", "2", "--json"))["length_mm"] == 20.0
-    line = refused("plan", apart)
-    assert line.startswith("apart.json: holds 2 paths that do not meet; choose one by the option path, 1 to 2")
+    whole = answer(splinefeed("plan", apart, "--json"))  # one motion: 10 mm, 5 mm across and 20 mm back from (10, 5)
+    assert whole["length_mm"] == 10.0 + 11.180339887498949 + 20.0
     text = splinefeed("info", apart).stdout
     assert "low: open, 10 mm" in text
     assert "1 (path 2)" in text

@@ -15,6 +15,7 @@ from splinefeed.cli.main import command_line
 #: Files that pages take for granted, and which of ours stand for them.
 SAMPLES = {
     "part.dxf": "tests/data/dxf/dxfjs_squircle2.dxf",
+    "plate.dxf": "tests/data/dxf/trimesh_ae_r2000a.dxf",
     "part.ngc": "tests/data/gcode/cncjs_tball.gcode",
     "wing.dat": "tests/data/airfoil/naca0024.dat",
 }

@@ -16,6 +16,7 @@ import splinefeed
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import source
 from splinefeed.formats.registry import FORMATS, read, read_all, write
+from splinefeed.geometry.jobs import Job
 
 EXPECTED = ", ".join(f"{each.title} ({' '.join(each.suffixes)})" for each in FORMATS)
 
@@ -94,11 +95,11 @@ def test_of_several_paths_one_is_chosen(data_dir: Path) -> None:
     assert read(file, path="edge2").name == "edge2"
     assert read(file, path=3).name == "edge3"
     assert read(file, path="3").name == "edge3"
-    with pytest.raises(FormatError) as caught:
-        read(file)
-    assert str(caught.value) == (
-        f"{file}: holds 3 paths that do not meet; choose one by the option path, 1 to 3, or a name: edge1, edge2, edge3"
-    )
+    made = read(file)  # all of them as one motion
+    assert isinstance(made, Job)
+    assert (made.name, len(made.contours)) == (file.stem, 3)
+    with pytest.raises(InputError, match="clearance is -1e"):
+        made.job(clearance=-1e9)
     for wrong in ("0", "4", "edge", "²", "9" * 5000):
         with pytest.raises(FormatError, match="has no path"):
             read(file, path=wrong)

@@ -7,7 +7,8 @@ from typing import Any
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Block, Page, Say, counted, notes, number
-from splinefeed.cli.source import read_contents
+from splinefeed.cli.source import UNSAID, read_contents
+from splinefeed.errors import InputError
 
 #: What is a fit to points, as close as it is written.
 FITTED = (".dat", ".csv", ".xyz", ".pts", ".asc")
@@ -33,13 +34,15 @@ target          OUT
 --as as_        NAME    G-code OUT: g5.2, g6.2, bspline, arcs or g1, for curves.
 --feed          FEED    G-code OUT: the feed, where IN has none.
 """)
+@options.linking
 @options.reading_alone
 @options.smoothing
 def convert(say: Say, source: str, target: str, **given: Any) -> Page:
     """Write the curves of IN, a file or a shape, to OUT; the suffix of OUT sets the format.
 
     Every curve is kept exactly where OUT can hold it; what is approximated or lost is reported. OUT is then read back,
-    and its distance from the curves of IN is measured.
+    and its distance from the curves of IN is measured. In a program the contours of a drawing are one motion, as `run`
+    makes it: inner before outer, linked by rapid moves.
 
     Examples:
       splinefeed convert part.dxf part.svg
@@ -47,6 +50,7 @@ def convert(say: Say, source: str, target: str, **given: Any) -> Page:
       splinefeed convert butterfly butterfly.svg --tolerance 0.1um --json
       splinefeed convert lines.ngc curves.json --smooth 0.01mm
       splinefeed convert scan.csv scan.ngc --tolerance 20um
+      splinefeed convert plate.dxf plate.ngc --clearance 5mm --feed 20
       splinefeed convert wing.step wing.nc --to fanuc --as arcs --feed 1200mm/min
     """
     from splinefeed.formats import registry
@@ -56,7 +60,13 @@ def convert(say: Say, source: str, target: str, **given: Any) -> Page:
     say(f"reading {source}")
     fitted = given["tolerance"] if source.lower().endswith(FITTED) else None
     join = fitted if given["join"] is None else given["join"]
-    paths = read_contents(source, options.reading_from({**given, "tolerance": join}))
+    into_program = registry.format_to_write(target).module == "gcode"
+    reading = options.reading_from({**given, "tolerance": join})
+    if not into_program and (links := [name for name in options.LINKS if name in reading]):
+        raise InputError(f"--{links[0].replace('_', '-')}: is for programs; {target} is a {form_written}")
+    if given["feed"] is not None:
+        reading[UNSAID] = {"cut_feed": given["feed"]}
+    paths = read_contents(source, reading, one=into_program)
     say(f"writing {target}")
     writing = {"dialect": given["dialect_written"], "as_": given["as_"], "feed": given["feed"]}
     writing = {name: value for name, value in writing.items() if value is not None}

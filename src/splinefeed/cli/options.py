@@ -13,7 +13,6 @@ import click
 import splinefeed as sf
 from splinefeed import units
 from splinefeed.errors import InputError
-from splinefeed.numbers import finite
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -79,8 +78,8 @@ def _travel(text: str) -> dict[str, float]:
 
 def _percent(text: str) -> float:
     try:
-        return finite(text.removesuffix("%"))
-    except InputError:
+        return float(text.removesuffix("%"))
+    except ValueError:
         raise InputError(f"{text!r} is not a percentage; write for example 80%") from None
 
 
@@ -90,7 +89,7 @@ _TYPES: dict[str, Any] = {
     "NAMES": Value(_names),
     "INTEGER": int,
     "COUNT": click.IntRange(0),
-    "NUMBER": Value(finite),
+    "NUMBER": float,
     "DEGREES": click.FloatRange(0.0, 180.0, min_open=True),
     "AXIS=LOW:HIGH": Value(_travel),
     "PERCENT": Value(_percent),
@@ -191,11 +190,20 @@ _SMOOTHING = """
 --corner-angle  DEGREES     Joints that turn by more than this are corners.  [default: 45]
 --angle-tolerance  ANGLE    How far --smooth may turn the tool axis, or rotary axes: 0.1deg, 1mrad.  [default: 0.05 deg]
 """
+#: How several contours become one motion.
+_LINKING = """
+--clearance  LENGTH         Drawings of several contours: z of the rapid moves between them.  [default: that of the
+                            machine; else laser off]
+--cut-feed  FEED            ... their feed, where rapid moves may be faster.  [default: --feed]
+--first    NAME|NUMBER      ... the one to begin with (from 1).
+--keep-order  -             ... in the order of the file, each from where it is drawn.
+"""
 _TANGENTIAL = "--3d tangential  -  A third axis, theta, follows the tangent of a planar path."
 reading_program, from_line, reading_alone = map(table, (_PROGRAM, _FROM_LINE, _READING_ALONE))
-reading, smoothing, tangential = map(table, (_READING, _SMOOTHING, _TANGENTIAL))
+reading, smoothing, linking, tangential = map(table, (_READING, _SMOOTHING, _LINKING, _TANGENTIAL))
+LINKS = [_parameter(names) for names, *_ in _rows(_LINKING)]
 SMOOTHS = [_parameter(names) for names, *_ in _rows(_SMOOTHING)]
-_READS = [_parameter(names) for names, *_ in _rows(_READING + _TANGENTIAL)]
+_READS = [_parameter(names) for names, *_ in _rows(_READING + _TANGENTIAL + _LINKING)]
 
 #: A CSV of setpoints, and the path that they were made along.
 setpoints_csv = table("""

@@ -48,6 +48,7 @@ source           [SOURCE]
 """)
 @options.limits
 @options.machine
+@options.linking
 @options.reading
 @options.smoothing
 def plan(say: Say, source: str | None, **given: Any) -> Page:
@@ -110,6 +111,7 @@ source           [SOURCE]
 """)
 @options.limits
 @options.corrections
+@options.linking
 @options.reading
 def compare(say: Say, source: str | None, names: tuple[str, ...] | None, **given: Any) -> Page:
     """Run every method over the motion along SOURCE and print a table of the results.

@@ -44,6 +44,7 @@ source          [SOURCE]
 -o --output     DIR     Folder to write to.  [default: splinefeed-NAME]
 """)
 @options.corrections
+@options.linking
 @options.reading
 @options.smoothing
 @options.figures
@@ -130,6 +131,7 @@ def _read(given: Mapping[str, Any], source: str, reading: Mapping[str, Any]) -> 
         "--format mat": "mat" in given["formats"],
         f"--strategy {given['strategy']}": given["strategy"] not in (None, LOOK_AHEAD),
         f"--method {given['method']}": given["method"] not in (None, METHOD),
+        **{f"--{name.replace('_', '-')}": name in reading for name in options.LINKS},
     }
     for words in (option for option, found in refused.items() if found):
         raise InputError(

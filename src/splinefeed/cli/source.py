@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 
 #: What is done to a path after it is read.
-AFTER_READING = ("tangential", *options.SMOOTHS)
+AFTER_READING = ("tangential", *options.SMOOTHS, *options.LINKS, "unsaid")
+#: How contours are linked where nothing says it, among how to read.
+UNSAID = AFTER_READING[-1]
 
 
 class Task(NamedTuple):
@@ -44,14 +46,20 @@ def task_of(
 
     read  how to read a source, in place of `read_path`
     """
-    from splinefeed.pipeline.run import PAPER_PERIOD, PAPER_SHAPE, planned_axes
+    from splinefeed.geometry.jobs import Job
+    from splinefeed.pipeline.run import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE, planned_axes
 
     source = PAPER_SHAPE if source is None else source
     if machine is None:
         options.limits_from(given)  # options are validated before the file is opened
     reading = options.reading_from(given)
     say(f"reading {source}")
-    path = (read or read_path)(source, reading)
+    unsaid = {} if machine is None or machine.clearance is None else {"clearance": machine.clearance}
+    unsaid["cut_feed"] = options.said_limits(given, {}).get("feed", PAPER_LIMITS.feed)
+    path = (read or read_path)(source, {**reading, UNSAID: unsaid})
+    if isinstance(path, Job):  # what a command that makes it again has to say
+        said = {"clearance": path.linking.clearance, "cut_feed": path.linking.feed}
+        reading |= {name: value for name, value in said.items() if value is not None}
     limits, notes = options.limits_from(given, machine, planned_axes(path, machine), path)
     if given.get("smooth", "") is None and isinstance(path, sf.Path):
         notes = [*notes, *_smoothing_note(path)]
@@ -92,7 +100,8 @@ def check_rotary(path: sf.Path, source: str, machine: sf.Machine) -> None:
 def read_contents(source: str, reading: Mapping[str, Any], *, one: bool = False) -> Contents:
     """Every path of `source`, or the one that `--path` chooses, with the units and the format of the file.
 
-    Read, smoothed, and with theta behind as `options.reading_from` says; FormatError where `one` is wanted of several.
+    Read, smoothed, and with theta behind as `options.reading_from` says. Where `one` is wanted, several contours become
+    one motion, and a single one does if the options say how.
     """
     from splinefeed.formats import registry
     from splinefeed.formats.contents import Contents
@@ -111,9 +120,16 @@ def read_contents(source: str, reading: Mapping[str, Any], *, one: bool = False)
     else:
         which = how.pop("which", None)
         found = registry.read_all(source, **how)
-        if which is not None or (one and len(found) > 1):
+        if which is not None:
             found[:] = [registry.choose(found, which, source)]
     found[:] = [smooth(path, reading) for path in found]
     if reading.get("tangential"):
         found[:] = map(sf.tangential, found)
+    linking = {name: reading[name] for name in options.LINKS if name in reading}
+    if linking and found.format in ("G-code", "shape"):
+        raise InputError(f"--{next(iter(linking)).replace('_', '-')}: is for drawings; {source} has its own moves")
+    if one and (len(found) > 1 or linking):
+        linking = {**reading.get(UNSAID, {}), **linking}
+        called = {"feed" if name == "cut_feed" else name: value for name, value in linking.items()}
+        found[:] = [registry.as_job(found, source, **called)]
     return found

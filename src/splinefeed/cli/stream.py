@@ -68,6 +68,7 @@ source          SOURCE
 """)
 @options.limits
 @options.machine
+@options.linking
 @options.reading
 def stream(say: Say, source: str, **given: Any) -> Page:
     """Plan SOURCE with a reserve and stream it to a controller, one row a servo period.

@@ -180,6 +180,7 @@ source          SOURCE
 @options.limits
 @options.tangential
 @options.corrections
+@options.linking
 @options.reading
 @options.figures
 def tune_feed(say: Say, source: str, **given: Any) -> Page:

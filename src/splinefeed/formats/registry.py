@@ -20,6 +20,7 @@ from splinefeed.formats import source as source_files
 from splinefeed.formats.contents import Contents
 from splinefeed.formats.metadata import naming
 from splinefeed.formats.sizes import MAX_CAD_BYTES, MAX_DRAWING_BYTES
+from splinefeed.geometry.jobs import Job, job
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
 
@@ -86,13 +87,25 @@ def read(
 ) -> Path:
     """Read the path in the file `source`; where there are several, the one whose name or number (from 1) is `path`.
 
+    Several contours without `path` are one motion, a `Job`: inner before outer, linked by rapid moves, laser off;
+    `sf.read("plate.dxf").job(clearance=5)` links them otherwise.
+
     `repair` repairs faults where that is safe, each a finding; `options` are those of the format: `tolerance` for JSON
     curves; `chord`, `tolerance`, `degree` for airfoils and points; docs/formats.md has all.
     Lengths come in mm, angles in rad. Raises FormatError, which names the file and the place, for what cannot be read.
     Source: docs/formats.md. Example: `sf.write(path, "part.dxf"); sf.read("part.dxf").length`
     """
     expect("read(file)", (source, (str, os.PathLike)))
-    return choose(read_all(source, repair=repair, **options), path, source)
+    paths = read_all(source, repair=repair, **options)
+    return as_job(paths, source) if path is None and len(paths) > 1 else choose(paths, path, source)
+
+
+def as_job(paths: Sequence[Path], source: str | os.PathLike[str], **linking: Any) -> Job:
+    """The contours of a file as one motion; see `geometry.jobs.job`. InputError names the file."""
+    try:
+        return job(paths, name=pathlib.Path(source).stem, **linking)
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from None
 
 
 def choose(paths: Sequence[Path], path: str | int | None, source: str | os.PathLike[str]) -> Path:

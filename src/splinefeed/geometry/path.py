@@ -421,6 +421,12 @@ class Path:
 
         return smoothed(self, tolerance, **how)
 
+    def job(self, **linking: Any) -> Path:
+        """The path as a job of one contour: with rapid moves at a clearance height; see `geometry.jobs.job`."""
+        from splinefeed.geometry.jobs import job
+
+        return job([self], **linking)
+
     def _repr_html_(self) -> str:
         rows = {
             "path": self.name,

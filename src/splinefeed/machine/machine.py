@@ -19,7 +19,7 @@ from splinefeed.machine.control import Control
 from splinefeed.records import ROTARY_AXES
 
 #: Keys beside the axes at the top of a file.
-_TOP = ("title", "notes", "kinematics", "control", "axis")
+_TOP = ("title", "notes", "clearance", "kinematics", "control", "axis")
 #: Sections that describe the servo loop of an axis, and those of them that it needs.
 _SERVO_NEEDS = ("motor", "drive", "transmission", "load", "controller")
 _SERVO = (*_SERVO_NEEDS, "friction", "encoder", "scale")
@@ -37,6 +37,7 @@ class Machine:
 
     kinematics  of a machine for tool paths, whose joints are among its axes; else None
     control     how its control plans a program, for cycle times; a machine that has it needs no axes
+    clearance   z of the rapid moves between contours of a drawing, mm; None where a drawing has no rapid moves above it
     An axis whose limits alone are known is an `Axis`, one with motor, drive and controller a `ServoAxis`.
     Quantities in mm, s, kg, V, N; with a rotary axis rad and N*m. `load` and `parse` raise MachineError, one line
     per problem. Source: docs/machines.md. Example: `sf.Machine.load("router").axes["x"].controller.kp`
@@ -48,6 +49,7 @@ class Machine:
     notes: tuple[str, ...] = ()
     kinematics: Kinematics | None = None
     control: Control | None = None
+    clearance: float | None = None
 
     def __repr__(self) -> str:
         return f"Machine({self.name!r}, axes {' '.join(self.axes)})"
@@ -90,9 +92,12 @@ class Machine:
         axes = {axis: _axis(axis, section, problems) for axis, section in given.items()}
         moves = _kinematics(content["kinematics"], given, problems) if "kinematics" in content else None
         plans = _part(content["control"], Control, "control", problems) if "control" in content else None
+        clearance = _clearance(content["clearance"], given, problems) if "clearance" in content else None
         if problems:
             raise MachineError(source, problems)
-        return Machine(name=name, axes=axes, title=title, notes=tuple(notes), kinematics=moves, control=plans)
+        return Machine(
+            name=name, axes=axes, title=title, notes=tuple(notes), kinematics=moves, control=plans, clearance=clearance
+        )
 
     def limits(self, axes: Iterable[str]) -> dict[str, dict[str, float]]:
         """Limits of those `axes` that the machine has, as `Limits(feed=..., **machine.limits(path.axes))` takes them.
@@ -127,6 +132,8 @@ class Machine:
     def as_dict(self) -> dict[str, Any]:
         """The machine as `machine show --json` prints it: each quantity as its value and unit."""
         page: dict[str, Any] = {"name": self.name, "title": self.title}
+        if self.clearance is not None:
+            page["clearance"] = quantities.as_quantity(self.clearance, "position", False)
         if (moves := self.kinematics) is not None:
             lengths = {key: quantities.as_quantity(value, "position", False) for key, value in moves.parameters.items()}
             page["kinematics"] = {"type": moves.kind, "joints": list(moves.joints), **lengths}
@@ -147,6 +154,8 @@ class Machine:
         if self.notes:
             content["notes"] = tomlkit.array().multiline(True)
             content["notes"].extend(self.notes)
+        if self.clearance is not None:
+            content["clearance"] = quantities.write(self.clearance, "position", False)
         if (moves := self.kinematics) is not None:
             lengths = {name: quantities.write(value, "position", False) for name, value in moves.parameters.items()}
             content["kinematics"] = {"type": moves.kind, **lengths}
@@ -214,6 +223,18 @@ def _unknown_keys(given: Mapping[str, Any], known: Iterable[str], place: str, pr
     for key in given:
         if key not in known:
             problems.append(f"{place}{key}: unknown key; {nearest(key, known)}")
+
+
+def _clearance(text: Any, axes: Mapping[str, Any], problems: list[str]) -> float | None:
+    """The height of rapid moves, or None after adding what is wrong with it to `problems`."""
+    try:
+        height = quantities.parse(text, "position", False)
+    except UnitError as error:
+        problems.append(f"clearance: {error}")
+        return None
+    if "z" not in axes:
+        problems.append("clearance: is a height of the axis z, which the machine does not have; give an [axis.z]")
+    return height
 
 
 def _kinematics(content: Any, axes: Mapping[str, Any], problems: list[str]) -> Kinematics | None:

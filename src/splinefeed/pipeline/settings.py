@@ -11,6 +11,7 @@ import numpy as np
 
 from splinefeed.errors import InputError
 from splinefeed.formats.path_parts import PathParts
+from splinefeed.geometry.jobs import Job
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.machine.machine import Machine
@@ -55,6 +56,8 @@ def at_programmed_feeds(limits: Limits, path: Path | PathParts) -> tuple[Limits,
     else:
         top, rapids = path.feeds
     said = f"feed moves run at the program's feeds, {top:.6g} mm/s at most" if top else "the program has no F word here"
+    if isinstance(path, Job):
+        said = f"contours are cut at {top:.6g} mm/s" + ", which is assumed" * (path.linking.feed is None)
     note = f"no feed is given: {said}"
     if not rapids:
         return replace(limits, feed=top), [note]

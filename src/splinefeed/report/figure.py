@@ -102,6 +102,7 @@ class Coloured:
     """A path through place (n, 2 or 3), coloured by one of `shades`; `names` of what each point says (n, k) of itself.
 
     thread  (m, 2 or 3) where the path runs; joined: the points follow each other, else they are dots on the thread
+    rapid   (k, 2 or 3) where rapid moves run, which are dashed; rows of NaN part them, and place is NaN there
     """
 
     place: Array
@@ -110,6 +111,7 @@ class Coloured:
     names: tuple[str, ...]
     thread: Array
     joined: bool = True
+    rapid: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)

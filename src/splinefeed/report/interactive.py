@@ -183,6 +183,9 @@ def _path(panel: Panel, mark: Coloured) -> Plain:
     data = [points, *(_dots(dots, mark.place[:, 0]) for dots in panel.of(Dots))]
     if not space or np.isnan(mark.thread).any():  # NaN: the tool axis beside the path
         data.insert(0, thread)
+    if mark.rapid is not None:
+        dashed = {**line, "width": 2, "dash": "dash"}
+        data.append({**_through(*mark.rapid.T, kind="f4"), "mode": "lines", "line": dashed, "hoverinfo": "skip"})
     layout: Plain = {"height": PATH_HEIGHT, "margin": MARGIN, "font": FONT, "hovermode": "closest", "showlegend": False}
     if space:
         layout |= {"margin": dict.fromkeys("lrtb", 8), "scene": _scene(mark, labels)}

@@ -193,6 +193,8 @@ def _panel(
         elif isinstance(mark, Coloured):
             points, thread = (np.column_stack([x(each[:, 0]), y(each[:, 1])]) for each in (mark.place, mark.thread))
             shades = next(iter(mark.shades.values()))
+            if mark.rapid is not None:
+                sheet.stroke(np.column_stack([x(mark.rapid[:, 0]), y(mark.rapid[:, 1])]), theme.FAINT, 1.0, dash=True)
             _shaded(sheet, mark, shades, points, thread)
             if panel.equal and panel.x.label and mark.joined:
                 _arrow(sheet, points)
@@ -238,6 +240,7 @@ def _shaded(sheet: Sheet, mark: Coloured, shades: Shades, points: Array, thread:
 
 
 def _arrow(sheet: Sheet, points: Array) -> None:
+    points = points[np.isfinite(points).all(axis=1)]
     size = float(np.max(np.ptp(points, axis=0)))
     away = np.linalg.norm(points - points[0], axis=1)
     ahead = points[np.argmax(away > 0.05 * size)] - points[0]
@@ -307,7 +310,8 @@ def _flattened(panel: Panel) -> Panel:
     towards = np.array(theme.EYE) / np.linalg.norm(theme.EYE)
     right = np.array([-towards[1], towards[0], 0.0]) / np.hypot(towards[0], towards[1])
     seen = np.column_stack([right, np.cross(towards, right)])
-    ends = np.array([path.place.min(axis=0), path.place.max(axis=0)])
+    whole = path.place if path.rapid is None else np.concatenate([path.place, path.rapid])
+    ends = np.array([np.nanmin(whole, axis=0), np.nanmax(whole, axis=0)])
     corners = np.array([[ends[k >> axis & 1, axis] for axis in range(3)] for k in range(8)]) @ seen
     ends[np.abs(ends) <= ROUNDING * np.max(np.ptp(ends, axis=0))] = 0.0
     marks: list[Mark] = []
@@ -318,7 +322,8 @@ def _flattened(panel: Panel) -> Panel:
         at = middles[np.argmin(middles[:, int(axis < 2)])]  # the lowest edge, of z leftmost
         words = f"{label}: {theme.short(ends[0, axis])} to {theme.short(ends[1, axis])}"
         marks.append(Dots(at[:1], at[1:], words=(words,), size=0.0))
-    marks.append(replace(path, place=path.place @ seen, thread=path.thread @ seen))
+    rapid = None if path.rapid is None else path.rapid @ seen
+    marks.append(replace(path, place=path.place @ seen, thread=path.thread @ seen, rapid=rapid))
     for dots in panel.of(Dots):
         x, y = (np.column_stack([dots.x, dots.y, *dots.z]) @ seen).T
         marks.append(replace(dots, x=x, y=y))

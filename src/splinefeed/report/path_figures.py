@@ -21,6 +21,8 @@ from splinefeed.simulation.curves import rounded_down
 
 #: Points of a path, of the true path in the picture of its errors, and columns of a heat map, at most.
 POINTS, PATH_POINTS, STRIP = 4000, 3000, 800
+#: Points of a row of rapid moves that are not straight.
+RAPID_POINTS = 65
 #: More stops than this are not marked one by one.
 MOST_STOPS = 60
 #: Ends of a path closer than this share of its picture get one word.
@@ -61,7 +63,8 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
     thread = run.thread[:, : place.shape[1]] if path.linear > 1 else place[kept]
     title = f"{theme.words(path.name)}: {theme.short(path.length)} {unit} in {theme.short(run.law.duration)} s, "
     title += f"top feed {theme.short(float(np.max(setpoints.feed)))} {unit}/s"
-    return _picture(path, title, Coloured(place[kept], shades, hover, names, thread, run.whole), labels)
+    mark = Coloured(place[kept], shades, hover, names, thread, run.whole)
+    return _picture(path, title, mark, labels, setpoints.curve[kept])
 
 
 def still_figure(path: Path) -> Figure:
@@ -75,17 +78,35 @@ def still_figure(path: Path) -> Figure:
     shades = {"curvature": _curvature(path, found, path.turning(curve, u))}
     mark = Coloured(place, shades, np.column_stack([s, u]), ("s (mm)", "u"), place)
     title = f"{theme.words(path.name)}: {theme.short(path.length)} mm"
-    return _picture(path, title, mark, [f"{theme.words(axis, 12)} (mm)" for axis in path.axes])
+    return _picture(path, title, mark, [f"{theme.words(axis, 12)} (mm)" for axis in path.axes], curve)
 
 
-def _picture(path: Path, title: str, mark: Coloured, labels: list[str]) -> Figure:
+def _picture(path: Path, title: str, mark: Coloured, labels: list[str], curve: IntArray) -> Figure:
+    """curve: that of each point of the mark."""
     space, many = mark.place.shape[1] == 3, path.linear > 1
-    marks: list[Mark] = [mark, _ends(mark.place)]
+    marks: list[Mark] = [_with_rapids(path, mark, curve) if many else mark, _ends(mark.place)]
     if many and not space and 0 < len(path.stops) <= MOST_STOPS:
         at = path(np.array(path.stops))
         marks.append(Dots(at[:, 0], at[:, 1], "exact stop at a corner", named=True))
     z = labels[2] if space else ""
     return Figure(title, (Panel(Axis(labels[0]), Axis(labels[1]), tuple(marks), height=300, equal=many, z=z),))
+
+
+def _with_rapids(path: Path, mark: Coloured, curve: IntArray) -> Coloured:
+    """The mark with rapid moves dashed, which have infinite feeds among others that are finite."""
+    if path.feeds is None or np.isinf(path.feeds).all() or np.isfinite(path.feeds).all():
+        return mark
+    rapid = np.isinf(path.feeds)
+    numbers = np.flatnonzero(rapid)
+    first = np.flatnonzero(np.diff(numbers, prepend=-2) != 1)
+    parts: list[Array] = []
+    for run in np.split(numbers, first[1:]):
+        straight = all(path.joined[i].degree == 1 for i in run.tolist())
+        s = path.curve_starts[run[0] : run[-1] + 2]
+        place = path(s if straight else np.linspace(s[0], s[-1], RAPID_POINTS))[:, : mark.place.shape[1]]
+        parts += [place, np.full((1, place.shape[1]), np.nan)]
+    place = np.where(rapid[curve, None], np.nan, mark.place)
+    return replace(mark, place=place, rapid=np.concatenate(parts), thread=mark.thread)
 
 
 def _curvature(path: Path, found: Array, turning: BoolArray) -> Shades:
