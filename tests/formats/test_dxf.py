@@ -384,10 +384,11 @@ def test_a_spline_lies_where_it_is_whatever_its_extrusion(tmp_path: Path) -> Non
         (START + END, "holds no curves (the drawing has no units; read as mm)"),
         (START + LINE, "line 5: ends inside section ENTITIES; is the file complete?"),
         (START + LINE + "zero\nLINE\n" + END, "ezdxf says: Invalid group code \"zero \" at line 17; is the file"),
-        (START + LINE.replace("11\n5", "11\nnan") + END, "line 5: LINE: end is (nan, 0.0, 0.0); expected finite "),
-        (START + LINE.replace("11\n5", "11\nfive") + END, "line 5: LINE: ezdxf says: Invalid floating point values"),
+        (START + LINE.replace("11\n5", "11\nnan") + END, "line 5: LINE: group 11 is 'nan'; expected a number"),
+        (START + LINE.replace("11\n5", "11\nfive") + END, "line 5: LINE: group 11 is 'five'; expected a number"),
         (START + LINE.replace("11\n5\n", "") + END, "line 5: LINE: has no end; is the file complete?"),
-        (START + LINE.replace("11\n5", "11\n5e300") + END, "a curve of '0' goes beyond 1e+09 mm"),
+        (START + LINE.replace("11\n5", "11\n5e99") + END, "a curve of '0' goes beyond 1e+09 mm"),
+        (START + LINE.replace("11\n5", "11\n5e300") + END, "line 5: LINE: group 11 is '5e300'; expected a number of"),
         (START + "0\nCIRCLE\n10\n0\n20\n0\n40\n-2\n" + END, "line 5: CIRCLE: radius (group 40) is -2; "),
         (START + "0\nSECTION\n2\nOBJECTS\n" + END, "line 5: 'SECTION' where no section may begin; "),
         (START + "0\nINSERT\n2\nnut\n10\n0\n20\n0\n" + END, "line 5: INSERT: there is no block 'nut'"),
@@ -453,7 +454,7 @@ def test_repair_leaves_faulty_entities_out_and_says_which(tmp_path: Path) -> Non
     assert path.length == 5.0
     assert path.findings == (
         "the drawing has no units; read as mm",
-        "line 17: LINE: end is (nan, 0.0, 0.0); expected finite numbers; left out",
+        "line 17: LINE: group 11 is 'nan'; expected a number; left out",
         "line 29: INSERT: there is no block 'nut'; left out",
         "1 curve(s) lie exactly on others, the first from (0, 0) in '0'; copies are left out",
     )

@@ -43,7 +43,7 @@ def test_without_a_status_it_is_from_the_first_line_to_the_last_event(tmp_path):
         ("2.2,", "nan,", "line 5: expected seconds,what,value"),
         ("2.2,", "1e999,", "line 5: expected seconds,what,value"),
         ("2.2,", "1.0,", "line 5: expected seconds,what,value, sorted by time"),
-        ("Block_Number,5", "Block_Number,-5", "line 6: Block_Number '-5' is not a line"),
+        ("Block_Number,5", "Block_Number,-5", "line 6: Block_Number is '-5'; expected a whole"),
         ("Block_Number,", "Line,", "no event Block_Number names a line"),
         ("9.0,Program_Status,PROGRAM_COMPLETED\n9.5,Feed_Rate,0", "", None),
         (GOOD, "", "is empty"),

@@ -289,7 +289,7 @@ def test_what_svg_cannot_hold_is_approximated_within_a_tolerance_that_is_kept(tm
         ('<path d="M 1 2 A 3 3 0 2 0 5 5"/>', "line 1: <path>: path data: expected 7 numbers for A at '3 3 0 2 0 5 5'"),
         ('<path d="M 1,,2 L3 4"/>', "line 1: <path>: path data: expected 2 numbers for M at '1,,2 L3 4'"),
         ('<path d="M 1 2 L nan 4"/>', "line 1: <path>: path data: expected 2 numbers for L at 'nan 4'"),
-        ('<path d="M 1 2 L 1e999 4"/>', "line 1: <path>: path data: expected finite numbers at '1e999 4'"),
+        ('<path d="M 1 2 L 1e999 4"/>', "line 1: <path>: path data: expected numbers of at most 1e+100 at '1e999 4'"),
         ('<path d="M 1 2 L 1e99 4"/>', "a curve of 'path' goes beyond 1e+09 mm; check the units"),
         ('<path d="M0 0H1" transform="rotate(1 2)"/>', "line 1: <path>: transform: rotate(1 2) is not a function"),
         ('<path d="M0 0H1" transform="turn"/>', "line 1: <path>: transform: expected functions such as translate("),
@@ -318,7 +318,7 @@ LAUGHS = "".join(f'<!ENTITY l{i} "{f"&l{i - 1};" * 10}">' for i in range(1, 10))
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        (f'<?xml version="1.0"?>\n<!DOCTYPE svg [<!ENTITY l0 "ha">{LAUGHS}]>\n<svg>&l9;</svg>', "line 3, column "),
+        (f'<!-- a -->\n<!DOCTYPE svg [<!ENTITY l0 "ha">{LAUGHS}]>\n<svg>&l9;</svg>', "line 2: declares the entity"),
         ('<!DOCTYPE svg [<!ENTITY x SYSTEM "file:///etc/passwd">]><svg>&x;</svg>', "line 1: declares the entity 'x'"),
         ('<!DOCTYPE svg [<!ENTITY % x SYSTEM "http://localhost/x"> %x;]><svg/>', "line 1: declares the entity 'x'"),
         ("<html><svg/></html>", "line 1: <html>: expected <svg>"),

@@ -13,6 +13,7 @@ import click
 import splinefeed as sf
 from splinefeed import units
 from splinefeed.errors import InputError
+from splinefeed.numbers import finite
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -78,8 +79,8 @@ def _travel(text: str) -> dict[str, float]:
 
 def _percent(text: str) -> float:
     try:
-        return float(text.removesuffix("%"))
-    except ValueError:
+        return finite(text.removesuffix("%"))
+    except InputError:
         raise InputError(f"{text!r} is not a percentage; write for example 80%") from None
 
 
@@ -89,7 +90,7 @@ _TYPES: dict[str, Any] = {
     "NAMES": Value(_names),
     "INTEGER": int,
     "COUNT": click.IntRange(0),
-    "NUMBER": float,
+    "NUMBER": Value(finite),
     "DEGREES": click.FloatRange(0.0, 180.0, min_open=True),
     "AXIS=LOW:HIGH": Value(_travel),
     "PERCENT": Value(_percent),

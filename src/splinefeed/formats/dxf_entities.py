@@ -18,6 +18,7 @@ from ezdxf.math import Vec3
 from splinefeed.errors import CurveError, InputError
 from splinefeed.formats.drawing import BROKEN, Drawing
 from splinefeed.formats.dxf_tags import Entity
+from splinefeed.formats.sizes import MAX_DRAWING_CURVES
 from splinefeed.formats.source import in_brief
 from splinefeed.geometry.arcs import arc, bulge_arc, moved, polyline
 from splinefeed.geometry.curve import NurbsCurve
@@ -28,6 +29,8 @@ from splinefeed.records import Array
 MAX_DEPTH = 32
 #: Entities looked at, those in blocks again for each reference to them.
 MAX_VISITS = 1_000_000
+#: References to blocks, those within blocks again for each reference: each of them draws a curve at least.
+MAX_INSERTS = MAX_DRAWING_CURVES
 #: A bulge below this is straight: the arc is within rounding of its chord.
 LEAST_BULGE = 1e-15
 #: Knots closer than this share of the whole range are one: CAD writes them apart by rounding.
@@ -67,7 +70,7 @@ class EntityReader:
     def __init__(self, drawing: Drawing) -> None:
         self.drawing = drawing
         self.blocks: dict[str, Block] = {}
-        self.visits = 0
+        self.visits = self.inserts = 0
         self.seen_layers: Counter[str] = Counter()
         self.states: dict[str, str] = {}  # of layers by their names in small letters: frozen, off or ""
         # by id what ezdxf loads and its curves: entities of a block are met again at each reference to it
@@ -131,7 +134,9 @@ class EntityReader:
         """The entity as ezdxf loads it; InputError for what it cannot, lacks a place, or has a number not finite."""
         try:
             loaded = entity.loaded()
-        except (DXFError, ValueError, TypeError) as error:
+        except InputError as error:
+            raise self._error(entity, str(error)) from None
+        except (DXFError, ValueError, TypeError, OverflowError) as error:
             raise self._error(entity, f"ezdxf says: {in_brief(error).rstrip('.')}") from None
         values = loaded.dxf.all_existing_dxf_attribs()
         for name in _REQUIRED.get(entity.kind, ()):
@@ -153,7 +158,7 @@ class EntityReader:
         loaded = self.understood(entity)
         try:
             curves = [] if entity.kind == "INSERT" else self._shapes[entity.kind](entity, loaded)
-        except (CurveError, OverflowError) as error:
+        except (CurveError, ArithmeticError) as error:
             raise self._error(entity, in_brief(error)) from None
         self._known[id(entity)] = loaded, curves
         return loaded, curves
@@ -335,6 +340,12 @@ class EntityReader:
         layer = inherited if inherited and dxf.layer.strip() == "0" else dxf.layer.strip()
         count = insert.mcount
         self._visit(count)
+        self.inserts += count
+        if self.inserts > MAX_INSERTS:
+            raise TooMuchError(
+                f"{entity.place}: more than {MAX_INSERTS} references to blocks, those within blocks counted each time; "
+                f"explode the blocks that are needed"
+            )
         for one in insert.multi_insert() if count > 1 else [insert]:
             frame = np.array(list(one.matrix44())).reshape(4, 4).T
             matrix = frame[:3, :3]

@@ -22,11 +22,28 @@ from ezdxf.lldxf.types import DXFTag
 
 from splinefeed.errors import InputError
 from splinefeed.formats.source import in_brief
+from splinefeed.numbers import finite
 
 BINARY_MARK = b"AutoCAD Binary DXF\r\n\x1a\x00"
 #: Most tags in one file; a drawing of a hundred thousand entities has about three million.
 MAX_TAGS = 20_000_000
 _COMMENT = 999
+#: Group codes whose values are numbers. Source: Autodesk, DXF Reference, "Group Code Value Types".
+_NUMERIC = frozenset(
+    code
+    for first, last in (
+        (10, 79),
+        (90, 99),
+        (110, 179),
+        (210, 239),
+        (270, 289),
+        (370, 389),
+        (400, 409),
+        (420, 429),
+        (440, 469),
+    )
+    for code in range(first, last + 1)
+)
 #: A SPLINE or LWPOLYLINE has three subclasses: handle, layer and colour, shape; simple writers leave out their marks.
 _SUBCLASSES = 3
 
@@ -41,7 +58,10 @@ class Entity:
     vertices: list[Entity] = field(default_factory=list)
 
     def loaded(self) -> DXFEntity:
-        """The entity as ezdxf understands it; DXFError for tags of which it makes nothing."""
+        """The entity as ezdxf understands it; DXFError for tags of which it makes nothing, InputError for numbers."""
+        for tag in self.tags:
+            if tag.code in _NUMERIC:
+                finite(tag.value, f"group {tag.code}")
         # a point of two coordinates ends where another tag begins
         said = [*(tag for tag in self.tags if tag.code != _COMMENT), DXFTag(0, "")]
         tags = ExtendedTags(list(tag_compiler(iter(said)))[:-1])

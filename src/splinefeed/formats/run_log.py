@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinefeed.errors import FormatError
+from splinefeed.errors import FormatError, InputError
 from splinefeed.formats.source import read_text
-from splinefeed.formats.table_text import numbers
+from splinefeed.numbers import finite, whole
 from splinefeed.records import Array, IntArray
 
 #: Largest log, bytes.
@@ -47,14 +47,18 @@ def read_run(file: str | os.PathLike[str]) -> RunLog:
         if not text.strip() or (number == 1 and text.lower().startswith("seconds")):
             continue
         time, what, value = map(str.strip, (text + ",,").split(",")[:3])
-        at = (numbers(time) or [[math.nan]])[0][0]
+        try:
+            at = finite(time)
+        except InputError:
+            at = math.nan
         if text.count(",") < 2 or not last <= at < math.inf:
             raise FormatError(f"{file}: line {number}: expected seconds,what,value, sorted by time, got {text[:60]!r}")
         last = at
         if what == LINE:
-            if not value.isdecimal():
-                raise FormatError(f"{file}: line {number}: {LINE} {value[:20]!r} is not a line of a program")
-            seen.append((at, int(value)))
+            try:
+                seen.append((at, whole(value, LINE, 0)))
+            except InputError as error:
+                raise FormatError(f"{file}: line {number}: {error}, the number of a line") from None
         elif what == STATUS and value in RUNS and math.isnan(start):
             start = at
         elif what == STATUS and value in ENDS and not math.isnan(start):

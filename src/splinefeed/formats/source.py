@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from functools import partial
 from pathlib import Path
@@ -15,6 +16,13 @@ _LFS_POINTER = b"version https://git-lfs"
 #: Longest words of a library that are passed on, characters.
 MOST_SAID = 200
 _UTF_16_MARKS = (b"\xff\xfe", b"\xfe\xff")
+#: Largest TOML text, characters, and most words of a key between dots: the reader's time and memory grow with the
+#: square of these words.
+MAX_TOML, MAX_KEY_WORDS = 2**20, 8
+_KEY_WORD = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
+_LONG_KEY = re.compile(rf"(?<![\w-]){_KEY_WORD}(?:[ \t]*+\.[ \t]*+{_KEY_WORD}){{{MAX_KEY_WORDS}}}")
+#: Python converts thousands of digits to a whole number in quadratic time, or refuses.
+_LONG_NUMBER = re.compile(r"(?<![\w.+-])[+-]?[0-9][0-9_]{400}")
 
 
 def check_file(path: str | os.PathLike[str]) -> Path:
@@ -93,12 +101,25 @@ def read_bytes(path: str | os.PathLike[str], size: int = -1) -> bytes:
         raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from None
 
 
-def toml_of(text: str, source: str) -> dict[str, Any]:
-    """What a TOML text says; FormatError with the line that is none. `source` is what the message calls it."""
+def toml_of(text: str, source: str, most: int = MAX_TOML) -> dict[str, Any]:
+    """What a TOML text of at most `most` letters says; FormatError with the line that is none, or goes too far.
+
+    `source` is what the message calls it.
+    """
+    if len(text) > most:
+        raise FormatError(f"{source}: has {len(text)} letters; at most {most} are read here")
+    for pattern, why in (
+        (_LONG_KEY, f"has more than {MAX_KEY_WORDS} words between dots; no key here has as many"),
+        (_LONG_NUMBER, "is too large for a number"),
+    ):
+        if found := pattern.search(text):
+            line = text.count("\n", 0, found.start()) + 1
+            raise FormatError(f"{source}: line {line}: {found[0][:20]!r}... {why}")
     try:
         return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # ValueError: also a whole number of thousands of digits
-        raise FormatError(f"{source}: is not TOML: {error}") from None
+    except (ValueError, RecursionError) as error:
+        said = "brackets are nested too deeply" if isinstance(error, RecursionError) else in_brief(error)
+        raise FormatError(f"{source}: is not TOML: {said}") from None
 
 
 def count_lines(path: str | os.PathLike[str]) -> int:

@@ -17,6 +17,7 @@ import numpy as np
 
 from splinefeed.formats.svg_places import ShapeError, View, length, numbers
 from splinefeed.geometry.arcs import arc, bulge_points
+from splinefeed.numbers import MOST, within
 from splinefeed.records import Array
 
 _NUMBER = r"\s*+,?\s*+((?>[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?))"
@@ -74,8 +75,8 @@ class _Builder:
             expected = "" if found else f"{_COUNTS[letter.upper()]} numbers for {letter}"
             while found and not expected:
                 values = [float(each) for each in found.groups()]
-                if not all(map(math.isfinite, values)):
-                    expected = "finite numbers"
+                if not all(map(within, values)):
+                    expected = f"numbers of at most {MOST:g}"
                     break
                 self._draw(letter, values)
                 at = found.end()

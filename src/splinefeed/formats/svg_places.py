@@ -7,6 +7,8 @@ import re
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
+from splinefeed.numbers import within
+
 #: Pixels of one unit of a length: CSS fixes the pixel at 1/96 inch; degrees of one unit of an angle.
 PIXELS = {"": 1.0, "px": 1.0, "in": 96.0, "cm": 96.0 / 2.54, "mm": 96.0 / 25.4, "q": 24.0 / 25.4, "pt": 4.0 / 3.0,
           "pc": 16.0}  # fmt: skip
@@ -60,7 +62,7 @@ def quantity(text: str, name: str, units: Mapping[str, float], whole: float | No
     unit = match[2].lower() if match else "?"
     factor = whole / 100.0 if unit == "%" and whole is not None else units.get(unit, math.nan)
     value = float(match[1]) * factor if match else math.nan
-    if not math.isfinite(value):
+    if not within(value):
         known = f" in {', '.join(filter(None, units))}" if len(units) > 1 else ""
         raise ShapeError(f"{name} is {text.strip()[:40]!r}; expected a number{known}")
     return value
@@ -82,7 +84,7 @@ def numbers(text: str, name: str) -> list[float]:
     text = _one_blank(text)
     values = [float(word) for word in _NUMBER.findall(text)]
     rest = _NUMBER.sub(" ", text).split()
-    if rest or not all(map(math.isfinite, values)):
+    if rest or not all(map(within, values)):
         raise ShapeError(f"{name}: {rest[0][:40] if rest else text[:40]!r} is not a number")
     return values
 

@@ -25,6 +25,8 @@ from splinefeed.formats.sizes import MAX_DRAWING_BYTES
 #: Most elements in one file, and how deep they may be nested.
 MAX_ELEMENTS = 500_000
 MAX_DEPTH = 200
+#: Longest text that an entity stands for, letters: drawing programs name styles and name spaces by them.
+MAX_ENTITY = 1000
 #: How a packed file begins.
 GZIP = b"\x1f\x8b"
 #: Attributes of other name spaces that mean something, under the name they get whatever their prefix is.
@@ -41,7 +43,9 @@ RELEVANT = frozenset(
 MAX_QUESTIONS, MAX_NESTED = 10_000_000, 8
 #: Comparisons in a row, of rules or of siblings, that take the time of one of these.
 _AT_ONCE = 8
-_SAYS = re.compile(rf"(?<![\w-])(?:{'|'.join(RELEVANT)})\s*(?:/\*.*?\*/\s*)*:", re.IGNORECASE | re.DOTALL)
+_SAYS = re.compile(rf"(?<![\w-])(?:{'|'.join(RELEVANT)})\s*+(?:/\*|:)", re.IGNORECASE)
+#: The CSS reader turns digits into whole numbers, which Python does up to some thousands of them.
+_MANY_DIGITS = re.compile(r"[0-9]{400}")
 #: At-rules that move nothing.
 _SILENT = ("charset", "namespace", "font-face", "keyframes", "-webkit-keyframes", "page", "color-profile")
 #: What cssselect2 raises for a selector; all but the first for one that is nested too deeply or of a name space.
@@ -98,11 +102,13 @@ def unpacked(content: bytes) -> bytes:
 def read_tree(content: bytes) -> Node:
     """The root element; InputError for what is not XML, refers to other files, or is too large or too deep.
 
-    Elements of SVG have no prefix, svg, or that of the root. What entities stand for is bounded by expat.
+    Elements of SVG have no prefix, svg, or that of the root. Entities stand for short texts, never for others; how
+    much all of them together become is bounded by expat.
     """
     parser = expat.ParserCreate()
     roots: list[Node] = []
     stack: list[Node] = []
+    styles: list[str] = []  # texts of the style that is open: an entity is given line by line
     count, own = 0, ""
 
     def fault(text: str) -> InputError:
@@ -124,14 +130,22 @@ def read_tree(content: bytes) -> Node:
 
     def text(data: str) -> None:
         if stack and stack[-1].tag == "style":
-            stack[-1].text += data
+            styles.append(data)
+
+    def end(_: str) -> None:
+        if (node := stack.pop()).tag == "style":
+            node.text = "".join(styles)
+            styles.clear()
 
     def declared(name: str, parameter: int, value: str | None, *_: object) -> None:
         if parameter or value is None:
             raise fault(f"declares the entity {name[:40]!r}, which is in another file; save it without a DOCTYPE")
+        if "&" in value or "<" in value or len(value) > MAX_ENTITY:
+            why = f"made of others or of elements, or of more than {MAX_ENTITY} letters"
+            raise fault(f"declares the entity {name[:40]!r}, {why}; save it without a DOCTYPE")
 
     parser.StartElementHandler = start
-    parser.EndElementHandler = lambda _: stack.pop()
+    parser.EndElementHandler = end
     parser.CharacterDataHandler = text
     parser.EntityDeclHandler = declared
     try:
@@ -163,6 +177,7 @@ class Styles:
         unknown: list[str] = []
         for node in root.walk():
             if node.tag == "style" and node.get("type", "text/css").strip() in ("", "text/css"):
+                _refuse_long_numbers(node, node.text)
                 self._sheet(tinycss2.parse_stylesheet(node.text, skip_comments=True, skip_whitespace=True), unknown)
         if unknown:
             named = ", ".join(repr(each[:40]) for each in unknown[:3])
@@ -177,7 +192,9 @@ class Styles:
 
     def of(self, node: Node) -> Mapping[str, str]:
         """Attributes of `node`, those that are properties as the cascade has them."""
-        own = _relevant(node.get("style"))
+        style = node.get("style")
+        _refuse_long_numbers(node, style)
+        own = _relevant(style)
         rules = self._rules.get(node, ())
         if not own and not rules:
             return node.attrib
@@ -243,6 +260,13 @@ class _Element(cssselect2.ElementWrapper):  # type: ignore[misc]
             self.ask()
             yield found
             found = getattr(found, name)
+
+
+def _refuse_long_numbers(node: Node, text: str) -> None:
+    """InputError for a style with a number that is none."""
+    if found := _MANY_DIGITS.search(text):
+        begin = text[: found.start()][-10:] + text[found.start() :][:10]
+        raise InputError(f"{node.place()}: {begin!r}... is too large for a number")
 
 
 @lru_cache(maxsize=4096)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import fnmatch
 import glob
 import hashlib
 import json
 import math
 import os
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,10 +18,10 @@ from typing import Any
 import numpy as np
 
 from splinefeed import units
-from splinefeed.errors import InputError, ProblemsError, nearest
+from splinefeed.errors import FormatError, InputError, ProblemsError, nearest
 from splinefeed.feed.planning import STRATEGIES
 from splinefeed.formats import limits_toml
-from splinefeed.formats.source import read_text, toml_of
+from splinefeed.formats.source import check_size, read_text, toml_of
 from splinefeed.geometry import shapes
 from splinefeed.interpolation import registry
 from splinefeed.machine.machine import Machine
@@ -29,6 +31,12 @@ from splinefeed.records import BY_AXIS
 MOST_RUNS = 100_000_000
 #: More values than this of one setting in a grid or a list.
 MOST_VALUES = 1_000_000
+#: Largest file of a sweep, bytes: its lists may be long.
+MAX_BYTES = 2**24
+#: Largest source file, bytes.
+MOST_SOURCE_BYTES = 2**34
+#: Most source files of one sweep, and names looked at to find them.
+MOST_SOURCES, MOST_NAMES = 100_000, 200_000
 #: Settings that are no limit and no part of a machine.
 PLAIN = ("strategy", "method", "period", "corrections", "machine")
 _TOP = ("name", "seed", "sources", "set", "grid", "list", "random", "output")
@@ -78,18 +86,24 @@ class Sweep:
         return tuple(dict.fromkeys([*self.grid, *self.listed, *self.random]))
 
     @cached_property
-    def _sizes(self) -> tuple[int, ...]:
+    def sizes(self) -> tuple[int, ...]:
+        """How many sources, values of each setting in the grid, rows of the lists, and draws there are."""
         rows = len(next(iter(self.listed.values()))) if self.listed else 1
         return (len(self.sources), *(len(values) for values in self.grid.values()), rows, self.count)
 
+    @property
+    def count_of_runs(self) -> int:
+        """How many runs there are, however many: `len` ends at what an index of Python holds."""
+        return math.prod(self.sizes)
+
     def __len__(self) -> int:
-        return math.prod(self._sizes)
+        return self.count_of_runs
 
     def task(self, index: int) -> Task:
         """Run number `index`: the last setting varies fastest; random draws depend on seed and draw number alone."""
         if not 0 <= index < len(self):
             raise InputError(f"run {index} is not one of the {len(self)} runs of the sweep")
-        source, *combination, row, draw = (int(k) for k in np.unravel_index(index, self._sizes))
+        source, *combination, row, draw = (int(k) for k in np.unravel_index(index, self.sizes))
         settings = dict(self.fixed)
         settings |= {name: values[k] for (name, values), k in zip(self.grid.items(), combination, strict=True)}
         settings |= {name: values[row] for name, values in self.listed.items()}
@@ -104,8 +118,14 @@ class Sweep:
         files = {}
         for source in self.sources:
             if os.path.isfile(source):
-                with open(source, "rb") as stream:
-                    files[source] = hashlib.file_digest(stream, "sha256").hexdigest()
+                check_size(source, MOST_SOURCE_BYTES)
+                try:
+                    with open(source, "rb") as stream:
+                        # a file of the system that says that it is empty may go on for ever
+                        empty = not os.fstat(stream.fileno()).st_size
+                        files[source] = "" if empty else hashlib.file_digest(stream, "sha256").hexdigest()
+                except OSError as error:
+                    raise FormatError(f"{source}: cannot be read: {error.strerror or error}") from None
         said = [self.sources, files, self.fixed, dict(self.grid), dict(self.listed), dict(self.random)]
         text = json.dumps([*said, self.count, self.seed], sort_keys=True, default=str)
         return hashlib.sha256(text.encode()).hexdigest()
@@ -113,7 +133,8 @@ class Sweep:
 
 def read(source: str | os.PathLike[str]) -> Sweep:
     """The sweep in a TOML file, its files looked for from its folder; SpecError with every error at once."""
-    return from_dict(toml_of(read_text(source), str(source)), str(source), Path(source).parent)
+    text = read_text(source, "a sweep", MAX_BYTES)
+    return from_dict(toml_of(text, str(source), MAX_BYTES), str(source), Path(source).parent)
 
 
 def from_dict(content: Mapping[str, Any], source: str = "sweep", folder: Path | None = None) -> Sweep:
@@ -164,8 +185,9 @@ def from_dict(content: Mapping[str, Any], source: str = "sweep", folder: Path | 
         seed=seed,
         **tables["output"],
     )
-    if len(sweep) > MOST_RUNS:
-        raise SpecError(source, [f"{len(sweep)} runs; at most {MOST_RUNS} in one sweep"])
+    if sweep.count_of_runs > MOST_RUNS:
+        many = " x ".join(str(size) for size in sweep.sizes if size > 1)
+        raise SpecError(source, [f"{many} runs; at most {MOST_RUNS} in one sweep"])
     return sweep
 
 
@@ -196,12 +218,55 @@ def _sources(given: Any, folder: Path) -> tuple[str, ...]:
         if shapes.is_shape(each) and not (folder / each).exists():
             found.append(each)
             continue
-        names = sorted(glob.glob(str(folder / each), recursive=True)) if glob.has_magic(each) else [str(folder / each)]
+        names = sorted(_matching(folder, each)) if glob.has_magic(each) else [str(folder / each)]
         names = [name for name in names if os.path.isfile(name)]
         if not names:
-            raise InputError(f"{each}: no such file or shape, and no file matches it as a pattern")
+            raise InputError(f"{each[:200]}: no such file or shape, and no file matches it as a pattern")
         found += names
+        if len(found) > MOST_SOURCES:
+            raise InputError(f"{each[:200]}: more than {MOST_SOURCES} files; make several sweeps of them")
     return tuple(dict.fromkeys(found))
+
+
+def _matching(folder: Path, pattern: str) -> list[str]:
+    """Files and folders that match `pattern`, ** being folders in folders; links to folders are not followed there.
+
+    InputError where more than MOST_NAMES are looked at: /proc or a whole disk.
+    """
+    whole = folder / pattern
+    found: list[str] = []
+    looked_at = 0
+
+    def entries(place: str) -> list[os.DirEntry[str]]:
+        nonlocal looked_at
+        with suppress(OSError), os.scandir(place) as listed:
+            inside = [each for each in listed if not each.name.startswith(".")]
+            looked_at += len(inside)
+            if looked_at > MOST_NAMES:
+                raise InputError(f"{pattern[:200]}: more than {MOST_NAMES} names to look at; name a smaller folder")
+            return inside
+        return []
+
+    def walk(place: str, parts: tuple[str, ...]) -> None:
+        if not parts:
+            found.append(place)
+            return
+        head, rest = parts[0], parts[1:]
+        if head == "**":
+            walk(place, rest or ("*",))
+            for entry in entries(place):
+                if entry.is_dir(follow_symlinks=False):
+                    walk(entry.path, parts)
+        elif glob.has_magic(head):
+            for entry in entries(place):
+                if fnmatch.fnmatchcase(entry.name, head):
+                    walk(entry.path, rest)
+        elif os.path.lexists(os.path.join(place, head)):
+            walk(os.path.join(place, head), rest)
+
+    parts = tuple(part for k, part in enumerate(whole.parts) if not (k and part == whole.parts[k - 1] == "**"))
+    walk(parts[0] if whole.is_absolute() else ".", parts[whole.is_absolute() :])
+    return [os.path.normpath(name) for name in found]
 
 
 def _values(name: str, given: Any, base: Path) -> tuple[Any, ...]:

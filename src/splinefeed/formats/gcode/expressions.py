@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from splinefeed.formats.gcode.codes import GROUP_OF, M_GROUP_OF, g_name
+from splinefeed.numbers import within
 
 #: Most brackets within brackets.
 MAX_DEPTH = 40
@@ -65,7 +66,8 @@ MAX_WORDS = 100
 _CODE_SLACK = 1e-4
 
 #: What stands in brackets, and from a semicolon on.
-_COMMENT = re.compile(r"\([^)]*\)|;.*", re.DOTALL)
+#: A bracket that nothing closes goes to the end: the rest is not looked through again from each bracket in it.
+_COMMENT = re.compile(r"\([^)]*+(?:\)|$)|;.*", re.DOTALL)
 _BLANKS = re.compile(r"\s+")
 _EXPONENT = re.compile(r"(?<![0-9])(?:[0-9]++\.?[0-9]*+|\.[0-9]++)[eE][+-]?[0-9]{1,3}(?![0-9])")
 _MACRO = re.compile(r"(?:N[0-9]+)?(IF|WHILE|GOTO|END|THEN|DO|SETVN|POPEN|DPRNT)[\[0-9#]", re.IGNORECASE)
@@ -166,6 +168,7 @@ class Scanner:
         if (match := _NUMBER.match(self.text, self.at)) is not None:
             self.at = match.end()
             value = float(match[0])
+            refuse(not within(value), f"{match[0][:20]}... is too large for a number")
         elif c and c in "+-":
             self.at += 1
             value = -self.value() if c == "-" else self.value()
@@ -309,8 +312,6 @@ def parse(text: str, parameters: Parameters, *, bare: bool = False) -> Block:
             raise LineError(f"{c}: {fault}") from None
         if scanner.text[begin : scanner.at].lstrip("+-").isdigit():
             block.whole.add(c)
-        if not math.isfinite(value):
-            raise LineError(f"{c}{value}: is too large for a number")
         if c in "GM":
             code = round(value * (10 if c == "G" else 1)) if abs(value) <= MAX_CODE else -1
             if code < 0 or abs(value * (10 if c == "G" else 1) - code) > _CODE_SLACK:
@@ -329,7 +330,7 @@ def parse(text: str, parameters: Parameters, *, bare: bool = False) -> Block:
 
 def without_comments(text: str) -> str:
     """The line up to a semicolon, without what stands in brackets; LineError for a bracket that is not closed."""
-    plain = _COMMENT.sub("", text)
+    plain = _COMMENT.sub(lambda found: "" if found[0][0] == ";" or found[0][-1] == ")" else "(", text)
     if left := re.search(r"[()]", plain):
         raise LineError(") closes no comment" if left[0] == ")" else "a comment opens with ( and is not closed with )")
     return plain
@@ -341,10 +342,31 @@ def mended(text: str, say: Callable[[str], None]) -> str:
         text = without_comments(text)
     except LineError as fault:
         say(f"{fault}; a comment ends at its last bracket, or at the end of the line")
-        while (plain := re.sub(r"\([^()]*\)", "", text)) != text:
-            text = plain
-        text = re.sub(r"[(;].*|\)", "", text)
-    return _EXPONENT.sub(lambda number: f"{float(number[0]):.20f}", text)
+        text = _outside(text)
+    return _EXPONENT.sub(_written_out, text)
+
+
+def _written_out(number: re.Match[str]) -> str:
+    value = float(number[0])
+    refuse(not within(value), f"{number[0][:20]} is too large for a number")
+    return f"{value:.20f}"
+
+
+def _outside(text: str) -> str:
+    """What of a line stands outside of comments, brackets within brackets being one, up to what none closes or `;`."""
+    open_at: list[int] = []  # how long the text outside was at each bracket that is open
+    kept: list[str] = []
+    for letter in text:
+        if letter == "(":
+            open_at.append(len(kept))
+        elif letter == ")":
+            if open_at:
+                del kept[open_at.pop() :]
+            continue
+        elif letter == ";" and not open_at:
+            break
+        kept.append(letter)
+    return "".join(kept[: open_at[0]] if open_at else kept)
 
 
 def _check_groups(codes: Sequence[int], groups: Mapping[int, str], name: Callable[[int], str]) -> None:

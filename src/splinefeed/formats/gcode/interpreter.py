@@ -47,7 +47,7 @@ _COUNTED = frozenset("XYZUVWABCIJKRQ")
 #: A / within a line, which is no division and in no comment.
 _SKIP = re.compile(r"(?<=[0-9.\s])/[0-9]?(?=\s*[A-Z])(?![^(]*\))", re.IGNORECASE)
 #: A comment behind // at the end of a line, and comments in brackets, which may have // in them.
-_TRAILING = re.compile(r"(\([^)]*\)|;.*)|(?<=\S)\s*//.*")
+_TRAILING = re.compile(r"(\([^)]*+(?:\)|$)|;.*)|(?<=\S)\s*+//.*")
 #: Words of M codes that stand beside moves, and codes that take such words themselves (LinuxCNC, "M-Codes").
 _WORDS_OF_M = {
     19: "RQP", **dict.fromkeys((50, 51, 52, 53, 62, 63, 64, 65), "P"), 66: "PELQ", 67: "EQ", 68: "EQ",

@@ -16,6 +16,7 @@ from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import AXES, LARGEST, LETTERS, ROTARY
 from splinefeed.formats.source import read_text
+from splinefeed.numbers import within
 from splinefeed.records import Array
 
 #: Most tools of a table, and its largest size, bytes.
@@ -57,6 +58,8 @@ def read_tools(file: str | os.PathLike[str]) -> Tools:
             raise FormatError(f"{file}: line {line}: expected T1 P1 Z50.2 D6, got {whole[:40]!r}")
         if not said:
             continue
+        if not all(map(within, words.values())):
+            raise FormatError(f"{file}: line {line}: a word is beyond {LARGEST:g}")
         number = words["T"]
         if number in found or number < 0 or number != int(number):
             raise FormatError(f"{file}: line {line}: T{number:g} appears twice, or is not a tool number")

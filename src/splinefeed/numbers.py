@@ -1,0 +1,80 @@
+"""Text and values of strangers as numbers: finite, within bounds, in a time in proportion to the text."""
+
+from __future__ import annotations
+
+import re
+from numbers import Real
+
+from splinefeed.errors import InputError
+
+#: Largest size of a number in a file or an option: cubes of it, and products of three, are still finite.
+MOST = 1e100
+#: Largest whole number: what an int64 holds.
+MOST_WHOLE = 2**63 - 1
+#: No whole number is written with more digits; Python converts thousands of them in quadratic time, or refuses.
+_MOST_DIGITS = 40
+_NUMBER = re.compile(r"[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?")
+_SHOWN = 40
+
+
+def finite(given: object, name: str = "", most: float = MOST) -> float:
+    """A text or a number as a float.
+
+    Parameters
+    ----------
+    given
+        Digits with a sign, a point and an exponent at most, blanks around them; or a number, but no truth value.
+    name
+        What the message calls it.
+    most
+        Largest size that it may have.
+
+    Raises:
+    ------
+    InputError
+        For anything else: it names the value and says what is expected.
+    """
+    text = given.strip() if isinstance(given, str) else ""
+    value = _real(text if _NUMBER.fullmatch(text) else None) if isinstance(given, str) else _real(given)
+    if value is None:
+        raise InputError(f"{_named(name, given)}; expected a number")
+    if not -most <= value <= most:  # NaN, too
+        raise InputError(f"{_named(name, given)}; expected a number of at most {most:g} in size")
+    return value
+
+
+def whole(given: object, name: str = "", least: int = -MOST_WHOLE, most: int = MOST_WHOLE) -> int:
+    """A text or a number as a whole number from `least` to `most`; InputError as `finite` raises it."""
+    if isinstance(given, str):
+        text = given.strip()
+        digits = text.removeprefix("-").removeprefix("+")
+        good = len(text) <= _MOST_DIGITS and len(digits) >= len(text) - 1 and digits.isascii() and digits.isdigit()
+        value = int(text) if good else None
+    else:
+        value = given if isinstance(given, int) and not isinstance(given, bool) else None
+    if value is None or not least <= value <= most:
+        raise InputError(f"{_named(name, given)}; expected a whole number from {least} to {most}")
+    return value
+
+
+def within(value: float) -> bool:
+    """Whether a number that was computed, or read where its digits were found, is finite and of at most MOST."""
+    return -MOST <= value <= MOST
+
+
+def _real(given: object) -> float | None:
+    if isinstance(given, bool) or not isinstance(given, str | Real):
+        return None
+    try:
+        return float(given)
+    except OverflowError:  # a whole number of hundreds of digits
+        return float("inf")
+
+
+def _named(name: str, given: object) -> str:
+    if isinstance(given, int) and abs(given) > MOST_WHOLE:  # Python does not turn thousands of digits into text
+        shown = "a whole number of too many digits"
+    else:
+        shown = repr(given)
+        shown = shown if len(shown) <= _SHOWN else f"{shown[: _SHOWN - 3]}..."
+    return f"{name} is {shown}" if name else shown
