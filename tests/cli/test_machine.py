@@ -48,3 +48,33 @@ def test_bad_names_are_one_line(refused, folder):
         "empty.toml: axis: missing; a machine needs at least one [axis.NAME]"
     )
     assert refused("machine", "shwo") == "No such command 'shwo'. Did you mean 'show'?"
+
+
+INI = """[TRAJ]
+COORDINATES = X Y
+LINEAR_UNITS = mm
+[AXIS_X]
+MAX_VELOCITY = 30
+MAX_ACCELERATION = 200
+[AXIS_Y]
+MAX_VELOCITY = 30
+MAX_ACCELERATION = 200
+"""
+
+
+def test_a_configuration_becomes_a_machine_file_that_says_what_it_assumes(splinefeed, refused, folder):
+    (folder / "mill.ini").write_text(INI)
+    said = splinefeed("machine", "from-ini", "mill.ini").stdout
+    assert "assumed   programs start in G64 without P" in said and "wrote mill.toml" in said
+    assert Machine.load("mill.toml").axes["x"].limits.velocity == 30.0
+    assert "# [AXIS_X]MAX_VELOCITY" in (folder / "mill.toml").read_text()
+    assert refused("machine", "from-ini", "mill.ini") == (
+        "mill.toml: is there already; name the file to write: -o mill.toml"
+    )
+    page = json.loads(splinefeed("machine", "from-ini", "mill.ini", "-o", "mill.toml", "--json").stdout)
+    assert page["axes"]["y"]["limits"]["acceleration"] == {"value": 200.0, "unit": "mm/s^2"}
+    assert page["files"] == ["mill.toml"] and len(page["assumed"]) == 2
+    assert refused("machine", "from-ini", "mill.ini", "-o", "mill.txt").endswith("a machine file is named .toml")
+    assert refused("machine", "from-grbl", "mill.ini", "-o", "m.toml").startswith("mill.ini: no $110; send $$")
+    (folder / "part.nc").write_text("G21 G90 G64\nG1 X10 F600\nY10\nM30\n")
+    assert json.loads(splinefeed("time", "part.nc", "--machine", "mill.toml", "--json").stdout)["total_s"] < 2.5

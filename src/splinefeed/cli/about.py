@@ -11,7 +11,7 @@ import click
 
 import splinefeed as sf
 from splinefeed import __version__
-from splinefeed.cli import options
+from splinefeed.cli import machine_from, options
 from splinefeed.cli.answers import answers, group
 from splinefeed.cli.output import Block, Page, Say, table
 
@@ -21,12 +21,13 @@ SETTINGS = ("NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT", "NUMBA_NUM_THREADS", "MPLCON
 
 @group
 def machine() -> None:
-    """List the built-in machines, or describe a machine.
+    """List the built-in machines, describe a machine, or make one from the configuration of a control.
 
-    A machine is a TOML file: per axis motor, drive, transmission, load, friction, encoder or scale, controller, limits.
+    A machine is a TOML file: the limits of its axes; to simulate them, motor, drive, transmission, load and controller.
 
     Examples:
       splinefeed machine list
+      splinefeed machine from-ini mill.ini
       splinefeed machine show xytheta
       splinefeed machine show my-table.toml --json
     """
@@ -65,6 +66,8 @@ def show_machine(say: Say, name: str) -> Page:
 
 machine.add_command(list_machines, "list")
 machine.add_command(show_machine, "show")
+for name, command in machine_from.COMMANDS.items():
+    machine.add_command(command, name)
 
 
 def _show_methods(page: Page) -> list[Block]:

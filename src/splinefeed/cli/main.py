@@ -36,7 +36,7 @@ COMMANDS = {
     "sweep": "Run a grid of settings into a dataset: on processes, Dask or MPI.",
     "info": "Show what a file or shape holds, and what its reader reports.",
     "convert": "Convert from any format to any other; report what is approximated or lost.",
-    "machine": "List the built-in machines, or describe a machine file.",
+    "machine": "List or describe machines; make one from LinuxCNC, grbl, Klipper or Marlin.",
     "methods": "List the interpolation methods.",
     "completion": "Print the lines that turn on shell completion by Tab.",
     "version": "Print the version; with --verbose, those of its dependencies.",

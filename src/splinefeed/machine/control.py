@@ -49,6 +49,7 @@ class Place(_Part):
 class Control(_Part):
     """How a control plans blocks; None means no limit. mm, s.
 
+    velocity              along the path, of feed and rapid moves
     mode                  "exact stop" stops at the end of each block, "blending" passes corners
     acceleration, jerk    along the path at feed; rapid_acceleration, rapid_jerk at rapid, those at feed if None
     velocity_step         largest step of an axis's velocity at a corner that is passed
@@ -62,6 +63,7 @@ class Control(_Part):
     """
 
     mode: str = choice("exact stop", "blending", default="blending")
+    velocity: float | None = quantity("velocity", default=None)
     acceleration: float | None = quantity("acceleration", default=None)
     jerk: float | None = quantity("jerk", default=None)
     rapid_acceleration: float | None = quantity("acceleration", default=None)

@@ -30,10 +30,10 @@ KINDS = ("cutting", "rapid", "tool_change", "spindle", "dwell", "start")
 #: What binds, by number: kinds of time, what follows, and with an axis behind them those of the last row.
 LIMITS = (
     *(name.replace("_", " ") for name in KINDS),
-    *("programmed feed", "arc acceleration", "block time", "acceleration", "rapid acceleration"),
+    *("programmed feed", "arc acceleration", "block time", "acceleration", "rapid acceleration", "path velocity"),
     *(f"{name} {letter}" for name in ("rapid velocity", "axis acceleration") for letter in LETTERS.lower()),
 )
-FEED, ARC, SHORT, ALONG, RAPIDLY, OF_AXES = range(len(KINDS), len(KINDS) + 6)
+FEED, ARC, SHORT, ALONG, RAPIDLY, PATH, OF_AXES = range(len(KINDS), len(KINDS) + 7)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +127,7 @@ def _bounds(blocks: Blocks, machine: Machine, control: Control) -> _Bounds:
         (ARC, _arc_speed(arc, blocks.radius, control.arc_growth)),
         (SHORT, np.where(shortest > 0.0, blocks.length / np.maximum(shortest, 1e-300), np.inf)),
         (by_axis, velocity),
+        (PATH, np.full(len(blocks), np.inf if control.velocity is None else control.velocity)),
     ]
     speeds = np.array([top for _, top in tops])
     by = np.choose(np.argmin(speeds, axis=0), [number for number, _ in tops])

@@ -1,0 +1,116 @@
+"""A machine from Klipper's printer.cfg: velocities, accelerations, travel, square corner velocity.
+
+Keys and defaults are those of Klipper's documentation, "Configuration reference", [printer] and [stepper_x].
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+from splinefeed.errors import FormatError
+from splinefeed.formats.source import read_text
+from splinefeed.machine.imports.page import Page, number, positive, short
+
+#: What holds where [printer] does not say: mm/s.
+_CORNER = 5.0
+#: Files that may be included in each other.
+_DEEPEST = 8
+
+Sections = dict[str, dict[str, str]]
+
+
+def read(text: str, source: str) -> Page:
+    """The page of a machine file from the text of printer.cfg; FormatError for what is missing or wrong."""
+    cfg = _sections(text, source)
+    printer = cfg.get("printer")
+    if printer is None:
+        raise FormatError(f"{source}: no section [printer]; is it Klipper's printer.cfg?")
+    page = Page(source, "Klipper")
+    kind = printer.get("kinematics", "")
+    page.title = f"{Path(source).stem}, Klipper, {kind or 'kinematics not given'}"
+    if kind == "none":
+        raise FormatError(f"{source}: [printer] kinematics: none; it has no axes")
+
+    def limit(key: str, otherwise: str = "") -> tuple[str, float, str]:
+        name = key if key in printer else otherwise
+        if name not in printer:
+            raise FormatError(f"{source}: [printer] {key}: missing")
+        return (*positive(printer[name], source, f"[printer] {name}"), f"[printer] {name}")
+
+    velocity, acceleration = limit("max_velocity"), limit("max_accel")
+    page.set("control", "velocity", f"{velocity[0]}mm/s", velocity[2])
+    page.set("control", "acceleration", f"{acceleration[0]}mm/s^2", acceleration[2])
+    _corners(printer, acceleration[1], source, page)
+    for axis in "xyz":
+        top, fast = velocity, acceleration
+        if axis == "z" and "delta" not in kind:
+            top, fast = limit("max_z_velocity", "max_velocity"), limit("max_z_accel", "max_accel")
+        section = f"axis.{axis}.limits"
+        page.set(section, "velocity", f"{top[0]}mm/s", top[2])
+        page.set(section, "acceleration", f"{fast[0]}mm/s^2", fast[2])
+        _travel(axis, cfg.get(f"stepper_{axis}"), source, page)
+    page.tell(f"[printer] kinematics: {kind}; the limits are those of the tool head.")
+    page.assume("the extruder limits nothing; times are of the moves alone, without heating")
+    return page
+
+
+def _corners(printer: dict[str, str], acceleration: float, source: str, page: Page) -> None:
+    """Square corner velocity as the junction deviation that gives it: v^2 (sqrt 2 - 1) / a."""
+    text = printer.get("square_corner_velocity", short(_CORNER))
+    written, corner = number(text, source, "[printer] square_corner_velocity")
+    if corner < 0.0:
+        raise FormatError(f"{source}: [printer] square_corner_velocity: {written}; must not be negative")
+    if "square_corner_velocity" not in printer:
+        page.assume(f"square_corner_velocity is {written} mm/s, Klipper's default")
+    deviation = corner**2 * (math.sqrt(2.0) - 1.0) / acceleration
+    words = f"from square_corner_velocity {written} mm/s: v^2 (sqrt 2 - 1) / max_accel"
+    page.set("control", "tolerance", f"{deviation:.6g}mm", words)
+    for key in ("minimum_cruise_ratio", "max_accel_to_decel"):
+        if key in printer:
+            page.tell(f"[printer] {key}: {printer[key]} is not used.")
+
+
+def _travel(axis: str, stepper: dict[str, str] | None, source: str, page: Page) -> None:
+    """The travel of an axis, where its stepper says both ends."""
+    if stepper is None or "position_max" not in stepper:
+        return
+    section, place = f"axis.{axis}.limits", f"[stepper_{axis}]"
+    low = number(stepper.get("position_min", "0"), source, f"{place} position_min")
+    high = number(stepper["position_max"], source, f"{place} position_max")
+    if not low[1] < high[1]:
+        raise FormatError(f"{source}: {place} position_min is not below position_max")
+    words = f"{place} position_min" if "position_min" in stepper else "Klipper's default"
+    page.set(section, "minimum", f"{low[0]}mm", words)
+    page.set(section, "maximum", f"{high[0]}mm", f"{place} position_max")
+
+
+def _sections(text: str, source: str, depth: int = 0) -> Sections:
+    """Sections of a configuration, the last of equal keys; files of [include] are read in their place."""
+    found: Sections = {}
+    section = ""
+    for line in text.splitlines():
+        line = re.sub(r"\s*#.*|\s+;.*|^;.*", "", line)
+        if not line.strip() or line[0].isspace():  # the latter goes on with the value of the line before
+            continue
+        if match := re.match(r"\[\s*([^\]]*?)\s*\]", line):
+            section = " ".join(match[1].split()).lower()
+            if section.startswith("include "):
+                if depth >= _DEEPEST:
+                    raise FormatError(f"{source}: files are included in each other more than {_DEEPEST} deep")
+                _include(found, match[1].split(None, 1)[1], source, depth)
+            else:
+                found.setdefault(section, {})
+        elif (match := re.match(r"([^:=]+)[:=]\s*(.*)", line)) and section in found:
+            found[section][match[1].strip().lower()] = match[2].strip()
+    return found
+
+
+def _include(found: Sections, pattern: str, source: str, depth: int) -> None:
+    """Add what the files say that a pattern names; one without wildcards must be there."""
+    folder = Path(source).parent
+    files = sorted(folder.glob(pattern)) if any(each in pattern for each in "*?[") else [folder / pattern]
+    for file in files:
+        for name, values in _sections(read_text(file, "a configuration"), str(file), depth + 1).items():
+            found.setdefault(name, {}).update(values)

@@ -1,0 +1,230 @@
+"""A machine from the INI file of LinuxCNC: axes, joints, limits of travel, path limits, G64, kinematics, periods.
+
+Sections and keys are those of LinuxCNC's documentation, "INI Configuration" (linuxcnc.org/docs/html/config), of 2.9,
+and of 2.7 and before, where [AXIS_0] is the first axis and joint at once.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from splinefeed.errors import FormatError
+from splinefeed.formats.source import read_text
+from splinefeed.kinematics import KINDS
+from splinefeed.machine.imports.page import AXES, TURNS, Page, no_times, number, positive, short
+
+#: Values of LINEAR_UNITS and ANGULAR_UNITS: the unit, and how many of it the file's unit is.
+_LINEAR = {"mm": ("mm", 1.0), "metric": ("mm", 1.0), "in": ("in", 1.0), "inch": ("in", 1.0), "imperial": ("in", 1.0)}
+_ANGULAR = {
+    "deg": ("deg", 1.0), "degree": ("deg", 1.0), "rad": ("rad", 1.0), "radian": ("rad", 1.0), "grad": ("deg", 0.9),
+    "gon": ("deg", 0.9),
+}  # fmt: skip
+#: Files that may be included in each other.
+_DEEPEST = 8
+#: Kinematics whose joints are the axes themselves.
+_TRIVIAL = "trivkins"
+#: A tolerance for G64 without P: beyond every block.
+_WIDE = 1000.0
+
+Sections = dict[str, dict[str, str]]
+
+
+def read(text: str, source: str) -> Page:
+    """The page of a machine file from the text of an INI file; FormatError for what is missing or wrong."""
+    ini = _sections(text, source)
+    page = Page(source, "LinuxCNC")
+    traj = ini.get("TRAJ", {})
+    if "TRAJ" not in ini:
+        raise FormatError(f"{source}: no section [TRAJ]; is it the INI file of a LinuxCNC machine?")
+    page.title = f"{ini.get('EMC', {}).get('MACHINE', Path(source).stem)}, LinuxCNC"
+    linear = _unit(traj.get("LINEAR_UNITS", ""), _LINEAR, "mm", source, page)
+    angular = _unit(traj.get("ANGULAR_UNITS", "degree"), _ANGULAR, "deg", source, page)
+    module, *arguments = (ini.get("KINS", {}).get("KINEMATICS") or _TRIVIAL).split()
+    letters, joints = _axes(ini, arguments, source)
+    trivial = module == _TRIVIAL
+    jerks = number(traj.get("PLANNER_TYPE", "0"), source, "[TRAJ]PLANNER_TYPE")[1] == 1.0
+    _control(ini, linear, jerks, source, page)
+    _kinematics(module, letters, page)
+    for axis in letters:
+        unit = angular if axis in TURNS else linear
+        own = [(f"AXIS_{axis.upper()}", ini.get(f"AXIS_{axis.upper()}", {}))]
+        if trivial:
+            own += [(name, ini.get(name, {})) for k in joints[axis] for name in (f"JOINT_{k}", f"AXIS_{k}")]
+        _limits(axis, unit, own, jerks, source, page)
+    return page
+
+
+def _sections(text: str, source: str, depth: int = 0) -> Sections:
+    """Sections of an INI file, the first of equal keys; files that `#INCLUDE` names are read in its place."""
+    found: Sections = {}
+    section = ""
+    for line in _lines(text, source, depth):
+        if line[:1] in ("", "#", ";"):
+            continue
+        if match := re.match(r"\[\s*([^\]]*?)\s*\]", line):
+            section = match[1].upper()
+            found.setdefault(section, {})
+        elif "=" in line and section:
+            key, _, value = line.partition("=")
+            found[section].setdefault(key.strip().upper(), value.strip())
+    return found
+
+
+def _lines(text: str, source: str, depth: int) -> list[str]:
+    """The lines of a file, those that end in a backslash joined, with those of included files in their place."""
+    out: list[str] = []
+    for line in re.sub(r"\\\r?\n", " ", text).splitlines():
+        line = line.strip()
+        if match := re.match(r"#INCLUDE\s+(\S.*)", line):
+            if depth >= _DEEPEST:
+                raise FormatError(f"{source}: files are included in each other more than {_DEEPEST} deep")
+            file = Path(source).parent / match[1].strip().strip('"')
+            out += _lines(read_text(file, "a configuration"), str(file), depth + 1)
+        else:
+            out.append(line)
+    return out
+
+
+def _unit(text: str, known: dict[str, tuple[str, float]], base: str, source: str, page: Page) -> tuple[str, float]:
+    """The unit of lengths or angles, and how many of it one of the file's units is."""
+    name = (text.split() or [""])[0].lower()
+    if name in known:
+        return known[name]
+    which = "LINEAR_UNITS" if base == "mm" else "ANGULAR_UNITS"
+    if not name:
+        page.assume(f"[TRAJ]{which} is missing; {base}")
+        return base, 1.0
+    _, per = positive(name, source, f"[TRAJ]{which}")  # units of the file in 1 mm, or in 1 deg
+    if base == "mm" and abs(per * 25.4 - 1.0) < 1e-3:
+        return "in", 1.0
+    return base, 1.0 / per
+
+
+def _axes(ini: Sections, arguments: list[str], source: str) -> tuple[list[str], dict[str, list[int]]]:
+    """Letters of the axes in order, and the joints of each, those of a gantry two."""
+    said = next((each.partition("=")[2] for each in arguments if each.lower().startswith("coordinates=")), "")
+    order = re.sub(r"[\s,]", "", said or ini["TRAJ"].get("COORDINATES", "")).lower()
+    if not order:
+        count = int(number(ini["TRAJ"].get("AXES", "0"), source, "[TRAJ]AXES")[1])
+        order = AXES[:count]
+    if not order or set(order) - set(AXES):
+        raise FormatError(f"{source}: [TRAJ]COORDINATES: {order.upper() or 'missing'}; give the axes, such as X Y Z")
+    joints: dict[str, list[int]] = {}
+    for joint, axis in enumerate(order):
+        joints.setdefault(axis, []).append(joint)
+    old = "AXIS_0" in ini  # there each number is that of the letter, and a missing one has no section
+    if old:
+        joints = {axis: [AXES.index(axis)] for axis in joints}
+    return [axis for axis in AXES if axis in joints], joints
+
+
+def _limits(
+    axis: str, unit: tuple[str, float], own: list[tuple[str, dict[str, str]]], jerks: bool, source: str, page: Page
+) -> None:
+    """The section of an axis: the tightest of what its sections of the INI file say."""
+    section = f"axis.{axis}.limits"
+
+    def tightest(key: str) -> tuple[str, float, str] | None:
+        said = [(*positive(each[key], source, f"[{name}]{key}"), f"[{name}]{key}") for name, each in own if key in each]
+        return min(said, key=lambda each: each[1], default=None)
+
+    def written(text: str, value: float, ending: str) -> str:
+        return (text if unit[1] == 1.0 else short(value * unit[1])) + unit[0] + ending
+
+    for key, name, ending in (("MAX_VELOCITY", "velocity", "/s"), ("MAX_ACCELERATION", "acceleration", "/s^2")):
+        found = tightest(key)
+        if found is None:
+            places = " or ".join(f"[{name}]" for name, _ in own[:2])
+            raise FormatError(f"{source}: {key} of axis {axis.upper()}: missing; add it to {places}")
+        page.set(section, name, written(found[0], found[1], ending), found[2])
+    if (jerk := next((each for name, each in own if "MAX_JERK" in each), None)) is not None:
+        value = number(jerk["MAX_JERK"], source, f"MAX_JERK of axis {axis.upper()}")[1]
+        if jerks and value > 0.0:
+            found = tightest("MAX_JERK")
+            assert found is not None
+            page.set(section, "jerk", written(found[0], found[1], "/s^3"), found[2])
+        else:
+            page.comment(section, "MAX_JERK is not used: [TRAJ]PLANNER_TYPE is not 1")
+    ends = {}
+    for key, pick in (("MIN_LIMIT", max), ("MAX_LIMIT", min)):
+        said = [(*number(each[key], source, f"[{name}]{key}"), f"[{name}]{key}") for name, each in own if key in each]
+        said = [each for each in said if abs(each[1]) < 1e9]  # LinuxCNC's own word for no limit is 1e99
+        if said:
+            ends[key] = pick(said, key=lambda each: each[1])
+    if len(ends) == 2:
+        if not ends["MIN_LIMIT"][1] < ends["MAX_LIMIT"][1]:
+            raise FormatError(f"{source}: {ends['MIN_LIMIT'][2]} is not below {ends['MAX_LIMIT'][2]}")
+        for key, name in (("MIN_LIMIT", "minimum"), ("MAX_LIMIT", "maximum")):
+            page.set(section, name, written(*ends[key][:2], ""), ends[key][2])
+        page.assume(
+            "travel is in machine coordinates; programs run in them unless --offsets says where G54 lies, such as "
+            "--offsets G54=10,20,-5"
+        )
+
+
+def _control(ini: Sections, linear: tuple[str, float], jerks: bool, source: str, page: Page) -> None:
+    """The section of the control, and what the INI file says that has no place in a machine file."""
+    traj = ini["TRAJ"]
+    unit, size = linear
+    for key, name, ending in (
+        ("MAX_LINEAR_VELOCITY", "velocity", "/s"),
+        ("MAX_LINEAR_ACCELERATION", "acceleration", "/s^2"),
+        *((("MAX_LINEAR_JERK", "jerk", "/s^3"),) if jerks else ()),
+    ):
+        old = key.replace("LINEAR_", "")  # before 2.8
+        found = next((each for each in (key, old) if each in traj), None)
+        if found is not None:
+            text, value = positive(traj[found], source, f"[TRAJ]{found}")
+            page.set("control", name, (text if size == 1.0 else short(value * size)) + unit + ending, f"[TRAJ]{found}")
+    startup = next((ini[each]["RS274NGC_STARTUP_CODE"] for each in ("RS274NGC", "EMC")
+                    if "RS274NGC_STARTUP_CODE" in ini.get(each, {})), "")  # fmt: skip
+    _blending(startup.upper(), unit, size, source, page)
+    no_times(page)
+    if "SERVO_PERIOD" in ini.get("EMCMOT", {}):
+        period = positive(ini["EMCMOT"]["SERVO_PERIOD"], source, "[EMCMOT]SERVO_PERIOD")[1]
+        page.tell(f"Servo period: --period {short(period * 1e-6)}ms.")
+    if table := ini.get("EMCIO", {}).get("TOOL_TABLE"):
+        page.tell(f"Tool table: --tools {table}.")
+    if place := ini.get("EMCIO", {}).get("TOOL_CHANGE_POSITION"):
+        page.tell(f"Tools are changed at {place} ({unit}, machine coordinates); [control.change_place] is for that.")
+
+
+def _blending(startup: str, unit: str, size: float, source: str, page: Page) -> None:
+    """How corners are passed where a program does not say: G61, G61.1 or G64 of the startup code."""
+    words = re.findall(r"G61\.1|G61|G64|P\s*[-+.\d]+|G2[01](?!\d)", startup)
+    mode = next((each for each in words if each[:2] == "G6"), "")
+    if mode == "G61.1":
+        page.set("control", "mode", "exact stop", "G61.1 of RS274NGC_STARTUP_CODE")
+        return
+    if mode == "G61":
+        page.comment("control", "G61 of RS274NGC_STARTUP_CODE: exact path, corners are stops")
+        return
+    inch = unit if not ({"G20", "G21"} & {*words}) else ("in" if "G20" in words else "mm")
+    given = next((each for each in words if each[0] == "P"), None) if mode == "G64" else None
+    if given is not None:
+        text, value = number(given[1:], source, "RS274NGC_STARTUP_CODE: P of G64")
+        text = text if inch != unit or size == 1.0 else short(value * size)
+        page.set("control", "tolerance", f"{text}{inch}", "G64 P of RS274NGC_STARTUP_CODE; a program's own G64 P holds")
+        return
+    page.set("control", "tolerance", f"{_WIDE:g}mm", "G64 without P: corners are blended as far as blocks allow")
+    page.assume("programs start in G64 without P, LinuxCNC's own default; a program's G64 P or G61 holds from there on")
+
+
+def _kinematics(module: str, letters: list[str], page: Page) -> None:
+    """The section of kinematics where splinefeed knows the module and the machine has its axes."""
+    if module == _TRIVIAL:
+        return
+    kind = module.removesuffix("-kins")
+    if kind in KINDS and {*KINDS[kind].joints.split()} <= {*letters}:
+        page.comment("kinematics", f"[KINS]KINEMATICS = {module}: its lengths are HAL pins, which no INI file has")
+        page.set("kinematics", "type", kind)
+        for length in KINDS[kind].lengths.split():
+            if length == "pivot-length":
+                page.set("kinematics", length, "100mm", "assumed: set the pin's value")
+                page.assume("pivot-length is 100 mm: write the value of the HAL pin into [kinematics]")
+            else:
+                page.comment("kinematics", f'{length} = "0mm"')
+        page.assume("lengths of the kinematics that the INI file does not have are 0; see [kinematics]")
+    else:
+        page.assume(f"[KINS]KINEMATICS = {module} is not modelled: limits are those of [AXIS_L], not of the joints")
