@@ -187,13 +187,6 @@ def test_the_stretch_without_room_is_named() -> None:
     )
 
 
-@pytest.mark.parametrize("name", ["axis_jerk", "axis_minimum"])
-def test_values_in_the_order_of_axes_are_refused(name: str) -> None:
-    with pytest.raises(LimitsError) as caught:
-        Limits(feed=60, **{name: [500, 800]})
-    assert str(caught.value) == f"{name} is [500, 800]; give its values by axis, such as {{'x': 500.0}}"
-
-
 @pytest.mark.parametrize(
     ("period", "message"),
     [

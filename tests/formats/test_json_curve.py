@@ -128,7 +128,7 @@ BAD = [
     (changed(control_points=[[0, 0], [1, None]]), "control_points[1][1]: null is not a number"),
     (changed(control_points=[[0] * 10, [1] * 10]), "control_points[0]: expected a list of 1 to 9 numbers"),
     (
-        changed(control_points=[[0] * 7, [1] * 7]),
+        changed(control_points=[[0] * 7, [1] * 7], axes=list("xyzabc")),
         "axes: has 6 names for control points of 7 columns; give one for each",
     ),
     (changed(control_points=[[0, 0], [10**400, 1]]), "control_points[1][0]: is too large for a number"),

@@ -20,7 +20,7 @@ from splinefeed.analysis.check_tool import Tool
 from splinefeed.analysis.place import Located, Placer
 from splinefeed.errors import InputError
 from splinefeed.geometry.rows import EPSILON
-from splinefeed.records import AXIS_LIMITS, Array, BoolArray, Setpoints, TimeLaw, unit_along
+from splinefeed.records import Array, BoolArray, Setpoints, TimeLaw, unit_along, unlimited_axes
 
 #: A setpoint may be this many roundings of the largest coordinate off the curve, in addition to the tolerance.
 ROUNDINGS = 64.0
@@ -111,15 +111,7 @@ class Judge:
 
     def without_limits(self) -> list[str]:
         """A sentence for each kind of limit that some axes have and others that move do not."""
-        size = np.maximum(np.abs(self._least), np.abs(self._greatest))
-        moves = self._greatest - self._least > ROUNDINGS * EPSILON * size
-        axes, found = np.array(self.bounds.axes), []
-        for name in AXIS_LIMITS:
-            bounded = np.isfinite(self.bounds.limits.of_axes(name, self.bounds.axes))
-            if free := axes[moves & ~bounded].tolist() if bounded.any() else []:
-                verb = "moves" if len(free) == 1 else "move"
-                found.append(f"{', '.join(free)} {verb} without {name}, which other axes have; give each axis its own")
-        return found
+        return unlimited_axes(self.bounds.limits, self.bounds.axes, self._least, self._greatest)
 
     def move_on(self, bounds: Bounds, left: int) -> None:
         """Go on with a path that lacks the first `left` curves and goes on further."""
@@ -175,7 +167,7 @@ class Judge:
         if not new.still[0]:
             self._chords(known.part(count - n - 1, count), travelled[count - n - 1 :], errors[:, count - n - 1 :])
             self._follow_law(known, travelled, n)
-            for axis, (low, high) in bounds.limits.travel.items():
+            for axis, (low, high) in bounds.limits.travel_of(bounds.axes).items():
                 k = bounds.axes.index(axis)
                 away = np.abs(new.values[k] - 0.5 * (low + high))
                 self._see(f"travel.{axis}", away, new.t, new.s, rounding[k + 1, count - len(new.t) :])

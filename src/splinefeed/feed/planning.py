@@ -21,12 +21,14 @@ from splinefeed.feed.window import State
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.kinematics import JointPath
-from splinefeed.records import TRAVEL_ENDS, Limits, TimeLaw, positive
+from splinefeed.records import TRAVEL_ENDS, Limits, TimeLaw, field_of, positive, unlimited_axes
 
 #: Fields of Limits that bound the motion along the path, whatever its shape.
 SHAPELESS = frozenset({"feed", "acceleration", "jerk", "deceleration", "deceleration_jerk"})
 #: Those that every strategy holds: the ends of the path, and travel, which `plan` looks after itself.
 ENDS = frozenset({"start_feed", "end_feed", *TRAVEL_ENDS})
+#: Places along a path at which its joints are looked at to see which of them move.
+JOINT_PLACES = 257
 EVERY_LIMIT = frozenset(each.name for each in fields(Limits))
 
 
@@ -59,7 +61,7 @@ def strategy_for(limits: Limits, strategy: str | None = None) -> str:
     None chooses "seven-phase" where feed, acceleration and jerk along the path are given and nothing but what it holds,
     else "time-optimal". Raises InputError (unknown strategy), LimitsError (the strategy named does not hold a limit).
     """
-    given = dict.fromkeys(name.partition(".")[0] for name in limits.as_dict())
+    given = dict.fromkeys(field_of(name) for name in limits.as_dict())
     if strategy is None:
         simple = STRATEGIES[SEVEN_PHASE]
         return SEVEN_PHASE if simple.needs <= given.keys() <= simple.holds else TIME_OPTIMAL
@@ -95,8 +97,8 @@ def plan(
               None begins at its start with the start_feed of the limits. Not for "seven-phase"
 
     The law, called with t (...), s, gives arc lengths (...), mm.
-    Where a tick cannot be met (start_feed = end_feed = feed), the law's `notes` say so. Where the path waits, the law
-    has a piece of constant s, whole periods long.
+    Where a tick cannot be met (start_feed = end_feed = feed), the law's `notes` say so; they name each axis that moves
+    without a limit that others have. Where the path waits, the law has a piece of constant s, whole periods long.
     Raises CurveError (no length, stops not inside), InputError (unknown strategy), LimitsError (a limit that the
     strategy named does not hold; a chord error without a period; period not positive, or longer than the motion; the
     path leaves the travel of an axis; feeds at the ends that the path contradicts), PlanError (a stretch too short for
@@ -110,6 +112,8 @@ def plan(
             f"{path.name}: has a tool axis, which only a machine can follow; plan JointPath(tool_path, kinematics), or "
             "give run a machine"
         )
+    if isinstance(path, (Path, JointPath)):
+        limits = limits.on(path.axes)
     if start is not None and strategy is None:
         strategy = TIME_OPTIMAL
     if strategy is None and not isinstance(path, Path):
@@ -130,8 +134,8 @@ def plan(
     elif isinstance(path, JointPath):
         check_ends(path.tool, limits)
         path.check_travel(limits.travel_of(path.axes))
-    elif limits.travel:
-        raise LimitsError(f"travel.{next(iter(limits.travel))}: the path has no axes, only a length; give a Path")
+    elif limits.axis_minimum is not None:
+        raise LimitsError("travel: the path has no axes, only a length; give a Path")
     if start is not None:
         _check_start(path, strategy, start)
     if isinstance(path, JointPath) and strategy == SEVEN_PHASE:
@@ -141,8 +145,21 @@ def plan(
         law = with_dwells(law, path.dwells, path.length)
     law = close_gaps(law)
     return dataclasses.replace(
-        law, settings={**law.settings, "limits": limits.as_dict(), "strategy": strategy, "period": period}
+        law,
+        notes=(*law.notes, *_unlimited(path, limits)),
+        settings={**law.settings, "limits": limits.as_dict(), "strategy": strategy, "period": period},
     )
+
+
+def _unlimited(path: Stretched | JointPath, limits: Limits) -> list[str]:
+    """A sentence for each kind of limit that some axes of `path` have and others that move do not."""
+    if isinstance(path, JointPath):
+        places = path(np.linspace(0.0, path.length, JOINT_PLACES))
+    elif isinstance(path, Path):
+        places = path.flat.points
+    else:
+        return []
+    return unlimited_axes(limits, path.axes, places.min(axis=0), places.max(axis=0))
 
 
 def _check_start(path: Stretched | JointPath, strategy: str, start: State) -> None:

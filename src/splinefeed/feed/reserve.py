@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 from splinefeed.errors import LimitsError
 from splinefeed.records import Limits
@@ -41,15 +42,17 @@ def with_reserve(
         "axis_acceleration": "acceleration",
         "axis_jerk": "jerk",
     }
-    changed: dict[str, object] = {}
+    changed: dict[str, Any] = {}
     for name, kind in names.items():
         changed[name] = _times(getattr(limits, name), factors[kind])
     for name in ("chord_error", "orientation_error", "centripetal"):
         changed[name] = _times(getattr(limits, name), top**-2.0)
-    return replace(limits, **changed)  # type: ignore[arg-type]
+    return replace(limits, **changed)
 
 
-def _times(value: float | Mapping[str, float] | None, factor: float) -> float | Mapping[str, float] | None:
+def _times(value: Any, factor: float) -> Any:
     if isinstance(value, Mapping):
         return {axis: each * factor for axis, each in value.items()}
+    if isinstance(value, tuple):
+        return tuple(each * factor for each in value)
     return None if value is None else value * factor

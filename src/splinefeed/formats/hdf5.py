@@ -20,7 +20,7 @@ from splinefeed.errors import InputError, LimitsError
 from splinefeed.formats.metadata import COLUMNS, MAYBE, SCHEMA, axis_units, check_columns, check_schema, naming, to_json
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS, MAX_TICKS_IN_CHUNKS
 from splinefeed.formats.source import check_file
-from splinefeed.records import ORDERS, STREAM_COLUMNS, Limits, Response, Setpoints, TimeLaw, positive, unit_of
+from splinefeed.records import ORDERS, STREAM_COLUMNS, Limits, Response, Setpoints, TimeLaw, field_of, positive, unit_of
 
 #: Records of columns, by name.
 RECORDS: dict[str, type[Any]] = {each.__name__: each for each in (Setpoints, Response, TimeLaw)}
@@ -123,7 +123,7 @@ def _create(file: Any, first: Any) -> dict[str, Any]:
 def _write_limits(file: Any, limits: Limits) -> None:
     """Each limit as a number with its unit; LimitsError for those that only Python can say."""
     for name, value in limits.as_dict().items():
-        if name.partition(".")[0] not in ORDERS:
+        if field_of(name) not in ORDERS:
             raise LimitsError(f"{name}: a file holds no limits of combinations of axes and no torques; leave it out")
         file.create_dataset(name, data=value).attrs["units"] = _text(unit_of(name).replace("deg", "rad"))
 

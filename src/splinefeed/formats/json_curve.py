@@ -31,7 +31,7 @@ from splinefeed.formats.metadata import to_degrees, to_radians
 from splinefeed.formats.sizes import MAX_COORDINATE
 from splinefeed.formats.source import head_text
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.path import DEFAULT_AXES, JOIN_TOLERANCE, Marker, Path
+from splinefeed.geometry.path import JOIN_TOLERANCE, Marker, Path, default_axes
 from splinefeed.geometry.tool_path import ANGLES, POINTS, VECTORS, ToolPath, beside
 from splinefeed.records import ROTARY_AXES, Array
 
@@ -152,7 +152,7 @@ def _paths(document: dict[str, Any], source: str | os.PathLike[str], tolerance: 
 def _entry(said: dict[str, Any], shared: dict[str, Any], place: str) -> _Entry:
     """One curve; what it does not say itself is `shared` by all."""
     count = said["control_points"].shape[1]
-    axes = tuple(said.get("axes", shared.get("axes", DEFAULT_AXES[:count])))
+    axes = tuple(said.get("axes", shared.get("axes", default_axes(count))))
     if len(axes) != count:
         raise FormatError(
             f"{place}: axes: has {len(axes)} names for control points of {count} columns; give one for each"

@@ -33,6 +33,8 @@ _OF_EACH = ("feeds", "tolerances")
 #: Places of every piece at which its curvature is sampled, in t.
 CURVATURE_PLACES = np.linspace(-1.0, 1.0, 33)
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
+#: More axes than this without names are joints of an arm, q1 and so on: all alike.
+MOST_UNNAMED = 3
 #: Ends of neighbouring curves further apart than this, mm, are a gap by default.
 JOIN_TOLERANCE = RESOLUTION
 
@@ -62,7 +64,8 @@ class Path:
     """Curves joined end to end.
 
     curves      NurbsCurves of the same number of axes, each beginning where the last one ends; also Lines or Packed
-    axes        one name an axis, linear ones (any name) first, rotary ones (a, b, c, theta) behind them
+    axes        one name an axis, linear ones (any name) first, rotary ones (a, b, c, theta) behind them; without names
+                up to three are x, y, z, and more are joints q1, q2, ..., all in one unit and all under one rule
     name        its name in files and figures; findings  remarks of its reader, one sentence each
     tolerance   the largest gap that is closed, mm (rotary axes rad): the motion closes it, see
                 `geometry.joints.closed`; `curves` stay as they are given
@@ -117,7 +120,7 @@ class Path:
                 raise CurveError(f"curve {i} of the path is a {type(curve).__name__}; expected a NurbsCurve")
             if curve.axes != self.curves[0].axes:
                 raise CurveError(f"curve {i} has {curve.axes} axes, curve 0 has {self.curves[0].axes}; all must agree")
-        self.axes = tuple(DEFAULT_AXES[: self.curves[0].axes] if axes is None else axes)
+        self.axes = tuple(default_axes(self.curves[0].axes) if axes is None else axes)
         self.linear = checked_axes(self.axes, self.curves[0].axes)
         if 0 < self.linear < len(self.axes):
             _check_still(self.flat, self.linear)
@@ -447,6 +450,11 @@ def _kept(said: dict[str, Any], kept: IntArray) -> dict[str, Any]:
     each = {name: None if said.get(name) is None else read_only(np.array(said[name])[kept]) for name in _OF_EACH}
     markers = [dataclasses.replace(m, before=int(np.searchsorted(kept, m.before))) for m in said.get("markers", ())]
     return {**said, **each, "markers": tuple(markers)}
+
+
+def default_axes(count: int) -> tuple[str, ...]:
+    """Names of `count` axes that have none: x, y, z, or joints q1, q2, ... where there are more."""
+    return DEFAULT_AXES[:count] if count <= MOST_UNNAMED else tuple(f"q{k}" for k in range(1, count + 1))
 
 
 def checked_axes(axes: Sequence[str], count: int) -> int:

@@ -200,7 +200,7 @@ class Run:
             "problems": list(self.verdict.problems),
             "bound_by": self.use.time_bound_by(),
             "axes": self.axis_peaks(),
-            "notes": [*self.path.findings, *law.notes, *self.verdict.notes, *self.remarks],
+            "notes": list(dict.fromkeys([*self.path.findings, *law.notes, *self.verdict.notes, *self.remarks])),
         }
 
     def axis_peaks(self) -> dict[str, dict[str, float | str]]:

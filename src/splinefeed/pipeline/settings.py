@@ -16,7 +16,7 @@ from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.run import PAPER_LIMITS
-from splinefeed.records import BY_AXIS, ROTARY_AXES, Limits
+from splinefeed.records import BY_AXIS, ROTARY_AXES, Limits, field_of
 
 
 def completed(
@@ -35,7 +35,7 @@ def completed(
         each = name in BY_AXIS and own.get(name)  # one number is for every linear axis
         out |= {f"{name}.{axis}": value for axis in axes if axis not in ROTARY_AXES} if each else {name: value}
     if assume:
-        kinds = {key.partition(".")[0] for key in out}
+        kinds = {field_of(key) for key in out}
         if not kinds & {"axis_acceleration", "axis_jerk"}:
             out = {"acceleration": PAPER_LIMITS.acceleration, "jerk": PAPER_LIMITS.jerk, **out}
         out = {"feed": PAPER_LIMITS.feed, **out}

@@ -18,6 +18,7 @@ from splinefeed.records.limits import TRAVEL_ENDS as TRAVEL_ENDS
 from splinefeed.records.limits import Combination as Combination
 from splinefeed.records.limits import Limits as Limits
 from splinefeed.records.limits import Torque as Torque
+from splinefeed.records.limits import field_of as field_of
 from splinefeed.records.limits import number as number
 from splinefeed.records.limits import positive as positive
 from splinefeed.records.limits import raised as raised
@@ -25,6 +26,7 @@ from splinefeed.records.limits import refuse_orientation as refuse_orientation
 from splinefeed.records.limits import shown_by as shown_by
 from splinefeed.records.limits import unit_along as unit_along
 from splinefeed.records.limits import unit_of as unit_of
+from splinefeed.records.limits import unlimited_axes as unlimited_axes
 from splinefeed.records.motion import LAW_COEFFICIENTS as LAW_COEFFICIENTS
 from splinefeed.records.motion import STREAM_COLUMNS as STREAM_COLUMNS
 from splinefeed.records.motion import Response as Response

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -42,12 +43,23 @@ ANGLES = ("orientation_error",)
 _PER = ("", "/s", "/s^2", "/s^3")
 
 
+#: A limit in the path's order as `Limits.as_dict` writes it.
+_IN_ORDER = re.compile(r"(\w+)\[\d+\]")
+
+
+def field_of(name: str) -> str:
+    """The field of Limits that a name of `Limits.as_dict` belongs to: axis_jerk for axis_jerk.x and axis_jerk[0]."""
+    return re.split(r"[.[]", name, maxsplit=1)[0]
+
+
 def unit_of(name: str, along: str = "mm") -> str:
     """Unit of a limit by its name, for people: of a rotary axis in degrees, along a path in `along` and its like.
 
     Example: `unit_of("axis_jerk.theta")` is deg/s^3
     """
     kind, _, axis = name.partition(".")
+    if _IN_ORDER.fullmatch(name):
+        return "(mm or rad)" + _PER[ORDERS[field_of(name)]]
     if kind == "torque":
         return "N m" if axis in ROTARY_AXES else "N"
     if kind == "combinations":
@@ -68,6 +80,8 @@ def raised(unit: str) -> str:
     return unit.replace("^2", "²").replace("^3", "³")
 
 
+#: An axis that moves by no more roundings than this, of its positions, does not move.
+MOVE_ROUNDINGS = 64.0
 #: What of a combination is bounded, in the order of the derivatives.
 BOUNDED = ("velocity", "acceleration", "jerk")
 
@@ -77,6 +91,23 @@ def check_axes(name: str, given: Iterable[str], axes: Sequence[str]) -> None:
     for axis in given:
         if axis not in axes:
             raise LimitsError(f"{name}.{axis}: the path has no axis {axis!r}; its axes are {', '.join(axes)}")
+
+
+def unlimited_axes(limits: Limits, axes: Sequence[str], low: Array, high: Array) -> list[str]:
+    """A sentence for each kind of limit that some axes have and others that move do not.
+
+    low, high  (axes,) where each axis is at least and at most, mm or rad: what is rounding of these is no motion
+    """
+    size = np.maximum(np.abs(low), np.abs(high))
+    moves = high - low > MOVE_ROUNDINGS * np.finfo(float).eps * size
+    found = []
+    for name in AXIS_LIMITS:
+        bounded = np.isfinite(limits.of_axes(name, axes))
+        free = np.array(axes)[moves & ~bounded].tolist()
+        if free and bounded.any():
+            verb = "moves" if len(free) == 1 else "move"
+            found.append(f"{', '.join(free)} {verb} without {name}, which other axes have; give each axis its own")
+    return found
 
 
 def _check_bounds(what: str, bounds: Mapping[str, float]) -> None:
@@ -178,6 +209,10 @@ class Torque:
         return found, still, np.asarray(floor)
 
 
+#: Limits of axes: a number for every linear one, values in the path's order, or by name.
+OfAxes = float | Sequence[float] | Array | Mapping[str, float] | None
+
+
 @dataclass(frozen=True, kw_only=True)
 class Limits:
     """What a motion must never exceed; a limit that is left out is infinite.
@@ -187,18 +222,22 @@ class Limits:
     start_feed, end_feed  mm/s at the ends of the path
     chord_error   mm between the curve and the line from one setpoint to the next; centripetal  mm/s^2
     orientation_error  rad between the tool axis and that of a tool path, from one setpoint to the next
-    axis_velocity, axis_acceleration, axis_jerk  mm/s, mm/s^2, mm/s^3 for every linear axis; or one value per axis
-                  (rotary ones in rad), by name
+    axis_velocity, axis_acceleration, axis_jerk  mm/s, mm/s^2, mm/s^3: a number for every linear axis; or one value per
+                  axis (rotary ones in rad), by name or as a list, tuple, array or Series in the path's order of axes
     axis_velocity_step  how much the velocity of each axis may jump at a corner, mm/s, given likewise; without it the
                   tool stops at every corner (exact stop)
-    axis_minimum, axis_maximum  ends of the travel of axes (soft limits), mm or rad, by name
+    axis_minimum, axis_maximum  ends of the travel of axes (soft limits), mm or rad, by name or in the path's order
     combinations  a `Combination` by name: bounds on weighted sums of axes
     torque        a `Torque`: the joint torques of a rigid-body model
+
+    A number in mm/s is none in rad/s: on a path of linear and rotary axes it is for the linear ones, and the notes of
+    law and verdict name the others that move; a path of rotary axes alone refuses it. A Series whose index has names
+    goes by these. Each list is as long as the path has axes.
 
     Raises LimitsError for a limit that is not a positive number, for an end feed outside [0, feed], for empty travel,
     and if neither feed nor axis_velocity is given.
     Source: docs/check.md defines each by the setpoints.
-    Example: `sf.Limits(feed=60, axis_acceleration={"x": 500, "y": 800}, axis_jerk=20000)`
+    Example: `sf.Limits(feed=60, axis_acceleration={"x": 500, "y": 800}, axis_jerk=[20000, 30000])`
     """
 
     feed: float = math.inf
@@ -211,12 +250,12 @@ class Limits:
     chord_error: float | None = None
     orientation_error: float | None = None
     centripetal: float | None = None
-    axis_velocity: float | Mapping[str, float] | None = None
-    axis_acceleration: float | Mapping[str, float] | None = None
-    axis_jerk: float | Mapping[str, float] | None = None
-    axis_velocity_step: float | Mapping[str, float] | None = None
-    axis_minimum: Mapping[str, float] | None = None
-    axis_maximum: Mapping[str, float] | None = None
+    axis_velocity: OfAxes = None
+    axis_acceleration: OfAxes = None
+    axis_jerk: OfAxes = None
+    axis_velocity_step: OfAxes = None
+    axis_minimum: OfAxes = None
+    axis_maximum: OfAxes = None
     combinations: Mapping[str, Combination] | None = None
     torque: Torque | None = None
 
@@ -246,50 +285,54 @@ class Limits:
                 raise LimitsError(
                     f"{name} is {value:g} mm/s; it must lie between 0 and the feed limit of {self.feed:g} mm/s"
                 )
-        low, high = self.axis_minimum or {}, self.axis_maximum or {}
+        ends = [(name, _flat(name, getattr(self, name))) for name in TRAVEL_ENDS]
+        low, high = ({key.removeprefix(name): value for key, value in end.items()} for name, end in ends)
         if set(low) != set(high):
-            axes = ", ".join(sorted(set(low) ^ set(high)))
+            axes = ", ".join(sorted(axis.strip(".") for axis in set(low) ^ set(high)))
             raise LimitsError(f"axis_minimum and axis_maximum of {axes}: one is missing; give both ends of its travel")
         for axis in low:
             if not low[axis] < high[axis]:
                 raise LimitsError(
-                    f"axis_minimum.{axis} is {low[axis]:g} and axis_maximum.{axis} is {high[axis]:g}; no travel is left"
+                    f"axis_minimum{axis} is {low[axis]:g} and axis_maximum{axis} is {high[axis]:g}; no travel is left"
                 )
 
     @property
     def travel(self) -> dict[str, tuple[float, float]]:
-        """Least and greatest position of each axis that has soft limits, mm or rad."""
-        high = self.axis_maximum or {}
-        return {axis: (low, high[axis]) for axis, low in (self.axis_minimum or {}).items()}
+        """Least and greatest position of each axis that has soft limits by name, mm or rad; see `travel_of`."""
+        low, high = self.axis_minimum, self.axis_maximum
+        if not (isinstance(low, Mapping) and isinstance(high, Mapping)):
+            return {}
+        return {axis: (least, high[axis]) for axis, least in low.items()}
 
     def travel_of(self, axes: Sequence[str]) -> dict[str, tuple[float, float]]:
-        """`travel`; LimitsError for the travel of an axis that is not among `axes`."""
-        check_axes("travel", self.travel, axes)
-        return self.travel
+        """Least and greatest position, mm or rad, of each of `axes` that has soft limits.
+
+        Raises LimitsError for the travel of an axis that is not among `axes`.
+        """
+        low, high = (by_name("travel", getattr(self, name), axes) for name in TRAVEL_ENDS)
+        return {axis: (least, high[axis]) for axis, least in low.items()}
 
     def of_axes(self, name: str, axes: Sequence[str]) -> Array:
-        """One of BY_AXIS for each of `axes`, (axes,), infinite where there is none.
+        """One of BY_AXIS for each of `axes`, (axes,), infinite where there is none; LimitsError as `by_name` has it."""
+        found = by_name(name, getattr(self, name), axes)
+        return np.array([found.get(axis, math.inf) for axis in axes])
 
-        Raises LimitsError for a limit on an axis that is not there.
-        """
-        given = getattr(self, name)
-        if isinstance(given, Mapping):
-            check_axes(name, given, axes)
-            return np.array([given.get(axis, math.inf) for axis in axes])
-        return np.array([math.inf if given is None or axis in ROTARY_AXES else given for axis in axes])
+    def on(self, axes: Sequence[str]) -> Limits:
+        """These limits with each limit of axes by the names of `axes`; LimitsError for one that does not fit them."""
+        given = {name: getattr(self, name) for name in (*BY_AXIS, *TRAVEL_ENDS)}
+        said = dict.fromkeys(TRAVEL_ENDS, "travel")
+        changed = {k: by_name(said.get(k, k), value, axes) for k, value in given.items() if value is not None}
+        return replace(self, **changed) if changed else self  # type: ignore[arg-type]
 
     def as_dict(self) -> dict[str, float]:
         """Names and values in base units as files and reports write them, limits that are not there left out.
 
-        A limit of one axis stands as "axis_jerk.x", one of a combination as "combinations.left.jerk".
+        A limit of one axis stands as "axis_jerk.x", one in the path's order as "axis_jerk[0]", one of a combination as
+        "combinations.left.jerk".
         """
         flat: dict[str, float] = {}
         for name in ORDERS:
-            value = getattr(self, name)
-            if isinstance(value, Mapping):
-                flat |= {f"{name}.{axis}": limit for axis, limit in value.items()}
-            elif value is not None and value != math.inf:
-                flat[name] = value
+            flat |= _flat(name, getattr(self, name))
         for label, each in (self.combinations or {}).items():
             place = f"combinations.{label}"
             flat |= {f"{place}.weights.{axis}": weight for axis, weight in each.weights.items()}
@@ -306,6 +349,10 @@ class Limits:
         """The limits that `as_dict` wrote; LimitsError for an unknown name."""
         values: dict[str, Any] = {}
         for key, value in flat.items():
+            listed = _IN_ORDER.fullmatch(key)
+            if listed and listed[1] in (*BY_AXIS, *TRAVEL_ENDS):
+                values.setdefault(listed[1], []).append(value)
+                continue
             *tables, last = key.split(".")
             if (tables or [last])[0] not in (*ORDERS, "combinations"):  # a torque's model is a function
                 raise LimitsError(f"{key!r} is not a limit that a file can hold; known are {', '.join(ORDERS)}")
@@ -321,17 +368,56 @@ class Limits:
 
 
 def _checked(value: Any, name: str, check: Callable[[object, str], float]) -> Any:
-    """A limit whose every number passes `check`: one, or by axis; None for nothing."""
+    """A limit whose every number passes `check`: one, a tuple in the path's order, or by name; None for nothing."""
     if value is None:
         return None
     if name not in (*BY_AXIS, *TRAVEL_ENDS):
         return check(value, name)
-    if isinstance(value, Mapping):
+    names = list(value.keys()) if hasattr(value, "keys") else []  # a Series of pandas has them too
+    if isinstance(value, Mapping) or any(isinstance(each, str) for each in names):
         named = {str(axis): check(each, f"{name}.{axis}") for axis, each in value.items()}
         return MappingProxyType(named) if named else None
-    if name in TRAVEL_ENDS or np.ndim(value):
-        raise LimitsError(f"{name} is {value!r}; give its values by axis, such as {{'x': 500.0}}")
-    return check(value, name)
+    if isinstance(value, str) or (not np.ndim(value) and name not in TRAVEL_ENDS):
+        return check(value, name)
+    if np.ndim(value) != 1 or not len(value):
+        raise LimitsError(f"{name} is {value!r}; give one value an axis, in the path's order or as {{'x': 500.0}}")
+    return tuple(check(each, f"{name}[{k}]") for k, each in enumerate(value))
+
+
+def _flat(name: str, value: Any) -> dict[str, float]:
+    """A limit as `Limits.as_dict` writes it; nothing where there is none."""
+    if value is None or value == math.inf:
+        return {}
+    if isinstance(value, Mapping):
+        return {f"{name}.{axis}": limit for axis, limit in value.items()}
+    return {f"{name}[{k}]": each for k, each in enumerate(value)} if isinstance(value, tuple) else {name: value}
+
+
+def by_name(name: str, given: Any, axes: Sequence[str]) -> dict[str, Any]:
+    """What is given for a limit of axes, by the names of `axes`, in their order: the one place that reads its forms.
+
+    given  by name; one value each in the order of `axes`; a number for every linear axis; or None
+
+    Raises LimitsError for an axis that is not there, another number of values, and a number where no axis is linear.
+    """
+    if given is None:
+        return {}
+    if isinstance(given, Mapping):
+        check_axes(name, given, axes)
+        return {axis: given[axis] for axis in axes if axis in given}
+    if isinstance(given, tuple):
+        if len(given) != len(axes):
+            raise LimitsError(
+                f"{name} has {len(given)} values for {len(axes)} axes; give one each, in the order {', '.join(axes)}"
+            )
+        return dict(zip(axes, given, strict=True))
+    linear = [axis for axis in axes if axis not in ROTARY_AXES]
+    if not linear:
+        raise LimitsError(
+            f"{name} is one number, which is for linear axes, and {', '.join(axes)} turn; give one value each, in this "
+            "order or by name"
+        )
+    return dict.fromkeys(linear, given)
 
 
 def refuse_orientation(limits: Limits, name: str) -> None:

@@ -13,7 +13,7 @@ from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.arcs import arc
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
 from splinefeed.geometry.fitting import fit_function
-from splinefeed.geometry.path import Path
+from splinefeed.geometry.path import DEFAULT_AXES, Path
 from splinefeed.records import Array, check_finite, frozen_array
 from splinefeed.records.limits import number as finite
 
@@ -78,7 +78,8 @@ def line(
     last = point(end, "end", len(first))
     if np.all(first == last):
         raise CurveError("start and end of the line are the same point: it has no length")
-    return Path([NurbsCurve.bezier([first, last])], name="line")
+    axes = DEFAULT_AXES[: len(first)] if len(first) <= len(DEFAULT_AXES) else None
+    return Path([NurbsCurve.bezier([first, last])], axes, name="line")
 
 
 def circle(radius: float = 10.0, center: Sequence[float] = (0.0, 0.0)) -> Path:
