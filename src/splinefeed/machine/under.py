@@ -6,10 +6,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+
+from splinefeed.errors import LimitsError
 from splinefeed.machine.control import Control, changed
 from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import Axis
-from splinefeed.records import ROTARY_AXES, Limits
+from splinefeed.records import ROTARY_AXES, Limits, by_name, field_of
 
 #: Limits of an axis: name in Limits and in the file of a machine.
 _OF_AXIS = {
@@ -36,15 +39,15 @@ def under(limits: Limits, machine: Machine | None = None, name: str = "limits") 
     given = {each: value for each in _OF_AXIS if (value := getattr(limits, each)) is not None}
     named = {axis for value in given.values() if isinstance(value, Mapping) for axis in value}
     every = any(not isinstance(value, Mapping) for value in given.values())
+    for each, value in given.items():
+        if isinstance(value, tuple):
+            raise LimitsError(f"{each}: is in the order of a path's axes, and there is no path here; name the axes")
     axes, control = dict(base.axes), base.control
     more = [*(_LINEAR if every and not axes else ()), *sorted(named)]
-    for axis in dict.fromkeys([*axes, *more]):
-        new = {}
-        for each, key in _OF_AXIS.items():
-            value = given.get(each, math.inf)
-            one = value.get(axis, math.inf) if isinstance(value, Mapping) else value
-            if math.isfinite(one) and (isinstance(value, Mapping) or axis not in ROTARY_AXES):
-                new[key] = one
+    names = tuple(dict.fromkeys([*axes, *more]))
+    tables = {_OF_AXIS[each]: by_name(each, value, names) for each, value in given.items()}
+    for axis in names:
+        new = {key: table[axis] for key, table in tables.items() if axis in table}
         old = axes.get(axis, Axis(name=axis, motion="rotary" if axis in ROTARY_AXES else "linear"))
         axes[axis] = replace(old, limits=replace(old.limits, **new) if new else old.limits)
         if control is not None and axis in control.axes:
@@ -55,17 +58,18 @@ def under(limits: Limits, machine: Machine | None = None, name: str = "limits") 
     if along:
         control = changed(control or Control(), along)
     used = {*_OF_AXIS, *_PATH}
-    unused = [each for each, value in limits.as_dict().items() if value and each.partition(".")[0] not in used]
-    return replace(base, axes=axes, control=control), tuple(dict.fromkeys(each.partition(".")[0] for each in unused))
+    unused = [field_of(each) for each, value in limits.as_dict().items() if value and field_of(each) not in used]
+    return replace(base, axes=axes, control=control), tuple(dict.fromkeys(unused))
 
 
 def _along(limits: Limits) -> dict[str, float]:
     """Limits along the path as numbers of a control; the smaller of speeding up and slowing down."""
     step = limits.axis_velocity_step
+    steps = [] if step is None else list(step.values()) if isinstance(step, Mapping) else np.atleast_1d(step).tolist()
     found = {
         "acceleration": min(limits.acceleration, limits.deceleration or math.inf),
         "jerk": min(limits.jerk, limits.deceleration_jerk or math.inf),
         "arc_acceleration": limits.centripetal,
-        "velocity_step": min(step.values()) if isinstance(step, Mapping) else step,
+        "velocity_step": min(steps, default=None),
     }
     return {name: value for name, value in found.items() if value is not None and math.isfinite(value)}

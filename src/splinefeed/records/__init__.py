@@ -18,6 +18,7 @@ from splinefeed.records.limits import TRAVEL_ENDS as TRAVEL_ENDS
 from splinefeed.records.limits import Combination as Combination
 from splinefeed.records.limits import Limits as Limits
 from splinefeed.records.limits import Torque as Torque
+from splinefeed.records.limits import by_name as by_name
 from splinefeed.records.limits import field_of as field_of
 from splinefeed.records.limits import number as number
 from splinefeed.records.limits import positive as positive
