@@ -11,9 +11,9 @@ from scipy.integrate import quad
 
 import motions
 import splinefeed as sf
-from splinefeed.analysis import between, measures
+from splinefeed.analysis import measures
 from splinefeed.analysis.check_law import limits_along
-from splinefeed.geometry.rows import Rows
+from splinefeed.analysis.spans import Spans
 
 
 def circle(radius: float = 10.0) -> sf.Path:
@@ -27,16 +27,9 @@ def circle(radius: float = 10.0) -> sf.Path:
 
 def travelled(path: sf.Path, *u: float) -> float:
     """Arc length of the only curve from one parameter to another, mm."""
-    rows = Rows(path.arc_pieces)
-    return float(between.lengths(rows, *rows.find(np.zeros(2, dtype=np.int64), np.array(u)))[0][0])
-
-
-def test_without_feeds_no_step_takes_time():
-    rows = Rows(motions.smooth().arc_pieces)
-    row, u = rows.find(np.zeros(3, dtype=np.int64), np.array([0.0, 0.5, 1.0]))
-    lengths, times = between.lengths(rows, row, u)
-    assert np.all(lengths > 0.0)
-    np.testing.assert_array_equal(times, 0.0)
+    spans = Spans(path.flat, path.linear)
+    row, at = spans.find(np.zeros(2, dtype=np.int64), np.array(u))
+    return float(spans.steps(row, spans.ahead(row, (at - spans.middle[row]) * spans.scale[row]))[0])
 
 
 @pytest.mark.parametrize("path", [motions.smooth(), motions.butterfly(), circle()], ids=lambda p: p.name)

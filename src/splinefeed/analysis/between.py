@@ -1,4 +1,4 @@
-"""The motion between neighbouring setpoints: arc length by adaptive quadrature, distance from the chord, curvature.
+"""The motion between neighbouring setpoints: distance of the path from the chord, and curvature.
 
 A step runs over a part of each piece of the path from one place to the next; all parts of many steps are processed
 together, MOST of them at a time.
@@ -11,21 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinefeed.geometry.rows import Places, Rows, dot
+from splinefeed.analysis.spans import Places, Spans, dot, expanded
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: Parts of pieces that are processed together: they stay in the processor's cache.
 MOST = 4096
-#: Gauss-Kronrod quadrature, 7 nodes, 3 of them Gauss' (QUADPACK, doi:10.1007/978-3-642-61786-7).
-NODES = np.array([0.0, 0.434243749346802558, 0.774596669241483377, 0.960491268708020283])
-KRONROD = np.array([0.450916538658474142, 0.401397414775962223, 0.268488089868333441, 0.104656226026467265])
-GAUSS = np.array([8.0 / 9.0, 0.0, 5.0 / 9.0, 0.0])
-#: Both rules agree to this, relative: as the error of the finer one is about the square of that, it is rounding.
-AGREEMENT = 1e-9
-#: ... or to this of what the roundings of the coefficients make of |C'|: where C' = 0 there is nothing else.
-COEFFICIENT_ROUNDING = 1e-15
-#: Bisections of one part; at a cusp inside it the rest is then below rounding.
-BISECTIONS = 45
 #: Intervals in which a part is examined for its distance from the chord, and Newton steps to the largest distance.
 INTERVALS, NEWTON_STEPS = 8, 4
 #: What is sampled below this share of what is looked for is not examined more closely.
@@ -47,7 +37,7 @@ class Parts:
     first: IntArray
 
 
-def parts(rows: Rows, row: IntArray, u: Array) -> Iterator[tuple[slice, Parts]]:
+def parts(spans: Spans, row: IntArray, u: Array) -> Iterator[tuple[slice, Parts]]:
     """Parts of the steps between places, row and u (n + 1,), whichever way they go, MOST or one step at a time.
 
     Each slice is of steps; a step without a place at one of its ends has a part of no length.
@@ -55,7 +45,7 @@ def parts(rows: Rows, row: IntArray, u: Array) -> Iterator[tuple[slice, Parts]]:
     lost, back = _ways(row, u)
     begin, low = (np.where(back, each[1:], each[:-1]) for each in (row, u))
     end, high = (np.where(back, each[:-1], each[1:]) for each in (row, u))
-    end, low, high = np.where(lost, begin, end), *(np.where(lost, rows.low[begin], each) for each in (low, high))
+    end, low, high = np.where(lost, begin, end), *(np.where(lost, spans.low[begin], each) for each in (low, high))
     count = end - begin + 1
     until = np.cumsum(count)
     start = 0
@@ -66,16 +56,10 @@ def parts(rows: Rows, row: IntArray, u: Array) -> Iterator[tuple[slice, Parts]]:
         step, number = expanded(count[piece])
         of, last = begin[piece][step] + number, until[piece] - before - 1
         first = last - count[piece] + 1
-        low_of, high_of = rows.low[of], rows.high[of]
+        low_of, high_of = spans.low[of], spans.high[of]
         low_of[first], high_of[last] = low[piece], high[piece]
         yield piece, Parts(step, of, low_of, high_of, first)
         start = stop
-
-
-def expanded(count: IntArray) -> tuple[IntArray, IntArray]:
-    """Of each thing, of which each of n owners has `count` (n,), whose it is, and its number with that owner."""
-    owner = np.repeat(np.arange(len(count)), count)
-    return owner, np.arange(len(owner)) - (np.cumsum(count) - count)[owner]
 
 
 def _ways(row: IntArray, u: Array) -> tuple[BoolArray, BoolArray]:
@@ -85,86 +69,22 @@ def _ways(row: IntArray, u: Array) -> tuple[BoolArray, BoolArray]:
     return np.isnan(u[:-1]) | np.isnan(u[1:]), back
 
 
-def lengths(rows: Rows, row: IntArray, u: Array, feeds: Array | None = None) -> tuple[Array, Array]:
-    """Arc length from each place to the next, (n,), mm, negative where one goes back, by quadrature of |C'(u)|.
-
-    row, u (n + 1,); NaN where a place is unknown. The second array is the time, s, that the step takes at the largest
-    feed of every row, feeds (r,), mm/s, of the same sign; zeros without feeds.
-    """
-    out, time = np.zeros((2, max(len(u) - 1, 0)))
-    for steps, part in parts(rows, row, u):
-        each = _integral(rows, part)
-        out[steps] = np.add.reduceat(each, part.first)
-        if feeds is not None:
-            time[steps] = np.add.reduceat(each / feeds[part.row], part.first)
-    lost, back = _ways(row, u)
-    sign = np.where(lost, np.nan, np.where(back, -1.0, 1.0))
-    return sign * out, sign * time
-
-
-def _integral(rows: Rows, part: Parts) -> Array:
-    """Integral of |C'(u)| over every part, (p,), mm: those on which two rules differ are bisected until they agree."""
-    if rows.degree == 1 and not rows.rational:
-        places = Places(rows, part.row)
-        return places.speed(places.t(part.low)) * (part.high - part.low)
-    total = np.zeros(len(part.row))
-    owner, row, low, high = np.arange(len(part.row)), part.row, part.low, part.high
-    whole: Array | None = None
-    for depth in range(BISECTIONS + 1):
-        places = Places(rows, row)
-        half = 0.5 * (high - low)
-        middle = low + half
-        fine = KRONROD[0] * (speed := places.speed(places.t(middle)))
-        coarse = GAUSS[0] * speed
-        for node, weight, coarse_weight in zip(NODES[1:], KRONROD[1:], GAUSS[1:], strict=True):
-            before, behind = (places.speed(places.t(middle + sign * node * half)) for sign in (-1.0, 1.0))
-            pair = before + behind
-            fine += weight * pair
-            if coarse_weight:
-                coarse += coarse_weight * pair
-        fine, coarse = fine * half, coarse * half
-        whole = np.abs(fine) if whole is None else whole
-        apart = np.abs(fine - coarse)
-        open_ = apart > AGREEMENT * whole[owner]
-        if open_.any():
-            open_ &= apart > 2.0 * COEFFICIENT_ROUNDING * _largest_speed(rows, row) * half
-        if depth == BISECTIONS or not open_.any():
-            np.add.at(total, owner, fine)
-            return total
-        closed = ~open_
-        np.add.at(total, owner[closed], fine[closed])
-        owner, row = np.repeat(owner[open_], 2), np.repeat(row[open_], 2)
-        low, high = (
-            np.column_stack([low[open_], middle[open_]]).ravel(),
-            np.column_stack([middle[open_], high[open_]]).ravel(),
-        )
-    return total
-
-
-def _largest_speed(rows: Rows, row: IntArray) -> Array:
-    """What |C'(u)| of rows (n,) would be if no two of its terms cancelled: the measure of its rounding, mm a u."""
-    terms, k = np.abs(rows.terms[:, :, row]), np.arange(rows.degree + 1)[:, None]
-    weight = terms[rows.axes, 0] if rows.rational else 1.0
-    turn = np.sum(k * terms[rows.axes :], axis=(0, 1)) / weight
-    return np.asarray(np.sum((k + turn) * terms[: rows.axes], axis=(0, 1)) / weight * rows.scale[row])
-
-
-def chord_errors(rows: Rows, row: IntArray, u: Array, position: Array, worth: float | None = None) -> Array:
+def chord_errors(spans: Spans, row: IntArray, u: Array, position: Array, worth: float | None = None) -> Array:
     """Largest distance of the curve from the line between neighbouring positions, (n,), mm, NaN without a place.
 
     row, u (n + 1,), position (axes, n + 1), mm. Every part is examined by itself, ends included, so that a corner at
     a knot is never between two samples. With `worth`, mm, only steps are examined closely that may be longer than
     that, or as long as the longest.
     """
-    linear = rows.linear
+    linear = spans.linear
     out = np.empty(max(len(u) - 1, 0))
     shares = np.arange(INTERVALS + 1)[:, None] / INTERVALS
-    for steps, part in parts(rows, row, u):
+    for steps, part in parts(spans, row, u):
         ends = position[:linear, steps.start : steps.stop + 1]
         start = ends[:, part.step]
         chord = (ends[:, 1:] - ends[:, :-1])[:, part.step]
         width = part.high - part.low
-        places = Places(rows, part.row)
+        places = Places(spans, part.row)
         distance = _from_chord(places.derivatives(places.t(part.low + shares * width), 0)[0][:linear], start, chord)[0]
         best = np.argmax(distance, axis=0)
         each = distance[best, np.arange(len(best))]
@@ -177,7 +97,7 @@ def chord_errors(rows: Rows, row: IntArray, u: Array, position: Array, worth: fl
             begin + wide * shares[np.minimum(best[near] + 1, INTERVALS), 0],
         )
         place = begin + wide * shares[best[near], 0]
-        places, start, chord = Places(rows, part.row[near]), start[:, near], chord[:, near]
+        places, start, chord = Places(spans, part.row[near]), start[:, near], chord[:, near]
         for _ in range(NEWTON_STEPS if len(near) else 0):
             c, first, second = (values[:linear] for values in places.derivatives(places.t(place), 2))
             far, apart, inside = _from_chord(c, start, chord)
@@ -206,12 +126,12 @@ def _from_chord(at: Array, start: Array, chord: Array) -> tuple[Array, Array, Bo
     return np.sqrt(dot(apart, apart)), apart, inside
 
 
-def least_curvatures(rows: Rows, row: IntArray, u: Array) -> Array:
+def least_curvatures(spans: Spans, row: IntArray, u: Array) -> Array:
     """Least curvature between neighbouring places, (n,), 1/mm: at both ends and the middle of every part."""
     out = np.empty(max(len(u) - 1, 0))
     thirds = np.array([0.0, 0.5, 1.0])[:, None]
-    for steps, part in parts(rows, row, u):
-        places = Places(rows, part.row)
+    for steps, part in parts(spans, row, u):
+        places = Places(spans, part.row)
         curvature = curvatures(places, places.t(part.low + thirds * (part.high - part.low)))
         out[steps] = np.minimum.reduceat(np.min(curvature, axis=0), part.first)
     out[np.isnan(u[:-1]) | np.isnan(u[1:])] = np.nan

@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from splinefeed.analysis import between
+from splinefeed.analysis.spans import DEGREES, Places, Spans, chunks
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.rows import Places, Rows
 from splinefeed.kinematics import JointPath
 from splinefeed.records import AXIS_LIMITS, BOUNDED, KEPT, Array, BoolArray, IntArray, LimitResult, Limits
 
@@ -21,8 +21,16 @@ STEP = "axis_velocity_step"
 AT_TICK = 1e-12
 #: Steps on either side of one with a corner that show how constant the feed is around it.
 BESIDE = 2
+#: A tangent that turns by more than this at one place, rad, jumps; by more than the next, the tool has to stop there.
+CORNER_ANGLE, STOP_ANGLE = 1e-6, 1e-4
 #: A corner that turns further than this, rad, turns back: it is never passed at speed.
 TURNING_BACK = np.pi - 1e-6
+#: A curvature jumps by more than this share of itself, and of one over the length of the path.
+CURVATURE_JUMP = 1e-6
+#: A speed |C'| below this share of that around it, or beside it, is 0.
+NO_SPEED = 1e-9
+#: Knots that are looked at together: what bounds the memory.
+BLOCK = 65536
 
 
 @dataclass
@@ -90,9 +98,9 @@ class Bounds:
         return self.path.axes if self.joints is None else self.joints.axes
 
     @cached_property
-    def rows(self) -> Rows:
-        """The pieces of the path."""
-        return Rows(self.path.arc_pieces)
+    def rows(self) -> Spans:
+        """The path, by its control points, weights and knots."""
+        return Spans(self.path.flat, self.path.linear)
 
     @cached_property
     def feeds(self) -> Array:
@@ -102,9 +110,14 @@ class Bounds:
 
     @cached_property
     def row_feeds(self) -> Array:
-        """The same for each row of the path's table, (rows,)."""
-        rows = self.path.curve_rows
-        return np.repeat(self.feeds, rows[:, 1] - rows[:, 0] + 1)
+        """The same for each span of the path, (rows,)."""
+        return np.asarray(self.feeds[self.rows.curve])
+
+    @cached_property
+    def row_times(self) -> Array:
+        """The least time, s, that the feeds of the path allow up to the start of each span, (rows,)."""
+        each = (self.rows.end - self.rows.start) / self.row_feeds
+        return np.concatenate([[0.0], np.cumsum(each[:-1])])
 
     def jerks(self, growing: BoolArray, falling: BoolArray) -> Array:
         """Limit of the jerk, mm/s^3, where the feed grows and where it falls; where neither is sure, the larger one."""
@@ -124,40 +137,67 @@ class Bounds:
 
         Where C' = 0 on one side no velocity jumps: the tool must rest there, and differences see whether it does.
         """
-        wanted, rows = self.limits.axis_velocity_step is not None, self.rows
-        found = [each for each in self.path.corners if each.stop and each.angle <= TURNING_BACK] if wanted else []
-        row, u = rows.find(np.array([each.curve for each in found], dtype=int), np.array([each.u for each in found]))
-        before, behind = (
-            np.maximum(row - (u <= rows.low[row]), 0),
-            np.minimum(row + (u >= rows.high[row]), len(rows) - 1),
-        )
-        speeds, tangents, bends = [], [], []
-        for side, end in ((before, rows.high), (behind, rows.low)):
-            places = Places(rows, side)
-            _, first, second = places.derivatives(places.t(np.where(side == row, u, end[side])), 2)
+        s, angle, row = self.bends
+        passed = (angle > STOP_ANGLE) & (angle <= TURNING_BACK) & (self.limits.axis_velocity_step is not None)
+        s, (speed, tangents, curves, _) = s[passed], self._sides(row[passed])
+        passes = np.min(speed, axis=0) > NO_SPEED * np.max(speed, axis=0)
+        tangents, curves = tangents[..., passes].transpose(2, 0, 1), curves[..., passes].transpose(2, 0, 1)
+        return Corners(s[passes], np.abs(tangents[:, 1] - tangents[:, 0]), np.abs(tangents), np.abs(curves))
+
+    @cached_property
+    def bends(self) -> tuple[Array, Array, IntArray]:
+        """Places inside the path where its tangent or its curvature jumps: s, mm, angle, rad, and span before, (k,).
+
+        Of the tangent all axes count, rotary ones in degrees a mm; where C' = 0 on a side, it is the limit there.
+        """
+        rows, found = self.rows, [(np.zeros(0), np.zeros(0, dtype=np.int64))]
+        unit = np.where(np.arange(rows.axes) < rows.linear, 1.0, DEGREES)[:, None]
+        inside = np.flatnonzero(rows.knot[1:])
+        for part in chunks(len(inside), BLOCK):
+            row = inside[part]
+            _, tangents, curves, still = self._sides(row)
+            one, other = (each / np.linalg.norm(each, axis=0) for each in tangents * unit)
+            # 2 atan2 of difference and sum keeps small and straight-back angles alike to rounding
+            angle = 2.0 * np.arctan2(np.linalg.norm(other - one, axis=0), np.linalg.norm(other + one, axis=0))
+            curves = curves[:, : rows.linear or None]
+            size, jump = np.linalg.norm(curves, axis=1), np.linalg.norm(curves[1] - curves[0], axis=0)
+            corner = (angle > CORNER_ANGLE) | (jump > CURVATURE_JUMP * (1.0 / rows.length + size[0] + size[1]))
+            corner |= np.any(still, axis=0)
+            found.append((angle[corner], row[corner]))
+        angle, row = (np.concatenate(each) for each in zip(*found, strict=True))
+        return rows.end[row], angle, row
+
+    def _sides(self, row: IntArray) -> tuple[Array, ...]:
+        """|C'|, dr/ds, d2r/ds2 at the ends of spans (n,) and at the starts of the next: (2, n), (2, axes, n) twice.
+
+        And whether C' = 0, (2, n): there dr/ds is the next derivative that is not 0, of any length, along the motion.
+        """
+        sides = []
+        for side, end in ((row, 1.0), (row + 1, -1.0)):
+            places = Places(self.rows, side)
+            _, first, second, third = places.derivatives(np.full(len(side), end), 3)
             with np.errstate(divide="ignore", invalid="ignore"):
                 c, uss = between.rates(places, first, second)
-                speeds.append(c)
-                tangents.append((first / c).T)
-                bends.append((second / (c * c) + first * uss).T)
-        passes = np.minimum(*speeds) > 1e-9 * np.maximum(*speeds)
-        return Corners(
-            np.array([each.s for each in found])[passes],
-            np.abs(tangents[1] - tangents[0])[passes],
-            np.abs(np.stack(tangents, axis=1))[passes],
-            np.abs(np.stack(bends, axis=1))[passes],
-        )
+                least = NO_SPEED * (self.rows.end - self.rows.start)[side] * places.scale
+                still, bent = c <= least, np.sqrt(places.product(second, second)) > least * places.scale
+                limit = np.where(bent, -end * second, third)
+                curves = np.where(still, 0.0, second / (c * c) + first * uss)
+                sides.append((c, np.where(still, limit, first / c), curves, still))
+        return tuple(np.stack(each) for each in zip(*sides, strict=True))
 
     @cached_property
     def turning(self) -> Array:
         """Arc lengths, mm, at which the curves begin on which rotary axes move alone, (k,)."""
-        return self.path.curve_starts[:-1][self.path.flat.turning(self.path.linear)]
+        turns = self.rows.turns
+        return np.zeros(0) if turns is None else self.rows.curve_starts[np.unique(self.rows.curve[turns])]
 
     @cached_property
     def rests(self) -> Array:
         """Arc lengths at which the tool may be at rest, (m,), mm, increasing: ends, stops, and where it waits."""
-        ends = np.array([0.0, self.path.length])
-        return np.unique(np.concatenate([ends, (self.joints or self.path).stops, [s for s, _ in self.path.dwells]]))
+        s, angle, _ = self.bends
+        markers = [each.before for each in self.path.markers if each.stop]
+        stops = [self.rows.curve_starts[[0, -1, *markers]], s[angle > STOP_ANGLE]]
+        return np.unique(np.concatenate([*stops, () if self.joints is None else self.joints.stops]))
 
     def worsts(self) -> dict[str, Worst]:
         """One empty Worst a limit that is given, in the order of the report."""

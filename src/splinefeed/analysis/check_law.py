@@ -14,8 +14,8 @@ import numpy as np
 
 from splinefeed.analysis import between
 from splinefeed.analysis.check_bounds import STEP, Bounds, Worst
+from splinefeed.analysis.spans import EPSILON, Places, dot, expanded
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.rows import EPSILON, Places, dot
 from splinefeed.records import KEPT, Array, BoolArray, IntArray, LimitResult, Limits, TimeLaw, unit_along
 from splinefeed.records.motion import derivative
 
@@ -50,7 +50,7 @@ def check_law(law: TimeLaw, bounds: Bounds, worsts: dict[str, Worst], period: fl
 
     Returns problems, and notes on what the setpoints decide.
     """
-    rounding = 4.0 * EPSILON * bounds.path.length
+    rounding = 4.0 * EPSILON * bounds.rows.length
     motion = LawMotion(law, bounds, rounding)
     motion.hold({name: worst for name, worst in worsts.items() if not name.startswith(BY_SETPOINTS)})
     corners = bounds.corners.s
@@ -77,7 +77,7 @@ def limits_along(law: TimeLaw, path: Path, limits: Limits) -> dict[str, LimitRes
 
 
 def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion) -> Iterator[str]:
-    length, limits, top = bounds.path.length, bounds.limits, motion.top
+    length, limits, top = bounds.rows.length, bounds.limits, motion.top
     unit, allowed = unit_along(bounds.path.axes), bounds.tolerance + ROUNDINGS * EPSILON * length
     start = float(law(0.0))
     if abs(law.length - length) > allowed or abs(start) > allowed:
@@ -95,7 +95,7 @@ def _jumps(law: TimeLaw, bounds: Bounds, motion: LawMotion, period: float) -> tu
     limits, along = bounds.limits, unit_along(bounds.path.axes)
     problems, notes = [], []
     kinds = (
-        ("s", along, ROUNDINGS * EPSILON * bounds.path.length + NO_JUMP * motion.top * period),
+        ("s", along, ROUNDINGS * EPSILON * bounds.rows.length + NO_JUMP * motion.top * period),
         ("its feed", f"{along}/s", NO_JUMP * motion.top),
         ("its acceleration", f"{along}/s^2", NO_JUMP * motion.steepest),
     )
@@ -112,11 +112,12 @@ def _jumps(law: TimeLaw, bounds: Bounds, motion: LawMotion, period: float) -> tu
 
 def _corner_notes(law: TimeLaw, bounds: Bounds) -> Iterator[str]:
     """Where tangent or curvature jumps and the law does not stop, derivatives of the axes are infinite: note it."""
-    corners, limits = bounds.path.corners, bounds.limits
-    if not corners or (limits.axis_jerk is None and limits.axis_acceleration is None):
+    limits = bounds.limits
+    if limits.axis_jerk is None and limits.axis_acceleration is None:
         return
-    moving = law.feed(times_at(law, corners.s)) > 1e-3 * float(np.max(law.feed(np.linspace(0.0, law.duration, 257))))
-    places = corners.s[moving]
+    corners = bounds.bends[0]
+    moving = law.feed(times_at(law, corners)) > 1e-3 * float(np.max(law.feed(np.linspace(0.0, law.duration, 257))))
+    places = corners[moving]
     if len(places):
         listed = ", ".join(f"{each:.6g}" for each in places[:LISTED]) + (", ..." if len(places) > LISTED else "")
         yield (
@@ -271,7 +272,7 @@ class LawMotion:
         begin, end = c[:, 0] + self.rounding, self._along(every, span)[0] - self.rounding
         least = np.maximum(np.searchsorted(start, begin, side="right") - 1, 0)
         most = np.maximum(np.searchsorted(start, end, side="left") - 1, least)
-        owner, number = between.expanded(most - least)
+        owner, number = expanded(most - least)
         row = 1 + least[owner] + number
         ends = reached(c[owner], start[row], np.zeros(len(owner)), span[owner])
         with np.errstate(divide="ignore", invalid="ignore"):  # where the jerk, c + b tau + a tau^2, is 0

@@ -18,8 +18,8 @@ from splinefeed.analysis import between
 from splinefeed.analysis.check_bounds import BESIDE, STEP, Bounds, Fault, contain, neighbours, standing
 from splinefeed.analysis.check_tool import Tool
 from splinefeed.analysis.place import Located, Placer
+from splinefeed.analysis.spans import EPSILON, Places, expanded
 from splinefeed.errors import InputError
-from splinefeed.geometry.rows import EPSILON
 from splinefeed.records import Array, BoolArray, Setpoints, TimeLaw, unit_along, unlimited_axes
 
 #: A setpoint may be this many roundings of the largest coordinate off the curve, in addition to the tolerance.
@@ -96,18 +96,18 @@ class Judge:
         path, self.bounds, self.rows = bounds.path, bounds, bounds.rows
         size = float(np.max(self.rows.sizes[: path.linear], initial=0.0))
         rounded = 0.5 * bounds.resolution * np.sqrt(path.linear)
-        off = bounds.tolerance + ROUNDINGS * EPSILON * max(size, path.length) + float(rounded)
-        self.allowed, self.scale = max(self.allowed, off), max(self.scale, path.length)
+        off = bounds.tolerance + ROUNDINGS * EPSILON * max(size, bounds.rows.length) + float(rounded)
+        self.allowed, self.scale = max(self.allowed, off), max(self.scale, bounds.rows.length)
         self._placer = Placer(path, self.rows)
         places = bounds.turning + self.gone
         self.turning += places[places >= self._seen].tolist()
-        self._seen = self.gone + path.length
+        self._seen = self.gone + bounds.rows.length
 
     @property
     def curve(self) -> int:
         """The first curve that is not behind the last ticks."""
         assert self._tail is not None
-        return int(np.searchsorted(self.bounds.path.curve_rows[:, 0], min(self._tail.row), side="right")) - 1
+        return int(np.searchsorted(self.rows.curves[:, 0], min(self._tail.row), side="right")) - 1
 
     def without_limits(self) -> list[str]:
         """A sentence for each kind of limit that some axes have and others that move do not."""
@@ -116,8 +116,8 @@ class Judge:
     def move_on(self, bounds: Bounds, left: int) -> None:
         """Go on with a path that lacks the first `left` curves and goes on further."""
         assert self._tail is not None
-        path, start = self.bounds.path, self._placer
-        gone, row = float(path.curve_starts[left]), int(path.curve_rows[left, 0])
+        rows, start = self.rows, self._placer
+        gone, row = float(rows.curve_starts[left]), int(rows.curves[left, 0])
         self.gone += gone
         self._know(bounds)
         self._placer.go_on(start, gone)
@@ -152,11 +152,14 @@ class Judge:
         known = new if self._tail is None else self._tail.joined(new)
         count = len(known.t)
         n = min(len(new.t), count - 1)  # steps that end at new ticks; before a start in motion nothing is known
-        feeds = None if bounds.path.feeds is None else bounds.row_feeds
-        travelled, least = between.lengths(self.rows, known.row, known.u, feeds)
-        with np.errstate(divide="ignore", invalid="ignore"):
+        travelled, most = self.rows.steps(known.row, known.ahead), None
+        if bounds.path.feeds is not None:
             # over several curves the limit of the mean feed is the way through the least time that their feeds allow
-            most = None if feeds is None else np.where(least > 0.0, travelled / least, np.inf)
+            least = np.diff(known.ahead / bounds.row_feeds[known.row]) + np.diff(bounds.row_times[known.row])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                most = np.where(least > 0.0, travelled / least, np.inf)
+            curve = self.rows.curve[known.row]
+            most = np.where(curve[1:] == curve[:-1], bounds.row_feeds[known.row[1:]], most)
         moved = np.diff(known.values, axis=1)
         steps = np.concatenate([travelled[None], moved, bounds.weights @ moved])
         rounding = self._rounding(known, travelled)
@@ -241,7 +244,7 @@ class Judge:
     def _rounding(self, place: Ticks, travelled: Array) -> Array:
         """How far rounding alone can move ticks along the path and on each axis, (1 + axes, n), mm or rad."""
         rows, path, digit = self.rows, self.bounds.path, 0.5 * self.bounds.resolution
-        along = EPSILON * np.maximum(path.length, rows.parameters[place.row] * place.speed)
+        along = EPSILON * np.maximum(rows.length, rows.parameters[place.row] * place.speed)
         of_axes = EPSILON * rows.sizes[:, place.row] + digit
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.where(place.speed > 0.0, np.abs(place.velocity) / place.speed, 1.0)
@@ -255,9 +258,9 @@ class Judge:
     def _check_end(self, kind: str, place: Ticks) -> None:
         """Whether the first or last tick is the path's, by position and, for closed paths, by arc length."""
         path, k = self.bounds.path, 0 if kind == "start" else -1
-        curve = path.curves[k]
-        apart = place.position[:, k] - curve(curve.domain[k])
-        short = abs(float(place.s[k]) - (0.0 if kind == "start" else path.length))
+        end = Places(self.rows, np.array([k])).derivatives(np.array([-1.0 if kind == "start" else 1.0]), 0)[0]
+        apart = place.position[:, k] - end[:, 0]
+        short = abs(float(place.s[k]) - (0.0 if kind == "start" else self.rows.length))
         missing = max(float(np.linalg.norm(apart[: path.linear])), short)
         turned = float(np.max(np.abs(apart[path.linear :]), initial=0.0))
         setattr(self, f"{kind}_error", missing)
@@ -353,7 +356,7 @@ class Judge:
         corners = self.bounds.corners
         low, high = (np.searchsorted(corners.s, each[within], side="right") for each in (begin, end))
         count = np.where(np.isfinite(end[within]), np.maximum(high - low, 0), 0)
-        step, number = between.expanded(count)
+        step, number = expanded(count)
         if not len(step):
             return
         k, i = low[step] + number, within.start + step

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.analysis.place import Placer
-from splinefeed.geometry.rows import EPSILON, Rows
+from splinefeed.analysis.spans import EPSILON, Spans
 from splinefeed.geometry.tool_path import ANGLES
 from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, IntArray, Setpoints
@@ -30,7 +30,7 @@ MOVING = 0.01
 class Tool:
     """Tip and tool axis of joints on their path, and the largest errors so far: of the chord, mm, of the axis, rad."""
 
-    def __init__(self, path: JointPath, rows: Rows, placer: Placer) -> None:
+    def __init__(self, path: JointPath, rows: Spans, placer: Placer) -> None:
         self.path, self._rows, self._placer = path, rows, placer
         self.chord_error = self.off_axis = self.turned = 0.0
         self._size, self._steep = np.zeros((2, len(path.axes)))
@@ -68,7 +68,7 @@ class Tool:
         slope = np.abs(np.diff(joints, axis=1))[:, moving] / way[moving]
         self._steep = np.fmax(self._steep, np.fmax.reduce(slope, axis=1, initial=0.0))
         self._size = np.fmax(self._size, np.fmax.reduce(np.abs(joints), axis=1, initial=0.0))
-        each = ROUNDINGS * EPSILON * (self._size + self._steep * self.path.length)
+        each = ROUNDINGS * EPSILON * (self._size + self._steep * self._rows.length)
         return np.repeat(each[:, None], joints.shape[1], axis=1)
 
     def chords(self, joints: Array, s: Array) -> tuple[tuple[Array, float], tuple[Array, float]]:
@@ -89,5 +89,5 @@ class Tool:
             turned[known] = np.maximum(turned[known], self._angles(curve, u, axis))
         self.chord_error = max(self.chord_error, float(np.max(worst)))
         self.turned = max(self.turned, float(np.max(turned)))
-        size = max(float(np.max(self._size)), self.path.length)
+        size = max(float(np.max(self._size)), self._rows.length)
         return (worst, ROUNDINGS * EPSILON * size), (turned, ROUNDINGS * EPSILON)

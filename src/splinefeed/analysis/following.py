@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from splinefeed.analysis.spans import Spans
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.rows import Rows
 from splinefeed.geometry.search import Search, on_rows
 from splinefeed.records import ROTARY_AXES, Array, Response, check_finite, positive, shown_by, unit_along
 
@@ -51,8 +51,8 @@ class ContourMeter:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._rows = Rows(path.arc_pieces)
-        self._search = Search(self._rows, closed=path.closed)
+        self._rows = Spans(path.flat, path.linear)
+        self._search = Search(cast(Any, self._rows), closed=path.closed)
 
     def measure(self, position: ArrayLike, *, s_hint: ArrayLike | None = None) -> Contour:
         """Contour error of `position` (n, axes) or (n, linear axes), mm; rotary axes do not count.
@@ -79,11 +79,12 @@ class ContourMeter:
         q = np.ascontiguousarray(points[:, : path.linear].T)
         if not np.all(np.abs(q) <= FARTHEST) or not np.all(np.isfinite(0.0 if hint is None else hint)):
             raise InputError(f"a position or s_hint is beyond {FARTHEST:g} mm or not finite; its distance is no number")
-        hint = None if hint is None else np.clip(hint, 0.0, path.length)
+        hint = None if hint is None else np.clip(hint, 0.0, self._rows.length)
         if not path.linear:  # nothing to be away from: every position is on the path
             return Contour(np.zeros(len(points)), np.zeros(len(points)) if hint is None else hint)
         found = self._search.whole(q) if hint is None else self._search.near(q, hint)
-        return Contour(np.sqrt(found.square), self._rows.arc_length(found.row, on_rows(self._rows, found)[0]))
+        t, _, _ = on_rows(cast(Any, self._rows), found)
+        return Contour(np.sqrt(found.square), self._rows.arc_length(found.row, t))
 
 
 @dataclass

@@ -8,9 +8,9 @@ from itertools import combinations
 import numpy as np
 
 from splinefeed.analysis import between
+from splinefeed.analysis.spans import EPSILON, Places, Spans
 from splinefeed.geometry.differential import by_arc_length, curvatures
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.rows import EPSILON, Places, Rows
 from splinefeed.kinematics import JointPath
 from splinefeed.records import AXIS_LIMITS, Array, IntArray, Limits, Setpoints, TimeLaw
 
@@ -208,10 +208,11 @@ class Ripple:
 def steps(setpoints: Setpoints, path: Path) -> Array:
     """Arc length along the path from each setpoint to the next, (n - 1,), mm, negative where one goes back.
 
-    By adaptive quadrature of |C'(u)|, independent of the arc-length table that the interpolators use.
+    By quadrature of |C'(u)|, independent of the arc-length table that the interpolators use; see `spans`.
     """
-    rows = Rows(path.arc_pieces)
-    return between.lengths(rows, *rows.find(setpoints.curve, setpoints.u))[0]
+    rows = Spans(path.flat, path.linear)
+    row, u = rows.find(setpoints.curve, setpoints.u)
+    return rows.steps(row, rows.ahead(row, (u - rows.middle[row]) * rows.scale[row]))
 
 
 def feed_ripple(setpoints: Setpoints, path: Path, law: TimeLaw, *, top: float | None = None) -> Ripple:
@@ -244,7 +245,7 @@ def drift(setpoints: Setpoints, law: TimeLaw) -> Array:
 
 def chord_errors(setpoints: Setpoints, path: Path) -> Array:
     """Largest distance of the curve from the straight line between neighbouring setpoints, (n - 1,), mm."""
-    rows = Rows(path.arc_pieces)
+    rows = Spans(path.flat, path.linear)
     row, u = rows.find(setpoints.curve, setpoints.u)
     places = Places(rows, row)
     return between.chord_errors(rows, row, u, places.derivatives(places.t(u), 0)[0])

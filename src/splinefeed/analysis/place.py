@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Self
+from typing import Any, Self, cast
 
 import numpy as np
 
+from splinefeed.analysis.spans import EPSILON, Places, Spans
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.rows import EPSILON, Places, Rows
 from splinefeed.geometry.search import Found, Search
 from splinefeed.records import Array, BoolArray, IntArray, Setpoints
 
@@ -28,8 +28,8 @@ FIRST_AHEAD, MOST_AHEAD, DRIFT = 32, 4096, 32.0
 class Located:
     """Setpoints on their path, n of them, in this order of time; NaN where a position is not finite.
 
-    row, u    (n,)       row of the path's table, and the parameter on it
-    s         (n,)       arc length, mm
+    row, u    (n,)       span of the path, and the parameter on it
+    s, ahead  (n,)       arc length, and that from the start of the span, mm
     apart     (n,)       distance from the path's point there over the linear axes, mm
     turned    (n,)       largest deviation of a rotary axis there, rad
     astray    (n,)       distance from the point that curve and u name, mm; 0 if that is right, or if they name none
@@ -40,6 +40,7 @@ class Located:
     row: IntArray
     u: Array
     s: Array
+    ahead: Array
     apart: Array
     turned: Array
     astray: Array
@@ -64,8 +65,8 @@ class Placer:
     near where the ones before it predict, for a path may cross itself or run straight back over itself.
     """
 
-    def __init__(self, path: Path, rows: Rows | None = None) -> None:
-        self.path, self.rows = path, rows or Rows(path.arc_pieces)
+    def __init__(self, path: Path, rows: Spans | None = None) -> None:
+        self.path, self.rows = path, rows or Spans(path.flat, path.linear)
         self._turned = self.rows.turns is not None
         self._s: float | None = None  # arc length of the last setpoint, and its position
         self._q = np.zeros(0)
@@ -76,7 +77,7 @@ class Placer:
     @cached_property
     def search(self) -> Search:
         """Nearest points of the path; where only rotary axes move, also over these."""
-        return Search(self.rows, closed=self.path.closed, turned=self._turned)
+        return Search(cast(Any, self.rows), closed=self.path.closed, turned=self._turned)
 
     def locate(self, setpoints: Setpoints, allowed: float) -> Located:
         """Where each setpoint is: where its curve and u say, if it is within `allowed`, mm and rad, of that."""
@@ -102,7 +103,7 @@ class Placer:
                 row[run], u[run], place.s[run] = found.row, self.parameter(found), rows.arc_length(found.row, found.t)
             place = self._at(row, u, position)
         self._carry(place.s, position, finite, len(u))
-        for each in (place.u, place.s, place.apart, place.turned, place.speed, place.velocity):
+        for each in (place.u, place.s, place.ahead, place.apart, place.turned, place.speed, place.velocity):
             each[..., ~finite] = np.nan
         return replace(place, astray=astray)
 
@@ -117,7 +118,8 @@ class Placer:
             apart = np.sqrt(np.sum(off[:linear] ** 2, axis=0))
             turned = np.max(np.abs(off[linear:]), axis=0, initial=0.0)
         speed = np.sqrt(places.product(velocity, velocity))
-        return Located(row, u, self.rows.arc_length(row, t), apart, turned, turned, speed, velocity, position)
+        ahead = self.rows.ahead(row, t)
+        return Located(row, u, self.rows.start[row] + ahead, ahead, apart, turned, turned, speed, velocity, position)
 
     def metric(self, position: Array) -> Array:
         """Positions (axes, n) as `search` counts them, (dims, n)."""
@@ -126,7 +128,8 @@ class Placer:
     def parameter(self, found: Found) -> Array:
         """u (n,) of what was found."""
         rows, row = self.rows, found.row
-        return np.clip(rows.middle[row] + found.t / rows.scale[row], rows.low[row], rows.high[row])
+        u = rows.middle[row] + found.t / rows.scale[row]
+        return np.asarray(np.clip(u, rows.low[row], rows.high[row]))
 
     def _carry(self, s: Array, position: Array, finite: BoolArray, count: int) -> None:
         """Record the last of the first `count` setpoints that has a place."""
@@ -148,13 +151,13 @@ class Placer:
             t = self.rows.parameter(row, np.array([last]) - self.rows.start[row])
             self._q = Places(self.rows, row).derivatives(t, 0)[0][:, 0]
         before = self.metric(self._q[:, None])
-        slack = max(allowed, ROUNDINGS * EPSILON * self.path.length)
+        slack = max(allowed, ROUNDINGS * EPSILON * self.rows.length)
         begin = 0
         while begin < count:
             index = np.arange(begin, min(begin + self._ahead, count))
             here = q[:, index]
             way = np.linalg.norm(np.diff(np.concatenate([before, here], axis=1), axis=1), axis=0)
-            hint = np.minimum(last + np.cumsum(way), self.path.length)
+            hint = np.minimum(last + np.cumsum(way), self.rows.length)
             found = self.search.near(here, hint, closed=False)
             s = self.rows.arc_length(found.row, found.t)
             done = self._onward(here, way, slack, last, apart, found, s)
@@ -177,18 +180,18 @@ class Placer:
         the path; rotary axes that they lack are 0.
         """
         if np.isfinite(setpoints.s).all():
-            return np.clip(setpoints.s, 0.0, self.path.length)
+            return np.clip(setpoints.s, 0.0, self.rows.length)
         known = dict(zip(setpoints.axes, setpoints.position.T, strict=True))
         position = np.stack([known.get(axis, np.zeros(len(setpoints))) for axis in self.path.axes])
         if self._s is None:
             self._turned &= known.keys() >= set(self.path.axes)
             found = self.search.whole(self.metric(position[:, :1]))
             self._s = float(self.rows.arc_length(found.row, found.t)[0])
-            if self.path.closed and self._s >= (1.0 - AT_SEAM) * self.path.length:
+            if self.path.closed and self._s >= (1.0 - AT_SEAM) * self.rows.length:
                 self._s = 0.0
         found = self.follow(position, 0.0)
         self.apart = max(self.apart, float(np.sqrt(np.max(found.square, initial=0.0))))
-        return np.clip(self.rows.arc_length(found.row, found.t), 0.0, self.path.length)
+        return np.clip(self.rows.arc_length(found.row, found.t), 0.0, self.rows.length)
 
     def _onward(self, q: Array, way: Array, slack: float, last: float, apart: float, found: Found, s: Array) -> int:
         """How many of the places found are right, or made so: the first that had to be moved is the last of them.
@@ -206,7 +209,7 @@ class Placer:
             return len(s)
         step, before, near = step[doubtful], before[doubtful], distance[doubtful] + slack
         side = np.array([[0.0], [1.0]])  # the first place ahead, and from a place behind the last one that as far ahead
-        hint = np.minimum(before + side * np.abs(step), self.path.length)
+        hint = np.minimum(before + side * np.abs(step), self.rows.length)
         other = self.search.near(np.tile(q[:, doubtful], 2), hint.ravel(), closed=False)
         at = self.rows.arc_length(other.row, other.t).reshape(hint.shape) - before
         moved = (np.sqrt(other.square).reshape(hint.shape) <= near) & (np.abs(at - step) > 2.0 * slack)

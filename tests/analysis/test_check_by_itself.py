@@ -1,0 +1,123 @@
+"""The check evaluates by itself: faults of the tables that planner and interpolator share are found, none is read."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import NoReturn
+
+import numpy as np
+
+import motions
+import splinefeed as sf
+from splinefeed.geometry import path as path_module
+from splinefeed.geometry import pieces, tables
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.kernels import layout
+
+LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000, axis_acceleration=500, centripetal=400, chord_error=1e-3)
+
+
+def path() -> sf.Path:
+    """A line, a cubic over several spans, and an arc: not one table is made before it is asked for."""
+    cubic = sf.NurbsCurve(3, [0, 0, 0, 0, 1, 2, 3, 3, 3, 3], [[20, 0], [25, 0], [30, 5], [35, 15], [40, 15], [45, 15]])
+    arc = sf.NurbsCurve.bezier([[45, 15], [55, 15], [55, 25]], [1, np.sqrt(0.5), 1])
+    return sf.Path([sf.NurbsCurve.bezier([[0, 0], [20, 0]]), cubic, arc])
+
+
+def motion(limits: sf.Limits = LIMITS) -> tuple[sf.Setpoints, sf.TimeLaw]:
+    made = path()
+    law = sf.plan(made, limits, period=1e-3)
+    return sf.interpolate(made, law), law
+
+
+def test_nothing_but_control_points_weights_and_knots_is_read(monkeypatch):
+    points, law = motion()
+    stranger = dataclasses.replace(points, u=np.full(len(points), np.nan), curve=np.full(len(points), -1))
+    fresh = path()
+
+    def read(self: object) -> NoReturn:
+        raise AssertionError("the check reads a table of the path")
+
+    for name in (
+        "arc_pieces",
+        "span_pieces",
+        "table",
+        "length",
+        "curve_starts",
+        "curve_rows",
+        "corners",
+        "stops",
+        "dwells",
+    ):
+        monkeypatch.setattr(path_module.Path, name, property(read))
+    monkeypatch.setattr(NurbsCurve, "_pieces", property(read))
+    monkeypatch.setattr(NurbsCurve, "arc", property(read))
+    for name in ("locate", "evaluate", "arc_length", "__call__"):
+        monkeypatch.setattr(path_module.Path, name, read)
+    assert sf.check(points, fresh, LIMITS, law=law).ok
+    assert sf.check(stranger, fresh, LIMITS).ok
+
+
+def test_a_wrong_expansion_of_a_span_is_found(monkeypatch):
+    """One coefficient of every cubic and arc is off by a millionth, in the tables of planner and interpolator alike."""
+    right = tables.power_form
+
+    def wrong(*given):
+        out = right(*given)
+        out[2:] *= 1.0 + 1e-6
+        return out
+
+    monkeypatch.setattr(tables, "power_form", wrong)
+    points, law = motion()
+    problems = sf.check(points, path(), LIMITS, law=law).problems
+    assert any("off the curve" in each for each in problems)
+
+
+def test_an_arc_length_that_is_wrong_everywhere_is_found(monkeypatch):
+    """The table says 0.1 % less than the path is long: planned at the feed, everything is 0.1 % too fast."""
+    right = tables.arc_pieces
+
+    def wrong(*given):
+        made = right(*given)
+        table = made.table.copy()
+        table[:, layout.START : layout.ORIGIN] *= 0.999
+        return pieces.Pieces(table, made.shape, made.rows, 0.999 * made.curve_starts)
+
+    monkeypatch.setattr(path_module, "arc_pieces", wrong)
+    points, law = motion(sf.Limits(feed=20, acceleration=500, jerk=20000))
+    verdict = sf.check(points, path(), sf.Limits(feed=20, acceleration=500, jerk=20000), law=law)
+    assert verdict.limits["feed"].share > 1.0009
+    assert not verdict.limits["feed"].holds
+    assert any(each.startswith("law: runs from s = 0 to") for each in verdict.problems)
+
+
+def test_a_wrong_kernel_of_the_derivatives_is_found(monkeypatch):
+    """Second derivatives are half of what they are: the planner sees half of every bend and goes too fast."""
+    right = pieces.derivatives
+
+    def wrong(c, shape, t, order, out):
+        right(c, shape, t, order, out)
+        out[:, 2:] *= 0.5
+
+    monkeypatch.setattr(pieces, "derivatives", wrong)
+    limits = sf.Limits(feed=60, acceleration=500, jerk=20000, centripetal=60)
+    points, law = motion(limits)
+    verdict = sf.check(points, path(), limits, law=law)
+    assert verdict.limits["centripetal"].share > 1.2
+
+
+def test_spans_agree_with_the_tables_of_the_path():
+    """Two evaluators that share nothing: on a rough curve, points and arc lengths agree to rounding."""
+    from splinefeed.analysis.spans import Places, Spans
+
+    butterfly = motions.butterfly()
+    spans = Spans(butterfly.flat, butterfly.linear)
+    u = np.sort(np.random.default_rng(1).uniform(*butterfly.curves[0].domain, 5000))
+    curve = np.zeros(len(u), dtype=np.int64)
+    row, _ = spans.find(curve, u)
+    places = Places(spans, row)
+    t = places.t(u)
+    np.testing.assert_allclose(places.derivatives(t, 0)[0].T, butterfly.evaluate(curve, u)[:, 0], atol=1e-12)
+    s = spans.arc_length(row, t)
+    np.testing.assert_allclose(s, butterfly.arc_length(curve, u), atol=1e-11)
+    np.testing.assert_allclose(spans.parameter(row, s - spans.start[row]), t, atol=1e-9)
