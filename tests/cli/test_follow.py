@@ -95,8 +95,7 @@ def test_bad_input(refused, folder, setpoints):
         return refused("follow", *words)
 
     assert follow(setpoints, "--machine", "xyteta") == (
-        "xyteta: no machine of this name; there are hurco-02, hurco-04, lintable, router, trunnion, xytheta; "
-        "did you mean 'xytheta'?"
+        f"xyteta: no machine of this name; there are {', '.join(Machine.names())}; did you mean 'xytheta'?"
     )
     assert follow("nothing.h5", "--machine", "xytheta").startswith("nothing.h5: no such file")
     assert follow(setpoints) == "Missing option '--machine'; see splinefeed follow --help"

@@ -18,10 +18,66 @@ def test_time_in_words(splinefeed):
     assert result.exit_code == 0, result.stderr
     total = sf.cycle_time(BOX, "hurco-02").total
     lines = result.stdout.splitlines()
-    assert lines[0].startswith(f"box-op2 on hurco-02: 1 min {total - 60:.0f} s ({total:.2f} s), 1175 blocks")
+    assert lines[0] == (
+        f"box-op2 on hurco-02: 1 min {total - 60:.0f} s ({total:.2f} s), 1175 blocks; dialect fanuc; control: "
+        "blending, velocity steps of 2.237 mm/s"
+    )
     assert [line.split()[0] for line in lines if line[:1] == "T"] == ["T3", "T21"]
     assert sum(line.startswith("line ") for line in lines) == 10
     assert any(line.startswith("tool_change ") for line in lines)
+
+
+CORNERS = "G21 G90 G17\nG1 X10 F600\nY10\nX20\nG0 Z5\nM30\n"
+
+
+@pytest.fixture
+def settings(monkeypatch, tmp_path_factory):
+    """An empty folder of the user's settings."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path_factory.mktemp("settings")))
+
+
+def test_without_a_machine_a_plain_one_is_taken_and_said(splinefeed, folder, settings):
+    (folder / "part.nc").write_text(CORNERS)
+    lines = splinefeed("time", "part.nc").stdout.splitlines()
+    assert lines[0].startswith("part on plain-mill: ") and "; dialect linuxcnc; " in lines[0]
+    assert lines[0].endswith("control: stops at corners, no [control] says otherwise")
+    page = json.loads(splinefeed("time", "part.nc", "--json").stdout)
+    assert page["corner_stops"] == 2 and page["dialect"] == "linuxcnc"
+    assert lines[1].startswith(f"2 corners are stops: {page['corner_stops_s']:.2f} s more than passing them, ")
+    assert 0.0 < page["corner_stops_s"] < 0.2 * page["total_s"]
+    assert page["notes"][-1].startswith("no machine is named: plain-mill, ")
+    named = json.loads(splinefeed("time", "part.nc", "--machine", "plain-mill", "--json").stdout)
+    assert named["total_s"] == page["total_s"] and not named["notes"]
+
+
+def test_where_corners_are_passed_none_is_a_stop(splinefeed, folder):
+    (folder / "part.nc").write_text(CORNERS.replace("G17", "G17 G64 P1"))
+    page = json.loads(splinefeed("time", "part.nc", "--machine", "plain-mill", "--json").stdout)
+    assert (page["corner_stops"], page["corner_stops_s"]) == (0, pytest.approx(0.0, abs=0.05))
+    page = json.loads(splinefeed("time", "part.nc", "--machine", "hurco-02", "--json").stdout)
+    assert (page["corner_stops"], page["corner_stops_s"]) == (0, 0.0)
+
+
+def test_the_usual_machine_is_the_one_that_the_user_chose(splinefeed, refused, folder, settings):
+    (folder / "part.nc").write_text(CORNERS)
+    (folder / "mill.toml").write_text(
+        "".join(f'[axis.{each}.limits]\nvelocity = "2m/min"\nacceleration = "100mm/s^2"\n' for each in "xyz")
+    )
+
+    def machine(*words):
+        return json.loads(splinefeed("time", "part.nc", "--json", *words).stdout)["machine"]
+
+    assert json.loads(splinefeed("machine", "use", "--json").stdout) == {"usual": None, "plain": "plain-mill"}
+    assert refused("machine", "use", "none.toml").startswith("none.toml: no such file")
+    assert "mill.toml" in splinefeed("machine", "use", "mill.toml").stdout
+    page = json.loads(splinefeed("time", "part.nc", "--json").stdout)
+    assert page["machine"] == "mill" and "mill.toml, as splinefeed machine use says" in page["notes"][-1]
+    assert machine("--machine", "plain-mill") == "plain-mill"
+    (folder / "mill.toml").unlink()
+    assert refused("time", "part.nc").endswith("it is the usual machine, splinefeed machine use FILE chooses another")
+    assert refused("machine", "use", "router", "--forget").startswith("--forget: is for no machine")
+    splinefeed("machine", "use", "--forget")
+    assert machine() == "plain-mill"
 
 
 def test_time_as_json_with_a_figure(splinefeed, folder):

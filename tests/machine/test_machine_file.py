@@ -61,7 +61,7 @@ def problems(*changes: tuple[str, str]) -> tuple[str, ...]:
 
 
 def test_the_package_has_its_machines() -> None:
-    assert Machine.names() == ("hurco-02", "hurco-04", "lintable", "router", "trunnion", "xytheta")
+    assert Machine.names() == ("hurco-02", "hurco-04", "lintable", "plain-mill", "router", "trunnion", "xytheta")
     for name in Machine.names():
         machine = Machine.load(name)
         assert machine.name == name

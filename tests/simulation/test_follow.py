@@ -197,7 +197,7 @@ def test_axes_at_rest_stay_where_they_are() -> None:
 def test_no_machine_of_the_package_runs_away_on_a_calm_wave() -> None:
     for machine in map(Machine.load, Machine.names()):
         axes = tuple(machine.axes)
-        if not axes:  # a control alone, for cycle times
+        if not axes or not machine.simulates(axes):  # a control or limits alone, for cycle times
             continue
         calm = np.column_stack([(0.1 if axis in ("theta", "a", "b", "c") else 1.0) * WAVE for axis in axes])
         response = follow(setpoints(calm, axes), machine)

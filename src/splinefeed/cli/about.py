@@ -66,6 +66,37 @@ def show_machine(say: Say, name: str) -> Page:
 
 machine.add_command(list_machines, "list")
 machine.add_command(show_machine, "show")
+
+
+def _show_usual(page: Page) -> list[Block]:
+    if page["usual"] is None:
+        return [[f"no usual machine; splinefeed time takes {page['plain']} where none is named"]]
+    return [[f"the usual machine is {page['usual']}: splinefeed time takes it where none is named"]]
+
+
+@answers(_show_usual, "")
+@options.table("""
+name        [NAME|FILE]
+--forget    -           Have no usual machine.
+""")
+def use_machine(say: Say, name: str | None, forget: bool) -> Page:
+    """Choose the machine that `splinefeed time` takes where none is named; without NAME, show it.
+
+    Examples:
+      splinefeed machine use mill.toml
+      splinefeed machine use
+      splinefeed machine use --forget
+    """
+    from splinefeed.errors import InputError
+    from splinefeed.machine import usual
+
+    if name is not None and forget:
+        raise InputError("--forget: is for no machine; leave out the machine or --forget")
+    kept = usual.choose(name) if name is not None or forget else usual.chosen()
+    return {"usual": kept, "plain": usual.PLAIN}
+
+
+machine.add_command(use_machine, "use")
 for name, command in machine_from.COMMANDS.items():
     machine.add_command(command, name)
 

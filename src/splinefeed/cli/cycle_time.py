@@ -30,8 +30,11 @@ def _show_time(page: Page) -> list[Block]:
     ]
     saves = [[each["what"], f"{each['saves_s']:.2f}"] for each in page["saves"] if each["saves_s"] >= 0.005]
     total = f"{clock} ({page['total_s']:.2f} s), {page['blocks']} blocks"
+    head = f"{page['name']} on {page['machine']}: {total}; dialect {page['dialect']}; control: {page['control']}"
+    stops = f"{page['corner_stops']} corners are stops: {page['corner_stops_s']:.2f} s more than passing them"
+    share = f", {page['corner_stops_s'] / page['total_s']:.1%} of the time" if page["total_s"] else ""
     return [
-        [f"{page['name']} on {page['machine']}: {total}", *notes(page["notes"])],
+        [head, *([f"{stops}{share}"] if page["corner_stops"] else []), *notes(page["notes"])],
         table(["tool (s)", *(kind.replace("_", " ") for kind in (*kinds, "total"))], tools),
         table(["place", "s", "beyond feed, s", "what binds"], places),
         table(["20 % better", "saves, s"], saves) if saves else [],
@@ -41,7 +44,8 @@ def _show_time(page: Page) -> list[Block]:
 @answers(_show_time, "")
 @options.table("""
 program         PROGRAM
---machine       NAME|FILE   The machine: its [control], or the limits of its axes.
+--machine       NAME|FILE   The machine: its [control], or the limits of its axes.  [default: that of
+                            splinefeed machine use, else plain-mill]
 --limits limits_file  FILE  Limits in a TOML file, as run takes them; they hold in place of the machine's.
 --figure        FILE        Draw a bar chart along the program (.svg, .png, .pdf).
 --no-saves      -           Do not search for what would save time.
@@ -56,6 +60,7 @@ def time(say: Say, program: str, **given: Any) -> Page:
     slowest lines with the limit that binds there, and what 20 % more of each limit saves.
 
     Examples:
+      splinefeed time part.nc
       splinefeed time part.nc --machine hurco-04
       splinefeed time part.nc --machine my-mill.toml --figure part-time.svg
       splinefeed time part.nc --limits limits.toml
@@ -64,7 +69,7 @@ def time(say: Say, program: str, **given: Any) -> Page:
     """
     from splinefeed.report.time_figures import time_figure
 
-    machine, said = options.machine_under(given)
+    machine, said = options.machine_under(given, otherwise=True)
     say(f"reading {program}")
     found = sf.cycle_time(program, machine, **options.reading_from(given))
     page = found.as_dict() | {"source": program, "saves": [], "files": []}

@@ -289,16 +289,23 @@ def said_limits(given: Mapping[str, Any], otherwise: Mapping[str, float]) -> dic
     return out
 
 
-def machine_under(given: Mapping[str, Any]) -> tuple[sf.Machine, list[str]]:
-    """The machine of --machine, under the limits of --limits FILE or made of them alone, and notes on it."""
+def machine_under(given: Mapping[str, Any], *, otherwise: bool = False) -> tuple[sf.Machine, list[str]]:
+    """The machine of --machine, under the limits of --limits FILE or made of them alone, and notes on it.
+
+    otherwise  whether the usual machine is taken where neither is given
+    """
     from splinefeed.formats import limits_toml
     from splinefeed.machine.under import under
+    from splinefeed.machine.usual import usual
 
     machine = sf.Machine.load(given["machine"]) if given["machine"] else None
     file = given["limits_file"]
     if file is None:
-        if machine is None:
+        if machine is None and not otherwise:
             raise InputError("no machine is given; add --machine NAME|FILE (splinefeed machine list) or --limits FILE")
+        if machine is None:
+            found, said = usual()
+            return found, [said]
         return machine, []
     made, unused = under(limits_toml.read(file), machine, os.path.splitext(os.path.basename(file))[0])
     return made, [f"{file}: {', '.join(unused)}: not used here"] if unused else []

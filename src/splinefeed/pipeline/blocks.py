@@ -37,7 +37,8 @@ class Blocks:
     stops       whether the tool stops at its end (G61.1)
     end         row of `trace` at which it ends
     trace       (k, 3) X, Y and Z along the program, from its start, mm: arcs and splines as chords
-    marks       other events, each before the block of its number; findings  of the reader
+    marks       other events, each before the block of its number; findings  of the reader;
+                dialect  its name
     """
 
     line: IntArray
@@ -56,6 +57,7 @@ class Blocks:
     trace: Array
     marks: tuple[Mark, ...]
     findings: tuple[str, ...]
+    dialect: str = ""
 
     def __len__(self) -> int:
         return len(self.line)
@@ -107,7 +109,8 @@ def read_blocks(file: str | os.PathLike[str], control: Control, **options: Any) 
     numbers = np.searchsorted(kept, [mark.move for mark in moves.marks]).tolist()
     marks = tuple(replace(mark, move=number) for mark, number in zip(moves.marks, numbers, strict=True))
     chosen: dict[str, Any] = {name: values[kept] for name, values in arrays.items()}
-    return Blocks(**chosen, trace=trace, marks=marks, findings=tuple(reading.findings.all()))
+    dialect = "" if reading.dialect is None else reading.dialect.name
+    return Blocks(**chosen, trace=trace, marks=marks, findings=tuple(reading.findings.all()), dialect=dialect)
 
 
 def _by_way_of_changes(moves: Moves, place: Place) -> tuple[Moves, Array]:

@@ -24,6 +24,8 @@ from splinefeed.records import Array, IntArray
 CUTTING, RAPID, CHANGE, SPINDLE, DWELL, START = range(len(KINDS))
 #: Most places that are listed, and by how much each parameter is changed in `saves`.
 PLACES, BETTER = 10, 0.2
+#: A step of velocity that no corner reaches, mm/s.
+_ANY_STEP = 1e9
 #: Revolutions a minute of 1 rad/s.
 RPM = 30.0 / np.pi
 #: Parameters whose decrease saves time; all other numbers of a control save it by growing.
@@ -172,11 +174,42 @@ class CycleTime:
         found = [{"what": name, "saves_s": self.total - time.total} for name, time in again.items()]
         return sorted(found, key=lambda each: -float(each["saves_s"]))
 
+    @property
+    def control(self) -> str:
+        """How the control passes corners, in words."""
+        control = self.machine.control
+        assert control is not None
+        if control.mode == "exact stop":
+            return "exact stop at each block"
+        step = None if control.velocity_step is None else f"velocity steps of {control.velocity_step:.4g} mm/s"
+        within = None if not control.tolerance else f"within {control.tolerance:.4g} mm"
+        return f"blending, {step or within}" if step or within else "stops at corners, no [control] says otherwise"
+
+    @cached_property
+    def corner_stops(self) -> tuple[int, float]:
+        """How many corners are stops, and the seconds that they add to passing them; (0, 0.0) where corners are passed.
+
+        Passing is planned again, at the speed of the arc that the two lines stand for.
+        """
+        control = self.machine.control
+        assert control is not None
+        if control.mode != "exact stop" and (control.velocity_step or control.tolerance):
+            return 0, 0.0
+        passing = replace(control, mode="blending", velocity_step=_ANY_STEP)
+        free = timed(self.blocks, replace(self.machine, control=passing))
+        stopped = (self.times.end_speed == 0.0) & (free.times.end_speed > 0.0)
+        return int(np.count_nonzero(stopped)), self.total - free.total
+
     def as_dict(self) -> dict[str, Any]:
         """The keys of `splinefeed time --json`."""
+        stops, stopping = self.corner_stops
         return {
             "name": self.name,
             "machine": self.machine.name,
+            "dialect": self.blocks.dialect,
+            "control": self.control,
+            "corner_stops": stops,
+            "corner_stops_s": stopping,
             **self.by_kind(),
             "tools": self.tools,
             "operations": self.operations,
