@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import itertools
+import tracemalloc
 
 import numpy as np
 import pytest
 
 from sample_curves import KNOWN, STILL, butterfly, ellipse, random_curve, with_cusp, with_loop
 from splinefeed.errors import InputError
+from splinefeed.geometry import search
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.nearest import Nearest
 from splinefeed.geometry.path import Path
@@ -285,3 +287,20 @@ def test_one_minimum_by_arc_length_is_found_where_the_distance_is_not_convex_by_
     _, distance = line.nearest(queries)
     beyond = np.maximum(np.maximum(-queries[:, 0], queries[:, 0] - 4.0), 0.0)
     assert distance == pytest.approx(np.hypot(beyond, 0.5), rel=1e-14)
+
+
+def test_a_path_that_passes_the_same_places_again_and_again_is_searched_in_little_memory_or_refused(monkeypatch):
+    random = np.random.default_rng(7)
+    places = random.uniform(0.0, 20.0, (20, 3))
+    path = Path.polyline(np.concatenate([random.permutation(places[:10]), places[10:]] * 100), "xyz")
+    queries = places[random.integers(0, 20, 2000)] + random.normal(0.0, 1e-3, (2000, 3))
+    nearest = Nearest(path.table, path.shape)
+    tracemalloc.start()
+    distance = nearest.find(queries)[2]
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert np.all(distance <= 1e-2) and peak < 300e6  # in one block it would be a gigabyte
+    monkeypatch.setattr(search, "MOST_COMPARED", 1000)
+    monkeypatch.setattr(search, "EACH_COMPARED", 1)
+    with pytest.raises(InputError, match="passes the same places again and again"):
+        nearest.find(queries)

@@ -33,6 +33,8 @@ MAX_VISITS = 1_000_000
 MAX_INSERTS = MAX_DRAWING_CURVES
 #: A bulge below this is straight: the arc is within rounding of its chord.
 LEAST_BULGE = 1e-15
+#: Fit points that a spline is laid through here; its every span is looked at for places where it all but stands.
+MAX_FIT_POINTS = 10_000
 #: Knots closer than this share of the whole range are one: CAD writes them apart by rounding.
 SAME_KNOT = 1e-12
 #: What ezdxf would put a default for and no drawing leaves out.
@@ -305,6 +307,9 @@ class EntityReader:
         around = spline.dxf.flags & (spline.CLOSED | spline.PERIODIC) and len(fit) > 2
         fit = np.concatenate([fit, fit[:1]]) if around else fit
         fit = fit[np.append(True, np.any(fit[1:] != fit[:-1], axis=1))[: len(fit)]]
+        if len(fit) > MAX_FIT_POINTS:
+            why = f"has {len(fit)} fit points; at most {MAX_FIT_POINTS} are joined here; write control points or lines"
+            raise self._error(entity, why)
         if len(fit) < 2:
             raise self._error(entity, "has no control points and no two different fit points")
         self.drawing.notes[_FIT] += 1

@@ -118,7 +118,8 @@ def fitted_path(
     allowed = positive_length(tolerance, "tolerance")
     made = fit(points, allowed, degree=degree, closed=closed)
     path = Path(made.curves, axes, name=name)
-    far = float(Nearest(path.table, path.shape).find(points[:, : path.linear])[2].max())
+    places = np.unique(points[:, : path.linear], axis=0)  # each is searched once
+    far = float(Nearest(path.table, path.shape).find(places)[2].max())
     if far > allowed:
         raise InputError(f"the fit is {far:.6g} mm from a point, not {allowed:g} mm; please report it")
     controls = sum(len(curve.control_points) for curve in made.curves)

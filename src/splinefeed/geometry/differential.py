@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from splinefeed.geometry.pieces import coefficients, taylor
 from splinefeed.kernels import layout as pieces
 from splinefeed.kernels.layout import DEGREES
-from splinefeed.records import Array
+from splinefeed.records import Array, IntArray
 
 if TYPE_CHECKING:
     from splinefeed.geometry.curve import NurbsCurve
@@ -134,9 +134,14 @@ def extremes(curve: NurbsCurve) -> Array:
 
     x' = 0 where A' w - A w' = 0, a polynomial of degree 2p - 1 at most on every piece.
     """
+    return np.concatenate([curve.breaks, _turns(curve, np.arange(len(curve.table[0])))])
+
+
+def _turns(curve: NurbsCurve, rows: IntArray) -> Array:
+    """Parameters (k,) on some pieces at which the derivative of a coordinate is 0."""
     table, (degree, axes, _, rational) = curve.table
-    found = [curve.breaks]
-    for row in table if degree > 1 else ():
+    found = [np.zeros(0)]
+    for row in table[rows] if degree > 1 else ():
         columns = row[pieces.ORIGIN + axes :].reshape(axes + rational, degree + 1)
         weight = columns[axes] if rational else np.ones(1)
         found += [zeros_on(row, slope_of(columns[a], weight), 1e-6) for a in range(axes)]
@@ -144,8 +149,17 @@ def extremes(curve: NurbsCurve) -> Array:
 
 
 def bounding_box(curve: NurbsCurve) -> tuple[Array, Array]:
-    """Least and greatest coordinates (axes,), mm."""
-    points = curve(extremes(curve))
+    """Least and greatest coordinates (axes,), mm.
+
+    Only pieces whose control points go beyond the ends of all pieces are searched: no other goes further. Source: The
+    NURBS Book, 2nd ed., property P4.3.
+    """
+    table, _ = curve.table
+    ends = curve(curve.breaks)
+    first = np.searchsorted(curve.knots, table[:, pieces.LOW], side="right") - 1 - curve.degree
+    hull = curve.control_points[np.maximum(first, 0)[:, None] + np.arange(curve.degree + 1)]
+    beyond = (hull.max(axis=1) > ends.max(axis=0)) | (hull.min(axis=1) < ends.min(axis=0))
+    points = np.concatenate([ends, curve(_turns(curve, np.flatnonzero(beyond.any(axis=1))))])
     return points.min(axis=0), points.max(axis=0)
 
 

@@ -223,7 +223,9 @@ def _tips(curve: NurbsCurve, spans: Array, columns: slice, resolution: float) ->
     """
     breaks = curve.breaks
     inner = _slowest(curve, spans, columns)
-    inner = inner[np.min(np.abs(inner[:, None] - breaks), axis=1, initial=np.inf) > AT_KNOT * np.diff(breaks).min()]
+    behind = np.clip(np.searchsorted(breaks, inner), 1, len(breaks) - 1)
+    apart = np.minimum(np.abs(inner - breaks[behind - 1]), np.abs(breaks[behind] - inner))
+    inner = inner[apart > AT_KNOT * np.diff(breaks).min()]
     found = [np.zeros(0)]
     for at, side in ((inner, "right"), (spans[:, 1], "left"), (spans[:, 0], "right")):
         found.append(_tips_at(curve, at, side, columns, resolution))

@@ -7,13 +7,14 @@ hold a nearer point are found in a tree of boxes, and bisected until each part h
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from splinefeed.errors import InputError
 from splinefeed.geometry.pieces import chunks, dot, taylor
 from splinefeed.geometry.rows import Rows, taken
 from splinefeed.kernels.layout import DEGREES
@@ -46,6 +47,11 @@ MAX_BISECTIONS = 4
 MAX_STEPS, SMALL_STEP = 60, 1e-9
 #: So many cells of a window are searched without the tree, and pairs of a position and a node at a time.
 FEW_CELLS, MOST_PAIRS = 8, 1 << 20
+#: Pairs whose curves are worked on at a time: some hundred bytes each.
+MOST_REFINED = 1 << 17
+#: So many pairs of a position and a cell are compared in one search of the whole path, and as many more for each
+#: position: a microsecond each.
+MOST_COMPARED, EACH_COMPARED = 10_000_000, 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,10 +248,14 @@ class Search:
     # --- the whole path ----------------------------------------------------------------------------------------------
 
     def whole(self, q: Array) -> Found:
-        """The nearest point of the whole path to positions (dims, n)."""
-        return _in_parts(q.shape[1], lambda part: self._whole(q[:, part]))
+        """The nearest point of the whole path to positions (dims, n).
 
-    def _whole(self, q: Array) -> Found:
+        Raises InputError where so many parts of the path are as near to them that it takes more than MOST_COMPARED.
+        """
+        left = [MOST_COMPARED + EACH_COMPARED * q.shape[1]]
+        return _in_parts(q.shape[1], lambda part: self._whole(q[:, part], left))
+
+    def _whole(self, q: Array, left: list[int]) -> Found:
         cells = self.cells
         samples, tree = self._samples
         nearest = tree.query(q.T)[1]
@@ -263,15 +273,27 @@ class Search:
         done = np.full(len(row), -1)
         done[sure] = own[sure]
         lowest, highest = np.zeros(len(row), dtype=np.int64), np.full(len(row), len(cells.row) - 1)
-        owner, cell = self._candidates(q, lowest, highest, found.square)
-        other = done[owner] != cell
-        owner, cell = owner[other], cell[other]
-        self._refine(q, owner, cell, cells.low[cell], cells.high[cell], found)
+        for owner, cell in self._candidates(q, lowest, highest, found):
+            left[0] -= len(owner)
+            if left[0] < 0:
+                raise InputError(
+                    f"more than {MOST_COMPARED} parts of the path are about as near to points as the nearest: it "
+                    "passes the same places again and again; split it"
+                )
+            other = done[owner] != cell
+            owner, cell = owner[other], cell[other]
+            self._refine(q, owner, cell, cells.low[cell], cells.high[cell], found)
         return found
 
-    def _candidates(self, q: Array, first: IntArray, last: IntArray, best: Array) -> tuple[IntArray, IntArray]:
-        """Pairs of a position and a cell in [first, last] (n,) that can be nearer than `best` (n,), mm^2."""
-        count = last - first + 1
+    def _candidates(
+        self, q: Array, first: IntArray, last: IntArray, found: Found
+    ) -> Iterator[tuple[IntArray, IntArray]]:
+        """Pairs of a position and a cell in [first, last] (n,) that can be nearer than what is `found` (n,).
+
+        They come in blocks of MOST_REFINED, so that a path that passes the same places again and again fits into the
+        memory; what is found by then leaves out more of the next block.
+        """
+        best, count = found.square, last - first + 1
         if int(np.max(count)) <= FEW_CELLS:
             owner = np.repeat(np.arange(len(count)), count)
             cell = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count - first, count)
@@ -282,9 +304,11 @@ class Search:
             while span > 1:
                 if len(owner) > MOST_PAIRS and len(first) > 1:  # far from everything: fewer positions at a time
                     half = len(first) // 2
-                    one = self._candidates(q[:, :half], first[:half], last[:half], best[:half])
-                    two = self._candidates(q[:, half:], first[half:], last[half:], best[half:])
-                    return np.concatenate([one[0], two[0] + half]), np.concatenate([one[1], two[1]])
+                    for part in (slice(half), slice(half, None)):
+                        here = Found(found.row[part], found.t[part], found.square[part])
+                        for who, cell in self._candidates(q[:, part], first[part], last[part], here):
+                            yield who + (part.start or 0), cell
+                    return
                 span //= 2
                 owner, node = np.repeat(owner, 2), np.repeat(2 * node, 2)
                 node[1::2] += 1
@@ -297,8 +321,10 @@ class Search:
                     near &= (begin <= last[owner]) & (begin + span > first[owner])
                 owner, node = owner[near], node[near]
             cell = node - leaves
-        near = self._cell_bound(q[:, owner], cell) <= best[owner]
-        return owner[near], cell[near]
+        for block in chunks(len(owner), MOST_REFINED):
+            who, cells = owner[block], cell[block]
+            near = self._cell_bound(q[:, who], cells) <= best[who]
+            yield who[near], cells[near]
 
     def _cell_bound(self, q: Array, cell: IntArray) -> Array:
         """Squared distance (n,), mm^2, that no point of a cell falls below: to the chord, less its reach."""
@@ -502,10 +528,12 @@ class Search:
             rows.parameter(cells.row[cell], np.maximum(s - rows.start[cells.row[cell]], 0.0))
             for cell, s in ((first, begin), (last, end))
         )
-        pair, cell = self._candidates(q[:, owner], first, last, found.square[owner])
-        left = np.where(cell == first[pair], np.clip(low[pair], cells.low[cell], cells.high[cell]), cells.low[cell])
-        right = np.where(cell == last[pair], np.clip(high[pair], cells.low[cell], cells.high[cell]), cells.high[cell])
-        self._refine(q, owner[pair], cell, left, np.maximum(left, right), found)
+        for pair, cell in self._candidates(q[:, owner], first, last, found.take(owner)):
+            left = np.where(cell == first[pair], np.clip(low[pair], cells.low[cell], cells.high[cell]), cells.low[cell])
+            right = np.where(
+                cell == last[pair], np.clip(high[pair], cells.low[cell], cells.high[cell]), cells.high[cell]
+            )
+            self._refine(q, owner[pair], cell, left, np.maximum(left, right), found)
 
     def reach(self, s: Array, half: Array, way: int) -> Array:
         """How far from arc lengths s (n,) a window reaches, mm, one way: `half`, rows that only turn not counted."""

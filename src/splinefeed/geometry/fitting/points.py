@@ -185,4 +185,5 @@ def distances(curves: Sequence[NurbsCurve], points: Array) -> Array:
     """
     flat, axes = Flat.of(curves), curves[0].axes
     shape = (int(flat.degrees.max()), axes, axes, int(flat.rational.max()))
-    return Nearest(arc_pieces(flat, shape, curves).table, shape).find(points)[2]
+    places, same = np.unique(points, axis=0, return_inverse=True)  # each place is searched once
+    return Nearest(arc_pieces(flat, shape, curves).table, shape).find(places)[2][same.ravel()]
