@@ -625,6 +625,20 @@ def test_an_axis_that_moves_without_a_limit_is_named() -> None:
     assert not any("moves without" in note for note in sf.check(again, path, bounded).notes)
 
 
+def test_the_verdict_says_in_words_what_it_allows() -> None:
+    path = sf.Path([sf.NurbsCurve.bezier([[0.0, 0.0], [40.0, 0.4]])], ("x", "a"))
+    fast = sf.Limits(feed=60.0, axis_velocity=[50.0, 1.0], axis_acceleration=[500.0, 5.0], axis_jerk=[2e4, 200.0])
+    setpoints = sf.interpolate(path, sf.plan(path, fast, period=1e-3))
+    first, *rows = str(sf.check(setpoints, path, fast)).splitlines()
+    assert first == "every limit holds, up to 1e-6 of it and the rounding of a position"
+    assert "  axis_velocity.x: 50 of 50 mm/s (100.0%)" in rows
+    assert any(row.startswith("  axis_velocity.a: 28.6479 of 57.2958 deg/s") for row in rows)
+    slow = dataclasses.replace(fast, axis_velocity=[25.0, 1.0])
+    text = str(sf.check(setpoints, path, slow))
+    assert text.startswith("NOT KEPT: axis_velocity.x; a limit holds up to 1e-6 of it and the rounding of a position\n")
+    assert "\nproblem: axis_velocity.x" in text
+
+
 @pytest.mark.parametrize(("share", "holds"), [(1.0 + 0.9e-6, True), (1.0 + 1.1e-6, False)])
 def test_a_limit_is_kept_up_to_a_millionth_of_it(share: float, holds: bool) -> None:
     assert sf.LimitResult(limit=20000.0, worst=20000.0 * share, at_s=0.0, at_t=0.0).holds is holds

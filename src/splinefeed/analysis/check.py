@@ -253,7 +253,7 @@ def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
             "off_axis_max_rad": tool.off_axis,
             "axis_error_between_max_rad": tool.turned,
         }
-    return Verdict(limits=results, problems=tuple(problems), notes=tuple(notes), numbers=numbers)
+    return Verdict(limits=results, problems=tuple(problems), notes=tuple(notes), numbers=numbers, along=unit)
 
 
 def _fault_sentence(kind: str, fault: Fault, unit: str) -> str:

@@ -52,9 +52,11 @@ def notes(said: Iterable[str]) -> list[str]:
 
 def verdict(page: Page, why: str = "") -> list[str]:
     """The problems of a page, and whether every limit holds; why: what to say if not, by default their number."""
+    from splinefeed.records.verdict import ALLOWED  # NumPy is imported only where it is needed
+
     problems = [f"problem   {problem}" for problem in page["problems"]]
     bad = f"NOT KEPT: {why or counted(len(problems), 'problem')}"
-    return [*problems, "checked: every limit holds" if page["ok"] else bad]
+    return [*problems, f"checked: every limit holds, {ALLOWED}" if page["ok"] else bad]
 
 
 #: Units by the end of a key.

@@ -261,6 +261,7 @@ def run(
         check_axes(path, model)
         remarks = (f"axes of {model.name} have limits alone: what their servo loops do is not simulated",)
         model = None
+    limits = limits.on(path.axes)
     law = plan(path, limits, strategy=strategy, period=period) if law is None else law
     ticks = check_ticks(law, period, MOST_IN_CHUNKS)
 

@@ -318,11 +318,12 @@ class Limits:
         return np.array([found.get(axis, math.inf) for axis in axes])
 
     def on(self, axes: Sequence[str]) -> Limits:
-        """These limits with each limit of axes by the names of `axes`; LimitsError for one that does not fit them."""
-        given = {name: getattr(self, name) for name in (*BY_AXIS, *TRAVEL_ENDS)}
+        """These limits with lists of values by the names of `axes`; LimitsError for a limit that does not fit them."""
         said = dict.fromkeys(TRAVEL_ENDS, "travel")
-        changed = {k: by_name(said.get(k, k), value, axes) for k, value in given.items() if value is not None}
-        return replace(self, **changed) if changed else self  # type: ignore[arg-type]
+        given = {name: getattr(self, name) for name in (*BY_AXIS, *TRAVEL_ENDS)}
+        named: dict[str, Any] = {name: by_name(said.get(name, name), value, axes) for name, value in given.items()}
+        changed = {name: value for name, value in named.items() if isinstance(given[name], tuple)}
+        return replace(self, **changed) if changed else self
 
     def as_dict(self) -> dict[str, float]:
         """Names and values in base units as files and reports write them, limits that are not there left out.

@@ -7,10 +7,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from splinefeed.records import view
-from splinefeed.records.limits import shown_by
+from splinefeed.records.limits import shown_by, unit_of
 
 #: A limit counts as kept up to this, relative: no drive tells less apart, and a plan may ride on its limit.
 KEPT = 1e-6
+#: What a check allows, in its words; the rounding of a position is eps times its size, see docs/check.md.
+ALLOWED = "up to 1e-6 of it and the rounding of a position"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +54,9 @@ class Verdict:
     problems  one sentence each: what, how much, where; empty if all is well
     notes     allowances, and what decides where exact derivatives cannot, one sentence each
     numbers   other measurements: duration_s, length_mm, ticks, period_s, method, end_error_mm, ...
-    Limits and worst values are in mm, s and rad; `as_dict` gives rotary axes in degrees. Source: docs/check.md.
+    along     the unit of s for people: mm, or deg where only rotary axes move
+    Limits and worst values are in mm, s and rad; `as_dict` gives rotary axes in degrees, and `print(verdict)` says all
+    of it with units, and what a check allows: 1e-6 of a limit and the rounding of a position. Source: docs/check.md.
     Example: `sf.check(setpoints, path, limits).ok`
     """
 
@@ -60,18 +64,36 @@ class Verdict:
     problems: tuple[str, ...]
     notes: tuple[str, ...] = ()
     numbers: Mapping[str, Any] = field(default_factory=dict)
+    along: str = "mm"
 
     @property
     def ok(self) -> bool:
         """Whether every limit and every other check holds."""
         return not self.problems and all(result.holds for result in self.limits.values())
 
+    def __str__(self) -> str:
+        rows = [f"  {name}: {words}" for name, words in self._rows().items()]
+        problems = [f"problem: {each}" for each in self.problems]
+        return "\n".join([self.summary, *rows, *problems, *(f"note: {each}" for each in self.notes)])
+
+    @property
+    def summary(self) -> str:
+        """Whether every limit and every other check holds, and what counts as held, in one sentence."""
+        if self.ok:
+            return f"every limit holds, {ALLOWED}"
+        over = [name for name, result in self.limits.items() if not result.holds]
+        return f"NOT KEPT: {', '.join(over) or 'see the problems'}; a limit holds {ALLOWED}"
+
     def _repr_html_(self) -> str:
-        rows = {"check": "every limit holds" if self.ok else "NOT KEPT: " + "; ".join(self.problems)}
+        return view.table({"check": self.summary, **self._rows(), **dict.fromkeys(self.problems, "problem")})
+
+    def _rows(self) -> dict[str, str]:
+        """Worst value, limit and share of each limit, with its unit."""
+        rows = {}
         for name, result in self.limits.items():
-            factor = shown_by(name, result.axis)
-            rows[name] = f"{factor * result.worst:.6g} of {factor * result.limit:.6g} ({result.share:.1%})"
-        return view.table(rows)
+            factor, unit = shown_by(name, result.axis), unit_of(name, self.along)
+            rows[name] = f"{factor * result.worst:.6g} of {factor * result.limit:.6g} {unit} ({result.share:.1%})"
+        return rows
 
     def as_dict(self) -> dict[str, Any]:
         """The keys of `--json`; limits of rotary axes in degrees."""

@@ -13,6 +13,7 @@ from splinefeed import units
 from splinefeed.pipeline.compare import MethodResult
 from splinefeed.pipeline.run import Run
 from splinefeed.records import ROTARY_AXES, unit_along
+from splinefeed.records.verdict import ALLOWED
 from splinefeed.report import interactive, library, theme
 from splinefeed.report.figure import Figure
 from splinefeed.report.theme import limit_words, short
@@ -92,7 +93,7 @@ def _subtitle(run: Run) -> str:
 
 def _verdict(run: Run, record: Mapping[str, Any]) -> str:
     if record.get("ok", run.ok):
-        return f"Checked: every limit holds, in {run.law.duration:.6g} s."
+        return f"Checked: every limit holds, {ALLOWED}, in {run.law.duration:.6g} s."
     over = [limit_words(name) for name, each in run.verdict.limits.items() if not each.holds]
     return f"Not kept: {', '.join(over) if over else 'see the problems below'}."
 
