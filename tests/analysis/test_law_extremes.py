@@ -70,7 +70,7 @@ def test_extremes_on_a_circle_are_those_of_sine_and_cosine(law: list[float]):
         assert (found.worst if found.limit == 1e20 else 0.0) == pytest.approx(wanted, rel=1e-4, abs=1e-9)
 
 
-def test_jumps_between_pieces_are_told_by_how_much_and_where():
+def test_jumps_between_pieces_are_dialect_by_how_much_and_where():
     line = sf.Path([sf.NurbsCurve.bezier([[0, 0], [4, 3]])])
     # 1 s at 1 mm/s; then from 2 mm/s at 3 mm/s^2; then from 3 mm, a hundredth of a millimetre on, at a steady feed
     pieces = np.array([[0, 1, 0, 0, 0, 0], [1, 2, 1.5, 0, 0, 0], [3.010, 5.5, 0, 0, 0, 0]], dtype=np.float64)

@@ -202,7 +202,7 @@ def test_absolute_centres_hold_until_they_are_called_off(tmp_path: Path) -> None
         (["G87 X1 Z-1 R1"], "line 1: G87 is a canned cycle that is not supported; let the CAM system write its moves"),
         (["O100 sub"], "line 1: o100 sub has no o100 endsub after it"),
         (["M98 P100"], "line 1: o100 is called, and is neither in the program nor in 100.ngc beside it"),
-        (["#1=1", "WHILE [#1 LT 5] DO1"], "line 2: WHILE: jumps and loops of macros are not supported"),
+        (["#1=1", "WHILE [#1 LT 5] DO1"], "line 2: DO1 has no END1 after it"),
         (["F1", "G93 G1 X1"], "line 2: F is missing; in inverse time (G93) every move needs its own"),
         (["G1 X1 F-3"], "line 1: F-3 is not a feed"),
         (["G4"], "line 1: G4 needs P, the time to wait"),

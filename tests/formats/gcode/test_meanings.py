@@ -196,5 +196,5 @@ def test_comments_behind_two_slashes(tmp_path: Path) -> None:
 def test_the_dialect_is_named_as_a_likely_reason(tmp_path: Path) -> None:
     wrong = refusal(tmp_path, "G1 X1 F60", "G77 X2")
     assert wrong.endswith(
-        "is not known in the dialect LinuxCNC; if the program is another control's, name it (option dialect)"
+        "is not known in the dialect LinuxCNC; it is a code of fanuc: name the control (option dialect)"
     )

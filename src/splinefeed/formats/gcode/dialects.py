@@ -97,7 +97,8 @@ _SIGNS = {
     r"|\bM6[78][ \t]*E\d|\bM6[2-5][ \t]*P\d",
     "haas": r"\bhaas\b|\bG154[ \t]*P\d|\bG187\b|\bG103[ \t]*P\d",
     "fanuc": r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?![ \t]*[a-z\[#])|^[ \t]*//|\bG0?5\.1\s*Q[013]\b"
-    r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b|\bG43\.[45]\b|\bG234\b",
+    r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b|\bG43\.[45]\b|\bG234\b|\bIF[ \t]*\[[^\n]*\b(?:GOTO|THEN)"
+    r"|\bWHILE[ \t]*\[[^\n]*\][ \t]*DO[ \t]*[123]\b|\bG65[ \t]*P\d",
     "mach3": r"\bmach\s?[34]\b|^[ \t]*M1[01]\s*P[0-3]\b",
     "grbl": r"^[ \t]*\$(?:\d+[ \t]*=|[HX]\b)|\bgrbl\b|\bM0?[34][ \t]*S0\b",
     "marlin": r"^;FLAVOR:\s*Marlin",
@@ -108,6 +109,19 @@ _SIGNS = {
     r"|M73\s+[PQR]|M(?:82|83|84|10[4679]|11[57]|140|190|20[1-5]|22[01]|400|486|555|862|900|906)\b)",
 }
 _DETECTED = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign in _SIGNS.items()}
+
+#: What only programs of one kind have, outside of comments: of two kinds in one program none can be told.
+_KINDS = {
+    "siemens": _SIGNS["siemens"],
+    "linuxcnc": r"^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b|\bM6[78][ \t]*E\d",
+    "fanuc": r"^[ \t]*(?:O\d{4,5})\b(?![ \t]*[a-z\[#])|^[^\n]*\bIF[ \t]*\[[^\n]*\b(?:GOTO|THEN)"
+    r"|^[^\n]*\bWHILE[ \t]*\[[^\n]*\][ \t]*DO[ \t]*[123]\b|\bG65[ \t]*P\d",
+    "grbl": r"^[ \t]*\$\d+[ \t]*=",
+    "printer": r"^;FLAVOR:|^[ \t]*G[01]\b[^;(\nM]*\sE-?[\d.]",
+}
+_OF_KIND = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign in _KINDS.items()}
+#: Where G4's P is in s, where a whole P is in ms, and from which P on the dialect has to be known.
+IN_SECONDS, IN_MILLISECONDS, ASKED_FROM = ("linuxcnc", "mach3", "grbl"), ("fanuc", "haas", "marlin"), 100.0
 
 #: Dialects that a comment may name.
 _IN_COMMENTS = ("mach3", "grbl", "haas")
@@ -151,14 +165,32 @@ def without_leader(content: bytes) -> bytes:
 
 def told(head: bytes) -> tuple[Dialect, str]:
     """The dialect of a program by its first bytes, and what tells it, with its line; "" where nothing does."""
-    text = head_text(head.strip(b"\0"))
-    code = re.sub(r"\([^()\n]*\)|;(?!\$PATH|\s*SINUMERIK|FLAVOR).*", "", text)
+    text, code = _text_and_code(head)
     for name, sign in _DETECTED.items():
         looked_at = text if name in _IN_COMMENTS else code
         if found := sign.search(looked_at):
-            line = looked_at.count("\n", 0, found.start()) + 1
-            return DIALECTS[name], f"{' '.join(found[0].split())[:24]!r} in line {line}"
+            return DIALECTS[name], _place(looked_at, found)
     return DIALECTS["linuxcnc"], ""
+
+
+def contradiction(head: bytes) -> str:
+    """What a program says that shows two kinds of dialects, with their lines; "" where it shows one or none."""
+    _, code = _text_and_code(head)
+    kinds = {name: _place(code, found) for name, sign in _OF_KIND.items() if (found := sign.search(code))}
+    said = " and ".join(f"{name} ({place})" for name, place in kinds.items())
+    return f"shows {said} at once; name the control (option dialect: {', '.join(kinds)})" if len(kinds) > 1 else ""
+
+
+def _text_and_code(head: bytes) -> tuple[str, str]:
+    """The text of a program, and the same without comments."""
+    text = head_text(head.strip(b"\0"))
+    return text, re.sub(r"\([^()\n]*\)|;(?!\$PATH|\s*SINUMERIK|FLAVOR).*", "", text)
+
+
+def _place(text: str, found: re.Match[str]) -> str:
+    """What was found, and in which line."""
+    words = found[0].rpartition("\n")[2].split()
+    return f"{' '.join(words)[:24]!r} in line {text.count(chr(10), 0, found.end()) + 1}"
 
 
 def whole_numbers(text: str) -> tuple[str, list[int]]:

@@ -20,7 +20,7 @@ from splinefeed.formats.gcode import codes
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.cutter import Cutter
 from splinefeed.formats.gcode.cycles import Cycles
-from splinefeed.formats.gcode.dialects import Dialect
+from splinefeed.formats.gcode.dialects import ASKED_FROM, IN_MILLISECONDS, IN_SECONDS, Dialect
 from splinefeed.formats.gcode.expressions import (
     Block,
     LineError,
@@ -75,6 +75,7 @@ class Interpreter:
         self.parameters = Parameters(state.parameter)
         self._words: dict[str, float] = {}  # of the line by letter; what its codes do not take belongs to none of them
         self._without_point: set[str] = set()  # letters of the line whose numbers are whole
+        self.untold = False  # whether nothing in the program shows its dialect
         self.increments = False  # whether words of axes without a decimal point count least increments
         self._before_cycles = -1  # G0 to G3, which Fanuc's G80 puts in force again
         self._bare_g92 = True
@@ -204,7 +205,9 @@ class Interpreter:
             return
         if reason is None:
             if code not in codes.GROUP_OF and code not in codes.WITHOUT_EFFECT:
-                hint = "if the program is another control's, name it (option dialect)"
+                others = [each for each, there in codes.ELSEWHERE.items() if code in there]
+                hint = f"it is a code of {' and '.join(others)}" if others else "the program may be another control's"
+                hint += ": name the control (option dialect)"
                 raise LineError(f"{name} is not known in the dialect {self.dialect.title}; {hint}")
         elif self.repair and code in (*codes.PROBES, *codes.COMPENSATION):
             self.findings.count(f"{name} is left out, the path is as programmed: {reason.partition(';')[0]}", self.line)
@@ -336,6 +339,12 @@ class Interpreter:
         unit = 1.0 if self.dialect.of_fanuc and "P" not in self._without_point else self.dialect.dwell
         if unit != self.dialect.dwell and "P" in self._words and self.dialect.name != "haas":
             self.findings.count("P of G4 with a decimal point is taken in s, as a Haas does; Fanuc has none", self.line)
+        if self.untold and "P" in self._without_point and self._words.get("P", 0.0) >= ASKED_FROM:
+            p, there, others = self._words["P"], ", ".join(IN_SECONDS), ", ".join(IN_MILLISECONDS)
+            raise LineError(
+                f"G4 P{p:g} waits {p:g} s in {there}, and {1e-3 * p:g} s in {others}; nothing shows which control the "
+                "program is for: name it (option dialect)"
+            )
         seconds = self._words.pop("P", math.nan) * unit
         if self.dialect.name == "siemens" and "U" in self._words:
             turns = self.state.turns(0.0) if not self.state.surface else 0.0

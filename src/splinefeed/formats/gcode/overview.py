@@ -215,7 +215,7 @@ def summary(
     if not found.degrees:
         raise FormatError(f"{file}: no move has a length; is the program complete?")
     found.dialect = "" if reading.dialect is None else reading.dialect.name
-    found.dialect_by = reading.told_by
+    found.dialect_by = reading.dialect_by
     found.lines, found.ends, found.units = reading.lines, reading.ended, "in" if reading.inch else "mm"
     found.findings = reading.findings.all()
     return found

@@ -11,7 +11,7 @@ import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.arcs import find_arcs
-from splinefeed.formats.gcode.dialects import PRINTERS, Dialect, told, whole_numbers, without_leader
+from splinefeed.formats.gcode.dialects import PRINTERS, Dialect, contradiction, told, whole_numbers, without_leader
 from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
 from splinefeed.formats.gcode.flow import PLAIN, Flow, Text, blocks_of
@@ -36,6 +36,8 @@ BLOCK = 2**18
 #: Lines that are carried out by arrays at once, behind a line for the interpreter, and at most.
 _FIRST, _MOST = 256, 16384
 _HEAD = 2**16
+#: What is said of the dialect of a program that shows none.
+NOTHING_TELLS = "nothing tells another"
 
 
 @dataclass
@@ -59,7 +61,7 @@ class Reading:
     repair: bool = False
     fast: bool = True
     findings: Findings = field(default_factory=Findings)
-    told_by: str = "as given"  # what shows the dialect
+    dialect_by: str = "as given"  # what shows the dialect
     lines: int = 0
     ended: bool = False
     inch: bool = False
@@ -74,8 +76,10 @@ class Reading:
         check_size(check_file(file), MAX_BYTES)
         head = read_head(file, _HEAD)
         if self.dialect is None:
+            if said := contradiction(head):
+                raise FormatError(f"{file}: {said}")
             self.dialect, sign = told(head)
-            self.told_by = sign or "nothing tells another"
+            self.dialect_by = sign or NOTHING_TELLS
         likely = self.dialect.lead == "F"  # Fanuc's kind
         if likely or self.dialect.name in ("linuxcnc", "mach3"):
             self._check_mill(file, head_text(head), likely)
@@ -124,6 +128,7 @@ class Reading:
         interpreter = _INTERPRETERS.get(dialect.name, Interpreter)
         run = interpreter(state, dialect, self.findings, repair=self.repair)
         run.increments = self.increments and dialect.of_fanuc
+        run.untold = self.dialect_by is NOTHING_TELLS
         self.fast &= interpreter.takes_plain_lines and not run.increments
         try:
             for block in self._blocks(file, run):
