@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from splinefeed.analysis import between
-from splinefeed.analysis.spans import DEGREES, Places, Spans, chunks
+from splinefeed.analysis.spans import DEGREES, Places, Spans, chunks, spans_of
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import AXIS_LIMITS, BOUNDED, KEPT, Array, BoolArray, IntArray, LimitResult, Limits
@@ -100,7 +100,7 @@ class Bounds:
     @cached_property
     def rows(self) -> Spans:
         """The path, by its control points, weights and knots."""
-        return Spans(self.path.flat, self.path.linear)
+        return spans_of(self.path)
 
     @cached_property
     def feeds(self) -> Array:

@@ -14,8 +14,9 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.analysis.place import Placer
-from splinefeed.analysis.spans import EPSILON, Spans
-from splinefeed.geometry.tool_path import ANGLES
+from splinefeed.analysis.spans import EPSILON, Places, Spans
+from splinefeed.geometry.curves import Flat
+from splinefeed.geometry.tool_path import ANGLES, POINTS
 from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, IntArray, Setpoints
 
@@ -35,6 +36,8 @@ class Tool:
         self.chord_error = self.off_axis = self.turned = 0.0
         self._size, self._steep = np.zeros((2, len(path.axes)))
         self._longest = 0.0
+        axis = path.tool.tool_axis
+        self._axis = None if axis is None else Spans(Flat.of(axis), path.tool.columns)
 
     def tip(self, setpoints: Setpoints) -> tuple[Setpoints, Array]:
         """Setpoints of the tip, and by how much the tool axis is off, rad (n,); of angles their own difference."""
@@ -44,7 +47,7 @@ class Tool:
         tip, axis = path.kinematics.forward(joints)
         curve, u = np.clip(setpoints.curve, 0, len(tool.curves) - 1), np.nan_to_num(setpoints.u)
         if tool.kind == ANGLES and tool.columns:
-            off = np.max(np.abs(tool.orientation(curve, u)[:, 0] - joints[:, path.linear :]), axis=1)
+            off = np.max(np.abs(self._orientation(curve, u) - joints[:, path.linear :]), axis=1)
         else:
             off = self._angles(curve, u, axis)
         self.off_axis = max(self.off_axis, float(np.fmax.reduce(off, initial=0.0)))
@@ -54,11 +57,23 @@ class Tool:
         """Angle between the tool axis (n, 3) and that of the path at places (n,), rad."""
         path, tool, wanted = self.path, self.path.tool, np.array([0.0, 0.0, 1.0])
         if tool.columns:
-            wanted = tool.orientation(curve, u)[:, 0]
+            wanted = self._orientation(curve, u)
             if tool.kind == ANGLES:
                 wanted = path.kinematics.forward(np.pad(wanted, ((0, 0), (path.linear, 0))))[1]
             wanted = wanted / np.linalg.norm(wanted, axis=1)[:, None]
         return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.linalg.norm(axis - wanted, axis=1), 1.0)))
+
+    def _orientation(self, curve: IntArray, u: Array) -> Array:
+        """What stands for the tool axis at places (n,), (n, columns): a point of the axis counts from the tip, mm."""
+
+        def at(spans: Spans, curve: IntArray) -> Array:
+            row, value = spans.find(curve, u)
+            places = Places(spans, row)
+            return places.derivatives(places.t(value), 0)[0].T
+
+        assert self._axis is not None
+        value = at(self._axis, curve if len(self._axis.curves) > 1 else 0 * curve)
+        return value - at(self._rows, curve) if self.path.tool.kind == POINTS else value
 
     def rounding(self, joints: Array, travelled: Array) -> Array:
         """How far rounding alone can move joints (joints, n + 1), mm or rad; travelled (n,), mm, between them."""

@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from splinefeed.analysis.spans import Spans
+from splinefeed.analysis.spans import spans_of
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.search import Search, on_rows
@@ -51,7 +51,7 @@ class ContourMeter:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._rows = Spans(path.flat, path.linear)
+        self._rows = spans_of(path)
         self._search = Search(cast(Any, self._rows), closed=path.closed)
 
     def measure(self, position: ArrayLike, *, s_hint: ArrayLike | None = None) -> Contour:

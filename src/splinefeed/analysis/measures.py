@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from splinefeed.analysis import between
-from splinefeed.analysis.spans import EPSILON, Places, Spans
+from splinefeed.analysis.spans import EPSILON, Places, spans_of
 from splinefeed.geometry.differential import by_arc_length, curvatures
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
@@ -210,7 +210,7 @@ def steps(setpoints: Setpoints, path: Path) -> Array:
 
     By quadrature of |C'(u)|, independent of the arc-length table that the interpolators use; see `spans`.
     """
-    rows = Spans(path.flat, path.linear)
+    rows = spans_of(path)
     row, u = rows.find(setpoints.curve, setpoints.u)
     return rows.steps(row, rows.ahead(row, (u - rows.middle[row]) * rows.scale[row]))
 
@@ -245,7 +245,7 @@ def drift(setpoints: Setpoints, law: TimeLaw) -> Array:
 
 def chord_errors(setpoints: Setpoints, path: Path) -> Array:
     """Largest distance of the curve from the straight line between neighbouring setpoints, (n - 1,), mm."""
-    rows = Spans(path.flat, path.linear)
+    rows = spans_of(path)
     row, u = rows.find(setpoints.curve, setpoints.u)
     places = Places(rows, row)
     return between.chord_errors(rows, row, u, places.derivatives(places.t(u), 0)[0])

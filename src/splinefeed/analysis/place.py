@@ -8,7 +8,7 @@ from typing import Any, Self, cast
 
 import numpy as np
 
-from splinefeed.analysis.spans import EPSILON, Places, Spans
+from splinefeed.analysis.spans import EPSILON, Places, Spans, spans_of
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.search import Found, Search
 from splinefeed.records import Array, BoolArray, IntArray, Setpoints
@@ -66,7 +66,7 @@ class Placer:
     """
 
     def __init__(self, path: Path, rows: Spans | None = None) -> None:
-        self.path, self.rows = path, rows or Spans(path.flat, path.linear)
+        self.path, self.rows = path, rows or spans_of(path)
         self._turned = self.rows.turns is not None
         self._s: float | None = None  # arc length of the last setpoint, and its position
         self._q = np.zeros(0)

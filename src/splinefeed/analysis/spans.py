@@ -9,11 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cached_property
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.polynomial import legendre
 
 from splinefeed.geometry.curves import Flat
+from splinefeed.geometry.path import Path
 from splinefeed.records import Array, BoolArray, IntArray
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -226,6 +228,17 @@ class Places:
         terms = self._terms.reshape(*self._terms.shape[:2], *(1,) * (t.ndim - 1), -1)
         near = about(terms, t, order)
         return quotient(near) if self._rational else near
+
+
+#: What is made of each path that is still there.
+_MADE: WeakKeyDictionary[Path, Spans] = WeakKeyDictionary()
+
+
+def spans_of(path: Path) -> Spans:
+    """The spans of a path, made once."""
+    if (made := _MADE.get(path)) is None:
+        made = _MADE[path] = Spans(path.flat, path.linear)
+    return made
 
 
 def _expansions(flat: Flat, degree: int, rational: bool, linear: int) -> tuple[Any, ...]:
