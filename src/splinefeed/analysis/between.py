@@ -132,30 +132,7 @@ def least_curvatures(spans: Spans, row: IntArray, u: Array) -> Array:
     thirds = np.array([0.0, 0.5, 1.0])[:, None]
     for steps, part in parts(spans, row, u):
         places = Places(spans, part.row)
-        curvature = curvatures(places, places.t(part.low + thirds * (part.high - part.low)))
+        curvature = places.curvature(*places.along(places.t(part.low + thirds * (part.high - part.low)), 2))
         out[steps] = np.minimum.reduceat(np.min(curvature, axis=0), part.first)
     out[np.isnan(u[:-1]) | np.isnan(u[1:])] = np.nan
     return out
-
-
-def curvatures(places: Places, t: Array) -> Array:
-    """Curvature over the linear axes at t (..., n), 1/mm: infinite where C' = 0, 0 where only rotary axes move."""
-    _, first, second = places.derivatives(t, 2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        c, uss = rates(places, first, second)
-        bend = (second / (c * c) + first * uss)[: places.linear]
-        return np.where(places.turning, 0.0, np.where(c > 0.0, np.sqrt(dot(bend, bend)), np.inf))
-
-
-def rates(places: Places, first: Array, second: Array, third: Array | None = None) -> list[Array]:
-    """|C'|, u_ss and, with C''', u_sss at places, (..., n) each, from C', C'', C''' (axes, ..., n): the chain rule.
-
-    u_s = 1/c,  u_ss = -(C'.C'')/c^4,  u_sss = 4 (C'.C'')^2/c^7 - (C''.C'' + C'.C''')/c^5,  c = |C'|
-    """
-    square, product = places.product(first, first), places.product(first, second)
-    c = np.sqrt(square)
-    found = [c, -product / (square * square)]
-    if third is not None:
-        bent = places.product(second, second) + places.product(first, third)
-        found.append(4.0 * product * product / (square * square * square * c) - bent / (square * square * c))
-    return found

@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-from splinefeed.analysis import between
 from splinefeed.analysis.spans import DEGREES, Places, Spans, chunks, spans_of
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
@@ -175,14 +174,11 @@ class Bounds:
         sides = []
         for side, end in ((row, 1.0), (row + 1, -1.0)):
             places = Places(self.rows, side)
-            _, first, second, third = places.derivatives(np.full(len(side), end), 3)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                c, uss = between.rates(places, first, second)
-                least = NO_SPEED * (self.rows.end - self.rows.start)[side] * places.scale
-                still, bent = c <= least, np.sqrt(places.product(second, second)) > least * places.scale
-                limit = np.where(bent, -end * second, third)
-                curves = np.where(still, 0.0, second / (c * c) + first * uss)
-                sides.append((c, np.where(still, limit, first / c), curves, still))
+            c, (_, r1, r2, _) = places.along(np.full(len(side), end), 3)
+            speed, second = (np.sqrt(places.product(each, each)) for each in c[1:3])
+            least = NO_SPEED * (self.rows.end - self.rows.start)[side] * places.scale
+            still, limit = speed <= least, np.where(second > least * places.scale, -end * c[2], c[3])
+            sides.append((speed, np.where(still, limit, r1), np.where(still, 0.0, r2), still))
         return tuple(np.stack(each) for each in zip(*sides, strict=True))
 
     @cached_property

@@ -6,18 +6,17 @@ polynomial piece. It is examined by itself, ends included, so that values at bre
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from splinefeed.analysis import between
 from splinefeed.analysis.check_bounds import STEP, Bounds, Worst
-from splinefeed.analysis.spans import EPSILON, Places, dot, expanded
+from splinefeed.analysis.spans import EPSILON, Places, about, expanded
 from splinefeed.geometry.path import Path
 from splinefeed.records import KEPT, Array, BoolArray, IntArray, LimitResult, Limits, TimeLaw, unit_along
-from splinefeed.records.motion import derivative
 
 #: Chebyshev-Lobatto places 0 ... INSTANTS - 1 of a stretch, which are even in an angle.
 INSTANTS = 17
@@ -41,6 +40,8 @@ BY_SETPOINTS = ("chord_error", "orientation_error", "travel.", "combinations.", 
 ROUNDINGS = 64.0
 #: A jump of the feed or the acceleration below this share of the largest one is rounding.
 NO_JUMP = 1e-9
+#: A law that has more than this share of its largest feed at a corner does not rest there.
+MOVING = 1e-3
 #: Corners that a note names one by one.
 LISTED = 3
 
@@ -65,7 +66,7 @@ def check_law(law: TimeLaw, bounds: Bounds, worsts: dict[str, Worst], period: fl
             f"at {motion.irregular} instants of the law C' is 0 to rounding and exact axis derivatives are "
             "0/0; there the differences of the setpoints decide"
         )
-    return [*_ends(law, bounds, motion), *problems], [*notes, *_corner_notes(law, bounds)]
+    return [*_ends(law, bounds, motion), *problems], [*notes, *_corner_notes(law, bounds, motion.top)]
 
 
 def limits_along(law: TimeLaw, path: Path, limits: Limits) -> dict[str, LimitResult]:
@@ -79,14 +80,15 @@ def limits_along(law: TimeLaw, path: Path, limits: Limits) -> dict[str, LimitRes
 def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion) -> Iterator[str]:
     length, limits, top = bounds.rows.length, bounds.limits, motion.top
     unit, allowed = unit_along(bounds.path.axes), bounds.tolerance + ROUNDINGS * EPSILON * length
-    start = float(law(0.0))
-    if abs(law.length - length) > allowed or abs(start) > allowed:
-        yield f"law: runs from s = {start:.6g} to {law.length:.12g} {unit}; the path from 0 to {length:.12g} {unit}"
+    start, end = motion_at(law, law.breaks[[0, -1]]).tolist()
+    if abs(end - length) > allowed or abs(start) > allowed:
+        yield f"law: runs from s = {start:.6g} to {end:.12g} {unit}; the path from 0 to {length:.12g} {unit}"
     value, t, s = motion.backwards
     if value > NO_JUMP * top:
         yield f"law: runs backwards at {value:.6g} {unit}/s at t = {t:.6g} s, s = {s:.6g} {unit}"
-    for name, time in (("start_feed", 0.0), ("end_feed", law.duration)):
-        feed, wanted = float(law.feed(time)), getattr(limits, name)
+    feeds = motion_at(law, law.breaks[[0, -1]], 1).tolist()
+    for name, time, feed in zip(("start_feed", "end_feed"), law.breaks[[0, -1]].tolist(), feeds, strict=True):
+        wanted = getattr(limits, name)
         if abs(feed - wanted) > NO_JUMP * max(top, wanted):
             yield f"law: its feed at t = {time:.6g} s is {feed:.9g} {unit}/s; {name} is {wanted:.9g} {unit}/s"
 
@@ -110,14 +112,13 @@ def _jumps(law: TimeLaw, bounds: Bounds, motion: LawMotion, period: float) -> tu
     return problems, notes
 
 
-def _corner_notes(law: TimeLaw, bounds: Bounds) -> Iterator[str]:
+def _corner_notes(law: TimeLaw, bounds: Bounds, top: float) -> Iterator[str]:
     """Where tangent or curvature jumps and the law does not stop, derivatives of the axes are infinite: note it."""
     limits = bounds.limits
     if limits.axis_jerk is None and limits.axis_acceleration is None:
         return
     corners = bounds.bends[0]
-    moving = law.feed(times_at(law, corners)) > 1e-3 * float(np.max(law.feed(np.linspace(0.0, law.duration, 257))))
-    places = corners[moving]
+    places = corners[motion_at(law, times_at(law, corners), 1) > MOVING * top]
     if len(places):
         listed = ", ".join(f"{each:.6g}" for each in places[:LISTED]) + (", ..." if len(places) > LISTED else "")
         yield (
@@ -130,10 +131,10 @@ def _corner_notes(law: TimeLaw, bounds: Bounds) -> Iterator[str]:
 def _least_feeds(law: TimeLaw, s: Array, rounding: float) -> Array:
     """Least feed of a law within the rounding of arc lengths s (n,), mm/s: where it rests, it is 0 at a break there."""
     first, last = times_at(law, s - rounding), times_at(law, s + rounding)
-    least: Array = np.minimum(law.feed(first), law.feed(last))
+    least: Array = np.minimum(motion_at(law, first, 1), motion_at(law, last, 1))
     begin, end = np.searchsorted(law.breaks, first, "left"), np.searchsorted(law.breaks, last, "right")
     for k in np.flatnonzero(end > begin):
-        least[k] = min(least[k], float(np.min(law.feed(law.breaks[begin[k] : end[k]]))))
+        least[k] = min(least[k], float(np.min(motion_at(law, law.breaks[begin[k] : end[k]], 1))))
     return np.maximum(least, 0.0)
 
 
@@ -176,7 +177,7 @@ class LawMotion:
         self, piece: IntArray, row: IntArray, way: Array, tau: Array, worsts: dict[str, Worst], everything: bool = False
     ) -> dict[str, tuple[Array, Array]]:
         """Compare limits with their values at tau (k, z), s, of stretches (z,); returns both, (k, z) and (z,)."""
-        s, v, a, j = self._along(piece, tau)
+        s, v, a, j = motion_of(self.law.coefficients[piece], tau)
         t = self.law.breaks[piece] + tau
         if everything:
             self.top = max(self.top, float(np.max(v)))
@@ -217,21 +218,17 @@ class LawMotion:
     def _of_path(self, row: IntArray, s: Array, v: Array, a: Array, j: Array, names: list[str]) -> dict[str, Array]:
         """Sizes of what the path makes of s, v, a, j (..., n) on rows (n,), by name, (..., n) each; NaN next to C' = 0.
 
-        q' = r_s v,  q'' = r_ss v^2 + r_s a,  q''' = r_sss v^3 + 3 r_ss v a + r_s j,  with r_s, r_ss, r_sss by the chain
-        rule, see `between.rates`.
+        q' = r_s v,  q'' = r_ss v^2 + r_s a,  q''' = r_sss v^3 + 3 r_ss v a + r_s j
         """
         rows, axes = self.rows, self.bounds.path.axes
         every = np.broadcast_to(row, s.shape).ravel()
         ahead = np.clip(s.ravel() - rows.start[every], 0.0, rows.end[every] - rows.start[every])
         places = Places(rows, every)
-        _, c1, c2, c3 = places.derivatives(rows.parameter(every, ahead), 3)
+        derivatives, (_, r1, r2, r3) = places.along(rows.parameter(every, ahead), 3)
         v, a, j = v.ravel(), a.ravel(), j.ravel()
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            c, uss, usss = between.rates(places, c1, c2, c3)
-            us = 1.0 / c
-            r1, r2 = c1 * us, c2 * (us * us) + c1 * uss
             # C' = 0 is no nearer than where both other derivatives go against it: c = b x + d x^2 / 2
-            b, d = np.sqrt(places.product(c2, c2)), np.sqrt(places.product(c3, c3))
+            c, b, d = (np.sqrt(places.product(each, each)) for each in derivatives[1:])
             steep = b + np.hypot(b, np.sqrt(2.0 * c * d))
             x = np.where(steep > 0.0, 2.0 * c / steep, 0.0)
             away = x * (c - x * (b / 2.0 + x * d / 6.0))
@@ -243,22 +240,15 @@ class LawMotion:
                 kind, _, axis = name.rpartition(".")
                 k = axes.index(axis) if kind else 0
                 if name == "centripetal":
-                    bend = r2[: rows.linear]
-                    value = np.where(places.turning, 0.0, np.sqrt(dot(bend, bend))) * v * v
+                    value = places.curvature(derivatives, [derivatives[0], r1, r2]) * v * v
                 elif kind == "axis_velocity":
                     value = r1[k] * v
                 elif kind == "axis_acceleration":
                     value = r2[k] * v * v + r1[k] * a
                 else:
-                    r3 = c3[k] * (us * us * us) + 3.0 * c2[k] * us * uss + c1[k] * usss
-                    value = r3 * v * v * v + 3.0 * r2[k] * v * a + r1[k] * j
+                    value = r3[k] * v * v * v + 3.0 * r2[k] * v * a + r1[k] * j
                 out[name] = np.where(near, np.nan, np.abs(value)).reshape(s.shape)
         return out
-
-    def _along(self, piece: IntArray, tau: Array) -> tuple[Array, Array, Array, Array]:
-        """s, mm, and its three derivatives, mm/s^k, at tau (..., n), s, behind the start of pieces (n,)."""
-        c = self.law.coefficients[piece]
-        return derivative(c, tau, 0), derivative(c, tau, 1), derivative(c, tau, 2), derivative(c, tau, 3)
 
     def _stretches(self) -> tuple[Any, ...]:
         """Piece of the law, row, way, begin behind the piece's start, s, and duration of z stretches, (z,) each.
@@ -269,7 +259,7 @@ class LawMotion:
         law, start, c = self.law, self.rows.start, self.law.coefficients
         span, every = np.diff(law.breaks), np.arange(len(c))
         # a piece that begins or ends within the rounding of a row's end begins or ends there
-        begin, end = c[:, 0] + self.rounding, self._along(every, span)[0] - self.rounding
+        begin, end = c[:, 0] + self.rounding, motion_of(c, span, 0)[0] - self.rounding
         least = np.maximum(np.searchsorted(start, begin, side="right") - 1, 0)
         most = np.maximum(np.searchsorted(start, end, side="left") - 1, least)
         owner, number = expanded(most - least)
@@ -283,21 +273,34 @@ class LawMotion:
         cuts = np.sort(np.concatenate([np.zeros((1, len(span))), turning, span[None]]), axis=0)
         # between these the acceleration goes one way, and has one root at most
         low, high = cuts[:-1], cuts[1:]
-        first = self._along(every, low)[2]
-        crosses = first * self._along(every, high)[2] < 0.0
+        first = motion_of(c, low)[2]
+        crosses = first * motion_of(c, high)[2] < 0.0
         own, sign = np.broadcast_to(every, crosses.shape)[crosses], np.sign(first[crosses])
-        roots = bisected(lambda tau: self._along(own, tau)[2] * sign > 0.0, low[crosses], high[crosses])
+        roots = bisected(lambda tau: motion_of(c[own], tau)[2] * sign > 0.0, low[crosses], high[crosses])
         piece = np.concatenate([np.tile(every, len(cuts)), own, owner])
         tau = np.concatenate([cuts.ravel(), roots, ends])
         order = np.lexsort((tau, piece))
         piece, tau = piece[order], tau[order]
         keep = (piece[1:] == piece[:-1]) & (np.diff(tau) > 2.0 * EPSILON * np.abs(law.breaks[piece[:-1] + 1]))
         piece, low, high = piece[:-1][keep], tau[:-1][keep], tau[1:][keep]
-        middle = self._along(piece, 0.5 * (low + high))
+        middle = motion_of(c[piece], 0.5 * (low + high))
         row = np.clip(self.rows.at(middle[0]), least[piece], most[piece])
-        largest = np.maximum(*(np.abs(self._along(piece, each)[2]) for each in (low, high)))
+        largest = np.maximum(*(np.abs(motion_of(c[piece], each)[2]) for each in (low, high)))
         distinct = largest > NO_SIGN * float(np.max(largest, initial=0.0))
         return piece, row, np.where(distinct, np.sign(middle[2]), 0.0), low, high - low
+
+
+def motion_of(c: Array, tau: Array, order: int = 3) -> list[Array]:
+    """s, mm, and its derivatives, mm/s^k, to `order` at tau (..., n), s, of pieces s = sum_k c_k tau^k; c (n, 6)."""
+    terms = np.ascontiguousarray(c.T).reshape(1, c.shape[1], *(1,) * (tau.ndim - 1), -1)
+    return [math.factorial(k) * each[0] for k, each in enumerate(about(terms, tau, order))]
+
+
+def motion_at(law: TimeLaw, t: Array, order: int = 0) -> Array:
+    """s, mm, or its derivative of this order at instants t (n,), s; before and behind the law as at its ends."""
+    t = np.clip(t, 0.0, law.breaks[-1])
+    piece = np.clip(np.searchsorted(law.breaks, t, side="right") - 1, 0, len(law.coefficients) - 1)
+    return motion_of(law.coefficients[piece], t - law.breaks[piece], order)[order]
 
 
 def bisected(before: Callable[[Array], BoolArray], low: Array, high: Array) -> Array:
@@ -311,7 +314,7 @@ def bisected(before: Callable[[Array], BoolArray], low: Array, high: Array) -> A
 
 def reached(c: Array, s: Array, low: Array, high: Array) -> Array:
     """tau (n,) in [low, high] at which polynomials c (n, 6), growing, reach s (n,)."""
-    return bisected(lambda tau: derivative(c, tau, 0) < s, low, high)
+    return bisected(lambda tau: motion_of(c, tau, 0)[0] < s, low, high)
 
 
 def times_at(law: TimeLaw, s: Array) -> Array:
@@ -324,7 +327,7 @@ def times_at(law: TimeLaw, s: Array) -> Array:
 def breaks_apart(law: TimeLaw) -> Iterator[tuple[float, float, float]]:
     """Largest jump of s, of the feed and of the acceleration between pieces of a law, each with its t and s."""
     c, span = law.coefficients, np.diff(law.breaks)[:-1]
-    places = law.breaks[1:-1].tolist(), derivative(c[:-1], span, 0).tolist()
-    for order in range(3):
-        gap = np.abs(derivative(c[1:], 0.0 * span, order) - derivative(c[:-1], span, order))
-        yield max(zip(gap.tolist(), *places, strict=True), key=lambda each: each[0], default=(0.0, 0.0, 0.0))
+    before, behind = motion_of(c[:-1], span, 2), motion_of(c[1:], 0.0 * span, 2)
+    for one, other in zip(before, behind, strict=True):
+        gap = np.abs(other - one).tolist(), law.breaks[1:-1].tolist(), before[0].tolist()
+        yield max(zip(*gap, strict=True), key=lambda each: each[0], default=(0.0, 0.0, 0.0))

@@ -16,6 +16,7 @@ import numpy as np
 
 from splinefeed.analysis import between
 from splinefeed.analysis.check_bounds import BESIDE, STEP, Bounds, Fault, contain, neighbours, standing
+from splinefeed.analysis.check_law import motion_at
 from splinefeed.analysis.check_tool import Tool
 from splinefeed.analysis.place import Located, Placer
 from splinefeed.analysis.spans import EPSILON, Places, expanded
@@ -89,7 +90,7 @@ class Judge:
         self._least, self._greatest = np.full(axes, np.inf), np.full(axes, -np.inf)  # positions so far
         self.tool = None if bounds.joints is None else Tool(bounds.joints, self.rows, self._placer)
         self._tail: Ticks | None = None  # the last ticks
-        top = 0.0 if law is None else float(np.max(law.feed(np.linspace(0.0, law.duration, 2048))))
+        top = 0.0 if law is None else float(np.max(motion_at(law, np.linspace(0.0, law.breaks[-1], 2048), 1)))
         self._ripple_from = RIPPLE_SHARE * top * self.period
 
     def _know(self, bounds: Bounds) -> None:
@@ -301,7 +302,7 @@ class Judge:
     def _follow_law(self, known: Ticks, travelled: Array, n: int) -> None:
         if self.law is None:
             return
-        planned = self.law(known.t[-n - 1 :])
+        planned = motion_at(self.law, known.t[-n - 1 :])
         step = np.diff(planned)
         with np.errstate(invalid="ignore", divide="ignore"):
             self.drift = max(self.drift, float(np.fmax.reduce(np.abs(known.s[-n - 1 :] - planned), initial=0.0)))
@@ -382,7 +383,8 @@ class Judge:
             alone = here > SKIP * near + floor
             if np.any(alone):  # from one stop to the next, a whole stretch may take a single period
                 if self.law is not None:  # over nanometres a law may well go from next to rest to next to rest in one
-                    alone &= np.abs(self.law(t[1:-1] + self.period) - self.law(t[1:-1]) - here) > REPEAT * floor
+                    planned = motion_at(self.law, t[1:-1] + self.period) - motion_at(self.law, t[1:-1])
+                    alone &= np.abs(planned - here) > REPEAT * floor
                 alone &= ~neighbours(self.bounds.rests, s[1:-1], s[1:-1] + here, self.allowed + floor)
             skipped = (here > REPEAT * floor) & (alone | (here > most))
             twice = (np.abs(here) <= floor) & (np.minimum(before, after) > REPEAT * floor)

@@ -9,7 +9,6 @@ import numpy as np
 
 from splinefeed.analysis import between
 from splinefeed.analysis.spans import EPSILON, Places, spans_of
-from splinefeed.geometry.differential import by_arc_length, curvatures
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import AXIS_LIMITS, Array, IntArray, Limits, Setpoints, TimeLaw
@@ -101,9 +100,12 @@ def limit_use(
         d, feed = d[:, :, 3:], feed_limit(setpoints, path.tool, limits)
         sagitta, turned = chord * reach, axis_chord * reach
     else:
-        derivatives = path.evaluate(setpoints.curve, setpoints.u, 3)
-        kappa = chord = curvatures(derivatives, path.linear)
-        d, feed = by_arc_length(derivatives, path.linear), feed_limit(setpoints, path, limits)
+        rows = spans_of(path)
+        row, u = rows.find(setpoints.curve, setpoints.u)
+        places = Places(rows, row)
+        exact_at = places.along(places.t(u), 3)
+        kappa = chord = places.curvature(*exact_at)
+        d, feed = np.stack(exact_at[1], axis=1).T, feed_limit(setpoints, path, limits)
         sagitta = np.zeros(len(t))
         if limits.chord_error is not None and len(t) > 1:
             sagitta = np.pad(chord_errors(setpoints, path), (0, 1), mode="edge")

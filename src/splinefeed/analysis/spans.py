@@ -210,6 +210,32 @@ class Places:
             factor = factor * self.scale * (k + 1)
         return c
 
+    def along(self, t: Array, order: int) -> tuple[list[Array], list[Array]]:
+        """C and its derivatives by u, r and those by arc length, to `order` <= 3 at t (..., n), (axes, ..., n) each.
+
+        r_s = C' u_s,  r_ss = C'' u_s^2 + C' u_ss,  r_sss = C''' u_s^3 + 3 C'' u_s u_ss + C' u_sss   (the chain rule)
+        u_s = 1/c,  u_ss = -(C'.C'')/c^4,  u_sss = 4 (C'.C'')^2/c^7 - (C''.C'' + C'.C''')/c^5,  c = |C'|
+        """
+        c = self.derivatives(t, order)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            square = self.product(c[1], c[1])
+            us = 1.0 / np.sqrt(square)
+            r = [c[0], c[1] * us]
+            if order > 1:
+                bent = self.product(c[1], c[2])
+                uss = -bent / (square * square)
+                r.append(c[2] / square + c[1] * uss)
+            if order > 2:
+                more = self.product(c[2], c[2]) + self.product(c[1], c[3])
+                usss = (4.0 * bent * bent / square - more) / (square * square) * us
+                r.append(c[3] * (us / square) + 3.0 * c[2] * (us * uss) + c[1] * usss)
+        return c, r
+
+    def curvature(self, c: list[Array], r: list[Array]) -> Array:
+        """Curvature (..., n) over the linear axes by `along`, 1/mm: infinite where C' = 0, 0 where only others move."""
+        bend = np.sqrt(dot(r[2][: self.linear], r[2][: self.linear]))
+        return np.where(self.turning, 0.0, np.where(self.product(c[1], c[1]) > 0.0, bend, np.inf))
+
     def speed(self, t: Array) -> Array:
         """|C'(u)| at t (..., n) over the axes that make the arc length, mm a unit of u."""
         slope = self._expansion(t, 1)[1]
