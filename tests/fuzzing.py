@@ -7,16 +7,20 @@ and of time for each, and prints what came of them; the tests of `make torture` 
 from __future__ import annotations
 
 import contextlib
+import re
 import resource
 import signal
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from importlib import import_module
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy.io
 
 DATA = Path(__file__).parent / "data"
 #: Longest time for one file, s, and address space of the whole process, bytes; the CAD libraries have their own limits.
@@ -37,6 +41,46 @@ CC CR DR+ LX+1 IX-2 O1sub ~ \x00 é X=IC(5) I=AC(1) STOP T5 M6 TRAORI
 """.replace("\n", " ").split(" ")
     + 8 * ["\n"]
 )
+
+
+#: How a file of each kind is called; records, what else has a reader of its own, and files that are no text.
+SUFFIXES = {
+    "dxf": ".dxf", "svg": ".svg", "json": ".json", "airfoil": ".dat", "iges": ".igs", "3dm": ".3dm", "csv": ".csv",
+    "npz": ".npz", "h5": ".h5", "step": ".stp", "gcode": ".ngc", "mat": ".mat", "parquet": ".parquet", "points": ".csv",
+    "limits": ".toml", "machine": ".toml", "sweep": ".toml", "tools": ".tbl", "log": ".csv", "positions": ".csv",
+    "urdf": ".urdf",
+}  # fmt: skip
+RECORDS = ("csv", "npz", "h5", "mat", "parquet")
+OTHERS = {
+    "points": "formats.registry:read_all", "limits": "formats.limits_toml:read",
+    "machine": "machine.machine:Machine.load", "sweep": "sweeps.spec:read", "tools": "formats.gcode.tools:read_tools",
+    "log": "formats.run_log:read_run", "positions": "formats.positions_csv:read", "urdf": "robots.arm:robot",
+}  # fmt: skip
+BINARY = ("npz", "h5", "mat", "parquet", "3dm")
+#: Sound texts of kinds that have no files in the data of the tests.
+TEXTS = {
+    "limits": (
+        'feed = "3600mm/min"\nstart_feed = 5\ncentripetal = "0.1g"\naxis_jerk = { x = 2000, theta = "90deg/s^3" }\n'
+        '[axis_acceleration]\nx = 500\ny = "0.5m/s^2"\n[travel]\nx = ["-10mm", 200]\n',
+        "feed = 60\nacceleration = 500.0\njerk = 20000\ndeceleration = 400\nchord_error = 1e-3\n",
+    ),
+    "sweep": (
+        'sources = ["circle", "butterfly"]\n[set]\nlimits.acceleration = "50mm/s^2"\n[grid]\n'
+        '"limits.feed" = [30, 60.0]\nmethod = ["taylor-2"]\nperiod = ["1ms", "2ms"]\n[random]\ncount = 3\n'
+        '"limits.jerk" = { uniform = [100, 2000] }\n[output]\nsetpoints = true\n',
+        'name = "s"\nseed = 7\nsources = ["circle"]\n[list]\nlimits.feed = [1, 2]\ncorrections = [0, 1]\n',
+    ),
+    "tools": ("; tools\nT1 P1 Z50.2 D6 ; mill\nT2 P2 X-1.5 Z+40 D.5 I1 J2 Q3\nT99 P3 A90\n",),
+    "points": (
+        "x,y,z\n" + "".join(f"{k},{k * k % 7}.5,{-k}\n" for k in range(12)),
+        "12\n" + "".join(f"{k}.5 {k % 3}\n" for k in range(12)),
+        "x [in];y\n" + "".join(f"{k},5;{k % 5},25\n" for k in range(12)),
+    ),
+    "positions": (
+        "t_s,x [mm],theta_deg\n" + "".join(f"{k / 1000:.3f},{k * 0.1:.4f},{k % 9}.5\n" for k in range(20)),
+        "time;x;y\n(ms);(in);(mm)\n" + "".join(f"{k};{k}.25;nan\n" for k in range(20)),
+    ),
+}
 
 
 def changed(rng: np.random.Generator, content: bytes) -> bytes:
@@ -65,6 +109,29 @@ def changed(rng: np.random.Generator, content: bytes) -> bytes:
     return bytes(data) or b"0"
 
 
+#: Words of the languages of files that are text: numbers beyond all bounds, deep keys, brackets without an end.
+TOKENS = [
+    b"9" * 400, b"9" * 5000, b"1e308", b"-1e308", b"1e400", b"1e-400", b"1e101", b".", b"-", b"e5", b"[" * 60,
+    b"(" * 60, b"{" * 60, b"a." * 40, b"true", b"[]", b"{}", b'""', b"'", b"inf", b"-inf", b"nan", b"2**63", b"1 " * 50,
+    b"-9223372036854775809", b"9223372036854775808", b"x" * 300, b"\xc3\xa9", b"=", b"\n\n", b",,", b";", b"&a;",
+    b"0" * 400 + b"1", b"../..",
+]  # fmt: skip
+_WORDS_OF_TEXT = re.compile(rb"[-+.\w]+")
+
+
+def retold(rng: np.random.Generator, content: bytes) -> bytes:
+    """`content` with some of its own words, or TOKENS, in place of others."""
+    words = list(_WORDS_OF_TEXT.finditer(content))
+    if not words:
+        return changed(rng, content)
+    data, chosen = content, sorted(rng.choice(len(words), min(len(words), int(rng.geometric(0.5))), False))
+    for k in reversed(chosen):
+        one, other = words[k], words[rng.integers(len(words))]
+        put = other[0] if rng.random() < 0.4 else TOKENS[rng.integers(len(TOKENS))]
+        data = data[: one.start()] + put + data[one.end() :]
+    return data
+
+
 def program(rng: np.random.Generator, content: bytes) -> bytes:
     """A changed program, or words of all dialects in no order."""
     if rng.random() < 0.4:
@@ -76,13 +143,16 @@ def seeds(kind: str, folder: Path) -> Iterator[bytes]:
     """Sound files of a kind, those of others and one that is made here."""
     import splinefeed as sf
 
-    suffixes = {"dxf": ".dxf", "svg": ".svg", "json": ".json", "airfoil": ".dat", "iges": ".igs", "3dm": ".3dm",
-                "csv": ".csv", "npz": ".npz", "h5": ".h5", "step": ".stp", "gcode": ".ngc"}  # fmt: skip
-    made = folder / f"seed{suffixes[kind]}"
-    if kind in ("csv", "npz", "h5"):
+    made = folder / f"seed{SUFFIXES[kind]}"
+    if kind in RECORDS:
         path = sf.shapes.circle(5.0)
         law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), strategy="seven-phase", period=5e-3)
         sf.save(sf.interpolate(path, law, period=5e-3), made)
+        if kind == "mat":  # not packed: a change comes through to what is read
+            struct = scipy.io.loadmat(made)["setpoints"]
+            scipy.io.savemat(made, {"setpoints": struct}, do_compression=False)
+            yield made.read_bytes()
+            sf.save(sf.interpolate(path, law, period=5e-3), made)
     elif kind in ("dxf", "svg", "json", "step", "gcode"):
         sf.write(sf.shapes.circle(5.0), made)
     if made.exists():
@@ -97,6 +167,14 @@ def seeds(kind: str, folder: Path) -> Iterator[bytes]:
             b'</style><symbol id="s" viewBox="0 0 5 5"><rect width="1em" height="50%"/></symbol><g font-size="2em">'
             b'<use href="#s" x="1" width="3"/><path class="a" style="transform:rotate(3deg)" d="M0 0 h5"/></g></svg>'
         )
+    yield from (text.encode() for text in TEXTS.get(kind, ()))
+    if kind == "machine":
+        for name in sf.Machine.names():
+            yield (Path(sf.__file__).parent / "machines" / f"{name}.toml").read_bytes()
+    if kind == "urdf":
+        yield (DATA / "two-link.urdf").read_bytes()
+    if kind == "log":
+        yield (DATA / "cycle-time" / "box-op2-hurco02-part11.csv").read_bytes()
     if kind == "json":
         yield (DATA / "curves" / "butterfly.json").read_bytes()
 
@@ -106,8 +184,12 @@ def reader(kind: str) -> Callable[[Path, bool], Any]:
     import splinefeed as sf
     from splinefeed.formats.registry import FORMATS, read_all
 
-    if kind in ("csv", "npz", "h5"):
+    if kind in RECORDS:
         return lambda file, repair: sf.load(file)
+    if kind in OTHERS:
+        module, _, name = OTHERS[kind].partition(":")
+        function = attrgetter(name)(import_module(f"splinefeed.{module}"))
+        return lambda file, repair: function(file)
     modules = {"json": "json_curve", "3dm": "threedm"}
     module = next(each for each in FORMATS if each.module == modules.get(kind, kind))
     takes_repair = kind not in ("json", "airfoil")
@@ -127,11 +209,12 @@ def fuzz(kind: str, seed: int, count: int, folder: Path, say: Callable[[str], No
     rng = np.random.default_rng(seed)
     sound, read = list(seeds(kind, folder)), reader(kind)
     change = program if kind == "gcode" else changed
-    suffix = {"csv": ".csv", "npz": ".npz", "h5": ".h5"}.get(kind, ".bin")
+    suffix = SUFFIXES[kind] if kind in RECORDS or kind in OTHERS else ".bin"
     file = folder / f"changed{suffix}"
     came = slowest = 0.0
     for i in range(count):
-        content = change(rng, sound[i % len(sound)])
+        told = kind not in BINARY and rng.random() < 0.4
+        content = (retold if told else change)(rng, sound[i % len(sound)])
         file.write_bytes(content)
         start = time.monotonic()
         signal.alarm(MOST_SECONDS)
@@ -139,7 +222,9 @@ def fuzz(kind: str, seed: int, count: int, folder: Path, say: Callable[[str], No
             read(file, bool(rng.integers(2)))
             came += 1
         except SplinefeedError as error:
-            assert "\n" not in str(error) and len(str(error)) < 1000, f"{kind}, seed {seed}, input {i}: {error}"
+            lines = str(error).split("\n")
+            one = len(lines) == 1 or len(lines) == len(getattr(error, "problems", ())) + 1
+            assert one and max(map(len, lines)) < 1000, f"{kind}, seed {seed}, input {i}: {error}"
         except BaseException as error:
             kept = Path(tempfile.gettempdir()) / f"fuzzed-{kind}-{seed}-{i}{suffix}"
             kept.write_bytes(content)

@@ -47,7 +47,10 @@ PAGE = ROOT / "docs" / "tests.md"
 #: Failures that are told in words.
 MOST_TOLD = 20
 PROFILES_A_CASE, INPUTS_A_CASE, KILLS_A_CASE = 1000, 2000, 20
-READERS = ("gcode", "dxf", "svg", "json", "csv", "airfoil", "step", "iges", "3dm", "npz", "h5")
+READERS = (
+    "gcode", "dxf", "svg", "json", "csv", "airfoil", "step", "iges", "3dm", "npz", "h5", "mat", "parquet", "points",
+    "limits", "machine", "sweep", "tools", "log", "positions", "urdf",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -55,6 +55,8 @@ def from_content(content: Mapping[str, Any], source: str) -> Limits:
         axes = given if isinstance(given, dict) and key in ORDERS else {"": given}
         for axis, value in axes.items():
             try:
+                if not axis and axes is given:
+                    raise LimitsError("an axis has no name")
                 if key == "travel":
                     for end, position in zip(TRAVEL_ENDS, travel_of(axis, value), strict=True):
                         values.setdefault(end, {})[axis] = position

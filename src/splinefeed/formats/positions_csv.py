@@ -64,7 +64,7 @@ def read(
             )
     except ValueError as error:
         raise FormatError(f"{path}: is not a valid table of numbers: {str(error).split(';')[0]}") from None
-    sample = [row for line, row in zip(lines[first:], words[first:], strict=True) if line]
+    sample = [row for row in words[first:] if len(row) == len(words[first])]
     return _setpoints(rows, names, sample, period, path)
 
 

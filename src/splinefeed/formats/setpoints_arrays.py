@@ -11,12 +11,18 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import InputError
+from splinefeed.formats import mat5
 from splinefeed.formats.metadata import COLUMNS, axis_units, by_name, column_names, columns_of, description
 from splinefeed.formats.rows_parquet import libraries
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
+from splinefeed.formats.source import check_size
+from splinefeed.numbers import whole
 from splinefeed.records import Setpoints
 
 _ARRAYS = (*COLUMNS, "position")
+_KINDS = {name: np.int64 if name == "curve" else np.float64 for name in COLUMNS}
+#: Largest .mat file that is read, bytes: all its ticks are in memory at once.
+MAX_MAT_BYTES = 2**30
 #: The struct of a .mat file, and the key of the description in Parquet's schema.
 _STRUCT, _KEY = "setpoints", b"splinefeed"
 #: Rows of Parquet that are packed together at the most; readers work group by group.
@@ -57,17 +63,28 @@ def write_mat(points: Setpoints, file: Path) -> None:
 
 def read_mat(file: Path) -> tuple[dict[str, Any], Any]:
     """Columns and description of a .mat file."""
-    import scipy.io
+    check_size(file, MAX_MAT_BYTES)
+    fields = (*_ARRAYS, "record", "schema", "method", "period", "axes", "settings")
+    struct = mat5.read_struct(file.read_bytes(), _STRUCT, fields)
+    if missing := [name for name in fields if name not in struct]:
+        raise InputError(f"{_STRUCT} has no field {missing[0]}; was this written by splinefeed?")
+    axes = struct["axes"] if isinstance(struct["axes"], list) else [struct["axes"]]
+    columns = {name: np.asarray(struct[name]).reshape(-1).astype(kind) for name, kind in _KINDS.items()}
+    position = np.ascontiguousarray(struct["position"], dtype=np.float64)
+    said = {
+        "record": struct["record"], "method": struct["method"], "axes": [str(axis) for axis in axes],
+        "schema": whole(_single(struct["schema"]), "schema"), "period_s": _single(struct["period"]),
+        "settings": json.loads(str(struct["settings"])),
+    }  # fmt: skip
+    return {**columns, "position": position.reshape(len(columns["t"]), len(axes))}, said
 
-    with file.open("rb") as stream:
-        struct = scipy.io.loadmat(stream, variable_names=[_STRUCT], simplify_cells=True).get(_STRUCT)
-    if not isinstance(struct, dict):
-        raise InputError(f"has no struct {_STRUCT}; was this written by splinefeed?")
-    axes = np.atleast_1d(struct["axes"]).tolist()
-    columns = {name: np.atleast_1d(struct[name]) for name in COLUMNS}
-    position = np.reshape(struct["position"], (len(columns["t"]), len(axes)))
-    said = {**struct, "axes": axes, "period_s": struct["period"], "settings": json.loads(struct["settings"])}
-    return {**columns, "position": position}, said
+
+def _single(value: Any) -> Any:
+    """The only number of a matrix."""
+    if not isinstance(value, np.ndarray) or value.size != 1:
+        raise InputError("expected a single number")
+    number = value.item()
+    return int(number) if isinstance(number, float) and number.is_integer() else number  # MATLAB has doubles alone
 
 
 def write_parquet(chunks: Iterable[Setpoints], file: Path) -> None:

@@ -16,6 +16,8 @@ from splinefeed.errors import FormatError, InputError, nearest
 
 #: Largest file, bytes; most links of a robot; most elements, and how deep they may be nested.
 MAX_BYTES, MAX_LINKS, MAX_ELEMENTS, MAX_DEPTH = 16 * 2**20, 1000, 100_000, 32
+#: Longest text of an attribute, letters.
+MAX_TEXT = 500
 #: Kinds of joints: those that move, and those that do not.
 MOVING, FIXED = ("revolute", "continuous", "prismatic"), "fixed"
 
@@ -136,6 +138,8 @@ def _tree(content: bytes) -> _Element:
             )
         if tag.startswith("xacro:"):
             raise InputError(f"line {parser.CurrentLineNumber}: <{tag}>: expand it first: xacro FILE > robot.urdf")
+        if any(len(value) > MAX_TEXT for value in attributes.values()):
+            raise InputError(f"line {parser.CurrentLineNumber}: <{tag[:40]}>: a text has more than {MAX_TEXT} letters")
         element = _Element(tag, attributes, parser.CurrentLineNumber)
         (stack[-1].children if stack else roots).append(element)
         stack.append(element)
