@@ -18,8 +18,8 @@ import numpy as np
 import splinefeed
 from splinefeed.errors import InputError, LimitsError
 from splinefeed.formats.metadata import COLUMNS, MAYBE, SCHEMA, axis_units, check_columns, check_schema, naming, to_json
+from splinefeed.formats.native_process import ask
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS, MAX_TICKS_IN_CHUNKS
-from splinefeed.formats.source import check_file
 from splinefeed.records import ORDERS, STREAM_COLUMNS, Limits, Response, Setpoints, TimeLaw, field_of, positive, unit_of
 
 #: Records of columns, by name.
@@ -46,6 +46,8 @@ PACKING: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffl
 #: What gzip reaches at the most (1032 to 1), rounded up: a dataset that claims more than that holds nothing, and
 #: reading it would fill the memory with zeros.
 MOST_PACKED = 1100
+#: Most limits of one file, those of single axes counted each.
+MOST_LIMITS = 1000
 _NO_HARM_BYTES = 2**20
 
 
@@ -166,28 +168,55 @@ def load_chunks(path: str | os.PathLike[str], rows: int) -> Iterator[Setpoints]:
 
 
 def _records(path: str | os.PathLike[str], known: Sequence[str], rows: int | None = None) -> Iterator[Any]:
-    """The record in a file, one of those `known`: whole, or `rows` ticks at a time."""
+    """The record in a file, one of those `known`: whole, or `rows` ticks at a time.
+
+    The library works in a process of its own, which opens the file again for each chunk.
+    """
+    start = 0
+    while True:
+        said, columns = ask("hdf5", "contents", path, known=list(known), start=start, rows=rows)
+        with naming(path, "HDF5 file"):
+            if said["record"] == "Limits":
+                made: Any = Limits.from_dict(said["limits"])
+            else:
+                own = said["own"]
+                own |= {name: tuple(own[name]) for name in ("axes", "notes") if name in own}
+                made = RECORDS[said["record"]](**columns, **own)
+                check_columns(made)
+        yield made
+        start += rows or 0
+        if rows is None or start >= said["ticks"]:
+            return
+
+
+def contents(
+    file: Path, known: Sequence[str], start: int = 0, rows: int | None = None
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What an HDF5 file says of its record, one of those `known`, and its columns: whole, or `rows` ticks from `start`.
+
+    Runs in the process that may die over a damaged file; see `native_process`.
+    """
     import h5py
 
-    with naming(path, "HDF5 file"), h5py.File(check_file(path), "r") as file:
-        record = str(_attribute(file, "record"))
+    with naming(file, "HDF5 file"), h5py.File(file, "r") as opened:
+        record = str(_attribute(opened, "record"))
         if record not in known:
             raise InputError(f"holds a record {record[:40]!r}; known are {', '.join(known)}")
-        check_schema(_attribute(file, "schema"))
+        check_schema(_attribute(opened, "schema"))
         if record == "Limits":
-            yield Limits.from_dict({name: float(_dataset(file, name, 0)[()]) for name in file})
-            return
+            if len(opened) > MOST_LIMITS:
+                raise InputError(f"holds more than {MOST_LIMITS} limits")
+            return {"record": record, "limits": {name: float(_dataset(opened, name, 0)[()]) for name in opened}}, {}
         kind, most = RECORDS[record], MAX_TICKS if rows is None else MAX_TICKS_IN_CHUNKS
-        names = [name for name in _columns(kind) if name in file or name not in MAYBE]
-        datasets, said = {name: _dataset(file, name, DATASETS[name][0], most) for name in names}, _said(file, kind)
+        names = [name for name in _columns(kind) if name in opened or name not in MAYBE]
+        datasets = {name: _dataset(opened, name, DATASETS[name][0], most) for name in names}
+        own = _said(opened, kind)
         ticks = {name: len(dataset) for name, dataset in datasets.items()}
         if rows is not None and len(set(ticks.values())) > 1:
             raise InputError(f"the datasets have different numbers of ticks: {ticks}")
-        for start in (0,) if rows is None else range(0, ticks["t"], rows):
-            part = slice(start, None if rows is None else start + rows)
-            made = kind(**{name: dataset[part] for name, dataset in datasets.items()}, **said)
-            check_columns(made)
-            yield made
+        part = slice(start, None if rows is None else start + rows)
+        said = {"record": record, "own": own, "ticks": max(ticks.values(), default=0)}
+        return said, {name: dataset[part] for name, dataset in datasets.items()}
 
 
 def _dataset(file: Any, name: str, ndim: int, most: int = MAX_TICKS) -> Any:

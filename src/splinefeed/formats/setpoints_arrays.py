@@ -12,7 +12,9 @@ import numpy as np
 
 from splinefeed.errors import InputError
 from splinefeed.formats import mat5
+from splinefeed.formats.mat5 import MOST_UNPACKED, NO_HARM_BYTES
 from splinefeed.formats.metadata import COLUMNS, axis_units, by_name, column_names, columns_of, description
+from splinefeed.formats.native_process import ask
 from splinefeed.formats.rows_parquet import libraries
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
 from splinefeed.formats.source import check_size
@@ -112,7 +114,13 @@ def write_parquet(chunks: Iterable[Setpoints], file: Path) -> None:
 
 
 def read_parquet(file: Path) -> tuple[dict[str, Any], Any]:
-    """Columns and description of a Parquet file."""
+    """Columns and description of a Parquet file, which its library reads in a process of its own."""
+    said, columns = ask("setpoints_arrays", "parquet_contents", file)
+    return by_name(list(columns.values())), said
+
+
+def parquet_contents(file: Path) -> tuple[Any, dict[str, Any]]:
+    """Description and columns (n,) of a Parquet file; runs in the process that may die over a damaged file."""
     _, parquet = libraries()
     with parquet.ParquetFile(file) as source:
         metadata = (source.schema_arrow.metadata or {}).get(_KEY)
@@ -124,5 +132,7 @@ def read_parquet(file: Path) -> tuple[dict[str, Any], Any]:
             raise InputError(f"expected the columns {', '.join(names)}")
         if source.metadata.num_rows > MAX_TICKS:
             raise InputError(f"has {source.metadata.num_rows} rows; at most {MAX_TICKS} can be read")
+        if 8 * source.metadata.num_rows * len(names) > MOST_UNPACKED * file.stat().st_size + NO_HARM_BYTES:
+            raise InputError(f"has {source.metadata.num_rows} rows in far fewer bytes than they pack to; it is damaged")
         table = source.read()
-    return by_name([table.column(name).to_numpy() for name in names]), said
+    return said, {name: np.ascontiguousarray(table.column(name).to_numpy()) for name in names}
