@@ -52,7 +52,10 @@ def test_an_option_that_is_nearly_right_is_told(refused):
         (["--jerk=-1"], "jerk is -1; it must be greater than 0"),
         (["--decel-jerk", "0"], "deceleration_jerk is 0; it must be greater than 0"),
         (["--start-feed", "61"], "start_feed is 61 mm/s; it must lie between 0 and the feed limit of 60 mm/s"),
-        (["--axis-accel", "500,800"], "--axis-accel: '500,800' holds several values; name the axes: x=500,y=800"),
+        (
+            ["--axis-accel", "500,800,900"],
+            "axis_acceleration has 3 values for 2 axes; give one each, in the order x, y",
+        ),
         (["--period", "0"], "period is 0; it must be greater than 0"),
         (["--method", "milne-simpsn"], "unknown interpolation method 'milne-simpsn'; did you mean 'milne-simpson'?"),
         (["--corrections", "101"], "corrections is 101; expected a whole number from 0 to 100"),

@@ -29,6 +29,17 @@ def test_fields_take_units_and_single_axes(tmp_path):
     assert wanted.period == 5e-4
 
 
+def test_a_field_takes_values_in_the_order_of_axes(tmp_path):
+    wanted = resolve({"limits": {"feed": 60, "axis_jerk": "2000, 0.5m/s^3", "axis_acceleration": [500, 400]}}, tmp_path)
+    assert wanted.limits.axis_jerk == {"x": 2000.0, "y": 500.0}
+    assert wanted.limits.axis_acceleration == {"x": 500.0, "y": 400.0}
+    with pytest.raises(SettingsError) as caught:
+        resolve({"limits": {"feed": 60, "axis_jerk": "1, 2, 3"}}, tmp_path)
+    assert caught.value.problems == {
+        "limits.axis_jerk": "axis_jerk has 3 values for 2 axes; give one each, in the order x, y"
+    }
+
+
 def test_a_machine_holds_where_no_limit_is_given(tmp_path):
     wanted = resolve({"limits": {"feed": 60, "axis_velocity": 30}, "machine": {"name": "xytheta"}}, tmp_path)
     own = sf.Machine.load("xytheta").limits(("x", "y"))

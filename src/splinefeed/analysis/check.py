@@ -217,7 +217,6 @@ def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
         if abs(law.duration - judge.duration) > judge.period:
             problems.append(f"law: lasts {law.duration:.9g} s, the setpoints {judge.duration:.9g} s; is it their law?")
     results = {name: worst.result for name, worst in judge.worst.items()}
-    notes += judge.without_limits()
     if judge.short is not None:
         notes.append(f"the last period is short, {judge.short:.9g} s; differences over it have a higher floor")
     if not judge.bounds.path.linear:
@@ -230,6 +229,7 @@ def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
         )
     if not judge.placed:
         notes.append("the setpoints have no u: each is placed at the nearest point of the path, one after the other")
+    notes += judge.without_limits()
     problems += [_limit_sentence(name, result, unit) for name, result in results.items() if not result.holds]
     numbers = {
         "duration_s": judge.duration,

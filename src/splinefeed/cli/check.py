@@ -53,6 +53,7 @@ def check(say: Say, setpoints: str, **given: Any) -> Page:
       splinefeed check recorded.csv --path butterfly --feed 60 --axis-jerk x=20000,y=15000 --resolution 1um
     """
     from splinefeed.analysis.certificate import certificate, write_certificate
+    from splinefeed.pipeline.settings import completed
 
     say(f"reading {setpoints}")
     points, guessed = read_setpoints(setpoints, given)
@@ -60,8 +61,8 @@ def check(say: Say, setpoints: str, **given: Any) -> Page:
     flat = options.said_limits(given, own if isinstance(own, Mapping) else {})
     if not flat:
         raise LimitsError(f"{setpoints}: has no limits; give --limits FILE, or --feed, --axis-jerk and the like")
-    limits = sf.Limits.from_dict(flat)
     path, source = path_of(points.settings, given, setpoints)
+    limits = completed(flat, None, points.axes, assume=False)
     law = None if given["law_file"] is None else sf.load(given["law_file"], sf.TimeLaw)
     say("checking")
     found = sf.check(

@@ -50,15 +50,20 @@ def _names(text: str) -> tuple[str, ...]:
     return names
 
 
-def _of_axes(limit: str, text: str) -> dict[str, float]:
-    """A limit of every linear axis, `2000`, or of single ones, `x=2000,theta=90deg/s^3`, as `Limits.as_dict` has it."""
+def _of_axes(limit: str, text: str) -> dict[str, Any]:
+    """A limit of every linear axis, `2000`, of each in the path's order, `2000,90deg/s^3`, or of `x=2000,a=90deg/s^3`.
+
+    As `Limits.as_dict` has it; values in the path's order stay a list of texts until the axes are known.
+    """
     from splinefeed.formats import limits_toml
 
     if "=" in text:
         named = limits_toml.by_axis(text)
         return {f"{limit}.{axis}": limits_toml.axis_value(limit, axis, value) for axis, value in named}
     if "," in text:
-        raise InputError(f"{text!r} holds several values; name the axes: x=500,y=800")
+        listed = {limit: [each.strip() for each in text.split(",")]}
+        limits_toml.in_order(listed, ())  # refuses what is no quantity
+        return listed
     return {limit: limits_toml.axis_value(limit, "x", text)}
 
 
@@ -246,9 +251,10 @@ _LIMITS = """
 --chord-error  LENGTH       Chord error (sag) between two setpoints.
 --orientation-error  ANGLE  How far the tool axis may be off between two setpoints.
 --centripetal  ACCELERATION  Centripetal acceleration limit.
---axis-velocity  LIMIT      Limit of each linear axis: 60, or x=60,theta=90deg/s.
---axis-accel --axis-acceleration axis_acceleration  LIMIT  Limit of each linear axis: 500, or x=500,theta=90deg/s^2.
---axis-jerk  LIMIT          Limit of each linear axis: 20000, or x=20000,y=15000.
+--axis-velocity  LIMIT      Limit of each linear axis: 60; of all, in the path's order: 60,50,90deg/s; or by name:
+                            x=60,theta=90deg/s.
+--axis-accel --axis-acceleration axis_acceleration  LIMIT  Limit of each linear axis: 500, of all: 500,300, or x=500.
+--axis-jerk  LIMIT          Limit of each linear axis: 20000, of all: 20000,15000, or x=20000,y=15000.
 --axis-velocity-step  LIMIT  Junction velocity: largest velocity step of each axis at a corner; without it corners are
                             exact stops.
 --travel  AXIS=LOW:HIGH     Soft limits of position: x=0:500,y=0:300.
@@ -276,14 +282,21 @@ machine = table("""
 corrections = table("--corrections  INTEGER =1  Passes of a method's corrector, 0 to 100.")
 
 
-def said_limits(given: Mapping[str, Any], otherwise: Mapping[str, float]) -> dict[str, float]:
-    """Limits as `Limits.as_dict` has them: those of the file of limits, or `otherwise`, options in their place."""
-    from splinefeed.formats import limits_toml
+def said_limits(given: Mapping[str, Any], otherwise: Mapping[str, float]) -> dict[str, Any]:
+    """Limits as `Limits.as_dict` has them: those of the file of limits, or `otherwise`, options in their place.
 
-    out = dict(limits_toml.read(given["limits_file"]).as_dict() if given["limits_file"] else otherwise)
+    Values in the path's order stay lists; `completed` names their axes.
+    """
+    from splinefeed.formats import limits_toml
+    from splinefeed.formats.source import read_text, toml_of
+    from splinefeed.records import field_of
+
+    file, out = given["limits_file"], dict(otherwise)
+    if file:
+        out = limits_toml.flat_of(toml_of(read_text(file), str(file)), str(file))
     for name in (*limits_toml.KINDS, "travel"):
         if isinstance(value := given[name], dict):
-            out = {key: old for key, old in out.items() if key.partition(".")[0] != name} | value
+            out = {key: old for key, old in out.items() if field_of(key) != name} | value
         elif value is not None:
             out[name] = value
     return out

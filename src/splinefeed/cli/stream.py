@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from splinefeed.live.sinks import Sink
     from splinefeed.live.stream import State
 
+#: One sentence each.
+Notes = list[str]
+
 KEYS = """\
 Keys during the stream: + and - change the feedrate override by 10 %, h or space is feed hold, b retraces, r resumes,
 s stops. The same by JSON lines on the local port that it prints, with the token: {"token": "...", "override": 80},
@@ -90,7 +93,7 @@ def stream(say: Say, source: str, **given: Any) -> Page:
     with on_signals(_end):
         _check(given)
         machine = sf.Machine.load(given["machine"]) if given["machine"] else None
-        motion, limits = (_through if _is_setpoints(source) else _along)(say, source, given, machine)
+        motion, limits, notes = (_through if _is_setpoints(source) else _along)(say, source, given, machine)
         resume, saved = _resumed(file, motion) if given["resume"] else None, _saver(file, motion)
         if resume is not None:
             motion.begin_at(resume[0])
@@ -100,6 +103,8 @@ def stream(say: Say, source: str, **given: Any) -> Page:
         ahead = max(round(given["ahead"] / motion.period), 24)
         sink = _sink(given, ahead)
     with Control(operator) as control, on_signals(partial(_stop, operator)), keys(operator):
+        for note in notes:
+            print(f"note: {note}", file=sys.stderr, flush=True)
         if sink.paced:
             print(f"commands: 127.0.0.1:{control.port} token {control.token}", file=sys.stderr, flush=True)
         say("")
@@ -128,6 +133,7 @@ def stream(say: Say, source: str, **given: Any) -> Page:
         "planned_s": motion.duration,
         "top": motion.override.top,
         "period_s": motion.period,
+        "notes": notes,
         "files": files,
     }
 
@@ -152,8 +158,8 @@ def _is_setpoints(source: str) -> bool:
     return os.path.isfile(source) and any(suffix in each.suffixes for each in FORMATS.values())
 
 
-def _along(say: Say, source: str, given: dict[str, Any], machine: sf.Machine | None) -> tuple[Motion, sf.Limits]:
-    """The motion along a path, and the limits that hold for it."""
+def _along(say: Say, source: str, given: dict[str, Any], machine: sf.Machine | None) -> tuple[Motion, sf.Limits, Notes]:
+    """The motion along a path, the limits that hold for it, and notes on them."""
     from splinefeed.live.motion import planned
     from splinefeed.pipeline.run import on_machine
 
@@ -161,15 +167,18 @@ def _along(say: Say, source: str, given: dict[str, Any], machine: sf.Machine | N
     moved = on_machine(what.path, machine if isinstance(what.path, sf.ToolPath) else None, what.limits)
     say("planning")
     reserve = {"top": given["top"], "most": most}
-    return planned(moved, what.limits, period=what.period, strategy=what.strategy, **reserve)[1], what.limits
+    law, motion = planned(moved, what.limits, period=what.period, strategy=what.strategy, **reserve)
+    return motion, what.limits, [*what.notes, *law.notes]
 
 
-def _through(say: Say, source: str, given: dict[str, Any], machine: sf.Machine | None) -> tuple[Motion, sf.Limits]:
-    """The motion through setpoints as they are, and the limits that hold for it."""
+def _through(
+    say: Say, source: str, given: dict[str, Any], machine: sf.Machine | None
+) -> tuple[Motion, sf.Limits, Notes]:
+    """The motion through setpoints as they are, the limits that hold for it, and notes on them."""
     import numpy as np
 
     from splinefeed.live.motion import through
-    from splinefeed.records import ROTARY_AXES
+    from splinefeed.records import ROTARY_AXES, unlimited_axes
 
     say(f"reading {source}")
     (rows, _), most = read_setpoints(source, given), given["most"] / 100.0
@@ -180,7 +189,8 @@ def _through(say: Say, source: str, given: dict[str, Any], machine: sf.Machine |
         limits = replace(limits, feed=max(feed, 1.0))
     say("measuring the rows")
     allowed = replace(limits, feed=1.01 * max(most, 1.0) * limits.feed)
-    return through(rows, allowed, highest=most), limits
+    notes = unlimited_axes(limits, rows.axes, rows.position.min(axis=0), rows.position.max(axis=0))
+    return through(rows, allowed, highest=most), limits, notes
 
 
 def _sink(given: dict[str, Any], ahead: int) -> Any:

@@ -13,7 +13,7 @@ from splinefeed import units
 from splinefeed.errors import FormatError, LimitsError, ProblemsError, UnitError, nearest
 from splinefeed.formats.atomic import write_text
 from splinefeed.formats.source import read_text, toml_of
-from splinefeed.records import ANGLES, BY_AXIS, ROTARY_AXES, TRAVEL_ENDS, Limits
+from splinefeed.records import ANGLES, BY_AXIS, ROTARY_AXES, TRAVEL_ENDS, Limits, by_name
 from splinefeed.records import ORDERS as LIMIT_ORDERS
 
 #: Kinds of quantities by the order of the derivative that they are, along a path or a linear axis, and of a rotary one.
@@ -35,22 +35,35 @@ class LimitsFileError(ProblemsError):
     """A limits file with errors: the first line names the file, each of `problems` its key and the mend."""
 
 
-def read(source: str | os.PathLike[str]) -> Limits:
-    """The limits in a TOML file; LimitsFileError with everything that is wrong, each with its key."""
-    return parse(read_text(source), str(source))
+def read(source: str | os.PathLike[str], axes: Sequence[str] | None = None) -> Limits:
+    """The limits in a TOML file; LimitsFileError with everything that is wrong, each with its key.
+
+    axes  those of the path, in whose order lists are; without them a list is refused
+    """
+    return parse(read_text(source), str(source), axes)
 
 
-def parse(text: str, source: str = "limits") -> Limits:
+def parse(text: str, source: str = "limits", axes: Sequence[str] | None = None) -> Limits:
     """Limits from the text of a file, soft limits from its table [travel]; `source` is what messages call it."""
-    return from_content(toml_of(text, source), source)
+    flat, problems = flat_of(toml_of(text, source), source), []
+    for key, value in flat.items():
+        if isinstance(value, list) and axes is None:
+            problems.append(f"{key}: is a list in the order of a path's axes, and there is no path here; name the axes")
+    if problems:
+        raise LimitsFileError(source, problems)
+    return Limits.from_dict(in_order(flat, axes or ()))
 
 
-def from_content(content: Mapping[str, Any], source: str) -> Limits:
-    """Limits from what a file of limits holds; LimitsFileError with problems that each begin with the key."""
+def flat_of(content: Mapping[str, Any], source: str) -> dict[str, Any]:
+    """What a file of limits holds as `Limits.as_dict` has it; a list stays as it is, see `in_order`.
+
+    Raises LimitsFileError with problems that each begin with the key.
+    """
     if "axis" in content or "control" in content:
         raise FormatError(f"{source}: holds a machine, not limits of a motion; give it by --machine {source}")
     problems: list[str] = []
     values: dict[str, Any] = {}
+    lists: dict[str, list[Any]] = {}
     for key, given in content.items():
         axes = given if isinstance(given, dict) and key in ORDERS else {"": given}
         for axis, value in axes.items():
@@ -64,17 +77,58 @@ def from_content(content: Mapping[str, Any], source: str) -> Limits:
                     raise LimitsError(f"unknown limit; {nearest(key, [*KINDS, 'travel'])}")
                 elif axis:
                     values.setdefault(key, {})[axis] = axis_value(key, axis, value)
+                elif isinstance(value, list) and key in BY_AXIS:
+                    lists[key] = value
+                    values[key] = _of_either(key, value)
                 else:
                     values[key] = axis_value(key, "", value)
             except (UnitError, LimitsError) as error:
                 problems.append(f"{key}{'.' * bool(axis)}{axis}: {error}")
     if not problems:
         try:
-            return Limits(**values)
+            return {**Limits(**values).as_dict(), **lists}
         except LimitsError as error:
             first, _, rest = str(error).partition(" ")
             problems.append(f"{first}: {rest}" if first in KINDS else str(error))
     raise LimitsFileError(source, problems)
+
+
+def in_order(flat: Mapping[str, Any], axes: Sequence[str]) -> dict[str, float]:
+    """Limits as `Limits.as_dict` has them, from such with lists of quantities in the order of `axes`.
+
+    Without axes, where a command only looks whether limits can be read, a list counts as its first value.
+    Raises LimitsError, or UnitError, for a list that does not fit the axes.
+    """
+    out: dict[str, float] = {}
+    for name, value in flat.items():
+        if not isinstance(value, list):
+            out[name] = value
+        elif not axes:
+            out[name] = _of_either(name, value)
+        else:
+            named = by_name(name, tuple(value), axes)
+            for axis, each in named.items():
+                try:
+                    out[f"{name}.{axis}"] = axis_value(name, axis, each)
+                except (UnitError, LimitsError) as error:
+                    raise LimitsError(f"{name}.{axis}: {error}") from None
+    return out
+
+
+def _of_either(name: str, values: Sequence[Any]) -> float:
+    """The first of values, each of a linear or of a rotary axis; UnitError or LimitsError for one that is neither."""
+    if not values:
+        raise LimitsError("is empty; give one value an axis, in the path's order")
+    found = []
+    for each in values:
+        try:
+            found.append(axis_value(name, "x", each))
+        except UnitError as error:
+            try:
+                found.append(axis_value(name, ROTARY_AXES[0], each))
+            except UnitError:
+                raise error from None
+    return found[0]
 
 
 def axis_value(name: str, axis: str, value: Any) -> float:
@@ -83,7 +137,11 @@ def axis_value(name: str, axis: str, value: Any) -> float:
     Raises UnitError for what is no such quantity, LimitsError for one that is not positive.
     """
     if isinstance(value, list | dict):
-        what = "a number, or a table with one number an axis" if name in BY_AXIS else "one number"
+        what = (
+            "a number, a list of them in the path's order, or a table with one number an axis"
+            if name in BY_AXIS
+            else "one number"
+        )
         raise LimitsError(f"must be {what}, such as {units.KINDS[KINDS[name]].example.split(' or ')[0]}")
     turns = axis in ROTARY_AXES or name in ANGLES
     number = turning(value, LIMIT_ORDERS[name]) if turns else units.parse(value, KINDS[name])
@@ -132,6 +190,8 @@ def to_text(limits: Limits) -> str:
     document.add(tomlkit.comment("limits of a motion for splinefeed"))
     for name, kind in KINDS.items():
         value, unit = getattr(limits, name), units.KINDS[kind].base
+        if isinstance(value, tuple):
+            raise LimitsError(f"{name}: is in the order of a path's axes; write limits.on(path.axes), which names them")
         if isinstance(value, Mapping):
             document[name] = {axis: said(limit, unit, axis) for axis, limit in value.items()}
         elif value is not None and value != math.inf:

@@ -10,30 +10,31 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import InputError
+from splinefeed.formats import limits_toml
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.jobs import Job
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.run import PAPER_LIMITS
-from splinefeed.records import BY_AXIS, ROTARY_AXES, Limits, field_of
+from splinefeed.records import BY_AXIS, Limits, by_name, field_of
 
 
-def completed(
-    flat: Mapping[str, float], machine: Machine | None, axes: Sequence[str], *, assume: bool = True
-) -> Limits:
+def completed(flat: Mapping[str, Any], machine: Machine | None, axes: Sequence[str], *, assume: bool = True) -> Limits:
     """Limits from those that are given, over those that a machine has for the axes.
 
-    flat  limits as `Limits.as_dict` has them; assume  whether the paper's stand in along the path where none are said,
-          those of acceleration and jerk only without such limits of the axes
+    flat    limits as `Limits.as_dict` has them, or lists of quantities in the order of the axes, as files have them
+    assume  whether the paper's stand in along the path where none are said, those of acceleration and jerk only without
+            such limits of the axes
+    Raises LimitsError for a list that does not fit the axes, and for a number over a machine's where all of them turn.
     """
     out: dict[str, float] = {}
     own = {} if machine is None else machine.limits(axes)
     for name, values in own.items():
         out |= {f"{name}.{axis}": value for axis, value in values.items()}
-    for name, value in flat.items():
+    for name, value in limits_toml.in_order(flat, axes).items():
         each = name in BY_AXIS and own.get(name)  # one number is for every linear axis
-        out |= {f"{name}.{axis}": value for axis in axes if axis not in ROTARY_AXES} if each else {name: value}
+        out |= {f"{name}.{axis}": one for axis, one in by_name(name, value, axes).items()} if each else {name: value}
     if assume:
         kinds = {field_of(key) for key in out}
         if not kinds & {"axis_acceleration", "axis_jerk"}:

@@ -94,19 +94,26 @@ def check_axes(name: str, given: Iterable[str], axes: Sequence[str]) -> None:
 
 
 def unlimited_axes(limits: Limits, axes: Sequence[str], low: Array, high: Array) -> list[str]:
-    """A sentence for each kind of limit that some axes have and others that move do not.
+    """A sentence for each kind of limit that some axes have, or limits along the path, and others that move do not.
 
     low, high  (axes,) where each axis is at least and at most, mm or rad: what is rounding of these is no motion
     """
     size = np.maximum(np.abs(low), np.abs(high))
     moves = high - low > MOVE_ROUNDINGS * np.finfo(float).eps * size
-    found = []
+    linear = np.array([axis not in ROTARY_AXES for axis in axes])
+    found, none = [], []
     for name in AXIS_LIMITS:
         bounded = np.isfinite(limits.of_axes(name, axes))
         free = np.array(axes)[moves & ~bounded].tolist()
         if free and bounded.any():
             verb = "moves" if len(free) == 1 else "move"
             found.append(f"{', '.join(free)} {verb} without {name}, which other axes have; give each axis its own")
+        none += [] if bounded.any() else [name]
+    turning = np.array(axes)[moves & ~linear].tolist() if linear.any() else []
+    if turning and none:
+        verb = "turns" if len(turning) == 1 else "turn"
+        why = "where linear axes move, limits along the path are theirs"
+        found.append(f"{', '.join(turning)} {verb} without {', '.join(none)}: {why}")
     return found
 
 
@@ -415,8 +422,8 @@ def by_name(name: str, given: Any, axes: Sequence[str]) -> dict[str, Any]:
     linear = [axis for axis in axes if axis not in ROTARY_AXES]
     if not linear:
         raise LimitsError(
-            f"{name} is one number, which is for linear axes, and {', '.join(axes)} turn; give one value each, in this "
-            "order or by name"
+            f"{name} is one number, which is for linear axes, and {', '.join(axes)} "
+            f"turn{'s' * (len(axes) == 1)}; give one value each, in this order or by name"
         )
     return dict.fromkeys(linear, given)
 

@@ -220,10 +220,12 @@ def _limits(given: Mapping[str, Any], path: sf.Path, machine: sf.Machine | None)
     for name in BY_AXIS:
         if isinstance(said.get(name), str) and "=" in said[name]:
             said[name] = dict(limits_toml.by_axis(said[name]))
+        elif isinstance(said.get(name), str) and "," in said[name]:
+            said[name] = [each.strip() for each in said[name].split(",")]
     programmed = "feed" not in said and path.feeds is not None
     try:
         # the feed of a program stands in below; here another one lets all else be checked
-        flat = limits_toml.from_content({"feed": _ANY_FEED, **said} if programmed else said, "limits").as_dict()
+        flat = limits_toml.flat_of({"feed": _ANY_FEED, **said} if programmed else said, "limits")
         limits = completed(flat, machine, planned_axes(path, machine), assume=False)
     except InputError as error:
         problems = {}

@@ -272,6 +272,8 @@ def _matching(folder: Path, pattern: str) -> list[str]:
 def _values(name: str, given: Any, base: Path) -> tuple[Any, ...]:
     if not isinstance(given, list) or not 1 <= len(given) <= MOST_VALUES:
         raise InputError("write a list of values")
+    if any(isinstance(each, list) for each in given):
+        raise InputError("one value of a list is a list itself; vary the axes by name, such as limits.axis_jerk.x")
     return tuple(checked(name, each, base) for each in given)
 
 
@@ -294,6 +296,9 @@ def checked(name: str, given: Any, base: Path) -> Any:
     if kind == "limits" and rest:
         limit, _, axis = rest.partition(".")
         if limit in limits_toml.KINDS and (not axis or limit in BY_AXIS):
+            if isinstance(given, list) and limit in BY_AXIS and not axis:
+                limits_toml.in_order({limit: given}, ())  # refuses what is no quantity
+                return given
             return limits_toml.axis_value(limit, axis or "x", given)
         raise InputError(f"{rest!r} is not a limit; {nearest(limit, limits_toml.KINDS)}")
     if kind == "machine" and rest:
