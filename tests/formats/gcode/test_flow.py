@@ -204,7 +204,9 @@ def test_subprograms_of_fanuc(tmp_path: Path) -> None:
     path = path_of(tmp_path, *main, *subs, dialect="fanuc")
     ends = [curve.control_points[-1].tolist() for curve in path.curves]
     assert ends == [[1, 0], [1, 2], [2, 2], [2, 4], [3, 4], [3, 6], [9, 6], [9, 8]]
-    assert refusal(tmp_path, "O0001", "M98 P100", "M30", "O0100", "M99 P5", dialect="fanuc").startswith("line 5: M99 w")
+    assert refusal(tmp_path, "O0001", "M98 P100", "M30", "O0100", "M99 P5", dialect="fanuc").startswith(
+        "line 5: GOTO 5: no line"
+    )
     assert refusal(tmp_path, "O0001", "M98 P100", "M30", "O0100", dialect="fanuc").startswith(
         "line 4: the file ends within o100, which has no M99"
     )

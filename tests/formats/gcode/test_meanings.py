@@ -151,10 +151,10 @@ def test_macros_of_fanuc_set_parameters_without_brackets(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("line", "dialect", "reason"),
     [
-        ("G1 X5. F60. ,R2.", "fanuc", ",R is a rounded corner, which is not supported; write its moves"),
-        ("G1 X5. F60. ,C2.", "haas", ",C is a chamfer, which is not supported; write its moves"),
-        ("G1 X5 F60 RND=3", "siemens", "RND= is a rounded corner to the next line, which is not supported; write its"),
-        ("G1 X5 F60 CHR=3", "siemens", "CHR= is a chamfer to the next line, which is not supported; write its moves"),
+        ("G1 X5. F60. ,R2.", "fanuc", ",R has no line behind it"),
+        ("G1 X5. F60. ,C2.", "mach3", ",C is a chamfer, which is not supported; write its moves"),
+        ("G1 X5 F60 RND=3", "siemens", "RND= has no line behind it"),
+        ("G1 X5 F60 CHR=-3", "siemens", "CHR=-3: the size of a corner is 0 or more"),
         ("G4 S30", "siemens", "G4 S counts turns of the spindle, whose speed is not known; write S and M3 before it"),
     ],
 )

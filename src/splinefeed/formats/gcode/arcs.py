@@ -97,6 +97,8 @@ def find_arcs(moves: Moves, mended: Findings | None = None) -> Arcs:
     first, last = (np.linalg.norm(each - centre, axis=1) for each in (start, end))
     refuse(first <= SAME_POINT, lambda _: "the arc has its centre where it begins: radius 0")
     off, inch = np.abs(last - first), flags & Flag.INCH != 0
+    as_places = [np.linalg.norm(each - words, axis=1) for each in (start, end)]
+    hint = (flags & Flag.ABSOLUTE == 0) & (np.abs(as_places[1] - as_places[0]) <= ROUNDED) & (as_places[0] > ROUNDED)
     always, rounded = np.where(inch, ALWAYS_INCH, ALWAYS), np.where(inch, ROUNDED_INCH, ROUNDED)
     refuse(
         ~by_radius & ((off > always) | ((off > rounded) & (off > RELATIVE * np.maximum(first, last)))),
@@ -104,6 +106,8 @@ def find_arcs(moves: Moves, mended: Findings | None = None) -> Arcs:
             f"the arc ends {off[i]:.6g} mm off its circle: radius {first[i]:.6g} mm at its start, "
             f"{last[i]:.6g} mm at its end (tolerance {rounded[i]:.4g} mm and {RELATIVE:.1%} of the radius, at most "
             f"{always[i]:.4g} mm)"
+            + "; as the centre's place, not the way to it, its words fit: write G90.1"
+            * bool(hint[i])
         ),
         lambda _: "a spiral between them",
     )

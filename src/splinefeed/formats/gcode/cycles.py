@@ -54,6 +54,9 @@ FANUC = CYCLES | {
     870: "M19 >Q 0R <Q M+ 1Z P M19 >Q 0C <Q M+",
     880: "0R 1Z P M5 M0 0C M+",
 }
+#: A Haas waits at the bottom of the last peck (Mill Operator's Manual, G73 and G83: P); Fanuc's have no P.
+HAAS = FANUC | {730: "0R Q( 1L 0A ) 1Z P 0C", 830: "0R Q( 1L 0R 0A ) 1Z P 0C"}
+_PECKS = (730, 830)
 #: How the spindle turns in LinuxCNC's tapping cycles, and the cycle that cuts upwards, from R to Z.
 _TURNING, _UPWARDS = {740: 4, 840: 3}, 870
 _NOTES = {
@@ -144,7 +147,7 @@ class Cycles:
     def __init__(self, state: State, dialect: Dialect, findings: Findings) -> None:
         self.state, self.dialect, self.findings = state, dialect, findings
         state.returns = dialect.returns
-        self.known = FANUC if dialect.keeps_cycles else CYCLES
+        self.known = HAAS if dialect.name == "haas" else FANUC if dialect.keeps_cycles else CYCLES
         self._initial = 0.0
         self.forget()
 
@@ -169,6 +172,9 @@ class Cycles:
             self._initial, self.first_line = float(state.position[across] - zero), line
         if code != self._code and not self.dialect.keeps_cycles:
             self._kept = {}
+        if code in _PECKS and "P" in words and self.known is FANUC:
+            words.pop("P")
+            self.findings.count(f"P of {name} is left out: Fanuc has none there, a Haas waits at the bottom", line)
         said_now = {"R"} & words.keys() | ({"Z"} if depth in axes else set())
         self._code, kept = code, self._kept
         kept |= {letter: words.pop(letter) for letter in "RQP" if letter in steps and letter in words}

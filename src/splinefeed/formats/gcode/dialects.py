@@ -81,7 +81,7 @@ DIALECTS = {
         _FANUC,
         replace(_FANUC, name="haas", title="Haas", repeats="L"),
         Dialect("mach3", "Mach3", modes=frozenset((150, 501, 690)), jumps=True),
-        Dialect("grbl", "Grbl", m_codes=_OF_GRBL, modes=frozenset((150, 690)), silent=("$",), laser=True),
+        Dialect("grbl", "Grbl", m_codes=_OF_GRBL, modes=frozenset((150, 690)), silent=("$", "?", "!", "~"), laser=True),
         _PRINTER,
         replace(_PRINTER, name="marlin", title="Marlin"),
         replace(_PRINTER, name="klipper", title="Klipper", dwell_words=""),
@@ -100,7 +100,7 @@ _SIGNS = {
     r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b|\bG43\.[45]\b|\bG234\b|\bIF[ \t]*\[[^\n]*\b(?:GOTO|THEN)"
     r"|\bWHILE[ \t]*\[[^\n]*\][ \t]*DO[ \t]*[123]\b|\bG65[ \t]*P\d",
     "mach3": r"\bmach\s?[34]\b|^[ \t]*M1[01]\s*P[0-3]\b",
-    "grbl": r"^[ \t]*\$(?:\d+[ \t]*=|[HX]\b)|\bgrbl\b|\bM0?[34][ \t]*S0\b",
+    "grbl": r"^[ \t]*\$(?:N?\d+[ \t]*=|J=|[$#GIXCH](?![A-Z0-9]))|\bgrbl\b|\bM0?[34][ \t]*S0\b",
     "marlin": r"^;FLAVOR:\s*Marlin",
     "klipper": r"^;FLAVOR:\s*Klipper|^[ \t]*(?:START_PRINT|PRINT_START|SET_VELOCITY_LIMIT|SET_PRESSURE_ADVANCE"
     r"|EXCLUDE_OBJECT\w*|BED_MESH_\w+|SET_GCODE_OFFSET|SAVE_GCODE_STATE|SET_RETRACTION)\b",

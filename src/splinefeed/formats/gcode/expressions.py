@@ -55,9 +55,21 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "SQRT": math.sqrt,
     "TAN": lambda x: math.tan(math.radians(x)),
 }
+#: Fanuc's macros (B-64484EN, "Custom macro", arithmetic and logic): what rounds towards zero and away from it, names of
+#: their own, and logic bit by bit.
+_OF_MACROS: dict[str, Callable[[float], float]] = {
+    "FIX": lambda x: float(math.trunc(x)),
+    "FUP": lambda x: math.copysign(math.ceil(abs(x)), x),
+    "RND": lambda x: math.copysign(math.floor(abs(x) + 0.5), x),
+    "SQR": math.sqrt,
+}
+_BITS: dict[str, Callable[[int, int], int]] = {
+    "AND": lambda a, b: a & b, "OR": lambda a, b: a | b, "XOR": lambda a, b: a ^ b,
+}  # fmt: skip
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _OPERATOR = re.compile("|".join(map(re.escape, _OPERATIONS)), re.IGNORECASE)
 _FUNCTION = re.compile("|".join(["ATAN", "EXISTS", *_FUNCTIONS]), re.IGNORECASE)
+_MACRO_FUNCTION = re.compile("|".join(["ATAN", *_FUNCTIONS, "RND", "SQR"]), re.IGNORECASE)
 _NAME = re.compile(r"<([^<>\[\]#]*)>")
 
 #: Largest whole number that a code may have, and most words of a line.
@@ -85,14 +97,24 @@ def refuse(wrong: object, reason: str) -> None:
         raise LineError(reason)
 
 
+class Vacant(float):
+    """The value of a macro's variable that has none: 0 in arithmetic, equal to #0 alone; its letter is no word."""
+
+
+VACANT = Vacant(0.0)
+#: Variables of a macro's own, and #0, which never has a value (Fanuc).
+LOCALS = range(34)
+
+
 class Parameters:
     """Values of numbered and named parameters; `known` are those that the interpreter computes, such as positions.
 
     Names that begin with _ are those of the whole program, all others those of the sub that is being carried out.
+    macros  whether they are the variables of Fanuc's macros
     """
 
-    def __init__(self, known: Callable[[int | str], float | None]) -> None:
-        self.known = known
+    def __init__(self, known: Callable[[int | str], float | None], macros: bool = False) -> None:
+        self.known, self.macros = known, macros
         self.numbers: dict[int, float] = {}
         self._own: dict[str, float] = {}
         self._everyones: dict[str, float] = {"_value": 0.0, "_value_returned": 0.0}
@@ -103,19 +125,23 @@ class Parameters:
             return self.numbers
         return self._everyones if key.startswith("_") else self._own
 
-    def enter(self, arguments: Sequence[float] | None = None) -> None:
-        """A sub begins, with names of its own; with `arguments` it has its own #1 to #30 too."""
-        kept = None if arguments is None else {k: self.numbers[k] for k in ARGUMENTS if k in self.numbers}
+    def enter(self, arguments: Sequence[float] | Mapping[int, float] | None = None) -> None:
+        """A sub begins, with names of its own; with `arguments` it has its own #1 to #30 too, a macro #1 to #33."""
+        kept = None if arguments is None else {k: self.numbers[k] for k in LOCALS if k in self.numbers}
         self._callers.append((self._own, kept))
         self._own = {}
-        if arguments is not None:
+        if isinstance(arguments, Mapping):
+            for k in LOCALS:
+                self.numbers.pop(k, None)
+            self.numbers |= arguments
+        elif arguments is not None:
             self.numbers |= dict.fromkeys(ARGUMENTS, 0.0) | dict(enumerate(arguments, 1))
 
     def leave(self) -> None:
         """The sub ends: its caller's names, and its #1 to #30 if they were kept, are in force again."""
         self._own, kept = self._callers.pop()
         if kept is not None:
-            for k in ARGUMENTS:
+            for k in LOCALS if self.macros else ARGUMENTS:
                 self.numbers.pop(k, None)
             self.numbers |= kept
 
@@ -130,13 +156,20 @@ class Parameters:
     def find(self, key: int | str) -> float | None:
         """Value of a parameter, or None."""
         computed = self.known(key)
-        return self._store(key).get(key) if computed is None else computed
+        if computed is not None:
+            return computed
+        vacant = VACANT if self.macros and key in LOCALS else None
+        return self._store(key).get(key, vacant)
 
     def set(self, key: int | str, value: float) -> None:
         """Give a parameter a value."""
         if isinstance(key, str) and self.known(key) is not None:
             raise LineError(f"#<{key}> is set by the machine and cannot be assigned")
-        self._store(key)[key] = value
+        refuse(key == 0, "#0 never has a value and cannot be assigned")
+        if value is VACANT:
+            self._store(key).pop(key, None)
+        else:
+            self._store(key)[key] = value
 
 
 class Scanner:
@@ -146,6 +179,7 @@ class Scanner:
         self.text, self.parameters = text, parameters
         self.at = 0
         self._depth = 0
+        self._functions = _MACRO_FUNCTION if parameters.macros else _FUNCTION
 
     def peek(self) -> str:
         """The next character, or nothing."""
@@ -176,7 +210,7 @@ class Scanner:
             value = self._bracket()
         elif c == "#":
             value = self.parameters.get(self.parameter())
-        elif (match := _FUNCTION.match(self.text, self.at)) is not None:
+        elif (match := self._functions.match(self.text, self.at)) is not None:
             self.at = match.end()
             value = self._function(match[0].upper())
         else:
@@ -195,7 +229,7 @@ class Scanner:
             return match[1].lower()
         value = self.value()
         number = round(value) if math.isfinite(value) and abs(value) < 1e6 else -1
-        if number < 1 or abs(value - number) > SAME:
+        if number < 1 - self.parameters.macros or abs(value - number) > SAME:
             raise LineError(f"#{value:g} is not a parameter; their numbers are whole and from 1")
         return number
 
@@ -219,7 +253,12 @@ class Scanner:
                 break
             self.at = match.end()
             right = self._chain(rank + 1)
-            left = _finite(f"{left:g} {name} {right:g}", compute, left, right)
+            if self.parameters.macros and name in _BITS:
+                left = float(_BITS[name](round(left), round(right)))
+            elif name in ("EQ", "NE") and (left is VACANT or right is VACANT):
+                left = float((left is right) == (name == "EQ"))
+            else:
+                left = _finite(f"{left:g} {name} {right:g}", compute, left, right)
         return left
 
     def _function(self, name: str) -> float:
@@ -230,11 +269,14 @@ class Scanner:
             self.take("]", wanted)
             numbered = isinstance(key, int) and key <= LAST_NUMBER
             return float(numbered or self.parameters.find(key) is not None)
-        value = self._bracket()
+        value, macros = self._bracket(), self.parameters.macros
         if name == "ATAN":
+            if macros and self.text[self.at : self.at + 2] != "/[":
+                return math.degrees(math.atan(value))
             self.take("/", "ATAN needs two values: ATAN[y]/[x]")
             return math.degrees(math.atan2(value, self._bracket()))
-        return _finite(f"{name}[{value:g}]", _FUNCTIONS[name], value)
+        compute = _OF_MACROS[name] if macros and name in _OF_MACROS else _FUNCTIONS[name]
+        return _finite(f"{name}[{value:g}]", compute, value)
 
 
 def _finite(said: str, compute: Callable[..., float], *values: float) -> float:
@@ -263,11 +305,11 @@ class Block:
     percent: bool = False
 
 
-def parse(text: str, parameters: Parameters, *, bare: bool = False) -> Block:
+def parse(text: str, parameters: Parameters, *, bare: bool = False, corners: bool = False) -> Block:
     """The words of the line `text`; LineError for what is none, for words twice and for codes that exclude each other.
 
     As in RS274 blanks mean nothing, not even within a number. With `bare` a parameter may be set to operators without
-    brackets, #1=#2+5, as in Fanuc's macros.
+    brackets, #1=#2+5, as in Fanuc's macros. With `corners` ,R and ,C (and ,L for Siemens' CHF) are words.
     """
     block = Block()
     scanner = Scanner(_BLANKS.sub("", without_comments(text)), parameters)
@@ -291,7 +333,12 @@ def parse(text: str, parameters: Parameters, *, bare: bool = False) -> Block:
             continue
         if c == "," and (corner := scanner.text[scanner.at + 1 :][:1].upper()) in ("R", "C", "A"):
             what = {"R": "a rounded corner", "C": "a chamfer", "A": "the angle of a line"}[corner]
-            raise LineError(f",{corner} is {what}, which is not supported; write its moves")
+            refuse(not corners or corner == "A", f",{corner} is {what}, which is not supported; write its moves")
+        if c == "," and corners and (corner := scanner.text[scanner.at + 1 :][:1].upper()) in ("R", "C", "L"):
+            scanner.at += 2
+            refuse(f",{corner}" in block.words, f",{corner} appears twice")
+            block.words[f",{corner}"] = scanner.value()
+            continue
         if not ("A" <= c <= "Z" or c in ":@^$"):
             raise LineError(f"expected a letter, got {scanner.text[scanner.at :][:20]!r}")
         scanner.at += 1
@@ -310,6 +357,9 @@ def parse(text: str, parameters: Parameters, *, bare: bool = False) -> Block:
             value = scanner.value()
         except LineError as fault:
             raise LineError(f"{c}: {fault}") from None
+        if value is VACANT:
+            refuse(c in "GMNOP", f"{c}: its variable has no value")
+            continue
         if scanner.text[begin : scanner.at].lstrip("+-").isdigit():
             block.whole.add(c)
         if c in "GM":

@@ -17,7 +17,7 @@ from typing import BinaryIO
 import numpy as np
 
 from splinefeed.errors import FormatError
-from splinefeed.formats.gcode.expressions import LineError, Scanner, refuse, without_comments
+from splinefeed.formats.gcode.expressions import VACANT, LineError, Scanner, refuse, without_comments
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.source import check_file, check_size, read_bytes
 from splinefeed.records import IntArray
@@ -26,6 +26,8 @@ from splinefeed.records import IntArray
 MAX_STEPS, PLAIN = 1_000_000, 16
 #: Most calls within calls (LinuxCNC), arguments of one, bytes of a program that jumps, and files of subprograms.
 MAX_CALLS, MAX_ARGUMENTS, MAX_BYTES, MAX_FILES = 10, 30, 2**26, 100
+#: How files of numbered subprograms end.
+_ENDINGS = (".nc", ".NC", ".cnc", ".CNC", ".tap", ".TAP", "")
 #: Bytes without an end of line that are no program.
 LONGEST = 2**21
 
@@ -41,7 +43,16 @@ _LIKELY, _MORE = bytes(each in b"oO:mM" for each in range(256)), re.compile(rb"[
 _MACRO = re.compile(
     r"(?:/[0-9]?)?(?:N[0-9]+)?(?P<word>IF(?=\[)|WHILE(?=\[)|GOTO|DO(?=[0-9])|END(?=[0-9]))", re.IGNORECASE
 )
-_MACRO_LIKELY = re.compile(rb"IF[ \t]*\[|WHILE[ \t]*\[|GOTO|DO[ \t]*[0-9]|END[ \t]*[0-9]", re.IGNORECASE)
+_MACRO_LIKELY = re.compile(
+    rb"IF[ \t]*\[|WHILE[ \t]*\[|GOTO|DO[ \t]*[0-9]|END[ \t]*[0-9]|G[ \t]*0*65(?![0-9.])", re.IGNORECASE
+)
+_MACRO_CALL = re.compile(r"G0*65(?![0-9.])", re.IGNORECASE)
+#: The variables of a macro that letters of G65 set; I J K may be said up to ten times, and set #4 to #33 in turn.
+_VARIABLES = {
+    "A": 1, "B": 2, "C": 3, "D": 7, "E": 8, "F": 9, "H": 11, "M": 13, "Q": 17, "R": 18, "S": 19, "T": 20, "U": 21,
+    "V": 22, "W": 23, "X": 24, "Y": 25, "Z": 26,
+}  # fmt: skip
+_CENTRES, _MOST_CENTRES = "IJK", 10
 _LABEL = re.compile(rb"^[ \t]*(?:/[ \t]*[0-9]?)?[ \t]*N[ \t]*([0-9]+)(?![0-9.])", re.IGNORECASE | re.MULTILINE)
 _ABORT = re.compile(r"\s*\(\s*abort\s*,([^)]*)\)", re.IGNORECASE)
 #: The words that may follow in a statement, by the one that begins it; the last one ends it.
@@ -84,6 +95,8 @@ def _jump_of(text: str, at: int, macros: bool) -> Jump | None:
         plain = re.sub(r"\s+", "", without_comments(text))
     except LineError:
         return None  # the interpreter says what is wrong
+    if macros and _MACRO_CALL.search(plain):
+        return Jump(at, "G65", "", "", text)
     if macros and (macro := _MACRO.match(plain)):
         return Jump(at, "macro", macro["word"].upper(), plain[macro.end() :], text)
     match = _OWORD.match(plain)
@@ -164,7 +177,7 @@ class Text:
             opened = parts.get(key, [])
             owner = opened[0].word if opened and opened[0].last < 0 else ""
             words = _STATEMENTS.get(owner, ())
-            if jump.fault or jump.word in ("M", "call", "return", "macro"):
+            if jump.fault or jump.word in ("M", "G65", "call", "return", "macro"):
                 continue
             if jump.word in words or (jump.word in _LEAVE and owner in _LEAVE[jump.word]):
                 opened[-1].after = jump.at
@@ -207,6 +220,7 @@ class _Call:
     back: tuple[Text, int]
     shown: int = 0
     repeats: int = 1
+    arguments: dict[int, float] | None = None  # of G65
     left: dict[str, int] = field(default_factory=dict)
 
 
@@ -263,6 +277,8 @@ class Flow:
                 self._m_code(jump)
             case "macro":
                 self._macro(jump)
+            case "G65":
+                self._macro_call(jump)
             case "call":
                 self._call(jump)
             case "return" | "endsub":
@@ -307,6 +323,38 @@ class Flow:
             elif holds:
                 self._run.run(scanner.text[scanner.at :], self.shown or self.at)
 
+    def _macro_call(self, jump: Jump) -> None:
+        """G65 P, L times, with the variables that its letters set."""
+        plain = re.sub(r"^/[0-9]?", "", re.sub(r"\s+", "", without_comments(jump.text)).upper())
+        scanner = Scanner(plain, self._parameters)
+        once, arguments = dict[str, float](), dict[int, float]()
+        rounds, last = 0, len(_CENTRES)
+        while letter := scanner.peek():
+            refuse(not "A" <= letter <= "Z", f"G65: expected a letter, got {plain[scanner.at :][:20]!r}")
+            scanner.at += 1
+            value = scanner.value()
+            if letter in _CENTRES:
+                rounds += _CENTRES.index(letter) <= last
+                last = _CENTRES.index(letter)
+                refuse(rounds > _MOST_CENTRES, f"G65: I, J and K may be said {_MOST_CENTRES} times")
+                key = 1 + 3 * rounds + last
+            elif letter in _VARIABLES:
+                key = _VARIABLES[letter]
+            else:
+                wrong = letter not in "GNPL" or letter in once
+                refuse(wrong, f"{letter}{value:g} beside G65: write it on its own line")
+                once[letter] = value
+                continue
+            arguments.pop(key, None)
+            if value is not VACANT:
+                arguments[key] = value
+        refuse("P" not in once, "G65 needs P, the number of a program")
+        number, repeats = (_whole_of(once.get(letter, 1.0), f"{letter} of G65") for letter in "PL")
+        if repeats > 0:
+            self._enter("", str(number), f"begin it with O{number}", repeats)
+            self._calls[-1].arguments = arguments
+            self._run.enter(arguments)
+
     def _go_to(self, scanner: Scanner, jump: Jump) -> None:
         value = scanner.value()
         refuse(scanner.peek(), f"GOTO: expected a number alone, got {scanner.text[scanner.at :][:12]!r}")
@@ -339,13 +387,12 @@ class Flow:
     def _enter(self, kind: str, name: str, mend: str, repeats: int = 1) -> None:
         """Go to where a sub begins: in this file, in the program itself, or in a file of its name beside it."""
         base = name.strip("<>")
-        file = self._folder / f"{base}.ngc"
         texts = [self.text, self.main]
         here = any((kind, name) in text.subs for text in texts)
-        if not here and re.fullmatch("[a-z0-9_-]+", base) and file.is_file():
+        if not here and re.fullmatch("[a-z0-9_-]+", base) and (file := self._beside(base)):
             if base not in self._files:
                 refuse(len(self._files) >= MAX_FILES, f"o{name}: subprograms in more than {MAX_FILES} files")
-                self._files[base] = _load(file)
+                self._files[base] = _load(file, self._parameters.macros)
             texts.append(self._files[base])
         text = next((text for text in texts if (kind, name) in text.subs), None)
         if text is None:
@@ -356,6 +403,13 @@ class Flow:
             raise LineError(f"o{name}: more than {MAX_CALLS} calls within calls; does a sub call itself?")
         self._calls.append(_Call(jump, text, (self.text, self.at), self.shown or self.at, repeats))
         self.text, self.at = text, jump.at + 1
+
+    def _beside(self, base: str) -> pathlib.Path | None:
+        """The file of a sub beside the program: 1000.ngc, of a numbered one also O1000.nc and the like."""
+        names = [f"{base}.ngc"]
+        if base.isdigit():
+            names += [f"{stem}{end}" for stem in (f"O{int(base):04d}", base) for end in _ENDINGS]
+        return next((self._folder / name for name in names if (self._folder / name).is_file()), None)
 
     def _return(self, jump: Jump) -> None:
         refuse(not self._calls[-1].jump.word, f"{jump.said} is outside of a called sub")
@@ -368,7 +422,7 @@ class Flow:
     def _m_code(self, jump: Jump) -> None:
         """A line with M98 or M99, after what else it says."""
         run, call = self._run, self._calls[-1]
-        run.call, run.returns = None, False
+        run.call, run.returns, run.goes_on = None, False, 0
         run.run(jump.text, self.shown or self.at)
         if run.call is not None and run.call[1] > 0:
             number, repeats = run.call
@@ -377,17 +431,22 @@ class Flow:
         if not run.returns:
             return
         refuse(call.jump.word, f"M99 is inside o{call.jump.name} sub; write endsub or return")
+        if len(self._calls) == 1 and run.goes_on:
+            self.at = self.text.label(run.goes_on, jump.at)
+            return
         if len(self._calls) == 1:
             run.findings.say(f"line {self.at}: M99 begins the program again without end; one pass is read")
             run.ended = True
             return
         call.repeats -= 1
         run.leave()
-        if call.repeats > 0:
+        if call.repeats > 0 and not run.goes_on:
             self.text, self.at = call.text, call.jump.at + 1
-            run.enter()
+            run.enter(call.arguments)
         else:
             self.text, self.at = self._calls.pop().back
+            if run.goes_on:
+                self.at = self.text.label(run.goes_on, self.at - 1)
 
 
 def blocks_of(stream: BinaryIO, size: int) -> Iterator[bytes]:
@@ -406,10 +465,15 @@ def blocks_of(stream: BinaryIO, size: int) -> Iterator[bytes]:
         yield rest + b"\n"
 
 
-def _load(file: pathlib.Path) -> Text:
+def _whole_of(value: float, name: str) -> int:
+    refuse(not 0.0 <= value < 1e9 or value != round(value), f"{name} is {value:g}; it must be a whole number from 0")
+    return round(value)
+
+
+def _load(file: pathlib.Path, macros: bool) -> Text:
     """A file of subprograms."""
     try:
         check_size(check_file(file), MAX_BYTES)
-        return Text(read_bytes(file), file, jumps=True)
+        return Text(read_bytes(file), file, jumps=True, macros=macros)
     except FormatError as error:
         raise LineError(f"{file.name} is called and cannot be read: {error}") from None

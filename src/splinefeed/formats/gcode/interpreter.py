@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -18,6 +18,8 @@ import numpy as np
 
 from splinefeed.formats.gcode import codes
 from splinefeed.formats.gcode.codes import g_name
+from splinefeed.formats.gcode.corner_words import WORDS as CORNER_WORDS
+from splinefeed.formats.gcode.corner_words import CornerWords
 from splinefeed.formats.gcode.cutter import Cutter
 from splinefeed.formats.gcode.cycles import Cycles
 from splinefeed.formats.gcode.dialects import ASKED_FROM, IN_MILLISECONDS, IN_SECONDS, Dialect
@@ -72,7 +74,7 @@ class Interpreter:
         if dialect.extruder:
             state.rapid = Kind.LINE
         state.speed_stops = not dialect.laser
-        self.parameters = Parameters(state.parameter)
+        self.parameters = Parameters(state.parameter, dialect.of_fanuc)
         self._words: dict[str, float] = {}  # of the line by letter; what its codes do not take belongs to none of them
         self._without_point: set[str] = set()  # letters of the line whose numbers are whole
         self.untold = False  # whether nothing in the program shows its dialect
@@ -84,8 +86,12 @@ class Interpreter:
         self.jumps = dialect.jumps  # whether what calls and ends subprograms is carried out by `Flow`
         self.call: tuple[int, int] | None = None  # what M98 calls, and how often
         self.returns = False  # whether there was an M99
+        self.goes_on = 0  # the line (N) at which Fanuc's M99 P goes on
         self.cutter, self.tool_tip, self.splines = Cutter(state), ToolTip(state, findings), SplineWords(state, findings)
-        self.cycles = Cycles(state, dialect, findings)
+        self.cycles, self.corners = (
+            Cycles(state, dialect, findings),
+            CornerWords(state, siemens=dialect.name == "siemens"),
+        )
         self._begun = False  # whether there was a line of the program, or the % in front of it
         self._kept: list[tuple[Modal, int] | None] = [None]  # what M70 or M73 has kept, by level of calls
 
@@ -94,7 +100,8 @@ class Interpreter:
         self.line = line
         if self._modal not in self.cycles.known:
             self.cycles.forget()
-        block = parse(self._plain(text), self.parameters, bare=self.dialect.of_fanuc)
+        fanuc = self.dialect.of_fanuc
+        block = parse(self._plain(text), self.parameters, bare=fanuc, corners=fanuc or self.dialect.name == "siemens")
         if block.deletable:
             self.findings.count("lines with / are executed, as with block delete off", line)
         if block.percent:  # the first one, in front of the program, begins it; any other ends it
@@ -114,8 +121,8 @@ class Interpreter:
             return self.splines.first_line, "a spline"
         return self.cycles.first_line if self._modal in self.cycles.known else 0, "a row of canned cycles (G80)"
 
-    def enter(self, arguments: Sequence[float] | None = None) -> None:
-        """A sub begins; with `arguments` it has its own #1 to #30."""
+    def enter(self, arguments: Sequence[float] | Mapping[int, float] | None = None) -> None:
+        """A sub begins; with `arguments` it has its own #1 to #30, and a macro its #1 to #33."""
         self.parameters.enter(arguments)
         self._kept.append(None)
 
@@ -127,8 +134,9 @@ class Interpreter:
         self.parameters.leave()
 
     def end(self) -> None:
-        """The file is at its end; LineError if a spline is still open."""
+        """The file is at its end; LineError if a spline or a corner is still open."""
         self.splines.end()
+        self.corners.end()
 
     def _plain(self, text: str) -> str:
         """The line without what only its dialect knows, and mended if that is asked for."""
@@ -393,6 +401,7 @@ class Interpreter:
             self._machine_move(axes)
             return
         if axes or code is not None:
+            refuse(self.corners.open and (code not in (None, 0, 10, 20, 30)), "a corner needs a line, G1, behind it")
             if self._modal == 760 and self.dialect.of_linuxcnc:
                 thread(state, self._words, self.line, self.findings)
                 return
@@ -423,7 +432,12 @@ class Interpreter:
             more |= arc
         before = state.position.copy()
         self.cutter.check_exit(kind)
+        corner = next((word for word in CORNER_WORDS if word in self._words), "")
+        refuse((corner or self.corners.open) and self.cutter.on, "corners cannot be rounded beside G41 and G42")
+        self.corners.complete(kind, there)
         state.add(kind, there, said, self.line, flags=flags, **more)
+        if corner:
+            self.corners.begin(corner, state.scaled(0, self._words.pop(corner)))
         if self.cutter.on:
             self.cutter.moved(before)
             state.position[:] = there
@@ -432,8 +446,9 @@ class Interpreter:
         """M0, M1, M2, M30, M60 and M99, behind the motion of their line."""
         for code in block.m:
             if code == 99:
-                if not self.jumps or "P" in self._words:
+                if not self.jumps or ("P" in self._words and not self.dialect.of_fanuc):
                     raise LineError("M99 with P, or in this dialect, is not supported; write the program in one piece")
+                self.goes_on = self._whole("P", "M99") if "P" in self._words else 0
                 self._words.pop("L", None)
                 self.returns = True
             elif code in codes.M_GROUPS["stop"]:
@@ -443,6 +458,7 @@ class Interpreter:
         if self.ended:
             self._words.clear()
             self.splines.end()
+            self.corners.end()
 
     @property
     def _modal(self) -> int:

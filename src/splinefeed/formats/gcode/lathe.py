@@ -25,6 +25,9 @@ _LIKELY = {
     "a turning cycle": r"^(?![^\n]*G0?[0-3](?![0-9.]))[^\n]*G9[04](?![0-9.])\s*[XUZW][^\n]*[XUZW][^\n]*F",
     "a tool with its offset": r"^(?![^\n]*M0?6(?![0-9]))[^\n]*(?<![A-Z])T[0-9]{4}(?![0-9])",
 }
+#: An arc in the plane of Z and X, which is the one in force on a lathe.
+_ARC = re.compile(r"G0?[23](?![0-9.])[^\n]*X[^\n]*Z[^\n]*(?<![A-Z])K\s*[-+.0]*[1-9]", _FLAGS)
+_PLANE = re.compile(r"G1[89](?![0-9])", re.IGNORECASE)
 _COMMENT = re.compile(r"\([^()\n]*\)|;.*")
 _Y, _CHANGE = re.compile(r"Y\s*[-+]?[.0-9#\[]", re.IGNORECASE), re.compile(r"M0?6(?![0-9])", re.IGNORECASE)
 
@@ -37,6 +40,8 @@ def lathe_sign(text: str, likely: bool) -> tuple[int, str] | None:
     code = _COMMENT.sub("", text)
     if _Y.search(code):
         return None
+    if not _PLANE.search(code) and (found := _ARC.search(code)):
+        return code.count("\n", 0, found.start()) + 1, "an arc of X, Z and K without G18"
     signs = _CERTAIN | (_LIKELY if likely else {})
     if _CHANGE.search(code):
         signs.pop("a tool with its offset", None)

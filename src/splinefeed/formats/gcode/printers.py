@@ -95,6 +95,9 @@ class Printer(Interpreter):
                 self.findings.count(f"{letter} beside a motion of a printer moves nothing", self.line)
         rest = text[at:].strip()
         refuse(rest and not match, f"expected a letter and a number, got {rest[:20]!r}")
+        if name in ("G5", "G5.1") and len(words) == 1:  # as Cura writes it behind what it prints first
+            self._settings[name] += 1
+            return rest
         if name == "G92" and len(words) == 1 and filament is not None:
             self.state.filament = filament * float(self.state.scale[0])
             return rest

@@ -198,7 +198,7 @@ class Reading:
         lines = Lines(block, run.dialect.extruder) if fast else None
         at, size = 0, _MOST
         while at < len(texts) and not run.ended:
-            if lines is not None and not (run.splines.open or run.cutter.busy):
+            if lines is not None and not (run.splines.open or run.cutter.busy or run.corners.open):
                 high = min(int(lines.next_odd[at]), at + size)
                 if self._line < self.from_line:
                     high = min(high, at + self.from_line - 1 - self._line)

@@ -38,8 +38,7 @@ _IGNORED = frozenset(
 _FRAMES = {"TRANS", "ATRANS"}
 #: Values that a line has beside its words, and values that say nothing here: tools by name, corrections, tolerances.
 _COLLECTED, _SILENT = ("SD", "PL", "PW", *_TOOL_AXIS), ("T", "D", "ADIS", "ADISPOS", "CTOL", "OTOL")
-_ROUND, _CHAMFER = "a rounded corner", "a chamfer"
-_CORNERS = {"RND": _ROUND, "RNDM": "rounded corners", "CHF": _CHAMFER, "CHR": _CHAMFER}
+_CORNERS = {"RND": ",R", "CHR": ",C", "CHF": ",L"}
 #: A cycle, and its parameters.
 _Call = tuple[str, dict[str, float]]
 #: Coordinates that say by themselves whether they are absolute or steps.
@@ -194,11 +193,10 @@ def _translated(text: str) -> tuple[list[str], dict[str, float], set[str], _Call
             if name in _SILENT or value.startswith('"'):
                 continue
             number = float(value.replace("EX", "E"))
+            refuse(name == "RNDM", "RNDM= rounds all corners, which is not supported; write RND= on each line")
             if name in _CORNERS:
-                raise LineError(
-                    f"{name}= is {_CORNERS[name]} to the next line, which is not supported; write its moves"
-                )
-            if name in _COLLECTED:
+                words.append(f"{_CORNERS[name]}{number:.17f}")
+            elif name in _COLLECTED:
                 extra[name] = number
             elif name in ("CR", "TURN") or (len(name) == 1 and name not in "RN"):
                 words.append(f"{ {'CR': 'R', 'TURN': 'P'}.get(name, name) }{number + (name == 'TURN'):.17f}")

@@ -78,7 +78,7 @@ class State:
         self.splines: list[Spline] = []
         self.said: list[Mark] = []
         self.held = False  # the last rows may still change
-        self._chunk_start = start.copy()
+        self.chunk_start = start.copy()
         self.set_units(0)
         self.set_offsets()
 
@@ -294,11 +294,11 @@ class State:
 
     def take(self) -> Moves:
         """The moves made since the last time."""
-        made = Moves(self._chunk_start, self.rows[: self.count], tuple(self.splines), tuple(self.said))
+        made = Moves(self.chunk_start, self.rows[: self.count], tuple(self.splines), tuple(self.said))
         self.rows = np.empty_like(self.rows)
         self.count, self.splines, self.said = 0, [], []
         if len(made):
-            self._chunk_start = made["end"][-1].copy()
+            self.chunk_start = made["end"][-1].copy()
         return made
 
 
