@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import lapack
 
-from splinefeed.feed.dual import REACHING, Dual, smooth
+from splinefeed.feed.dual import REACHING, Dual
 from splinefeed.feed.numbers import SAME
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.solve import FAR, NEAR, RIDGES, STEPS, Problem, Solution
@@ -62,9 +62,9 @@ def _first(problem: Problem, solution: Solution, scale: float) -> tuple[Array, A
     total = _total(problem, problem.weight)
     known, columns = total > 0.0, []
     for side in (2, 3, 0, 1):  # jerk up and down, then linear rows high and low
-        names, unit = (problem.rows.names[2], 1.0) if side > 1 else (problem.rows.names[1], scale)
-        z = solution.z[problem.parts[side]]
-        columns += [_total(problem, z[k])[known] / (unit * total[known]) for k in smooth(names).tolist()]
+        z, unit = solution.z[problem.parts[side]], 1.0 if side > 1 else scale
+        smooth = z if side > 1 else z[: problem.rows.smooth]
+        columns += [_total(problem, each)[known] / (unit * total[known]) for each in smooth]
     at = problem.spline.greville()[known]
     return at, np.array(columns).reshape(-1, len(at)).T
 

@@ -15,29 +15,21 @@ cells. Here x are cubic splines of coefficients that are not negative, which kee
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from splinefeed.feed.limits import Rows
 from splinefeed.feed.numbers import HALVINGS
+from splinefeed.feed.rows import Rows
 from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.feed.spline import DEGREE, Spline
-from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records import Array, BoolArray
 
 #: Gauss and Legendre's places and weights on [0, 1].
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 GAUSS, WEIGHTS = 0.5 * (_PLACES + 1.0), 0.5 * _WEIGHTS
-#: How the names of rows begin that are smooth, and not for some places only; those of torques belong to no coordinate.
-SMOOTH, TORQUE = ("acceleration", "jerk", "axis_acceleration.", "axis_jerk.", "combinations.", "torque."), "torque."
 #: Coefficients that reach into a cell.
 REACHING = DEGREE + 1
-
-
-def smooth(names: Sequence[str]) -> IntArray:
-    """Which rows are smooth, (k,)."""
-    return np.flatnonzero([name.startswith(SMOOTH) for name in names])
 
 
 def longest(s: Array, step: Array, most: float) -> Array:
@@ -60,18 +52,13 @@ def rows_of(setting: Setting, s: Array) -> Rows:
     """
     limits = setting.limits
     slowing = np.inf if limits.deceleration_jerk is None else limits.deceleration_jerk
-    rising = np.full(len(s), 1.0 if limits.jerk >= slowing else -1.0)
-    rows = setting.rows(setting.places(s, rising=rising, alone=True))
-    linear, jerk = (smooth(names) for names in rows.names[1:])
-    period, tops = setting.period or 0.0, rows.tops.copy()
-    own = np.array([not name.endswith("_error") for name in rows.names[0]])
-    most = period * float(np.max(np.min(tops[own], axis=0))) ** 0.5
-    for each in tops[~own]:
-        each[:] = longest(s, period * np.sqrt(each), most) ** 2 / period**2
-    top = np.min(tops, axis=0)
-    return dataclasses.replace(
-        rows, top=top, linear=rows.linear[linear], low=rows.low[linear], high=rows.high[linear], jerk=rows.jerk[jerk]
-    )
+    way = 1.0 if limits.jerk >= slowing else -1.0
+    rows = setting.rows(s, rising=way, alone=True)
+    period, top = setting.period or 0.0, rows.own
+    if period:
+        most = period * float(np.max(top)) ** 0.5
+        top = np.minimum(top, longest(s, period * np.sqrt(rows.between), most) ** 2 / period**2)
+    return dataclasses.replace(rows, top=top)
 
 
 class Dual:
@@ -98,7 +85,7 @@ class Dual:
         value, slope, bend = self.spline.basis(cell, self.x)
         up = bend * rows.jerk[:, 2, None] - slope * rows.jerk[:, 1, None] / 3.0
         own = 0.5 * rows.linear[:, 0]  # c0 - c1'
-        torques = np.flatnonzero([rows.names[1][k].startswith(TORQUE) for k in smooth(rows.names[1])])
+        torques = np.arange(rows.coordinates, rows.smooth)
         if len(torques):
             way = INSIDE * np.repeat(h, len(share))
             before, behind = (rows_of(setting, self.x + side * way).linear[torques] for side in (-1.0, 1.0))
@@ -128,10 +115,10 @@ class Dual:
 
     def _held(self, setting: Setting, nodes: Array) -> BoolArray:
         """Coefficients (n, f) that reach to where r' jumps, or for jerk r'' next to it: there are no such rows."""
-        turn, bend = setting.jumps
         inside = (setting.breaks > nodes[0]) & (setting.breaks < nodes[-1])
-        turned = np.any(turn != 0.0, axis=1) | np.isin(setting.breaks, setting.passed[0])
-        bent = turned | np.any(bend != 0.0, axis=1)
+        turned, bent = setting.real_jumps
+        turned = turned | np.isin(setting.breaks, setting.passed[0])
+        bent = bent | turned
         t, held = self.spline.t, np.zeros((self.spline.size, self.fields), dtype=bool)
         reach = (setting.period or 0.0) * float(np.max(self.top)) ** 0.5
         for jumps, fields in ((bent, slice(self.jerks)), (turned, slice(self.jerks, None))):

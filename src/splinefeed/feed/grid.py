@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.errors import PlanError
-from splinefeed.feed.limits.rows import FREE
-from splinefeed.feed.numbers import ALMOST, HALVINGS, SAME
-from splinefeed.feed.setting import INSIDE, REACH, Setting
+from splinefeed.feed.numbers import ALMOST, HALVINGS
+from splinefeed.feed.rows import FREE
+from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.feed.solve import End
 from splinefeed.records import Array, BoolArray
 
@@ -24,10 +24,12 @@ ABRUPT = 100.0
 STEADY = 30.0
 #: The feed changes where the acceleration along the path is above the inverse of this share of what is possible.
 CHANGING = 3.0
+#: Of two breaks nearer than this share of the way of a period one ends a cell.
+SLIVER = 0.03
 #: Samples towards both ends, each at half the distance of the one before, down to INSIDE.
 TOWARDS = 0.5 ** np.arange(1.0, -np.log2(INSIDE))
-#: No window has more cells.
-MOST_CELLS = 1_000_000
+#: No window has more cells, nor more samples.
+MOST_CELLS = 200_000
 #: Next to rest cells are about this share of their distance from it.
 GROWTH = 0.35
 #: The motion may pass a jump this much faster than is thought when cells are laid.
@@ -41,14 +43,14 @@ class Samples:
     """Places along a stretch, dense where it turns and where the feed changes.
 
     s (n,), mm; top (n,), mm^2/s^2, about what limits of velocity and acceleration allow q to be, and q (n,), what the
-    acceleration along the path can follow of it; curvature (n,), 1/mm, and directions (n, k); push, twist
+    acceleration along the path can follow of it; turn (n,), 1/mm, and directions (n, k); push, twist
     acceleration, mm/s^2, and jerk, mm/s^3, along the path that are possible where it is straight
     """
 
     s: Array
     top: Array
     q: Array
-    curvature: Array
+    turn: Array
     directions: Array
     push: float
     twist: float
@@ -69,7 +71,7 @@ def sample(
         s = np.sort(np.concatenate([s, low + (edges[1] - low) * TOWARDS, high - (high - edges[-2]) * TOWARDS]))
         looked, push, twist = _look(setting, s)
     else:
-        looked, push, twist = [known.top, known.curvature, known.directions], known.push, known.twist
+        looked, push, twist = [known.top, known.turn, known.directions], known.push, known.twist
         s = known.s
         if high < s[-1]:
             inside = int(np.searchsorted(s, high))
@@ -77,15 +79,15 @@ def sample(
             s = np.append(s[:inside], ending)
             looked = [np.append(a[:inside], b, axis=0) for a, b in zip(looked, _look(setting, ending)[0], strict=True)]
     for _ in range(HALVINGS):
-        top, curvature, directions = looked
+        top, turn, directions = looked
         q = profile(s, top, push, twist, low, high, q_low, q_high)
         gap, piece = np.diff(s), np.searchsorted(edges, s)
-        turn = np.linalg.norm(np.diff(directions, axis=0), axis=1)
-        turn = np.maximum(turn, gap * np.minimum(curvature[1:], curvature[:-1]))
+        bend = np.linalg.norm(np.diff(directions, axis=0), axis=1)
+        bend = np.maximum(bend, gap * np.minimum(turn[1:], turn[:-1]))
         change = np.abs(np.diff(q)) / (np.maximum(q[1:], q[:-1]) + SLOW * np.max(q))
-        parts = np.clip(np.maximum(turn, change), CHANGE, 1.0) / CHANGE
+        parts = np.clip(np.maximum(bend, change), CHANGE, 1.0) / CHANGE
         parts[(gap <= ALMOST * (high - low)) | (piece[1:] != piece[:-1])] = 1.0
-        more = np.ceil(parts).astype(int) - 1
+        more = np.ceil(parts - ALMOST).astype(int) - 1
         at = np.repeat(np.arange(len(gap)), more)
         if not len(at):
             break
@@ -93,29 +95,27 @@ def sample(
         new = s[at] + share * gap[at]
         s = np.insert(s, at + 1, new)
         looked = [np.insert(a, at + 1, b, axis=0) for a, b in zip(looked, _look(setting, new)[0], strict=True)]
+        if len(s) > MOST_CELLS:
+            raise _too_sharp(low, high, len(s))
     q = profile(s, looked[0], push, twist, low, high, q_low, q_high)
     return Samples(s, looked[0], q, looked[1], looked[2], push, twist)
 
 
 @np.errstate(divide="ignore", over="ignore", invalid="ignore")
 def _look(setting: Setting, s: Array) -> tuple[list[Array], float, float]:
-    """At places: what velocity and acceleration allow q to be, curvature, and directions; and push and twist."""
-    d = setting.track.derivatives(s)
-    directions, curvature = setting.turning(d)
-    moving = np.all(np.isfinite(d), axis=(1, 2))  # so near to a stop that C' rounds to 0 it has no direction
-    q = np.full(len(s), LEAST)
-    curvature = np.where(moving, curvature, 0.0)
-    rows = setting.rows(setting.places(s[moving], d=d[moving]))
+    """At places: what velocity and acceleration allow q to be, how fast the path turns, directions; push and twist."""
+    seen = setting.along(s)
+    rows = setting.rows(s, seen)
+    directions, turn = setting.directions(*seen)
     linear = rows.linear[:, 0]
     a = np.max(np.abs(linear) / np.where(linear > 0.0, rows.high, -rows.low), axis=0, initial=0.0)
     j = np.max(np.abs(rows.jerk[:, 0]), axis=0, initial=0.0)
-    top = np.minimum(rows.top, np.minimum(1.0 / a, j ** (-2.0 / 3.0)))
-    q[moving] = np.maximum(np.minimum(top, 1.0 / np.max(rows.jump[:, 1], axis=(0, 1), initial=0.0)), LEAST)
+    top = np.maximum(np.minimum(rows.top, np.minimum(1.0 / a, j ** (-2.0 / 3.0))), LEAST)
     push = float(np.min(0.25 * (rows.high - rows.low) / np.abs(rows.linear[:, 1]), initial=np.inf))
     twist = float(np.float64(0.5) / np.max(np.abs(rows.jerk[:, 2]), initial=0.0))
-    v = float(np.max(q)) ** 0.5
+    v = float(np.max(top)) ** 0.5
     push = min(push, (v * twist) ** 0.5)
-    return [q, curvature, np.nan_to_num(directions)], push, min(twist, ABRUPT * push**2 / v)
+    return [top, turn, directions], push, min(twist, ABRUPT * push**2 / v)
 
 
 def profile(
@@ -146,7 +146,7 @@ def density(samples: Samples, q: Array, size: float) -> Array:
     slope = np.abs(np.diff(q)) / np.maximum(np.diff(samples.s), 1e-300) / (2.0 * samples.push)
     slope = np.minimum(CHANGING * slope, 1.0)
     change = np.maximum(np.append(slope[:1], slope), np.append(slope, slope[-1:]))
-    found: Array = (samples.curvature + change * samples.twist**0.5 / q**0.75) / size
+    found: Array = (samples.turn + change * samples.twist**0.5 / q**0.75) / size
     return found
 
 
@@ -166,20 +166,16 @@ def lay(
     ramps = ends[0].ramp, ends[1].ramp
     begin, end = low + ramps[0], high - ramps[1]
     edges = np.concatenate([[begin], setting.inside(begin + ramps[0], end - ramps[1]), [end]])
-    edges = _with_reach(setting, samples, q, edges)
-    s = samples.s
+    edges = _worth_a_cell(setting, samples.s, q, _with_reach(setting, samples.s, q, edges))
     wanted = density(samples, np.maximum(q, 2.0 * samples.push * max(ramps)), size) + STEADY / (high - low)
-    total = np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(s))])
-    at = np.interp(edges, s, total)
-    counts = np.maximum(np.ceil(np.diff(at) - SAME), 1.0)
+    total = _total(samples.s, wanted)
+    at = np.interp(edges, samples.s, total)
+    counts = np.maximum(np.ceil(np.diff(at) - ALMOST), 1.0)
     if not np.sum(counts) < MOST_CELLS:
-        raise PlanError(
-            f"from s = {low:.6g} to {high:.6g} mm the path bends too sharply for its limits: {np.sum(counts):.3g} "
-            "cells would be needed; smooth it there"
-        )
+        raise _too_sharp(low, high, float(np.sum(counts)))
     owner = np.repeat(np.arange(len(counts)), counts.astype(int))
     share = (np.arange(len(owner)) - (np.cumsum(counts) - counts)[owner]) / counts[owner]
-    nodes = np.interp(at[owner] + share * np.diff(at)[owner], total, s)
+    nodes = np.interp(at[owner] + share * np.diff(at)[owner], total, samples.s)
     nodes[share == 0.0] = edges[:-1]
     nodes = np.unique(np.append(nodes, end))
     cells = np.diff(nodes)
@@ -189,7 +185,7 @@ def lay(
     )
     for _ in range(HALVINGS):  # geometric from both ends
         away = np.maximum(GROWTH * (nodes[1:] - low), first), np.maximum(GROWTH * (high - nodes[:-1]), last)
-        cut = np.diff(nodes) > np.minimum(*away)
+        cut = np.diff(nodes) > np.minimum(*away) * (1.0 + ALMOST)
         if not cut.any():
             break
         nodes = _halved(nodes, cut)
@@ -202,17 +198,49 @@ def _halved(nodes: Array, cut: BoolArray) -> Array:
     return np.unique(np.concatenate([nodes, (0.5 * (nodes[1:] + nodes[:-1]))[cut]]))
 
 
-def _with_reach(setting: Setting, samples: Samples, q: Array, edges: Array) -> Array:
-    """Edges (k,) and, on both sides of each at which tangent or curvature jumps, those where its reach ends."""
-    real = edges[1:-1][np.isin(edges[1:-1], setting.real_jumps)]
-    if setting.period is None or not len(real):
+def _with_reach(setting: Setting, s: Array, q: Array, edges: Array) -> Array:
+    """Edges (k,) and, on both sides of each jump that matters, those where its reach of one period ends."""
+    real, there = setting.jumps_worth_cells(float(edges[0]), float(edges[-1]), s, q)
+    if not len(real):
         return edges
-    reach = FASTER * REACH * setting.period * np.sqrt(np.interp(real, samples.s, q))
-    more = np.concatenate([real - reach, real + reach])
-    apart = 0.25 * np.concatenate([reach, reach])
+    reach = FASTER * float(setting.period or 0.0) * np.sqrt(there)
+    more, apart = np.concatenate([real - reach, real + reach]), 0.25 * np.concatenate([reach, reach])
     beside = np.clip(np.searchsorted(edges, more), 1, len(edges) - 1)
     clear = (more - edges[beside - 1] > apart) & (edges[beside] - more > apart)
     return np.unique(np.concatenate([edges, more[clear]]))
+
+
+def _worth_a_cell(setting: Setting, s: Array, q: Array, edges: Array) -> Array:
+    """Edges (k,) without those that follow another one within a share of the way of a period, corners passed apart.
+
+    Next to a wide cell a sliver makes only work: it is graded up to it, and tells no setpoint anything.
+    """
+    if setting.period is None:
+        return edges
+    least = SLIVER * setting.period * np.sqrt(np.interp(edges, s, q))
+    held = np.isin(edges, setting.passed[0])
+    held[[0, -1]] = True
+    keep = np.ones(len(edges), dtype=bool)
+    for k in (np.flatnonzero(np.diff(edges) < least[1:]) + 1).tolist():
+        last = k - 1
+        while not keep[last]:
+            last -= 1
+        if edges[k] - edges[last] < least[k]:
+            drop = k if not held[k] else last
+            keep[drop] = held[drop]
+    return edges[keep]
+
+
+def _total(s: Array, wanted: Array) -> Array:
+    """Cells from the first place to each, (n,), of so many a mm."""
+    return np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(s))])
+
+
+def _too_sharp(low: float, high: float, cells: float) -> PlanError:
+    return PlanError(
+        f"from s = {low:.6g} to {high:.6g} mm the path bends too sharply for its limits: {cells:.3g} cells would be "
+        "needed; smooth it there"
+    )
 
 
 def counted(
@@ -228,7 +256,7 @@ def counted(
     far = float(inner[most]) if len(inner) > most else high
     samples = sample(setting, low, far, FREE, FREE)
     wanted = density(samples, np.maximum(samples.top, SLOW * np.maximum.accumulate(samples.top)), size)
-    total = np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(samples.s))])
+    total = _total(samples.s, wanted)
     edges = np.concatenate([[low], inner[inner < far], [far]])
     at = np.interp(edges, samples.s, total)
     so_far = np.concatenate([[0.0], np.cumsum(np.maximum(np.ceil(np.diff(at)), 1.0))])

@@ -20,7 +20,7 @@ from splinefeed.feed.setting import Setting
 from splinefeed.feed.straight import straights
 from splinefeed.feed.stretches import curve_feeds, lasting, with_dwells
 from splinefeed.feed.ticks import held_at_ticks
-from splinefeed.feed.track import PathTrack, Track
+from splinefeed.feed.track import JointTrack, PathTrack, Track
 from splinefeed.feed.window import REST, Mode, Plan, State, plan_window
 from splinefeed.feed.windows import OutOfReachError, Windows, plan_stretch
 from splinefeed.geometry.path import Path
@@ -36,35 +36,25 @@ MODES = {
 }
 #: A motion over a limit is slowed down as a whole: a note says so where that is by more than this, as a factor on q.
 POOR = 1.2
-#: Names of a tool tip's own coordinates, which have no limits, before those of the joints.
-TIP = ("tip.x", "tip.y", "tip.z")
 
 
 def setting_of(path: Path | JointPath, limits: Limits, period: float | None) -> Setting:
     """What a motion along the path is planned under; joints are axes over the arc length of the tip, behind its own."""
     curves: Path
-    given: tuple[Track, Limits, tuple[str, ...], int]
+    track: Track
+    own = limits
     if isinstance(path, JointPath):
-        curves, passed = path.tool, (np.zeros(0), np.zeros(0))
-        given = path, _by_axis(limits, path), (*TIP, *path.axes), len(TIP)
+        curves, passed, track = path.tool, (np.zeros(0), np.zeros(0)), JointTrack(path)
+        own = _by_axis(limits, path)
     else:
         refuse_orientation(limits, path.name)
-        curves, passed = path, passed_corners(path, limits, period)
-        given = PathTrack(path), limits, path.axes, path.linear
+        curves, passed, track = path, passed_corners(path, limits, period), PathTrack(path)
     feeds = curve_feeds(curves, limits)
     changes = np.flatnonzero(np.diff(feeds) != 0.0) + 1
+    steps = curves.curve_starts[changes], feeds[np.concatenate([[0], changes])]
     stops = np.array([*path.stops, *(s for s, _ in path.dwells)])
-    track, own, axes, linear = given
-    return Setting(
-        track,
-        own,
-        axes,
-        linear,
-        period,
-        (curves.curve_starts[changes], feeds[np.concatenate([[0], changes])]),
-        passed,
-        np.unique(stops[(stops > 0.0) & (stops < path.length) & ~np.isin(stops, passed[0])]),
-    )
+    rests = np.unique(stops[(stops > 0.0) & (stops < path.length) & ~np.isin(stops, passed[0])])
+    return Setting(track, own, period, steps, passed, rests)
 
 
 def _by_axis(limits: Limits, path: JointPath) -> Limits:

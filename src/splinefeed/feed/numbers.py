@@ -3,8 +3,9 @@
 #: What differs by less than this share is the same: arc lengths of a path, times, shares of a limit. Sums of a million
 #: terms round by less, and no machine tells it apart.
 SAME = 1e-12
-#: A plan keeps its limits up to this share of them, a thousandth of what the check allows (`records.verdict.KEPT`).
-KEPT = 1e-9
+#: A motion keeps its limits if the audit finds q over them by no more than this share: jerk, which goes with q^(3/2),
+#: is then over by less than what the check and setpoints allow (`records.verdict.KEPT`).
+KEPT = 5e-7
 #: What is below this share of a period, of a piece or of what is around it is none: roundings add up to less.
 ALMOST = 1e-9
 #: A motion that is over a limit by more than this, as a factor on q, is none: no feed mends it.

@@ -1,4 +1,4 @@
-"""What a motion is planned under: the path, its limits, the period, and what jumps there."""
+"""What a motion is planned under: the path, its coordinates, the period, what jumps there, and where it rests."""
 
 from __future__ import annotations
 
@@ -7,20 +7,24 @@ from functools import cached_property
 
 import numpy as np
 
-from splinefeed.feed.limits import Places, Rows, rows_at
+from splinefeed.feed.coordinates import PEAK, Coordinates, rows_of
 from splinefeed.feed.numbers import SAME
+from splinefeed.feed.rows import Rows, centripetal, chord_error, tip_curvature, torque_rows, within_reach
 from splinefeed.feed.track import Track
-from splinefeed.kinematics import JointPath
-from splinefeed.records import Array, Limits
+from splinefeed.records import Array, BoolArray, Limits
 
-#: A place is within reach of a jump of the path if the motion passes that less than so many periods before or behind.
-REACH = 1.0
+#: A place is within reach of a jump of the path if the motion passes that less than a period before or behind.
+WITHIN = 1.0 - 1e-9
 #: How far inside of a cell, as a share of it, derivatives are taken as those at its end, where they may jump.
 INSIDE = 1e-7
-#: ... and as a share of the path, far above the rounding of arc length: a sharp bend is no jump.
+#: ... and at most this share of the path, far above the rounding of arc length: a sharp bend is no jump.
 BESIDE = 4.0 * SAME
+#: A jump is worth cells of its own where it takes more than this share of a limit of jerk.
+WORTH = 1e-3
 #: A jump below this share of the derivative itself, or of what its own slope makes of it over INSIDE, is rounding.
 ROUNDING = 1e-8
+#: Directions count what is above this share of the fastest change.
+DIRECTION = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,16 +38,19 @@ class Setting:
 
     track: Track
     limits: Limits
-    axes: tuple[str, ...]
-    linear: int
     period: float | None
     feed_steps: tuple[Array, Array]
     passed: tuple[Array, Array]
     rests: Array
 
     @cached_property
+    def at(self) -> Coordinates:
+        """The coordinates and their limits."""
+        return Coordinates.of(self.limits, self.track.axes, self.track.linear or len(self.track.axes))
+
+    @cached_property
     def breaks(self) -> Array:
-        """Where cells must end, mm; places that differ by rounding are one."""
+        """Where derivatives may jump and rows change, mm; places that differ by rounding are one."""
         given = np.unique(np.concatenate([self.feed_steps[0], self.passed[0], self.rests]))
         known = np.concatenate([[-np.inf], given, [np.inf]])
         own = self.track.breaks
@@ -57,58 +64,107 @@ class Setting:
         first, last = np.searchsorted(self.breaks, [low + same, high - same], side="right")
         return self.breaks[first:last]
 
-    @cached_property
-    def beside(self) -> tuple[Array, Array, Array]:
-        """r and its derivatives just before and behind the breaks, (k, 4, axes), and how far off, (k + 1,), mm."""
-        b, length = self.breaks, self.track.length
-        away = np.minimum(INSIDE * np.diff(np.concatenate([[0.0], b, [length]])), BESIDE * length)
-        return self.track.derivatives(b - away[:-1]), self.track.derivatives(b + away[1:]), away
+    def along(self, s: Array) -> tuple[Array, Array]:
+        """r and its derivatives (n, 4, axes), and x', x'', x''' of the coordinates (3, m, n), at places s (n,)."""
+        d = self.track.derivatives(s)
+        return d, self.at.along(d, self.track.tip(d))
 
     @cached_property
-    def turns_within(self) -> Array:
-        """Over about how much path the direction changes just before and behind the breaks, (2, k), mm."""
-        d = np.abs(np.stack(self.beside[:2])[:, :, 1:]) * self.weights
-        with np.errstate(all="ignore"):
-            first, _, third = np.moveaxis(np.max(d, axis=3), 2, 0)
-            found: Array = np.sqrt(first / third)
+    def _beside(self) -> tuple[Array, Array, Array]:
+        """x', x'', x''' (3, m, k) just before and behind the breaks, and how far off, (k + 1,), mm."""
+        b, length = self.breaks, self.track.length
+        away = np.minimum(INSIDE * np.diff(np.concatenate([[0.0], b, [length]])), BESIDE * length)
+        return self.along(b - away[:-1])[1], self.along(b + away[1:])[1], away
+
+    @cached_property
+    def jumps(self) -> Array:
+        """Jumps of x' and of x'' of all coordinates at the breaks, (2, m, k); none at rests and at corners passed.
+
+        There differences of setpoints are a step of velocity or those of a motion at rest.
+        """
+        before, after, _ = self._beside
+        found = np.nan_to_num(after[:2] - before[:2])
+        found[:, :, np.isin(self.breaks, np.concatenate([self.rests, self.passed[0]]))] = 0.0
         return found
 
     @cached_property
-    def jumps(self) -> tuple[Array, Array]:
-        """Jumps of r' and of r'' at the breaks, (k, axes) each, 0 where there is none but rounding."""
-        b = self.breaks
-        if not len(b):
-            none = np.zeros((0, len(self.axes)))
-            return none, none
-        before, after, away = self.beside
-        found = []
-        for order in (1, 2):
-            jump = after[:, order] - before[:, order]
-            own = np.abs(before[:, order]) + np.abs(after[:, order])
-            slope = np.abs(before[:, order + 1]) * away[:-1, None] + np.abs(after[:, order + 1]) * away[1:, None]
-            found.append(np.where(np.abs(jump) > ROUNDING * own.max(axis=1, keepdims=True) + 3.0 * slope, jump, 0.0))
-        # differences across a corner that is passed are its step of velocity, and at rest there are none
-        other = np.isin(b, np.concatenate([self.passed[0], self.rests]))
-        for jump in found:
-            jump[other] = 0.0
-        return found[0], found[1]
+    def real_jumps(self) -> BoolArray:
+        """At which breaks (2, k) some x', or some x'', jumps by more than rounding and its own slope make of it."""
+        before, after, away = self._beside
+        own = np.abs(before) + np.abs(after)
+        slope = np.abs(before[1:]) * away[:-1] + np.abs(after[1:]) * away[1:]
+        floor = ROUNDING * np.max(own[:2], axis=1, keepdims=True) + 3.0 * slope
+        return np.asarray(np.any(np.abs(self.jumps) > floor, axis=1))
 
     @cached_property
-    def real_jumps(self) -> Array:
-        """The breaks at which r' or r'' jumps, mm."""
-        turn, bend = self.jumps
-        return self.breaks[np.any((turn != 0.0) | (bend != 0.0), axis=1)]
+    def _totals(self) -> Array:
+        """Jumps up and down of x' and x'', summed over the breaks: (2, 2, m, k + 1)."""
+        each = np.stack([np.maximum(self.jumps, 0.0), np.maximum(-self.jumps, 0.0)], axis=1)
+        return np.pad(np.cumsum(each, axis=3), ((0, 0), (0, 0), (0, 0), (1, 0)))
 
-    @cached_property
-    def jump_totals(self) -> Array:
-        """Jumps of r' and of r'', those up and those down, summed over `real_jumps`, (2, 2, k + 1, axes)."""
-        real = np.isin(self.breaks, self.real_jumps)
-        return np.stack(
-            [
-                np.pad(np.cumsum([np.maximum(jump, 0.0), np.maximum(-jump, 0.0)], axis=1), ((0, 0), (1, 0), (0, 0)))
-                for jump in (each[real] for each in self.jumps)
-            ]
-        )
+    def jumps_worth_cells(self, low: float, high: float, s: Array, q: Array) -> tuple[Array, Array]:
+        """Breaks between two places whose jumps take a share of a limit of jerk, and q there, by q (n,) at s (n,)."""
+        b = self.inside(low, high)
+        if self.period is None or not len(b):
+            return b[:0], b[:0]
+        there = np.interp(b, s, q)
+        turn, bend = np.abs(self.jumps[:, :, np.searchsorted(self.breaks, b)])
+        limit = np.minimum(self.at.j, self.at.dj)[:, None]
+        taken = (turn * np.sqrt(there) / self.period**2 + PEAK * bend * there / self.period) / limit
+        worth = taken.max(axis=0, initial=0.0) > WORTH
+        return b[worth], there[worth]
+
+    def rows(
+        self,
+        s: Array,
+        seen: tuple[Array, Array] | None = None,
+        *,
+        v: Array | None = None,
+        reach: tuple[Array, Array] | None = None,
+        rising: Array | float = 0.0,
+        alone: bool = False,
+    ) -> Rows:
+        """All rows at places s (n,), no breaks.
+
+        seen    what `along` tells there, if it is known
+        v       (n,) how fast the motion may be there tells which jumps are within reach; or reach (n,), (n,) from where
+                to where
+        rising  (n,) 1 where the tip surely speeds up, -1 where it slows down, 0 where it may do either
+        alone   whether what bends within a step of a place is of no concern: setpoints tell that
+        """
+        d, x = self.along(s) if seen is None else seen
+        if reach is None:
+            way = np.zeros(len(s)) if v is None or self.period is None else np.minimum(v, 1e6) * self.period * WITHIN
+            reach = s - way, s + way
+        first, last = np.searchsorted(self.breaks, reach[0]), np.searchsorted(self.breaks, reach[1], side="right")
+        turn, bend = self._totals[..., np.maximum(last, first)] - self._totals[..., first]
+        signs = np.broadcast_to(np.asarray(rising), s.shape)
+        rows = rows_of(self.at, x, self.feed_at(s), (turn, bend), self.period, signs)
+        limits, track = self.limits, self.track
+        if limits.centripetal is not None and track.linear:
+            rows = rows.lowered(centripetal(d, track.linear, limits.centripetal))
+        if self.period is not None and (limits.chord_error or limits.orientation_error):
+            for step in self._steps(d, x, np.sum(turn, axis=0)):
+                rows = rows.lowered((step if alone else within_reach(s, step)) ** 2 / self.period**2, between=True)
+        if len(self.passed[0]):
+            rows = rows.lowered(self.corner_at(s) ** 2)
+        if limits.torque is not None and len(s):
+            rows = rows.joined(*torque_rows(s, d, limits.torque, track.axes), smooth=True)
+        return rows
+
+    def _steps(self, d: Array, x: Array, turn: Array) -> list[Array]:
+        """Longest steps of sigma, (n,) each, that chord error and orientation error allow; turn (m, n) of x'."""
+        limits, k, steps = self.limits, self.track.linear, []
+        bend, axis_bend = self.track.chords(d)
+        if limits.chord_error is not None and k:
+            s1, own = x[0, -1], tip_curvature(d, k)[1]
+            whole = np.linalg.norm(d[:, 2, :k], axis=1) if np.any(x[1, -1]) else None
+            quarter = np.linalg.norm(turn[:k], axis=0)
+            steps.append(chord_error(s1, own if bend is None else bend, whole, quarter, limits.chord_error))
+        if limits.orientation_error is not None and axis_bend is not None:
+            with np.errstate(divide="ignore"):
+                steps.append(np.sqrt(8.0 * limits.orientation_error / axis_bend))
+        return steps
 
     def feed_at(self, s: Array) -> Array:
         """Feed that the path asks for, mm/s."""
@@ -125,75 +181,17 @@ class Setting:
         before, behind = s - edges[k - 1] <= beside, edges[k] - s <= beside
         return np.minimum(np.where(before, most[k - 1], np.inf), np.where(behind, most[k], np.inf))
 
-    @cached_property
-    def weights(self) -> Array:
-        """What a unit of motion of each axis counts, (axes,): the inverse of its limit of acceleration, or of another.
+    def directions(self, d: Array, x: Array) -> tuple[Array, Array]:
+        """Unit directions (n, k) whose turn cells must follow, and how fast they turn, 1/mm, (n,).
 
-        0 for an axis without limits.
+        That of the path, and that in which each axis and combination counts by its limit of acceleration, or velocity.
         """
-        found = np.zeros(len(self.axes))
-        for name in ("axis_velocity", "axis_jerk", "axis_acceleration"):
-            limit = self.limits.of_axes(name, self.axes)
-            found = np.where(np.isfinite(limit), 1.0 / limit, found)
-        return found
-
-    def turning(self, d: Array) -> tuple[Array, Array]:
-        """Directions (n, axes) of the path with derivatives d (n, 4, axes), and how fast they turn, rad/mm, (n,).
-
-        Linear axes by their tangent; rotary ones with limits by their share of them, of the greatest one of all axes.
-        """
-        first, k = d[:, 1], self.linear
-        curvature = np.linalg.norm(d[:, 2, :k], axis=1)
-        if not np.any(self.weights[k:]):
-            return first[:, :k], curvature
-        along = 1.0 / min(self.limits.acceleration, 1e9)
-        greatest = np.maximum(np.max(np.abs(first) * self.weights, axis=1), along)
-        directions = np.concatenate([first[:, :k], first[:, k:] * self.weights[k:] / greatest[:, None]], axis=1)
-        rotary = np.max(np.abs(d[:, 2, k:]) * self.weights[k:], axis=1) / greatest
-        return directions, np.maximum(curvature, rotary)
-
-    def places(
-        self,
-        s: Array,
-        feed: Array | None = None,
-        rising: Array | None = None,
-        d: Array | None = None,
-        alone: bool = False,
-    ) -> Places:
-        """Places at s (n,), no breaks; how fast the motion may be there, feed (n,), mm/s, tells what is in reach.
-
-        d (n, 4, axes)  r and its derivatives there, if they are known
-        """
-        n = len(s)
-        turn, bend = np.zeros((2, len(self.axes), n)), np.zeros((2, len(self.axes), n))
-        d = self.track.derivatives(s) if d is None else d
-        at = self.real_jumps
-        if self.period is not None and len(at):
-            v = np.minimum(self.limits.feed, self.feed_at(s)) if feed is None else feed
-            reach = REACH * (1.0 - 1e-9) * self.period * np.minimum(v, 1e6)
-            low, high = np.searchsorted(at, s - reach), np.searchsorted(at, s + reach, side="right")
-            for totals, out in zip(self.jump_totals, (turn, bend), strict=True):
-                for row, total in enumerate(totals):
-                    out[row] = (total[high] - total[low]).T
-        chord = axis_chord = None
-        if isinstance(self.track, JointPath) and (self.limits.chord_error or self.limits.orientation_error):
-            chord, axis_chord = self.track.between_ticks(d)
-        return Places(
-            s=s,
-            d=d,
-            linear=self.linear,
-            axes=self.axes,
-            period=self.period,
-            feed=self.feed_at(s),
-            corner=self.corner_at(s),
-            turn=turn,
-            bend=bend,
-            rising=np.zeros(n) if rising is None else rising,
-            chord=chord,
-            axis_chord=axis_chord,
-            alone=alone,
-        )
-
-    def rows(self, places: Places) -> Rows:
-        """All limits at places, those of corners that are passed included."""
-        return rows_at(places, self.limits)
+        at, weights = self.at, self.track.weights
+        limit = np.where(np.isfinite(at.a), at.a, at.v)[:-1, None]
+        one, two = x[:2, :-1] / limit
+        size = np.sqrt(np.sum(one * one, axis=0))
+        size = np.maximum(size, DIRECTION * np.max(size, initial=0.0) + 1e-300)
+        along = np.sum(one * two, axis=0) / size
+        across = np.sqrt(np.maximum(np.sum(two * two, axis=0) - along * along, 0.0)) / size
+        own, bend = d[:, 1] * weights, np.linalg.norm(d[:, 2] * weights, axis=1)
+        return np.concatenate([own, (one / size).T], axis=1), np.maximum(bend, across)

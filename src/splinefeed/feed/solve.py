@@ -7,11 +7,12 @@ steps on
 
 All rows are rows on y = (q, q', q'') at a place, so that derivatives are put together there, in 3 x 3, and carried to
 the four coefficients of the cell once. One term keeps the problem from being convex, the bound 1 / sqrt(q) of jerk: its
-value and slope count at every step, its curvature is left out of the Newton matrix, which so stays positive.
+curvature takes away from that of the time, 3/4 (weight - sum z) / sqrt(q)^5, and counts as far as that is positive.
 """
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -19,11 +20,10 @@ import numpy as np
 from scipy.linalg import lapack
 
 from splinefeed.errors import PlanError
-from splinefeed.feed.limits import Rows
-from splinefeed.feed.limits.rows import FREE
 from splinefeed.feed.numbers import ALMOST, HALVINGS, SAME
+from splinefeed.feed.rows import FREE, Rows
 from splinefeed.feed.spline import DEGREE, Spline
-from splinefeed.records import Array, IntArray
+from splinefeed.records import Array, BoolArray, IntArray
 
 #: Rows and columns of the upper triangle of the 4 x 4 matrix of a cell, and of the 3 x 3 matrix of a place.
 UPPER, UPPER_3 = np.triu_indices(DEGREE + 1), np.triu_indices(DEGREE)
@@ -87,21 +87,45 @@ class Problem:
     ) -> None:
         self.spline, self.cell, self.weight, self.ends = spline, cell, weight, ends
         self.basis = spline.basis(cell, x)
-        self.first = spline.first[cell]
+        self.size, self.first = spline.size, spline.first[cell]
         self.gather = self.first + np.arange(DEGREE + 1)[:, None]
         self.offset = np.zeros((3, len(x)))
-        self.given = np.full(spline.size, np.nan)  # coefficients that a state gives
+        self.given = np.full(self.size, np.nan)  # coefficients that a state gives
         self.ties: dict[int, float] = {}  # coefficients that follow their neighbour
         for end, side in zip(ends, (1, -1), strict=True):
             self._hold(end, side)
         self.free = np.isnan(self.given)
         self.free[list(self.ties)] = False
+        self._carry()
+        self.hold(rows)
+
+    def _carry(self) -> None:
+        """What carries the second derivatives by y at places to those by the coefficients of their cells."""
         a, b = UPPER
-        self.carry = np.empty((len(a), len(UPPER_3[0]), len(x)))
+        self.carry = np.empty((len(a), len(UPPER_3[0]), len(self.first)))
         for k, (i, j) in enumerate(zip(*UPPER_3, strict=True)):
             half = self.basis[i][a] * self.basis[j][b]
             self.carry[:, k] = half if i == j else half + self.basis[j][a] * self.basis[i][b]
-        self.hold(rows)
+
+    def part(self, active: BoolArray, c: Array) -> tuple[Problem, IntArray, IntArray]:
+        """The problem of the cells of `active` alone, all else held at c; which coefficients and places it has."""
+        inside = active[self.cell]
+        at = np.flatnonzero(inside)
+        used = np.unique(self.gather[:, at])
+        outside = ~self.free
+        outside[self.gather[:, ~inside]] = True
+        part = copy(self)
+        part.size, part.free, part.ties = len(used), ~outside[used], {}
+        part.given = np.where(part.free, np.nan, c[used])
+        part.cell, part.weight = self.cell[at], self.weight[at]
+        part.first = np.searchsorted(used, self.first[at])
+        part.gather = part.first + np.arange(DEGREE + 1)[:, None]
+        held = np.nan_to_num(part.given)[part.gather]
+        part.offset = self.offset[:, at] + np.einsum("dkn,kn->dn", self.basis[:, :, at], held)
+        part.basis = self.basis[:, :, at] * part.free[part.gather]
+        part._carry()
+        part.hold(self.rows.at(at))
+        return part, used, at
 
     def _hold(self, end: End, side: int) -> None:
         """Take the coefficients that an end decides out of the basis: q' = 4/3 q / ramp at rest, else q and q'."""
@@ -166,7 +190,8 @@ class Problem:
         grad[:2] += np.einsum("mn,mdn->dn", push[high] - push[low], rows.linear)
         grad[0] += np.sum(push[up] * rise - push[down] * fall, axis=0)
         grad[1:] += np.einsum("mn,mdn->dn", push[up] - push[down], jerk[:, 1:])
-        hess[0] = 0.75 * w * r3 * r * r + stiff[0] / rows.top**2
+        bent = np.maximum(w - np.sum(z[up] + z[down], axis=0), 0.0)
+        hess[0] = 0.75 * bent * r3 * r * r + stiff[0] / rows.top**2
         hess[[0, 1, 3]] += np.einsum("mn,mdn->dn", stiff[high] + stiff[low], self.linear_pairs)
         upward, downward = stiff[up] * rise, stiff[down] * fall
         hess[0] += np.sum(upward * rise + downward * fall, axis=0)
@@ -174,7 +199,7 @@ class Problem:
         hess[3:] += np.einsum("mn,mdn->dn", stiff[up] + stiff[down], self.jerk_pairs)
         local = np.einsum("abn,bn->an", self.carry, hess)
         slope = np.einsum("dkn,dn->kn", self.basis, grad)
-        m = self.spline.size
+        m = self.size
         band, total = np.zeros((DEGREE + 1, m)), np.zeros(m)
         for a in range(DEGREE + 1):
             total += np.bincount(self.first + a, slope[a], m)

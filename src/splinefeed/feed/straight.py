@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from splinefeed.feed.limits.rows import FREE
 from splinefeed.feed.numbers import SAME
 from splinefeed.feed.profiles import PHASES, TOGETHER, pieces, solve_in_row
+from splinefeed.feed.rows import FREE
 from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray
 
@@ -48,9 +48,9 @@ def _along(setting: Setting, edges: Array) -> Array:
     length = np.diff(edges)
     s = edges[:-1, None] + length[:, None] * LOOKED
     limits, found = setting.limits, []
-    d = setting.track.derivatives(s.ravel())
+    d, x = setting.along(s.ravel())
     for rising in (1.0, -1.0)[: 1 + (limits.jerk != limits.deceleration_jerk)]:
-        rows = setting.rows(setting.places(s.ravel(), rising=np.full(s.size, rising), d=d, alone=True))
+        rows = setting.rows(s.ravel(), (d, x), rising=rising, alone=True)
         linear, high, low = rows.linear[:, 1], rows.high, rows.low
         with np.errstate(divide="ignore"):
             up, down = (

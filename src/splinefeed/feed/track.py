@@ -1,4 +1,4 @@
-"""What the planner asks of a path: its length, where its derivatives jump, and the derivatives by arc length."""
+"""What the planner asks of a path: its length, where its derivatives jump, and the derivatives by its parameter."""
 
 from __future__ import annotations
 
@@ -11,22 +11,45 @@ import numpy as np
 from splinefeed.feed.numbers import SAME
 from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
+from splinefeed.kinematics import JointPath
 from splinefeed.records import Array
 
 
 class Track(Protocol):
-    """A path as the planner sees it, of any number of axes."""
+    """A path as the planner sees it, of any number of axes, by a parameter sigma that grows wherever any of them moves.
+
+    axes     their names, the first `linear` of which are those of the tip; all others turn, or are joints
+    weights  (axes,) what a unit of each counts in sigma
+    """
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the axes."""
+
+    @property
+    def linear(self) -> int:
+        """How many of them, the first ones, carry the tip."""
 
     @property
     def length(self) -> float:
-        """Arc length, mm."""
+        """sigma at the end, mm."""
 
     @property
     def breaks(self) -> Array:
-        """Arc lengths (k,) strictly inside where a derivative up to the third can jump, mm, increasing."""
+        """Places (k,) strictly inside where a derivative up to the third can jump, mm, increasing."""
+
+    @property
+    def weights(self) -> Array:
+        """What a unit of each axis counts in sigma, (axes,)."""
 
     def derivatives(self, s: Array) -> Array:
-        """r and its first three derivatives by arc length, (n, 4, axes), at places s (n,) that are no breaks."""
+        """r and its first three derivatives, (n, 4, axes), at places s (n,) that are no breaks."""
+
+    def tip(self, d: Array) -> Array:
+        """s', s'', s''' (3, n) of the tip's arc length, from `derivatives` d (n, 4, axes)."""
+
+    def chords(self, d: Array) -> tuple[Array | None, Array | None]:
+        """What chords from tick to tick leave, 1/mm, and of a tool axis, rad/mm^2; None where the path's curvature."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +59,24 @@ class PathTrack:
     path: Path
 
     @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the axes."""
+        return self.path.axes
+
+    @property
+    def linear(self) -> int:
+        """How many of them carry the tip."""
+        return self.path.linear
+
+    @property
     def length(self) -> float:
-        """Arc length, mm."""
+        """Length, mm."""
         return self.path.length
+
+    @cached_property
+    def weights(self) -> Array:
+        """What a unit of each axis counts, (axes,)."""
+        return np.ones(len(self.path.axes))
 
     @cached_property
     def breaks(self) -> Array:
@@ -51,5 +89,58 @@ class PathTrack:
         return inside[np.diff(inside, prepend=0.0) > SAME * path.length]
 
     def derivatives(self, s: Array) -> Array:
-        """r and its first three derivatives by arc length, (n, 4, axes)."""
+        """r and its first three derivatives, (n, 4, axes)."""
         return by_arc_length(self.path.arc_pieces.derivatives_at(s, 3), self.path.linear)
+
+    def tip(self, d: Array) -> Array:
+        """s', s'', s''' (3, n): the parameter is the tip's arc length."""
+        return np.repeat([[1.0], [0.0], [0.0]], len(d), axis=1)
+
+    def chords(self, d: Array) -> tuple[Array | None, Array | None]:
+        """Setpoints are joined by straight lines: the path's curvature counts."""
+        return None, None
+
+
+#: Names of a tool tip's own coordinates, which have no limits, before those of the joints.
+TIP = ("tip.x", "tip.y", "tip.z")
+
+
+@dataclass(frozen=True)
+class JointTrack:
+    """The joints of a `JointPath` over the arc length of the tip, behind the tip's own coordinates."""
+
+    path: JointPath
+
+    @cached_property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the tip's coordinates and of the joints."""
+        return (*TIP, *self.path.axes)
+
+    linear = len(TIP)
+
+    @property
+    def length(self) -> float:
+        """Arc length of the tip, mm."""
+        return self.path.length
+
+    @cached_property
+    def weights(self) -> Array:
+        """Only the tip counts, (axes,)."""
+        return (np.arange(len(self.axes)) < len(TIP)).astype(np.float64)
+
+    @property
+    def breaks(self) -> Array:
+        """Knots and joints of tip and tool axis, corners, and places nearest to the pole, mm."""
+        return self.path.breaks
+
+    def derivatives(self, s: Array) -> Array:
+        """Tip and joints with their first three derivatives, (n, 4, axes)."""
+        return self.path.derivatives(s)
+
+    def tip(self, d: Array) -> Array:
+        """s', s'', s''' (3, n): the parameter is the tip's arc length."""
+        return np.repeat([[1.0], [0.0], [0.0]], len(d), axis=1)
+
+    def chords(self, d: Array) -> tuple[Array | None, Array | None]:
+        """What joints that move straight from tick to tick leave of the tip's path, 1/mm, and the axis's, rad/mm^2."""
+        return self.path.between_ticks(d)

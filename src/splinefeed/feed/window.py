@@ -13,21 +13,20 @@ from splinefeed.feed.audit import worst_shares
 from splinefeed.feed.bound import lower_bound
 from splinefeed.feed.grid import FASTER, SLOW, Samples, graded, lay, sample
 from splinefeed.feed.law import Pieces, pieces_of
-from splinefeed.feed.limits import Places, Rows
-from splinefeed.feed.limits.rows import FREE
 from splinefeed.feed.numbers import ALMOST, ROUNDS, SAME
-from splinefeed.feed.setting import INSIDE, Setting
-from splinefeed.feed.solve import End, Problem, solve
+from splinefeed.feed.rows import FREE, Rows
+from splinefeed.feed.setting import BESIDE, INSIDE, Setting
+from splinefeed.feed.solve import End, Problem, Solution, solve
 from splinefeed.feed.spline import DEGREE, Spline
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: A ramp at rest is this share of the way over which jerk builds up the acceleration, of the way to the next knot, and
 #: of the stretch: nothing bends within it, and a cell fits in behind it.
 RAMP = 0.01
-#: What a close look may not see of a peak, as a factor on q: 1e-6 was found.
-UNSEEN = 1e-5
 #: The first guess of q, as a share of what limits of velocity and acceleration allow or of another solution.
 GUESS = 0.6
+#: Cells on either side of one that is held lower that change with it, if these are no more than this share of all.
+NEAR, MANY = 12, 0.6
 
 
 @dataclass(frozen=True)
@@ -114,33 +113,37 @@ class Window:
         self.setting, self.samples, self.q, self.ends, self.low, self.high = setting, samples, q, ends, low, high
         nodes, jumps = laid or lay(setting, samples, q, low, high, ends, mode.cell)
         self.nodes, self.jumps, self.spline = nodes, jumps, Spline.on(nodes, jumps)
-        cell, part, weight = _simpson(nodes, jumps)
+        cell, part, weight, shift = _with_breaks(setting, nodes, *_simpson(nodes, jumps))
         h = np.diff(nodes)
         x = nodes[cell] + part * h[cell]
-        inside = nodes[cell] + np.clip(part, INSIDE, 1.0 - INSIDE) * h[cell]
+        self.at = nodes[cell] + np.clip(part, INSIDE, 1.0 - INSIDE) * h[cell] + shift
+        self.fast = FASTER * np.sqrt(np.interp(x, samples.s, q))
         self.cell = cell
         self.beside = np.clip(cell + np.where(part == 1.0, 1, np.where(part == 0.0, -1, 0)), 0, len(h) - 1)
-        self.own = jumps[cell + np.where(part == 1.0, 1, 0)] & (part != 0.5)  # of two places at one node
-        self.places = setting.places(inside, feed=FASTER * np.sqrt(np.interp(x, samples.s, q)))
-        self.free = self._rows(self.places)
+        self.own = jumps[cell + (part == 1.0)] & ((part == 0.0) | (part == 1.0))  # of two places at one node
+        self.free = self._rows(None)
         self.problem = Problem(self.spline, cell, x, weight, self.free, ends)
 
     def __len__(self) -> int:
         return len(self.nodes) - 1
 
-    def halved(self, cut: BoolArray, c: Array, mode: Mode) -> tuple[Window, IntArray]:
-        """The window with cells of `cut` (n,) halved, from a solution c of it, and which cell each new one was."""
-        nodes = graded(self.nodes, cut)
-        laid = nodes, np.isin(nodes, self.nodes[self.jumps])
-        given = self.setting, self.samples, self.q_at_samples(c), self.ends, self.low, self.high, mode
-        return Window(*given, laid=laid), np.searchsorted(self.nodes, nodes[:-1], side="right") - 1
+    def again(self, c: Array, mode: Mode, cut: BoolArray | None = None) -> tuple[Window, IntArray]:
+        """The window laid anew by a solution c, or with cells of `cut` (n,) halved; which cell each new one was."""
+        laid = None
+        if cut is not None:
+            nodes = graded(self.nodes, cut)
+            laid = nodes, np.isin(nodes, self.nodes[self.jumps])
+        found: Array = self.spline.at(c, np.clip(self.samples.s, self.nodes[0], self.nodes[-1]))[0]
+        q = np.maximum(found, SAME * self.samples.q)  # less is not a motion but rows that contradict each other
+        new = Window(self.setting, self.samples, q, self.ends, self.low, self.high, mode, laid=laid)
+        return new, np.clip(np.searchsorted(self.nodes, new.nodes[:-1], side="right") - 1, 0, len(self) - 1)
 
     def hold(self, factor: Array) -> None:
         """Have q lower by factors on cells (3, n), see `Rows.tightened`; a node counts for both of its cells."""
         self.problem.hold(self.free.tightened(np.minimum(factor[:, self.cell], factor[:, self.beside])))
 
     def rise(self, way: float, cells: BoolArray, least: float) -> None:
-        """Have the motion speed up (`way` 1) or slow down (-1) over these cells (n,), |q'| >= least, mm/s^2.
+        """Have the tip speed up (`way` 1) or slow down (-1) over these cells (n,), by `least`, mm/s^2, or more.
 
         There the limit of jerk is the one for that.
         """
@@ -148,7 +151,22 @@ class Window:
         for end, place in zip(self.ends, (0, -1), strict=True):
             if not end.rest:
                 rising[place] = 0.0  # the state there is given
-        self.free = self._rows(dataclasses.replace(self.places, rising=rising)).only_rising(rising, least)
+        rows = self._rows(rising)
+        low = np.where(rising != 0.0, 1.0, -FREE)[None]
+        self.free = rows.joined(np.stack(self.tip)[None] * rising / least, low, np.full(low.shape, FREE))
+
+    def solved_near(self, lower: BoolArray, c: Array, tolerance: float, z: Array) -> Solution | None:
+        """The solution if only cells near those of `lower` (3, n) may change; None if limits ask for more."""
+        active = np.convolve(np.any(lower, axis=0), np.ones(2 * NEAR + 1), mode="same")[: len(self)] > 0.5
+        if np.mean(active) > MANY:
+            return None
+        part, used, at = self.problem.part(active, c)
+        found = solve(part, c[used], tolerance, z[:, at])
+        if not found.kept:
+            return None
+        c, z = c.copy(), z.copy()
+        c[used], z[:, at] = found.c, found.z
+        return dataclasses.replace(found, c=self.problem.complete(c), z=z)
 
     def guess(self) -> Array:
         """Coefficients to begin with: a share of the least q is thought to be where each acts, less next to rest."""
@@ -163,11 +181,6 @@ class Window:
                 c = np.maximum(c, end.q - 2.0 * self.samples.push * away)
         return c
 
-    def q_at_samples(self, c: Array) -> Array:
-        """q (n,) of coefficients at the samples."""
-        found: Array = self.spline.at(c, np.clip(self.samples.s, self.nodes[0], self.nodes[-1]))[0]
-        return np.maximum(found, SAME * self.samples.q)  # less is not a motion but rows that contradict each other
-
     def of_cells(self, shares: Array) -> Array:
         """Shares of pieces (3, m) as those of cells (3, n): any on a ramp counts for q in the cell beside it."""
         inner = shares[:, int(self.ends[0].rest) : shares.shape[1] - int(self.ends[1].rest)].copy()
@@ -176,20 +189,24 @@ class Window:
                 inner[:, place] = np.maximum(inner[:, place], np.max(shares[:, place]))
         return inner
 
-    def _rows(self, places: Places) -> Rows:
-        """All limits at places; those of jerk on ramps as bounds of q at their inner ends: q = (9/2 ramp^2 j)^(2/3).
+    def _rows(self, rising: Array | None) -> Rows:
+        """All limits at the places; rising (n,) of the tip, see `Setting.rows`.
 
-        Where a state is given, q and q' are as given.
+        Those of jerk on ramps are bounds of q at their inner ends: q = (9/2 ramp^2 j)^(2/3). Where a state is given, q
+        and q' are as given.
         """
-        rows = self.setting.rows(places)
+        d, x = self.setting.along(self.at)
+        rows = self.setting.rows(self.at, (d, x), v=self.fast, rising=0.0 if rising is None else rising)
+        self.tip = x[1, -1], 0.5 * x[0, -1]  # times q and q': the acceleration of the tip
+        top = rows.top.copy()
         for end, place, way, at in ((self.ends[0], self.low, 1.0, 0), (self.ends[1], self.high, -1.0, -1)):
             if end.rest:
-                unit = float(np.max(_ramp_units(self.setting, place, way * end.ramp)))
+                unit = _ramp_unit(self.setting, place, way * end.ramp)
                 if unit > 0.0:
-                    rows.top[at] = min(rows.top[at], (4.5 * end.ramp**2 / unit) ** (2.0 / 3.0))
+                    top[at] = min(top[at], (4.5 * end.ramp**2 / unit) ** (2.0 / 3.0))
             elif not end.free:
-                rows.top[at], rows.low[:, at], rows.high[:, at] = FREE, -FREE, FREE
-        return rows
+                top[at], rows.low[:, at], rows.high[:, at] = FREE**2, -FREE, FREE
+        return dataclasses.replace(rows, top=top)
 
 
 def plan_window(
@@ -212,41 +229,42 @@ def plan_window(
     samples = sample(setting, low, high, start.feed**2, stop.feed**2, known)
     if samples.push == np.inf:
         raise PlanError(f"from s = {low:.6g} to {high:.6g} mm nothing limits the acceleration or jerk")
-    if np.min(samples.top) < SAME * np.max(samples.top):  # feeds a million times lower
-        raise PlanError(f"from s = {low:.6g} to {high:.6g} mm a limit leaves almost no feed")
     if start.feed**2 >= np.max(samples.top) and State(start.feed) == stop == start:  # nothing to choose
         steady = Pieces(np.array([(high - low) / start.feed]), np.array([[low, start.feed, 0.0, 0.0, 0.0, 0.0]]))
         most = float(np.max(worst_shares(setting, steady, high)))
         return Plan(steady, steady.duration, most if most > 1.0 + SAME else 0.0)
     ends = _ends(setting, samples, low, high, start, stop)
     window = Window(setting, samples, samples.q, ends, low, high, mode)
-    if setting.period is not None and np.any(np.isin(setting.inside(low, high), setting.real_jumps)):
+    if len(setting.jumps_worth_cells(low, high, samples.s, samples.q)[0]):
         # cells beside a jump end where its reach does, which is a matter of the feed there
         rough = solve(window.problem, window.guess(), FASTER - 1.0)
-        window = Window(setting, samples, window.q_at_samples(rough.c), ends, low, high, mode)
+        window, _ = window.again(rough.c, mode)
     goal = 1.0 if exact else 1.0 + mode.tolerance
     c = window.guess()
     if setting.limits.deceleration_jerk != setting.limits.jerk:
         window, c = _turned(setting, window, c, mode)
     factor = np.ones((3, len(window)))
-    often = np.zeros_like(factor)
-    z, bound = None, 0.0
+    often, lower = np.zeros_like(factor), np.zeros(factor.shape, dtype=bool)
+    z: Array | None = None
+    bound, before = 0.0, None
     found: list[Plan] = []
-    rounds = 2 * ROUNDS if exact else ROUNDS
-    for k in range(rounds + 1):
+    for k in range(2 * ROUNDS + 1):
         window.hold(factor)
-        solution = solve(window.problem, c, mode.tolerance, z)
+        solution = None
+        if before is not None and z is not None:  # what was over a limit is solved again near itself only
+            solution = window.solved_near(lower, c, mode.tolerance, z)
+        solution = solution or solve(window.problem, c, mode.tolerance, z)
         c, z = solution.c, solution.z
         if k == 0 and mode.bounded:
             bound = lower_bound(setting, window.problem, solution, low, high, mode.tolerance)
         pieces = pieces_of(window.spline, c, ends)
-        shares = worst_shares(setting, pieces, high)
+        shares = worst_shares(setting, pieces, high, before)
         broken = ~np.isfinite(np.max(window.of_cells(shares), axis=0))
-        if np.any(broken) and k < rounds:  # q falls to nothing between places
-            window, was = window.halved(broken, c, mode)
-            c, z, factor, often = window.guess(), None, factor[:, was], often[:, was]
+        if np.any(broken) and k < 2 * ROUNDS:  # q falls to nothing between places
+            window, was = window.again(c, mode, broken)
+            c, z, factor, often, before = window.guess(), None, factor[:, was], often[:, was], None
             continue
-        shares = shares * (1.0 + UNSEEN)
+        before = pieces, shares
         found.append(Plan(pieces, bound, float(np.max(shares))))
         if found[-1].over <= goal or (exact and not solution.kept and k == 0):
             break
@@ -261,15 +279,16 @@ def plan_window(
 def _turned(setting: Setting, window: Window, c: Array, mode: Mode) -> tuple[Window, Array]:
     """A window and what to begin with where speeding up and slowing down have two limits of jerk, from coefficients c.
 
-    Which limit holds depends on the sign of q'. Where it may be either the lower one does; over cells that clearly have
-    the sign of the higher one, that, and the sign is held.
+    Which limit holds depends on the sign of the tip's acceleration. Where it may be either the lower one does; over
+    cells that clearly have the sign of the higher one, that, and the sign is held.
     """
-    limits, samples = setting.limits, window.samples
+    limits = setting.limits
     way = 1.0 if limits.deceleration_jerk is None or limits.jerk > limits.deceleration_jerk else -1.0
-    level = 2.0 * SLOW * samples.push
+    level = SLOW * window.samples.push
     for left in range(ROUNDS, 0, -1):
         c = solve(window.problem, c, mode.tolerance).c
-        slope = way * window.problem.look(window.problem.complete(c))[0][1]
+        y = window.problem.look(window.problem.complete(c))[0]
+        slope = way * (window.tip[0] * y[0] + window.tip[1] * y[1])
         clear = np.ones(len(window), dtype=bool)
         np.logical_and.at(clear, window.cell, slope > level)
         np.logical_and.at(clear, window.beside, (slope > level) | window.own)
@@ -277,10 +296,10 @@ def _turned(setting: Setting, window: Window, c: Array, mode: Mode) -> tuple[Win
             beside = np.zeros(len(window), dtype=bool)
             beside[1:] |= clear[:-1]
             beside[:-1] |= clear[1:]
-            window, was = window.halved(beside & ~clear, c, mode)
+            window, was = window.again(c, mode, beside & ~clear)
             clear, c = clear[was], window.guess()
         window.rise(way, clear, 0.5 * level)
-        window.hold(np.ones((3, len(window))))
+        window.problem.hold(window.free)
     return window, c
 
 
@@ -298,34 +317,56 @@ def _ends(setting: Setting, samples: Samples, low: float, high: float, start: St
     return ends[0], ends[1]
 
 
-def _ramp_units(setting: Setting, place: float, ramp: float) -> Array:
-    """Share of each limit of jerk (k, places) along a ramp of jerk 1: |2 c2 + 6 c1 x + 9/2 c0 x^2|, x mm from rest.
+def _ramp_unit(setting: Setting, place: float, ramp: float) -> float:
+    """Largest share of a limit of jerk along a ramp of jerk 1: |2 c2 + 6 c1 x + 9/2 c0 x^2|, x mm from rest.
 
     With s = j t^3 / 6: feed * acceleration = 3 j s and feed^3 = 9/2 j s^2. Backwards q' has the other sign.
     """
-    away = np.abs(ramp) * np.array([1e-3, 0.2, 0.5, 0.8, 1.0 - INSIDE])
-    rising = np.full(len(away), np.sign(ramp))
-    jerk = setting.rows(setting.places(place + np.sign(ramp) * away, rising=rising)).jerk
-    if not len(jerk):
-        return np.zeros((1, len(away)))
-    found: Array = np.abs(2.0 * jerk[:, 2] + np.sign(ramp) * 6.0 * jerk[:, 1] * away + 4.5 * jerk[:, 0] * away**2)
-    return found
+    way, away = float(np.sign(ramp)), abs(ramp) * np.array([1e-3, 0.2, 0.5, 0.8, 1.0 - INSIDE])
+    places = place + way * away
+    order = np.argsort(places)
+    jerk, away = setting.rows(places[order], rising=way).jerk, away[order]
+    found = np.abs(2.0 * jerk[:, 2] + way * 6.0 * jerk[:, 1] * away + 4.5 * jerk[:, 0] * away**2)
+    return float(np.max(found, initial=0.0))
 
 
 def _simpson(nodes: Array, jumps: BoolArray) -> tuple[IntArray, Array, Array]:
-    """Cell, place in it (0, 1/2, or 1) and weight by Simpson's rule of all places, in order.
+    """Cell, place in it (0 to 1) and Simpson's weight of all places, in order.
 
-    A node is a place of the cell behind it, and one more of that before it where the path jumps and at the end.
+    A node is a place of the cell behind it, and one more of that before it where the path jumps and at the end. Between
+    them lies 1/2, or, where q'' may jump at both ends of a cell, 1/3 and 2/3 (Simpson's 3/8 rule): there the cubic that
+    is 0 at 0, 1/2 and 1 would be free of every row and of the time.
     """
     h = np.diff(nodes)
     n = len(h)
+    alone = jumps[:-1] & jumps[1:]
     closing = np.flatnonzero(np.append(jumps[1:-1], True))
-    cell = np.concatenate([np.arange(n), np.arange(n), closing])
-    part = np.concatenate([np.zeros(n), np.full(n, 0.5), np.ones(len(closing))])
-    shared = h / 6.0
+    single, pair = np.flatnonzero(~alone), np.flatnonzero(alone)
+    share = np.where(alone, h / 8.0, h / 6.0)  # of a node
+    opening, shared = share.copy(), share.copy()
     shared[closing] = 0.0
-    opening = h / 6.0
     opening[1:] += shared[:-1]
-    weight = np.concatenate([opening, h / 1.5, h[closing] / 6.0])
+    cell = np.concatenate([np.arange(n), single, pair, pair, closing])
+    part = np.repeat([0.0, 1 / 2, 1 / 3, 2 / 3, 1.0], [n, len(single), len(pair), len(pair), len(closing)])
+    weight = np.concatenate([opening, h[single] / 1.5, h[pair] * 0.375, h[pair] * 0.375, share[closing]])
     order = np.lexsort((part, cell))
     return cell[order], part[order], weight[order]
+
+
+def _with_breaks(
+    setting: Setting, nodes: Array, cell: IntArray, part: Array, weight: Array
+) -> tuple[IntArray, Array, Array, Array]:
+    """Cell, place in it, weight, and shift, mm, of places and, on both sides, of the breaks at which no cell ends.
+
+    Those count for the rows only.
+    """
+    inside = setting.inside(float(nodes[0]), float(nodes[-1]))
+    inside = inside[~np.isin(inside, nodes)]
+    owner = np.searchsorted(nodes, inside, side="right") - 1
+    share = (inside - nodes[owner]) / np.diff(nodes)[owner]
+    away, more = BESIDE * setting.track.length, len(inside)
+    shift = np.repeat([0.0, -away, away], [len(cell), more, more])
+    cell, part = np.concatenate([cell, owner, owner]), np.concatenate([part, share, share])
+    weight = np.concatenate([weight, np.zeros(2 * more)])
+    order = np.lexsort((shift, part, cell))
+    return cell[order], part[order], weight[order], shift[order]

@@ -1,0 +1,163 @@
+"""Limits as rows on y = (q, q', q'') at n places of a path, and the few that are no limits of a coordinate.
+
+q <= top      low <= c0 q + c1 q' <= high      -1/sqrt(q) + ... <= c0 q + c1 q' + c2 q'' <= 1/sqrt(q) - ...
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from splinefeed.errors import LimitsError, PlanError
+from splinefeed.feed.numbers import ALMOST
+from splinefeed.records import Array, IntArray
+from splinefeed.records.limits import Torque
+
+#: A bound that never binds: a side of a row that has none, and the feed where nothing limits it.
+FREE = 1e9
+#: Places before and behind that are looked at, at most, for being within one step of the servo.
+NEIGHBOURS = 64
+#: A square of a length by sigma that is as good as 0.
+TINY = 1e-300
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """All rows at n places.
+
+    top (n,)           q <= top: the least of `own` and of `between` (n,), which holds between setpoints
+    linear (m, 2, n)   c0, c1, with low and high (m, n), in units of the limit
+    jerk (k, 3, n)     c0, c1, c2, in units of the limit
+    jump (2, 2, k, n)  what jumps of the path take of the jerk, upwards and downwards: a constant, a factor of sqrt(q)
+    coordinates, smooth  how many linear rows are accelerations of coordinates, and how many those and torques
+    """
+
+    top: Array
+    own: Array
+    between: Array
+    linear: Array
+    low: Array
+    high: Array
+    jerk: Array
+    jump: Array
+    coordinates: int
+    smooth: int
+
+    def lowered(self, top: Array, *, between: bool = False) -> Rows:
+        """The same and q <= top (n,)."""
+        name = "between" if between else "own"
+        return replace(self, top=np.minimum(self.top, top), **{name: np.minimum(getattr(self, name), top)})
+
+    def joined(self, linear: Array, low: Array, high: Array, *, smooth: bool = False) -> Rows:
+        """The same and more linear rows."""
+        first, lows, highs = (
+            np.concatenate(pair) for pair in ((self.linear, linear), (self.low, low), (self.high, high))
+        )
+        return replace(self, linear=first, low=lows, high=highs, smooth=self.smooth + smooth * len(linear))
+
+    def at(self, some: IntArray) -> Rows:
+        """Those at some of the places."""
+        names = ("top", "own", "between", "linear", "low", "high", "jerk", "jump")
+        return replace(self, **{name: getattr(self, name)[..., some] for name in names})
+
+    def tightened(self, factor: Array) -> Rows:
+        """The same with q held to so much less, factor (3, n): of tops, linear rows, and jerk by its power 3/2."""
+        top, linear, jerk = factor[0], factor[1], factor[2] ** -1.5
+        return replace(
+            self,
+            top=self.top * top,
+            low=self.low * linear,
+            high=self.high * linear,
+            jerk=self.jerk * jerk,
+            jump=self.jump * jerk,
+        )
+
+    def shares(self, v: Array, a: Array, j: Array) -> Array:
+        """The largest share of tops, linear rows and jerk as a factor on q, (3, n), at sigma's derivatives (n,)."""
+        q = v * v
+        linear = self.linear[:, 0] * q + self.linear[:, 1] * (2.0 * a)
+        jerk = self.jerk[:, 0] * (q * v) + self.jerk[:, 1] * (2.0 * a * v) + self.jerk[:, 2] * (2.0 * j)
+        up = jerk + self.jump[0, 0] * v + self.jump[0, 1] * q
+        down = -jerk + self.jump[1, 0] * v + self.jump[1, 1] * q
+        linear = np.maximum(np.maximum(linear, 0.0) / self.high, np.minimum(linear, 0.0) / self.low)
+        jerk = np.maximum(np.maximum(up, down), 0.0)
+        return np.stack([q / self.top, linear.max(axis=0, initial=0.0), jerk.max(axis=0, initial=0.0) ** (2.0 / 3.0)])
+
+
+def tip_curvature(d: Array, linear: int) -> tuple[Array, Array]:
+    """s'^2, and s'^2 times the curvature of the tip's path, (n,) each: |p''| across p' for p the linear axes."""
+    one, two = d[:, 1, :linear], d[:, 2, :linear]
+    square = np.sum(one * one, axis=1)
+    across = two - (np.sum(one * two, axis=1) / np.maximum(square, TINY))[:, None] * one
+    return square, np.linalg.norm(across, axis=1)
+
+
+def centripetal(d: Array, linear: int, most: float) -> Array:
+    """The largest q with kappa s'^2 q <= most, (n,)."""
+    return np.asarray(most / np.maximum(tip_curvature(d, linear)[1], TINY))
+
+
+def chord_error(s1: Array, bend: Array, whole: Array | None, turn: Array, delta: float) -> Array:
+    """The longest steps of sigma that leave chords within `delta`, mm, (n,).
+
+    A chord of length c leaves an arc of curvature kappa by kappa c^2 / 8 and turns of theta in all by c theta / 4 at
+    most: c = 2 delta / (theta/4 + sqrt(theta^2/16 + kappa delta/2)). No point of a chord of 2 delta is further than
+    delta from one of its ends: that is always allowed. A tip that slows down, as other axes turn, may turn back.
+
+    s1 (n,)     the tip's way over that of sigma;  bend (n,)  s1^2 times the curvature that the chord leaves
+    whole (n,)  |p''| of the tip's path, with what is along it; None where the tip never slows down
+    turn (n,)   how far the tip's direction turns within reach, times s1
+    """
+    s1 = np.maximum(s1, TINY**0.5)
+    quarter = 0.25 * turn / s1
+    step = 2.0 * delta / np.maximum(quarter + np.sqrt(quarter**2 + 0.5 * bend / s1**2 * delta), TINY) / s1
+    if whole is None:
+        return np.asarray(np.maximum(step, 2.0 * delta / s1))
+    whole = np.maximum(whole, TINY)
+    step = np.minimum(step, s1 / whole)  # further on the tip may turn back
+    step = np.maximum(step, np.sqrt(2.0 * delta / whole))
+    return np.asarray(np.maximum(step, np.minimum(2.0 * delta / s1, s1 / whole)))
+
+
+def within_reach(s: Array, step: Array) -> Array:
+    """Steps (n,) that are no longer than those allowed at places s (n,), increasing, that they come to."""
+    found = step.copy()
+    for k in range(1, min(NEIGHBOURS, len(s) - 1) + 1):
+        away = s[k:] - s[:-k]
+        if not np.any(away < np.maximum(found[k:], found[:-k])):
+            break
+        found[k:] = np.minimum(found[k:], np.maximum(step[:-k], away))
+        found[:-k] = np.minimum(found[:-k], np.maximum(step[k:], away))
+    return found
+
+
+def torque_rows(s: Array, d: Array, torque: Torque, axes: tuple[str, ...]) -> tuple[Array, Array, Array]:
+    """Rows |a q'/2 + b q + c| <= tau of joints: linear (m, 2, n), low and high (m, n).
+
+    c = f(r, 0, 0), a = f(r, 0, r') - c, b = f(r, r', r'') - c for inverse dynamics f(q, q', q''): Pham, Pham, IEEE
+    T-RO 34(3), 2018, https://doi.org/10.1109/TRO.2018.2819195, section II. Raises LimitsError for a model with
+    friction, which is not of this form, and PlanError where standing still takes more than the torque.
+    """
+    r, r1, r2, _ = np.moveaxis(d[:, :, torque.columns(axes)], 1, 0)
+    none = np.zeros_like(r)
+    c = torque.of(r, none, none)
+    a, b = torque.of(r, none, r1) - c, torque.of(r, r1, r2) - c
+    faster = torque.of(r, 2.0 * r1, 4.0 * r2) - c - 4.0 * b
+    if np.max(np.abs(faster), initial=0.0) > ALMOST * np.max(np.abs(b) + np.abs(c), initial=0.0):
+        raise LimitsError(
+            "torque: at twice the velocity and four times the acceleration the model's torque is not four times what "
+            "motion takes: it has friction; leave friction out of the model and lower `most` by it"
+        )
+    most = np.array(list(torque.most.values()))
+    over = np.argwhere(np.abs(c) >= most)
+    if len(over):
+        place, k = over[0].tolist()
+        raise PlanError(
+            f"at s = {s[place]:.6g} mm standing still takes {abs(c[place, k]):.6g} of {list(torque.most)[k]}, whose "
+            f"torque is at most {most[k]:.6g}: no motion along the path is possible"
+        )
+    some = np.isfinite(most)
+    a, b, c, most = a[:, some], b[:, some], c[:, some], most[some]
+    linear = np.stack([b / most, 0.5 * a / most], axis=1).transpose(2, 1, 0)
+    return linear, (-1.0 - c / most).T, (1.0 - c / most).T
