@@ -40,10 +40,10 @@ class Coordinates:
     assumed: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, limits: Limits, axes: tuple[str, ...], counted: int) -> Coordinates:
+    def of(cls, limits: Limits, axes: tuple[str, ...], counted: int, *, alone: bool = True) -> Coordinates:
         """Those of axes the first `counted` of which make the arc length of the tip.
 
-        An axis beside others that no limit of acceleration or jerk bounds, neither its own nor one along the path, has
+        Where axes may move `alone`, an axis beside others that no limit of acceleration or jerk bounds, neither its own nor one along the path, has
         the least one of the others, 1 rad for 1 mm: something must bound a motion in which it is the only one that
         moves.
         """
@@ -54,7 +54,7 @@ class Coordinates:
         least = min(limits.acceleration, slowing), min(limits.jerk, slowing_jerk)
         own, whole = np.isfinite(a) | np.isfinite(j), bool(np.isfinite(min(least)))
         free = ~own & ~(whole & (np.arange(len(axes)) < counted))
-        assumed = bool(np.any(free)) and (whole or bool(np.any(own)))
+        assumed = alone and bool(np.any(free)) and (whole or bool(np.any(own)))
         if assumed:
             a[free], j[free] = (min(float(np.min(each)), along) for each, along in zip((a, j), least, strict=True))
         mix = np.column_stack([np.eye(len(axes)), *(each.on(axes) for each in sums.values())])

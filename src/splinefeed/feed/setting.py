@@ -46,7 +46,8 @@ class Setting:
     @cached_property
     def at(self) -> Coordinates:
         """The coordinates and their limits."""
-        return Coordinates.of(self.limits, self.track.axes, self.track.linear or len(self.track.axes))
+        axes = self.track.axes
+        return Coordinates.of(self.limits, axes, self.track.linear or len(axes), alone=self.track.alone)
 
     @cached_property
     def breaks(self) -> Array:

@@ -20,7 +20,10 @@ class Track(Protocol):
 
     axes     their names, the first `linear` of which are those of the tip; all others turn, or are joints
     weights  (axes,) what a unit of each counts in sigma
+    alone    whether an axis behind the tip's may move while the tip rests
     """
+
+    alone: bool
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -57,6 +60,7 @@ class PathTrack:
     """A `Path` as a track."""
 
     path: Path
+    alone = True
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -76,7 +80,7 @@ class PathTrack:
     @cached_property
     def weights(self) -> Array:
         """What a unit of each axis counts, (axes,)."""
-        return np.ones(len(self.path.axes))
+        return (np.arange(len(self.path.axes)) < (self.path.linear or len(self.path.axes))).astype(np.float64)
 
     @cached_property
     def breaks(self) -> Array:
@@ -116,7 +120,7 @@ class JointTrack:
         """Names of the tip's coordinates and of the joints."""
         return (*TIP, *self.path.axes)
 
-    linear = len(TIP)
+    linear, alone = len(TIP), False
 
     @property
     def length(self) -> float:
