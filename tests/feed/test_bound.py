@@ -21,7 +21,7 @@ def line(length: float) -> sf.Path:
 
 
 def bound_of(path: sf.Path, limits: sf.Limits, **more) -> tuple[float, float]:
-    law = sf.plan(path, limits, strategy="time-optimal", period=PERIOD, **more)
+    law = sf.plan(path, limits, strategy="time-optimal", period=PERIOD, bound=True, **more)
     return law.settings["lower_bound_s"], law.duration
 
 

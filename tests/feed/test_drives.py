@@ -56,7 +56,7 @@ def torques(points: sf.Setpoints) -> Array:
 @pytest.mark.parametrize("jerk", [None, {"a": 400.0, "b": 600.0}])
 def test_an_arm_moves_as_fast_as_its_torques_allow(strategy: str, jerk: Any) -> None:
     limits = sf.Limits(axis_velocity={"a": 4.0, "b": 5.0}, torque=sf.Torque(arm, MOST), axis_jerk=jerk)
-    law = sf.plan(ARM, limits, strategy=strategy, period=PERIOD)
+    law = sf.plan(ARM, limits, strategy=strategy, period=PERIOD, bound=True)
     points = sf.interpolate(ARM, law)
     shares = np.max(np.abs(torques(points)), axis=0) / list(MOST.values())
     assert np.all(shares <= 1.0 + 1e-6)

@@ -31,8 +31,8 @@ def limits(start: float, end: float, feed: float = 60.0) -> sf.Limits:
 )
 def test_feeds_at_the_ends_are_met_within_every_limit_in_whole_periods(path: sf.Path, start: float, end: float) -> None:
     given = limits(start, end)
-    law = sf.plan(path, given, strategy="time-optimal", period=PERIOD)
-    rest = sf.plan(path, limits(0, 0), strategy="time-optimal", period=PERIOD)
+    law = sf.plan(path, given, strategy="time-optimal", period=PERIOD, bound=True)
+    rest = sf.plan(path, limits(0, 0), strategy="time-optimal", period=PERIOD, bound=True)
     assert sf.check(sf.interpolate(path, law), path, given, law=law).ok
     assert law.feed(np.array([0.0, law.duration])) == pytest.approx([start, end], rel=1e-12, abs=1e-9)
     assert law.acceleration(np.array([0.0, law.duration])) == pytest.approx([0, 0], abs=1e-6 * 500)
@@ -77,5 +77,5 @@ def test_a_feed_that_cannot_be_met_is_an_error_that_names_one_that_can() -> None
 
 def test_the_bound_holds_where_the_way_to_the_feed_is_much_shorter_than_a_cell() -> None:
     given = sf.Limits(feed=3.3, axis_acceleration=4000, start_feed=0.7, end_feed=1.6)
-    law = sf.plan(motions.smooth(), given, strategy="time-optimal", period=PERIOD)
+    law = sf.plan(motions.smooth(), given, strategy="time-optimal", period=PERIOD, bound=True)
     assert law.settings["lower_bound_s"] < law.duration

@@ -31,7 +31,7 @@ RANDOM = {500394: 0.181, 500251: 1.457, 30266: 0.516, 70243: 0.316, 7009220: 14.
 @pytest.mark.parametrize("seed", RANDOM)
 def test_cusps_tight_loops_and_uneven_jerk_do_not_force_a_crawl(seed: int) -> None:
     made = random_motions.motion(seed)
-    law = sf.plan(made.path, made.limits, strategy="time-optimal", period=made.period)
+    law = sf.plan(made.path, made.limits, strategy="time-optimal", period=made.period, bound=True)
     assert law.duration <= 1.005 * RANDOM[seed] + made.period
     assert not law.notes
     assert sf.check(sf.interpolate(made.path, law), made.path, made.limits, law=law).ok
@@ -41,7 +41,7 @@ def test_cusps_tight_loops_and_uneven_jerk_do_not_force_a_crawl(seed: int) -> No
 def test_a_rotary_axis_that_turns_on_next_to_where_x_stands() -> None:
     """One slow feed would take 5e11 s; 0.45 s is the bound on the cells of a plan."""
     made = random_motions.motion(30000, ("time-optimal",))
-    law = sf.plan(made.path, made.limits, strategy="time-optimal", period=made.period)
+    law = sf.plan(made.path, made.limits, strategy="time-optimal", period=made.period, bound=True)
     assert law.settings["lower_bound_s"] < law.duration < 0.49
     assert sf.check(sf.interpolate(made.path, law), made.path, made.limits, law=law).ok
 

@@ -31,7 +31,7 @@ LINE = sf.Path([sf.NurbsCurve.bezier([[0, 0], [6, 8]])])
 def test_a_straight_time_optimal_plan_takes_as_long_as_seven_phases_between_its_feeds(start: float, end: float):
     limits = sf.Limits(feed=90.0, axis_velocity=20.0, axis_acceleration=200.0, axis_jerk=5e3)
     given = sf.Limits(**{**limits.as_dict(), "start_feed": start, "end_feed": end})
-    law = sf.plan(LINE, given, strategy="time-optimal", period=None)
+    law = sf.plan(LINE, given, strategy="time-optimal", period=None, bound=True)
     up, jerk, top = 250.0, 6250.0, 25.0
 
     def rise(change: float) -> float:

@@ -19,7 +19,7 @@ ARC = sf.NurbsCurve.bezier([[0, 0], [1, 0], [1, 1]], [1.0, np.sqrt(0.5), 1.0])
 
 
 def held(path: sf.Path, limits: sf.Limits) -> sf.TimeLaw:
-    law = sf.plan(path, limits, strategy="time-optimal", period=PERIOD)
+    law = sf.plan(path, limits, strategy="time-optimal", period=PERIOD, bound=True)
     verdict = sf.check(sf.interpolate(path, law, period=PERIOD), path, limits, law=law)
     assert verdict.ok, verdict.problems
     assert law.settings["lower_bound_s"] <= law.duration

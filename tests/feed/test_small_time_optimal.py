@@ -27,7 +27,7 @@ def differences(law: sf.TimeLaw, order: int) -> np.ndarray:
 
 def test_from_rest_to_rest_on_a_few_cells():
     limits = sf.Limits(feed=60, jerk=4000, axis_jerk=4000, **EACH)
-    law = sf.plan(PATH, limits, strategy="time-optimal", period=PERIOD)
+    law = sf.plan(PATH, limits, strategy="time-optimal", period=PERIOD, bound=True)
     assert law.duration / PERIOD == pytest.approx(round(law.duration / PERIOD), abs=1e-9)
     assert law.settings["lower_bound_s"] < law.duration
     assert law(np.array([0.0, law.duration])) == pytest.approx([0.0, PATH.length], abs=1e-9)

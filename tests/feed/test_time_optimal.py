@@ -48,7 +48,7 @@ def axis_motion(path: Path, law: sf.TimeLaw, t: np.ndarray) -> tuple[np.ndarray,
 def test_best_known_times(name, setting):
     path, limits = PATHS[name], cases.axis_limits(setting)
     best, without_jerk = cases.BEST[name, setting], BOUND[name, setting]
-    law = sf.plan(path, limits, strategy="time-optimal")
+    law = sf.plan(path, limits, strategy="time-optimal", bound=True)
     assert law.duration <= 1.005 * best
     # 0.1 % is what the references agree to
     assert law.duration >= 0.999 * best
@@ -202,7 +202,7 @@ def check_random(seed: int) -> None:
     jerk = acceleration * 10 ** rng.uniform(0.5, 2)
     limits = sf.Limits(feed=feed, axis_acceleration=acceleration, axis_jerk=jerk)
     period = 1e-3
-    law = sf.plan(path, limits, strategy="time-optimal", period=period)
+    law = sf.plan(path, limits, strategy="time-optimal", bound=True, period=period)
     assert law.settings["lower_bound_s"] <= law.duration * (1 + 1e-9)
     assert law.length == pytest.approx(path.length, rel=1e-12)
     points = sf.interpolate(path, law)

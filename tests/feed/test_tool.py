@@ -33,7 +33,7 @@ KEPT = {
 
 def test_flank_milling_takes_the_best_known_time(data_dir: File) -> None:
     path = sf.JointPath(flank(data_dir), kinematics("xyzac-trt"))
-    law = sf.plan(path, FLANK, period=FLANK_PERIOD)
+    law = sf.plan(path, FLANK, period=FLANK_PERIOD, bound=True)
     assert law.duration <= 1.005 * BEST_KNOWN
     assert 0.95 * BEST_KNOWN < law.settings["lower_bound_s"] < BEST_KNOWN
     points = sf.interpolate(path, law)

@@ -83,7 +83,7 @@ def judge(seed: int, strategies: tuple[str, ...]) -> str:
 def held(seed: int, motion: random_motions.Motion) -> str:
     """The same for any motion."""
     try:
-        law = sf.plan(motion.path, motion.limits, strategy=motion.strategy, period=motion.period)
+        law = sf.plan(motion.path, motion.limits, strategy=motion.strategy, period=motion.period, bound=True)
     except (CurveError, LimitsError, PlanError) as error:
         assert any(reason in str(error) for reason in REFUSALS), (seed, str(error))
         return str(error)

@@ -16,7 +16,7 @@ PERIOD = 1e-3
 def test_a_plan_through_waypoints_keeps_velocity_acceleration_jerk_and_torque_by_differences():
     arm = sf.robot(FILE, payload=2.0)
     path = arm.through(WAYPOINTS)
-    law = sf.plan(path, arm.limits, period=PERIOD)
+    law = sf.plan(path, arm.limits, period=PERIOD, bound=True)
     points = sf.interpolate(path, law)
     assert sf.check(points, path, arm.limits, law=law).ok
     q = points.position

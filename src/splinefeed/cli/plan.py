@@ -10,6 +10,7 @@ from splinefeed.cli import options, summary
 from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Block, Page, Say, notes, number, table
 from splinefeed.cli.source import task_of
+from splinefeed.feed.planning import cheap_to_bound
 
 #: Decimals of the table: what is below is the rounding of the law.
 ROUNDED = 9
@@ -66,7 +67,9 @@ def plan(say: Say, source: str | None, **given: Any) -> Page:
     what = task_of(say, source, given, sf.Machine.load(given["machine"]) if given["machine"] else None)
     path = what.path
     say("planning")
-    law = sf.plan(path, what.limits, strategy=what.strategy, period=what.period)
+    law = sf.plan(
+        path, what.limits, strategy=what.strategy, period=what.period, bound=cheap_to_bound(path, what.limits)
+    )
     verdict = sf.Verdict(limits=limits_along(law, path, what.limits), problems=())
     if given["output"]:
         sf.save(law, given["output"])

@@ -66,7 +66,7 @@ def _looked_at(setting: Setting, pieces: Pieces, end: float, looked: Array, some
 
 
 def _rising(x: Array, a: Array, v: Array) -> Array:
-    """The sign (k n,) of the tip's acceleration x' a + x'' v^2 at places (k, n) of pieces, 0 beside where it changes."""
+    """The sign (k n,) of the tip's acceleration x' a + x'' v^2 at places (k, n), 0 beside where it changes."""
     tip = x[0, -1].reshape(v.shape) * a + x[1, -1].reshape(v.shape) * v * v
     still = np.abs(tip) <= ALMOST * np.max(np.abs(tip), axis=0)  # it has the sign of what is around it
     sign = np.sign(np.where(still, np.sum(tip, axis=0), tip))

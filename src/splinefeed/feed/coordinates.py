@@ -43,9 +43,9 @@ class Coordinates:
     def of(cls, limits: Limits, axes: tuple[str, ...], counted: int, *, alone: bool = True) -> Coordinates:
         """Those of axes the first `counted` of which make the arc length of the tip.
 
-        Where axes may move `alone`, an axis beside others that no limit of acceleration or jerk bounds, neither its own nor one along the path, has
-        the least one of the others, 1 rad for 1 mm: something must bound a motion in which it is the only one that
-        moves.
+        Where axes may move `alone`, an axis beside others that no limit of acceleration or jerk bounds, neither its own
+        nor one along the path, has the least one of the others, 1 rad for 1 mm: something must bound a motion in which
+        it is the only one that moves.
         """
         sums = limits.combinations or {}
         v, a, j = (limits.of_axes(f"axis_{name}", axes) for name in ("velocity", "acceleration", "jerk"))

@@ -18,7 +18,7 @@ from splinefeed.feed.law import Pieces, joined
 from splinefeed.feed.numbers import ALMOST, BISECTIONS, HOPELESS, KEPT, SAME
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.straight import straights
-from splinefeed.feed.stretches import curve_feeds, lasting, with_dwells
+from splinefeed.feed.stretches import curve_feeds, with_dwells
 from splinefeed.feed.ticks import held_at_ticks
 from splinefeed.feed.track import JointTrack, PathTrack, Track
 from splinefeed.feed.window import REST, Mode, Plan, State, plan_window
@@ -31,7 +31,7 @@ from splinefeed.workers import spread
 #: What the modes are called.
 TIME_OPTIMAL, LOOK_AHEAD = "time-optimal", "look-ahead"
 MODES = {
-    TIME_OPTIMAL: Mode(cell=0.2, tolerance=2e-4, cells=8000, bounded=True),
+    TIME_OPTIMAL: Mode(cell=0.2, tolerance=2e-4, cells=8000),
     LOOK_AHEAD: Mode(cell=0.5, tolerance=5e-3, cells=400),
 }
 #: A motion over a limit is slowed down as a whole: a note says so where that is by more than this, as a factor on q.
@@ -69,17 +69,23 @@ def _by_axis(limits: Limits, path: JointPath) -> Limits:
 
 
 def plan_in_mode(
-    path: Path | JointPath, limits: Limits, period: float | None, start: State | None = None, *, strategy: str
+    path: Path | JointPath,
+    limits: Limits,
+    period: float | None,
+    start: State | None = None,
+    *,
+    strategy: str,
+    bound: bool = False,
 ) -> TimeLaw:
     """The motion in one of MODES.
 
     The law rests at the stops, and each stretch lasts whole periods. Raises LimitsError for limits that leave
     acceleration and jerk free, and for curvature jumps under an axis jerk without a period; PlanError for ends in
     motion that the limits do not allow, with the nearest that they do, and for places where no motion within them was
-    found. With `start` it begins there, in the law too.
+    found. With `start` it begins there, in the law too; with `bound` it has a lower bound of its time.
     """
     check_limits(limits, path.axes, strategy)
-    mode = MODES[strategy]
+    mode = replace(MODES[strategy], bounded=bound)
     if isinstance(path, Path):
         _check_jumps(path, limits, period)
     else:
@@ -89,17 +95,10 @@ def plan_in_mode(
     begin = State(limits.start_feed) if start is None else start
     with np.errstate(all="ignore"):  # what is not a number is not a motion to take
         setting = setting_of(path, limits, period)
-        for each in (mode, replace(mode, cell=0.5 * mode.cell, tolerance=MODES[LOOK_AHEAD].tolerance)):
-            try:
-                law = motion(setting, strategy, each, begin)
-                law = with_dwells(law, [(s, wait) for s, wait in path.dwells if s >= begin.s], path.length)
-                at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
-                return held_at_ticks(law, path, limits, at_rest, setting.passed[0], setting.breaks)
-            except OutOfReachError:
-                raise
-            except PlanError as error:
-                found = error
-        raise found
+        law = motion(setting, strategy, mode, begin)
+        law = with_dwells(law, [(s, wait) for s, wait in path.dwells if s >= begin.s], path.length)
+        at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
+        return held_at_ticks(law, path, limits, at_rest, setting.passed[0], setting.breaks)
 
 
 def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = None) -> TimeLaw:
@@ -153,10 +152,11 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
                 f"the last period is short, {instants[-1][-1] % period:.6g} s of {period:g} s: the motion begins and "
                 "ends at a feed, and so cannot wait for a tick"
             )
-    times, coefficients = lasting(np.concatenate(instants), np.concatenate(rows))
+    times, coefficients = np.concatenate(instants), np.concatenate(rows)
+    lasts = np.diff(times) > 0.0  # phases of profiles, and waits, that take no time
     return TimeLaw(
-        breaks=times,
-        coefficients=coefficients,
+        breaks=np.append(times[0], times[1:][lasts]),
+        coefficients=coefficients[lasts],
         strategy=strategy,
         period=period,
         notes=tuple(notes),

@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL, plan_in_mode
 from splinefeed.feed.seven_phase import STRATEGY as SEVEN_PHASE
 from splinefeed.feed.seven_phase import Stretched, plan_seven_phase
 from splinefeed.feed.soft_limits import check_travel
-from splinefeed.feed.stretches import check_ends, close_gaps, with_dwells
+from splinefeed.feed.stretches import check_ends, with_dwells
 from splinefeed.feed.window import State
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
@@ -29,6 +30,8 @@ SHAPELESS = frozenset({"feed", "acceleration", "jerk", "deceleration", "decelera
 ENDS = frozenset({"start_feed", "end_feed", *TRAVEL_ENDS})
 #: Places along a path at which its joints are looked at to see which of them move.
 JOINT_PLACES = 257
+#: Axes up to which a lower bound of the time is cheap.
+CHEAP = 3
 EVERY_LIMIT = frozenset(each.name for each in fields(Limits))
 
 
@@ -86,6 +89,7 @@ def plan(
     strategy: str | None = None,
     period: float | None = None,
     start: State | None = None,
+    bound: bool = False,
 ) -> TimeLaw:
     """Plan the time law s(t) of a motion along `path` that obeys `limits` and rests at the path's stops.
 
@@ -95,6 +99,8 @@ def plan(
     period    servo period in s: stops and end are made to fall on ticks; None leaves the law as fast as it can be
     start     where on the path the motion begins, and its feed and acceleration there: the law begins at start.s;
               None begins at its start with the start_feed of the limits. Not for "seven-phase"
+    bound     whether to find, too, a time that no motion within the limits falls below: with "time-optimal" the law's
+              `settings["lower_bound_s"]`. It takes as long as the plan for two axes, ten times that for seven joints
 
     The law, called with t (...), s, gives arc lengths (...), mm.
     Where a tick cannot be met (start_feed = end_feed = feed), the law's `notes` say so; they name each axis that moves
@@ -140,10 +146,12 @@ def plan(
         _check_start(path, strategy, start)
     if isinstance(path, JointPath) and strategy == SEVEN_PHASE:
         raise LimitsError(f"{SEVEN_PHASE} cannot plan joints; choose {TIME_OPTIMAL} or {LOOK_AHEAD} for a tool path")
-    law = STRATEGIES[strategy].make(path, limits, period, *([] if start is None else [start]))
+    given: dict[str, Any] = {} if start is None else {"start": start}
+    if bound and strategy == TIME_OPTIMAL:
+        given["bound"] = True
+    law = STRATEGIES[strategy].make(path, limits, period, **given)
     if strategy == SEVEN_PHASE and isinstance(path, Path):
         law = with_dwells(law, path.dwells, path.length)
-    law = close_gaps(law)
     return dataclasses.replace(
         law,
         notes=(*law.notes, *_unlimited(path, limits)),
@@ -160,6 +168,9 @@ def _unlimited(path: Stretched | JointPath, limits: Limits) -> list[str]:
     else:
         return []
     return unlimited_axes(limits, path.axes, places.min(axis=0), places.max(axis=0))
+def cheap_to_bound(path: Path | JointPath, limits: Limits) -> bool:
+    """Whether a lower bound of the time costs about as much as the plan: up to three axes without torques."""
+    return len(path.axes) <= CHEAP and limits.torque is None
 
 
 def _check_start(path: Stretched | JointPath, strategy: str, start: State) -> None:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
-from splinefeed.feed.numbers import ALMOST, ROUNDINGS, SAME
+from splinefeed.feed.numbers import ALMOST, SAME
 from splinefeed.geometry.path import Path
 from splinefeed.records import LAW_COEFFICIENTS, Array, Limits, TimeLaw
 
@@ -33,31 +33,6 @@ def check_ends(path: Path, limits: Limits) -> None:
             raise LimitsError(f"{name} is {wanted:g} mm/s; the path allows at most {feed:g} mm/s there")
         if wanted > 0.0 and s in waits:
             raise LimitsError(f"{name} is {wanted:g} mm/s; the path waits {waits[s]:g} s there, at rest")
-
-
-def close_gaps(law: TimeLaw) -> TimeLaw:
-    """The law with no jump of acceleration between its pieces that only the rounding of late instants makes.
-
-    The cubic term of the piece before takes it, which changes its jerk by less than that rounding is of its duration.
-    """
-    spans = np.diff(law.breaks)[:-1]
-    c = law.coefficients[:-1]
-    end = 2.0 * c[:, 2] + spans * (6.0 * c[:, 3] + spans * (12.0 * c[:, 4] + spans * 20.0 * c[:, 5]))
-    gap = 2.0 * law.coefficients[1:, 2] - end
-    jerk = 6.0 * np.abs(c[:, 3]) + spans * (24.0 * np.abs(c[:, 4]) + spans * 60.0 * np.abs(c[:, 5]))
-    seen = np.abs(gap) > ALMOST * 2.0 * np.max(np.abs(law.coefficients[:, 2]))
-    rounding = seen & (np.abs(gap) <= ROUNDINGS * np.spacing(law.breaks[1:-1]) * jerk)
-    if not np.any(rounding):
-        return law
-    coefficients = law.coefficients.copy()
-    coefficients[:-1, 3] += np.where(rounding, gap / (6.0 * spans), 0.0)
-    return replace(law, coefficients=coefficients)
-
-
-def lasting(breaks: Array, coefficients: Array) -> tuple[Array, Array]:
-    """Breaks (m + 1,) and pieces (m, 6) of a law without those that last less than the rounding of their instants."""
-    kept = np.append(np.diff(breaks) > 0.0, True)
-    return breaks[kept], coefficients[kept[:-1]]
 
 
 def on_tick(time: float, period: float | None) -> float:
@@ -105,5 +80,4 @@ def with_dwells(law: TimeLaw, dwells: Sequence[tuple[float, float]], length: flo
         done = k
     breaks += [law.breaks[done:-1] + shift, np.array([on_tick(float(law.breaks[-1]) + shift, law.period)])]
     pieces.append(law.coefficients[done:])
-    later, moved = lasting(np.concatenate(breaks), np.concatenate(pieces))
-    return replace(law, breaks=later, coefficients=moved)
+    return replace(law, breaks=np.concatenate(breaks), coefficients=np.concatenate(pieces))

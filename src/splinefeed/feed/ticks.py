@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.errors import PlanError
-from splinefeed.feed.numbers import HOPELESS, KEPT, ROUNDINGS, ROUNDS, SAME, TOGETHER
-from splinefeed.feed.stretches import lasting, on_tick
+from splinefeed.feed.numbers import HOPELESS, ROUNDINGS, ROUNDS, SAME, TOGETHER
+from splinefeed.feed.stretches import on_tick
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import AXIS_LIMITS, BOUNDED, LAW_COEFFICIENTS, Array, IntArray, Limits, TimeLaw
+from splinefeed.records.verdict import KEPT
 
 #: Ticks that are looked at in all, at most: eleven days at 1 ms.
 MOST_TICKS = 1e9
@@ -26,12 +27,12 @@ def held_at_ticks(
 ) -> TimeLaw:
     """The law, slower from one rest to the next where differences of its setpoints are over a limit.
 
-    |D^k r| / T^k <= limit for the setpoints r at the ticks of the period T, k = 1, 2, 3, torques and chords.
+    |D^k r| / T^k <= limit (1 + KEPT), and the rounding of r, for the setpoints r at the ticks of the period T, k = 1 to
+    3, torques and chords.
     first (m,)   the first piece of each stretch between rests
     passed (k,)  arc lengths of corners that are passed in motion, mm, across which differences are no derivatives
     breaks (n,)  arc lengths where derivatives jump or the path bends sharply, mm
-    Raises PlanError for what no feed mends: next to an end in motion, and where arc length is rounded too much for a
-    rotary axis.
+    Raises PlanError for what no feed mends, and next to an end in motion.
     """
     if law.period is None:
         return law
@@ -40,34 +41,30 @@ def held_at_ticks(
             f"the motion would take {law.duration:.3g} s, which is more than {MOST_TICKS:.0e} setpoints, the "
             "most that are held to limits; raise the feed or the period"
         )
-    most = np.full(len(first), HOPELESS)
+    moving = np.zeros(len(first), dtype=bool)
+    moving[0], moving[-1] = (
+        limits.start_feed > 0.0,
+        limits.end_feed > 0.0 or (len(first) == 1 and limits.start_feed > 0),
+    )
     for _ in range(ROUNDS):
         over, worst = _over(law, path, limits, law.breaks[first], passed, breaks)
-        moving = np.zeros(len(first), dtype=bool)
-        moving[0], moving[-1] = limits.start_feed > 0.0, moving[-1] | (limits.end_feed > 0.0)
         if not np.any(over > 1.0):
             return law
-        if np.any(over > np.where(moving, 1.0, most)):
+        if np.any(over > np.where(moving, 1.0, HOPELESS)):
             break
-        most = np.maximum(0.5 * over, 2.0)  # what slowing down does not halve is no matter of feed
         law = _slower(law, first, over)
     k = int(np.argmax(np.where(moving & (over > 1.0), np.inf, over)))
     s, axis = worst[k, 0], int(worst[k, 1])
-    name = path.axes[axis] if 0 <= axis < len(path.axes) else ""
-    what = "chords are over their limit" if axis == CHORD else f"the setpoints of {name or 'axes'} are over its limits"
-    where = f"at s = {s:.6g} mm {what}"
+    name = path.axes[axis] if 0 <= axis < len(path.axes) else "axes"
+    what = "chords are over their limit" if axis == CHORD else f"the setpoints of {name} are over its limits"
     if moving[k]:
         raise PlanError(
-            f"{where}, and next to an end in motion nothing can be slowed down; end at rest there, lower the "
-            "feed, or leave out the limits of that axis"
+            f"at s = {s:.6g} mm {what}, and next to an end in motion nothing can be slowed down; end at rest there, "
+            "lower the feed, or leave out the limits of that axis"
         )
-    if axis >= path.linear:
-        raise PlanError(
-            f"{where} at any feed: it turns so far within so little of the path that the rounding of arc length shows, "
-            f"{np.spacing(path.length):.3g} mm; split the path there, keep the linear axes exactly still, or "
-            "leave out the limits of that axis"
-        )
-    raise PlanError(f"{where} by {100.0 * (over[k] - 1.0):.3g} % however slow it is; smooth the path there")
+    raise PlanError(
+        f"at s = {s:.6g} mm {what} by {100.0 * (over[k] - 1.0):.3g} % however slow it is; smooth the path there"
+    )
 
 
 def _over(
@@ -162,8 +159,7 @@ def _slower(law: TimeLaw, first: IntArray, over: Array) -> TimeLaw:
         start = on_tick(float(law.breaks[begin]) + shift[i], period)
         breaks[begin:end] = start + (law.breaks[begin:end] - law.breaks[begin]) * factor[begin]
     breaks[-1] = on_tick(float(law.breaks[-1]) + shift[-1], period)
-    breaks, coefficients = lasting(breaks, law.coefficients / factor[:, None] ** np.arange(LAW_COEFFICIENTS))
-    return replace(law, breaks=breaks, coefficients=coefficients)
+    return replace(law, breaks=breaks, coefficients=law.coefficients / factor[:, None] ** np.arange(LAW_COEFFICIENTS))
 
 
 def _chords(path: Path, s: Array, r: Array, breaks: Array) -> tuple[IntArray, Array]:

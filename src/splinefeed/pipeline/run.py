@@ -15,7 +15,7 @@ from splinefeed.analysis.check import check
 from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple, chord_errors, feed_ripple, limit_use
 from splinefeed.analysis.thinning import Kept
 from splinefeed.errors import InputError, LimitsError, expect
-from splinefeed.feed.planning import plan
+from splinefeed.feed.planning import cheap_to_bound, plan
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.interpolation.interpolator import interpolate
@@ -262,7 +262,8 @@ def run(
         remarks = (f"axes of {model.name} have limits alone: what their servo loops do is not simulated",)
         model = None
     limits = limits.on(path.axes)
-    law = plan(path, limits, strategy=strategy, period=period) if law is None else law
+    bound = cheap_to_bound(path, limits)
+    law = plan(path, limits, strategy=strategy, period=period, bound=bound) if law is None else law
     ticks = check_ticks(law, period, MOST_IN_CHUNKS)
 
     def chunks(chunk: int) -> Iterator[Setpoints]:

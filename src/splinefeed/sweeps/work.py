@@ -10,7 +10,7 @@ from functools import lru_cache
 from typing import Any
 
 from splinefeed.errors import InputError, SplinefeedError
-from splinefeed.feed.planning import plan
+from splinefeed.feed.planning import cheap_to_bound, plan
 from splinefeed.formats import registry
 from splinefeed.geometry import shapes
 from splinefeed.geometry.path import Path
@@ -118,7 +118,7 @@ def _planned(
     """Path, or joints, and law; runs that differ in method, or in what a machine does about it, share them."""
     held = Limits.from_dict(dict(limits))
     moved = on_machine(_path(source), machine, held)
-    return moved, plan(moved, held, strategy=strategy, period=period)
+    return moved, plan(moved, held, strategy=strategy, period=period, bound=cheap_to_bound(moved, held))
 
 
 def _machine(settings: Settings) -> Machine | None:
