@@ -84,7 +84,7 @@ def test_rows_with_multipliers_add_up_as_they_do_before_they_are_integrated_by_p
     dual = Dual(setting, nodes, ends, 1.0 / limits.feed, 8)
     x = np.random.default_rng(1).uniform(0.0, 0.1, dual.fixed.shape)
     values = BSpline(dual.spline.t, x, 3)(dual.x)
-    rows = setting.rows(setting.places(dual.x))
+    rows = setting.rows(dual.x)
     y = np.stack([q(dual.x), q(dual.x, 1), q(dual.x, 2)])
     jerk, linear = np.einsum("kdn,dn->kn", rows.jerk, y), np.einsum("kdn,dn->kn", rows.linear, y[:2])
     sides = [jerk, -jerk, (linear - rows.high) / limits.feed, (rows.low - linear) / limits.feed]

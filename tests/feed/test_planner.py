@@ -262,9 +262,7 @@ def test_rotary_axes_beside_linear_ones_are_planned_and_those_that_turn_on_the_s
     assert law is not None
     assert sf.check(sf.interpolate(path, law), path, limits, law=law).ok
     on_the_spot = Path([sf.NurbsCurve.bezier([[0, 0], [0, 0.5], [10, 1.0]])], ("x", "a"))
-    with pytest.raises(
-        PlanError, match=r"still while a turns on|turns or bends there while|turns so far within so little"
-    ):
+    with pytest.raises(PlanError, match=r"over its limits"):
         planner.plan_in_mode(on_the_spot, limits, PERIOD, strategy="time-optimal")
     alone = Path([sf.NurbsCurve.bezier([[0, 0], [0, 1.0]]), sf.NurbsCurve.bezier([[0, 1], [5, 1.0]])], ("x", "a"))
     law = planner.plan_in_mode(alone, limits, PERIOD, strategy="time-optimal")
@@ -291,7 +289,7 @@ def test_a_window_ends_where_its_cells_do() -> None:
     mode = planner.MODES["look-ahead"]
     setting = setting_of(motion.path, motion.limits, motion.period)
     near, _, _ = counted(setting, 0.0, motion.path.stops[0], mode.cell, mode.cells, 1.3)
-    assert 609.9 < near < motion.path.stops[0]
+    assert 609.9 < near <= motion.path.stops[0]
     motion = random_motions.motion(98002400, ("look-ahead",))
     law = sf.plan(motion.path, motion.limits, strategy="look-ahead", period=motion.period)
     assert law.duration < 0.11

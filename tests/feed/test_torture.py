@@ -56,7 +56,7 @@ KEPT_LOOK_AHEAD = {
     440010621: "a jerk between them, 0.005 % over",
     450004883: "a deceleration between them, in a piece below what another one seemed to be",
     470004384: "an acceleration between them, in a piece whose places tell of no peak, 1 % over",
-    470008301: "a feed that is below 0 between them",
+    470008301: "rotary axes that turn where the tip hardly moves: refused",
     490007606: "a cusp whose tip was taken 1.5 um beside itself: 75 % over",
     440007601: "a rotary axis that turns on 1e-9 mm behind a knot: refused",
     450001903: "a dwell of one period where a rotary axis turns as the other stops: refused",

@@ -96,16 +96,22 @@ def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion) -> Iterator[str]:
 def _jumps(law: TimeLaw, bounds: Bounds, motion: LawMotion, period: float) -> tuple[list[str], list[str]]:
     limits, along = bounds.limits, unit_along(bounds.path.axes)
     problems, notes = [], []
+    jerk = min(limits.jerk, limits.deceleration_jerk or np.inf)  # may build up this much within a rounding of t
+    jerk = jerk if jerk < np.inf else 0.0
     kinds = (
         ("s", along, ROUNDINGS * EPSILON * bounds.rows.length + NO_JUMP * motion.top * period),
         ("its feed", f"{along}/s", NO_JUMP * motion.top),
-        ("its acceleration", f"{along}/s^2", NO_JUMP * motion.steepest),
+        (
+            "its acceleration",
+            f"{along}/s^2",
+            NO_JUMP * motion.steepest + jerk * ROUNDINGS * float(np.spacing(law.duration)),
+        ),
     )
     for k, ((what, unit, rounding), (value, t, s)) in enumerate(zip(kinds, breaks_apart(law), strict=True)):
         text = f"law: {what} jumps by {value:.6g} {unit} at t = {t:.9g} s, s = {s:.9g} {along}"
         if value > rounding and k < 2:
             problems.append(text)
-        elif value > rounding and min(limits.jerk, limits.deceleration_jerk or np.inf) < np.inf:
+        elif value > rounding and jerk > 0.0:
             problems.append(f"{text}: its jerk is infinite there")
         elif value > rounding and limits.axis_jerk is not None:
             notes.append(f"{text}: the exact axis jerk is infinite there, and the third difference decides")

@@ -61,7 +61,8 @@ def _looked_at(setting: Setting, pieces: Pieces, end: float, looked: Array, some
         rows = setting.rows(flat, seen, reach=(reach[0], reach[1]), rising=signs, alone=True)
         found = rows.shares(v.ravel(), a.ravel(), j.ravel())
         good = (v >= -SAME * np.max(v)).ravel() & np.isfinite(found)
-        worst[:, block], bound[block] = _peaks(np.where(good, found, np.inf).reshape(3, *s.shape))
+        peaks, bound[block] = _peaks(np.where(good, found, np.inf).reshape(len(found), *s.shape))
+        worst[:, block] = rows.by_kind(peaks)
     return worst, bound
 
 
@@ -76,7 +77,7 @@ def _rising(x: Array, a: Array, v: Array) -> Array:
 
 
 def _peaks(found: Array) -> tuple[Array, Array]:
-    """The largest of shares (3, places, n), (3, n), with what parabolas tell between places; what it is below, (n,)."""
+    """The largest of shares (k, places, n), (k, n), with what parabolas tell between places; what it is below, (n,)."""
     below, here, above = found[:, :-2], found[:, 1:-1], found[:, 2:]
     with np.errstate(all="ignore"):
         bend = 2.0 * here - below - above

@@ -168,6 +168,8 @@ def _unlimited(path: Stretched | JointPath, limits: Limits) -> list[str]:
     else:
         return []
     return unlimited_axes(limits, path.axes, places.min(axis=0), places.max(axis=0))
+
+
 def cheap_to_bound(path: Path | JointPath, limits: Limits) -> bool:
     """Whether a lower bound of the time costs about as much as the plan: up to three axes without torques."""
     return len(path.axes) <= CHEAP and limits.torque is None

@@ -18,8 +18,8 @@ from splinefeed.records.limits import Torque
 FREE = 1e9
 #: Places before and behind that are looked at, at most, for being within one step of the servo.
 NEIGHBOURS = 64
-#: A square of a length by sigma that is as good as 0.
-TINY = 1e-300
+#: A length by sigma, or its square, that is as good as 0.
+TINY = 1e-140
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,15 +74,23 @@ class Rows:
         )
 
     def shares(self, v: Array, a: Array, j: Array) -> Array:
-        """The largest share of tops, linear rows and jerk as a factor on q, (3, n), at sigma's derivatives (n,)."""
+        """Share of the top, of each linear row and of each of jerk as a factor on q, (1 + m + k, n).
+
+        At sigma's derivatives by time (n,). Jerk goes with q^(3/2).
+        """
         q = v * v
         linear = self.linear[:, 0] * q + self.linear[:, 1] * (2.0 * a)
         jerk = self.jerk[:, 0] * (q * v) + self.jerk[:, 1] * (2.0 * a * v) + self.jerk[:, 2] * (2.0 * j)
         up = jerk + self.jump[0, 0] * v + self.jump[0, 1] * q
         down = -jerk + self.jump[1, 0] * v + self.jump[1, 1] * q
         linear = np.maximum(np.maximum(linear, 0.0) / self.high, np.minimum(linear, 0.0) / self.low)
-        jerk = np.maximum(np.maximum(up, down), 0.0)
-        return np.stack([q / self.top, linear.max(axis=0, initial=0.0), jerk.max(axis=0, initial=0.0) ** (2.0 / 3.0)])
+        return np.concatenate([(q / self.top)[None], linear, np.maximum(np.maximum(up, down), 0.0) ** (2.0 / 3.0)])
+
+    def by_kind(self, shares: Array) -> Array:
+        """The largest of shares (1 + m + k, ...): of the top, of linear rows and of jerk, (3, ...)."""
+        m = 1 + len(self.linear)
+        parts = (shares[:1], shares[1:m], shares[m:])
+        return np.stack([np.max(each, axis=0, initial=0.0) for each in parts])
 
 
 def tip_curvature(d: Array, linear: int) -> tuple[Array, Array]:

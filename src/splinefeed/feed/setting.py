@@ -19,8 +19,8 @@ WITHIN = 1.0 - 1e-9
 INSIDE = 1e-7
 #: ... and at most this share of the path, far above the rounding of arc length: a sharp bend is no jump.
 BESIDE = 4.0 * SAME
-#: A jump is worth cells of its own where it takes more than this share of a limit of jerk.
-WORTH = 1e-3
+#: A jump is worth cells of its own where it takes more than this share of a limit of jerk, or of the chord error.
+WORTH, WORTH_CHORD = 1e-3, 0.03
 #: A jump below this share of the derivative itself, or of what its own slope makes of it over INSIDE, is rounding.
 ROUNDING = 1e-8
 #: Directions count what is above this share of the fastest change.
@@ -113,6 +113,9 @@ class Setting:
         limit = np.minimum(self.at.j, self.at.dj)[:, None]
         taken = (turn * np.sqrt(there) / self.period**2 + PEAK * bend * there / self.period) / limit
         worth = taken.max(axis=0, initial=0.0) > WORTH
+        if self.limits.chord_error is not None and self.track.linear:  # 4 delta / turn is the longest chord across one
+            turned = np.linalg.norm(turn[: self.track.linear], axis=0)
+            worth |= turned * np.sqrt(there) * self.period > 4.0 * WORTH_CHORD * self.limits.chord_error
         return b[worth], there[worth]
 
     def rows(

@@ -80,4 +80,6 @@ def with_dwells(law: TimeLaw, dwells: Sequence[tuple[float, float]], length: flo
         done = k
     breaks += [law.breaks[done:-1] + shift, np.array([on_tick(float(law.breaks[-1]) + shift, law.period)])]
     pieces.append(law.coefficients[done:])
-    return replace(law, breaks=np.concatenate(breaks), coefficients=np.concatenate(pieces))
+    instants = np.concatenate(breaks)
+    lasts = np.diff(instants) > 0.0  # a piece of one rounding of its instant is none at a later one
+    return replace(law, breaks=instants[np.append(True, lasts)], coefficients=np.concatenate(pieces)[lasts])

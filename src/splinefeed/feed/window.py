@@ -13,7 +13,7 @@ from splinefeed.feed.audit import worst_shares
 from splinefeed.feed.bound import lower_bound
 from splinefeed.feed.grid import FASTER, SLOW, Samples, graded, lay, sample
 from splinefeed.feed.law import Pieces, pieces_of
-from splinefeed.feed.numbers import ALMOST, ROUNDS, SAME
+from splinefeed.feed.numbers import ALMOST, KEPT, ROUNDS, SAME
 from splinefeed.feed.rows import FREE, Rows
 from splinefeed.feed.setting import BESIDE, INSIDE, Setting
 from splinefeed.feed.solve import End, Problem, Solution, solve
@@ -25,6 +25,8 @@ from splinefeed.records import Array, BoolArray, IntArray
 RAMP = 0.01
 #: The first guess of q, as a share of what limits of velocity and acceleration allow or of another solution.
 GUESS = 0.6
+#: What the audit may not see of a peak between its places, as a factor on q: 3e-6 was found.
+UNSEEN = 1e-5
 #: Cells on either side of one that is held lower that change with it, if these are no more than this share of all.
 NEAR, MANY = 12, 0.6
 
@@ -239,7 +241,7 @@ def plan_window(
         # cells beside a jump end where its reach does, which is a matter of the feed there
         rough = solve(window.problem, window.guess(), FASTER - 1.0)
         window, _ = window.again(rough.c, mode)
-    goal = 1.0 if exact else 1.0 + mode.tolerance
+    goal = 1.0 - UNSEEN if exact else 1.0 + mode.tolerance
     c = window.guess()
     if setting.limits.deceleration_jerk != setting.limits.jerk:
         window, c = _turned(setting, window, c, mode)
@@ -266,14 +268,16 @@ def plan_window(
             continue
         before = pieces, shares
         found.append(Plan(pieces, bound, float(np.max(shares))))
-        if found[-1].over <= goal or (exact and not solution.kept and k == 0):
+        if found[-1].over <= (goal if k < ROUNDS else max(goal, 1.0 + KEPT)) or (
+            exact and not solution.kept and k == 0
+        ):
             break
         over = window.of_cells(shares) / goal
         lower = over > 1.0 - 0.5 * mode.tolerance
         often += lower  # a cell that stays over what it was tightened for is so between its places: tighten it more
         factor = np.where(lower, factor / (over * (1.0 + 0.5 * mode.tolerance)) ** often, factor)
-    best = min(found, key=lambda plan: (exact and plan.over > goal, plan.seconds))
-    return dataclasses.replace(best, bound=bound)
+    best = min(found, key=lambda plan: (exact and plan.over > 1.0 + KEPT, plan.seconds))
+    return dataclasses.replace(best, bound=bound, over=best.over * (1.0 if exact else 1.0 + UNSEEN))
 
 
 def _turned(setting: Setting, window: Window, c: Array, mode: Mode) -> tuple[Window, Array]:
