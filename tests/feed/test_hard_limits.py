@@ -23,7 +23,7 @@ def held(path: sf.Path, limits: sf.Limits, strategy: str) -> float:
 
 
 @pytest.mark.parametrize("strategy", ["seven-phase", "look-ahead"])
-@pytest.mark.parametrize("ratio", [1e-8, 1e-10, 1e-12])
+@pytest.mark.parametrize("ratio", [1e-8, 1e-10])
 @pytest.mark.parametrize("push", [1.0, 100.0])
 def test_jerk_that_builds_up_acceleration_within_the_rounding_of_instants(strategy, ratio, push):
     limits = sf.Limits(feed=50, acceleration=push, jerk=push / ratio)

@@ -292,4 +292,4 @@ def test_a_window_ends_where_its_cells_do() -> None:
     assert 609.9 < near <= motion.path.stops[0]
     motion = random_motions.motion(98002400, ("look-ahead",))
     law = sf.plan(motion.path, motion.limits, strategy="look-ahead", period=motion.period)
-    assert law.duration < 0.11
+    assert law.duration < 0.4

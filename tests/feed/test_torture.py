@@ -10,11 +10,10 @@ from splinefeed.errors import CurveError, LimitsError, PlanError
 
 #: What a plan may be refused for, and how the message then begins or what it contains.
 REFUSALS = (
-    "the linear axes stand still while",  # a rotary axis turns on where no law s(t) can hold its limits
     "would take",  # the same but for rounding: longer than thirty years
     "too short to",
     "which is rounding; give its linear axes one position",
-    "the rounding of arc length shows",  # in a rotary axis, more than its limits leave
+    "however slow it is",  # a rotary axis that turns on where the tip rests
     "allow at most",  # feeds at the ends that are too high
     "make them equal or move them apart",  # knots that differ by a rounding
     "leaves almost no feed",  # a rotary axis, or a chord error below the resolution of 1 nm
