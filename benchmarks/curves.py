@@ -145,7 +145,9 @@ def measure() -> Report:
             for strategy in ("time-optimal", "look-ahead"):
                 sf.plan(path, limits, strategy=strategy, period=PERIOD)
                 start = time.process_time()
-                laws[strategy] = law = sf.plan(path, limits, strategy=strategy, period=PERIOD, bound=strategy == "time-optimal")
+                laws[strategy] = law = sf.plan(
+                    path, limits, strategy=strategy, period=PERIOD, bound=strategy == "time-optimal"
+                )
                 taken[strategy] = time.process_time() - start
                 verdict = sf.check(sf.interpolate(path, law), path, limits, law=law)
                 if not verdict.ok:

@@ -155,7 +155,8 @@ class Bounds:
         for part in chunks(len(inside), BLOCK):
             row = inside[part]
             _, tangents, curves, still = self._sides(row)
-            one, other = (each / np.linalg.norm(each, axis=0) for each in tangents * unit)
+            sizes = np.linalg.norm(tangents * unit, axis=1, keepdims=True)  # 0 where a side never moves
+            one, other = tangents * unit / np.where(sizes > 0.0, sizes, 1.0)
             # 2 atan2 of difference and sum keeps small and straight-back angles alike to rounding
             angle = 2.0 * np.arctan2(np.linalg.norm(other - one, axis=0), np.linalg.norm(other + one, axis=0))
             curves = curves[:, : rows.linear or None]
