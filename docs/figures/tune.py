@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 from marked import rows, words, write
 
 import splinefeed as sf
-from splinefeed.machine.parts import Axis
+from splinefeed.machine.parts import ServoAxis
 from splinefeed.pipeline.tuning import PathTuning, tune_on_path
 from splinefeed.report.servo_figures import bode_figure, step_figure
 from splinefeed.simulation.curves import hunts, rest_swing
@@ -26,24 +27,26 @@ LAGS = (1e-3, 3e-3, 5e-3, 10e-3, 20e-3)
 def main() -> None:
     """Tune the paper's table by every rule and on the paper's path, fill docs/tune.md, and draw X before and after."""
     table = sf.Machine.load("xytheta")
-    x = table.axes["x"]
+    x = table.servo_axis("x")
     old, calm = sf.tune(x, "ziegler-nichols"), sf.tune(x, "tyreus-luyben")
     put("stable", stable(old))
     put("drives", drives(x))
     run = sf.run(sf.shapes.naca("0025", perimeter=33))
     plain = tune_on_path(table, run.points, run.path)
     forward = tune_on_path(table, run.points, run.path, feed_forward=True)
-    put("gains", gains(x, old, calm, plain))
+    put("gains", gains(x, sf.tune(x), old, calm, plain))
+    put("margins", by_margins(table))
     put("path", on_path(plain, forward))
     tuned = [replace(axis, rule="rule path, NACA 0025") for axis in plain.axes.values()]
     bode_figure(tuned[0], table.name).save(HERE / "tune-bode.svg")
     step_figure(tuned, table.name).save(HERE / "tune-step.svg")
 
 
-def gains(x: Axis, old: Tuning, calm: Tuning, path: PathTuning) -> str:
-    """Gains and margins of X: the paper's, those of two rules, and those of rule path."""
+def gains(x: ServoAxis, shaped: Tuning, old: Tuning, calm: Tuning, path: PathTuning) -> str:
+    """Gains and margins of X: the paper's, those of three rules, and those of rule path."""
     named = (
         ("the paper's", x),
+        ("margins", shaped.axis),
         ("Ziegler-Nichols", old.axis),
         ("Tyreus-Luyben", calm.axis),
         ("path: NACA 0025", path.axes["x"].axis),
@@ -52,7 +55,24 @@ def gains(x: Axis, old: Tuning, calm: Tuning, path: PathTuning) -> str:
     return rows(head, *((name, *gains_of(axis), *margins_of(margins(axis, PERIOD))) for name, axis in named))
 
 
-def gains_of(axis: Axis) -> tuple[str, ...]:
+def by_margins(table: sf.Machine) -> str:
+    """What rule margins makes of each axis: margins, following error and overshoot before and after."""
+    lines = [("axis", "gains", "phase margin", "gain margin", "following error", "step overshoot")]
+    for name in table.axes:
+        found = sf.tune(table.servo_axis(name)).numbers()
+        unit, factor = ("deg", 180.0 / math.pi) if found["rest_swing_unit"] == "rad" else ("µm", 1e3)
+        for when, ending in (("old", "_before"), ("new", "")):
+            margins = found[f"margins{ending}"]
+            lines.append(
+                (
+                    name, when, f"{margins['phase_margin']:.1f}°", f"{margins['gain_margin_db']:.1f} dB",
+                    f"{factor * found[f'following_error{ending}']:.3g} {unit}", f"{found[f'overshoot{ending}']:.0%}",
+                )
+            )  # fmt: skip
+    return rows(*lines, left=2)
+
+
+def gains_of(axis: ServoAxis) -> tuple[str, ...]:
     """The three gains as a table has them."""
     control = axis.controller
     return f"{control.kp:.2f}", f"{control.ki:.0f}", f"{control.kd:.4f}"
@@ -83,7 +103,7 @@ def stable(old: Tuning) -> str:
     )
 
 
-def drives(x: Axis) -> str:
+def drives(x: ServoAxis) -> str:
     """Whether the paper's gains are stable, by the lag of the drive, with and without a period of delay."""
     lines = [("lag of the drive", "no computing delay", "one period of delay")]
     for lag in LAGS:
@@ -92,7 +112,7 @@ def drives(x: Axis) -> str:
     return rows(*lines, left=3)
 
 
-def with_drive(x: Axis, lag: float, delay: int) -> Margins:
+def with_drive(x: ServoAxis, lag: float, delay: int) -> Margins:
     """The margins with that lag, s, and that delay, periods."""
     return margins(replace(x, drive=replace(x.drive, lag=lag), controller=replace(x.controller, delay=delay)), PERIOD)
 

@@ -26,12 +26,27 @@ def _text(name: str) -> str:
 
 
 def test_a_rule_says_gains_margins_and_verdict(splinefeed):
-    result = splinefeed("tune", "xytheta")
+    result = splinefeed("tune", "xytheta", "--rule", "ziegler-nichols")
     assert result.exit_code == 0, result.output
     assert "axis x: ultimate gain 82.07 V/mm, ultimate period 14.11 ms" in result.stdout
     assert "kp 22.38 ki 266.9 kd 0.1862" in result.stdout
     assert "x, old gains: stable: gain margin 4.1, phase margin 60.9 deg" in result.stdout
     assert "x, new gains: stable, but close to unstable: gain margin 5.46, phase margin 17.5 deg" in result.stdout
+    assert "axis x, y, theta: gains of rule ziegler-nichols do not keep gain margin at least 6.02 dB" in result.stdout
+
+
+def test_the_usual_rule_keeps_the_margins_that_are_asked_for(splinefeed):
+    words = ("tune", "xytheta", "--axis", "x", "--json")
+    page = json.loads(splinefeed(*words).stdout)
+    x = page["axes"]["x"]
+    assert page["rule"] == "margins" and not page["notes"] and "ultimate_gain" not in x
+    assert x["margins"]["phase_margin"] >= 45.0 and x["margins"]["gain_margin_db"] >= 6.0
+    assert x["following_error"] < 0.5 * x["following_error_before"]
+    calm = json.loads(splinefeed(*words, "--phase-margin", "65", "--gain-margin", "10").stdout)["axes"]["x"]
+    assert calm["margins"]["phase_margin"] >= 65.0 and calm["margins"]["gain_margin_db"] >= 10.0
+    assert calm["overshoot"] < x["overshoot"]
+    said = splinefeed("tune", "xytheta", "--axis", "theta").stdout
+    assert "theta, old gains: stable" in said and said.count("following error ") == 2 and " deg, step overshoot" in said
 
 
 def test_table_2_on_a_fast_drive_is_told_unstable_with_what_would_help(splinefeed, machine):
@@ -43,7 +58,7 @@ def test_table_2_on_a_fast_drive_is_told_unstable_with_what_would_help(splinefee
 
 
 def test_the_json_object_has_gains_and_margins(splinefeed):
-    result = splinefeed("tune", "xytheta", "--axis", "x", "--json")
+    result = splinefeed("tune", "xytheta", "--axis", "x", "--rule", "ziegler-nichols", "--json")
     page = json.loads(result.stdout)
     assert (page["ok"], page["machine"], page["rule"]) == (True, "xytheta", "ziegler-nichols")
     x = page["axes"]["x"]
@@ -86,13 +101,12 @@ def test_what_is_refused(refused, machine):
     assert refused("tune", "xytheta", "--axis", "w") == ("--axis: xytheta has no axis 'w'; its axes are x, y, theta")
     assert refused("tune", "xyteta").endswith("did you mean 'xytheta'?")
     assert refused("tune", "xytheta", "--rule", "zn").startswith("no tuning rule is called 'zn'; there are ")
-    assert (
-        refused("tune", "xytheta", "--feed", "40") == "--feed: has no effect with --rule ziegler-nichols; leave it out"
+    assert refused("tune", "xytheta", "--feed", "40") == "--feed: has no effect with --rule margins; leave it out"
+    assert refused("tune", "xytheta", "--rule", "tyreus-luyben", "--phase-margin", "50") == (
+        "--phase-margin: has no effect with --rule tyreus-luyben; leave it out"
     )
-    assert (
-        refused("tune", "xytheta", "--path", "circle")
-        == "--path: has no effect with --rule ziegler-nichols; leave it out"
-    )
+    assert refused("tune", "xytheta", "--gain-margin", "0").startswith("gain_margin is 1.0; it must lie between 1 and")
+    assert refused("tune", "xytheta", "--path", "circle") == "--path: has no effect with --rule margins; leave it out"
     assert refused("tune", "xytheta", "--rule", "path", "--kind", "pi") == (
         "--kind: has no effect with --rule path; leave it out"
     )
@@ -134,6 +148,6 @@ def test_gains_that_are_still_unstable_are_exit_1(splinefeed, folder, monkeypatc
     """A servo far too slow for the drive: Ziegler and Nichols' own gains do not hold it."""
     text = _text("xytheta").replace(SLOW, 'lag = "0.1ms"')
     (folder / "hasty.toml").write_text(text)
-    result = splinefeed("tune", "hasty.toml", "--axis", "x")
+    result = splinefeed("tune", "hasty.toml", "--axis", "x", "--rule", "ziegler-nichols")
     assert ("x, new gains: unstable: " in result.stdout) == (result.exit_code == 1)
     assert result.exit_code in (0, 1)

@@ -13,6 +13,7 @@ from splinefeed.geometry.path import Path
 from splinefeed.machine import Machine
 from splinefeed.pipeline.tuning import tune_on_path
 from splinefeed.records import Limits, Setpoints
+from splinefeed.simulation import follow, linear
 from splinefeed.simulation.curves import hunts, rest_swing
 from splinefeed.simulation.linear import Bound, margins, quick_slacks
 
@@ -37,8 +38,8 @@ def test_the_error_falls_and_the_bound_holds(circle: tuple[Path, Setpoints], nam
     assert told[-1] == (60, 60)
     assert found.before is not None
     assert (
-        found.contour.max < (0.5 if name == "xytheta" else 1.01) * found.before.max
-    )  # lintable's own gains are out of the bound
+        found.contour.max < (0.5 if name == "xytheta" else 1.5) * found.before.max
+    )  # lintable's own gains keep 39 deg alone, and less of it is followed with 45
     again = sf.follow(points, found.machine, path=path).contour_error
     assert np.max(np.abs(again)) == found.contour.max
     for axis in ("x", "y"):
@@ -46,7 +47,7 @@ def test_the_error_falls_and_the_bound_holds(circle: tuple[Path, Setpoints], nam
         assert seen.stable
         assert seen.gain_margin >= 2.0
         assert seen.gain_reduction <= 0.5
-        assert seen.phase_margin >= 40.0
+        assert seen.phase_margin >= 45.0
         assert seen.sensitivity <= 2.0
         assert not hunts(found.machine.axes[axis], rest_swing(found.machine.axes[axis], 1e-3))
         assert (found.axes[axis].axis.controller.velocity_feed_forward > 0.0) == (forward or name == "lintable")
@@ -60,6 +61,24 @@ def test_the_same_seed_gives_the_same_gains(circle: tuple[Path, Setpoints]) -> N
     one, two, other = (tune_on_path(machine, points, path, evaluations=25, seed=seed).machine for seed in (1, 1, 2))
     assert one == two
     assert one != other
+
+
+def test_the_last_bits_of_arithmetic_change_no_gain(
+    circle: tuple[Path, Setpoints], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Gains of 53.1, 55.5 and 56.8 by environment were found once: the model here is off by parts in 1e14."""
+    path, points = circle
+    machine = Machine.load("xytheta")
+    first = tune_on_path(machine, points, path, evaluations=60).machine
+    rng, hold, table = np.random.default_rng(1), linear.zero_order_hold, follow.step_table
+
+    def off(values):  # type: ignore[no-untyped-def]
+        return values * (1.0 + 1e-14 * rng.standard_normal(values.shape))
+
+    monkeypatch.setattr(linear, "zero_order_hold", lambda *given: tuple(map(off, hold(*given))))
+    monkeypatch.setattr(follow, "step_table", lambda *given: off(table(*given)))
+    for _ in range(3):
+        assert tune_on_path(machine, points, path, evaluations=60).machine == first
 
 
 def test_a_rotary_axis_is_tuned_for_itself(circle: tuple[Path, Setpoints]) -> None:
@@ -110,7 +129,7 @@ def test_tune_is_one_name_for_both(circle: tuple[Path, Setpoints]) -> None:
     machine = Machine.load("xytheta")
     found = sf.tune(machine, "path", setpoints=points, path=path, evaluations=5)
     assert found.contour.max > 0.0
-    assert sf.tune(machine.axes["x"]).rule == "ziegler-nichols"
+    assert sf.tune(machine.axes["x"]).rule == "margins"
     for call in (
         lambda: sf.tune(machine, "ziegler-nichols"),
         lambda: sf.tune(machine.axes["x"], "path"),

@@ -71,7 +71,7 @@ def test_gains_that_hunt_at_rest_are_known():
     """Ziegler and Nichols' integral against the friction of X swings by some counts for ever; the paper's rests."""
     table = Machine.load("xytheta")
     x = table.axes["x"]
-    hunting = tune(x).axis
+    hunting = tune(x, "ziegler-nichols").axis
     assert rest_swing(x, 1e-3) <= 2e-3
     assert not hunts(x, rest_swing(x, 1e-3))
     assert 4e-3 < rest_swing(hunting, 1e-3) < 10e-3

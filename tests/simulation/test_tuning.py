@@ -71,9 +71,9 @@ def test_tuned_axes_are_stable_and_follow(rule: str) -> None:
 
 
 def test_tuning_says_so_when_the_old_gains_are_unstable() -> None:
-    text = tune(velocity_axis(lag=1e-3)).describe()
+    text = tune(velocity_axis(lag=1e-3), "ziegler-nichols").describe()
     assert "old gains unstable: a closed-loop pole has modulus 1.16" in text
-    close = tune(velocity_axis(lag=7e-3, delay=1)).describe()
+    close = tune(velocity_axis(lag=7e-3, delay=1), "ziegler-nichols").describe()
     assert "old gains stable, but close to unstable: gain margin 1." in close
     assert margins(velocity_axis(), PERIOD).verdict == "stable: gain margin 4.09, phase margin 60.8 deg"
 
@@ -82,13 +82,16 @@ def test_tuning_says_so_when_the_old_gains_are_unstable() -> None:
 def test_what_cannot_be_tuned_is_refused() -> None:
     axis = velocity_axis()
     cases = [
-        (lambda: tune(axis, "zn"), "no tuning rule is called 'zn'; there are ziegler-nichols, tyreus-luyben, path"),
+        (
+            lambda: tune(axis, "zn"),
+            "no tuning rule is called 'zn'; there are margins, ziegler-nichols, tyreus-luyben, path",
+        ),
         (lambda: tune(axis, "tyreus-luyben", kind="p"), "rule 'tyreus-luyben' has no controller 'p'; it has pi, pid"),
         (lambda: margins(axis, 0.0), "period is 0.0 s; it must be greater than 0 and finite"),
         (
-            lambda: tune(force_axis()),
+            lambda: tune(force_axis(), "ziegler-nichols"),
             "axis x: no ultimate gain: proportional control alone is unstable, or stable, at any gain; "
-            "rules that start from it need a drive in velocity mode; rule 'path' does not",
+            "rules that start from it need a drive in velocity mode; rules 'margins' and 'path' do not",
         ),
     ]
     for call, message in cases:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -13,9 +14,13 @@ from splinefeed.cli.answers import answers, recorded
 from splinefeed.cli.output import Block, Page, Say, length, listed, notes, number
 from splinefeed.cli.source import task_of
 from splinefeed.errors import InputError
+from splinefeed.simulation.linear import Bound
+from splinefeed.simulation.shaping import REQUIRED
+from splinefeed.simulation.tuning import MARGINS
 
-#: Option of the rules that start from the ultimate point, and those of every rule; all others are for `path`.
-_BY_RULE = ("kind",)
+#: Options that not every rule has: those of single axes, and those whose loops keep margins that are required; and
+#: those of every rule. All others are for `path`.
+_BY_RULE, _REQUIRED = ("kind",), ("phase_margin", "gain_margin")
 _ALWAYS = ("axes", "rule", "period", "machine_file", "figures", "no_figures", "output")
 #: Margins of a stable loop: what they are multiplied by to be shown, and then their unit.
 _MARGINS = {"gain_margin_db": (1.0, "dB"), "phase_margin": (1.0, "deg"), "delay_margin": (1e3, "ms"),
@@ -42,8 +47,34 @@ def _show(page: Page) -> list[Block]:
             gains += [
                 f"{name}, {when} gains: {margins['verdict']}{'; hunts at rest: friction against ki; lower ki' * hunts}",
                 f"    {values}{_margins(margins)}",
+                f"    {_moves(each, ending)}",
             ]
     return [head, [*gains, *notes(page["notes"])]]
+
+
+def _bound(given: Mapping[str, Any]) -> Bound:
+    """The margins that are required."""
+    phase, decibels = given["phase_margin"], given["gain_margin"]
+    return Bound(
+        gain_margin=REQUIRED.gain_margin if decibels is None else 10.0 ** (decibels / 20.0),
+        phase_margin=REQUIRED.phase_margin if phase is None else phase,
+        sensitivity=REQUIRED.sensitivity,
+    )
+
+
+def _short_of(axes: Mapping[str, Any], rule: str, bound: Bound) -> list[str]:
+    """What a rule that asks for no margins does not keep of the usual ones."""
+    short = [name for name, each in axes.items() if float(min(bound.slacks(each.margins))) < 0.0]
+    words = f"axis {', '.join(short)}: gains of rule {rule} do not keep {bound.words}; rule {MARGINS} does"
+    return [words] if short else []
+
+
+def _moves(each: Mapping[str, Any], ending: str) -> str:
+    """What the full axis does with these gains: on the standard move, and after a step."""
+    error, over = each[f"following_error{ending}"], each[f"overshoot{ending}"]
+    rotary = each["rest_swing_unit"] == "rad"
+    shown = "runs away" if error is None else f"{math.degrees(error):.3g} deg" if rotary else length(error)
+    return f"following error {shown}, step overshoot {'-' if over is None else f'{over:.0%}'}"
 
 
 def _margins(margins: Mapping[str, Any]) -> str:
@@ -59,9 +90,12 @@ def _margins(margins: Mapping[str, Any]) -> str:
 @options.table("""
 machine         MACHINE
 --axis axes     NAMES            Only these axes.  [default: all]
---rule          NAME =ziegler-nichols  ziegler-nichols or tyreus-luyben, from the ultimate point; or path: small
-                                 contour error on a path.
---kind          NAME             Controller of a rule: p, pi or pid.  [default: pid]
+--rule          NAME =margins    margins: the loop that follows best of those that keep the margins; ziegler-nichols or
+                                 tyreus-luyben, from the ultimate point; or path: small contour error on a path.
+--phase-margin  DEGREES          Rules margins and path: least phase margin.  [default: 45]
+--gain-margin   NUMBER           Rules margins and path: least gain margin, dB.  [default: 6]
+--kind          NAME             Controller of a rule: p, pi, pid; of margins also p-pi.  [default: of margins as it is,
+                                 else pid]
 --path source   FILE|SHAPE       Rule path: the path.  [default: the paper's airfoil]
 --which         NAME|NUMBER      Which path of a file that holds several (from 1).
 --chord         LENGTH           Airfoil .dat: one unit of the file.
@@ -99,11 +133,12 @@ def tune(say: Say, machine: str, **given: Any) -> Page:
             raise InputError(f"--axis: {model.name} has no axis {name!r}; its axes are {', '.join(model.axes)}")
     rule = given["rule"]
     for name, value in given.items():
-        if value not in (None, False, ()) and (
-            name in _BY_RULE if rule == tuning.PATH_RULE else name not in (*_ALWAYS, *_BY_RULE)
-        ):
+        margined = name in _REQUIRED and rule in (MARGINS, tuning.PATH_RULE)
+        own = name in _BY_RULE if rule == tuning.PATH_RULE else name not in (*_ALWAYS, *_BY_RULE)
+        if value not in (None, False, ()) and own and not margined:
             spelled = "path" if name == "source" else name.replace("_", "-")
             raise InputError(f"--{spelled}: has no effect with --rule {rule}; leave it out")
+    bound = _bound(given)
     source: dict[str, str] = {}
     found: Any  # a PathTuning or a TunedMachine
     if rule == tuning.PATH_RULE:
@@ -116,6 +151,7 @@ def tune(say: Say, machine: str, **given: Any) -> Page:
             setpoints,
             what.path,
             axes=given["axes"],
+            bound=bound,
             evaluations=tuning.EVALUATIONS if given["runs"] is None else given["runs"],
             seed=given["seed"] or 0,
             feed_forward=given["feed_forward"],
@@ -123,7 +159,7 @@ def tune(say: Say, machine: str, **given: Any) -> Page:
         )
     else:
         period = PAPER_PERIOD if given["period"] is None else given["period"]
-        found = tuning.by_rule(model, names, rule, period=period, kind=given["kind"] or "pid", say=say)
+        found = tuning.by_rule(model, names, rule, period=period, kind=given["kind"], bound=bound, say=say)
     page = plain(
         {
             "ok": all(each.margins.stable for each in found.axes.values()),
@@ -132,7 +168,10 @@ def tune(say: Say, machine: str, **given: Any) -> Page:
             "rule": rule,
             **found.numbers(),
             **source,
-            "notes": [] if given["output"] is None else files.missing(drawing, page=False),
+            "notes": [
+                *_short_of(found.axes, rule, bound),
+                *([] if given["output"] is None else files.missing(drawing, page=False)),
+            ],
         }
     )
     written = [given["machine_file"]] if given["machine_file"] else []

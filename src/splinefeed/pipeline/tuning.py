@@ -21,6 +21,7 @@ from splinefeed.simulation.curves import HUNTING, rest_swing
 from splinefeed.simulation.follow import Follower
 from splinefeed.simulation.linear import Bound, quick_slacks
 from splinefeed.simulation.plant import force_per_volt, seen_resolution
+from splinefeed.simulation.shaping import GAIN_DIGITS, REQUIRED, rounded
 
 PATH_RULE = "path"
 #: Runs of the whole path that the optimiser may make, by default, and at most.
@@ -33,7 +34,11 @@ SPREAD = (1.0 / 20.0, 4.0)
 #: Feed-forward is searched between 0 and this many times what would make the drive follow by itself.
 FORWARD = 1.5
 #: First step of the improvement, in natural logarithms of the gains, and the one at which it ends.
-FIRST_STEP, LAST_STEP = 0.3, 1e-3
+FIRST_STEP, LAST_STEP = 0.3, 0.02
+#: Steps of the gains, in logarithms, and of the shares of feed-forward; digits of errors that are compared, and
+#: decimals of margins: coarse enough that the last bits of a computer's arithmetic decide nothing.
+GAIN_STEP, SHARE_STEP = 0.02, 0.01
+ERROR_DIGITS, SLACK_DECIMALS = 4, 4
 #: The improvement restarts from its best as long as that makes the error smaller by this share.
 WORTHWHILE = 0.02
 #: The quick test asks for this much more than the bound, so that the exact one holds too.
@@ -119,9 +124,9 @@ def tune(what: Machine, rule: str = ..., *, setpoints: Setpoints, path: Path, **
 def tune(what: ServoAxis | Machine, rule: str | None = None, **options: Any) -> tuning.Tuning | PathTuning:
     """Tune the gains of an axis by a rule, or of a machine's axes together on a path.
 
-    With an axis, a rule of `simulation.tuning.RULES` ("ziegler-nichols" by default) and the options of
-    `simulation.tuning.tune`: `period` in s, `kind`. With a Machine, rule "path" and the options of `tune_on_path`, of
-    which `setpoints` and `path` are needed.
+    With an axis, "margins" (the default) or a rule of `simulation.tuning.RULES`, and the options of
+    `simulation.tuning.tune`: `period` in s, `kind`, `bound`. With a Machine, rule "path" and the options of
+    `tune_on_path`, of which `setpoints` and `path` are needed.
 
     Returns a Tuning or a PathTuning: gains in V/mm (rotary axes V/rad), margins in dB and deg.
     Raises InputError for anything but an axis or a Machine, a rule that does not fit it, and what the two raise.
@@ -135,7 +140,7 @@ def tune(what: ServoAxis | Machine, rule: str | None = None, **options: Any) -> 
             f"tune takes an axis, machine.axes[...], and a rule, or a Machine with setpoints=, path= and rule 'path'; "
             f"got {type(what).__name__} with rule {rule!r} and {', '.join(options) or 'nothing else'}"
         )
-    return tuning.tune(what, rule or "ziegler-nichols", **options)
+    return tuning.tune(what, rule or tuning.MARGINS, **options)
 
 
 def tune_on_path(
@@ -154,7 +159,7 @@ def tune_on_path(
 
     setpoints     on `path`; their period is the servo's
     axes          those to tune; all of the setpoints by default
-    bound         gain margin 6 dB, phase margin 40 deg and |1 / (1 + L)| <= 2 by default
+    bound         gain margin 6 dB, phase margin 45 deg and |1 / (1 + L)| <= 2 by default
     evaluations   runs of the whole path at most; seed  of the random draws: the same seed gives the same gains
     feed_forward  whether the feed-forward of speed and acceleration is tuned too
     on_progress   called with the runs made and allowed
@@ -168,7 +173,7 @@ def tune_on_path(
     Raises InputError where nothing keeps it. Source: as named, and docs/tune.md.
     Example: `sf.simulation.tune_on_path(machine, setpoints, path, evaluations=2).machine`
     """
-    bound = bound or Bound()
+    bound = bound or REQUIRED
     if isinstance(evaluations, bool) or not isinstance(evaluations, int) or not 1 <= evaluations <= MOST_EVALUATIONS:
         raise InputError(f"evaluations is {evaluations!r}; it must be a whole number from 1 to {MOST_EVALUATIONS}")
     if path.axes != setpoints.axes:
@@ -221,14 +226,14 @@ def tune_on_path(
 
 
 def by_rule(
-    machine: Machine, names: Sequence[str], rule: str, *, period: float, kind: str = "pid",
-    say: Callable[[str], None] = lambda words: None,
+    machine: Machine, names: Sequence[str], rule: str, *, period: float, kind: str | None = None,
+    bound: Bound | None = None, say: Callable[[str], None] = lambda words: None,
 ) -> TunedMachine:  # fmt: skip
-    """Gains of single axes by a rule that starts from the ultimate point; see `simulation.tuning.tune`."""
+    """Gains of single axes by a rule; see `simulation.tuning.tune`."""
     tuned = {}
     for name in names:
         say(f"tuning axis {name}")
-        tuned[name] = tuning.tune(machine.servo_axis(name), rule, period=period, kind=kind)
+        tuned[name] = tuning.tune(machine.servo_axis(name), rule, period=period, kind=kind, bound=bound)
     made = replace(machine, axes={**machine.axes, **{name: each.axis for name, each in tuned.items()}})
     return TunedMachine(machine=made, period=period, axes=tuned)
 
@@ -254,17 +259,25 @@ class _Gains:
     def axis(self, x: Array) -> ServoAxis:
         """The axis with the gains of a place."""
         control, count = self.start.controller, len(self.keys)
-        factors = np.exp(np.clip(x[:count], -FARTHEST, FARTHEST)).tolist()
-        new: dict[str, Any] = {key: getattr(control, key) * f for key, f in zip(self.keys, factors, strict=True)}
+        steps = np.round(np.clip(x[:count], -FARTHEST, FARTHEST) / GAIN_STEP)
+        factors = np.exp(GAIN_STEP * steps).tolist()
+        new: dict[str, Any] = {
+            key: rounded(getattr(control, key) * f, GAIN_DIGITS) for key, f in zip(self.keys, factors, strict=True)
+        }
+        if not self.pid:  # of the reference's speed the speed loop gets the same share
+            share = control.velocity_feed_forward / control.velocity_kp
+            new["velocity_feed_forward"] = rounded(share * new["velocity_kp"], GAIN_DIGITS)
         if self.width > count:
-            shares = np.clip(x[count:], 0.0, FORWARD).tolist()
+            shares = (SHARE_STEP * np.round(np.clip(x[count:], 0.0, FORWARD) / SHARE_STEP)).tolist()
             whole = _whole_forward(self.start, replace(control, **new))
-            new |= {key: value * share for key, value, share in zip(FEED_FORWARD, whole, shares, strict=True)}
+            forward = zip(FEED_FORWARD, whole, shares, strict=True)
+            new |= {key: rounded(value * share, GAIN_DIGITS) for key, value, share in forward}
         return replace(self.start, controller=replace(control, source="tuned on a path", **new))
 
     def slacks(self, x: Array) -> Array:
         """How far the loop of a place is within the bound, (5,)."""
-        return self.slacks_of(self.axis(x))
+        out: Array = np.round(self.slacks_of(self.axis(x)), SLACK_DECIMALS)
+        return out
 
     def calmed(self, calm: bool) -> Array:
         """The start, its gains lowered until they keep the bound; the place of no change if they never do.
@@ -363,8 +376,8 @@ class _Search:
         if response.stopped is not None:
             return math.inf
         if self.names[0] in ROTARY_AXES:
-            return _largest(response, self.names[0])
-        return self.meter.measure(response.position, s_hint=self.hints).max
+            return rounded(_largest(response, self.names[0]), ERROR_DIGITS)
+        return rounded(self.meter.measure(response.position, s_hint=self.hints).max, ERROR_DIGITS)
 
 
 def _start(axis: ServoAxis, period: float) -> ServoAxis:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from splinefeed.machine.parts import ServoAxis
+from splinefeed.machine.parts import FEED_FORWARD, ServoAxis
 from splinefeed.records import Array
 from splinefeed.simulation.follow import AxisRun
 from splinefeed.simulation.linear import ComplexArray, discrete_plant, loop_responses, margins
@@ -27,6 +28,8 @@ REST_SETTLING, REST_WATCHED = 0.5, 0.5
 HUNTING = 3.0
 SWINGS = 8.0
 SHORTEST, LONGEST = 0.02, 1.0
+#: Shortest and longest standard move, and how long the axis is watched behind it, s.
+MOVE, MOVE_REST = (0.05, 0.5), 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +63,10 @@ def loop_curves(axis: ServoAxis, period: float) -> LoopCurves:
 def step_responses(old: ServoAxis, new: ServoAxis, period: float) -> tuple[StepResponse, StepResponse]:
     """The full axis, friction, counts and codes included, after the same small step with its old and new controller.
 
+    Without feed-forward, which is for motions and would only add a blow.
     Small enough that the linear loop stays within half the output: of 1, 2 or 5 times a power of ten, mm or deg.
     """
+    old, new = (_without_forward(axis) for axis in (old, new))
     loops = (margins(old, period), margins(new, period))
     bandwidth = min((each.bandwidth for each in loops if each.stable), default=1.0 / SHORTEST)
     ticks = BEFORE + math.ceil(min(max(SWINGS / bandwidth, SHORTEST), LONGEST) / period)
@@ -76,6 +81,11 @@ def step_responses(old: ServoAxis, new: ServoAxis, period: float) -> tuple[StepR
         t = np.arange(-BEFORE, len(position) - BEFORE, dtype=np.float64) * period
         found.append(StepResponse(t, position, size, stopped))
     return found[0], found[1]
+
+
+def _without_forward(axis: ServoAxis) -> ServoAxis:
+    none: dict[str, Any] = dict.fromkeys(FEED_FORWARD, 0.0)
+    return replace(axis, controller=replace(axis.controller, **none))
 
 
 def rest_swing(axis: ServoAxis, period: float) -> float:
@@ -108,6 +118,36 @@ def _stepped(
     run = AxisRun(axis, period, linear=linear, error_limit=math.inf if linear else None)
     position, _, output, _ = run.follow(np.where(np.arange(ticks) < BEFORE, 0.0, size))
     return position, output, run.ran_away is not None
+
+
+def standard_move(axis: ServoAxis, period: float) -> Array:
+    """Places, mm or rad, of a move from rest to rest that an axis is judged by, and of the rest behind it.
+
+    x = D (t / T - sin(2 pi t / T) / (2 pi)), whose velocity is at most 2 D / T and acceleration 2 pi D / T^2: half of
+    the axis's limits, or of what its motor can do, within MOVE seconds.
+    """
+    top = axis.motor.rated_speed * axis.travel_per_motor
+    force = axis.motor.peak_force * axis.force_per_motor_force / (axis.motor_inertia + axis.load_inertia)
+    velocity = 0.5 * (top if axis.limits.velocity is None else axis.limits.velocity)
+    acceleration = 0.5 * (0.5 * force if axis.limits.acceleration is None else axis.limits.acceleration)
+    duration = min(max(math.pi * velocity / acceleration, MOVE[0]), MOVE[1])
+    distance = min(0.5 * velocity * duration, acceleration * duration**2 / (2.0 * math.pi))
+    share = np.minimum(np.arange(math.ceil((duration + MOVE_REST) / period)) * period / duration, 1.0)
+    out: Array = distance * (share - np.sin(2.0 * np.pi * share) / (2.0 * np.pi))
+    return out
+
+
+def following_error(axis: ServoAxis, period: float) -> float:
+    """The largest following error, mm or rad, of the full axis on the standard move; infinite if it runs away."""
+    command = standard_move(axis, period)
+    run = AxisRun(axis, period)
+    position = run.follow(command)[0]
+    return math.inf if run.ran_away is not None else float(np.max(np.abs(command - position)))
+
+
+def overshoot(step: StepResponse) -> float:
+    """How far a step response goes beyond the step, as a share of it; infinite if it ran away."""
+    return math.inf if step.stopped else max(float(np.max(step.position)) / step.size - 1.0, 0.0)
 
 
 def rounded_down(value: float) -> float:

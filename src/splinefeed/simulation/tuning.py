@@ -9,8 +9,12 @@ from typing import Any
 
 from splinefeed.errors import InputError
 from splinefeed.machine.parts import Controller, ServoAxis
-from splinefeed.simulation.curves import hunts, rest_swing
-from splinefeed.simulation.linear import Margins, margins
+from splinefeed.simulation.curves import following_error, hunts, overshoot, rest_swing, step_responses
+from splinefeed.simulation.linear import Bound, Margins, margins
+from splinefeed.simulation.shaping import REQUIRED, shaped
+
+#: The rule that shapes a loop by its margins.
+MARGINS = "margins"
 
 #: K_p / K_u, T_i / P_u and T_d / P_u of each rule and sort of controller.
 #: Ziegler and Nichols, Trans. ASME 64 (1942) 759-768; Tyreus and Luyben, Ind. Eng. Chem. Res. 31 (1992) 2625-2628,
@@ -32,7 +36,7 @@ RULES: dict[str, dict[str, tuple[float, float, float]]] = {
 class UltimatePoint:
     """Where proportional control alone oscillates steadily: gain V/mm or V/rad, and period s.
 
-    Source: docs/tune.md. Example: `sf.tune(machine.axes["x"]).ultimate.gain`
+    Source: docs/tune.md. Example: `sf.tune(machine.axes["x"], "ziegler-nichols").ultimate.gain`
     """
 
     gain: float
@@ -67,8 +71,12 @@ class TunedAxis:
             out[f"gains{ending}"] = axis.controller.gains
             out[f"kind{ending}"] = axis.controller.kind
             out[f"margins{ending}"] = loop.as_dict()
+            out[f"following_error{ending}"] = following_error(axis, self.period)
             out[f"rest_swing{ending}"] = swing
             out[f"hunts{ending}"] = hunts(axis, swing)
+        steps = step_responses(self.old, self.axis, self.period)
+        out["step"] = steps[1].size
+        out["overshoot_before"], out["overshoot"] = (overshoot(each) for each in steps)
         return out
 
 
@@ -77,11 +85,11 @@ class Tuning(TunedAxis):
     """Gains that a rule gives, and their source.
 
     old, axis  the axis as it was and with the new controller; before, margins: those of the two controllers
-    ultimate  gain and period that the rule starts from
+    ultimate  gain and period that the rule starts from, None for rule "margins"
     period in s; gains in V/mm or V/rad. Source: docs/tune.md. Example: `sf.tune(machine.axes["x"]).controller.gains`
     """
 
-    ultimate: UltimatePoint
+    ultimate: UltimatePoint | None = None
 
     @property
     def controller(self) -> Controller:
@@ -91,18 +99,29 @@ class Tuning(TunedAxis):
     def numbers(self) -> dict[str, Any]:
         """Those of a tuned axis, and the ultimate point."""
         point = self.ultimate
-        return {**super().numbers(), "ultimate_gain": point.gain, "ultimate_period_s": point.period}
+        found = {} if point is None else {"ultimate_gain": point.gain, "ultimate_period_s": point.period}
+        return {**super().numbers(), **found}
 
     def describe(self) -> str:
         """Gains, margins and bandwidth in words, with those of the old gains beside them."""
         unit = "V/rad" if self.axis.rotary else "V/mm"
         slope = "V*s/rad" if self.axis.rotary else "V*s/mm"
-        new = self.controller
+        new, point = self.controller, self.ultimate
+        if new.kind == "pid":
+            gains = f"kp {new.kp:.6g} {unit}, ki {new.ki:.6g} {unit}/s, kd {new.kd:.6g} {slope}"
+        else:
+            gains = f"position_gain {new.position_gain:.6g} 1/s, velocity_kp {new.velocity_kp:.6g} {slope}"
+            gains += f", velocity_ki {new.velocity_ki:.6g} {unit}"
+        start = (
+            []
+            if point is None
+            else [f"  ultimate gain {point.gain:.6g} {unit}, ultimate period {point.period * 1e3:.4g} ms"]
+        )
         return "\n".join(
             [
                 f"axis {self.axis.name}, {self.rule}, servo period {self.period * 1e3:g} ms",
-                f"  ultimate gain {self.ultimate.gain:.6g} {unit}, ultimate period {self.ultimate.period * 1e3:.4g} ms",
-                f"  kp {new.kp:.6g} {unit}, ki {new.ki:.6g} {unit}/s, kd {new.kd:.6g} {slope}",
+                *start,
+                f"  {gains}",
                 f"  new gains {self.margins.sentence}",
                 f"  old gains {self.before.sentence}",
             ]
@@ -122,28 +141,36 @@ def ultimate_point(axis: ServoAxis, period: float) -> UltimatePoint:
     if not (found.stable and math.isfinite(found.gain_margin) and found.gain_reduction == 0.0):
         raise InputError(
             f"axis {axis.name}: no ultimate gain: proportional control alone is unstable, or stable, at any gain; "
-            f"rules that start from it need a drive in velocity mode; rule 'path' does not"
+            f"rules that start from it need a drive in velocity mode; rules 'margins' and 'path' do not"
         )
     return UltimatePoint(kp * found.gain_margin, 1.0 / found.gain_frequency)
 
 
 def tune(
     axis: ServoAxis,
-    rule: str = "ziegler-nichols",
+    rule: str = MARGINS,
     *,
     period: float = 1e-3,
-    kind: str = "pid",
+    kind: str | None = None,
+    bound: Bound | None = None,
 ) -> Tuning:
-    """Gains of an axis by a rule, from the ultimate point of its linear model.
+    """Gains of an axis by a rule: by margins, or from the ultimate point of its linear model.
 
-    rule        one of RULES; kind "p", "pi" or "pid"; period  servo period, s
-    K_p = c K_u,  K_i = K_p / T_i,  K_d = K_p T_d with c, T_i and T_d of the rule. Filter and feed-forward stay, but
-    for that of speed where a P-PI cascade becomes a PID: there it went through the speed loop.
+    rule        "margins" (`simulation.shaping`), whose loops keep the `bound`, 45 deg and 6 dB by default, or one of
+                RULES, which keep what they keep
+    kind        "p", "pi" or "pid", for "margins" also "p-pi"; default: "pid", for "margins" what the axis has
+    period      servo period, s
+    Of RULES K_p = c K_u,  K_i = K_p / T_i,  K_d = K_p T_d with c, T_i and T_d of the rule. Filter and feed-forward
+    stay, but for that of speed where a P-PI cascade becomes a PID: there it went through the speed loop.
 
     Raises InputError for unknown names, and for an axis without an ultimate gain.
     """
+    if rule == MARGINS:
+        tuned = shaped(axis, period, kind or axis.controller.kind, bound or REQUIRED)
+        return Tuning(rule=rule, old=axis, axis=tuned, period=period)
     if rule not in RULES:
-        raise InputError(f"no tuning rule is called {rule!r}; there are {', '.join(RULES)}, path")
+        raise InputError(f"no tuning rule is called {rule!r}; there are {', '.join((MARGINS, *RULES))}, path")
+    kind = kind or "pid"
     if kind not in RULES[rule]:
         raise InputError(f"rule {rule!r} has no controller {kind!r}; it has {', '.join(RULES[rule])}")
     point = ultimate_point(axis, period)
