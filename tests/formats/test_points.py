@@ -87,7 +87,7 @@ def test_two_columns_are_points_unless_they_look_like_a_section(tmp_path):
 
 
 REFUSED = {
-    "east,north\n1,2\n3,4\n": "line 1: 'east,north' does not name 2 columns, one of them x or y",
+    "east,north\n1,2\n3,4\n": "line 1: 'east,north' does not name 2 columns, one of them x, y or a joint",
     "1.234,5;2\n3;4\n": "line 1: expected numbers, got '1.234,5;2'",
     "3\n1 2\n3 4\n": "says 3 points, but 2 follow; is the file complete?",
     "1_0,2\n3,4\n": "line 1: expected numbers, got '1_0,2'",

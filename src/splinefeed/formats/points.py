@@ -23,7 +23,7 @@ from splinefeed.formats.metadata import naming
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.formats.sizes import MAX_COORDINATE
 from splinefeed.formats.source import check_size, count_lines, head_text
-from splinefeed.formats.table_text import AXES, OURS
+from splinefeed.formats.table_text import AXES, JOINTS, OURS
 from splinefeed.geometry.fitting import MAX_POINTS
 from splinefeed.geometry.path import Path
 from splinefeed.records import ROTARY_AXES, Array, IntArray
@@ -179,7 +179,7 @@ def _paths(file: pathlib.Path) -> Iterator[Path]:
 
 
 def _named(names: list[tuple[str, str]]) -> bool:
-    return bool({"x", "y"} & {name for name, _ in names})
+    return bool({"x", "y", *JOINTS} & {name for name, _ in names})
 
 
 def _blocks(text: Iterable[str], most: int) -> Iterator[Points]:
@@ -204,11 +204,18 @@ def _blocks(text: Iterable[str], most: int) -> Iterator[Points]:
     if width < 2:
         raise InputError("no points found; expected one point per line, at least x and y")
     names = _names(heads, width, number)
-    columns = table_text.columns(names or [(axis, "") for axis in AXES[: min(width, UNNAMED)]])
-    axes = tuple(axis for axis in AXES if axis in columns)
+    joints = tuple(name for name, _ in names if name in JOINTS)
+    columns = table_text.columns(names or [(axis, "") for axis in AXES[: min(width, UNNAMED)]], joints or AXES)
+    axes = joints or tuple(axis for axis in AXES if axis in columns)
+    if joints and (both := [name for name, _ in names if name in AXES]):
+        raise InputError(
+            f"names joints ({joints[0]}, ...) and places ({both[0]}); which is the path? Rename the others"
+        )
     places, factors = zip(*(columns[axis] for axis in axes), strict=True)
     left = width - len(axes)
     findings = [f"{left} of {width} columns are not named as axes and are left out"] if left else []
+    if unsaid := [name for name, unit in names if name in joints and not unit]:
+        findings.append(f"joints without a unit are in rad: {', '.join(unsaid)}; name it in the column, as q1 (deg)")
     count, commas = 0, False
     body = _numbered(chain([(number, line)], every))
     while part := list(islice(body, most)):
@@ -284,7 +291,7 @@ def _names(heads: list[tuple[int, str, bool]], width: int, number: int) -> list[
             remarked = remarked or found
         elif not remark and (_named(found) or (marked and fits)):
             raise InputError(
-                f"line {line}: {text[:40]!r} does not name {width} columns, one of them x or y, "
+                f"line {line}: {text[:40]!r} does not name {width} columns, one of them x, y or a joint (q1), "
                 f"as line {number} has; name them ({', '.join(AXES)}), or take the line out"
             )
     return remarked

@@ -12,6 +12,9 @@ from splinefeed.records import ROTARY_AXES
 #: Axes in the order in which a path has them, and what a column of times is called.
 AXES = ("x", "y", "z", "a", "b", "c", "theta")
 _TIMES = ("t", "time", "zeit")
+#: What columns of joints are called, with a number from 1 to 9.
+_JOINT = re.compile(r"(?P<name>q|j|joint)[\s_.-]?(?P<number>[1-9])(?![0-9])")
+JOINTS = tuple(f"{name}{number}" for name in ("q", "j", "joint") for number in range(1, 10))
 #: How a table of setpoints of ours begins.
 OURS = "# splinefeed setpoints"
 #: What begins a line that does not count.
@@ -63,7 +66,12 @@ def words(line: str) -> list[str]:
 
 def name(word: str) -> tuple[str, str]:
     """Name and unit of a column in small letters, "" if there is none; times are called t."""
-    found = _NAME.fullmatch(word.strip(" \"'").lower()) if len(word) <= MOST_NAMES else None
+    text = word.strip(" \"'").lower() if len(word) <= MOST_NAMES else ""
+    if joint := _JOINT.match(text):  # a joint is named by its number, and has a unit as any column has
+        unit = _NAME.fullmatch(f"q{text[joint.end() :]}")
+        called = f"{joint['name']}{joint['number']}"
+        return (called, unit["boxed"] or unit["bare"] or "") if unit else ("", "")
+    found = _NAME.fullmatch(text)
     if found is None:
         return "", ""
     return "t" if found["name"] in _TIMES else found["name"], found["boxed"] or found["bare"] or ""
@@ -81,8 +89,19 @@ def columns(found: Sequence[tuple[str, str]], wanted: Sequence[str] = AXES) -> d
         if name in columns:
             raise InputError(f"two columns are called {name}")
         kind, usual = ("time", "s") if name == "t" else ("angle", "deg") if name in ROTARY_AXES else ("length", "mm")
+        if name in JOINTS:  # of a joint that turns rad, unless the column says otherwise
+            kind, usual = ("length", "mm") if _is_length(unit) else ("angle", "rad")
         try:
             columns[name] = k, units.parse(f"1{unit or usual}", kind)
         except UnitError as error:
             raise InputError(f"column {name}: {error}") from None
     return columns
+
+
+def _is_length(unit: str) -> bool:
+    """Whether a unit is one of lengths, as that of a joint that slides is."""
+    try:
+        units.parse(f"1{unit or 'rad'}", "length")
+    except UnitError:
+        return False
+    return True

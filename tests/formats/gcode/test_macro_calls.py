@@ -5,6 +5,7 @@ After Fanuc B-64484EN, "Custom macro": argument specification I and II, local va
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -105,3 +106,18 @@ def test_what_cannot_be_called_is_refused(tmp_path: Path, lines: list[str], reas
 
 def test_another_control_has_no_macros(tmp_path: Path) -> None:
     assert "G65 is a macro call" in refusal(tmp_path, "G1 X1 F60", "G65 P1", dialect="linuxcnc")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["#1=0", "WHILE [#1 LT 100000] DO1", "G1 X[#1*0.001]", "#1=#1+1", "END1", "M30"],
+        ["#1=0", "N10 G1 X[#1*0.001]", "#1=#1+1", "IF [#1 LT 100000] GOTO 10", "M30"],
+    ],
+)
+def test_a_hundred_thousand_turns_take_seconds(tmp_path: Path, lines: list[str]) -> None:
+    begun = time.process_time()
+    path = path_of(tmp_path, *HEAD, *lines)
+    assert path.length == pytest.approx(99.999)
+    assert time.process_time() - begun < 40.0  # 8 s where this was written

@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 from splinefeed.formats.gcode.codes import GROUP_OF, M_GROUP_OF, g_name
@@ -70,6 +71,7 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _OPERATOR = re.compile("|".join(map(re.escape, _OPERATIONS)), re.IGNORECASE)
 _FUNCTION = re.compile("|".join(["ATAN", "EXISTS", *_FUNCTIONS]), re.IGNORECASE)
 _MACRO_FUNCTION = re.compile("|".join(["ATAN", *_FUNCTIONS, "RND", "SQR"]), re.IGNORECASE)
+_PLAIN_PARAMETER = re.compile(r"#([1-9][0-9]{0,4})(?![0-9.])")
 _NAME = re.compile(r"<([^<>\[\]#]*)>")
 
 #: Largest whole number that a code may have, and most words of a line.
@@ -199,7 +201,10 @@ class Scanner:
         if self._depth > MAX_DEPTH:
             raise LineError(f"more than {MAX_DEPTH} brackets within brackets")
         value, c = 0.0, self.peek()
-        if (match := _NUMBER.match(self.text, self.at)) is not None:
+        if c == "#" and (match := _PLAIN_PARAMETER.match(self.text, self.at)) is not None:
+            self.at = match.end()  # the usual case, without looking for its number as a value
+            value = self.parameters.get(int(match[1]))
+        elif (match := _NUMBER.match(self.text, self.at)) is not None:
             self.at = match.end()
             value = float(match[0])
             refuse(not within(value), f"{match[0][:20]}... is too large for a number")
@@ -312,7 +317,7 @@ def parse(text: str, parameters: Parameters, *, bare: bool = False, corners: boo
     brackets, #1=#2+5, as in Fanuc's macros. With `corners` ,R and ,C (and ,L for Siemens' CHF) are words.
     """
     block = Block()
-    scanner = Scanner(_BLANKS.sub("", without_comments(text)), parameters)
+    scanner = Scanner(_without_blanks(text), parameters)
     if scanner.peek() == "/":
         block.deletable = True
         scanner.at += 2 if scanner.text[1:2].isdigit() else 1  # /2: the number of a switch
@@ -376,6 +381,11 @@ def parse(text: str, parameters: Parameters, *, bare: bool = False, corners: boo
     _check_groups(block.g, GROUP_OF, g_name)
     _check_groups(block.m, M_GROUP_OF, "M{}".format)
     return block
+
+
+@lru_cache(maxsize=1024)  # lines of loops come again
+def _without_blanks(text: str) -> str:
+    return _BLANKS.sub("", without_comments(text))
 
 
 def without_comments(text: str) -> str:
