@@ -44,11 +44,34 @@ def ended(process: subprocess.Popen[str]) -> str:
     return "\n".join(line for line in said.splitlines() if not line.startswith("commands:"))
 
 
-def resumed(state: File, rows: File) -> np.ndarray:
+def resumed(state: File, rows: File, *words: str) -> np.ndarray:
     """The rows of a resume into a file."""
-    command = [*STREAM, "--to", "file", "-o", str(rows), "--state", str(state), "--resume"]
+    command = [*STREAM, "--to", "file", "-o", str(rows), "--state", str(state), "--resume", *words]
     subprocess.run(command, check=True, timeout=60, stderr=subprocess.PIPE)
     return np.loadtxt(rows)[:, 1:3]
+
+
+def killed(state: File, rows: int) -> np.ndarray:
+    """The rows that a stream sent until it was killed at some time behind a row."""
+    with started("--state", str(state)) as (process, there):
+        there.wait(rows)
+        process.kill()
+        process.wait(10)
+    return np.array(there.rows)
+
+
+def assert_resumes_without_a_step(state: File, sent: np.ndarray, rows: File) -> None:
+    """A stream that was cut off goes on from nowhere but the place that the user gives."""
+    command = [*STREAM, "--to", "file", "-o", str(rows), "--state", str(state), "--resume"]
+    refused = subprocess.run(command, check=False, timeout=60, stderr=subprocess.PIPE, text=True)
+    assert refused.returncode == 2 and not rows.exists()
+    assert "was not stopped but cut off, and nothing tells where the axes are" in refused.stderr
+    x, y = sent[-1].tolist()
+    more = resumed(state, rows, "--at", f"x={x!r},y={y!r}")
+    np.testing.assert_allclose(more[0], sent[-1], atol=1e-6)
+    assert_limits(more, feed=12)
+    np.testing.assert_allclose(more[-1], sent[0], atol=1e-9)  # a closed contour
+    assert len(sent) + len(more) >= 5500
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
@@ -72,16 +95,48 @@ def test_a_signal_stops_on_the_path_within_the_limits(number: int, tmp_path: Fil
 
 def test_kill_leaves_a_whole_file_of_the_last_confirmed_row_to_resume_from(tmp_path: File) -> None:
     state = tmp_path / "state.json"
-    with started("--state", str(state)) as (process, there):
-        there.wait(1500)
-        process.kill()
-        process.wait(10)
+    sent = killed(state, 1500)
     page = json.loads(state.read_text())
-    assert 100 < page["row"] <= len(there.rows)
+    assert 100 < page["row"] <= len(sent) and page["rests_at"] is None
     assert os.listdir(tmp_path) == ["state.json"]
-    more = resumed(state, tmp_path / "more.txt")
-    np.testing.assert_allclose(more[0], there.rows[page["row"] - 1], atol=1e-9)
-    assert_limits(more, feed=12)
+    assert_resumes_without_a_step(state, sent, tmp_path / "more.txt")
+
+
+@pytest.mark.slow
+def test_fifty_kills_at_random_times_never_step(tmp_path: File) -> None:
+    random = np.random.default_rng(40)
+    for k in range(50):
+        state = tmp_path / f"state{k}.json"
+        sent = killed(state, int(random.integers(600, 5000)))
+        assert_resumes_without_a_step(state, sent, tmp_path / f"more{k}.txt")
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["--at", "x=1"], "--at: is for --resume"),
+        (["--resume", "--state", "s.json", "--at", "x=1"], "--at: 'x=1' must give x, y, each once"),
+        (["--resume", "--state", "s.json", "--at", "x=1,y=2,z=3"], "must give x, y, each once"),
+        (["--resume", "--state", "s.json", "--at", "x=1,y=two"], "'two' cannot be read"),
+    ],
+)
+def test_a_place_is_one_of_every_axis(tmp_path: File, words: list[str], reason: str) -> None:
+    (tmp_path / "s.json").write_text("{}")
+    done = subprocess.run([*SHORT, "--to", "udp", *words], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and reason in done.stderr and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "page",
+    ["[" * 4000, "[]", "3", '{"tau_s": 1}', '{"tau_s": 1e999, "sent_tau_s": 0, "motion": [], "rests_at": null}',
+     '{"tau_s": true, "sent_tau_s": 0, "motion": [], "rests_at": null}', '{"tau_s": "' + "9" * 4000],
+)  # fmt: skip
+def test_what_is_no_state_is_one_line(tmp_path: File, page: str) -> None:
+    (tmp_path / "s.json").write_text(page)
+    command = [*SHORT, "--to", "udp", "--resume", "--state", "s.json"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "s.json: is not the state of a stream" in done.stderr
 
 
 def test_an_interrupt_while_kernels_compile_ends_at_once(tmp_path: File) -> None:

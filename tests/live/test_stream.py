@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import socket
 import threading
@@ -17,7 +18,7 @@ from live_rows import Datagrams, assert_limits
 from splinefeed.errors import InputError
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.motion import along, approach
-from splinefeed.live.operator import LONGEST_LINE, Control, Operator
+from splinefeed.live.operator import LONGEST_LINE, MOST_CLIENTS, Control, Operator
 from splinefeed.live.sinks import Rows, Taken, TextSink, UdpSink
 from splinefeed.live.stream import State, StreamError, play
 from splinefeed.records import Array, Setpoints
@@ -198,7 +199,7 @@ def test_a_flood_of_lines_and_clients_neither_stops_the_stream_nor_changes_the_o
         # on a busy machine the last of the flood may still be there
         for _ in range(400):
             found = ask(control, b'{"token": "%s", "status": true}' % control.token.encode())
-            if found and found[0].get("error") != "too many clients":
+            if found:
                 break
             time.sleep(0.05)
         assert found[0]["ok"], found
@@ -269,3 +270,33 @@ def test_lines_that_are_no_commands_change_nothing(line: bytes) -> None:
 def test_an_override_out_of_range_is_refused() -> None:
     with pytest.raises(InputError, match="from 0 to 200 %"):
         Operator().obey({"override": 250})
+
+
+def test_silent_and_slow_connections_do_not_lock_the_operator_out() -> None:
+    operator = Operator()
+    with Control(operator) as control, contextlib.ExitStack() as stack:
+        there = "127.0.0.1", control.port
+        silent = [stack.enter_context(socket.create_connection(there, 5.0)) for _ in range(100)]
+        token = control.token.encode()
+        held = [stack.enter_context(socket.create_connection(there, 5.0)) for _ in range(MOST_CLIENTS)]
+        for client in held:
+            client.sendall(b'{"token": "%s", "status": true}\n' % token)
+            assert json.loads(client.recv(1000))["ok"]
+        begin = time.monotonic()
+        assert ask(control, b'{"token": "%s", "override": 50}' % token)[0]["ok"]
+        assert time.monotonic() - begin < 5.0 and operator.rate == 0.5
+        # what says nothing, or letter by letter, is gone after the time that a token has
+        slow = stack.enter_context(socket.create_connection(there, 5.0))
+        with contextlib.suppress(OSError):
+            for _ in range(80):
+                slow.sendall(b" ")
+                time.sleep(0.1)
+        slow.settimeout(5.0)
+        with contextlib.suppress(ConnectionError):
+            assert slow.recv(10) == b""
+        for client in silent:
+            client.settimeout(5.0)
+            with contextlib.suppress(ConnectionError):
+                assert client.recv(10) == b""
+        held[0].sendall(b'{"token": "%s", "override": 70}\n' % token)
+        assert json.loads(held[0].recv(1000))["ok"] and operator.rate == 0.7

@@ -14,18 +14,22 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import splinefeed as sf
+from splinefeed import units
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Page, Say
 from splinefeed.cli.setpoints_file import read_setpoints
 from splinefeed.cli.source import task_of
 from splinefeed.errors import InputError, SplinefeedError
+from splinefeed.formats.source import in_brief
 from splinefeed.live.operator import MOST, Control, Operator
+from splinefeed.numbers import finite
 
 if TYPE_CHECKING:
     from splinefeed.live.motion import Motion
     from splinefeed.live.sinks import Sink
     from splinefeed.live.stream import State
+    from splinefeed.records import Array
 
 #: One sentence each.
 Notes = list[str]
@@ -67,6 +71,7 @@ source          SOURCE
 --record record_file  FILE.h5    --to linuxcnc: keep what HAL measured, a Response.
 --state state_file  FILE         Keep the last confirmed row in this file.
 --resume        -                Continue from the row in --state FILE, and where the axes are.
+--at            AXIS=PLACE,...   Where the axes are, for --resume where nothing tells it: x=12.5,y=3.
 --columns       NAMES            SOURCE is CSV: its columns, as t,x,y.
 """)
 @options.limits
@@ -94,9 +99,13 @@ def stream(say: Say, source: str, **given: Any) -> Page:
         _check(given)
         machine = sf.Machine.load(given["machine"]) if given["machine"] else None
         motion, limits, notes = (_through if _is_setpoints(source) else _along)(say, source, given, machine)
-        resume, saved = _resumed(file, motion) if given["resume"] else None, _saver(file, motion)
-        if resume is not None:
-            motion.begin_at(resume[0])
+        saved = _saver(file, motion)
+        known = _position(given["at"], motion) if given["at"] else None
+        resume: tuple[float, float] | None = None
+        if given["resume"]:
+            resume, stood = _resumed(file, motion)
+            if given["to"] != "linuxcnc" and known is None:
+                known, resume = _at_rest(file, stood), None
         else:
             saved(None)  # a file that cannot be written is an error before anything moves
         to_start = partial(approach, axes=motion.axes, limits=limits, period=motion.period)
@@ -114,7 +123,7 @@ def stream(say: Say, source: str, **given: Any) -> Page:
             control.status = {"tau_s": state.tau, **{name: getattr(state, name) for name in shown}}
 
         start = to_start if given["approach"] else None
-        how = {"here": given["here"], "resume": resume, "approach": start, "saved": saved, "seen": seen}
+        how = {"here": given["here"], "resume": resume, "known": known, "approach": start, "saved": saved, "seen": seen}
         state = play(motion, sink, operator, ahead, **how)
     files = [given["output"]] if given["to"] == "file" else []
     if given["record_file"]:
@@ -145,6 +154,8 @@ def _check(given: dict[str, Any]) -> None:
         "--resume: needs --state FILE, which the last stream has written": given["resume"] and not given["state_file"],
         "--record: needs --to linuxcnc; nothing else measures": given["record_file"] and given["to"] != "linuxcnc",
         "--here, --approach: give one of them; the path moves, or the axes do": given["here"] and given["approach"],
+        "--at: HAL tells where the axes are; leave it out": given["at"] and given["to"] == "linuxcnc",
+        "--at: is for --resume; a stream begins where its path does": given["at"] and not given["resume"],
         "--most: must be above 0 and at most 200 %": not 0.0 < given["most"] <= 200.0,
     }
     for words in (words for words, found in wrong.items() if found):
@@ -217,7 +228,10 @@ def _saver(file: str | None, motion: Motion) -> Callable[[State | None], None]:
         row, tau, sent, done = (
             (state.confirmed, state.confirmed_tau, state.tau, state.done) if state else (0, 0, 0, False)
         )
-        page = {"row": row, "tau_s": tau, "sent_tau_s": sent, "done": done, "motion": _motion(motion)}
+        page = {
+            "row": row, "tau_s": tau, "sent_tau_s": sent, "done": done, "motion": _motion(motion),
+            "rests_at": list(state.position) if state and state.rests else None,
+        }  # fmt: skip
         try:
             if file:
                 write_text(file, json.dumps(page) + "\n")
@@ -236,19 +250,52 @@ def _motion(motion: Motion) -> list[Any]:
     return [list(motion.axes), motion.duration, motion.origin.tolist()]
 
 
-def _resumed(file: str, motion: Motion) -> tuple[float, float]:
-    """Plan times of the last row confirmed and sent; InputError for a state of another motion, or of one at its end."""
+def _resumed(file: str, motion: Motion) -> tuple[tuple[float, float], Array | None]:
+    """Let the motion begin where a stream ended: plan times of the last row confirmed and sent, and where it rested.
+
+    Raises InputError for what is no state, one of another motion, or one at its end.
+    """
+    import numpy as np
+
     try:
         with open(file, encoding="utf-8") as stream:
             page = json.loads(stream.read(4096))
-        tau, sent, same = float(page["tau_s"]), float(page["sent_tau_s"]), page["motion"] == _motion(motion)
-    except (OSError, ValueError, LookupError, TypeError) as error:
-        raise InputError(f"{file}: is not the state of a stream: {error}") from None
+        tau, sent = (finite(page[name], name) for name in ("tau_s", "sent_tau_s"))
+        same, stood = page["motion"] == _motion(motion), page["rests_at"]
+        stood = None if stood is None else np.array([finite(each, "rests_at") for each in stood])
+        if stood is not None and len(stood) != len(motion.axes):
+            raise InputError(f"rests_at has {len(stood)} numbers, the motion {len(motion.axes)} axes")
+    except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
+        raise InputError(f"{file}: is not the state of a stream: {in_brief(error)}") from None
     if not same:
         raise InputError(f"{file}: is the state of another motion; give the same source and limits")
     if page.get("done") or not 0.0 <= tau < motion.duration:
         raise InputError(f"{file}: that stream has reached its end; leave out --resume")
-    return tau, sent
+    motion.begin_at(tau)
+    return (tau, min(max(sent, 0.0), motion.duration)), stood
+
+
+def _at_rest(file: str, stood: Array | None) -> Array:
+    """Where the axes rested when the stream ended; InputError where it was cut off instead."""
+    from splinefeed.live.stream import BLIND
+
+    if stood is None:
+        raise InputError(f"{file}: {BLIND}")
+    return stood
+
+
+def _position(text: str, motion: Motion) -> Array:
+    """Where the axes are, `x=12.5,theta=90`, as (axes,), mm and rad; InputError for another axis or one that is not."""
+    import numpy as np
+
+    from splinefeed.formats.limits_toml import by_axis, turning
+    from splinefeed.records import ROTARY_AXES
+
+    said = {axis: turning(place, 0) if axis in ROTARY_AXES else units.parse(place, "length")
+            for axis, place in by_axis(text)}  # fmt: skip
+    if set(said) != set(motion.axes):
+        raise InputError(f"--at: {text[:60]!r} must give {', '.join(motion.axes)}, each once, such as x=12.5,y=3")
+    return np.array([said[axis] for axis in motion.axes])
 
 
 def _end(number: int) -> None:

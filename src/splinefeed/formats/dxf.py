@@ -33,13 +33,22 @@ _NOT_IN_NAMES = re.compile(r'[<>/\\":;?*|=`\x00-\x1f]')
 _MILLIMETRES = 4
 #: Decimals of the places of entities; binary files and exponents have all that a float has.
 _DECIMALS = re.compile(rb"^ *(?:10|11|20|21)\r?\n *[-+]?[0-9]*\.([0-9]+(?:[eE][-+0-9]+)?)", re.MULTILINE)
-#: Comments that may stand before the first section.
-_START = re.compile(rb"(?:\xef\xbb\xbf)?(?:\s*999\s*[\r\n][^\r\n]*[\r\n])*\s*0\s*[\r\n]\s*SECTION\s")
+#: The group code of comments, which may stand before the first section.
+_COMMENT = b"999"
 
 
 def holds(head: bytes) -> bool:
     """Whether `head` looks like this format: the mark of a binary file, or a section after comments at most."""
-    return head.startswith(BINARY_MARK) or _START.match(head) is not None
+    if head.startswith(BINARY_MARK):
+        return True
+    lines = iter(head.removeprefix(b"\xef\xbb\xbf").splitlines())
+    for line in lines:
+        code = line.strip()
+        if code == _COMMENT:
+            next(lines, None)
+        elif code:
+            return code == b"0" and next(filter(None, map(bytes.strip, lines)), b"") == b"SECTION"
+    return False
 
 
 def from_file(

@@ -54,6 +54,7 @@ class LinuxcncSink(Sink):
     """
 
     paced = True
+    feedback = True
 
     def __init__(self, ahead: int, *, record: bool = False, settle: float = 0.0, home: str | None = None) -> None:
         if not installed():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hmac
 import json
 import secrets
+import socket
 import socketserver
 import threading
 import time
@@ -16,8 +17,10 @@ from splinefeed.errors import InputError
 
 #: Highest rate.
 MOST = 2.0
-#: Longest line that is read, bytes; most clients at once; s without a line after which one is disconnected.
+#: Longest line that is read, bytes; most clients at once; s without a whole line after which one is disconnected.
 LONGEST_LINE, MOST_CLIENTS, IDLE = 1024, 4, 60.0
+#: s that a client has for its first line, with the token; most of those that have not said it: the oldest one goes.
+AUTHENTICATION, MOST_STRANGERS = 2.0, 32
 #: s between two lines of a client, and between two clients.
 PAUSE = 0.01
 
@@ -66,7 +69,7 @@ class Control(socketserver.ThreadingTCPServer):
     port   where; token  what every line must carry; status  what else answers carry
     """
 
-    daemon_threads, block_on_close, request_queue_size = True, False, MOST_CLIENTS
+    daemon_threads, block_on_close, request_queue_size = True, False, MOST_STRANGERS
 
     def __init__(self, operator: Operator) -> None:
         super().__init__(("127.0.0.1", 0), _Client)
@@ -74,6 +77,8 @@ class Control(socketserver.ThreadingTCPServer):
         self.token = secrets.token_hex(8)
         self.status: dict[str, Any] = {}
         self.room = threading.BoundedSemaphore(MOST_CLIENTS)
+        self.strangers: dict[socket.socket, None] = {}  # in the order in which they came
+        self._lock = threading.Lock()
         self._operator = operator
         threading.Thread(target=self.serve_forever, args=(0.1,), daemon=True).start()
 
@@ -82,13 +87,21 @@ class Control(socketserver.ThreadingTCPServer):
         super().__exit__(*error)
 
     def verify_request(self, request: Any, client_address: Any) -> bool:
-        """Whether there is room for one more client."""
-        if self.room.acquire(blocking=False):
-            return True
-        with suppress(OSError):
-            request.sendall(b'{"ok": false, "error": "too many clients"}\n')
+        """Let everyone in who may still say the token; the oldest of too many goes."""
+        with self._lock:
+            self.strangers[request] = None
+            old = next(iter(self.strangers)) if len(self.strangers) > MOST_STRANGERS else None
+        if old is not None:
+            self.forget(old)
+            with suppress(OSError):
+                old.shutdown(socket.SHUT_RDWR)
         time.sleep(PAUSE)
-        return False
+        return True
+
+    def forget(self, request: socket.socket) -> None:
+        """That client is no stranger any more, or is gone."""
+        with self._lock:
+            self.strangers.pop(request, None)
 
     def answer(self, line: bytes) -> dict[str, Any] | None:
         """The answer to a line; None for one without the token."""
@@ -110,18 +123,43 @@ class Control(socketserver.ThreadingTCPServer):
 
 class _Client(socketserver.StreamRequestHandler):
     server: Control
-    timeout = IDLE
+    request: socket.socket
 
     def handle(self) -> None:
-        """Answer lines; one that is too long or without the token is the last."""
-        answer: dict[str, Any] | None = {}
+        """Answer lines; one that is too long, late or without the token is the last."""
+        server, known = self.server, False
+        self._rest = b""
         try:
-            while answer is not None and (line := self.rfile.readline(LONGEST_LINE + 1)):
-                answer = self.server.answer(line) if len(line) <= LONGEST_LINE else None
-                said = answer or {"ok": False, "error": "the token is missing or wrong"}
-                self.wfile.write(json.dumps(said).encode() + b"\n")
+            while line := self._line(IDLE if known else AUTHENTICATION):
+                answer = server.answer(line) if len(line) <= LONGEST_LINE else None
+                if answer is None:
+                    self._say({"ok": False, "error": "the token is missing or wrong"})
+                    break
+                self._say(answer)
+                if not known and not server.room.acquire(blocking=False):
+                    break  # one of more than MOST_CLIENTS that know the token is obeyed once
+                known = True
+                server.forget(self.request)
                 time.sleep(PAUSE)
         except OSError:
             return
         finally:
-            self.server.room.release()
+            server.forget(self.request)
+            if known:
+                server.room.release()
+
+    def _line(self, seconds: float) -> bytes:
+        """The next line, which has to be whole in its time; what is longer than a line may be, and b"" at the end."""
+        end = time.monotonic() + seconds
+        while b"\n" not in self._rest and len(self._rest) <= LONGEST_LINE:
+            self.request.settimeout(max(end - time.monotonic(), 1e-3))
+            more = self.request.recv(LONGEST_LINE + 1)
+            if not more:
+                return b""
+            self._rest += more
+        line, mark, self._rest = self._rest.partition(b"\n")
+        return line + mark
+
+    def _say(self, said: Mapping[str, Any]) -> None:
+        self.request.settimeout(AUTHENTICATION)
+        self.request.sendall(json.dumps(said).encode() + b"\n")

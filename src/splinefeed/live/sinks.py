@@ -93,9 +93,11 @@ class Sink:
     """Takes the rows; what stands here is right for one that confirms rows by writing them.
 
     paced  whether rows are taken by a clock, so that only so many may be sent ahead
+    feedback  whether it tells where the axes are
     """
 
     paced = False
+    feedback = False
     _row = 0
 
     def open(self, axes: tuple[str, ...], period: float, start: Array) -> Array:

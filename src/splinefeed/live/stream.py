@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,6 +23,11 @@ START_TOLERANCE = 0.01
 STALLED = 5.0
 #: Seconds between two savings of where the consumer is.
 SAVE_EVERY = 0.5
+#: Why a stream does not go on.
+BLIND = (
+    "that stream was not stopped but cut off, and nothing tells where the axes are now; read their positions and give "
+    "them by --at (x=12.5,y=3), or move them to the start and leave out --resume"
+)
 #: Gives the motion from where the axes are to the first row, (axes,) each.
 Approach = Callable[[Array, Array], Motion]
 
@@ -37,6 +42,9 @@ class State:
 
     row, depth  rows sent, and sent but not confirmed; confirmed  the last row that the consumer took
     tau, rate  plan time reached, s, and rate of what is sent; confirmed_tau  plan time of the confirmed row
+    rests  whether the stream has ended at rest on the path and all rows were confirmed: only from such a state can a
+           sink without feedback go on
+    position  the last row sent, (axes,), mm and rad
     """
 
     row: int
@@ -47,6 +55,8 @@ class State:
     rate: float
     underruns: int
     done: bool
+    rests: bool = False
+    position: tuple[float, ...] = ()
 
 
 def play(
@@ -57,6 +67,7 @@ def play(
     *,
     here: bool = False,
     resume: tuple[float, float] | None = None,
+    known: Array | None = None,
     approach: Approach | None = None,
     saved: Callable[[State], None] = lambda state: None,
     seen: Callable[[State], None] = lambda state: None,
@@ -67,6 +78,7 @@ def play(
     here      whether to move the whole path so that it begins where the axes are; else they must be there
     resume    plan times, s, of the last row confirmed and of the last one sent by a stream that ended early: begin
               between them, where the axes are (rows may have been taken behind the last confirmation)
+    known     where the axes are (axes,), mm and rad, for a sink that cannot tell
     approach  moves the axes to the first row; without it they must be there
     saved     called from time to time, at the end, and after an error, with what the consumer has confirmed
     seen      called for each batch
@@ -77,7 +89,7 @@ def play(
     """
     stream = _Stream(motion, sink, operator, ahead, saved, seen)
     try:
-        stream.begin(here, resume, approach)
+        stream.begin(here, resume, known, approach)
         return stream.run()
     except BaseException:
         with suppress(Exception):
@@ -100,10 +112,16 @@ class _Stream:
         self.position: Array = motion.start[None]
         self.taken = Taken(0)
 
-    def begin(self, here: bool, resume: tuple[float, float] | None, approach: Approach | None) -> None:
+    def begin(
+        self, here: bool, resume: tuple[float, float] | None, known: Array | None, approach: Approach | None
+    ) -> None:
         """Find where the axes are, and begin there."""
         motion = self.motion
+        if resume is not None and known is None and not self.sink.feedback:
+            raise StreamError(BLIND)
         at = self.sink.open(motion.axes, motion.period, motion.start)
+        if known is not None and not self.sink.feedback:
+            at = known
         if here:
             self.offset = at - motion.start
         elif resume is not None:
@@ -133,7 +151,7 @@ class _Stream:
         # the very last row once more: a FIFO of LinuxCNC 2.9 may keep the last one to itself; so does a stop end, too
         self._write(self.position[-1:], last=True)
         self.taken = self.sink.close()
-        final = self.state()
+        final = replace(self.state(), rests=part is self.parts[-1])
         self.saved(final)
         return final
 
@@ -149,6 +167,7 @@ class _Stream:
             rate=motion.override.rate,
             underruns=taken.underruns,
             done=motion.done,
+            position=tuple(self.position[-1].tolist()),
         )
 
     def _write(self, position: Array, last: bool) -> None:
