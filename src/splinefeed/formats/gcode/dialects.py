@@ -86,11 +86,13 @@ DIALECTS = {
         replace(_PRINTER, name="marlin", title="Marlin"),
         replace(_PRINTER, name="klipper", title="Klipper", dwell_words=""),
         Dialect("siemens", "Siemens Sinumerik"),
+        Dialect("heidenhain", "Heidenhain"),
     )
 }
 
 #: What tells a dialect, the first that is found; G6.2 with a method is what LinuxCNC alone has.
 _SIGNS = {
+    "heidenhain": r"^[ \t]*(?:\d+[ \t]+)?BEGIN[ \t]+PGM\b",
     "siemens": r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;(?:\$PATH|\s*SINUMERIK)|^%_N_"
     r"|\bCYCLE\d+[ \t]*\(|\bG(?:500|505|64[12])\b|\bTRA(?:ORI|FOOF)\b|\b[ABC]3[ \t]*=",
     "linuxcnc": r"\bG0?6\.2\b[^\n]*Q\s*[123]\b|^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b"
@@ -176,6 +178,8 @@ def told(head: bytes) -> tuple[Dialect, str]:
 def contradiction(head: bytes) -> str:
     """What a program says that shows two kinds of dialects, with their lines; "" where it shows one or none."""
     _, code = _text_and_code(head)
+    if _DETECTED["heidenhain"].search(code):
+        return ""
     kinds = {name: _place(code, found) for name, sign in _OF_KIND.items() if (found := sign.search(code))}
     said = " and ".join(f"{name} ({place})" for name, place in kinds.items())
     return f"shows {said} at once; name the control (option dialect: {', '.join(kinds)})" if len(kinds) > 1 else ""
@@ -211,6 +215,8 @@ def holds(head: bytes) -> bool:
         lines = lines[:-1] or lines
     told = [line for line in lines if line and line[0] not in "%;(:" and line[:2] != "//"]
     codes = sum(1 for line in told if _CODE.match(line))
+    if _DETECTED["heidenhain"].search(text):
+        return True
     others = [_DETECTED[name] for name in ("siemens", "grbl", "klipper", "printer")]
     words = sum(1 for line in told if _WORDS.match(line) or any(sign.search(line) for sign in others))
     return codes > 0 and words >= 0.7 * len(told)

@@ -15,6 +15,7 @@ from splinefeed.formats.gcode.dialects import PRINTERS, Dialect, contradiction, 
 from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
 from splinefeed.formats.gcode.flow import PLAIN, Flow, Text, blocks_of
+from splinefeed.formats.gcode.heidenhain import Heidenhain
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.lathe import lathe_sign
 from splinefeed.formats.gcode.lines import Lines
@@ -28,7 +29,9 @@ from splinefeed.formats.source import check_file, check_size, head_text, read_by
 from splinefeed.records import Array
 
 #: Dialects whose lines are not those of RS274.
-_INTERPRETERS: dict[str, type[Interpreter]] = {"siemens": Siemens, **dict.fromkeys(PRINTERS, Printer)}
+_INTERPRETERS: dict[str, type[Interpreter]] = {
+    "siemens": Siemens, "heidenhain": Heidenhain, **dict.fromkeys(PRINTERS, Printer),
+}  # fmt: skip
 #: Largest program, bytes.
 MAX_BYTES = 2 * 2**30
 #: Bytes that are read at once: what is made of them stays in the processor's cache.

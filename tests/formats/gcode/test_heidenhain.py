@@ -1,0 +1,138 @@
+"""Heidenhain's conversational programs: lines, arcs, corners, against places and lengths that are computed by hand."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import splinefeed as sf
+from splinefeed.errors import SplinefeedError
+from splinefeed.formats.gcode.dialects import detect, holds
+
+BEGIN = ("BEGIN PGM PART MM", "BLK FORM 0.1 Z X+0 Y+0 Z-20", "BLK FORM 0.2 X+100 Y+100 Z+0", "TOOL CALL 5 Z S3500 F600")
+
+
+def read(tmp_path: Path, *blocks: str, numbered: bool = True) -> sf.Path:
+    file = tmp_path / "part.h"
+    lines = [*BEGIN, *blocks, "END PGM PART MM"]
+    file.write_text("\n".join(f"{k} {line}" if numbered else line for k, line in enumerate(lines)) + "\n")
+    return sf.read(file)
+
+
+def refusal(tmp_path: Path, *blocks: str) -> str:
+    with pytest.raises(SplinefeedError) as caught:
+        read(tmp_path, "L X+0 Y+0 Z+0 R0 F600", *blocks)
+    assert "\n" not in str(caught.value)
+    return str(caught.value).partition("part.h: ")[2]
+
+
+def lengths(path: sf.Path) -> list[float]:
+    return np.diff(path.curve_starts).tolist()
+
+
+def test_it_is_told_by_its_first_block() -> None:
+    for head in (b"0 BEGIN PGM 17 MM\n1 L X+1 F100\n", b"BEGIN PGM ABC MM \nL X+1\n", b"  0  BEGIN PGM a INCH\n"):
+        assert detect(head).name == "heidenhain"
+        assert holds(head)
+    assert not holds(b"to BEGIN PGM one says\nmore words\n")
+
+
+@pytest.mark.parametrize("numbered", [True, False])
+def test_lines_arcs_and_corners(tmp_path: Path, numbered: bool) -> None:
+    path = read(
+        tmp_path,
+        "L X+0 Y+0 Z-5 R0 FMAX M3",
+        "L X+50 F600",
+        "RND R5",
+        "L Y+40",
+        "CC X+40 Y+40",
+        "C X+40 Y+50 DR+",
+        "L X+20",
+        "CT X+10 Y+40",
+        "CR X+0 Y+30 R+10 DR+",
+        "L Y+20",
+        "CHF 2",
+        "L IX+10",
+        "L X+60 Y+0 FMAX",
+        "CC X+50 Y+0",
+        "CP IPA+720 IZ-4 DR+ F100",
+        "LP PR+20 PA+90",
+        numbered=numbered,
+    )
+    quarter = 0.5 * math.pi
+    expected = [
+        45.0, 5.0 * quarter, 35.0, 10.0 * quarter, 20.0, 10.0 * quarter, 10.0 * quarter, 8.0, math.sqrt(8.0), 8.0,
+        math.hypot(50.0, 20.0), math.hypot(40.0 * math.pi, 4.0), math.hypot(10.0, 20.0),
+    ]  # fmt: skip
+    assert np.allclose(lengths(path), expected, atol=1e-9)
+    assert np.allclose(path.ends[-1, 1], [50.0, 20.0, -9.0])
+    assert np.round(60.0 * path.feeds, 6).tolist() == [600.0] * 10 + [math.inf] + [100.0] * 2
+    assert [marker.text for marker in path.markers] == ["S3500 T5 M6", "M3"]
+
+
+def test_a_feed_stays_and_fmax_is_for_one_block(tmp_path: Path) -> None:
+    path = read(tmp_path, "L X+0 Y+0 R0 FMAX", "L X+10 F200", "L X+20 F MAX", "L X+30", "L X+40 R0 F AUTO")
+    assert np.round(60.0 * path.feeds, 6).tolist() == [200.0, math.inf, 200.0, 200.0]
+
+
+def test_polar_arcs_and_decimal_commas(tmp_path: Path) -> None:
+    path = read(
+        tmp_path, "L X+10,5 Y+0 R0 F100", "CC X+0,5 Y+0", "CP PA+90 DR+", "CC", "LP PR+5 PA+0", "CP IPA-180 DR-"
+    )
+    assert np.allclose(path.ends[-3:, 1], [[0.5, 10.0], [5.5, 10.0], [-4.5, 10.0]], atol=1e-9)
+    assert np.allclose(lengths(path)[-3:], [5.0 * math.pi, 5.0, 5.0 * math.pi])
+
+
+def test_a_full_circle_and_the_long_way(tmp_path: Path) -> None:
+    path = read(tmp_path, "L X+10 Y+0 R0 F100", "CC X+0 Y+0", "C X+10 Y+0 DR-", "CR X+0 Y+10 R-10 DR-")
+    assert np.allclose(lengths(path)[-2:], [20.0 * math.pi, 15.0 * math.pi])
+
+
+def test_shifts_and_waits(tmp_path: Path) -> None:
+    path = read(
+        tmp_path, "L X+0 Y+0 R0 F100", "CYCL DEF 7.0 DATUM SHIFT", "CYCL DEF 7.1 X+100", "CYCL DEF 7.2 Y-20",
+        "L X+0 Y+0", "CYCL DEF 9.0 DWELL TIME", "CYCL DEF 9.1 DWELL 1.5", "CYCL DEF 7.0 DATUM SHIFT",
+        "CYCL DEF 7.1 X+0",
+        "L X+1",
+    )  # fmt: skip
+    assert np.allclose(path.ends[:, 1], [[100.0, -20.0], [1.0, -20.0]])
+    assert [marker.dwell for marker in path.markers if marker.dwell] == [1.5]
+
+
+def test_what_says_nothing_of_the_motion_is_passed_over(tmp_path: Path) -> None:
+    path = read(
+        tmp_path, "; a comment", "* - structure", "TOOL DEF 1 L+0 R+5", "L Z-10 FMAX M91", "PLANE RESET STAY",
+        "CYCL DEF 247 INIT. REF.PKT ~", "   Q339=1 ;REF.PUNKTNUMMER ~", "   Q340=2 ;MORE", "LBL 1",
+        "L X+0 Y+0 R0 F100", "STOP", "L X+5", "M30", "L X+99",
+    )  # fmt: skip
+    assert path.length == 5.0
+    assert any("places of the machine (M91) are left out" in each for each in path.findings)
+
+
+@pytest.mark.parametrize(
+    ("block", "reason"),
+    [
+        ("L X+1 RL", "RL is compensation of the tool's radius; write the compensated path (R0)"),
+        ("C X+1 Y+1 DR+", "C needs its centre, CC, before it"),
+        ("CR X+1 Y+1 R+5", "CR needs DR+ or DR-"),
+        ("CC X+5 Y+5\n9 C X+0 Y+0", "C needs DR+ or DR-"),
+        ("CALL LBL 2 REP 3", "'CALL LBL 2 REP 3' calls, which is not read in a Heidenhain program"),
+        ("FN 0: Q1=+5", "'FN 0: Q1=+5' computes, which is not read"),
+        ("Q1 = Q2 + 7", "'Q1 = Q2 + 7' computes, which is not read"),
+        ("L X+Q1", "expected a word of a Heidenhain program, got 'X+Q1'"),
+        ("APPR LT X+10 Y+10 LEN15 R0", "expected a word of a Heidenhain program, got 'LT X+10"),
+        ("PLANE SPATIAL SPA+10 SPB+0 SPC+0", "turns the plane, which is not read"),
+        ("L X+5 M128", "M128 is not read in a Heidenhain program"),
+        ("CYCL DEF 200 DRILLING ~\n   Q200=2 ;SET-UP\n7 L X+5 M99", "M99 calls cycle 200, which is not read"),
+        ("CYCL CALL", "'CYCL CALL' is a cycle, which is not read"),
+        ("TOOL CALL 4 X S100", "TOOL CALL X: the tool must lie along Z"),
+        ("BEGIN PGM B INCH", "a program in inches, whose F is in units of its own, is not read"),
+        ("WHATEVER", "'WHATEVER' is not known, which is not read"),
+        ("CR X+1 Y+1 R+5 DR+ FMAX", "CR FMAX: an arc has a feed; write F"),
+    ],
+)  # fmt: skip
+def test_what_is_not_read_is_refused_by_its_name(tmp_path: Path, block: str, reason: str) -> None:
+    assert reason in refusal(tmp_path, block)
