@@ -244,7 +244,7 @@ def test_what_a_law_cannot_promise_is_refused():
     for highest in (0.0, 11.0):
         with pytest.raises(LimitsError, match="the highest override is"):
             Override(course, limits, highest=highest)
-    with pytest.raises(LimitsError, match="cannot be overridden; plan with exact stops"):
+    with pytest.raises(LimitsError, match="axis_velocity_step: cannot be overridden; plan without"):
         Override(course, Limits(feed=20.0, acceleration=900.0, axis_velocity_step=1.0))
     with pytest.raises(LimitsError, match="the law lasts"):
         Override(course, limits, tau=100.0)

@@ -9,12 +9,19 @@ import numpy as np
 
 from splinefeed.analysis import between
 from splinefeed.analysis.spans import EPSILON, Places, spans_of
+from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
-from splinefeed.records import AXIS_LIMITS, Array, IntArray, Limits, Setpoints, TimeLaw
+from splinefeed.records import Array, IntArray, Limits, Setpoints, TimeLaw
 
 #: A limit binds where at least this share of it is used.
 BINDS = 0.99
+#: Newton's steps to where a law is at a corner, from a line between two ticks.
+NEWTON = 4
+#: A length, mm, and a feed, mm/s, below anything that moves.
+TINY = 1e-300
+#: What limits bound at each tick: name of the limit, values (n,), and bound, (n,) or one; None without a limit.
+Measure = tuple[str, Array, Array | float | None]
 #: Ripple is measured where the feed is above this share of its top; near rest a step is smaller than the rounding of s.
 FEED_SHARE = 0.1
 
@@ -54,6 +61,7 @@ class LimitUse:
     counts (k+1,)  ticks at which nothing binds, and at which each limit does; of a long motion those left out too
     top    (n,)    maximum-velocity curve at the place of the tick, mm/s, infinite where nothing limits: the highest
                    feed that feed, centripetal, chord, velocity and acceleration limits leave there for any acceleration
+    A step of velocity at a corner counts at the tick next to it.
     Source: docs/check.md. Example: `run.use.time_bound_by()`
     """
 
@@ -118,7 +126,7 @@ def limit_use(
         if holes.any():
             values[holes] = differences(setpoints, order)[holes]
     slowing = limits.jerk if limits.deceleration_jerk is None else limits.deceleration_jerk
-    measures: list[tuple[str, Array, Array | float | None]] = [
+    measures: list[Measure] = [
         ("feed", v, feed),
         ("acceleration", np.maximum(a, 0.0), limits.acceleration),
         ("deceleration", np.minimum(a, 0.0), limits.deceleration),
@@ -127,18 +135,69 @@ def limit_use(
         ("chord_error", sagitta, limits.chord_error),
         ("orientation_error", turned, limits.orientation_error),
     ]
-    for name, values in zip(AXIS_LIMITS, exact, strict=True):
-        for k, limit in enumerate(limits.of_axes(name, path.axes)):
-            measures.append((f"{name}.{path.axes[k]}", values[:, k], float(limit)))
+    coordinates = limits.coordinates(path.axes)
+    for names, values, bounds in zip(coordinates.names, exact, coordinates.bounds.tolist(), strict=True):
+        measures += zip(names, coordinates.of(values).T, bounds, strict=True)
+    measures += _torques(setpoints, exact, path.axes, limits)
+    if isinstance(path, Path):
+        measures += _steps(setpoints, path, law, limits)
     given = [each for each in measures if each[2] is not None and np.any(np.isfinite(each[2]))]
     with np.errstate(invalid="ignore", over="ignore"):
         share = np.array([np.abs(values) / limit for _, values, limit in given]).reshape(len(given), len(t)).T
     share = np.ascontiguousarray(np.where(np.isfinite(share), share, 0.0))
-    names = tuple(name for name, _, _ in given)
+    called = tuple(name for name, _, _ in given)
     top = maximum_velocity(d, kappa, chord, path.axes, limits, feed, setpoints.period)
-    use = LimitUse(names, t, setpoints.s, share, top, np.zeros(0, dtype=np.int64))
-    use = replace(use, counts=np.bincount(use.binding + 1, minlength=len(names) + 1))
+    use = LimitUse(called, t, setpoints.s, share, top, np.zeros(0, dtype=np.int64))
+    use = replace(use, counts=np.bincount(use.binding + 1, minlength=len(called) + 1))
     return AxisMotion(t, *exact), use
+
+
+def _torques(setpoints: Setpoints, exact: list[Array], axes: tuple[str, ...], limits: Limits) -> list[Measure]:
+    """The torque of each joint that has a limit: its model at position, velocity and acceleration of the ticks."""
+    if limits.torque is None:
+        return []
+    columns, most = limits.torque.columns(axes), limits.torque.most
+    found = limits.torque.of(setpoints.position[:, columns], exact[0][:, columns], exact[1][:, columns])
+    return [(f"torque.{axis}", found[:, k], bound) for k, (axis, bound) in enumerate(most.items())]
+
+
+def _steps(setpoints: Setpoints, path: Path, law: TimeLaw, limits: Limits) -> list[Measure]:
+    """The step of each axis' velocity at corners passed in motion, at the tick next to each; 0 at all others.
+
+    feed |r' behind - r' before|. Where the tool rests at a corner there is none.
+    """
+    if limits.axis_velocity_step is None:
+        return []
+    values, s = np.zeros((len(setpoints), len(path.axes))), setpoints.s
+    at = path.corners.s
+    inside = np.flatnonzero(path.corners.stop & (at > max(float(s[0]), 0.0)) & (at < min(float(s[-1]), path.length)))
+    if len(inside):
+        at, curve, u = at[inside], path.corners.curve[inside], path.corners.u[inside]
+        domains = path.flat.domains
+        joint = (u >= domains[curve, 1]) & (curve + 1 < len(path.curves))
+        sides = (
+            (curve, u, "left"),
+            (curve + joint, np.where(joint, domains[np.minimum(curve + 1, len(domains) - 1), 0], u), "right"),
+        )
+        before, behind = (
+            by_arc_length(path.evaluate(on, place, 3, side=side), path.linear)[:, 1] for on, place, side in sides
+        )
+        t = _when(law, at, setpoints)
+        jump = law.feed(t)[:, None] * np.abs(behind - before)
+        tick = np.clip(np.rint((t - setpoints.t[0]) / setpoints.period).astype(np.int64), 0, len(values) - 1)
+        np.maximum.at(values, tick, np.where(np.isfinite(jump), jump, 0.0))
+    steps = limits.of_axes("axis_velocity_step", path.axes).tolist()
+    return [(f"axis_velocity_step.{axis}", values[:, k], steps[k]) for k, axis in enumerate(path.axes)]
+
+
+def _when(law: TimeLaw, s: Array, setpoints: Setpoints) -> Array:
+    """When the law is at arc lengths s (n,), mm, between the first setpoint and the last: Newton's steps, s."""
+    before = np.clip(np.searchsorted(setpoints.s, s, side="right") - 1, 0, len(setpoints) - 2)
+    low, high = setpoints.t[before], setpoints.t[before + 1]
+    t = low + (high - low) * (s - setpoints.s[before]) / np.maximum(setpoints.s[before + 1] - setpoints.s[before], TINY)
+    for _ in range(NEWTON):
+        t = np.clip(t - (law(t) - s) / np.maximum(law.feed(t), TINY), low, high)
+    return np.asarray(t)
 
 
 def feed_limit(setpoints: Setpoints, path: Path, limits: Limits) -> Array:
@@ -159,13 +218,15 @@ def maximum_velocity(
 
     From derivatives by arc length d (n, 4, axes), curvature kappa (n,), 1/mm, and that which chords see, chord (n,).
 
-    An axis has acceleration r' a + r'' q with q = v^2. Some a keeps all of them within A_i exactly where, for every
-    two axes i, k taken with r' > 0,  q (r''_k / r'_k - r''_i / r'_i) <= A_k / r'_k + A_i / r'_i
-    (Bobrow, Dubowsky & Gibson 1985, doi:10.1177/027836498500400301, by eliminating a).
+    An axis, or a combination of axes, has acceleration r' a + r'' q with q = v^2. Some a keeps all of them within A_i
+    exactly where, for every two i, k taken with r' > 0,  q (r''_k / r'_k - r''_i / r'_i) <= A_k / r'_k + A_i / r'_i
+    (Bobrow, Dubowsky & Gibson 1985, doi:10.1177/027836498500400301, by eliminating a). Torques are left out.
     """
-    velocity, acceleration = (limits.of_axes(name, axes) for name in AXIS_LIMITS[:2])
+    coordinates = limits.coordinates(axes)
+    velocity, acceleration, _ = coordinates.bounds
+    first, second = coordinates.of(d[:, 1]), coordinates.of(d[:, 2])
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        top = np.minimum(feed, np.nanmin(velocity / np.abs(d[:, 1]), axis=1, initial=np.inf))
+        top = np.minimum(feed, np.nanmin(velocity / np.abs(first), axis=1, initial=np.inf))
         square = top * top
         if limits.centripetal is not None:
             square = np.minimum(square, limits.centripetal / kappa)
@@ -173,8 +234,8 @@ def maximum_velocity(
             # the sagitta e of a chord v T on a circle: (v T / 2)^2 = e (2 / kappa - e)
             room = np.maximum(2.0 / chord - limits.chord_error, limits.chord_error)
             square = np.minimum(square, 4.0 * limits.chord_error * room / period**2)
-        sign = np.where(d[:, 1] < 0.0, -1.0, 1.0)
-        r1, r2 = (np.column_stack([sign * d[:, k], np.full(len(d), own)]).T for k, own in ((1, 1.0), (2, 0.0)))
+        sign = np.where(first < 0.0, -1.0, 1.0)
+        r1, r2 = (np.column_stack([sign * r, np.full(len(d), own)]).T for r, own in ((first, 1.0), (second, 0.0)))
         along = np.append(acceleration, max(limits.acceleration, limits.deceleration or 0.0))
         held = np.flatnonzero(np.isfinite(along))
         for i in held:

@@ -17,7 +17,7 @@ from splinefeed.errors import LimitsError
 from splinefeed.feed.course import AT_LIMITS, Course
 from splinefeed.feed.reserve import ACCELERATION_SHARE, JERK_SHARE, MOST_RATE
 from splinefeed.kernels import override as kernels
-from splinefeed.records import Array, Limits
+from splinefeed.records import TABLE, Array, Limits
 
 #: Ticks of a law looked ahead over, each twice as many as the one before: a change of the rate begins only where its
 #: end lies within the first; a rate that does not keep the limits everywhere is taken only where the way back from it
@@ -79,20 +79,16 @@ class Override:
         if not 0.0 < highest <= MOST_RATE:
             raise LimitsError(f"the highest override is {highest:g}; it must be above 0 and at most {MOST_RATE:g}")
         self.course, self.limits, self.period = course, limits, course.period
-        if limits.axis_velocity_step is not None:
-            raise LimitsError(
-                "corners passed at speed (axis_velocity_step) cannot be overridden; plan with exact stops"
-            )
-        if limits.combinations is not None or limits.torque is not None:
-            raise LimitsError("combinations, torque: an override cannot keep them; run the law as planned")
+        beyond = [each.name for each in TABLE if not each.held and getattr(limits, each.name) is not None]
+        if beyond:
+            raise LimitsError(f"{', '.join(beyond)}: cannot be overridden; plan without, or run the law as planned")
         axes = course.axes
         along = (
             limits.feed,
             min(limits.acceleration, float(limits.deceleration or math.inf)),
             min(limits.jerk, float(limits.deceleration_jerk or math.inf)),
         )
-        orders = ("axis_velocity", "axis_acceleration", "axis_jerk")
-        self._limit = np.array([[*limits.of_axes(name, axes), last] for name, last in zip(orders, along, strict=True)])
+        self._limit = np.column_stack([limits.coordinates(axes).bounds, along])
         self._cells = math.ceil(course.duration / self.period)
         self._windows = np.array(WINDOWS, dtype=np.int64)
         self._first, self._loaded = 0, 0

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from splinefeed.errors import LimitsError
-from splinefeed.records import Limits
+from splinefeed.records import TABLE, Limits
 
 #: Share of the acceleration and of the jerk that a plan may use, so that the rest can brake it along its own law.
 ACCELERATION_SHARE, JERK_SHARE = 0.8, 0.6
@@ -31,22 +31,12 @@ def with_reserve(
     for name, share in (("acceleration", acceleration), ("jerk", jerk)):
         if not 0.0 < share < 1.0:
             raise LimitsError(f"the share of {name} for the plan is {share:g}; it must lie between 0 and 1")
-    factors = {"velocity": 1.0 / top, "acceleration": acceleration / top**2, "jerk": jerk / top**3}
-    names = {
-        "feed": "velocity",
-        "acceleration": "acceleration",
-        "deceleration": "acceleration",
-        "jerk": "jerk",
-        "deceleration_jerk": "jerk",
-        "axis_velocity": "velocity",
-        "axis_acceleration": "acceleration",
-        "axis_jerk": "jerk",
+    shares = {"": 1.0, "acceleration": acceleration, "jerk": jerk}
+    changed = {
+        each.name: _times(getattr(limits, each.name), shares[each.share] / top**each.power)
+        for each in TABLE
+        if each.power and each.held
     }
-    changed: dict[str, Any] = {}
-    for name, kind in names.items():
-        changed[name] = _times(getattr(limits, name), factors[kind])
-    for name in ("chord_error", "orientation_error", "centripetal"):
-        changed[name] = _times(getattr(limits, name), top**-2.0)
     return replace(limits, **changed)
 
 

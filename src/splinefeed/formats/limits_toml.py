@@ -13,20 +13,17 @@ from splinefeed import units
 from splinefeed.errors import FormatError, LimitsError, ProblemsError, UnitError, nearest
 from splinefeed.formats.atomic import write_text
 from splinefeed.formats.source import read_text, toml_of
-from splinefeed.records import ANGLES, BY_AXIS, ROTARY_AXES, TRAVEL_ENDS, Limits, by_name
-from splinefeed.records import ORDERS as LIMIT_ORDERS
+from splinefeed.records import ANGLES, BY_AXIS, ROTARY_AXES, TABLE, TRAVEL_ENDS, Limits, by_name, order_of
 
 #: Kinds of quantities by the order of the derivative that they are, along a path or a linear axis, and of a rotary one.
 _LINEAR = ("length", "feed", "acceleration", "jerk")
 _ROTARY = ("angle", "angular velocity", "angular acceleration", "angular jerk")
 #: Kind of quantity of each limit that stands by its name in a file.
 KINDS = {
-    name: (_ROTARY if name in ANGLES else _LINEAR)[order]
-    for name, order in LIMIT_ORDERS.items()
-    if name not in TRAVEL_ENDS
+    each.name: (_ROTARY if each.angle else _LINEAR)[each.order]
+    for each in TABLE
+    if each.filed and each.name not in TRAVEL_ENDS
 }
-#: Order of the derivative of each limit of an axis; the travel of an axis is a position.
-ORDERS = {"travel": 0, **{name: LIMIT_ORDERS[name] for name in BY_AXIS}}
 #: Limits that may be 0.
 _MAY_BE_ZERO = ("start_feed", "end_feed")
 
@@ -65,7 +62,7 @@ def flat_of(content: Mapping[str, Any], source: str) -> dict[str, Any]:
     values: dict[str, Any] = {}
     lists: dict[str, list[Any]] = {}
     for key, given in content.items():
-        axes = given if isinstance(given, dict) and key in ORDERS else {"": given}
+        axes = given if isinstance(given, dict) and key in ("travel", *BY_AXIS) else {"": given}
         for axis, value in axes.items():
             try:
                 if not axis and axes is given:
@@ -144,7 +141,7 @@ def axis_value(name: str, axis: str, value: Any) -> float:
         )
         raise LimitsError(f"must be {what}, such as {units.KINDS[KINDS[name]].example.split(' or ')[0]}")
     turns = axis in ROTARY_AXES or name in ANGLES
-    number = turning(value, LIMIT_ORDERS[name]) if turns else units.parse(value, KINDS[name])
+    number = turning(value, order_of(name)) if turns else units.parse(value, KINDS[name])
     if not (number > 0.0 or (number == 0.0 and name in _MAY_BE_ZERO)):
         raise LimitsError(f"{value!r} must be greater than 0")
     return number

@@ -17,7 +17,7 @@ from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.follow import Servo, serve
 from splinefeed.pipeline.run import MOST_TICKS, check_ticks
-from splinefeed.records import ORDERS, Limits, Setpoints, TimeLaw, field_of, positive
+from splinefeed.records import Limits, Setpoints, TimeLaw, order_of, positive
 
 #: Scales that are tried first, from 1 down to LOWEST in equal ratios, and where the search for the boundary ends.
 GRID = 10
@@ -104,9 +104,8 @@ def scaled(limits: Limits, scale: float, vary: str = "all") -> Limits:
         raise InputError(f"vary is {vary!r}; choose one of {', '.join(VARY)}")
     flat = limits.as_dict()
     for key in flat:
-        name = field_of(key)
-        if vary == "all" or name in _FEEDS:
-            flat[key] *= scale ** ORDERS.get(name, 0)
+        if vary == "all" or key in _FEEDS:
+            flat[key] *= scale ** order_of(key)
     if vary == "feed" and "feed" not in flat:
         raise InputError("there is no feed along the path to vary; give a feed, or let all limits vary")
     return Limits.from_dict(flat)

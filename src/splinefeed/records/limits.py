@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -14,76 +13,21 @@ import numpy as np
 from splinefeed.errors import LimitsError
 from splinefeed.records import view
 from splinefeed.records.arrays import Array
-
-#: Names of rotary axes: rad inside, degrees at the edges. Every other axis is linear.
-ROTARY_AXES = ("a", "b", "c", "theta")
-
-
-def unit_along(axes: Iterable[str]) -> str:
-    """Unit of arc length along a path of these axes, for people: "mm", or "deg" where all of them are rotary."""
-    return "deg" if all(axis in ROTARY_AXES for axis in axes) else "mm"
-
-
-#: Limits of numbers by name, and which derivative by time each bounds; of order 0 are lengths, and angles.
-ORDERS = {
-    **{"feed": 1, "acceleration": 2, "jerk": 3, "deceleration": 2, "deceleration_jerk": 3},
-    **{"start_feed": 1, "end_feed": 1, "chord_error": 0, "orientation_error": 0, "centripetal": 2},
-    **{"axis_velocity": 1, "axis_acceleration": 2, "axis_jerk": 3, "axis_velocity_step": 1},
-    **{"axis_minimum": 0, "axis_maximum": 0},
-}
-#: Fields of Limits that bound the derivatives of each axis by time, of order 1, 2 and 3.
-AXIS_LIMITS = ("axis_velocity", "axis_acceleration", "axis_jerk")
-#: Fields of Limits that may differ from axis to axis: those, and the step of velocity at a corner.
-BY_AXIS = (*AXIS_LIMITS, "axis_velocity_step")
-#: Fields of Limits that say how far each axis may travel.
-TRAVEL_ENDS = ("axis_minimum", "axis_maximum")
-#: Limits of an angle that are those of no axis: rad inside, degrees at the edges.
-ANGLES = ("orientation_error",)
-#: What follows the unit of length or angle, by order.
-_PER = ("", "/s", "/s^2", "/s^3")
-
-
-#: A limit in the path's order as `Limits.as_dict` writes it.
-_IN_ORDER = re.compile(r"(\w+)\[\d+\]")
-
-
-def field_of(name: str) -> str:
-    """The field of Limits that a name of `Limits.as_dict` belongs to: axis_jerk for axis_jerk.x and axis_jerk[0]."""
-    return re.split(r"[.[]", name, maxsplit=1)[0]
-
-
-def unit_of(name: str, along: str = "mm") -> str:
-    """Unit of a limit by its name, for people: of a rotary axis in degrees, along a path in `along` and its like.
-
-    Example: `unit_of("axis_jerk.theta")` is deg/s^3
-    """
-    kind, _, axis = name.partition(".")
-    if _IN_ORDER.fullmatch(name):
-        return "(mm or rad)" + _PER[ORDERS[field_of(name)]]
-    if kind == "torque":
-        return "N m" if axis in ROTARY_AXES else "N"
-    if kind == "combinations":
-        kind = f"axis_{name.rpartition('.')[2]}"
-    turns = axis in ROTARY_AXES or kind in ANGLES
-    base = "deg" if turns else "mm" if axis or kind.startswith("axis_") else along
-    return base + _PER[ORDERS.get(kind, ORDERS.get(f"axis_{kind}", 0))]
-
-
-def shown_by(name: str, axis: str | None) -> float:
-    """What a limit's values are taken times where people read them: degrees of what turns, torques as they are."""
-    turns = name in ANGLES or (axis in ROTARY_AXES and not name.startswith("torque."))
-    return 180.0 / math.pi if turns else 1.0
-
-
-def raised(unit: str) -> str:
-    """A unit with its powers as they are printed, mm/s² for mm/s^2."""
-    return unit.replace("^2", "²").replace("^3", "³")
-
+from splinefeed.records.limit_table import (
+    AXIS_LIMITS,
+    BOUNDED,
+    BY_AXIS,
+    IN_ORDER,
+    ORDERS,
+    ROTARY_AXES,
+    TRAVEL_ENDS,
+    raised,
+    shown_by,
+    unit_of,
+)
 
 #: An axis that moves by no more roundings than this, of its positions, does not move.
 MOVE_ROUNDINGS = 64.0
-#: What of a combination is bounded, in the order of the derivatives.
-BOUNDED = ("velocity", "acceleration", "jerk")
 
 
 def check_axes(name: str, given: Iterable[str], axes: Sequence[str]) -> None:
@@ -216,6 +160,23 @@ class Torque:
         return found, still, np.asarray(floor)
 
 
+@dataclass(frozen=True, eq=False)
+class Coordinates:
+    """Whatever has limits of velocity, acceleration and jerk on a path: its axes, then weighted sums of them.
+
+    names    of the limits of each order, 1 to 3, as `check` has them: three tuples of axes + sums names
+    weights  (sums, axes) of each sum;  bounds  (3, axes + sums), mm/s^k or rad/s^k, infinite where there is none
+    """
+
+    names: tuple[tuple[str, ...], ...]
+    weights: Array
+    bounds: Array
+
+    def of(self, values: Array) -> Array:
+        """Values of the axes, (n, axes), as those of all coordinates, (n, axes + sums)."""
+        return np.concatenate([values, values @ self.weights.T], axis=1) if len(self.weights) else values
+
+
 #: Limits of axes: a number for every linear one, values in the path's order, or by name.
 OfAxes = float | Sequence[float] | Array | Mapping[str, float] | None
 
@@ -324,6 +285,23 @@ class Limits:
         found = by_name(name, getattr(self, name), axes)
         return np.array([found.get(axis, math.inf) for axis in axes])
 
+    def coordinates(self, axes: Sequence[str]) -> Coordinates:
+        """What has limits of velocity, acceleration and jerk: `axes`, and combinations of them.
+
+        Raises LimitsError for a limit that does not fit the axes.
+        """
+        sums = self.combinations or {}
+        names = tuple(
+            (*(f"{name}.{axis}" for axis in axes), *(f"combinations.{label}.{kind}" for label in sums))
+            for name, kind in zip(AXIS_LIMITS, BOUNDED, strict=True)
+        )
+        bounds = [
+            [*self.of_axes(name, axes), *(getattr(each, kind) for each in sums.values())]
+            for name, kind in zip(AXIS_LIMITS, BOUNDED, strict=True)
+        ]
+        weights = np.array([each.on(axes) for each in sums.values()]).reshape(len(sums), len(axes))
+        return Coordinates(names, weights, np.array(bounds))
+
     def on(self, axes: Sequence[str]) -> Limits:
         """These limits with lists of values by the names of `axes`; LimitsError for a limit that does not fit them."""
         said = dict.fromkeys(TRAVEL_ENDS, "travel")
@@ -357,7 +335,7 @@ class Limits:
         """The limits that `as_dict` wrote; LimitsError for an unknown name."""
         values: dict[str, Any] = {}
         for key, value in flat.items():
-            listed = _IN_ORDER.fullmatch(key)
+            listed = IN_ORDER.fullmatch(key)
             if listed and listed[1] in (*BY_AXIS, *TRAVEL_ENDS):
                 values.setdefault(listed[1], []).append(value)
                 continue

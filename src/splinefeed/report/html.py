@@ -12,11 +12,11 @@ from typing import Any
 from splinefeed import units
 from splinefeed.pipeline.compare import MethodResult
 from splinefeed.pipeline.run import Run
-from splinefeed.records import ROTARY_AXES, unit_along
+from splinefeed.records import ROTARY_AXES, unit_along, words_of
 from splinefeed.records.verdict import ALLOWED
 from splinefeed.report import interactive, library, theme
 from splinefeed.report.figure import Figure
-from splinefeed.report.theme import limit_words, short
+from splinefeed.report.theme import short
 
 
 def page(
@@ -94,7 +94,7 @@ def _subtitle(run: Run) -> str:
 def _verdict(run: Run, record: Mapping[str, Any]) -> str:
     if record.get("ok", run.ok):
         return f"Checked: every limit holds, {ALLOWED}, in {run.law.duration:.6g} s."
-    over = [limit_words(name) for name, each in run.verdict.limits.items() if not each.holds]
+    over = [words_of(name) for name, each in run.verdict.limits.items() if not each.holds]
     return f"Not kept: {', '.join(over) if over else 'see the problems below'}."
 
 
@@ -106,7 +106,7 @@ def _cards(run: Run, record: Mapping[str, Any]) -> str:
         cards.append(("lower bound", f"{bound:.6g} s", gap))
     if run.verdict.limits:
         name, worst = max(run.verdict.limits.items(), key=lambda each: each[1].share)
-        cards.append(("largest share", f"{100.0 * worst.share:.4g} %", limit_words(name)))
+        cards.append(("largest share", f"{100.0 * worst.share:.4g} %", words_of(name)))
     cards.append(("feed ripple", f"{run.ripple.max:.2g}", f"rounding alone {run.ripple.floor:.2g}"))
     cards.append(("end error", _length(run.end_error_mm, along), ""))
     if run.path.linear:
@@ -140,7 +140,7 @@ def _limits(run: Run) -> str:
         state, share, part = "good" if each["ok"] else "bad", 100.0 * each["share"], bound.get(name, 0.0)
         bar = f'<span class="{state}" style="width:{min(share, 100.0):.2f}%"></span>'
         rows.append(
-            f'<td>{text_of(limit_words(name))}</td><td class="{state}">{"holds" if each["ok"] else "OVER"}</td>'
+            f'<td>{text_of(words_of(name))}</td><td class="{state}">{"holds" if each["ok"] else "OVER"}</td>'
             f'<td>{share:.4f} %</td><td class="share">{bar}</td>'
             f"<td>{short(each['worst'])} {unit}</td><td>{short(each['limit'])} {unit}</td>"
             f"<td>{each['at_s']:.6g} {along.replace('deg', '°')}</td><td>{f'{100.0 * part:.1f} %' if part else ''}</td>"

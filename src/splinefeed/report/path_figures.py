@@ -13,7 +13,7 @@ from splinefeed.geometry.differential import curvatures
 from splinefeed.geometry.path import Path
 from splinefeed.pipeline.follow import Deviation
 from splinefeed.pipeline.run import Run
-from splinefeed.records import Array, BoolArray, IntArray, Response, unit_along
+from splinefeed.records import Array, BoolArray, IntArray, Response, field_of, unit_along, words_of
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Line, Mark, Panel, Shades
 from splinefeed.report.motion_figures import HEADROOM, TIME
@@ -29,7 +29,7 @@ MOST_STOPS = 60
 SAME_PLACE = 0.02
 #: Share of the picture that the largest contour error is enlarged to.
 ENLARGED_TO = 0.12
-#: Colour of each kind of limit; one for all axes.
+#: Colour of each kind of limit; one for all axes, and for whatever does the same.
 KINDS = {
     "feed": theme.BLUE,
     "acceleration": "#56B4E9",
@@ -41,6 +41,9 @@ KINDS = {
     "axis_velocity": theme.GREEN,
     "axis_acceleration": theme.VERMILION,
     "axis_jerk": theme.PURPLE,
+    "axis_velocity_step": "#F0E442",
+    "combinations": "#7A3E9D",
+    "torque": "#A0522D",
     "none": "#c4c4c4",
 }
 
@@ -143,7 +146,7 @@ def _quantities(run: Run, response: Response | None) -> dict[str, Shades]:
     most = 100.0 * use.share.max(axis=1, initial=0.0)
     out["nearest limit"] = Shades(most, "largest share (%)", 0.0, 100.0)
     for k, name in enumerate(use.names):
-        words = theme.limit_words(name)
+        words = words_of(name)
         out[f"share of {words}"] = Shades(100.0 * use.share[:, k], f"{words} (%)", 0.0, 100.0)
     return out
 
@@ -196,7 +199,7 @@ def _shares(use: LimitUse) -> Heat:
     size = -(-count // min(count, STRIP))
     peaks = np.pad(use.share, ((0, -count % size), (0, 0)), mode="edge").reshape(-1, size, len(use.names)).max(axis=1)
     at = use.t[0] + np.arange(len(peaks) + 1) * size * float(use.t[-1] - use.t[0]) / max(count, 1)
-    return Heat(at, tuple(theme.limit_words(name) for name in use.names), peaks.T, "share of limit")
+    return Heat(at, tuple(words_of(name) for name in use.names), peaks.T, "share of limit")
 
 
 def binding(run: Run) -> Figure:
@@ -209,15 +212,16 @@ def binding(run: Run) -> Figure:
     use, path = run.use, run.path
     place, labels = _place(run)
     place = place[:, :2]
-    kinds = np.array([theme.limit_words(name.partition(".")[0]) for name in (*use.names, "none")])[use.binding]
+    kinds = np.array([words_of(field_of(name)) for name in (*use.names, "none")])[use.binding]
     kept = cells(place / np.where(np.ptp(place, axis=0) > 0.0, np.ptp(place, axis=0), 1.0))
     kept = np.unique(np.concatenate([kept, 1 + np.flatnonzero(kinds[1:] != kinds[:-1])])).astype(np.int64)
     marks: list[Mark] = []
+    colours = {words_of(name): colour for name, colour in KINDS.items()}
     for kind, part in _parts(use):
         on = kinds[kept] == kind
         joined = on | np.append(False, on[:-1])  # up to the first point of what comes next
         x, y = np.where(joined, place[kept].T, np.nan)
-        name, colour = f"{kind} {part:.0%}", KINDS[kind.replace(" ", "_")]
+        name, colour = f"{kind} {part:.0%}", colours[kind]
         mark = Line(x, y, name, colour, 3.0, named=True)
         marks.append(mark if run.whole else Dots(x, y, name, colour=colour, size=2.4, named=True))
     title = f"{theme.words(path.name)}: which limit binds ({BINDS:.0%} of it used), and in how much of the time"
@@ -229,7 +233,7 @@ def _parts(use: LimitUse) -> list[tuple[str, float]]:
     """Kinds of limits and the part of the time in which they bind, the longest first, "none" last."""
     kinds: dict[str, float] = {}
     for name, part in use.time_bound_by().items():
-        kind = theme.limit_words(name.partition(".")[0])
+        kind = words_of(field_of(name))
         kinds[kind] = kinds.get(kind, 0.0) + part
     none = kinds.pop("none", 0.0)
     return [*sorted(kinds.items(), key=lambda each: -each[1]), ("none", none)]

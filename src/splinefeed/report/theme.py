@@ -51,12 +51,6 @@ def words(name: str, longest: int = 48) -> str:
     return text if len(text) <= longest else f"{text[: longest - 3]}..."
 
 
-def limit_words(name: str) -> str:
-    """The name of a limit in words: axis jerk x."""
-    kind, _, axis = name.partition(".")
-    return f"{kind.replace('_', ' ')}{f' {axis}' if axis else ''}"
-
-
 def unit(name: str, along: str = "mm") -> str:
     """The unit of a limit, or of what it limits, for a label; along a path in `along`, "mm" or "deg"."""
     return raised(unit_of(name, along).replace("deg", "°"))

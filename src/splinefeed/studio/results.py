@@ -11,12 +11,11 @@ import splinefeed as sf
 from splinefeed.formats import json_curve
 from splinefeed.formats.plain import plain
 from splinefeed.pipeline.compare import servo_numbers
-from splinefeed.records import view
+from splinefeed.records import view, words_of
 from splinefeed.report import interactive, plot
 from splinefeed.report.path_figures import path_figure
 from splinefeed.report.record import about, record
 from splinefeed.report.servo_figures import errors_figure, has_spectra, spectra_figure
-from splinefeed.report.theme import limit_words
 from splinefeed.studio.settings import Wanted
 from splinefeed.studio.sources import MOST_EDITED
 
@@ -57,7 +56,7 @@ def result(wanted: Wanted, run: sf.Run, look: Mapping[str, Any] | None = None) -
             figures["spectra"] = spectra_figure(response)
     return {
         "numbers": numbers(wanted, run),
-        "words": {name: limit_words(name) for name in run.verdict.limits},
+        "words": {name: words_of(name) for name in run.verdict.limits},
         "figures": {name: interactive.to_plain(figure) for name, figure in figures.items()},
         "path": interactive.to_plain(path),
         "curves": curves(run),

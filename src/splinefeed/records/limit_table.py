@@ -1,0 +1,134 @@
+"""The table of limits, which use, override, reserve, report and files read: what each bounds, order, unit and words."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+#: Names of rotary axes: rad inside, degrees at the edges. Every other axis is linear.
+ROTARY_AXES = ("a", "b", "c", "theta")
+
+#: What a limit bounds: the motion along the path, its ends, what lies between two setpoints, each axis, each axis at
+#: corners and over its travel, weighted sums of axes, and torques of joints.
+PATH, ENDS, TICKS, AXES, CORNERS, TRAVEL, SUMS, TORQUES = (
+    "path", "ends", "ticks", "axes", "corners", "travel", "sums", "torques",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class LimitKind:
+    """A row of the table.
+
+    name    the field of Limits;  words  what people read for it
+    bounds  PATH, ENDS, TICKS, AXES, CORNERS, TRAVEL, SUMS or TORQUES: how a use of it is computed
+    order   which derivative by time it bounds: 0 for lengths and angles, and where the names of single bounds say it
+    power   what it bounds grows by k^power where a motion runs k times as fast; 0: not at all, or by no power
+    held    whether an override keeps it;  share  how much of it a reserve leaves to the plan: a key of its shares
+    angle   whether it is an angle of no axis: rad inside, degrees at the edges;  filed  whether files can hold it
+    """
+
+    name: str
+    words: str
+    bounds: str
+    order: int = 0
+    power: int = 0
+    held: bool = True
+    share: str = ""
+    angle: bool = False
+    filed: bool = True
+
+
+#: Every limit, in the order in which they are shown; a new one begins as a row here.
+TABLE = (
+    LimitKind("feed", "feed", PATH, 1, 1),
+    LimitKind("acceleration", "acceleration", PATH, 2, 2, share="acceleration"),
+    LimitKind("jerk", "jerk", PATH, 3, 3, share="jerk"),
+    LimitKind("deceleration", "deceleration", PATH, 2, 2, share="acceleration"),
+    LimitKind("deceleration_jerk", "deceleration jerk", PATH, 3, 3, share="jerk"),
+    LimitKind("start_feed", "start feed", ENDS, 1),
+    LimitKind("end_feed", "end feed", ENDS, 1),
+    LimitKind("chord_error", "chord error", TICKS, 0, 2),
+    LimitKind("orientation_error", "orientation error", TICKS, 0, 2, angle=True),
+    LimitKind("centripetal", "centripetal", PATH, 2, 2),
+    LimitKind("axis_velocity", "axis velocity", AXES, 1, 1),
+    LimitKind("axis_acceleration", "axis acceleration", AXES, 2, 2, share="acceleration"),
+    LimitKind("axis_jerk", "axis jerk", AXES, 3, 3, share="jerk"),
+    LimitKind("axis_velocity_step", "axis velocity step", CORNERS, 1, 1, held=False),
+    LimitKind("axis_minimum", "axis minimum", TRAVEL),
+    LimitKind("axis_maximum", "axis maximum", TRAVEL),
+    LimitKind("combinations", "combination", SUMS, held=False, filed=False),
+    LimitKind("torque", "torque", TORQUES, held=False, filed=False),
+)
+KINDS = {each.name: each for each in TABLE}
+#: What of a combination is bounded, in the order of the derivatives.
+BOUNDED = ("velocity", "acceleration", "jerk")
+
+#: Limits of numbers by name, and which derivative by time each bounds; of order 0 are lengths, and angles.
+ORDERS = {each.name: each.order for each in TABLE if each.filed}
+#: Fields of Limits that bound the derivatives of each axis by time, of order 1, 2 and 3.
+AXIS_LIMITS = tuple(each.name for each in TABLE if each.bounds == AXES)
+#: Fields of Limits that may differ from axis to axis: those, and the step of velocity at a corner.
+BY_AXIS = tuple(each.name for each in TABLE if each.bounds in (AXES, CORNERS))
+#: Fields of Limits that say how far each axis may travel.
+TRAVEL_ENDS = tuple(each.name for each in TABLE if each.bounds == TRAVEL)
+#: Limits of an angle that are those of no axis: rad inside, degrees at the edges.
+ANGLES = tuple(each.name for each in TABLE if each.angle)
+#: What follows the unit of length or angle, by order.
+_PER = ("", "/s", "/s^2", "/s^3")
+#: A limit in the path's order as `Limits.as_dict` writes it.
+IN_ORDER = re.compile(r"(\w+)\[\d+\]")
+
+
+def field_of(name: str) -> str:
+    """The field of Limits that a name of `Limits.as_dict` belongs to: axis_jerk for axis_jerk.x and axis_jerk[0]."""
+    return re.split(r"[.[]", name, maxsplit=1)[0]
+
+
+def order_of(name: str) -> int:
+    """Which derivative by time a limit bounds, by its name: 3 for axis_jerk.x and combinations.left.jerk."""
+    kind, *rest = name.split(".")
+    if kind == "combinations" and len(rest) == 2:  # not one of its weights
+        return BOUNDED.index(rest[1]) + 1
+    found = KINDS.get(field_of(name))
+    return 0 if found is None else found.order
+
+
+def words_of(name: str) -> str:
+    """The name of a limit in words: axis jerk x for axis_jerk.x, combination left jerk for combinations.left.jerk."""
+    kind, *rest = name.split(".")
+    return " ".join([KINDS[kind].words if kind in KINDS else kind.replace("_", " "), *rest])
+
+
+def unit_along(axes: Iterable[str]) -> str:
+    """Unit of arc length along a path of these axes, for people: "mm", or "deg" where all of them are rotary."""
+    return "deg" if all(axis in ROTARY_AXES for axis in axes) else "mm"
+
+
+def unit_of(name: str, along: str = "mm") -> str:
+    """Unit of a limit by its name, for people: of a rotary axis in degrees, along a path in `along` and its like.
+
+    Example: `unit_of("axis_jerk.theta")` is deg/s^3
+    """
+    kind, _, axis = name.partition(".")
+    if kind == "torque":
+        return "N m" if axis in ROTARY_AXES else "N"
+    if IN_ORDER.fullmatch(name):
+        base = "(mm or rad)"
+    elif axis in ROTARY_AXES or kind in ANGLES:
+        base = "deg"
+    else:
+        base = "mm" if axis or kind.startswith("axis_") else along
+    return base + _PER[order_of(name)]
+
+
+def shown_by(name: str, axis: str | None) -> float:
+    """What a limit's values are taken times where people read them: degrees of what turns, torques as they are."""
+    turns = name in ANGLES or (axis in ROTARY_AXES and not name.startswith("torque."))
+    return 180.0 / math.pi if turns else 1.0
+
+
+def raised(unit: str) -> str:
+    """A unit with its powers as they are printed, mm/s² for mm/s^2."""
+    return unit.replace("^2", "²").replace("^3", "³")

@@ -1,0 +1,157 @@
+"""What binds is named whatever it is: torques, combinations of axes, and steps of velocity at corners."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import splinefeed as sf
+from docs_pages import ROOT
+from splinefeed.analysis.measures import limit_use, maximum_velocity
+from splinefeed.cli import options
+from splinefeed.formats import limits_toml
+from splinefeed.geometry.differential import by_arc_length, curvatures
+from splinefeed.records.limit_table import (
+    AXES,
+    CORNERS,
+    ENDS,
+    KINDS,
+    PATH,
+    SUMS,
+    TABLE,
+    TICKS,
+    TORQUES,
+    TRAVEL,
+    order_of,
+    unit_of,
+    words_of,
+)
+from splinefeed.report.path_figures import KINDS as COLOURS
+from splinefeed.report.svg import to_text
+
+PERIOD = 1e-3
+
+
+def test_a_torque_that_binds_is_named():
+    arm = sf.robot(ROOT / "tests/data/two-link.urdf", payload=4.5)
+    free = dataclasses.replace(
+        arm.limits,
+        axis_acceleration=dict.fromkeys(arm.joints, 1e3),
+        axis_jerk=dict.fromkeys(arm.joints, 1e5),
+        axis_velocity=dict.fromkeys(arm.joints, 50.0),
+    )
+    path = arm.through([[0.0, 0.2], [0.7, -0.3], [1.2, 0.5]])
+    run = sf.run(path, free, period=PERIOD)
+    assert run.ok
+    shoulder = f"torque.{arm.joints[0]}"
+    bound = run.numbers()["bound_by"]
+    assert bound[shoulder] > 0.2
+    assert bound["none"] < 0.5
+    q = run.kept.position
+    whole = np.concatenate([q[:1], q, q[-1:]])
+    v, a = (whole[2:] - whole[:-2]) / (2 * PERIOD), np.diff(whole, 2, axis=0) / PERIOD**2
+    share = np.abs(arm.torque(q, v, a)[:, 0]) / arm.most_torque[0]
+    found = run.use.share[:, run.use.names.index(shoulder)]
+    np.testing.assert_allclose(found[5:-5], share[5:-5], atol=0.03)
+    assert "torque" in to_text(sf.plot.binding(run))
+
+
+def test_a_combination_that_binds_is_named():
+    path = sf.Path([sf.NurbsCurve.bezier([[0, 0, 0], [60, 40, 0.3], [120, 0, 0]])], ("x", "y", "c"))
+    left = sf.Combination(weights={"y": 1.0, "c": 200.0}, velocity=80.0, acceleration=400.0, jerk=15000.0)
+    limits = sf.Limits(
+        feed=200.0, axis_acceleration=[3000.0, 3000.0, 50.0], axis_jerk=[2e5, 2e5, 4e3], combinations={"left": left}
+    )
+    run = sf.run(path, limits)
+    bound = run.numbers()["bound_by"]
+    kinds = {name for name in bound if name.startswith("combinations.left.")}
+    assert {"combinations.left.velocity", "combinations.left.acceleration"} <= kinds
+    assert sum(bound[name] for name in kinds) > 0.3
+    along = run.motion.velocity @ [0.0, 1.0, 200.0] / left.velocity
+    found = run.use.share[:, run.use.names.index("combinations.left.velocity")]
+    np.testing.assert_allclose(found, np.abs(along), rtol=1e-12)
+    assert np.all(run.kept.feed <= run.use.top * (1.0 + 1e-9))
+    for name in kinds:
+        share = run.use.share[:, run.use.names.index(name)].max()
+        assert share == pytest.approx(run.verdict.limits[name].share, rel=1e-3)
+
+
+def test_the_maximum_velocity_curve_is_lower_under_a_combination():
+    path = sf.Path([sf.NurbsCurve.bezier([[0, 0], [50, 80], [100, 0]])])
+    limits = sf.Limits(feed=1e3, axis_acceleration=1e4)
+    tight = dataclasses.replace(
+        limits, combinations={"sum": sf.Combination(weights={"x": 1.0, "y": 1.0}, velocity=30.0)}
+    )
+    curve, u = path.locate(np.array([0.3 * path.length]))
+    derivatives = path.evaluate(curve, u, 3)
+    d, kappa = by_arc_length(derivatives), curvatures(derivatives)
+    top = maximum_velocity(d, kappa, kappa, path.axes, tight, np.full(1, 1e3), PERIOD)
+    assert top == pytest.approx(30.0 / abs(d[0, 1].sum()), rel=1e-12)
+
+
+@pytest.mark.parametrize("where", [30.0, 30.0137])
+def test_a_velocity_step_that_binds_is_named_at_the_tick_of_its_corner(where):
+    """Two lines that meet at 20 degrees: both axes jump by v |r' behind - r' before|, the larger one binds."""
+    turn = np.deg2rad(20.0)
+    end = [where + 30.0 * np.cos(turn), 30.0 * np.sin(turn)]
+    path = sf.Path.polyline(np.array([[0.0, 0.0], [where, 0.0], end]), ("x", "y"))
+    limits = sf.Limits(feed=60.0, axis_acceleration=500.0, axis_jerk=2e4, axis_velocity_step=8.0)
+    run = sf.run(path, limits)
+    assert run.ok
+    share = run.use.share[:, run.use.names.index("axis_velocity_step.y")]
+    assert np.count_nonzero(share) == 1
+    assert share.max() == pytest.approx(1.0, abs=1e-3)  # 8 mm/s of 23 at sin 20 degrees
+    tick = int(np.argmax(share))
+    assert abs(run.kept.s[tick] - where) <= 0.5 * run.kept.feed[tick] * PERIOD * 1.01
+    assert run.numbers()["bound_by"]["axis_velocity_step.y"] == pytest.approx(1.0 / run.ticks)
+
+
+def test_parts_of_a_motion_have_the_use_of_the_whole():
+    path = sf.Path.polyline(np.array([[0.0, 0.0], [30.0, 0.0], [60.0, 10.0], [80.0, 0.0]]), ("x", "y"))
+    limits = sf.Limits(feed=60.0, axis_acceleration=500.0, axis_jerk=2e4, axis_velocity_step=8.0)
+    law = sf.plan(path, limits, period=PERIOD)
+    points = sf.interpolate(path, law)
+    whole = limit_use(points, path, law, limits)[1]
+    half = len(points) // 2
+    parts = [limit_use(points.part(*ends), path, law, limits)[1] for ends in ((0, half), (half, len(points)))]
+    np.testing.assert_allclose(np.concatenate([each.share for each in parts]), whole.share, rtol=1e-9, atol=1e-12)
+
+
+# --- the table ----------------------------------------------------------------------------------------------------
+
+
+def test_every_limit_is_a_row_of_the_table():
+    assert set(KINDS) == {each.name for each in dataclasses.fields(sf.Limits)}
+    assert len(KINDS) == len(TABLE)
+    assert {each.bounds for each in TABLE} == {PATH, ENDS, TICKS, AXES, CORNERS, TRAVEL, SUMS, TORQUES}
+
+
+def test_every_row_can_be_said_and_drawn():
+    taken = {name for row in options._rows(options._LIMITS) for name in [options._parameter(row[0])]}
+    files = {*limits_toml.KINDS, "axis_minimum", "axis_maximum"}
+    for each in TABLE:
+        travels = each.bounds == TRAVEL
+        assert (each.name in files) == each.filed
+        assert (each.name in taken or (travels and "travel" in taken)) == each.filed
+        slowing = each.name == "deceleration_jerk"  # shown as jerk
+        assert (each.name in COLOURS) == (each.bounds not in (ENDS, TRAVEL) and not slowing)
+
+
+@pytest.mark.parametrize(
+    ("name", "order", "unit", "words"),
+    [
+        ("feed", 1, "mm/s", "feed"),
+        ("orientation_error", 0, "deg", "orientation error"),
+        ("axis_jerk.theta", 3, "deg/s^3", "axis jerk theta"),
+        ("axis_jerk[2]", 3, "(mm or rad)/s^3", "axis jerk[2]"),
+        ("combinations.left.acceleration", 2, "mm/s^2", "combination left acceleration"),
+        ("combinations.left.weights.x", 0, "mm", "combination left weights x"),
+        ("torque.a", 0, "N m", "torque a"),
+        ("axis_velocity_step.x", 1, "mm/s", "axis velocity step x"),
+        ("travel.a", 0, "deg", "travel a"),
+    ],
+)
+def test_names_say_order_unit_and_words(name, order, unit, words):
+    assert (order_of(name), unit_of(name), words_of(name)) == (order, unit, words)
