@@ -164,7 +164,7 @@ def _torques(setpoints: Setpoints, exact: list[Array], axes: tuple[str, ...], li
 def _steps(setpoints: Setpoints, path: Path, law: TimeLaw, limits: Limits) -> list[Measure]:
     """The step of each axis' velocity at corners passed in motion, at the tick next to each; 0 at all others.
 
-    feed |r' behind - r' before|. Where the tool rests at a corner there is none.
+    feed |r' behind - r' before|. Where the tool stops at a corner there is none.
     """
     if limits.axis_velocity_step is None:
         return []
