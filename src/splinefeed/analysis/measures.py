@@ -135,9 +135,9 @@ def limit_use(
         ("chord_error", sagitta, limits.chord_error),
         ("orientation_error", turned, limits.orientation_error),
     ]
-    coordinates = limits.coordinates(path.axes)
-    for names, values, bounds in zip(coordinates.names, exact, coordinates.bounds.tolist(), strict=True):
-        measures += zip(names, coordinates.of(values).T, bounds, strict=True)
+    bounded = limits.axis_bounds(path.axes)
+    for names, values, bounds in zip(bounded.names, exact, bounded.bounds.tolist(), strict=True):
+        measures += zip(names, bounded.of(values).T, bounds, strict=True)
     measures += _torques(setpoints, exact, path.axes, limits)
     if isinstance(path, Path):
         measures += _steps(setpoints, path, law, limits)
@@ -222,9 +222,9 @@ def maximum_velocity(
     exactly where, for every two i, k taken with r' > 0,  q (r''_k / r'_k - r''_i / r'_i) <= A_k / r'_k + A_i / r'_i
     (Bobrow, Dubowsky & Gibson 1985, doi:10.1177/027836498500400301, by eliminating a). Torques are left out.
     """
-    coordinates = limits.coordinates(axes)
-    velocity, acceleration, _ = coordinates.bounds
-    first, second = coordinates.of(d[:, 1]), coordinates.of(d[:, 2])
+    bounded = limits.axis_bounds(axes)
+    velocity, acceleration, _ = bounded.bounds
+    first, second = bounded.of(d[:, 1]), bounded.of(d[:, 2])
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         top = np.minimum(feed, np.nanmin(velocity / np.abs(first), axis=1, initial=np.inf))
         square = top * top

@@ -88,7 +88,7 @@ class Override:
             min(limits.acceleration, float(limits.deceleration or math.inf)),
             min(limits.jerk, float(limits.deceleration_jerk or math.inf)),
         )
-        self._limit = np.column_stack([limits.coordinates(axes).bounds, along])
+        self._limit = np.column_stack([limits.axis_bounds(axes).bounds, along])
         self._cells = math.ceil(course.duration / self.period)
         self._windows = np.array(WINDOWS, dtype=np.int64)
         self._first, self._loaded = 0, 0

@@ -23,8 +23,8 @@ from splinefeed.records.limit_table import shown_by as shown_by
 from splinefeed.records.limit_table import unit_along as unit_along
 from splinefeed.records.limit_table import unit_of as unit_of
 from splinefeed.records.limit_table import words_of as words_of
+from splinefeed.records.limits import AxisBounds as AxisBounds
 from splinefeed.records.limits import Combination as Combination
-from splinefeed.records.limits import Coordinates as Coordinates
 from splinefeed.records.limits import Limits as Limits
 from splinefeed.records.limits import Torque as Torque
 from splinefeed.records.limits import by_name as by_name

@@ -161,7 +161,7 @@ class Torque:
 
 
 @dataclass(frozen=True, eq=False)
-class Coordinates:
+class AxisBounds:
     """Whatever has limits of velocity, acceleration and jerk on a path: its axes, then weighted sums of them.
 
     names    of the limits of each order, 1 to 3, as `check` has them: three tuples of axes + sums names
@@ -173,7 +173,7 @@ class Coordinates:
     bounds: Array
 
     def of(self, values: Array) -> Array:
-        """Values of the axes, (n, axes), as those of all coordinates, (n, axes + sums)."""
+        """Values of the axes, (n, axes), as those of axes and sums, (n, axes + sums)."""
         return np.concatenate([values, values @ self.weights.T], axis=1) if len(self.weights) else values
 
 
@@ -285,7 +285,7 @@ class Limits:
         found = by_name(name, getattr(self, name), axes)
         return np.array([found.get(axis, math.inf) for axis in axes])
 
-    def coordinates(self, axes: Sequence[str]) -> Coordinates:
+    def axis_bounds(self, axes: Sequence[str]) -> AxisBounds:
         """What has limits of velocity, acceleration and jerk: `axes`, and combinations of them.
 
         Raises LimitsError for a limit that does not fit the axes.
@@ -300,7 +300,7 @@ class Limits:
             for name, kind in zip(AXIS_LIMITS, BOUNDED, strict=True)
         ]
         weights = np.array([each.on(axes) for each in sums.values()]).reshape(len(sums), len(axes))
-        return Coordinates(names, weights, np.array(bounds))
+        return AxisBounds(names, weights, np.array(bounds))
 
     def on(self, axes: Sequence[str]) -> Limits:
         """These limits with lists of values by the names of `axes`; LimitsError for a limit that does not fit them."""
