@@ -7,28 +7,19 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.analysis.following import ContourMeter
-from splinefeed.geometry.rows import Rows
-from splinefeed.geometry.search import Search
+from splinefeed.analysis.nearest import Nearest
+from splinefeed.analysis.spans import spans_of
 
 #: 10 mm along x, a quarter turn of a at x = 10, which counts 90 mm, and 10 mm more.
 PATH = sf.Path.polyline(np.array([[0, 0, 0], [10, 0, 0], [10, 0, np.pi / 2], [20, 0, np.pi / 2]]), ("x", "y", "a"))
 
 
-def reached(path: sf.Path, hint: float, half: float, way: int) -> float:
-    return float(Search(Rows(path.arc_pieces), closed=path.closed).reach(np.array([hint]), np.array([half]), way)[0])
-
-
-@pytest.mark.parametrize(
-    ("hint", "way", "reach"),
-    [(5.0, 1, 5 + 90 + 3.0), (105.0, -1, 5 + 90 + 3.0), (1.0, 1, 8.0), (107.0, -1, 7 + 90 + 1.0), (101.0, 1, 8.0)],
-)
-def test_a_reach_of_8_mm_does_not_count_the_turn(hint, way, reach):
-    assert reached(PATH, hint, 8.0, way) == pytest.approx(reach, abs=1e-9)
-
-
-def test_without_rotary_axes_it_is_what_was_asked():
-    path = sf.Path.polyline(np.array([[0.0, 0.0], [10.0, 0.0]]))
-    assert reached(path, 5.0, 8.0, 1) == 8.0
+@pytest.mark.parametrize("lag", [3.0, 8.0])
+def test_a_window_does_not_count_the_turn(lag):
+    """Commanded `lag` mm behind the turn, still as far in front of it and 1 mm beside it."""
+    found = ContourMeter(PATH).measure([[10.0 - lag, 1.0]], s_hint=[100.0 + lag])
+    assert found.error == pytest.approx([1.0], rel=1e-12)
+    assert found.s == pytest.approx([10.0 - lag], rel=1e-12)
 
 
 @pytest.mark.parametrize("backwards", [False, True])
@@ -37,8 +28,8 @@ def test_a_window_whose_nearest_point_is_its_edge_is_doubled(backwards):
     points = np.array([[0, 0], [0, 1.1], [0.9, 1.1], [0.6, 0.1], [0.6, -3.0]])
     path = sf.Path.polyline(points[::-1].copy() if backwards else points)
     hint = path.length if backwards else 0.0
-    rows = Rows(path.arc_pieces)
-    search = Search(rows, closed=path.closed)
+    rows = spans_of(path)
+    search = Nearest(rows, closed=path.closed)
     found = search.near(np.array([[0.55], [0.0]]), np.array([hint]), 2.7)
     assert np.sqrt(found.square) == pytest.approx([0.05], rel=1e-9)  # beside the last line, 0.1 mm down it
     s = 2.0 + np.hypot(0.3, 1.0) + 0.1

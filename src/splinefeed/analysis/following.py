@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from splinefeed.analysis.nearest import Nearest
 from splinefeed.analysis.spans import spans_of
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.search import Search, on_rows
 from splinefeed.records import ROTARY_AXES, Array, Response, check_finite, positive, shown_by, unit_along
 
 #: A coordinate beyond this, mm, has a square that is not a number.
@@ -52,7 +52,7 @@ class ContourMeter:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._rows = spans_of(path)
-        self._search = Search(cast(Any, self._rows), closed=path.closed)
+        self._search = Nearest(self._rows, closed=path.closed)
 
     def measure(self, position: ArrayLike, *, s_hint: ArrayLike | None = None) -> Contour:
         """Contour error of `position` (n, axes) or (n, linear axes), mm; rotary axes do not count.
@@ -83,8 +83,7 @@ class ContourMeter:
         if not path.linear:  # nothing to be away from: every position is on the path
             return Contour(np.zeros(len(points)), np.zeros(len(points)) if hint is None else hint)
         found = self._search.whole(q) if hint is None else self._search.near(q, hint)
-        t, _, _ = on_rows(cast(Any, self._rows), found)
-        return Contour(np.sqrt(found.square), self._rows.arc_length(found.row, t))
+        return Contour(np.sqrt(found.square), self._rows.arc_length(found.row, found.t))
 
 
 @dataclass

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any, Self, cast
+from typing import Self
 
 import numpy as np
 
+from splinefeed.analysis.nearest import Found, Nearest
 from splinefeed.analysis.spans import EPSILON, Places, Spans, spans_of
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.search import Found, Search
 from splinefeed.records import Array, BoolArray, IntArray, Setpoints
 
 #: A closed path's end counts as its start for a first setpoint within this, relative to the length of the path.
@@ -75,9 +75,9 @@ class Placer:
         self.apart = 0.0
 
     @cached_property
-    def search(self) -> Search:
+    def search(self) -> Nearest:
         """Nearest points of the path; where only rotary axes move, also over these."""
-        return Search(cast(Any, self.rows), closed=self.path.closed, turned=self._turned)
+        return Nearest(self.rows, closed=self.path.closed, turned=self._turned)
 
     def locate(self, setpoints: Setpoints, allowed: float) -> Located:
         """Where each setpoint is: where its curve and u say, if it is within `allowed`, mm and rad, of that."""

@@ -192,7 +192,7 @@ class Places:
     def __init__(self, spans: Spans, row: IntArray) -> None:
         self.middle, self.scale = spans.middle[row], spans.scale[row]
         self.linear, self._rational = spans.linear, spans.rational
-        self._terms, self._origin = np.take(spans.terms, row, axis=2), np.take(spans.origin, row, axis=1)
+        self._terms, self.origin = np.take(spans.terms, row, axis=2), np.take(spans.origin, row, axis=1)
         #: Which of them lie where only rotary axes move, (n,), or that none do.
         self.turning: BoolArray | bool = spans.turns is not None and bool(np.any(spans.turns[row])) and spans.turns[row]
 
@@ -202,8 +202,8 @@ class Places:
 
     def derivatives(self, t: Array, order: int) -> list[Array]:
         """C and its derivatives by u to `order` <= 3 at t (..., n), each (axes, ..., n)."""
-        c = self._expansion(t, order)
-        c[0] = c[0] + self._origin.reshape(len(self._origin), *(1,) * (t.ndim - 1), -1)
+        c = self.expansion(t, order)
+        c[0] = c[0] + self.origin.reshape(len(self.origin), *(1,) * (t.ndim - 1), -1)
         factor = self.scale
         for k in range(1, order + 1):
             c[k] = c[k] * factor
@@ -238,7 +238,7 @@ class Places:
 
     def speed(self, t: Array) -> Array:
         """|C'(u)| at t (..., n) over the axes that make the arc length, mm a unit of u."""
-        slope = self._expansion(t, 1)[1]
+        slope = self.expansion(t, 1)[1]
         return np.asarray(np.sqrt(self.product(slope, slope)) * self.scale)
 
     def product(self, one: Array, other: Array) -> Array:
@@ -249,7 +249,7 @@ class Places:
             return total
         return np.where(self.turning, DEGREES**2 * dot(one[linear:], other[linear:]), total)
 
-    def _expansion(self, t: Array, order: int) -> list[Array]:
+    def expansion(self, t: Array, order: int) -> list[Array]:
         """A / w, and its derivatives by t over k! to `order`, (axes, ..., n) each."""
         terms = self._terms.reshape(*self._terms.shape[:2], *(1,) * (t.ndim - 1), -1)
         near = about(terms, t, order)

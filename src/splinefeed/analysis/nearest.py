@@ -1,0 +1,309 @@
+"""The nearest point of a path, or of a part of it, to many positions: sampled, then Newton's method in a bracket.
+
+A path is cut into cells of little turn. No point of a cell is further from its chord than an eighth of its greatest
+second derivative, so most cells cannot hold the nearest point. In the others the distance is sampled, and each place
+that is nearer than its neighbours is where Newton's method begins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from splinefeed.analysis.spans import DEGREES, EPSILON, Places, Spans, chunks, dot, expanded, taken
+from splinefeed.records import Array, IntArray
+
+#: Positions, and pairs of a position and a cell, that are looked at together: what bounds the memory.
+MOST, MOST_PAIRS = 2048, 1 << 15
+#: Half-width of the window about the commanded place, in units of the distance from the commanded point.
+REACH = 4.0
+#: ... and at least this, relative to the length of the path.
+LEAST_WINDOW = 1e-9
+#: Doublings of a window: from the least one to any path.
+DOUBLINGS = 40
+#: A nearest point this close to the edge of its window, relative, or to the end of the path, lies on it.
+ON_EDGE = 1e-9
+#: A cell turns by no more than this, rad, as far as TURNS + 1 tangents of its span show it, and is one of MOST_CELLS.
+CELL_TURN, TURNS, MOST_CELLS = 0.5, 8, 64
+#: The greatest second derivative of a span is at most so many times that at the same TURNS + 1 places.
+BETWEEN = 2.0
+#: Intervals of a cell, or of the part of it that counts, at whose ends the distance is sampled.
+INTERVALS = 8
+#: Cells whose middles are nearest that are looked at before all within a distance.
+LOOKS = 4
+#: Newton steps, and the step in t behind which the next one is rounding.
+STEPS, SMALL_STEP = 60, 1e-9
+#: A cell may be so much nearer than its bound, in roundings of the length of the path.
+ROUNDINGS = 16.0
+
+
+@dataclass(eq=False)
+class Found:
+    """The nearest point to each of n positions: span and t (n,), squared distance (n,), mm^2."""
+
+    row: IntArray
+    t: Array
+    square: Array
+
+    def take(self, index: IntArray) -> Found:
+        """Those of these numbers."""
+        return Found(self.row[index], self.t[index], self.square[index])
+
+    def put(self, index: IntArray | slice, other: Found) -> None:
+        """Have the others at these numbers."""
+        self.row[index], self.t[index], self.square[index] = other.row, other.t, other.square
+
+    def better(self, owner: IntArray, other: Found) -> None:
+        """Take the nearest of the others, each of the position `owner` (m,), where it is nearer."""
+        order = np.lexsort((other.square, owner))
+        who, first = np.unique(owner[order], return_index=True)
+        nearest = order[first]
+        good = other.square[nearest] < self.square[who]
+        self.put(who[good], other.take(nearest[good]))
+
+
+class Nearest:
+    """Nearest points over the linear axes of a path, or with `turned` over all, 1 degree as 1 mm."""
+
+    def __init__(self, spans: Spans, *, closed: bool = False, turned: bool = False) -> None:
+        self.spans, self.closed = spans, closed
+        self.dims = spans.axes if turned else spans.linear
+        self.unit = np.where(np.arange(self.dims) < spans.linear, 1.0, DEGREES)
+        #: Spans that are a point, as only axes that do not count move on them.
+        self._points = spans.turns if spans.turns is not None and not turned else np.zeros(len(spans), dtype=bool)
+        self._cut()
+
+    def _cut(self) -> None:
+        """Cells: span, low and high t, way up to the start, greatest curvature, ends and reach, (c,) or (dims, c)."""
+        spans, counts, bends, seconds = self.spans, [], [], []
+        for part in chunks(len(spans), MOST_PAIRS // (TURNS + 1)):
+            row = np.arange(part.start, part.stop)
+            places = Places(spans, row)
+            t = np.repeat(np.linspace(-1.0, 1.0, TURNS + 1)[:, None], len(row), axis=1)
+            _, first, second = (each[: self.dims] * self._units(each) for each in places.expansion(t, 2))
+            with np.errstate(divide="ignore", invalid="ignore"):
+                speed = np.sqrt(dot(first, first))
+                tangent = np.where(speed > 0.0, first / speed, 0.0)
+                second = 2.0 * second
+                across = second - dot(second, tangent) * tangent
+                bend = np.sqrt(dot(across, across)) / (speed * speed)
+            apart = np.diff(tangent, axis=1)
+            turn = np.sum(np.sqrt(dot(apart, apart)), axis=0)
+            counts.append(np.clip(np.ceil(turn / CELL_TURN), 1, MOST_CELLS).astype(np.int64))
+            bends.append(np.max(np.where(np.isnan(bend), np.inf, bend), axis=0))
+            seconds.append(np.sqrt(np.max(dot(second, second), axis=0)))
+        count = np.concatenate(counts)
+        self.row, number = expanded(count)
+        self.low, self.high = (-1.0 + 2.0 * (number + k) / count[self.row] for k in (0, 1))
+        self.bend = np.where(self._points, 0.0, np.concatenate(bends))[self.row]
+        length = spans.ahead(self.row, self.high) - spans.ahead(self.row, self.low)
+        length = np.where(self._points[self.row], 0.0, length)
+        self.way = np.concatenate([[0.0], np.cumsum(length)])
+        self.first, self.last = (self._at(self.row, t) for t in (self.low, self.high))
+        self.rounding = ROUNDINGS * EPSILON * (float(self.way[-1]) + float(np.max(np.abs(self.first), initial=0.0)))
+        width = self.high - self.low
+        self.reach = BETWEEN * np.concatenate(seconds)[self.row] * width * width / 8.0 + self.rounding
+
+    def _units(self, values: Array) -> Array:
+        return self.unit.reshape(-1, *(1,) * (values.ndim - 1))
+
+    def _at(self, row: IntArray, t: Array) -> Array:
+        """Points (dims, n) at t (n,) of spans (n,), as they are counted."""
+        places = Places(self.spans, row)
+        return (places.origin + places.expansion(t, 0)[0])[: self.dims] * self.unit[:, None]
+
+    def _squares(self, places: Places, q: Array, t: Array) -> tuple[Array, Array, Array]:
+        """|C - Q|^2, (C - Q).C' and its derivative C'.C' + (C - Q).C'' by t, (..., n), for Q (dims, n); mm^2."""
+        shape = (self.dims, *(1,) * (t.ndim - 1), -1)
+        c0, c1, c2 = (each[: self.dims] * self._units(each) for each in places.expansion(t, 2))
+        c0 = c0 + (places.origin[: self.dims] * self.unit[:, None] - q).reshape(shape)
+        return dot(c0, c0), dot(c0, c1), dot(c1, c1) + 2.0 * dot(c0, c2)
+
+    def _descend(self, row: IntArray, q: Array, low: Array, high: Array, t: Array) -> Found:
+        """A least distance of q (dims, n) on spans (n,), t in [low, high]: Newton's method from t, in a bracket."""
+        out, index = t.copy(), np.arange(len(t))
+        for _ in range(STEPS):
+            if not len(index):
+                break
+            _, slope, bend = self._squares(Places(self.spans, row[index]), q[:, index], t)
+            low, high = np.where(slope < 0.0, t, low), np.where(slope > 0.0, t, high)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                new = t - slope / bend
+            new = np.where((bend > 0.0) & (new >= low) & (new <= high), new, 0.5 * (low + high))
+            new = np.where(slope == 0.0, t, new)
+            out[index] = new
+            go = np.flatnonzero(~(np.abs(new - t) < SMALL_STEP))
+            index, low, high, t = taken(go, index, low, high, new)
+        return Found(row, out, self._squares(Places(self.spans, row), q, out)[0])
+
+    def _refine(self, q: Array, owner: IntArray, cell: IntArray, low: Array, high: Array, found: Found) -> None:
+        """Better `found` by the nearest points of parts low to high of cells (m,), each for the position `owner`."""
+        for part in chunks(len(owner), MOST_PAIRS // (INTERVALS + 1)):
+            who, at, left, right = owner[part], cell[part], low[part], high[part]
+            near = self._bound(q[:, who], at) <= found.square[who]
+            who, at, left, right = taken(near, who, at, left, right)
+            row, here = self.row[at], q[:, who]
+            t = left + (right - left) * np.linspace(0.0, 1.0, INTERVALS + 1)[:, None]
+            square = self._squares(Places(self.spans, row), here, t)[0]
+            padded = np.pad(square, ((1, 1), (0, 0)), constant_values=np.inf)
+            least = (square <= padded[:-2]) & (square <= padded[2:])
+            k, pair = np.nonzero(least)
+            begin, end = t[np.maximum(k - 1, 0), pair], t[np.minimum(k + 1, INTERVALS), pair]
+            place = t[k, pair]
+            for each in (
+                Found(row[pair], place, square[k, pair]),
+                self._descend(row[pair], here[:, pair], begin, end, place),
+            ):
+                found.better(who[pair], each)
+
+    def _bound(self, q: Array, cell: IntArray) -> Array:
+        """Squared distance (n,), mm^2, below which no point of a cell comes: that of the chord, less its reach."""
+        first = np.take(self.first, cell, axis=1)
+        side, away = np.take(self.last, cell, axis=1) - first, q - first
+        chord = dot(side, side)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.where(chord > 0.0, np.clip(dot(side, away) / chord, 0.0, 1.0), 0.0)
+        apart = away - share * side
+        return np.asarray(np.maximum(np.sqrt(dot(apart, apart)) - self.reach[cell], 0.0) ** 2)
+
+    # --- the whole path ----------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _trees(self) -> list[tuple[IntArray, float, Any]]:
+        """Cells of about one size, how far their points are from their middles at most, mm, and a tree of these."""
+        from scipy.spatial import cKDTree
+
+        middle = self._at(self.row, 0.5 * (self.low + self.high))
+        side = self.last - self.first
+        far = 0.5 * np.sqrt(dot(side, side)) + 2.0 * self.reach
+        size = np.frexp(far)[1]
+        size = np.maximum(size, int(np.median(size)))  # what is smaller is as good as that size
+        kinds = [np.flatnonzero(size == each) for each in np.unique(size).tolist()]
+        return [(kind, float(np.max(far[kind])), cKDTree(middle[:, kind].T)) for kind in kinds]
+
+    def whole(self, q: Array) -> Found:
+        """The nearest point of the whole path to positions (dims, n)."""
+        return _in_parts(q.shape[1], lambda part: self._whole(q[:, part]))
+
+    def _whole(self, q: Array) -> Found:
+        count, trees = q.shape[1], self._trees
+        looks = [tree.query(q.T, k=range(1, min(LOOKS, len(kind)) + 1)) for kind, _, tree in trees]
+        first = np.stack([distance[:, 0] for distance, _ in looks])
+        cell = np.stack([kind[index[:, 0]] for (kind, _, _), (_, index) in zip(trees, looks, strict=True)])
+        cell = cell[np.argmin(first, axis=0), np.arange(count)]
+        t = 0.5 * (self.low + self.high)[cell]
+        found = Found(self.row[cell], t, self._squares(Places(self.spans, self.row[cell]), q, t)[0])
+        self._refine(q, np.arange(count), cell, self.low[cell], self.high[cell], found)
+        for (kind, far, tree), (distance, index) in zip(trees, looks, strict=True):
+            radius = np.sqrt(found.square) + far
+            near = distance <= radius[:, None]
+            more = np.flatnonzero(near[:, -1] & (near.shape[1] < len(kind)))  # there may be others within it
+            near[more] = False
+            owner, column = np.nonzero(near)
+            lists = tree.query_ball_point(q[:, more].T, radius[more]) if len(more) else []
+            other = np.concatenate([index[owner, column], *(np.array(each, dtype=np.int64) for each in lists)])
+            owner = np.concatenate([owner, np.repeat(more, [len(each) for each in lists])])
+            self._refine(q, owner, kind[other], self.low[kind[other]], self.high[kind[other]], found)
+        return found
+
+    # --- near a place ------------------------------------------------------------------------------------------------
+
+    def near(self, q: Array, hint: Array, window: float = 0.0, *, closed: bool | None = None) -> Found:
+        """Nearest point to positions (dims, n) near arc lengths `hint` (n,), mm.
+
+        The window is [hint - h, hint + h] with h = max(window, REACH |Q - r(hint)|), doubled until its nearest point is
+        not one of its own ends, unless that is an end of the path; on a closed path it continues across the seam. It
+        ends as the whole path. What lies on moves of axes that do not count is a point.
+        """
+        closed = self.closed if closed is None else closed
+        return _in_parts(q.shape[1], lambda part: self._near(q[:, part], hint[part], window, closed))
+
+    def _near(self, q: Array, hint: Array, window: float, closed: bool) -> Found:
+        spans, length = self.spans, float(self.way[-1])
+        row = spans.at(hint)
+        t = spans.parameter(row, np.clip(hint - spans.start[row], 0.0, (spans.end - spans.start)[row]))
+        found = Found(row, t, self._squares(Places(spans, row), q, t)[0])
+        half = np.maximum(max(window, LEAST_WINDOW * length), REACH * np.sqrt(found.square))
+        way = self._ways(row, t)
+        # where the distance is convex over all of the window, and that within a span, there is one least distance
+        first, last = (np.searchsorted(self.way[:-1], way + side * half, side="right") - 1 for side in (-1, 1))
+        bend = np.maximum(self.bend[np.maximum(first, 0)], self.bend[last])
+        sure = (first >= 0) & (last - first <= 1) & (self.row[first] == self.row[last]) & (way + half <= length)
+        sure &= ~self._points[row] & ((np.sqrt(found.square) + half) * bend < 0.5)
+        index = np.flatnonzero(sure)
+        one = np.ones(len(index))
+        each = self._descend(row[index], q[:, index], -one, one, t[index])
+        settled = np.abs(self._ways(each.row, each.t) - way[index]) < half[index] * (1.0 - ON_EDGE)
+        found.put(index[settled], each.take(np.flatnonzero(settled)))
+        rest = np.ones(len(hint), dtype=bool)
+        rest[index[settled]] = False
+        index = np.flatnonzero(rest & (found.square > 0.0))
+        for _ in range(DOUBLINGS):
+            if not len(index):
+                break
+            index, half = self._in_windows(q, way, index, half, found, closed)
+        return found
+
+    def _ways(self, row: IntArray, t: Array) -> Array:
+        """Way (n,), mm, along all that counts, up to t (n,) of spans (n,)."""
+        if not self._points.any():
+            return self.spans.arc_length(row, t)
+        before = self.way[np.searchsorted(self.row, row)]
+        return np.asarray(before + np.where(self._points[row], 0.0, self.spans.ahead(row, t)))
+
+    def _in_windows(
+        self, q: Array, way: Array, index: IntArray, half: Array, found: Found, closed: bool
+    ) -> tuple[IntArray, Array]:
+        """Better `found` at `index` within half (n,), mm, of way (n,); what is left, and the next half-widths."""
+        length, s, h = float(self.way[-1]), way[index], half[index]
+        covers = 2.0 * h >= length if closed else (h >= s) & (h >= length - s)
+        if covers.any():
+            found.put(index[covers], self.whole(q[:, index[covers]]))
+            index, s, h = taken(~covers, index, s, h)
+        local = found.take(index)
+        for turn in (-1, 0, 1) if closed else (0,):  # across the seam
+            begin, end = np.clip(s - h + turn * length, 0.0, length), np.clip(s + h + turn * length, 0.0, length)
+            owner = np.flatnonzero((end > begin) | (turn == 0))
+            self._between(q[:, index], owner, begin[owner], end[owner], local)
+        found.put(index, local)
+        at = self._ways(local.row, local.t)
+        offset = at - s
+        if closed:
+            offset -= length * np.round(offset / length)
+        edge = ON_EDGE * h
+        inside = np.abs(offset) < h - edge
+        if not closed:
+            inside |= (at <= edge) | (at >= length - edge)
+        half = half.copy()
+        half[index] *= 2.0
+        return index[~inside & (local.square > 0.0)], half
+
+    def _between(self, q: Array, owner: IntArray, begin: Array, end: Array, found: Found) -> None:
+        """Better `found` by the nearest points from way begin to end (m,), mm, for positions `owner` (m,)."""
+        first = np.maximum(np.searchsorted(self.way[:-1], begin, side="left") - 1, 0)
+        last = np.maximum(np.searchsorted(self.way[:-1], end, side="right") - 1, first)
+        low, high = (self._places(cell, at) for cell, at in ((first, begin), (last, end)))
+        pair, number = expanded(last - first + 1)
+        cell = first[pair] + number
+        left = np.where(number == 0, low[pair], self.low[cell])
+        right = np.where(cell == last[pair], high[pair], self.high[cell])
+        self._refine(q, owner[pair], cell, left, np.maximum(left, right), found)
+
+    def _places(self, cell: IntArray, way: Array) -> Array:
+        """t (n,) of cells (n,) at which the way is so long, within the cell."""
+        row = self.row[cell]
+        ahead = self.spans.ahead(row, self.low[cell]) + way - self.way[cell]
+        t = self.spans.parameter(row, np.clip(ahead, 0.0, (self.spans.end - self.spans.start)[row]))
+        return np.asarray(np.clip(t, self.low[cell], self.high[cell]))
+
+
+def _in_parts(count: int, find: Callable[[slice], Found]) -> Found:
+    """What is found for `count` positions, in parts that stay in the cache."""
+    out = Found(np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count))
+    for part in chunks(count, MOST):
+        out.put(part, find(part))
+    return out
