@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+from fractions import Fraction
 from typing import NoReturn
 
 import numpy as np
+import pytest
 
 import motions
 import splinefeed as sf
+from splinefeed.analysis.spans import Places, Spans
 from splinefeed.geometry import path as path_module
 from splinefeed.geometry import pieces, tables
 from splinefeed.geometry.curve import NurbsCurve
@@ -108,8 +111,6 @@ def test_a_wrong_kernel_of_the_derivatives_is_found(monkeypatch):
 
 def test_spans_agree_with_the_tables_of_the_path():
     """Two evaluators that share nothing: on a rough curve, points and arc lengths agree to rounding."""
-    from splinefeed.analysis.spans import Places, Spans
-
     butterfly = motions.butterfly()
     spans = Spans(butterfly.flat, butterfly.linear)
     u = np.sort(np.random.default_rng(1).uniform(*butterfly.curves[0].domain, 5000))
@@ -121,3 +122,30 @@ def test_spans_agree_with_the_tables_of_the_path():
     s = spans.arc_length(row, t)
     np.testing.assert_allclose(s, butterfly.arc_length(curve, u), atol=1e-11)
     np.testing.assert_allclose(spans.parameter(row, s - spans.start[row]), t, atol=1e-9)
+
+
+def test_a_narrow_span_far_from_zero_is_met_to_the_bit_of_its_parameter():
+    """A span of 1e-6 at u = 3: a bit of u is 1e-9 mm there, so it is expanded about what its middle is rounded to."""
+    knots = [0, 0, 0, 0, 1, 2, 3, 3.000001, 3.000002, 3.000002, 3.000002, 3.000002]
+    points = [[0, 0], [1, 2], [2, -1], [3, 1], [4, 0.5], [5, 1], [6, 0], [7, 0.5]]
+    curve = sf.NurbsCurve(3, knots, points)
+    narrow = sf.Path([curve])
+    spans = Spans(narrow.flat, 2)
+    u = np.sort(np.random.default_rng(3).uniform(3.0, 3.000002, 200))
+    row, _ = spans.find(np.zeros(len(u), dtype=np.int64), u)
+    places = Places(spans, row)
+    found = places.derivatives(places.t(u), 0)[0].T
+    for k in range(0, len(u), 10):
+        assert found[k] == pytest.approx(exactly(curve, u[k]), abs=1e-14)
+
+
+def exactly(curve: sf.NurbsCurve, u: float) -> list[float]:
+    """A point by de Boor's algorithm in fractions."""
+    p, at, knots = curve.degree, Fraction(u), [Fraction(float(knot)) for knot in curve.knots]
+    k = max(i for i in range(p, len(curve.control_points)) if knots[i] <= at)
+    d = [[Fraction(float(x)) for x in curve.control_points[j + k - p]] for j in range(p + 1)]
+    for r in range(1, p + 1):
+        for j in range(p, r - 1, -1):
+            share = (at - knots[j + k - p]) / (knots[j + 1 + k - r] - knots[j + k - p])
+            d[j] = [(1 - share) * x + share * y for x, y in zip(d[j - 1], d[j], strict=True)]
+    return [float(x) for x in d[p]]

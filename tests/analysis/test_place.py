@@ -48,3 +48,13 @@ def test_how_far_beside_the_path_they_are_is_known():
 
 def test_what_setpoints_say_of_their_arc_length_stands():
     assert Placer(SQUARE).place(foreign([[7.0, 7.0], [8.0, 8.0]], s=[-1e-9, 41.0])).tolist() == [0.0, 40.0]
+
+
+def test_of_two_places_as_near_the_one_where_the_tool_is_counts():
+    """Out and straight back: next to the turn, both ways lie within the reach of the search."""
+    path = sf.Path.polyline(np.array([[0.0, 0.0], [10.0, 0.0], [2.0, 0.0]]), ("x", "y"))
+    for ahead in (1e-3, 1e-2, 0.1):
+        s = 10.0 + ahead * np.linspace(-1.0, 1.0, 9) ** 3
+        position = np.column_stack([np.where(s <= 10.0, s, 20.0 - s), np.zeros(9)])
+        found = Placer(path).locate(foreign(np.vstack([[[0.0, 0.0], [9.0, 0.0]], position])), 1e-9)
+        assert found.s[2:] == pytest.approx(s, abs=1e-12)

@@ -138,24 +138,26 @@ class Bounds:
         """
         s, angle, row = self.bends
         passed = (angle > STOP_ANGLE) & (angle <= TURNING_BACK) & (self.limits.axis_velocity_step is not None)
-        s, (speed, tangents, curves, _) = s[passed], self._sides(row[passed])
+        s, (speed, tangents, curves, _) = s[passed], self._sides(*row[:, passed])
         passes = np.min(speed, axis=0) > NO_SPEED * np.max(speed, axis=0)
         tangents, curves = tangents[..., passes].transpose(2, 0, 1), curves[..., passes].transpose(2, 0, 1)
         return Corners(s[passes], np.abs(tangents[:, 1] - tangents[:, 0]), np.abs(tangents), np.abs(curves))
 
     @cached_property
     def bends(self) -> tuple[Array, Array, IntArray]:
-        """Places inside the path where its tangent or its curvature jumps: s, mm, angle, rad, and span before, (k,).
+        """Places inside the path where tangent or curvature jump: s, mm, angle, rad, (k,), and spans beside, (2, k).
 
         Of the tangent all axes count, rotary ones in degrees a mm; where C' = 0 on a side, it is the limit there.
         """
-        rows, found = self.rows, [(np.zeros(0), np.zeros(0, dtype=np.int64))]
+        rows, found = self.rows, [(np.zeros(0), np.zeros((2, 0), dtype=np.int64))]
         unit = np.where(np.arange(rows.axes) < rows.linear, 1.0, DEGREES)[:, None]
-        inside = np.flatnonzero(rows.knot[1:])
-        for part in chunks(len(inside), BLOCK):
-            row = inside[part]
-            _, tangents, curves, still = self._sides(row)
-            sizes = np.linalg.norm(tangents * unit, axis=1, keepdims=True)  # 0 where a side never moves
+        moves, knots = np.flatnonzero(rows.end > rows.start), np.cumsum(rows.knot)
+        beside = np.stack([moves[:-1], moves[1:]])
+        beside = beside[:, knots[beside[1]] > knots[beside[0]]]
+        for part in chunks(beside.shape[1], BLOCK):
+            row = beside[:, part]
+            _, tangents, curves, still = self._sides(*row)
+            sizes = np.linalg.norm(tangents * unit, axis=1, keepdims=True)  # 0 where three derivatives are
             one, other = tangents * unit / np.where(sizes > 0.0, sizes, 1.0)
             # 2 atan2 of difference and sum keeps small and straight-back angles alike to rounding
             angle = 2.0 * np.arctan2(np.linalg.norm(other - one, axis=0), np.linalg.norm(other + one, axis=0))
@@ -163,17 +165,17 @@ class Bounds:
             size, jump = np.linalg.norm(curves, axis=1), np.linalg.norm(curves[1] - curves[0], axis=0)
             corner = (angle > CORNER_ANGLE) | (jump > CURVATURE_JUMP * (1.0 / rows.length + size[0] + size[1]))
             corner |= np.any(still, axis=0)
-            found.append((angle[corner], row[corner]))
-        angle, row = (np.concatenate(each) for each in zip(*found, strict=True))
-        return rows.end[row], angle, row
+            found.append((angle[corner], row[:, corner]))
+        angle, row = (np.concatenate(each, axis=-1) for each in zip(*found, strict=True))
+        return rows.end[row[0]], angle, row
 
-    def _sides(self, row: IntArray) -> tuple[Array, ...]:
-        """|C'|, dr/ds, d2r/ds2 at the ends of spans (n,) and at the starts of the next: (2, n), (2, axes, n) twice.
+    def _sides(self, before: IntArray, behind: IntArray) -> tuple[Array, ...]:
+        """|C'|, dr/ds, d2r/ds2 at the ends of spans `before` (n,) and the starts of those behind: (2, ..., n) each.
 
         And whether C' = 0, (2, n): there dr/ds is the next derivative that is not 0, of any length, along the motion.
         """
         sides = []
-        for side, end in ((row, 1.0), (row + 1, -1.0)):
+        for side, end in ((before, 1.0), (behind, -1.0)):
             places = Places(self.rows, side)
             c, (_, r1, r2, _) = places.along(np.full(len(side), end), 3)
             speed, second = (np.sqrt(places.product(each, each)) for each in c[1:3])

@@ -57,14 +57,6 @@ class Found:
         """Have the others at these numbers."""
         self.row[index], self.t[index], self.square[index] = other.row, other.t, other.square
 
-    def better(self, owner: IntArray, other: Found) -> None:
-        """Take the nearest of the others, each of the position `owner` (m,), where it is nearer."""
-        order = np.lexsort((other.square, owner))
-        who, first = np.unique(owner[order], return_index=True)
-        nearest = order[first]
-        good = other.square[nearest] < self.square[who]
-        self.put(who[good], other.take(nearest[good]))
-
 
 class Nearest:
     """Nearest points over the linear axes of a path, or with `turned` over all, 1 degree as 1 mm."""
@@ -74,7 +66,7 @@ class Nearest:
         self.dims = spans.axes if turned else spans.linear
         self.unit = np.where(np.arange(self.dims) < spans.linear, 1.0, DEGREES)
         #: Spans that are a point, as only axes that do not count move on them.
-        self._points = spans.turns if spans.turns is not None and not turned else np.zeros(len(spans), dtype=bool)
+        self._points = None if turned else spans.turns
         self._cut()
 
     def _cut(self) -> None:
@@ -94,14 +86,15 @@ class Nearest:
             apart = np.diff(tangent, axis=1)
             turn = np.sum(np.sqrt(dot(apart, apart)), axis=0)
             counts.append(np.clip(np.ceil(turn / CELL_TURN), 1, MOST_CELLS).astype(np.int64))
-            bends.append(np.max(np.where(np.isnan(bend), np.inf, bend), axis=0))
+            bends.append(np.max(np.where(np.isfinite(bend), bend, np.inf), axis=0))
             seconds.append(np.sqrt(np.max(dot(second, second), axis=0)))
         count = np.concatenate(counts)
         self.row, number = expanded(count)
         self.low, self.high = (-1.0 + 2.0 * (number + k) / count[self.row] for k in (0, 1))
-        self.bend = np.where(self._points, 0.0, np.concatenate(bends))[self.row]
+        self.bend = np.concatenate(bends)[self.row]
         length = spans.ahead(self.row, self.high) - spans.ahead(self.row, self.low)
-        length = np.where(self._points[self.row], 0.0, length)
+        if self._points is not None:
+            length[self._points[self.row]] = 0.0
         self.way = np.concatenate([[0.0], np.cumsum(length)])
         self.first, self.last = (self._at(self.row, t) for t in (self.low, self.high))
         self.rounding = ROUNDINGS * EPSILON * (float(self.way[-1]) + float(np.max(np.abs(self.first), initial=0.0)))
@@ -140,11 +133,23 @@ class Nearest:
             index, low, high, t = taken(go, index, low, high, new)
         return Found(row, out, self._squares(Places(self.spans, row), q, out)[0])
 
-    def _refine(self, q: Array, owner: IntArray, cell: IntArray, low: Array, high: Array, found: Found) -> None:
-        """Better `found` by the nearest points of parts low to high of cells (m,), each for the position `owner`."""
+    def _refine(
+        self,
+        q: Array,
+        owner: IntArray,
+        cell: IntArray,
+        low: Array,
+        high: Array,
+        found: Found,
+        hint: Array | None = None,
+    ) -> None:
+        """Better `found` by the nearest points of parts low to high of cells (m,), each for the position `owner`.
+
+        Of places that are as near to rounding, the one counts that is next to the way `hint` (n,), mm, if it is given.
+        """
         for part in chunks(len(owner), MOST_PAIRS // (INTERVALS + 1)):
             who, at, left, right = owner[part], cell[part], low[part], high[part]
-            near = self._bound(q[:, who], at) <= found.square[who]
+            near = self._bound(q[:, who], at) <= found.square[who] + self.rounding**2
             who, at, left, right = taken(near, who, at, left, right)
             row, here = self.row[at], q[:, who]
             t = left + (right - left) * np.linspace(0.0, 1.0, INTERVALS + 1)[:, None]
@@ -153,12 +158,24 @@ class Nearest:
             least = (square <= padded[:-2]) & (square <= padded[2:])
             k, pair = np.nonzero(least)
             begin, end = t[np.maximum(k - 1, 0), pair], t[np.minimum(k + 1, INTERVALS), pair]
-            place = t[k, pair]
-            for each in (
-                Found(row[pair], place, square[k, pair]),
-                self._descend(row[pair], here[:, pair], begin, end, place),
-            ):
-                found.better(who[pair], each)
+            self._better(found, who[pair], self._descend(row[pair], here[:, pair], begin, end, t[k, pair]), hint)
+
+    def _better(self, found: Found, owner: IntArray, other: Found, hint: Array | None) -> None:
+        """Take the nearest of the others, each of the position `owner` (m,), where it is nearer."""
+
+        def rank(each: Found, hint: Array | None) -> tuple[Array, Array]:
+            if hint is None:
+                return each.square, np.zeros(len(each.square))
+            return np.floor(np.sqrt(each.square) / self.rounding), np.abs(self._ways(each.row, each.t) - hint)
+
+        near, away = rank(other, None if hint is None else hint[owner])
+        order = np.lexsort((away, near, owner))
+        who, first = np.unique(owner[order], return_index=True)
+        nearest = order[first]
+        old_near, old_away = rank(found.take(who), None if hint is None else hint[who])
+        near, away = near[nearest], away[nearest]
+        good = (near < old_near) | ((near == old_near) & (away < old_away))
+        found.put(who[good], other.take(nearest[good]))
 
     def _bound(self, q: Array, cell: IntArray) -> Array:
         """Squared distance (n,), mm^2, below which no point of a cell comes: that of the chord, less its reach."""
@@ -233,7 +250,7 @@ class Nearest:
         first, last = (np.searchsorted(self.way[:-1], way + side * half, side="right") - 1 for side in (-1, 1))
         bend = np.maximum(self.bend[np.maximum(first, 0)], self.bend[last])
         sure = (first >= 0) & (last - first <= 1) & (self.row[first] == self.row[last]) & (way + half <= length)
-        sure &= ~self._points[row] & ((np.sqrt(found.square) + half) * bend < 0.5)
+        sure &= (np.sqrt(found.square) + half) * bend < 0.5
         index = np.flatnonzero(sure)
         one = np.ones(len(index))
         each = self._descend(row[index], q[:, index], -one, one, t[index])
@@ -250,7 +267,7 @@ class Nearest:
 
     def _ways(self, row: IntArray, t: Array) -> Array:
         """Way (n,), mm, along all that counts, up to t (n,) of spans (n,)."""
-        if not self._points.any():
+        if self._points is None:
             return self.spans.arc_length(row, t)
         before = self.way[np.searchsorted(self.row, row)]
         return np.asarray(before + np.where(self._points[row], 0.0, self.spans.ahead(row, t)))
@@ -268,7 +285,7 @@ class Nearest:
         for turn in (-1, 0, 1) if closed else (0,):  # across the seam
             begin, end = np.clip(s - h + turn * length, 0.0, length), np.clip(s + h + turn * length, 0.0, length)
             owner = np.flatnonzero((end > begin) | (turn == 0))
-            self._between(q[:, index], owner, begin[owner], end[owner], local)
+            self._between(q[:, index], owner, begin[owner], end[owner], local, s)
         found.put(index, local)
         at = self._ways(local.row, local.t)
         offset = at - s
@@ -282,7 +299,7 @@ class Nearest:
         half[index] *= 2.0
         return index[~inside & (local.square > 0.0)], half
 
-    def _between(self, q: Array, owner: IntArray, begin: Array, end: Array, found: Found) -> None:
+    def _between(self, q: Array, owner: IntArray, begin: Array, end: Array, found: Found, hint: Array) -> None:
         """Better `found` by the nearest points from way begin to end (m,), mm, for positions `owner` (m,)."""
         first = np.maximum(np.searchsorted(self.way[:-1], begin, side="left") - 1, 0)
         last = np.maximum(np.searchsorted(self.way[:-1], end, side="right") - 1, first)
@@ -291,7 +308,7 @@ class Nearest:
         cell = first[pair] + number
         left = np.where(number == 0, low[pair], self.low[cell])
         right = np.where(cell == last[pair], high[pair], self.high[cell])
-        self._refine(q, owner[pair], cell, left, np.maximum(left, right), found)
+        self._refine(q, owner[pair], cell, left, np.maximum(left, right), found, hint)
 
     def _places(self, cell: IntArray, way: Array) -> Array:
         """t (n,) of cells (n,) at which the way is so long, within the cell."""

@@ -72,7 +72,10 @@ class Spans:
             parts = [self._halved(taken(part, *whole), size) for part in chunks(len(whole[0]), BLOCK)]
             *halved, self._arc = (np.concatenate(each, axis=-1) for each in zip(*parts, strict=True))
             self._know(tuple(halved))
-        self.end = sums(self._arc.sum(axis=0))
+        # where |C'| is large the rounding of the middle of u is far: the ends are not -1 and 1 to the bit
+        first, last = (about(self._arc[None], self._t(end), 0)[0][0] for end in (self.low, self.high))
+        self._arc[0] -= first
+        self.end = sums(last - first)
         self.start = np.concatenate([[0.0], self.end[:-1]])
         last = np.cumsum(np.bincount(self.curve, minlength=len(flat)))
         self.curves: IntArray = np.column_stack([np.concatenate([[0], last[:-1]]), last - 1])
@@ -85,6 +88,9 @@ class Spans:
         if self.linear < self.axes:
             turns = ~np.any(self.terms[: self.linear], axis=(0, 1))
             self.turns = turns if turns.any() else None
+
+    def _t(self, u: Array) -> Array:
+        return (u - self.middle) * self.scale
 
     def _halved(self, spans: tuple[Any, ...], rounding: float) -> tuple[Any, ...]:
         """Spans, halved until the arc length of each is a polynomial, in order, and its coefficients."""
@@ -109,10 +115,12 @@ class Spans:
         """Both halves of each, expanded about their own middles."""
         curve, knot, low, high, origin, terms = (np.repeat(each, 2, axis=-1) for each in spans)
         first, middle = np.arange(len(low)) % 2 == 0, 0.5 * (low + high)
-        terms = np.stack(about(terms, np.where(first, -0.5, 0.5), self.degree), axis=1)
-        terms *= 0.5 ** np.arange(self.degree + 1.0)[:, None]
-        low, high = np.where(first, low, middle), np.where(first, middle, high)
-        return curve, knot & first, low, high, *_moved(origin, terms, self.rational)
+        begin, end = np.where(first, low, middle), np.where(first, middle, high)
+        # to the bit about what the middle of the half is rounded to: where |C'| is large, a bit of u is far
+        share, scale = (end - begin) / (high - low), 2.0 / (high - low)
+        terms = np.stack(about(terms, (0.5 * (begin + end) - middle) * scale, self.degree), axis=1)
+        terms *= share ** np.arange(self.degree + 1.0)[:, None]
+        return curve, knot & first, begin, end, *_moved(origin, terms, self.rational)
 
     def __len__(self) -> int:
         return len(self.low)
