@@ -191,5 +191,5 @@ def test_what_cannot_be_held_is_refused_by_name() -> None:
     given = sf.Limits(feed=100, combinations={"sum": sf.Combination(weights={"a": 1.0, "b": 1.0}, jerk=100.0)})
     with pytest.raises(LimitsError, match="combinations: the seven-phase strategy cannot hold it"):
         sf.plan(ARM, given, strategy="seven-phase", period=PERIOD)
-    with pytest.raises(LimitsError, match="cannot be overridden"):
-        Override(LawCourse(ARM, sf.plan(ARM, given, period=PERIOD)), given)
+    with pytest.raises(LimitsError, match="torque: cannot be overridden; plan without"):
+        Override(LawCourse(ARM, plan(arm, MOST)), sf.Limits(feed=100, torque=sf.Torque(arm, MOST)))

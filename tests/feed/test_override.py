@@ -42,6 +42,15 @@ CASES |= {
     for name, feed, top in (("quadratic", 200, 1.0), ("slot", 60, 1.0), ("small bend", 40, 1.3))
     for strategy in ("time-optimal", "look-ahead")
 }
+#: The motors of a machine whose belts run across both axes: x + y and x - y.
+BELTS = {
+    name: sf.Combination(weights={"x": 1.0, "y": sign}, velocity=55.0, acceleration=400.0, jerk=15000.0)
+    for name, sign in (("a", 1.0), ("b", -1.0))
+}
+CASES |= {
+    f"belts, {strategy}": ("butterfly", Limits(feed=60, axis_jerk=3e4, combinations=BELTS), strategy, 1.0)
+    for strategy in ("time-optimal", "look-ahead")
+}
 #: The programmed feed of the cases with a feed to spare is this share of the limit.
 PROGRAMMED = 0.5
 

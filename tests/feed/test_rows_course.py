@@ -61,6 +61,26 @@ def test_no_script_takes_rows_over_a_limit_of_the_axes(seed: int) -> None:
     np.testing.assert_allclose(played[-1], rows(True).position[-1], atol=1e-12)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_no_script_takes_rows_over_a_limit_of_a_combination(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    belt = sf.Combination(weights={"x": 1.0, "y": 1.0}, velocity=75.0, acceleration=760.0, jerk=26000.0)
+    limits = replace(LIMITS, feed=120.0, combinations={"belt": belt})
+    course = RowsCourse(rows(True), 2)
+    override = Override(course, limits, rate=0.5)
+    wanted = np.repeat(rng.uniform(0, 2, 60), rng.integers(10, 90))
+    ticks = override.run(np.concatenate([wanted, np.ones(20000)]))
+    assert override.done
+    played = course.block(np.append(0.0, ticks.tau), np.append(0.5, ticks.rate)).position
+    velocity, acceleration, jerk = differences(played @ [[1.0], [1.0]])
+    assert velocity <= 75.0 * (1 + 1e-9)
+    assert acceleration <= 760.0 * (1 + 1e-9)
+    assert jerk <= 26000.0 * (1 + 1e-5)
+    free = Override(RowsCourse(rows(True), 2), replace(LIMITS, feed=120.0), rate=0.5)
+    free_ticks = free.run(np.concatenate([wanted, np.ones(20000)]))
+    assert len(free_ticks) < len(ticks)  # the belt is what holds it back
+
+
 def test_rows_that_use_all_of_a_limit_are_refused_and_the_override_is_told_that_can_be_held() -> None:
     course = RowsCourse(rows(False), 2)
     with pytest.raises(LimitsError, match=r"leaves no reserve to slow down; .* or run it at 8\d % at most"):

@@ -31,6 +31,15 @@ STEPS = 3
 ROUNDING = 1e-14
 
 
+#: No weighted sums of axes.
+NO_SUMS: Array = np.zeros((0, 0))
+
+
+def with_sums(values: Array, sums: Array) -> Array:
+    """Values of axes (..., axes), and behind them those of weighted sums of these, (k, axes): (..., axes + k)."""
+    return np.concatenate([values, values @ sums.T], axis=-1) if len(sums) else values
+
+
 class Course(Protocol):
     """Positions q(tau) by plan time, at rest at both ends; `period` and `duration` in s."""
 
@@ -38,9 +47,10 @@ class Course(Protocol):
     period: float
     duration: float
 
-    def asked(self, first: int, count: int) -> Array:
-        """What the axes need in `count` ticks from `first` on, (count, 4, axes + 1); 0 beyond both ends.
+    def asked(self, first: int, count: int, sums: Array = NO_SUMS) -> Array:
+        """What axes and weighted sums of them, (k, axes), need in `count` ticks from `first` on; 0 beyond both ends.
 
+        (count, 4, axes + k + 1)
         Largest |q'| and |q''|; jerk at rate 1, jumps of q'' included; jerk over r^2 as the rate r goes to 0, where only
         these are left. In between the latter is at most a mean of both. The last column is that of the arc length.
         """
@@ -67,22 +77,22 @@ class LawCourse:
         self.path, self.law, self.period = path, law, positive(wanted, "period")
         self.axes, self.duration = path.axes, law.duration
 
-    def asked(self, first: int, count: int) -> Array:
+    def asked(self, first: int, count: int, sums: Array = NO_SUMS) -> Array:
         """As `Course` says, from the exact derivatives of path and law.
 
         For one period before and behind it, less a twentieth, a jump D of q'' counts as jerk of PEAK D / T: the
         quadratic B-spline by which a third difference sees it is nowhere above PEAK times its own mean over that time.
         """
         edges = np.clip(self.period * np.arange(first - 1, first + count + 2), 0.0, self.duration)
-        cells, at, jumps = self._look(edges[:-1], edges[1:])
+        cells, at, jumps = self._look(edges[:-1], edges[1:], sums)
         cells[:, 2], cells[:, 3] = np.max(cells[:, 2:], axis=1, initial=0.0), 0.0
         sharp = np.any(np.abs(jumps) > LEAST_JUMP * np.max(cells[:, 1], axis=0), axis=1)
         if np.any(sharp):
-            self._add(cells, first - 1, at[sharp], jumps[sharp])
+            self._add(cells, first - 1, at[sharp], jumps[sharp], sums)
         return cells[1:-1]
 
-    def _add(self, cells: Array, first: int, at: Array, jumps: Array) -> None:
-        """Add jumps (k, axes + 1) of q'' at times (k,), s, to the needs of ticks from `first` on, (n, 4, axes + 1)."""
+    def _add(self, cells: Array, first: int, at: Array, jumps: Array, sums: Array) -> None:
+        """Add jumps (k, columns) of q'' at times (k,), s, to the needs of ticks from `first` on, (n, 4, columns)."""
         period, reach = self.period, REACH * self.period
         ends = np.unique(np.clip([at - reach, at + reach], 0.0, self.duration))
         middle = 0.5 * (ends[:-1] + ends[1:])
@@ -92,7 +102,7 @@ class LawCourse:
         ways = np.stack([np.maximum(jumps, 0.0), np.maximum(-jumps, 0.0)], axis=1)
         total = np.concatenate([np.zeros_like(ways[:1]), np.cumsum(ways, axis=0)])
         alone = PEAK / period * (total[end] - total[begin])
-        both = np.max(alone + self._look(low, high)[0][:, 2:], axis=1)
+        both = np.max(alone + self._look(low, high, sums)[0][:, 2:], axis=1)
         alone = np.max(alone, axis=1)
         for k in range(TICKS_IN_REACH):
             tick = (low / period).astype(np.int64) + k - first
@@ -100,11 +110,11 @@ class LawCourse:
             np.maximum.at(cells[:, 2], tick[inside], np.maximum(both, alone / 3.0)[inside])
             np.maximum.at(cells[:, 3], tick[inside], alone[inside])
 
-    def _look(self, low: Array, high: Array) -> tuple[Array, Array, Array]:
-        """Largest |q'|, |q''|, q''' and -q''' of every axis, and of the arc length, from times low to high (n,), s.
+    def _look(self, low: Array, high: Array, sums: Array) -> tuple[Array, Array, Array]:
+        """Largest |q'|, |q''|, q''' and -q''' of axes, sums and arc length, from times low to high (n,), s.
 
-        low, high increase; (n, 4, axes + 1): 0, and minus infinity for q''', where nothing is between them. With the
-        times (k,), s, at which q'' jumps, and by how much, (k, axes + 1).
+        low, high increase; (n, 4, columns): 0, and minus infinity for q''', where nothing is between them. With the
+        times (k,), s, at which q'' jumps, and by how much, (k, columns).
         """
         law, ends = self.law, np.unique(np.concatenate([low, high]))
         breaks = np.concatenate([law.breaks, self._times_of_breaks(ends)])
@@ -129,7 +139,7 @@ class LawCourse:
         c, tau = law.coefficients[piece[part]], t - law.breaks[piece[part]]
         s, v, a, j = (derivative(c, tau, order)[:, None] for order in range(4))
         with np.errstate(invalid="ignore", over="ignore"):  # where C' = 0
-            r = self._derivatives(row[part], s[:, 0], t)
+            r = with_sums(self._derivatives(row[part], s[:, 0], t), sums)
         known: BoolArray = np.all(np.isfinite(r[:, 3]), axis=1)
         r[~known] = 0.0
         q = np.empty((3, len(r), r.shape[2] + 1))

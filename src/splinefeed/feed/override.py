@@ -62,7 +62,7 @@ class Override:
     top   highest rate that keeps the limits everywhere. A higher one is run where and while they allow it: what
           programmed feeds of the path (F) ask for is 100 %, `limits.feed` is a limit.
     Raises LimitsError for a course without reserve, for corners passed at speed (axis_velocity_step), and for limits
-    of combinations of axes and of torques.
+    of torques.
     Source: docs/math/override.md.
     Example: `sf.live.Override(sf.live.LawCourse(path, slow, 1e-3), limits).run(np.full(100, 0.5))`
     """
@@ -88,12 +88,14 @@ class Override:
             min(limits.acceleration, float(limits.deceleration or math.inf)),
             min(limits.jerk, float(limits.deceleration_jerk or math.inf)),
         )
-        self._limit = np.column_stack([limits.axis_bounds(axes).bounds, along])
+        bounded = limits.axis_bounds(axes)
+        self._limit, self._sums = np.column_stack([bounded.bounds, along]), bounded.weights
+        columns = self._limit.shape[1]
         self._cells = math.ceil(course.duration / self.period)
         self._windows = np.array(WINDOWS, dtype=np.int64)
         self._first, self._loaded = 0, 0
-        self._looked_at = np.zeros((0, 4, len(axes) + 1))
-        self._ahead = np.zeros((len(WINDOWS), 0, 4, len(axes) + 1))
+        self._looked_at = np.zeros((0, 4, columns))
+        self._ahead = np.zeros((len(WINDOWS), 0, 4, columns))
         self._caps = np.zeros((len(WINDOWS), 0))
         bend = course.bend_share(limits)
         self.top = min(self._top(bend, min(highest, 1.0)), highest)
@@ -118,9 +120,9 @@ class Override:
 
         LimitsError unless the rate `least` leaves something to slow it with.
         """
-        most = np.zeros((4, len(self.course.axes) + 1))
+        most = np.zeros((4, self._limit.shape[1]))
         for first in range(0, self._cells, BLOCK):
-            cells = self.course.asked(first, min(BLOCK, self._cells - first))
+            cells = self.course.asked(first, min(BLOCK, self._cells - first), self._sums)
             most = np.maximum(most, np.max(cells, axis=0))
         shares = np.max(most / self._limit[[0, 1, 2, 2]], axis=1)
         speed = max(float(shares[0]), bend, LEAST)
@@ -212,7 +214,8 @@ class Override:
         count = max(min(BLOCK, self._cells - cell if direction > 0 else cell + 1), 1)
         known = self._looked_at[passed:] if passed >= 0 else self._looked_at[:0]
         more = count + WINDOWS[-1] - len(known)
-        cells = self.course.asked(cell + len(known) if direction > 0 else cell + 1 - len(known) - more, more)
+        begin = cell + len(known) if direction > 0 else cell + 1 - len(known) - more
+        cells = self.course.asked(begin, more, self._sums)
         cells = np.concatenate([known, BETWEEN * cells[::direction]])
         self._first, self._loaded, self._looked_at = cell, direction, cells
         self._ahead = np.empty((len(WINDOWS), count, *cells.shape[1:]))

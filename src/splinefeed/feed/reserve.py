@@ -37,6 +37,12 @@ def with_reserve(
         for each in TABLE
         if each.power and each.held
     }
+    if limits.combinations is not None:
+        factors = {"velocity": 1.0 / top, "acceleration": acceleration / top**2, "jerk": jerk / top**3}
+        changed["combinations"] = {
+            name: replace(each, **{kind: getattr(each, kind) * factor for kind, factor in factors.items()})
+            for name, each in limits.combinations.items()
+        }
     return replace(limits, **changed)
 
 

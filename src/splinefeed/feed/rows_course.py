@@ -16,6 +16,7 @@ import math
 import numpy as np
 
 from splinefeed.errors import InputError, LimitsError
+from splinefeed.feed.course import NO_SUMS, with_sums
 from splinefeed.records import Array, IntArray, Limits, Setpoints, check_finite
 
 METHOD = "rows"
@@ -52,17 +53,17 @@ class RowsCourse:
         a, b, c, d = (self._q[np.clip(piece + k, 0, last)] for k in (-2, -1, 0, 1))
         return (a + 4.0 * b + c) / 6.0, 0.5 * (c - a), 0.5 * (a - 2.0 * b + c), (d - a + 3.0 * (b - c)) / 6.0
 
-    def asked(self, first: int, count: int) -> Array:
+    def asked(self, first: int, count: int, sums: Array = NO_SUMS) -> Array:
         """As `Course` says; along the path q'' is bounded by that of all linear axes, and q''' is left out."""
         T = self.period
         piece = np.arange(first, first + count)
-        _, c1, c2, c3 = self._pieces(piece)
+        c1, c2, c3 = (with_sums(each, sums) for each in self._pieces(piece)[1:])
         # |q'| is largest at an end, or where q'' = 0
         with np.errstate(divide="ignore", invalid="ignore"):
             bend = np.nan_to_num(np.clip(-c2 / (3.0 * c3), 0.0, 1.0))
         velocity = [(c1 + x * (2.0 * c2 + x * 3.0 * c3)) / T for x in (0.0, bend, 1.0)]
         acceleration = [(2.0 * c2 + x * 6.0 * c3) / T**2 for x in (0.0, 1.0)]
-        cells = np.zeros((count, 4, len(self.axes) + 1))
+        cells = np.zeros((count, 4, c1.shape[1] + 1))
         for order, each in enumerate((velocity, acceleration, [6.0 * c3 / T**3])):
             most = np.max(np.abs(each), axis=0)
             cells[:, order, :-1] = most

@@ -24,7 +24,8 @@ class LimitKind:
     name    the field of Limits;  words  what people read for it
     bounds  PATH, ENDS, TICKS, AXES, CORNERS, TRAVEL, SUMS or TORQUES: how a use of it is computed
     order   which derivative by time it bounds: 0 for lengths and angles, and where the names of single bounds say it
-    power   what it bounds grows by k^power where a motion runs k times as fast; 0: not at all, or by no power
+    power   what it bounds grows by k^power where a motion runs k times as fast; 0: not at all, by no power, or as the
+            names of single bounds say
     held    whether an override keeps it;  share  how much of it a reserve leaves to the plan: a key of its shares
     angle   whether it is an angle of no axis: rad inside, degrees at the edges;  filed  whether files can hold it
     """
@@ -58,7 +59,7 @@ TABLE = (
     LimitKind("axis_velocity_step", "axis velocity step", CORNERS, 1, 1, held=False),
     LimitKind("axis_minimum", "axis minimum", TRAVEL),
     LimitKind("axis_maximum", "axis maximum", TRAVEL),
-    LimitKind("combinations", "combination", SUMS, held=False, filed=False),
+    LimitKind("combinations", "combination", SUMS, filed=False),
     LimitKind("torque", "torque", TORQUES, held=False, filed=False),
 )
 KINDS = {each.name: each for each in TABLE}
