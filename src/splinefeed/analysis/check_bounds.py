@@ -10,7 +10,7 @@ import numpy as np
 from splinefeed.analysis.spans import DEGREES, Places, Spans, chunks, spans_of
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
-from splinefeed.records import AXIS_LIMITS, BOUNDED, KEPT, Array, BoolArray, IntArray, LimitResult, Limits
+from splinefeed.records import AXIS_LIMITS, KEPT, Array, BoolArray, IntArray, LimitResult, Limits
 
 #: How far a setpoint may be from the curve, and an end from the path's, mm (rotary axes rad), by default.
 TOLERANCE = 1e-9
@@ -126,9 +126,7 @@ class Bounds:
     @cached_property
     def weights(self) -> Array:
         """Weights of the axes in each combination that is limited, (combinations, axes)."""
-        axes = self.axes
-        rows = [each.on(axes) for each in (self.limits.combinations or {}).values()]
-        return np.array(rows).reshape(len(rows), len(axes))
+        return self.limits.axis_bounds(self.axes).weights
 
     @cached_property
     def corners(self) -> Corners:
@@ -210,11 +208,11 @@ class Bounds:
             ("orientation_error", limits.orientation_error, 0, 0),
             ("centripetal", limits.centripetal, 0, 0),
         ]
-        for order, name in enumerate(AXIS_LIMITS, start=1):
-            rows += [(f"{name}.{axes[k]}", v, order, k + 1) for k, v in enumerate(limits.of_axes(name, axes).tolist())]
-        for k, (name, each) in enumerate((limits.combinations or {}).items(), start=1 + len(axes)):
-            for order, kind in enumerate(BOUNDED, start=1):
-                rows.append((f"combinations.{name}.{kind}", getattr(each, kind), order, k))
+        bounded = limits.axis_bounds(axes)
+        for order, (names, bounds) in enumerate(zip(bounded.names, bounded.bounds.tolist(), strict=True), start=1):
+            rows += [
+                (name, bound, order, k) for k, (name, bound) in enumerate(zip(names, bounds, strict=True), start=1)
+            ]
         if limits.torque is not None:
             columns = limits.torque.columns(axes)
             most = limits.torque.most

@@ -9,6 +9,7 @@ import numpy as np
 
 from splinefeed.analysis import between
 from splinefeed.analysis.spans import EPSILON, Places, spans_of
+from splinefeed.geometry.corners import STOP_ANGLE
 from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
@@ -169,10 +170,12 @@ def _steps(setpoints: Setpoints, path: Path, law: TimeLaw, limits: Limits) -> li
     if limits.axis_velocity_step is None:
         return []
     values, s = np.zeros((len(setpoints), len(path.axes))), setpoints.s
-    at = path.corners.s
-    inside = np.flatnonzero(path.corners.stop & (at > max(float(s[0]), 0.0)) & (at < min(float(s[-1]), path.length)))
-    if len(inside):
-        at, curve, u = at[inside], path.corners.curve[inside], path.corners.u[inside]
+    corners = path.corners
+    first = np.searchsorted(corners.s, max(float(s[0]), 0.0), side="right")
+    within = slice(first, np.searchsorted(corners.s, min(float(s[-1]), path.length)))
+    stops = corners.angle[within] > STOP_ANGLE
+    if stops.any():
+        at, u, curve = corners.s[within][stops], corners.u[within][stops], corners.curve[within][stops]
         domains = path.flat.domains
         joint = (u >= domains[curve, 1]) & (curve + 1 < len(path.curves))
         sides = (

@@ -67,7 +67,7 @@ class Trial:
 class FeedTuning:
     """Trials by increasing scale, and the best that keeps the tolerance, mm, its setpoints and the machine's response.
 
-    notes  what the search found that is unusual, one sentence each
+    notes  what the search found that is unusual, and those of the law, one sentence each
     """
 
     tolerance: float
@@ -170,4 +170,5 @@ def tune_feed(
             notes.append(f"slower is not always better here: at top feeds of {feeds} mm/s the tolerance is exceeded")
         if best.scale == 1.0:
             notes.append("the given limits keep the tolerance already; raise them to go faster")
+    notes += (trials[0] if best is None else best).law.notes
     return FeedTuning(allowed, trials, best, setpoints, served, tuple(notes))
