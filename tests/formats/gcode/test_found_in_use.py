@@ -50,3 +50,25 @@ def test_an_arc_whose_centre_is_a_place_is_said_to_be_one(tmp_path: Path) -> Non
     assert wrong.endswith("as the centre's place, not the way to it, its words fit: write G90.1")
     assert path_of(tmp_path, "G90.1", "G0 X40. Y19.", "G1 X28. F600.", "G2 X30. Y15. I25. J15.").length > 10.0
     assert "G90.1" not in refusal(tmp_path, "O0001", "G0 X40. Y19.", "G1 X28. F600.", "G2 X30. Y15. I31. J2.")
+
+
+def test_variables_of_a_siemens_post_are_numbers_where_they_are_used(tmp_path: Path) -> None:
+    path = path_of(
+        tmp_path, "; SINUMERIK", "N10 DEF REAL _A, _B=5, _C", "DEF INT _N=2", "_A=10 _C=-3", "N5 G71 G90 G1 F600 X0 Y0",
+        "G1 X=_A Y=_B", "X=-_C Y=-_A", "_A=20", "N60 X=_A", "SETMS(1)", "M30",
+    )  # fmt: skip
+    assert path.ends[:, 1].tolist() == [[10.0, 5.0], [3.0, -10.0], [20.0, -10.0]]
+
+
+@pytest.mark.parametrize(
+    ("lines", "reason"),
+    [
+        (["DEF REAL A1[3]"], "arrays are not supported"),
+        (["DEF REAL _A=2*3"], "DEF _A=2*3: only a number is read"),
+        (["DEF REAL _A", "G1 X=_A+1 F60"], "expected a word of a Siemens program"),
+        (["DEF REAL _A", "G1 X=_B F60"], "expected a word of a Siemens program"),
+        (["DEF REAL _A", "_A=_A*2", "G1 X=_A F60"], "_A= is not supported in a Siemens program"),
+    ],
+)
+def test_what_computes_in_a_siemens_program_is_refused(tmp_path: Path, lines: list[str], reason: str) -> None:
+    assert reason in refusal(tmp_path, "; SINUMERIK", *lines)

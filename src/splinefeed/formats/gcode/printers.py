@@ -1,7 +1,8 @@
 """Programs of 3-D printers, Marlin's and Klipper's: one command a line, whose words are its own.
 
-Source: Marlin's G-code index (marlinfw.org/meta/gcode: G0 and G1 move at F, G4, G92, M82, M83, M109, M190, M220, M400),
-Klipper's documentation "G-Codes" and "Commands templates". M82 and M83 alone say how E counts, and G91 makes it steps
+Source: Marlin's G-code index (marlinfw.org/meta/gcode at 9ceeb6e4, 2026-06-10, one page a code: G0 and G1 move at F, G4
+S before P, G92, M3 to M5, M82, M83, M109, M190 to M193, M220 with B and R, M400), Klipper's "G-Codes" (docs/G-Codes.md
+at 84104bbbd, 2026-08-07) and "Commands templates". M82 and M83 alone say how E counts, and G91 makes it steps
 too; Marlin's G90 also ends M83, which slicers write behind it anyway.
 """
 
@@ -21,7 +22,9 @@ _READ = frozenset(
 #: G codes of the printer's own that move it: homing, levelling, parking, probing, and retraction by its own settings.
 _MOVE = frozenset((100, 110, 120, 260, 270, 280, 290, 300, 310, 320, 330, 340, 350, 420, 600, 610, 800))
 #: M codes at which the printer waits until it rests.
-_WAITS = frozenset((0, 1, 25, 109, 116, 190, 191, 226, 303, 400, 600, 601))
+_WAITS = frozenset((0, 1, 25, 109, 116, 125, 190, 191, 192, 193, 226, 303, 400, 600, 601))
+#: The spindle or laser, for which Marlin waits, too, but not with I, its inline mode.
+_SPINDLE = frozenset((3, 4, 5))
 #: Klipper's commands that set something and move nothing; what is not among them is a macro of the printer's owner.
 _SETTINGS = ("SET_", "EXCLUDE_OBJECT", "M117", "RESPOND", "SAVE_GCODE_STATE", "ACTIVATE_EXTRUDER", "TURN_OFF_HEATERS")
 
@@ -128,4 +131,5 @@ class Printer(Interpreter):
             state.feed, state.rate = state.feed * rate / state.rate, rate
             self.findings.count("M220 multiplies the feeds behind it", self.line)
         self._settings[name] += 1
-        state.say(self.line, " ".join(text.split())[:80], stop=code in _WAITS)
+        waits = code in _WAITS or (code in _SPINDLE and not re.search(r"\bI", text, re.IGNORECASE))
+        state.say(self.line, " ".join(text.split())[:80], stop=waits)
