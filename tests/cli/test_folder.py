@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import folder_kills
 from splinefeed.errors import FormatError, InputError
 from splinefeed.report import folder as folders
 
@@ -118,3 +119,38 @@ def test_messages_name_the_folder_and_not_the_hidden_one(tmp_path):
     with pytest.raises(InputError) as caught, folders.staged(target) as stage:
         raise InputError(f"{stage}/setpoints.mat: too many ticks")
     assert str(caught.value) == f"{target}/setpoints.mat: too many ticks"
+
+
+def test_what_a_killed_run_had_complete_is_put_in_place_and_what_it_had_not_goes(tmp_path):
+    whole, half = tmp_path / ".splinefeed-1111", tmp_path / ".splinefeed-2222"
+    for stage in (whole, half):
+        stage.mkdir()
+        (stage / "setpoints.h5").write_text(f"points of {stage.name}")
+    (tmp_path / "law.h5").write_text("law of .splinefeed-1111")  # put in place when the run was killed
+    (whole / "run.json").write_text(RECORD)
+    with pytest.raises(KeyboardInterrupt), folders.staged(tmp_path):
+        raise KeyboardInterrupt
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["law.h5", "run.json", "setpoints.h5"]
+    assert (tmp_path / "setpoints.h5").read_text() == "points of .splinefeed-1111"
+
+
+def test_a_run_at_work_in_the_same_folder_is_left_alone(tmp_path):
+    with folders.staged(tmp_path) as first:
+        (first / "run.json").write_text(RECORD)
+        with folders.staged(tmp_path) as second:
+            assert first.is_dir() and second.is_dir()
+            (second / "run.json").write_text(RECORD)
+        assert first.is_dir() and not second.exists()
+    assert [each.name for each in tmp_path.iterdir()] == ["run.json"]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="kills as POSIX has them")
+def test_runs_that_are_killed_at_any_moment_leave_files_of_one_run_or_a_report_that_says_so(tmp_path):
+    """Five kills here, many more by `make torture`: each moment is one of the things that a run does to files."""
+    assert folder_kills.kills(tmp_path, seed=3, count=5) == 5
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="kills as POSIX has them")
+def test_five_hundred_kills(tmp_path):
+    assert folder_kills.kills(tmp_path, seed=40, count=500) == 500

@@ -22,9 +22,21 @@ def test_the_report_is_made_again_from_the_folder(splinefeed, folder):
 def test_what_cannot_be_reported_on(splinefeed, folder):
     result = splinefeed("report", "nowhere")
     assert result.exit_code == 2
-    assert "run.json: is not the record of a run; give a folder of splinefeed run" in result.stderr
+    assert "nowhere/run.json: no such file; check the name and the folder" in result.stderr
     (folder / "odd").mkdir()
     (folder / "odd/run.json").write_text("[]")
     assert "is not the record of a run" in splinefeed("report", "odd").stderr
     (folder / "odd/run.json").write_text("{}")
+    assert "is not the record of a run; give a folder of splinefeed run" in splinefeed("report", "odd").stderr
+    for page, reason in (
+        ('"methods": [{"method": 1}]', "run.json: methods[0]: method: 1 is not text"),
+        ('"methods": [{"odd": 1}]', 'run.json: methods[0]: key "odd" is not known'),
+        ('"settings": 1e999', "run.json: settings: is not an object"),
+        ('"name": ' + "[" * 5000, "run.json: is nested too deeply"),
+        ('"name": "a", "name": "b"', 'key "name" appears twice'),
+    ):
+        (folder / "odd/run.json").write_text(f'{{"program": "splinefeed 1", {page}}}')
+        result = splinefeed("report", "odd")
+        assert result.exit_code == 2 and reason in result.stderr and result.stderr.count("\n") == 1
+    (folder / "odd/run.json").write_text('{"program": "splinefeed 1"}')
     assert "has no setpoints that can be read again" in splinefeed("report", "odd").stderr

@@ -35,6 +35,7 @@ def test_json_is_the_api(splinefeed, folder, api_run):
     assert page["files"] == [f"splinefeed-smooth/{name}" for name in ("setpoints.h5", "law.h5", "run.json")]
     assert all((folder / name).is_file() for name in page["files"])
     written = json.loads((folder / "splinefeed-smooth/run.json").read_text())
+    assert set(written.pop("sha256")) == {"setpoints.h5", "law.h5"}
     assert {**written, "files": page["files"]} == page
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Page, Say, verdict
-from splinefeed.cli.setpoints_file import on_its_machine, path_of
+from splinefeed.cli.setpoints_file import on_its_machine, path_of, run_of
 from splinefeed.errors import FormatError
 
 #: Formats of setpoints that keep every digit and all settings, those that are read first.
@@ -38,21 +37,28 @@ def report(say: Say, folder: str, output: str | None, machine: str | None) -> Pa
     from splinefeed.formats.plain import plain
     from splinefeed.formats.setpoints import load_chunks
     from splinefeed.pipeline.run import MOST_IN_CHUNKS, check_ticks, measured
-    from splinefeed.report import files, html
+    from splinefeed.report import files, html, record
 
     place = Path(folder)
-    said = _record(place / files.RECORD)
+    said = record.read(place / files.RECORD)
     say(f"reading {folder}")
     file = next((place / files.SETPOINTS[form] for form in FORMS if (place / files.SETPOINTS[form]).is_file()), None)
     if file is None:
         raise FormatError(f"{place}: has no setpoints that can be read again; run once more with --format hdf5")
+    kept, there_now = said.get("sha256", {}), files.digests(place)
+    for name in (file.name, files.LAW):
+        if name in kept and kept[name] != there_now.get(name):
+            raise FormatError(
+                f"{place / name}: is not the file that {files.RECORD} describes: it has changed, or a run was cut off "
+                "while its files were put in place; run once more"
+            )
     law = sf.load(place / files.LAW, sf.TimeLaw)
     settings = next(load_chunks(file, 1)).settings
     path, _ = path_of(settings, {"source": None}, str(file))
-    limits = sf.Limits.from_dict(settings["limits"])
+    limits, period = run_of(settings, str(file))
     joints = on_its_machine(path, settings, machine, limits)
     say("measuring and checking")
-    ticks = check_ticks(law, settings["period"], MOST_IN_CHUNKS)
+    ticks = check_ticks(law, period, MOST_IN_CHUNKS)
     run = measured(joints, limits, law, partial(load_chunks, file), ticks)
     there = (place / files.RESPONSE).is_file()
     responses = {run.kept.method: sf.load(place / files.RESPONSE, sf.Response)} if there else {}
@@ -63,11 +69,3 @@ def report(say: Say, folder: str, output: str | None, machine: str | None) -> Pa
     drawn = files.of_run(run, responses, str(page.get("machine", "")))
     write_text(target, html.page(run, page, drawn, results))
     return {**page, "files": [str(target)]}
-
-
-def _record(file: Path) -> Page:
-    """The page of numbers of the run."""
-    try:
-        return {**json.loads(file.read_text(encoding="utf-8"))}
-    except (OSError, ValueError, TypeError, RecursionError) as error:
-        raise FormatError(f"{file}: is not the record of a run; give a folder of splinefeed run: {error}") from None

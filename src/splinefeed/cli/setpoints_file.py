@@ -11,6 +11,8 @@ import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.source import read_path
 from splinefeed.errors import InputError
+from splinefeed.formats import json_values
+from splinefeed.records import positive
 
 
 def read_setpoints(file: str, given: Mapping[str, Any]) -> tuple[sf.Setpoints, list[str]]:
@@ -72,8 +74,19 @@ def options_of(settings: Mapping[str, Any]) -> dict[str, Any]:
     """The options of the run that wrote the setpoints, from its command."""
     from splinefeed.cli.run import run
 
-    words = shlex.split(str(settings.get("command", "")))[2:]
+    try:
+        words = shlex.split(str(settings.get("command", "")))[2:]
+    except ValueError as error:
+        raise InputError(f"the command in the settings of the setpoints cannot be read: {error}") from None
     return run.make_context("run", words, resilient_parsing=True).params
+
+
+def run_of(settings: Mapping[str, Any], file: str) -> tuple[sf.Limits, float]:
+    """Limits and period, s, that a run wrote into the settings of its setpoints; InputError where it did not."""
+    limits = json_values.fields(
+        settings.get("limits"), f"{file}: limits", dict.fromkeys(settings.get("limits") or {}, json_values.number)
+    )
+    return sf.Limits.from_dict(limits), positive(settings.get("period"), f"{file}: period")
 
 
 def says_path(settings: Mapping[str, Any]) -> bool:

@@ -345,6 +345,8 @@ class Limits:
             table = values
             for each in tables:
                 table = table.setdefault(each, {})
+                if not isinstance(table, dict):
+                    raise LimitsError(f"{key!r}: {each} is one number and has one by axis, too; give one of these")
             table[last] = value
         try:
             combinations = {name: Combination(**own) for name, own in values.pop("combinations", {}).items()}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -140,8 +141,18 @@ def write(
             names.append(REPORT)
             write_text(place / REPORT, html.page(run, said, drawn, [trace.result for trace in traces]))
     names.append(RECORD)
-    write_page(place / RECORD, {**said, "files": names})
+    write_page(place / RECORD, {**said, "files": names, "sha256": digests(place)})
     return names
+
+
+def digests(place: File) -> dict[str, str]:
+    """SHA-256 of the files in a folder that a report is made of: they are of one run, or the page tells."""
+    found = {}
+    for name in (*SETPOINTS.values(), LAW):
+        if (place / name).is_file():
+            with (place / name).open("rb") as stream:
+                found[name] = hashlib.file_digest(stream, "sha256").hexdigest()
+    return found
 
 
 def write_setpoints(setpoints: Setpoints | Iterator[Setpoints], place: File, formats: Iterable[str]) -> list[str]:

@@ -12,8 +12,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+try:
+    import fcntl
+except ImportError:  # not on Windows
+    fcntl = None  # type: ignore[assignment]
+
 from splinefeed.errors import FormatError, InputError, SplinefeedError
-from splinefeed.formats.atomic import reason_of
+from splinefeed.formats.atomic import TEMPORARIES, reason_of
 from splinefeed.report.files import NAMES, RECORD, RECORDS, SETPOINTS, write
 
 if TYPE_CHECKING:
@@ -38,8 +43,9 @@ def staged(folder: str | os.PathLike[str], record: str = RECORD, names: Sequence
     record  the file with the page of numbers that this command writes; names  all that it may write, that included
 
     Files of an earlier run of this command are replaced, or taken away if it now has none of that name, and files that
-    other commands of ours list as theirs may be replaced; nothing else is touched. Raises FormatError for a folder that
-    cannot be made or written, or holds such files that are not ours.
+    other commands of ours list as theirs may be replaced; nothing else is touched. The page of numbers is put in place
+    last. What a killed run had complete is put in place first, what it had not is removed. Raises FormatError for a
+    folder that cannot be made or written, or holds such files that are not ours.
     """
     if not str(folder):
         raise FormatError("the name of the output folder is empty; leave -o out, or write -o . for the current folder")
@@ -47,11 +53,15 @@ def staged(folder: str | os.PathLike[str], record: str = RECORD, names: Sequence
     stage = target / f".splinefeed-{secrets.token_hex(8)}"
     earlier: tuple[str, ...] | None = ()
     try:
+        if target.is_dir():
+            _recover(target)
         earlier = _checked(target, record, names)
         target.mkdir(exist_ok=earlier is not None)
         stage.mkdir()
-        yield stage
-        _publish(stage, target, record, earlier or ())
+        with _held(stage):
+            yield stage
+            with _held(target, wait=True):  # of two runs into one folder one comes after the other
+                _publish(stage, target, record, earlier or ())
     except OSError as error:
         raise FormatError(f"{folder}: cannot be written: {reason_of(error)}") from error
     except SplinefeedError as error:
@@ -98,8 +108,42 @@ def _listed(file: Path) -> list[str] | None:
     return [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
 
 
+@contextmanager
+def _held(folder: Path, *, wait: bool = False) -> Iterator[bool]:
+    """Hold a folder as this process's own until the context ends; whether it is, which is so where no other holds it.
+
+    The system lets go of it when the process dies, however that is. Where there are no such locks, nobody holds any.
+    """
+    if fcntl is None:
+        yield False
+        return
+    number = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(number, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+        except OSError:  # another process is at work there, or the disk has no locks
+            yield False
+        else:
+            yield True
+    finally:
+        os.close(number)
+
+
+def _recover(target: Path) -> None:
+    """Put in place what killed runs had complete, which is so where their page is there, and remove the rest."""
+    for stage in target.glob(TEMPORARIES):
+        if not stage.is_dir() or stage.is_symlink():
+            continue
+        with _held(stage) as own, _held(target, wait=True):
+            if own:
+                for record in RECORDS:
+                    if _listed(stage / record) is not None:
+                        _publish(stage, target, record, ())
+                shutil.rmtree(stage, ignore_errors=True)
+
+
 def _publish(stage: Path, target: Path, record: str, earlier: tuple[str, ...]) -> None:
-    names = sorted((file.name for file in stage.iterdir()), key=lambda name: (name != record, name))
+    names = sorted((file.name for file in stage.iterdir()), key=lambda name: (name == record, name))
     for name in names:
         os.replace(stage / name, target / name)
     for name in earlier:

@@ -8,11 +8,16 @@ import os
 import platform
 import shlex
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import splinefeed
 from splinefeed.analysis.certificate import versions
+from splinefeed.errors import FormatError
+from splinefeed.formats import json_values
 from splinefeed.formats.plain import plain
+from splinefeed.formats.source import read_text
+from splinefeed.pipeline.compare import MethodResult
 from splinefeed.pipeline.run import PAPER_SHAPE
 from splinefeed.records import ANGLES, ORDERS, ROTARY_AXES, TRAVEL_ENDS, unit_of
 
@@ -21,6 +26,8 @@ if TYPE_CHECKING:
     from splinefeed.pipeline.long_path import WindowedRun
     from splinefeed.pipeline.run import Run
 
+#: Largest page of numbers, bytes.
+MOST_BYTES = 2**24
 #: Packages whose version can change a number or a figure.
 PARTS = ("numpy", "numba", "scipy", "h5py", "matplotlib")
 #: Options that are not called as what they set.
@@ -84,6 +91,44 @@ def record(
         numbers["methods"] = [trace.result.as_dict() for trace in traces]
     page: dict[str, Any] = plain({**numbers, "name": run.name, **said})
     return page
+
+
+def read(file: Path) -> dict[str, Any]:
+    """The page of numbers that `record` gave to the file; FormatError that names the place of what is none of it.
+
+    A page may say more than is known here, as that of a later version does.
+    """
+    page = json_values.parse(read_text(file, "the record of a run", MOST_BYTES), file)
+    if not isinstance(page, dict) or not str(page.get("program", "")).startswith("splinefeed "):
+        raise FormatError(f"{file}: is not the record of a run; give a folder of splinefeed run")
+    for key, check in _PAGE.items():
+        if key in page:
+            check(page[key], f"{file}: {key}")
+    return page
+
+
+def _object(value: Any, place: str) -> Any:
+    if not isinstance(value, dict):
+        raise FormatError(f"{place}: is not an object")
+    return value
+
+
+def _method(value: Any, place: str) -> Any:
+    number = json_values.number
+    known: dict[str, json_values.Check] = {each.name: number for each in dataclasses.fields(MethodResult)}
+    known |= {"method": json_values.text, "title": json_values.text, "replaced": json_values.whole}
+    known["ns_per_tick"] = json_values.or_none(number)
+    return json_values.fields(value, place, known, tuple(known))
+
+
+#: What a page of numbers says where it says it; its numbers are measured again.
+_PAGE: dict[str, json_values.Check] = {
+    **dict.fromkeys(("name", "machine", "command", "program"), json_values.text),
+    **dict.fromkeys(("settings", "versions", "source"), _object),
+    "methods": json_values.each(_method, "methods", 1000),
+    "files": json_values.each(json_values.text, "names", 1000),
+    "sha256": _object,
+}
 
 
 def of_program(run: Run) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -13,14 +14,20 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import FormatError, InputError
-from splinefeed.formats import rows_parquet
+from splinefeed.formats import json_values, rows_parquet
 from splinefeed.formats.atomic import TEMPORARIES, write_text
+from splinefeed.formats.source import read_text
+from splinefeed.numbers import whole
 from splinefeed.records import Array, BoolArray, IntArray
 from splinefeed.sweeps.spec import Sweep
 from splinefeed.sweeps.work import COLUMNS, DONE, FAILED, OVER, Row
 
 #: Runs in one part of the dataset.
 PART = 1000
+#: Rows are synced to the disk so often, s: each sync takes some ms.
+SYNCED = 0.1
+#: Largest page of what a sweep is, and of a journal, bytes.
+MOST_BYTES = 2**26
 #: What a sweep's folder holds.
 ABOUT, LOCK, PARTS = "sweep.json", "lock", "rows"
 
@@ -60,6 +67,7 @@ class Store:
         self.sweep = sweep
         self.columns = columns_of(sweep)
         self.done: BoolArray = np.zeros(len(sweep), dtype=np.bool_)
+        self._sync_at = 0.0
         self._waiting: dict[int, dict[int, Row]] = {}  # rows of parts that are not whole
         try:
             self.rows.mkdir(parents=True, exist_ok=True)
@@ -86,12 +94,19 @@ class Store:
         return self
 
     def __exit__(self, *error: object) -> None:
+        for number in self._waiting:
+            with suppress(OSError), self._part(number, "jsonl").open("ab") as journal:
+                os.fsync(journal.fileno())
         self._lock.close()
 
     def add(self, row: Row) -> None:
-        """Keep a row: it survives whatever happens from here on but the loss of the disk."""
+        """Keep a row: it survives the death of this process, and a power cut that comes SYNCED s later."""
         with self._part(row["index"] // PART, "jsonl").open("ab") as journal:
             journal.write(json.dumps(row).encode() + b"\n")
+            journal.flush()
+            if (now := time.monotonic()) >= self._sync_at:
+                os.fsync(journal.fileno())
+                self._sync_at = now + SYNCED
         self._keep(row)
 
     def _part(self, number: int, form: str) -> Path:
@@ -127,47 +142,79 @@ class Store:
 
     def _load(self) -> None:
         for file in self.rows.glob("*.parquet"):
-            self.done[np.array(rows_parquet.read([file])["index"], dtype=np.int64)] = True
+            self.done[_indices(rows_parquet.read([file]), len(self.sweep), file)] = True
             file.with_suffix(".jsonl").unlink(missing_ok=True)
         for journal in sorted(self.rows.glob("*.jsonl")):
-            rows = _lines(journal)
+            rows = _lines(journal, len(self.sweep))
             write_text(journal, "".join(f"{json.dumps(row)}\n" for row in rows))  # without a line that was cut off
             for row in rows:
                 self._keep(row)
 
 
-def _lines(journal: Path) -> list[Row]:
-    """Rows of a journal; what is behind the last line that is whole is left out."""
+def _lines(journal: Path, runs: int) -> list[Row]:
+    """Rows of a journal of a sweep of so many runs; lines that are cut off or no rows are left out: they run again."""
     rows = []
     with suppress(FileNotFoundError):  # its part has become whole
+        if journal.stat().st_size > MOST_BYTES:
+            raise FormatError(f"{journal}: is larger than {MOST_BYTES // 2**20} MB; that is no journal of {PART} runs")
         for line in journal.read_bytes().split(b"\n")[:-1]:
-            with suppress(ValueError):
-                rows.append(json.loads(line))
+            with suppress(ValueError, RecursionError):
+                row = json.loads(line)
+                if isinstance(row, dict) and 0 <= whole(row.get("index"), "index", 0) < runs:
+                    rows.append(row)
     return rows
 
 
+def _indices(rows: Mapping[str, Sequence[Any]], runs: int, file: Path) -> list[int]:
+    """The numbers of the runs in a part; FormatError for a part of another dataset."""
+    indices = rows.get("index", [])
+    if not indices or not all(isinstance(each, int) and 0 <= each < runs for each in indices):
+        raise FormatError(f"{file}: is no part of this sweep; take it away, and its runs are made again")
+    return list(indices)
+
+
 def _about(folder: Path) -> dict[str, Any]:
+    """What a sweep's folder says of itself; FormatError for what says none of it."""
+    file = folder / ABOUT
+    text = json_values.text
+    known: dict[str, json_values.Check] = {
+        "name": text, "digest": text, "runs": json_values.whole, "seed": json_values.whole, "part": json_values.whole,
+        "varied": json_values.names, "columns": json_values.anything, "fixed": json_values.anything,
+    }  # fmt: skip
     try:
-        about: dict[str, Any] = json.loads((folder / ABOUT).read_text(encoding="utf-8"))
-        if about["digest"] and about["columns"]:
+        about = json_values.parse(read_text(file, "the page of a sweep", MOST_BYTES), file)
+        about = json_values.fields(about, str(file), known, tuple(known))
+        if isinstance(about["columns"], dict) and set(about["columns"].values()) <= set(rows_parquet.KINDS):
             return about
-    except (OSError, ValueError, LookupError, TypeError):
-        pass
-    raise FormatError(f"{folder}: is not a folder of a sweep; it has no {ABOUT} that can be read")
+    except (FormatError, TypeError) as error:
+        raise FormatError(
+            f"{folder}: is not a folder of a sweep; it has no {ABOUT} that can be read: {error}"
+        ) from None
+    raise FormatError(f"{folder}: is not a folder of a sweep: {ABOUT} names no columns")
 
 
 def load(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, list[Any]]]:
     """What a sweep's folder says of itself, and all rows that it has as columns."""
     place = Path(folder) / PARTS
     about = _about(Path(folder))
-    rows = [row for journal in sorted(place.glob("*.jsonl")) for row in _lines(journal)]  # first: they become parts
-    whole = rows_parquet.read(sorted(place.glob("*.parquet"))) or {name: [] for name in about["columns"]}
-    known = set(whole["index"])
+    runs = about["runs"]
+    rows = [
+        row for journal in sorted(place.glob("*.jsonl")) for row in _lines(journal, runs)
+    ]  # first: they become parts
+    columns: dict[str, list[Any]] = {name: [] for name in about["columns"]}
+    for file in sorted(place.glob("*.parquet")):
+        part = rows_parquet.read([file])
+        _indices(part, runs, file)
+        if missing := [name for name in columns if name not in part]:
+            raise FormatError(f"{file}: is no part of this sweep: it has no column {missing[0]}")
+        for name, values in columns.items():
+            values += part[name]
+    known = set(columns["index"])
     for row in sorted(rows, key=lambda row: int(row["index"])):
         if row["index"] not in known:
-            for name in about["columns"]:
-                whole[name].append(row.get(name))
-    return about, whole
+            for name, values in columns.items():
+                values.append(row.get(name))
+    return about, columns
 
 
 def settings_columns(about: Mapping[str, Any]) -> list[str]:
