@@ -29,7 +29,7 @@ def test_what_cannot_be_reported_on(splinefeed, folder):
     (folder / "odd/run.json").write_text("{}")
     assert "is not the record of a run; give a folder of splinefeed run" in splinefeed("report", "odd").stderr
     for page, reason in (
-        ('"methods": [{"method": 1}]', "run.json: methods[0]: method: 1 is not text"),
+        ('"methods": [{"method": 1}]', "run.json: methods[0]: title is missing"),
         ('"methods": [{"odd": 1}]', 'run.json: methods[0]: key "odd" is not known'),
         ('"settings": 1e999', "run.json: settings: is not an object"),
         ('"name": ' + "[" * 5000, "run.json: is nested too deeply"),
