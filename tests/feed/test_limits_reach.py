@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import splinefeed as sf
 from splinefeed.errors import LimitsError
+from splinefeed.records import ROTARY_AXES, unlimited_axes
 
 PERIOD = 1e-3
 VELOCITY, ACCELERATION, JERK = 1.0, 2.0, 20.0
@@ -145,6 +149,42 @@ def test_law_and_verdict_name_the_axes_that_a_number_does_not_reach() -> None:
     assert run.numbers()["notes"].count(words) == 1
     every = sf.Limits(feed=60.0, axis_acceleration=[500.0, 500.0, 20.0], axis_jerk=[20000.0, 20000.0, 800.0])
     assert not any("moves without" in note for note in sf.plan(path, every, period=PERIOD).notes)
+
+
+@st.composite
+def cases(draw: st.DrawFn) -> tuple[tuple[str, ...], dict[str, Any], np.ndarray]:
+    """Axes, limits in any form, and which of the axes move."""
+    linear = draw(st.sampled_from([(), ("x",), ("x", "y"), ("q1", "q2", "q3", "q4")]))
+    rotary = draw(st.sampled_from([(), ("a",), ("b", "c")] if linear else [("a",), ("b", "c")]))
+    axes = (*linear, *rotary)
+    given: dict[str, Any] = {}
+    for name in ("axis_velocity", "axis_acceleration", "axis_jerk"):
+        some = st.lists(st.sampled_from(axes), unique=True).map(lambda those: dict.fromkeys(those, 2.0))
+        value = draw(st.one_of(st.none(), st.just(2.0), st.just([2.0] * len(axes)), some))
+        given |= {} if value is None else {name: value}
+    return axes, given, np.array(draw(st.lists(st.booleans(), min_size=len(axes), max_size=len(axes))))
+
+
+@given(cases())
+def test_every_axis_that_moves_has_the_limit_or_is_named_or_all_is_refused(
+    case: tuple[tuple[str, ...], dict[str, Any], np.ndarray],
+) -> None:
+    axes, limited, moves = case
+    limits = sf.Limits(feed=1.0, **limited)
+    low = np.zeros(len(axes))
+    try:
+        notes = unlimited_axes(limits, axes, low, np.where(moves, 5.0, low))
+    except LimitsError:
+        assert set(axes) <= set(ROTARY_AXES)  # a number, where every axis turns
+        assert 2.0 in limited.values()
+        return
+    for name, value in limited.items():
+        bounded = np.isfinite(limits.of_axes(name, axes))
+        assert isinstance(value, dict) or np.all(bounded | np.isin(axes, ROTARY_AXES))
+        named = {axis for note in notes if name in note for axis in re.split(r" moves? | turns? ", note)[0].split(", ")}
+        free = {axis for axis, own, moving in zip(axes, bounded, moves, strict=True) if moving and not own}
+        if value:  # a limit of no axis is none
+            assert named == free
 
 
 def test_limits_in_the_order_of_axes_are_kept_in_a_file(tmp_path: Any) -> None:
