@@ -11,7 +11,7 @@ import pytest
 
 import motions
 import splinefeed as sf
-from splinefeed.analysis.spans import Places, Spans
+from splinefeed.analysis.spans import PathSpans, SpanPlaces
 from splinefeed.geometry import path as path_module
 from splinefeed.geometry import pieces, tables
 from splinefeed.geometry.curve import NurbsCurve
@@ -112,11 +112,11 @@ def test_a_wrong_kernel_of_the_derivatives_is_found(monkeypatch):
 def test_spans_agree_with_the_tables_of_the_path():
     """Two evaluators that share nothing: on a rough curve, points and arc lengths agree to rounding."""
     butterfly = motions.butterfly()
-    spans = Spans(butterfly.flat, butterfly.linear)
+    spans = PathSpans(butterfly.flat, butterfly.linear)
     u = np.sort(np.random.default_rng(1).uniform(*butterfly.curves[0].domain, 5000))
     curve = np.zeros(len(u), dtype=np.int64)
     row, _ = spans.find(curve, u)
-    places = Places(spans, row)
+    places = SpanPlaces(spans, row)
     t = places.t(u)
     np.testing.assert_allclose(places.derivatives(t, 0)[0].T, butterfly.evaluate(curve, u)[:, 0], atol=1e-12)
     s = spans.arc_length(row, t)
@@ -130,10 +130,10 @@ def test_a_narrow_span_far_from_zero_is_met_to_the_bit_of_its_parameter():
     points = [[0, 0], [1, 2], [2, -1], [3, 1], [4, 0.5], [5, 1], [6, 0], [7, 0.5]]
     curve = sf.NurbsCurve(3, knots, points)
     narrow = sf.Path([curve])
-    spans = Spans(narrow.flat, 2)
+    spans = PathSpans(narrow.flat, 2)
     u = np.sort(np.random.default_rng(3).uniform(3.0, 3.000002, 200))
     row, _ = spans.find(np.zeros(len(u), dtype=np.int64), u)
-    places = Places(spans, row)
+    places = SpanPlaces(spans, row)
     found = places.derivatives(places.t(u), 0)[0].T
     for k in range(0, len(u), 10):
         assert found[k] == pytest.approx(exactly(curve, u[k]), abs=1e-14)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from itertools import pairwise
 
 import numpy as np
@@ -334,3 +335,22 @@ def test_no_samples():
 def test_refused(position, hint):
     with pytest.raises(InputError, match=r"position|s_hint"):
         contour_error(position, polygon((0, 0), (10, 0)), s_hint=hint)
+
+
+# --- memory ---
+
+
+def test_many_places_that_are_as_near_are_looked_at_in_blocks():
+    """10 times around a polygon of 200 sides, and 500 positions about its middle: every side may be the nearest."""
+    angle = 2.0 * np.pi * np.arange(2001) / 200
+    path = sf.Path.polyline(10.0 * np.column_stack([np.cos(angle), np.sin(angle)]))
+    q = np.random.default_rng(3).normal(0.0, 1e-6, (500, 2))
+    meter = ContourMeter(path)
+    meter.measure(q[:1])
+    tracemalloc.start()
+    found = meter.measure(q), meter.measure(q, s_hint=np.full(500, 0.5 * path.length))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    for each in found:
+        assert np.all(np.abs(each.error - 10.0 * np.cos(np.pi / 200)) < 1e-5)
+    assert peak < 100e6  # in one block: half a gigabyte

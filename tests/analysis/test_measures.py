@@ -13,7 +13,7 @@ import motions
 import splinefeed as sf
 from splinefeed.analysis import measures
 from splinefeed.analysis.check_law import limits_along
-from splinefeed.analysis.spans import Spans
+from splinefeed.analysis.spans import PathSpans
 
 
 def circle(radius: float = 10.0) -> sf.Path:
@@ -27,7 +27,7 @@ def circle(radius: float = 10.0) -> sf.Path:
 
 def travelled(path: sf.Path, *u: float) -> float:
     """Arc length of the only curve from one parameter to another, mm."""
-    spans = Spans(path.flat, path.linear)
+    spans = PathSpans(path.flat, path.linear)
     row, at = spans.find(np.zeros(2, dtype=np.int64), np.array(u))
     return float(spans.steps(row, spans.ahead(row, (at - spans.middle[row]) * spans.scale[row]))[0])
 

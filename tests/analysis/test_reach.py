@@ -7,7 +7,7 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.analysis.following import ContourMeter
-from splinefeed.analysis.nearest import Nearest
+from splinefeed.analysis.nearest import NearestOnPath
 from splinefeed.analysis.spans import spans_of
 
 #: 10 mm along x, a quarter turn of a at x = 10, which counts 90 mm, and 10 mm more.
@@ -29,7 +29,7 @@ def test_a_window_whose_nearest_point_is_its_edge_is_doubled(backwards):
     path = sf.Path.polyline(points[::-1].copy() if backwards else points)
     hint = path.length if backwards else 0.0
     rows = spans_of(path)
-    search = Nearest(rows, closed=path.closed)
+    search = NearestOnPath(rows, closed=path.closed)
     found = search.near(np.array([[0.55], [0.0]]), np.array([hint]), 2.7)
     assert np.sqrt(found.square) == pytest.approx([0.05], rel=1e-9)  # beside the last line, 0.1 mm down it
     s = 2.0 + np.hypot(0.3, 1.0) + 0.1

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinefeed.analysis.spans import Places, Spans, dot, expanded
+from splinefeed.analysis.spans import PathSpans, SpanPlaces, dot, expanded
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: Parts of pieces that are processed together: they stay in the processor's cache.
@@ -37,7 +37,7 @@ class Parts:
     first: IntArray
 
 
-def parts(spans: Spans, row: IntArray, u: Array) -> Iterator[tuple[slice, Parts]]:
+def parts(spans: PathSpans, row: IntArray, u: Array) -> Iterator[tuple[slice, Parts]]:
     """Parts of the steps between places, row and u (n + 1,), whichever way they go, MOST or one step at a time.
 
     Each slice is of steps; a step without a place at one of its ends has a part of no length.
@@ -69,7 +69,7 @@ def _ways(row: IntArray, u: Array) -> tuple[BoolArray, BoolArray]:
     return np.isnan(u[:-1]) | np.isnan(u[1:]), back
 
 
-def chord_errors(spans: Spans, row: IntArray, u: Array, position: Array, worth: float | None = None) -> Array:
+def chord_errors(spans: PathSpans, row: IntArray, u: Array, position: Array, worth: float | None = None) -> Array:
     """Largest distance of the curve from the line between neighbouring positions, (n,), mm, NaN without a place.
 
     row, u (n + 1,), position (axes, n + 1), mm. Every part is examined by itself, ends included, so that a corner at
@@ -84,7 +84,7 @@ def chord_errors(spans: Spans, row: IntArray, u: Array, position: Array, worth: 
         start = ends[:, part.step]
         chord = (ends[:, 1:] - ends[:, :-1])[:, part.step]
         width = part.high - part.low
-        places = Places(spans, part.row)
+        places = SpanPlaces(spans, part.row)
         distance = _from_chord(places.derivatives(places.t(part.low + shares * width), 0)[0][:linear], start, chord)[0]
         best = np.argmax(distance, axis=0)
         each = distance[best, np.arange(len(best))]
@@ -97,7 +97,7 @@ def chord_errors(spans: Spans, row: IntArray, u: Array, position: Array, worth: 
             begin + wide * shares[np.minimum(best[near] + 1, INTERVALS), 0],
         )
         place = begin + wide * shares[best[near], 0]
-        places, start, chord = Places(spans, part.row[near]), start[:, near], chord[:, near]
+        places, start, chord = SpanPlaces(spans, part.row[near]), start[:, near], chord[:, near]
         for _ in range(NEWTON_STEPS if len(near) else 0):
             c, first, second = (values[:linear] for values in places.derivatives(places.t(place), 2))
             far, apart, inside = _from_chord(c, start, chord)
@@ -126,12 +126,12 @@ def _from_chord(at: Array, start: Array, chord: Array) -> tuple[Array, Array, Bo
     return np.sqrt(dot(apart, apart)), apart, inside
 
 
-def least_curvatures(spans: Spans, row: IntArray, u: Array) -> Array:
+def least_curvatures(spans: PathSpans, row: IntArray, u: Array) -> Array:
     """Least curvature between neighbouring places, (n,), 1/mm: at both ends and the middle of every part."""
     out = np.empty(max(len(u) - 1, 0))
     thirds = np.array([0.0, 0.5, 1.0])[:, None]
     for steps, part in parts(spans, row, u):
-        places = Places(spans, part.row)
+        places = SpanPlaces(spans, part.row)
         curvature = places.curvature(*places.along(places.t(part.low + thirds * (part.high - part.low)), 2))
         out[steps] = np.minimum.reduceat(np.min(curvature, axis=0), part.first)
     out[np.isnan(u[:-1]) | np.isnan(u[1:])] = np.nan

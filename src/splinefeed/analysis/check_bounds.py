@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from splinefeed.analysis.spans import DEGREES, Places, Spans, chunks, spans_of
+from splinefeed.analysis.spans import DEGREES, PathSpans, SpanPlaces, chunks, spans_of
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import AXIS_LIMITS, KEPT, Array, BoolArray, IntArray, LimitResult, Limits
@@ -97,7 +97,7 @@ class Bounds:
         return self.path.axes if self.joints is None else self.joints.axes
 
     @cached_property
-    def rows(self) -> Spans:
+    def rows(self) -> PathSpans:
         """The path, by its control points, weights and knots."""
         return spans_of(self.path)
 
@@ -174,7 +174,7 @@ class Bounds:
         """
         sides = []
         for side, end in ((before, 1.0), (behind, -1.0)):
-            places = Places(self.rows, side)
+            places = SpanPlaces(self.rows, side)
             c, (_, r1, r2, _) = places.along(np.full(len(side), end), 3)
             speed, second = (np.sqrt(places.product(each, each)) for each in c[1:3])
             least = NO_SPEED * (self.rows.end - self.rows.start)[side] * places.scale

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.analysis.check_bounds import STEP, Bounds, Worst
-from splinefeed.analysis.spans import EPSILON, Places, about, expanded
+from splinefeed.analysis.spans import EPSILON, SpanPlaces, about, expanded
 from splinefeed.geometry.path import Path
 from splinefeed.records import KEPT, Array, BoolArray, IntArray, LimitResult, Limits, TimeLaw, unit_along
 
@@ -229,7 +229,7 @@ class LawMotion:
         rows, axes = self.rows, self.bounds.path.axes
         every = np.broadcast_to(row, s.shape).ravel()
         ahead = np.clip(s.ravel() - rows.start[every], 0.0, rows.end[every] - rows.start[every])
-        places = Places(rows, every)
+        places = SpanPlaces(rows, every)
         derivatives, (_, r1, r2, r3) = places.along(rows.parameter(every, ahead), 3)
         v, a, j = v.ravel(), a.ravel(), j.ravel()
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

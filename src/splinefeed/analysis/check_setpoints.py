@@ -19,7 +19,7 @@ from splinefeed.analysis.check_bounds import BESIDE, STEP, Bounds, Fault, contai
 from splinefeed.analysis.check_law import motion_at
 from splinefeed.analysis.check_tool import Tool
 from splinefeed.analysis.place import Located, Placer
-from splinefeed.analysis.spans import EPSILON, Places, expanded
+from splinefeed.analysis.spans import EPSILON, SpanPlaces, expanded
 from splinefeed.errors import InputError
 from splinefeed.records import Array, BoolArray, Setpoints, TimeLaw, unit_along, unlimited_axes
 
@@ -259,7 +259,7 @@ class Judge:
     def _check_end(self, kind: str, place: Ticks) -> None:
         """Whether the first or last tick is the path's, by position and, for closed paths, by arc length."""
         path, k = self.bounds.path, 0 if kind == "start" else -1
-        end = Places(self.rows, np.array([k])).derivatives(np.array([-1.0 if kind == "start" else 1.0]), 0)[0]
+        end = SpanPlaces(self.rows, np.array([k])).derivatives(np.array([-1.0 if kind == "start" else 1.0]), 0)[0]
         apart = place.position[:, k] - end[:, 0]
         short = abs(float(place.s[k]) - (0.0 if kind == "start" else self.rows.length))
         missing = max(float(np.linalg.norm(apart[: path.linear])), short)

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.analysis.place import Placer
-from splinefeed.analysis.spans import EPSILON, Places, Spans
+from splinefeed.analysis.spans import EPSILON, PathSpans, SpanPlaces
 from splinefeed.geometry.curves import Flat
 from splinefeed.geometry.tool_path import ANGLES, POINTS
 from splinefeed.kinematics import JointPath
@@ -31,13 +31,13 @@ MOVING = 0.01
 class Tool:
     """Tip and tool axis of joints on their path, and the largest errors so far: of the chord, mm, of the axis, rad."""
 
-    def __init__(self, path: JointPath, rows: Spans, placer: Placer) -> None:
+    def __init__(self, path: JointPath, rows: PathSpans, placer: Placer) -> None:
         self.path, self._rows, self._placer = path, rows, placer
         self.chord_error = self.off_axis = self.turned = 0.0
         self._size, self._steep = np.zeros((2, len(path.axes)))
         self._longest = 0.0
         axis = path.tool.tool_axis
-        self._axis = None if axis is None else Spans(Flat.of(axis), path.tool.columns)
+        self._axis = None if axis is None else PathSpans(Flat.of(axis), path.tool.columns)
 
     def tip(self, setpoints: Setpoints) -> tuple[Setpoints, Array]:
         """Setpoints of the tip, and by how much the tool axis is off, rad (n,); of angles their own difference."""
@@ -66,9 +66,9 @@ class Tool:
     def _orientation(self, curve: IntArray, u: Array) -> Array:
         """What stands for the tool axis at places (n,), (n, columns): a point of the axis counts from the tip, mm."""
 
-        def at(spans: Spans, curve: IntArray) -> Array:
+        def at(spans: PathSpans, curve: IntArray) -> Array:
             row, value = spans.find(curve, u)
-            places = Places(spans, row)
+            places = SpanPlaces(spans, row)
             return places.derivatives(places.t(value), 0)[0].T
 
         assert self._axis is not None

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from splinefeed.analysis.nearest import Nearest
+from splinefeed.analysis.nearest import NearestOnPath
 from splinefeed.analysis.spans import spans_of
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
@@ -52,7 +52,7 @@ class ContourMeter:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._rows = spans_of(path)
-        self._search = Nearest(self._rows, closed=path.closed)
+        self._search = NearestOnPath(self._rows, closed=path.closed)
 
     def measure(self, position: ArrayLike, *, s_hint: ArrayLike | None = None) -> Contour:
         """Contour error of `position` (n, axes) or (n, linear axes), mm; rotary axes do not count.
@@ -87,7 +87,7 @@ class ContourMeter:
 
 
 @dataclass
-class Worst:
+class Peak:
     """The largest |value| so far, its time, s, and commanded arc length, mm or None; count and squares of all."""
 
     value: float = 0.0
@@ -121,8 +121,8 @@ class ErrorTally:
 
     def __init__(self, axes: tuple[str, ...]) -> None:
         self.axes, self.ticks = axes, 0
-        self.tracking, self.saturated = [Worst() for _ in axes], np.zeros(len(axes), dtype=int)
-        self.contour: Worst | None = None
+        self.tracking, self.saturated = [Peak() for _ in axes], np.zeros(len(axes), dtype=int)
+        self.contour: Peak | None = None
         self.stopped: str | None = None
 
     def see(self, response: Response, s: Array | None = None) -> None:
@@ -133,15 +133,15 @@ class ErrorTally:
             worst.see(error, response.t, s)
         self.saturated += np.count_nonzero(response.saturated, axis=0)
         if response.contour_error is not None:
-            self.contour = self.contour or Worst()
+            self.contour = self.contour or Peak()
             self.contour.see(response.contour_error, response.t, s)
         self.ticks += len(response)
         self.stopped = response.stopped
 
-    def worst_linear(self) -> tuple[str, Worst]:
+    def worst_linear(self) -> tuple[str, Peak]:
         """The linear axis with the largest following error; a worst one of 0 where there is none."""
         linear = [each for each in zip(self.axes, self.tracking, strict=True) if each[0] not in ROTARY_AXES]
-        return max(linear, key=lambda each: each[1].value, default=("", Worst()))
+        return max(linear, key=lambda each: each[1].value, default=("", Peak()))
 
     def numbers(self) -> dict[str, Any]:
         """What `--json` prints: lengths in mm, rotary axes in degrees; contour errors are None without a path."""

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from splinefeed.analysis import between
-from splinefeed.analysis.spans import EPSILON, Places, spans_of
+from splinefeed.analysis.spans import EPSILON, SpanPlaces, spans_of
 from splinefeed.geometry.corners import STOP_ANGLE
 from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
@@ -111,7 +111,7 @@ def limit_use(
     else:
         rows = spans_of(path)
         row, u = rows.find(setpoints.curve, setpoints.u)
-        places = Places(rows, row)
+        places = SpanPlaces(rows, row)
         exact_at = places.along(places.t(u), 3)
         kappa = chord = places.curvature(*exact_at)
         d, feed = np.stack(exact_at[1], axis=1).T, feed_limit(setpoints, path, limits)
@@ -313,5 +313,5 @@ def chord_errors(setpoints: Setpoints, path: Path) -> Array:
     """Largest distance of the curve from the straight line between neighbouring setpoints, (n - 1,), mm."""
     rows = spans_of(path)
     row, u = rows.find(setpoints.curve, setpoints.u)
-    places = Places(rows, row)
+    places = SpanPlaces(rows, row)
     return between.chord_errors(rows, row, u, places.derivatives(places.t(u), 0)[0])

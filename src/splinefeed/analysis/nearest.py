@@ -7,14 +7,14 @@ that is nearer than its neighbours is where Newton's method begins.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from splinefeed.analysis.spans import DEGREES, EPSILON, Places, Spans, chunks, dot, expanded, taken
+from splinefeed.analysis.spans import DEGREES, EPSILON, PathSpans, SpanPlaces, chunks, dot, expanded, taken
 from splinefeed.records import Array, IntArray
 
 #: Positions, and pairs of a position and a cell, that are looked at together: what bounds the memory.
@@ -42,30 +42,30 @@ ROUNDINGS = 16.0
 
 
 @dataclass(eq=False)
-class Found:
+class NearestPoints:
     """The nearest point to each of n positions: span and t (n,), squared distance (n,), mm^2."""
 
     row: IntArray
     t: Array
     square: Array
 
-    def take(self, index: IntArray) -> Found:
+    def take(self, index: IntArray) -> NearestPoints:
         """Those of these numbers."""
-        return Found(self.row[index], self.t[index], self.square[index])
+        return NearestPoints(self.row[index], self.t[index], self.square[index])
 
-    def put(self, index: IntArray | slice, other: Found) -> None:
+    def put(self, index: IntArray | slice, other: NearestPoints) -> None:
         """Have the others at these numbers."""
         self.row[index], self.t[index], self.square[index] = other.row, other.t, other.square
 
 
-class Nearest:
+class NearestOnPath:
     """Nearest points over the linear axes of a path, or with `turned` over all, 1 degree as 1 mm."""
 
-    def __init__(self, spans: Spans, *, closed: bool = False, turned: bool = False) -> None:
+    def __init__(self, spans: PathSpans, *, closed: bool = False, turned: bool = False) -> None:
         self.spans, self.closed = spans, closed
         self.dims = spans.axes if turned else spans.linear
         self.unit = np.where(np.arange(self.dims) < spans.linear, 1.0, DEGREES)
-        #: Spans that are a point, as only axes that do not count move on them.
+        #: PathSpans that are a point, as only axes that do not count move on them.
         self._points = None if turned else spans.turns
         self._cut()
 
@@ -74,7 +74,7 @@ class Nearest:
         spans, counts, bends, seconds = self.spans, [], [], []
         for part in chunks(len(spans), MOST_PAIRS // (TURNS + 1)):
             row = np.arange(part.start, part.stop)
-            places = Places(spans, row)
+            places = SpanPlaces(spans, row)
             t = np.repeat(np.linspace(-1.0, 1.0, TURNS + 1)[:, None], len(row), axis=1)
             _, first, second = (each[: self.dims] * self._units(each) for each in places.expansion(t, 2))
             with np.errstate(divide="ignore", invalid="ignore"):
@@ -106,23 +106,23 @@ class Nearest:
 
     def _at(self, row: IntArray, t: Array) -> Array:
         """Points (dims, n) at t (n,) of spans (n,), as they are counted."""
-        places = Places(self.spans, row)
+        places = SpanPlaces(self.spans, row)
         return (places.origin + places.expansion(t, 0)[0])[: self.dims] * self.unit[:, None]
 
-    def _squares(self, places: Places, q: Array, t: Array) -> tuple[Array, Array, Array]:
+    def _squares(self, places: SpanPlaces, q: Array, t: Array) -> tuple[Array, Array, Array]:
         """|C - Q|^2, (C - Q).C' and its derivative C'.C' + (C - Q).C'' by t, (..., n), for Q (dims, n); mm^2."""
         shape = (self.dims, *(1,) * (t.ndim - 1), -1)
         c0, c1, c2 = (each[: self.dims] * self._units(each) for each in places.expansion(t, 2))
         c0 = c0 + (places.origin[: self.dims] * self.unit[:, None] - q).reshape(shape)
         return dot(c0, c0), dot(c0, c1), dot(c1, c1) + 2.0 * dot(c0, c2)
 
-    def _descend(self, row: IntArray, q: Array, low: Array, high: Array, t: Array) -> Found:
+    def _descend(self, row: IntArray, q: Array, low: Array, high: Array, t: Array) -> NearestPoints:
         """A least distance of q (dims, n) on spans (n,), t in [low, high]: Newton's method from t, in a bracket."""
         out, index = t.copy(), np.arange(len(t))
         for _ in range(STEPS):
             if not len(index):
                 break
-            _, slope, bend = self._squares(Places(self.spans, row[index]), q[:, index], t)
+            _, slope, bend = self._squares(SpanPlaces(self.spans, row[index]), q[:, index], t)
             low, high = np.where(slope < 0.0, t, low), np.where(slope > 0.0, t, high)
             with np.errstate(divide="ignore", invalid="ignore"):
                 new = t - slope / bend
@@ -131,7 +131,10 @@ class Nearest:
             out[index] = new
             go = np.flatnonzero(~(np.abs(new - t) < SMALL_STEP))
             index, low, high, t = taken(go, index, low, high, new)
-        return Found(row, out, self._squares(Places(self.spans, row), q, out)[0])
+        return NearestPoints(row, out, self._squares(SpanPlaces(self.spans, row), q, out)[0])
+
+    def _refine_cells(self, q: Array, owner: IntArray, cell: IntArray, found: NearestPoints) -> None:
+        self._refine(q, owner, cell, self.low[cell], self.high[cell], found)
 
     def _refine(
         self,
@@ -140,7 +143,7 @@ class Nearest:
         cell: IntArray,
         low: Array,
         high: Array,
-        found: Found,
+        found: NearestPoints,
         hint: Array | None = None,
     ) -> None:
         """Better `found` by the nearest points of parts low to high of cells (m,), each for the position `owner`.
@@ -153,17 +156,17 @@ class Nearest:
             who, at, left, right = taken(near, who, at, left, right)
             row, here = self.row[at], q[:, who]
             t = left + (right - left) * np.linspace(0.0, 1.0, INTERVALS + 1)[:, None]
-            square = self._squares(Places(self.spans, row), here, t)[0]
+            square = self._squares(SpanPlaces(self.spans, row), here, t)[0]
             padded = np.pad(square, ((1, 1), (0, 0)), constant_values=np.inf)
             least = (square <= padded[:-2]) & (square <= padded[2:])
             k, pair = np.nonzero(least)
             begin, end = t[np.maximum(k - 1, 0), pair], t[np.minimum(k + 1, INTERVALS), pair]
             self._better(found, who[pair], self._descend(row[pair], here[:, pair], begin, end, t[k, pair]), hint)
 
-    def _better(self, found: Found, owner: IntArray, other: Found, hint: Array | None) -> None:
+    def _better(self, found: NearestPoints, owner: IntArray, other: NearestPoints, hint: Array | None) -> None:
         """Take the nearest of the others, each of the position `owner` (m,), where it is nearer."""
 
-        def rank(each: Found, hint: Array | None) -> tuple[Array, Array]:
+        def rank(each: NearestPoints, hint: Array | None) -> tuple[Array, Array]:
             if hint is None:
                 return each.square, np.zeros(len(each.square))
             return np.floor(np.sqrt(each.square) / self.rounding), np.abs(self._ways(each.row, each.t) - hint)
@@ -202,34 +205,36 @@ class Nearest:
         kinds = [np.flatnonzero(size == each) for each in np.unique(size).tolist()]
         return [(kind, float(np.max(far[kind])), cKDTree(middle[:, kind].T)) for kind in kinds]
 
-    def whole(self, q: Array) -> Found:
+    def whole(self, q: Array) -> NearestPoints:
         """The nearest point of the whole path to positions (dims, n)."""
         return _in_parts(q.shape[1], lambda part: self._whole(q[:, part]))
 
-    def _whole(self, q: Array) -> Found:
+    def _whole(self, q: Array) -> NearestPoints:
         count, trees = q.shape[1], self._trees
         looks = [tree.query(q.T, k=range(1, min(LOOKS, len(kind)) + 1)) for kind, _, tree in trees]
         first = np.stack([distance[:, 0] for distance, _ in looks])
         cell = np.stack([kind[index[:, 0]] for (kind, _, _), (_, index) in zip(trees, looks, strict=True)])
         cell = cell[np.argmin(first, axis=0), np.arange(count)]
         t = 0.5 * (self.low + self.high)[cell]
-        found = Found(self.row[cell], t, self._squares(Places(self.spans, self.row[cell]), q, t)[0])
-        self._refine(q, np.arange(count), cell, self.low[cell], self.high[cell], found)
+        found = NearestPoints(self.row[cell], t, self._squares(SpanPlaces(self.spans, self.row[cell]), q, t)[0])
+        self._refine_cells(q, np.arange(count), cell, found)
         for (kind, far, tree), (distance, index) in zip(trees, looks, strict=True):
             radius = np.sqrt(found.square) + far
             near = distance <= radius[:, None]
             more = np.flatnonzero(near[:, -1] & (near.shape[1] < len(kind)))  # there may be others within it
             near[more] = False
             owner, column = np.nonzero(near)
-            lists = tree.query_ball_point(q[:, more].T, radius[more]) if len(more) else []
-            other = np.concatenate([index[owner, column], *(np.array(each, dtype=np.int64) for each in lists)])
-            owner = np.concatenate([owner, np.repeat(more, [len(each) for each in lists])])
-            self._refine(q, owner, kind[other], self.low[kind[other]], self.high[kind[other]], found)
+            self._refine_cells(q, owner, kind[index[owner, column]], found)
+            counts = tree.query_ball_point(q[:, more].T, radius[more], return_length=True) if len(more) else more
+            for part in _groups(counts):
+                lists = tree.query_ball_point(q[:, more[part]].T, radius[more[part]])
+                other = np.concatenate([np.array(each, dtype=np.int64) for each in lists])
+                self._refine_cells(q, np.repeat(more[part], counts[part]), kind[other], found)
         return found
 
     # --- near a place ------------------------------------------------------------------------------------------------
 
-    def near(self, q: Array, hint: Array, window: float = 0.0, *, closed: bool | None = None) -> Found:
+    def near(self, q: Array, hint: Array, window: float = 0.0, *, closed: bool | None = None) -> NearestPoints:
         """Nearest point to positions (dims, n) near arc lengths `hint` (n,), mm.
 
         The window is [hint - h, hint + h] with h = max(window, REACH |Q - r(hint)|), doubled until its nearest point is
@@ -239,11 +244,11 @@ class Nearest:
         closed = self.closed if closed is None else closed
         return _in_parts(q.shape[1], lambda part: self._near(q[:, part], hint[part], window, closed))
 
-    def _near(self, q: Array, hint: Array, window: float, closed: bool) -> Found:
+    def _near(self, q: Array, hint: Array, window: float, closed: bool) -> NearestPoints:
         spans, length = self.spans, float(self.way[-1])
         row = spans.at(hint)
         t = spans.parameter(row, np.clip(hint - spans.start[row], 0.0, (spans.end - spans.start)[row]))
-        found = Found(row, t, self._squares(Places(spans, row), q, t)[0])
+        found = NearestPoints(row, t, self._squares(SpanPlaces(spans, row), q, t)[0])
         half = np.maximum(max(window, LEAST_WINDOW * length), REACH * np.sqrt(found.square))
         way = self._ways(row, t)
         # where the distance is convex over all of the window, and that within a span, there is one least distance
@@ -273,7 +278,7 @@ class Nearest:
         return np.asarray(before + np.where(self._points[row], 0.0, self.spans.ahead(row, t)))
 
     def _in_windows(
-        self, q: Array, way: Array, index: IntArray, half: Array, found: Found, closed: bool
+        self, q: Array, way: Array, index: IntArray, half: Array, found: NearestPoints, closed: bool
     ) -> tuple[IntArray, Array]:
         """Better `found` at `index` within half (n,), mm, of way (n,); what is left, and the next half-widths."""
         length, s, h = float(self.way[-1]), way[index], half[index]
@@ -299,16 +304,18 @@ class Nearest:
         half[index] *= 2.0
         return index[~inside & (local.square > 0.0)], half
 
-    def _between(self, q: Array, owner: IntArray, begin: Array, end: Array, found: Found, hint: Array) -> None:
+    def _between(self, q: Array, owner: IntArray, begin: Array, end: Array, found: NearestPoints, hint: Array) -> None:
         """Better `found` by the nearest points from way begin to end (m,), mm, for positions `owner` (m,)."""
         first = np.maximum(np.searchsorted(self.way[:-1], begin, side="left") - 1, 0)
         last = np.maximum(np.searchsorted(self.way[:-1], end, side="right") - 1, first)
         low, high = (self._places(cell, at) for cell, at in ((first, begin), (last, end)))
-        pair, number = expanded(last - first + 1)
-        cell = first[pair] + number
-        left = np.where(number == 0, low[pair], self.low[cell])
-        right = np.where(cell == last[pair], high[pair], self.high[cell])
-        self._refine(q, owner[pair], cell, left, np.maximum(left, right), found, hint)
+        for part in _groups(last - first + 1):
+            pair, number = expanded((last - first + 1)[part])
+            pair += part.start
+            cell = first[pair] + number
+            left = np.where(number == 0, low[pair], self.low[cell])
+            right = np.where(cell == last[pair], high[pair], self.high[cell])
+            self._refine(q, owner[pair], cell, left, np.maximum(left, right), found, hint)
 
     def _places(self, cell: IntArray, way: Array) -> Array:
         """t (n,) of cells (n,) at which the way is so long, within the cell."""
@@ -318,9 +325,19 @@ class Nearest:
         return np.asarray(np.clip(t, self.low[cell], self.high[cell]))
 
 
-def _in_parts(count: int, find: Callable[[slice], Found]) -> Found:
+def _in_parts(count: int, find: Callable[[slice], NearestPoints]) -> NearestPoints:
     """What is found for `count` positions, in parts that stay in the cache."""
-    out = Found(np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count))
+    out = NearestPoints(np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count))
     for part in chunks(count, MOST):
         out.put(part, find(part))
     return out
+
+
+def _groups(counts: IntArray) -> Iterator[slice]:
+    """Runs of owners that have MOST_PAIRS things together, by how many each has, counts (n,), or one owner."""
+    until, start = np.cumsum(counts), 0
+    while start < len(counts):
+        before = int(until[start - 1]) if start else 0
+        stop = max(int(np.searchsorted(until, before + MOST_PAIRS, side="right")), start + 1)
+        yield slice(start, stop)
+        start = stop

@@ -8,8 +8,8 @@ from typing import Self
 
 import numpy as np
 
-from splinefeed.analysis.nearest import Found, Nearest
-from splinefeed.analysis.spans import EPSILON, Places, Spans, spans_of
+from splinefeed.analysis.nearest import NearestOnPath, NearestPoints
+from splinefeed.analysis.spans import EPSILON, PathSpans, SpanPlaces, spans_of
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array, BoolArray, IntArray, Setpoints
 
@@ -65,7 +65,7 @@ class Placer:
     near where the ones before it predict, for a path may cross itself or run straight back over itself.
     """
 
-    def __init__(self, path: Path, rows: Spans | None = None) -> None:
+    def __init__(self, path: Path, rows: PathSpans | None = None) -> None:
         self.path, self.rows = path, rows or spans_of(path)
         self._turned = self.rows.turns is not None
         self._s: float | None = None  # arc length of the last setpoint, and its position
@@ -75,9 +75,9 @@ class Placer:
         self.apart = 0.0
 
     @cached_property
-    def search(self) -> Nearest:
-        """Nearest points of the path; where only rotary axes move, also over these."""
-        return Nearest(self.rows, closed=self.path.closed, turned=self._turned)
+    def search(self) -> NearestOnPath:
+        """NearestOnPath points of the path; where only rotary axes move, also over these."""
+        return NearestOnPath(self.rows, closed=self.path.closed, turned=self._turned)
 
     def locate(self, setpoints: Setpoints, allowed: float) -> Located:
         """Where each setpoint is: where its curve and u say, if it is within `allowed`, mm and rad, of that."""
@@ -110,7 +110,7 @@ class Placer:
     def _at(self, row: IntArray, u: Array, position: Array) -> Located:
         """Positions (axes, n) at u (n,) of rows (n,)."""
         linear = self.rows.linear
-        places = Places(self.rows, row)
+        places = SpanPlaces(self.rows, row)
         t = places.t(u)
         at, velocity = places.derivatives(t, 1)
         with np.errstate(invalid="ignore", over="ignore"):
@@ -125,7 +125,7 @@ class Placer:
         """Positions (axes, n) as `search` counts them, (dims, n)."""
         return np.asarray(position[: self.search.dims] * self.search.unit[:, None])
 
-    def parameter(self, found: Found) -> Array:
+    def parameter(self, found: NearestPoints) -> Array:
         """u (n,) of what was found."""
         rows, row = self.rows, found.row
         u = rows.middle[row] + found.t / rows.scale[row]
@@ -141,15 +141,15 @@ class Placer:
         """Follow on where another one is, along a path that lacks the first `gone` mm of that one's."""
         self._s, self._q = None if other._s is None else other._s - gone, other._q
 
-    def follow(self, position: Array, allowed: float) -> Found:
+    def follow(self, position: Array, allowed: float) -> NearestPoints:
         """Places of positions (axes, n), none of them named, behind the last one."""
         q, count = self.metric(position), position.shape[1]
-        out = Found(np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count))
+        out = NearestPoints(np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count))
         last, apart = self._s or 0.0, 0.0
         if not len(self._q):  # nothing was before: the path's own place there
             row = self.rows.at(np.array([last]))
             t = self.rows.parameter(row, np.array([last]) - self.rows.start[row])
-            self._q = Places(self.rows, row).derivatives(t, 0)[0][:, 0]
+            self._q = SpanPlaces(self.rows, row).derivatives(t, 0)[0][:, 0]
         before = self.metric(self._q[:, None])
         slack = max(allowed, ROUNDINGS * EPSILON * self.rows.length)
         begin = 0
@@ -193,7 +193,9 @@ class Placer:
         self.apart = max(self.apart, float(np.sqrt(np.max(found.square, initial=0.0))))
         return np.clip(self.rows.arc_length(found.row, found.t), 0.0, self.rows.length)
 
-    def _onward(self, q: Array, way: Array, slack: float, last: float, apart: float, found: Found, s: Array) -> int:
+    def _onward(
+        self, q: Array, way: Array, slack: float, last: float, apart: float, found: NearestPoints, s: Array
+    ) -> int:
         """How many of the places found are right, or made so: the first that had to be moved is the last of them.
 
         Where a path runs back over itself a position has two places. The tool goes on: from a place behind it to the

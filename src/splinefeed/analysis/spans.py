@@ -29,7 +29,7 @@ LAST_TERMS = 2.0**-44
 OF_ROUNDING = 4.0
 #: A span is halved no more often.
 HALVINGS = 60
-#: Spans, and curves of one kind, that are processed together: what bounds the memory.
+#: PathSpans, and curves of one kind, that are processed together: what bounds the memory.
 BLOCK, ALIKE = 4096, 65536
 #: Newton steps to an arc length at most, and the step in t, of [-1, 1], behind which the next one is rounding.
 STEPS, SMALL_STEP = 100, 1e-9
@@ -43,7 +43,7 @@ for _k in range(NODES):
     _ARC[: _k + 2, _k] = legendre.leg2poly(legendre.legint(np.eye(NODES)[_k, : _k + 1], lbnd=-1))
 
 
-class Spans:
+class PathSpans:
     """Spans of curves, or parts of them, in the order of the motion, r of them, as columns.
 
     curve, knot                (r,)  whose part each is, and whether it begins at a knot
@@ -66,7 +66,7 @@ class Spans:
         size = EPSILON * OF_ROUNDING * float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
         if not self.rational and self.degree == 1:  # straight: all of one speed
             self._know(whole)
-            speed = Places(self, np.arange(len(self))).speed(np.zeros(len(self))) / self.scale
+            speed = SpanPlaces(self, np.arange(len(self))).speed(np.zeros(len(self))) / self.scale
             self._arc: Array = np.stack([speed, speed])
         else:
             parts = [self._halved(taken(part, *whole), size) for part in chunks(len(whole[0]), BLOCK)]
@@ -98,7 +98,8 @@ class Spans:
         for halvings in range(HALVINGS + 1):
             self._know(spans)
             speed = (
-                Places(self, np.arange(len(self))).speed(np.repeat(_NODES[:, None], len(spans[0]), axis=1)) / self.scale
+                SpanPlaces(self, np.arange(len(self))).speed(np.repeat(_NODES[:, None], len(spans[0]), axis=1))
+                / self.scale
             )
             series = _SERIES @ speed
             last = np.abs(series[-1]) + np.abs(series[-2])
@@ -194,10 +195,10 @@ class Spans:
         return out
 
 
-class Places:
+class SpanPlaces:
     """The expansions of the spans (n,) that n places lie on, gathered once and evaluated often."""
 
-    def __init__(self, spans: Spans, row: IntArray) -> None:
+    def __init__(self, spans: PathSpans, row: IntArray) -> None:
         self.middle, self.scale = spans.middle[row], spans.scale[row]
         self.linear, self._rational = spans.linear, spans.rational
         self._terms, self.origin = np.take(spans.terms, row, axis=2), np.take(spans.origin, row, axis=1)
@@ -265,18 +266,18 @@ class Places:
 
 
 #: What is made of each path that is still there.
-_MADE: WeakKeyDictionary[Path, Spans] = WeakKeyDictionary()
+_MADE: WeakKeyDictionary[Path, PathSpans] = WeakKeyDictionary()
 
 
-def spans_of(path: Path) -> Spans:
+def spans_of(path: Path) -> PathSpans:
     """The spans of a path, made once."""
     if (made := _MADE.get(path)) is None:
-        made = _MADE[path] = Spans(path.flat, path.linear)
+        made = _MADE[path] = PathSpans(path.flat, path.linear)
     return made
 
 
 def _expansions(flat: Flat, degree: int, rational: bool, linear: int) -> tuple[Any, ...]:
-    """Every span between two knots, in order: curve, knot, low, high, origin and terms; see `Spans`."""
+    """Every span between two knots, in order: curve, knot, low, high, origin and terms; see `PathSpans`."""
     from scipy.interpolate import BSpline
 
     kinds = [(*kind, np.unique(kind[2][kind[1] : len(kind[2]) - kind[1]])) for kind in _kinds(flat)]
