@@ -23,6 +23,7 @@ from marked import DOCS, rows, words, write
 from splinefeed.machine.control import AxisControl, Control, SpindleControl
 from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.calibration import Calibration, Recorded, calibrate, compared, record
+from splinefeed.pipeline.cycle_time import cycle_time
 
 DATA = DOCS.parent / "tests" / "data" / "cycle-time"
 MACHINES = DOCS.parent / "src" / "splinefeed" / "machines"
@@ -81,21 +82,24 @@ def left_out(name: str, runs: Sequence[Recorded]) -> tuple[Calibration, list[tup
     for program in dict.fromkeys(run.program for run in runs):
         others = [run for run in usual if run.program != program]
         without = calibrate(others, blank(name))
+        interval = cycle_time(program, without.machine).interval
         for run in runs:
             if run.program == program:
-                pairs[run.log.name] = compared(run, whole.machine), compared(run, without.machine)
+                test = compared(run, without.machine) | {"interval_s": interval}
+                pairs[run.log.name] = compared(run, whole.machine), test
     return whole, [pairs[run.log.name] for run in runs]
 
 
 def table(pairs: Sequence[tuple[dict[str, Any], dict[str, Any]]]) -> str:
     """Recorded and estimated seconds of runs, fit and test apart, with the worst tool of each."""
-    lines = [("run", "recorded, s", "fitted, s", "error", "not seen, s", "error", "worst tool not seen")]
+    head = ("run", "recorded, s", "fitted, s", "error", "not seen, s", "error", "95 % interval", "worst tool not seen")
+    lines = [head]
     for fitted, test in pairs:
         worst = max(test["tools"], key=lambda tool: abs(tool["error"]))
         lines.append((
             test["run"].removesuffix(".csv"), f"{test['recorded_s']:.1f}", f"{fitted['estimated_s']:.1f}",
             f"{fitted['error']:+.2%}", f"{test['estimated_s']:.1f}", f"{test['error']:+.2%}",
-            f"{worst['tool']} {worst['error']:+.1%}",
+            "{:.0f} to {:.0f}".format(*test["interval_s"]), f"{worst['tool']} {worst['error']:+.1%}",
         ))  # fmt: skip
     return rows(*lines)
 
@@ -105,9 +109,11 @@ def summary(pairs: Sequence[tuple[dict[str, Any], dict[str, Any]]]) -> str:
     tests = [test for _, test in pairs]
     whole = [abs(test["error"]) for test in tests]
     tools = [abs(tool["error"]) for test in tests for tool in test["tools"]]
+    held = sum(test["interval_s"][0] <= test["recorded_s"] <= test["interval_s"][1] for test in tests)
     return (
         f"Of programs that the fit has not seen the error is {median(whole):.2%} in the median and {max(whole):.2%} at "
-        f"worst, of each of their tools {median(tools):.2%} and {max(tools):.2%}."
+        f"worst, of each of their tools {median(tools):.2%} and {max(tools):.2%}. Their 95 % intervals hold {held} of "
+        f"{len(tests)} recorded times."
     )
 
 

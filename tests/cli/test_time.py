@@ -18,9 +18,12 @@ def test_time_in_words(splinefeed):
     assert result.exit_code == 0, result.stderr
     total = sf.cycle_time(BOX, "hurco-02").total
     lines = result.stdout.splitlines()
+    found = sf.cycle_time(BOX, "hurco-02")
+    low, high = found.interval
+    assert low < total < high
     assert lines[0] == (
-        f"box-op2 on hurco-02: 1 min {total - 60:.0f} s ({total:.2f} s), 1175 blocks; dialect fanuc; control: "
-        "blending, velocity steps of 2.237 mm/s"
+        f"box-op2 on hurco-02: 1 min {total - 60:.0f} s ({total:.2f} s, 95 % interval {low:.1f} to {high:.1f}), 1175 "
+        f"blocks; dialect fanuc; control: {found.control}"
     )
     assert [line.split()[0] for line in lines if line[:1] == "T"] == ["T3", "T21"]
     assert sum(line.startswith("line ") for line in lines) == 10
@@ -143,3 +146,23 @@ def test_calibrate_writes_a_machine_file(splinefeed, folder):
     new = sf.Machine.load(folder / "new.toml")
     assert new.control.tool_change == pytest.approx(sf.Machine.load("hurco-02").control.tool_change, rel=0.1)
     assert "box-op2-hurco02-part11.csv" in new.control.source
+
+
+def test_a_fit_that_misses_its_runs_says_so_first(splinefeed, folder):
+    """The run under an override that its log does not name, with what could make up for it kept."""
+    run = f"{BOX}={DATA / 'box-op2-hurco02-part9.csv'}"
+    names = "velocity_step acceleration stop_time start_time tool_change home.z jerk change_place.x change_place.y"
+    keep = [word for name in [*names.split(), "spindle.start", "spindle.stop"] for word in ("--keep", name)]
+    words = ("calibrate", run, "--machine", "hurco-02", *keep, "-o", "fitted.toml")
+    said = splinefeed(*words)
+    assert said.exit_code == 0
+    lines = said.stdout.splitlines()
+    assert lines[0].startswith("MISSES its own runs; the file is written")
+    assert lines[1].startswith("box-op2-hurco02-part9.csv, T3: +") and "likely a feedrate override" in lines[1]
+    assert any(line.startswith("note      not shown by these runs, left at the prior: ") for line in lines)
+    strict = splinefeed(*words, "--strict", "--json")
+    assert strict.exit_code == 1
+    page = json.loads(strict.stdout)
+    assert not page["ok"] and not page["meets_runs"] and len(page["misses"]) == 1
+    time = splinefeed("time", BOX, "--machine", "fitted.toml", "--no-saves")
+    assert " s, 95 % interval " in time.stdout.splitlines()[0]

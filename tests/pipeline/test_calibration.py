@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import gzip
 import pathlib
 import sys
@@ -12,6 +13,7 @@ import pytest
 import splinefeed as sf
 from splinefeed.errors import InputError
 from splinefeed.machine.control import AxisControl, Control, Place, SpindleControl
+from splinefeed.pipeline.calibration import _misses as misses
 from splinefeed.pipeline.calibration import calibrate, compared, record
 
 pytestmark = pytest.mark.nojit
@@ -127,3 +129,85 @@ def test_programs_that_the_fit_has_not_seen_are_met(tmp_path):
     assert np.median(errors) <= 0.01
     assert max(errors) <= 0.03
     assert max(abs(tool["error"]) for test in tests for tool in test["tools"]) <= 0.05
+
+
+def bare(**control):
+    """A mill whose file has nothing of the spindle."""
+    return sf.Machine(name="mill", axes={}, control=Control(axes=TRUE.axes, **{"home": TRUE.home, **control}))
+
+
+KEPT = ("jerk", "rapid_jerk", "arc_growth", "arc_kink", "stop_time", "change_place.x", "change_place.y", "start_time",
+        "block_time", "home.z")  # fmt: skip
+
+
+def test_a_spindle_that_the_runs_start_comes_in(tmp_path):
+    file, log = made_up(tmp_path, TRUE)
+    run = record(file, log, bare(), dialect="fanuc")
+    assert run.spindle == pytest.approx(9000.0 * np.pi / 30.0)
+    found = calibrate([run], bare(), keep=KEPT)
+    numbers = {each.name: each for each in found.numbers}
+    spindle = found.machine.control.spindle
+    assert spindle.top_speed == pytest.approx(run.spindle)
+    # TRUE says 6 s to 1000 rad/s; 942.5 rad/s take the square of their share of it
+    assert numbers["spindle.start"].shown
+    assert spindle.start == pytest.approx(6.0 * (run.spindle / 1000.0) ** 2, rel=0.1)
+    assert any(words.startswith("the file has no [control.spindle]") for words in found.notes)
+    assert not found.misses
+
+
+def test_what_the_fit_cannot_say_is_said_first(tmp_path):
+    """A control without spindle waits, fitted with them kept out: the miss is named by operation."""
+    file, log = made_up(tmp_path, TRUE)
+    run = record(file, log, bare(), dialect="fanuc")
+    found = calibrate([run], bare(), keep=(*KEPT, "spindle.start", "spindle.stop", "tool_change"))
+    assert found.misses and not found.as_dict()["meets_runs"]
+    assert found.misses[0].startswith("part.csv, T1: -")
+    assert "likely the tool change, the spindle or the way there" in found.misses[0]
+
+
+def test_an_override_is_recognized():
+    """The run of box-op2 whose log does not say that its tool 3 ran at 1.07 times the programmed feed."""
+    machine = sf.Machine.load("hurco-02")
+    run = record(DATA / "box-op2.nc", DATA / "box-op2-hurco02-part9.csv", machine)
+    words = misses(run, compared(run, machine), machine)
+    assert len(words) == 1
+    assert words[0].startswith("box-op2-hurco02-part9.csv, T3: +")
+    assert "likely a feedrate override: it cut at 1.0" in words[0]
+
+
+def test_numbers_and_times_come_with_what_is_known_of_them(tmp_path):
+    file, log = made_up(tmp_path, TRUE)
+    blank = bare(spindle=SpindleControl(top_speed=1000.0))
+    found = calibrate([record(file, log, blank, dialect="fanuc")], blank, keep=KEPT)
+    fit = found.machine.control.fit
+    assert [*fit.numbers] and len(fit.deviation) == len(fit.numbers) == len(fit.correlation)
+    assert np.allclose(np.diag(fit.correlation), 1.0) and np.allclose(fit.correlation, np.transpose(fit.correlation))
+    known = dict(zip(fit.numbers, fit.deviation, strict=True))
+    assert known["velocity_step"] < 0.7
+    again = sf.Machine.parse(found.machine.to_text(), "mill")
+    assert again == found.machine
+    time, true = sf.cycle_time(file, again, dialect="fanuc"), sf.cycle_time(file, bare(**TRUE_ALONE), dialect="fanuc")
+    low, high = time.interval
+    assert low < time.total < high and low < true.total < high
+    assert high - low < 0.1 * time.total
+    assert time.as_dict()["interval_s"] == [low, high]
+    assert sf.cycle_time(file, blank_of(found.machine), dialect="fanuc").interval is None
+
+
+TRUE_ALONE = {name: getattr(TRUE, name) for name in ("acceleration", "rapid_acceleration", "velocity_step",
+              "arc_acceleration", "tool_change", "spindle")}  # fmt: skip
+
+
+def blank_of(machine):
+    """The machine without what is known of its numbers."""
+    return dataclasses.replace(machine, control=dataclasses.replace(machine.control, fit=None))
+
+
+def test_a_number_that_the_runs_bound_on_one_side_stays_at_its_prior(tmp_path):
+    """Arcs so wide that no speed of theirs binds show that the arc limit is high enough, and no more."""
+    file, log = made_up(tmp_path, dataclasses.replace(TRUE, arc_acceleration=5000.0))
+    blank = bare(spindle=SpindleControl(top_speed=1000.0), arc_acceleration=4000.0)
+    found = calibrate([record(file, log, blank, dialect="fanuc")], blank, keep=KEPT)
+    arc = next(each for each in found.numbers if each.name == "arc_acceleration")
+    assert not arc.shown
+    assert arc.value == 4000.0

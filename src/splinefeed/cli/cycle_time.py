@@ -30,6 +30,9 @@ def _show_time(page: Page) -> list[Block]:
     ]
     saves = [[each["what"], f"{each['saves_s']:.2f}"] for each in page["saves"] if each["saves_s"] >= 0.005]
     total = f"{clock} ({page['total_s']:.2f} s), {page['blocks']} blocks"
+    if page["interval_s"] is not None:
+        total = f"{clock} ({page['total_s']:.2f} s, 95 % interval {{:.1f}} to {{:.1f}}), {page['blocks']} blocks"
+        total = total.format(*page["interval_s"])
     head = f"{page['name']} on {page['machine']}: {total}; dialect {page['dialect']}; control: {page['control']}"
     stops = f"{page['corner_stops']} corners are stops: {page['corner_stops_s']:.2f} s more than passing them"
     share = f", {page['corner_stops_s'] / page['total_s']:.1%} of the time" if page["total_s"] else ""
@@ -87,7 +90,8 @@ def _show_fit(page: Page) -> list[Block]:
     numbers = [
         [
             each["name"], number(each["value"]), each["unit"],
-            f"{number(each['low'])} to {number(each['high'])}" if each["shown"] else "not shown by these runs",
+            (f"{number(each['low'])} to {number(each['high'])}" if each["shown"] else "not shown by these runs")
+            + ", at the edge of its prior" * each["edge"],
         ]
         for each in page["numbers"]
     ]  # fmt: skip
@@ -96,7 +100,9 @@ def _show_fit(page: Page) -> list[Block]:
         for run in page["runs"]
         for name, each in ((run["run"], run), *((f"  {tool['tool']}", tool) for tool in run["tools"]))
     ]
+    head = ["MISSES its own runs; the file is written, but do not trust it there:", *page["misses"]]
     return [
+        [*(head if page["misses"] else []), *notes(page["notes"])],
         table(["number", "value", "unit", "95 % interval"], numbers),
         table(["run", "recorded, s", "estimated, s", "error"], runs),
     ]
@@ -107,14 +113,16 @@ def _show_fit(page: Page) -> list[Block]:
 runs            PROGRAM=RUN...
 --machine       NAME|FILE!  The machine; its [control] is the prior.
 --keep          NAME*       A number that stays as the file has it; may be repeated.
+--strict        -           Exit with code 1 where the fit misses its own runs by more than 2 %.
 -o --output     FILE        Machine file to write.  [default: MACHINE-calibrated.toml]
 """)
 @options.reading_program
 def calibrate(say: Say, runs: tuple[str, ...], **given: Any) -> Page:
     """Fit the section [control] of a machine file to recorded RUNS, and report how certain each number is.
 
+    A fit that misses a run, or an operation of one, by more than 2 % says so first, with what is likely missing.
     Numbers that the runs do not determine keep their value in the machine file, or a usual one, and are named. The
-    machine is written to a new file.
+    machine is written to a new file, with how well each number is known: `splinefeed time` then gives intervals.
 
     Examples:
       splinefeed calibrate part.nc=monday.csv part.nc=friday.csv --machine my-mill.toml -o calibrated.toml
@@ -136,4 +144,4 @@ def calibrate(say: Say, runs: tuple[str, ...], **given: Any) -> Page:
         recorded.append(calibration.record(program, log, machine, **options.reading_from(given)))
     found = calibration.calibrate(recorded, machine, keep=given["keep"], say=say)
     found.machine.save(file)
-    return {**found.as_dict(), "files": [file]}
+    return {**found.as_dict(), "ok": not (given["strict"] and found.misses), "files": [file]}

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from splinefeed.machine.parts import _Part, choice, count, number, part, quantity, words
+from splinefeed.errors import InputError
+from splinefeed.machine.parts import _finite, _kept, _Part, choice, count, number, part, quantity, words
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,6 +44,38 @@ class Place(_Part):
     x: float | None = quantity("position", "any", None)
     y: float | None = quantity("position", "any", None)
     z: float | None = quantity("position", "any", None)
+
+
+def _listed(rule: str, holds: Callable[[Any], bool]) -> Any:
+    """A field that holds a list."""
+    return _kept((), rule, lambda value: isinstance(value, list | tuple) and all(map(holds, value)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControlFit(_Part):
+    """How well the numbers of a control are known, from the runs that they were fitted to.
+
+    spread       of times that the fit leaves, as a share: the miss of its own operations, and repeats of a program
+    numbers      their names in the file; deviation  standard deviation of the logarithm of each, of itself for PLAIN
+    correlation  of each two of them, a row each
+    """
+
+    spread: float = number("not negative", 0.0)
+    numbers: Sequence[str] = _listed("must be a list of names", lambda each: isinstance(each, str))
+    deviation: Sequence[float] = _listed("must be a list of numbers", _finite)
+    correlation: Sequence[Sequence[float]] = _listed(
+        "must be a list of rows", lambda row: isinstance(row, list | tuple) and all(map(_finite, row))
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        count = len(self.numbers)
+        if len(self.deviation) != count or [len(row) for row in self.correlation] != [count] * count:
+            raise InputError("control.fit: numbers, deviation and correlation must be of one length")
+
+
+#: Numbers of a control that may be 0 or negative: fitted, and uncertain, as they are; all others by their logarithm.
+PLAIN = ("arc_growth", "home.x", "home.y", "home.z", "change_place.x", "change_place.y", "change_place.z")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,6 +115,7 @@ class Control(_Part):
     spindle: SpindleControl | None = field(default=None, metadata=part(SpindleControl))
     home: Place = field(default_factory=Place, metadata=part(Place))
     change_place: Place = field(default_factory=Place, metadata=part(Place))
+    fit: ControlFit | None = field(default=None, metadata=part(ControlFit))
     axes: Mapping[str, AxisControl] = field(default_factory=dict, metadata=part(AxisControl, "axis"))
 
 

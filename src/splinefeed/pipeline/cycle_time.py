@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ import numpy as np
 
 from splinefeed.formats.gcode.moves import Mark
 from splinefeed.formats.gcode.tools import Tools
-from splinefeed.machine.control import AxisControl, Control, changed
+from splinefeed.machine.control import PLAIN, AxisControl, Control, changed
 from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import values
 from splinefeed.pipeline.blocks import Blocks, read_blocks
@@ -31,7 +32,9 @@ RPM = 30.0 / np.pi
 #: Parameters whose decrease saves time; all other numbers of a control save it by growing.
 _LESS = ("stop_time", "block_time", "tool_change", "start_time", "spindle.start", "spindle.stop")
 #: Numbers of a control that are not performance.
-_NEITHER, _PLACES = ("arc_growth", "arc_kink", "look_ahead", "spindle.top_speed"), ("home.", "change_place.")
+_NEITHER, _PLACES = ("arc_growth", "arc_kink", "look_ahead", "spindle.top_speed"), ("home.", "change_place.", "fit.")
+#: Half the width of a 95 % interval in standard deviations.
+WIDTH = 1.96
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +60,7 @@ class CycleTime:
     """The time of a program, s, in all and of each block (n,), wait (m,), operation and tool. Made by `cycle_time`.
 
     blocks, times  what moves, and how long; waits  between: before which block, of which line, s, and kind
-    changes  of tools: block, line, and name of the new one
+    changes  of tools: block, line, and name of the new one; again  reads the program for other places of a control
     Raises InputError where the machine file has too little. Source: docs/cycle-time.md.
 
     Example:
@@ -74,6 +77,7 @@ class CycleTime:
     times: BlockTimes
     waits: tuple[tuple[int, int, float, int], ...]
     changes: tuple[tuple[int, int, str], ...]
+    again: Callable[[Control], Blocks] | None = None
 
     @cached_property
     def rows(self) -> tuple[IntArray, Array, IntArray, IntArray]:
@@ -200,6 +204,34 @@ class CycleTime:
         stopped = (self.times.end_speed == 0.0) & (free.times.end_speed > 0.0)
         return int(np.count_nonzero(stopped)), self.total - free.total
 
+    @cached_property
+    def interval(self) -> tuple[float, float] | None:
+        """The 95 % interval of the total, s, where the machine file says how well its numbers are known, else None.
+
+        By the numbers' deviations s and correlation C: sum g_i C_ij g_j, g_i half the change of the time between
+        value + s and value - s, planned again; and by the spread that the fit leaves.
+        """
+        control = self.machine.control
+        assert control is not None
+        fit = control.fit
+        if fit is None:
+            return None
+        said = {name: value for name, _, value, _ in values(control)}
+        changes = []
+        for name, deviation in zip(fit.numbers, fit.deviation, strict=True):
+            value, ends = float(said.get(name, 0.0)), []
+            for side in (1.0, -1.0):
+                new = value + side * deviation if name in PLAIN else value * math.exp(side * deviation)
+                other = changed(control, {name: new})
+                moved = name.startswith(_PLACES) and self.again is not None
+                blocks = self.again(other) if moved and self.again is not None else self.blocks
+                ends.append(timed(blocks, replace(self.machine, control=other)).total)
+            changes.append(0.5 * (ends[0] - ends[1]))
+        g = np.array(changes)
+        variance = float(g @ np.asarray(fit.correlation, dtype=np.float64).reshape(len(g), len(g)) @ g)
+        half = WIDTH * math.sqrt(max(variance, 0.0) + (fit.spread * self.total) ** 2)
+        return max(self.total - half, 0.0), self.total + half
+
     def as_dict(self) -> dict[str, Any]:
         """The keys of `splinefeed time --json`."""
         stops, stopping = self.corner_stops
@@ -211,6 +243,7 @@ class CycleTime:
             "corner_stops": stops,
             "corner_stops_s": stopping,
             **self.by_kind(),
+            "interval_s": None if self.interval is None else list(self.interval),
             "tools": self.tools,
             "operations": self.operations,
             "places": self.places(),
@@ -251,11 +284,12 @@ def cycle_time(
     model = Machine.load(machine) if isinstance(machine, str) else machine
     model = model if model.control is not None else replace(model, control=Control(axes=_limits(model)))
     assert model.control is not None
-    blocks = read_blocks(
-        program, model.control, dialect=dialect, start=start, offsets=offsets, tools=tools, repair=repair,
+    read = partial(
+        read_blocks, program, dialect=dialect, start=start, offsets=offsets, tools=tools, repair=repair,
         from_line=from_line, increments=increments,
     )  # fmt: skip
-    return timed(blocks, model, Path(program).stem)
+    blocks = read(model.control)
+    return replace(timed(blocks, model, Path(program).stem), again=read)
 
 
 def timed(blocks: Blocks, machine: Machine, name: str = "") -> CycleTime:
