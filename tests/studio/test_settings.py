@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 import splinefeed as sf
 from splinefeed.formats import json_curve
+from splinefeed.studio import results
 from splinefeed.studio.settings import USUAL, Bench, SettingsError, complete, from_toml, resolve, to_toml
 from splinefeed.studio.tasks import plan
 
@@ -101,6 +102,19 @@ def test_edited_curves_are_the_path_they_say(tmp_path):
     wanted = resolve({"source": {"curves": json_curve.to_text([path])}}, tmp_path)
     assert wanted.path.curves == path.curves
     assert wanted.origin["text"] == "butterfly.json"
+
+
+def test_a_page_gets_the_words_and_units_of_each_limit(tmp_path):
+    path = sf.Path([sf.NurbsCurve.bezier([[0.0], [1.0], [3.0]])], ("a",))
+    limits = {"feed": 60, "acceleration": 500, "jerk": 20000, "axis_jerk": "a=9000"}
+    wanted = resolve({"source": {"curves": json_curve.to_text([path])}, "limits": limits}, tmp_path)
+    run = sf.run(wanted.path, wanted.limits, period=wanted.period, strategy=wanted.strategy)
+    page = results.result(wanted, run)
+    assert page["units"] == {
+        "s": "°", "feed": "°/s", "acceleration": "°/s²", "deceleration": "°/s²", "jerk": "°/s³", "axis_jerk.a": "°/s³",
+    }  # fmt: skip
+    assert page["words"]["axis_jerk.a"] == "axis jerk a"
+    assert page["words"]["allowed"] in run.verdict.summary
 
 
 words = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)

@@ -11,8 +11,9 @@ import splinefeed as sf
 from splinefeed.formats import json_curve
 from splinefeed.formats.plain import plain
 from splinefeed.pipeline.compare import servo_numbers
-from splinefeed.records import view, words_of
-from splinefeed.report import interactive, plot
+from splinefeed.records import unit_along, view, words_of
+from splinefeed.records.verdict import ALLOWED
+from splinefeed.report import interactive, plot, theme
 from splinefeed.report.path_figures import path_figure
 from splinefeed.report.record import about, record
 from splinefeed.report.servo_figures import errors_figure, has_spectra, spectra_figure
@@ -45,7 +46,7 @@ def machine_name(wanted: Wanted) -> str | None:
 def result(wanted: Wanted, run: sf.Run, look: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """All that a page shows of a run; look: only what shows now, the `figure` and the `colour` of the path."""
     response = None if run.served is None else run.served.response
-    seen = None if look is None else look.get("figure")
+    seen, along = None if look is None else look.get("figure"), unit_along(run.path.axes)
     path = path_figure(run, response, None if look is None else str(look.get("colour")))
     figures = {"motion": plot.motion(run)} if look is None or seen == "motion" else {}
     if run.use.names and (look is None or seen == "binding"):
@@ -56,7 +57,8 @@ def result(wanted: Wanted, run: sf.Run, look: Mapping[str, Any] | None = None) -
             figures["spectra"] = spectra_figure(response)
     return {
         "numbers": numbers(wanted, run),
-        "words": {name: words_of(name) for name in run.verdict.limits},
+        "words": {"allowed": ALLOWED, **{name: words_of(name) for name in run.verdict.limits}},
+        "units": {"s": theme.unit("length", along), **{name: theme.unit(name, along) for name in run.verdict.limits}},
         "figures": {name: interactive.to_plain(figure) for name, figure in figures.items()},
         "path": interactive.to_plain(path),
         "curves": curves(run),

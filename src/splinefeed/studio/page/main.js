@@ -77,13 +77,13 @@ const render = (result, shown, final, whole = true) => {
     return;
   }
   Object.assign(now, { result, shown, final });
-  const { numbers, words } = result;
+  const { numbers, words, units } = result;
   showNumbers(numbers, words, shown, !final);
   picture.set(result.path, result.axes);
   editor.set(result.curves);
   play.ready();
   tune.ready();
-  figures.set(whole ? result.figures : { ...figures.sets, ...result.figures }, { limits: limitsSheet(numbers, words) }, now.pinned?.result.figures);
+  figures.set(whole ? result.figures : { ...figures.sets, ...result.figures }, { limits: limitsSheet(numbers, words, units) }, now.pinned?.result.figures);
   for (const [name] of settings.inputs) settings.slide(name, numbers.settings.limits[name] ?? settings.said(name));
   compare();
   $("pin").disabled = false;

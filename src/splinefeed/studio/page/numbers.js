@@ -1,8 +1,6 @@
 // The numbers of a run: the verdict, cards, the table of limits, and two runs side by side.
 import { $, make, show, table } from "./dom.js";
 
-const UNITS = { feed: "mm/s", acceleration: "mm/s²", deceleration: "mm/s²", jerk: "mm/s³", deceleration_jerk: "mm/s³", chord_error: "mm", orientation_error: "°", centripetal: "mm/s²",
-  axis_velocity: "mm/s", axis_acceleration: "mm/s²", axis_jerk: "mm/s³", axis_velocity_step: "mm/s", travel: "mm" };
 const ROTARY = ["a", "b", "c", "theta"];
 
 export const digits = (value, count = 6) => (value === null || value === undefined ? "none" : Number(value.toPrecision(count)).toString().replace("e+", "e"));
@@ -40,7 +38,7 @@ const cardsOf = (n, words) => {
 const valueOf = (n, key) => (key === "share" ? worst(n)[1].share : key.split(".").reduce((at, name) => at?.[name], n));
 
 const verdict = (n, words) => {
-  if (n.ok) return `Checked: every limit holds, in ${digits(n.duration_s)}\u00a0s.`;
+  if (n.ok) return `Checked: every limit holds, ${words.allowed}, in ${digits(n.duration_s)}\u00a0s.`;
   if (n.stopped) return `The machine stopped: ${n.stopped}`;
   const over = Object.entries(n.limits).filter(([, each]) => !each.ok).map(([name]) => words[name] ?? name);
   return over.length ? `Not kept: ${over.join(", ")}.` : `Not kept: ${n.problems[0] ?? "see the notes"}`;
@@ -63,17 +61,16 @@ export const showNumbers = (n, words, shown, preview) => {
   $("notes").replaceChildren(...n.problems.map((text) => make("li", { class: "bad" }, text)), ...n.notes.map((text) => make("li", {}, text)));
 };
 
-export const limitsSheet = (n, words) => {
+export const limitsSheet = (n, words, units) => {
   const row = ([name, each]) => {
-    const [kind, axis] = name.split(".");
-    const unit = (UNITS[kind] ?? "").replace("mm", ROTARY.includes(axis) ? "°" : "mm");
+    const unit = units[name] ?? "";
     const state = each.ok ? "good" : "bad";
     const bar = make("span", { class: state });
     bar.style.width = `${Math.min(100 * each.share, 100).toFixed(2)}%`;
     const binds = n.bound_by[name];
     return make("tr", { data: { limit: name, worst: String(each.worst) } },
       make("td", {}, words[name] ?? name), make("td", {}, `${digits(each.worst, 5)} ${unit}`), make("td", {}, `${digits(each.limit, 5)} ${unit}`),
-      make("td", {}, `${(100 * each.share).toFixed(4)} %`), make("td", { class: "share" }, bar), make("td", {}, `${digits(each.at_s)} mm`),
+      make("td", {}, `${(100 * each.share).toFixed(4)} %`), make("td", { class: "share" }, bar), make("td", {}, `${digits(each.at_s)} ${units.s}`),
       make("td", {}, binds ? percent(binds, 3) : ""), make("td", { class: state }, each.ok ? "holds" : "OVER"));
   };
   return table(["limit", "worst", "allowed", "share", "", "at s", "binds", ""], Object.entries(n.limits).map(row));
