@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
+import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -27,6 +30,15 @@ def tricks(mail, word):  # runs in the process
                 return {"got": len(bytearray(4 * GB))}, b""
             except MemoryError:
                 return {"got": 0}, b""
+        if request["do"] == "hang":  # without letting go of the interpreter
+            mail.tell({"kind": "progress", "words": str(os.getpid())})
+            re.fullmatch("(a|a)*b", "a" * 60)
+        if request["do"] == "long":
+            heard = []
+            mail.obey = heard.append
+            mail.tell({"kind": "progress", "words": "ready"})
+            time.sleep(0.5)
+            return {"orders": len(heard)}, request["text"][-10:].encode()
         if request["do"] == "die":
             os._exit(3)
         heard = []
@@ -121,3 +133,50 @@ def test_an_exception_comes_where_its_result_would() -> None:
 def test_what_cannot_be_pickled_stays_here() -> None:
     found = list(workers.spread(lambda _, item: item + 1, None, range(9)))
     assert found == list(range(1, 10))
+
+
+def alive(pid: int) -> bool:
+    """Whether a process runs; one that has ended and that nobody has asked about does not."""
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+    return state != "Z"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="as Linux has it")
+def test_no_orphan_is_left_of_a_parent_that_was_killed_even_in_the_middle_of_a_library(tmp_path: Path) -> None:
+    program = (
+        "from splinefeed.workers import Worker\n"
+        "worker = Worker('test_workers:tricks', 'x', memory=3 * 2**30)\n"
+        "worker.ask({'do': 'hang'}, lambda said: print(said['words'], flush=True))\n"
+    )
+    env = {**os.environ, "PYTHONPATH": str(Path(__file__).parent)}
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, env=env) as parent:
+        assert parent.stdout is not None
+        pid = int(parent.stdout.readline())
+        time.sleep(0.5)
+        assert alive(pid)
+        parent.send_signal(signal.SIGKILL)
+    end = time.monotonic() + 20.0
+    while alive(pid) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert not alive(pid)
+
+
+def test_orders_do_not_come_into_the_middle_of_a_long_request(worker: Worker) -> None:
+    over = threading.Event()
+
+    def flood() -> None:
+        while not over.is_set():
+            worker.order({"rate": 1.0})
+
+    thread = threading.Thread(target=flood)
+    thread.start()
+    try:
+        for _ in range(10):
+            _, body = worker.ask({"do": "long", "text": "x" * 4_000_000 + "the end"}, seconds=60.0)
+            assert body == b"xxxthe end"
+    finally:
+        over.set()
+        thread.join()

@@ -41,7 +41,7 @@ MOST_MEMORY, TOGETHER = 12 * 2**30, 8
 #: The worker runs the same splinefeed as this process, wherever that was found.
 _PROGRAM = (
     "import sys; sys.path.insert(0, sys.argv[1]); from splinefeed import workers; del sys.path[0]; "
-    "workers.serve(int(sys.argv[2]), int(sys.argv[3]), *sys.argv[4:])"
+    "workers.serve(int(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4]), *sys.argv[5:])"
 )
 
 
@@ -74,7 +74,7 @@ class Worker:
             end = None if seconds is None else time.monotonic() + seconds
             process, pipe = self._running()
             try:
-                pipe.send_bytes(json.dumps(request).encode())
+                self._send(pipe, request)
                 while True:
                     if end is not None and not pipe.poll(max(0.0, end - time.monotonic())):
                         raise LostError(late=True)
@@ -92,9 +92,16 @@ class Worker:
 
     def order(self, words: Said) -> None:
         """Tell what runs to do otherwise; nothing if nothing runs."""
-        if self._pipe is not None:
+        pipe = self._pipe
+        if pipe is not None:
             with suppress(OSError):
-                self._pipe.send_bytes(json.dumps({"order": words}).encode())
+                self._send(pipe, {"order": words})
+
+    def _send(self, pipe: Connection, said: Said) -> None:
+        """Send all of it before anything else: an order must not come into the middle of a long request."""
+        content = json.dumps(said).encode()
+        with self._sending:
+            pipe.send_bytes(content)
 
     def stop(self) -> None:
         """Kill the process; whoever waits for an answer has a LostError."""
@@ -103,7 +110,10 @@ class Worker:
 
     def _own(self) -> None:
         self._owner = os.getpid()
-        self._lock = threading.Lock()
+        self._lock, self._sending = threading.Lock(), threading.Lock()
+        if (inherited := getattr(self, "_lifeline", None)) is not None:
+            os.close(inherited)  # or a fork would keep the parent's worker alive
+        self._lifeline: int | None = None  # a pipe that is open as long as this process lives
         self._of_parents = [getattr(self, "_process", None)]  # kept, or Python would say that it still runs
         self._process: subprocess.Popen[bytes] | None = None
         self._pipe: Connection | None = None
@@ -111,6 +121,9 @@ class Worker:
     def _end(self, process: subprocess.Popen[bytes] | None) -> None:
         if process is self._process:
             self._process = self._pipe = None
+            if self._lifeline is not None:
+                os.close(self._lifeline)
+                self._lifeline = None
         if process is not None:
             process.kill()
             with suppress(subprocess.TimeoutExpired):
@@ -123,14 +136,15 @@ class Worker:
             home = str(pathlib.Path(__file__).parent.parent)
             self._pipe, theirs = multiprocessing.Pipe()
             nowhere = subprocess.DEVNULL if self._quiet else None
-            with theirs:  # closed here, so that its end is seen
+            end, self._lifeline = os.pipe()
+            with theirs, open(end, "rb"):  # closed here, so that their ends are seen
                 # -P: what lies in the current folder is not imported
                 self._process = subprocess.Popen(
-                    [sys.executable, "-P", "-c", _PROGRAM, home, str(theirs.fileno()), *self._command],
+                    [sys.executable, "-P", "-c", _PROGRAM, home, str(theirs.fileno()), str(end), *self._command],
                     stdin=subprocess.DEVNULL,
                     stdout=nowhere,
                     stderr=nowhere,
-                    pass_fds=[theirs.fileno()],
+                    pass_fds=[theirs.fileno(), end],
                 )
         return self._process, self._pipe
 
@@ -241,18 +255,22 @@ class Mail:
         while True:
             try:
                 said = json.loads(self._pipe.recv_bytes())
+                order = "order" in said
             except (EOFError, OSError):
                 os._exit(0)  # the parent is gone, and nobody waits for the answer
-            if "order" in said:
+            except (ValueError, TypeError, RecursionError, MemoryError):
+                os._exit(1)  # what cannot be understood is no request: the parent begins again with another process
+            if order:
                 with suppress(Exception):  # an order that makes no sense to what runs changes nothing
                     self.obey(said["order"])
             else:
                 self.requests.put(said)
 
 
-def serve(pipe: int, memory: int, handler: str, *words: str) -> None:
-    """Answer what comes by the file descriptor `pipe` until its other end closes."""
+def serve(pipe: int, lifeline: int, memory: int, handler: str, *words: str) -> None:
+    """Answer what comes by the file descriptor `pipe` until its other end closes; die when that of `lifeline` does."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's, which ends us
+    _die_with(lifeline)
     limit_memory(memory)
     mail = Mail(Connection(pipe))
     module, _, function = handler.partition(":")
@@ -260,6 +278,22 @@ def serve(pipe: int, memory: int, handler: str, *words: str) -> None:
     while True:
         head, body = handle(mail.requests.get())
         mail.tell({**head, "kind": "answer"}, body)
+
+
+def _die_with(lifeline: int) -> None:
+    """Let the system end this process when the other end of a pipe closes, where it can, whatever it does then.
+
+    A listening thread does not come to it while a library works without letting go of the interpreter.
+    """
+    with suppress(ImportError, AttributeError, OSError):
+        import fcntl
+        import select
+
+        fcntl.fcntl(lifeline, fcntl.F_SETOWN, os.getpid())
+        flags = fcntl.fcntl(lifeline, fcntl.F_GETFL)
+        fcntl.fcntl(lifeline, fcntl.F_SETFL, flags | os.O_ASYNC)  # SIGIO ends a process that does not handle it
+        if select.select([lifeline], [], [], 0.0)[0]:  # it was closed before
+            os._exit(0)
 
 
 def limit_memory(most: int) -> None:

@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 import http.client
 import json
+import secrets
+import socket
+import stat
+import time
+from pathlib import Path
 
 import pytest
 
@@ -104,3 +111,78 @@ def test_uploads_are_bounded_in_size_and_number(studio, cookie, tmp_path):
     assert (upload(names[-1], tmp_path).name, upload(names[-1], tmp_path).read_bytes()) == ("19.dxf", b"x")
     with pytest.raises(InputError, match="is gone"):
         upload(names[0], tmp_path)
+
+
+def test_connections_that_say_nothing_do_not_lock_the_owner_out(studio, cookie):
+    with contextlib.ExitStack() as stack:
+        silent = []
+        for _ in range(300):
+            silent.append(stack.enter_context(socket.create_connection(("127.0.0.1", studio.port), 10.0)))
+        assert ask(studio, "/", Cookie=cookie)[0].status == 200
+        gone = 0
+        for each in silent[:200]:
+            each.settimeout(10.0)
+            with contextlib.suppress(OSError):
+                gone += each.recv(1) == b""
+        assert gone == 200
+
+
+async def _spoken(studio, cookie: str, *messages: str) -> list[dict]:
+    """What the socket of a new tab answers to messages."""
+    from tornado.httpclient import HTTPRequest
+    from tornado.websocket import websocket_connect
+
+    headers = {"Cookie": cookie, "Origin": f"http://127.0.0.1:{studio.port}"}
+    connection = await websocket_connect(HTTPRequest(f"ws://127.0.0.1:{studio.port}/socket", headers=headers))
+    await connection.write_message(json.dumps({"do": "hello", "tab": secrets.token_hex(8)}))
+    found = []
+    for message in messages:
+        await connection.write_message(message)
+        while True:
+            said = await asyncio.wait_for(connection.read_message(), 200.0)
+            assert said is not None, f"{message[:60]} closed the socket"
+            said = json.loads(said)
+            if said["kind"] in ("refused", "opened", "toml"):
+                found.append(said)
+                break
+    connection.close()
+    return found
+
+
+NUMBERS = ["1e999", "-1e999", "NaN", "Infinity", "9" * 30, "9" * 5000, "1e101"]
+
+
+def test_numbers_that_are_none_are_refused_and_the_socket_stays_open(studio, cookie):
+    forms = ('{"do": "plan", "n": %s, "settings": {}}', '{"do": "cancel", "job": %s}',
+             '{"do": "history", "delete": %s}', '{"do": "play", "settings": {}, "top": %s, "override": 1}')  # fmt: skip
+    said = asyncio.run(_spoken(studio, cookie, *(form % number for form in forms for number in NUMBERS), "[" * 9000))
+    assert len(said) == len(forms) * len(NUMBERS) + 1
+    assert all(each["kind"] == "refused" and each["error"]["fields"] for each in said)
+
+
+def test_a_text_of_settings_is_parsed_by_a_worker_and_refused_in_its_words(studio, cookie):
+    deep, good = f"limits.{'a.' * 20_000}b = 1", "period = '2 ms'"
+    begin = time.monotonic()
+    refused, opened = asyncio.run(
+        _spoken(studio, cookie, *(json.dumps({"do": "share", "text": text}) for text in (deep, good)))
+    )
+    assert "more than 8 words between dots" in json.dumps(refused["error"])
+    assert opened["settings"]["period"] == "2 ms"
+    assert time.monotonic() - begin < 150.0
+
+
+@pytest.mark.parametrize(
+    "name", ["ü" * 255 + ".dxf", "\U0001f600" * 300, "a" * 255, "." * 255, "\0" * 40, "é" * 79 + "."]
+)
+def test_a_name_of_an_upload_may_be_anything(tmp_path, name):
+    kept = upload(put(tmp_path, name, b"x"), tmp_path)
+    assert kept.read_bytes() == b"x" and len(kept.name.encode()) <= 200
+
+
+def test_the_browser_is_led_by_a_file_that_only_its_user_can_read(tmp_path):
+    from splinefeed.studio.server import redirect
+
+    address = redirect(tmp_path, "http://127.0.0.1:1/?token=abc&x=<")
+    file = Path(address.removeprefix("file://"))
+    assert "abc" not in address and stat.S_IMODE(file.stat().st_mode) == 0o600
+    assert 'url=http://127.0.0.1:1/?token=abc&amp;x=&lt;"' in file.read_text()

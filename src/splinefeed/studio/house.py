@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+import json
 import shutil
 import tempfile
 from collections.abc import Callable, Coroutine, Mapping
@@ -25,6 +26,10 @@ LATER = b'{"final":false,"shown":null}'
 COMPILING = "loading the kernels; the first time they are compiled for this machine, a minute or two"
 #: Jobs that may wait, of all tabs together, and ended ones whose answers are kept for a page that was reloaded.
 MOST_WAITING, ANSWERS = 16, 8
+#: Most tabs at once, and requests of tabs that are remembered.
+MOST_TABS = 64
+#: Time that reading an upload may take, s; other jobs say how far they are and can be cancelled.
+READING = 120.0
 #: A job that others replace is left to end by itself if it has run for less than this, s: a new worker takes longer.
 LEFT_ALONE = 3.0
 WAITING, RUNNING, DONE, FAILED, CANCELLED = "waiting", "running", "done", "failed", "cancelled"
@@ -125,7 +130,10 @@ class House:
         """Say to a page what there is, how things stand, and what it has missed.
 
         send  tells it something of a kind; `body`, bytes of JSON, is put in as it is
+        Raises InputError where too many are open.
         """
+        if tab not in self.tabs and len(self.tabs) >= MOST_TABS:
+            raise InputError(f"{MOST_TABS} tabs are open already; close one")
         self.tabs[tab] = send
 
         async def welcome() -> None:
@@ -184,19 +192,30 @@ class House:
     def do_share(self, tab: str, said: Said) -> None:
         """Settings from the text of a file, or to it."""
         if "text" in said:
-            self._tell_one(tab, "opened", settings=settings.from_toml(str(said["text"])), pin=False)
+            self._begin(self._open_text(tab, said.get("n"), str(said["text"])))
         else:
             self._tell_one(tab, "toml", text=settings.to_toml(dict(said["settings"])))
+
+    async def _open_text(self, tab: str, n: Any, text: str) -> None:
+        async with self._at_front:
+            head, body = await ask(self.front, {"task": "opened", "text": text}, deadline=QUICK)
+        if "error" in head:
+            self._tell_one(tab, "refused", n=n, error=head["error"])
+        else:
+            self._tell_one(tab, "opened", settings=json.loads(body)["settings"], pin=False)
 
     def do_plan(self, tab: str, said: Said) -> None:
         """Plan at once, while sliders move; earlier requests of the tab without an answer are dropped."""
         self.replace(tab)  # what is queued by older settings
+        self._plans.pop(tab, None)
         self._plans[tab] = said
+        for old in list(self._plans)[:-MOST_TABS]:
+            del self._plans[old]
         self._begin(self._plan(tab, int(said["n"]), dict(said["settings"]), said))
 
     async def _plan(self, tab: str, n: int, given: Said, said: Said) -> None:
         async with self._at_front:
-            if self._plans[tab] is not said:
+            if self._plans.get(tab) is not said:
                 return
             request = {"task": "plan", "settings": given, "look": said.get("look")}
             head, body = await ask(self.front, request, deadline=QUICK)
@@ -296,7 +315,7 @@ class House:
             if job.state == WAITING:
                 job.state, job.begun = RUNNING, asyncio.get_running_loop().time()
                 self._changed(job)
-                head, body = await ask(self.back, job.request, heard)
+                head, body = await ask(self.back, job.request, heard, READING if job.kind == "read" else None)
             if job.state == RUNNING:  # or it was cancelled
                 job.answer, job.state = (head, body), FAILED if "error" in head else DONE
                 self._changed(job)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import hmac
+import html
 import json
+import os
 import re
 import secrets
 import signal
+import sqlite3
 import webbrowser
 from contextlib import suppress
 from importlib import resources
@@ -21,6 +24,7 @@ from tornado.web import Application, HTTPError, RequestHandler, stream_request_b
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from splinefeed.errors import InputError, SplinefeedError
+from splinefeed.numbers import finite, whole
 from splinefeed.report import library
 from splinefeed.studio import sources
 from splinefeed.studio.house import House
@@ -31,6 +35,9 @@ HOSTS = ("127.0.0.1", "localhost")
 KINDS = {"html": "text/html; charset=utf-8", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 #: Piece of a file that is sent at once, bytes.
 PIECE = 2**18
+#: s without a request after which a connection is closed, and that the body of an upload may take; most connections
+#: that have not said the token.
+IDLE, UPLOADING, MOST_STRANGERS = 20.0, 300.0, 64
 #: What a tab calls itself, drawn at random by the page.
 _TAB = re.compile(r"[0-9a-f]{16}")
 
@@ -106,6 +113,8 @@ class _Guarded(RequestHandler):
 
     def prepare(self) -> None:
         self.application.settings["guard"].check(self)
+        stream = getattr(self.request.connection, "stream", None)
+        self.application.settings["strangers"].pop(stream, None)
 
     def write_error(self, status_code: int, **more: Any) -> None:
         self.set_header("Content-Type", "text/plain; charset=utf-8")
@@ -186,7 +195,7 @@ class _Socket(_Guarded, WebSocketHandler):
     def on_message(self, message: str | bytes) -> None:
         n = None
         try:
-            said = json.loads(message)
+            said = json.loads(message, parse_float=_number, parse_int=_number, parse_constant=_number)
             n = said.get("n")
             if self.name:
                 self.house.request(self.name, said)
@@ -197,8 +206,41 @@ class _Socket(_Guarded, WebSocketHandler):
                 raise TypeError
         except SplinefeedError as error:
             self.send("refused", n=n, error={"fields": {"": str(error)}, "fault": False})
-        except (ValueError, TypeError, LookupError, AttributeError, RecursionError):
+        except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError, sqlite3.Error):
             self.send("refused", n=None, error={"fields": {"": "the page sent an invalid request"}, "fault": True})
+
+
+def _number(text: str) -> float:
+    """A number of a message: finite, and a whole one of at most 64 bits."""
+    return whole(text) if text.lstrip("-").isdigit() else finite(text)
+
+
+class _Server(HTTPServer):
+    """One that closes connections which do not say the token: the oldest of too many, and each after a time."""
+
+    strangers: dict[Any, None]  # in the order in which they came
+
+    def handle_stream(self, stream: Any, address: Any) -> None:
+        """Take a connection."""
+        for old in [each for each in self.strangers if each.closed()]:
+            del self.strangers[old]
+        self.strangers[stream] = None
+        if len(self.strangers) > MOST_STRANGERS:
+            old = next(iter(self.strangers))
+            del self.strangers[old]
+            old.close()
+        super().handle_stream(stream, address)
+
+
+def redirect(folder: Path, address: str) -> str:
+    """The address of a file that leads a browser to `address`: others see command lines, and that has the token.
+
+    Only its user may read it, as the folder of the studio.
+    """
+    file = folder / "open.html"
+    with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as stream:
+        stream.write(f'<!DOCTYPE html><meta http-equiv="refresh" content="0; url={html.escape(address)}">\n')
+    return file.as_uri()
 
 
 def parts() -> dict[str, bytes]:
@@ -217,6 +259,7 @@ async def serve(port: int, history: Path | None, *, browser: bool, say: Any) -> 
     sockets = bind_sockets(port, "127.0.0.1")
     guard = Guard(sockets[0].getsockname()[1])
     house = House(history)
+    strangers: dict[Any, None] = {}
     application = Application(
         [
             (r"/(?:page/([a-z0-9.-]+))?", _Part),
@@ -226,13 +269,18 @@ async def serve(port: int, history: Path | None, *, browser: bool, say: Any) -> 
         ],
         guard=guard,
         house=house,
+        strangers=strangers,
         parts=parts(),
         websocket_max_message_size=8 * 2**20,
         websocket_ping_interval=20,
         compress_response=False,
         log_function=lambda handler: None,  # requests are not written anywhere: addresses may carry the token
     )
-    server = HTTPServer(application, max_body_size=sources.LARGEST + 1, max_header_size=2**16)
+    server = _Server(
+        application, max_body_size=sources.LARGEST + 1, max_header_size=2**16, idle_connection_timeout=IDLE,
+        body_timeout=UPLOADING,
+    )  # fmt: skip
+    server.strangers = strangers
     server.add_sockets(sockets)
     ended = asyncio.Event()
     loop = asyncio.get_running_loop()
@@ -243,7 +291,7 @@ async def serve(port: int, history: Path | None, *, browser: bool, say: Any) -> 
         house.open()
         say(guard.address)
         if browser:
-            await loop.run_in_executor(None, webbrowser.open, guard.address)
+            await loop.run_in_executor(None, webbrowser.open, redirect(house.folder, guard.address))
         await ended.wait()
     finally:
         server.stop()

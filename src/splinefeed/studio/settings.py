@@ -124,7 +124,7 @@ def from_toml(text: str) -> dict[str, Any]:
     """The settings in the text of a file; FormatError for what is not TOML, SettingsError for what are no settings."""
     if len(text) > LONGEST:
         raise FormatError(f"settings have {len(text)} characters; at most {LONGEST} are read")
-    return complete(toml_of(text, "settings"))
+    return complete(toml_of(text, "settings", LONGEST))
 
 
 def offer() -> dict[str, Any]:

@@ -25,6 +25,8 @@ LARGEST, MOST = 64 * 2**20, 16
 NAME = re.compile(r"[0-9a-f]{32}")
 #: Longest name of a file that is kept, and longest text of edited curves.
 LONGEST_NAME, LONGEST_CURVES = 80, 4_000_000
+#: Longest name that file systems take, bytes; letters beyond ASCII take up to four.
+LONGEST_NAME_BYTES = 200
 #: Control points that a page shows for editing, at the most.
 MOST_EDITED = 2000
 #: Options of readers that a page may give, each with the kind of its value.
@@ -51,6 +53,7 @@ def put(folder: File, name: str, content: bytes) -> str:
     stem, dot, suffix = clean.rpartition(".")
     place = room(folder)
     kept = f"{stem[: LONGEST_NAME - 12]}{dot}{suffix[:11]}" if stem else clean[:LONGEST_NAME]
+    kept = kept.encode("utf-8", "replace")[-LONGEST_NAME_BYTES:].decode("utf-8", "ignore").lstrip(". ")
     (place / (kept or "upload")).write_bytes(content)
     return place.name
 

@@ -30,7 +30,7 @@ from splinefeed.report import interactive
 from splinefeed.report.servo_figures import errors_figure, step_figure
 from splinefeed.report.time_figures import program_figure, time_figure
 from splinefeed.studio import results, sources
-from splinefeed.studio.settings import PATHS, Bench, SettingsError, complete, field_of, machine_of, resolve
+from splinefeed.studio.settings import PATHS, Bench, SettingsError, complete, field_of, from_toml, machine_of, resolve
 from splinefeed.workers import Answer, Handler, Mail
 
 #: Paths of more curves than this are not planned while a slider moves.
@@ -271,9 +271,14 @@ def motion_of(
     return *how, moved
 
 
+def opened(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
+    """Settings from the text of a file: parsed here, as a text can be made to take its time."""
+    return {"settings": from_toml(str(request["text"]))}
+
+
 #: Every task by its name.
 TASKS: dict[str, Callable[[Mapping[str, Any], Bench], dict[str, Any]]] = {
-    "settle": settle, **{task.__name__: task for task in (plan, read, make, tune, play, warm)}
+    "settle": settle, **{task.__name__: task for task in (plan, read, make, tune, play, warm, opened)}
 }  # fmt: skip
 
 
