@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import stat
 import subprocess
 import sys
 from pathlib import Path
@@ -93,6 +94,46 @@ def test_without_a_home_kernels_go_to_a_folder_of_this_process(folder):
     assert result.returncode == 0, result.stderr
     assert Path(result.stdout.strip()).is_relative_to(folder) and not list(folder.glob("splinefeed-*"))
     assert sorted(PACKAGE.rglob("*.nb*")) == before  # nothing beside the package, where it may be read-only
+
+
+@pytest.mark.skipif(os.name != "posix", reason="permissions as POSIX has them")
+def test_compiled_kernels_that_others_can_write_are_never_run(folder):
+    program = (
+        "import os, sys\n"
+        "from splinefeed.kernels import jit\n"
+        "@jit.kernel\n"
+        "def twice(x):\n"
+        "    return 2.0 * x\n"
+        "assert twice(21.0) == 42.0\n"
+        "print(jit.cache_directory(), len(jit.compiled_here))\n"
+    )
+    (folder / "one.py").write_text(program)
+    cache = folder / "cache"
+    environment = {**homeless(folder), "NUMBA_CACHE_DIR": str(cache)}
+
+    def used() -> tuple[Path, int]:
+        result = call("one.py", environment=environment)
+        assert result.returncode == 0, result.stderr
+        where, compiled = result.stdout.split()
+        return Path(where), int(compiled)
+
+    own = cache / "splinefeed" / "kernels"
+    assert used() == (own, 1) and used() == (own, 0)
+    assert stat.S_IMODE(own.stat().st_mode) == 0o700
+    files = list(own.glob("*.nbc"))
+    assert files and all(stat.S_IMODE(each.stat().st_mode) == 0o600 for each in files)
+    files[0].chmod(0o666)  # somebody may have put other code there
+    assert used() == (own, 1)
+    own.chmod(0o777)  # what is in it is still ours alone, and it is closed
+    assert used() == (own, 0) and stat.S_IMODE(own.stat().st_mode) == 0o755
+    cache.chmod(0o777)  # others could put a folder of theirs in the place of ours
+    assert used()[0] != own
+    cache.chmod(0o700)
+    if os.geteuid() == 0:  # only then can files be given to another user
+        os.chown(files[0], 65534, 65534)
+        assert used() == (own, 1)
+        os.chown(own, 65534, 65534)
+        assert used()[0] != own
 
 
 def test_without_a_home_the_command_works(folder):

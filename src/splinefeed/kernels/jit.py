@@ -15,6 +15,7 @@ import hashlib
 import os
 import pickle
 import shutil
+import stat
 import sys
 import tempfile
 import time
@@ -47,19 +48,39 @@ COMPILING = 3.0
 def cache_directory() -> Path:
     """Folder of the compiled kernels: below $NUMBA_CACHE_DIR or the user's cache folder, or a new one of this process.
 
-    What is found there is run as machine code, so there is none in the temporary folder, where anybody may write.
+    What is found there is run as machine code: so the folder, and the one above it, belong to this user and nobody else
+    may write to them, and each file is looked at in the same way. There is none in the temporary folder.
     """
     import platformdirs
 
     with suppress(OSError, RuntimeError, KeyError):  # RuntimeError, KeyError: no HOME and nothing in the password file
         base = os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir(appauthor=False)
+        Path(base).mkdir(parents=True, exist_ok=True)
         folder = Path(base) / "splinefeed" / "kernels"
-        folder.mkdir(parents=True, exist_ok=True)
-        if os.access(folder, os.W_OK):
+        for each in (folder.parent, folder):
+            each.mkdir(mode=0o700, exist_ok=True)
+        if _only_ours(os.stat(base), above=True) and all(_closed(each) for each in (folder.parent, folder)):
             return folder
     folder = Path(tempfile.mkdtemp(prefix="splinefeed-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return folder
+
+
+def _only_ours(status: os.stat_result, *, above: bool = False) -> bool:
+    """Whether nobody but this user can write there; `above`: put another folder in the place of one of ours there."""
+    if not hasattr(os, "geteuid"):
+        return True  # Windows keeps such folders by user
+    if above:
+        return not status.st_mode & stat.S_IWOTH or bool(status.st_mode & stat.S_ISVTX)
+    return status.st_uid == os.geteuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+
+
+def _closed(folder: Path) -> bool:
+    """Whether nobody but this user can write to a folder, which is closed to others if it is ours."""
+    status = folder.stat()
+    if hasattr(os, "geteuid") and status.st_uid == os.geteuid() and not _only_ours(status):
+        folder.chmod(stat.S_IMODE(status.st_mode) & ~(stat.S_IWGRP | stat.S_IWOTH))
+    return _only_ours(folder.stat()) and os.access(folder, os.W_OK)
 
 
 def kernel(function: F) -> F:
@@ -275,7 +296,10 @@ class _Cache:
 
             context.refresh()
             file = self._file(signature, context.codegen())
-            result = CompileResult._rebuild(context, *pickle.loads(file.read_bytes()))
+            with file.open("rb") as stream:
+                if not _only_ours(os.fstat(stream.fileno())):
+                    raise PermissionError(file)
+                result = CompileResult._rebuild(context, *pickle.loads(stream.read()))
             if tuple(result.signature.args) == tuple(signature):
                 return result
         compiled_here.append(self._kernel.name)
@@ -290,5 +314,6 @@ class _Cache:
 
             file = self._file(signature, result.library.codegen)
             written = file.with_suffix(f".{os.getpid()}")
-            written.write_bytes(dumps(result._reduce()))
+            with os.fdopen(os.open(written, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as stream:
+                stream.write(dumps(result._reduce()))
             written.replace(file)
