@@ -20,7 +20,7 @@ GROUPS: dict[str, tuple[int, ...]] = {
     "cutter compensation": (400, 410, 411, 420, 421),
     "tool length": (430, 431, 432, 434, 435, 490, 2340),
     "retract": (980, 990),
-    "coordinate system": (540, 541, 550, 560, 570, 580, 590, 591, 592, 593, 1540),
+    "coordinate system": (540, 541, 550, 560, 570, 580, 590, 591, 592, 593, 1540, *range(1100, 1300, 10)),
     "path control": (610, 611, 640),
     "spindle mode": (960, 970),
     "lathe diameter": (70, 80),

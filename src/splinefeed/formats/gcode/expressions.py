@@ -129,7 +129,7 @@ class Parameters:
 
     def enter(self, arguments: Sequence[float] | Mapping[int, float] | None = None) -> None:
         """A sub begins, with names of its own; with `arguments` it has its own #1 to #30 too, a macro #1 to #33."""
-        kept = None if arguments is None else {k: self.numbers[k] for k in LOCALS if k in self.numbers}
+        kept = None if arguments is None else {k: self.numbers[k] for k in self._locals() if k in self.numbers}
         self._callers.append((self._own, kept))
         self._own = {}
         if isinstance(arguments, Mapping):
@@ -143,9 +143,13 @@ class Parameters:
         """The sub ends: its caller's names, and its #1 to #30 if they were kept, are in force again."""
         self._own, kept = self._callers.pop()
         if kept is not None:
-            for k in LOCALS if self.macros else ARGUMENTS:
+            for k in self._locals():
                 self.numbers.pop(k, None)
             self.numbers |= kept
+
+    def _locals(self) -> range:
+        """Numbers that belong to a sub: #1 to #30 in LinuxCNC, #1 to #33 (#0 is vacant) in macros."""
+        return LOCALS if self.macros else ARGUMENTS
 
     def get(self, key: int | str) -> float:
         """Value of a parameter; LineError if it has none."""

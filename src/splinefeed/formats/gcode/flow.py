@@ -36,9 +36,9 @@ _OWORD = re.compile(
     rf"(?:/[0-9]?)?(?:N[0-9.]+)?(?:O|:O?)(?:(?P<number>[0-9]+)|(?P<name><[^<>]*>)|(?=[#\[]))(?P<word>{_SAID})?",
     re.IGNORECASE,
 )
-_CALL = re.compile(r"M0*9[89](?![0-9.])", re.IGNORECASE)
+_CALL = re.compile(r"M0*9[789](?![0-9.])", re.IGNORECASE)
 #: What every line that jumps has: one of these characters, and more than that.
-_LIKELY, _MORE = bytes(each in b"oO:mM" for each in range(256)), re.compile(rb"[oO:]|[mM][ \t0]*9[ \t]*[89]")
+_LIKELY, _MORE = bytes(each in b"oO:mM" for each in range(256)), re.compile(rb"[oO:]|[mM][ \t0]*9[ \t]*[789]")
 #: Lines of Fanuc's macros that jump: IF[..]GOTO 10, IF[..]THEN #1=2, WHILE[..]DO1 to END1, GOTO 10.
 _MACRO = re.compile(
     r"(?:/[0-9]?)?(?:N[0-9]+)?(?P<word>IF(?=\[)|WHILE(?=\[)|GOTO|DO(?=[0-9])|END(?=[0-9]))", re.IGNORECASE
@@ -404,6 +404,15 @@ class Flow:
         self._calls.append(_Call(jump, text, (self.text, self.at), self.shown or self.at, repeats))
         self.text, self.at = text, jump.at + 1
 
+    def _enter_lines(self, number: int, repeats: int, jump: Jump) -> None:
+        """Go to the lines from N on, up to M99."""
+        at = self.text.label(number, jump.at)
+        if len(self._calls) > MAX_CALLS:
+            raise LineError(f"M97 P{number}: more than {MAX_CALLS} calls within calls; does a sub call itself?")
+        begin = Jump(at - 1, "", f"N{number}", "", "")  # its first line may say more than N
+        self._calls.append(_Call(begin, self.text, (self.text, self.at), self.shown or self.at, repeats))
+        self.at = at
+
     def _beside(self, base: str) -> pathlib.Path | None:
         """The file of a sub beside the program: 1000.ngc, of a numbered one also O1000.nc and the like."""
         names = [f"{base}.ngc"]
@@ -422,11 +431,14 @@ class Flow:
     def _m_code(self, jump: Jump) -> None:
         """A line with M98 or M99, after what else it says."""
         run, call = self._run, self._calls[-1]
-        run.call, run.returns, run.goes_on = None, False, 0
+        run.call, run.returns, run.goes_on, run.calls_line = None, False, 0, False
         run.run(jump.text, self.shown or self.at)
         if run.call is not None and run.call[1] > 0:
             number, repeats = run.call
-            self._enter("", str(number), f"begin it with O{number}", repeats)
+            if run.calls_line:
+                self._enter_lines(number, repeats, jump)
+            else:
+                self._enter("", str(number), f"begin it with O{number}", repeats)
             run.enter()
         if not run.returns:
             return

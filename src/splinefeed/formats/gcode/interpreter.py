@@ -56,6 +56,9 @@ _WORDS_OF_M = {
     **dict.fromkeys(range(100, 200), "PQ"),
 }  # fmt: skip
 _TAKES_WORDS = frozenset((40, 100, 640, *codes.GROUPS["motion"])) - {0, 10, 800}
+#: Dialects whose G70 and G71 are inches and mm; to others they are cycles of lathes, or rows of holes.
+_UNITS_BY_70 = ("siemens", "mach3")
+_MORE_OF_HAAS = range(1100, 1300, 10)
 #: Most turns of one arc.
 MAX_TURNS = 1_000
 
@@ -85,6 +88,7 @@ class Interpreter:
         self.ended = False
         self.jumps = dialect.jumps  # whether what calls and ends subprograms is carried out by `Flow`
         self.call: tuple[int, int] | None = None  # what M98 calls, and how often
+        self.calls_line = False  # whether the call is of a line (N), by M97
         self.returns = False  # whether there was an M99
         self.goes_on = 0  # the line (N) at which Fanuc's M99 P goes on
         self.cutter, self.tool_tip, self.splines = Cutter(state), ToolTip(state, findings), SplineWords(state, findings)
@@ -212,7 +216,8 @@ class Interpreter:
         if self._compensates(code) or code in self.cycles.known or (code == 760 and self.dialect.of_linuxcnc):
             return
         if reason is None:
-            if code not in codes.GROUP_OF and code not in codes.WITHOUT_EFFECT:
+            elsewhere = code in (700, 710) and self.dialect.name not in _UNITS_BY_70
+            if elsewhere or (code not in codes.GROUP_OF and code not in codes.WITHOUT_EFFECT):
                 others = [each for each, there in codes.ELSEWHERE.items() if code in there]
                 hint = f"it is a code of {' and '.join(others)}" if others else "the program may be another control's"
                 hint += ": name the control (option dialect)"
@@ -332,7 +337,14 @@ class Interpreter:
             self._tool_length(self.state.length_code)
 
     def _subprogram(self, code: int, block: Block) -> None:
-        """M98: what `Flow` calls behind this line, P by number and L times; Fanuc's P may say both."""
+        """M98: what `Flow` calls behind this line, P by number and L times; Fanuc's P may say both.
+
+        A Haas's M97 calls the lines of the same program from N on.
+        """
+        if code == 97 and self.dialect.name == "haas":
+            number, times = self._whole("P", "M97"), self._whole("L", "M97") if "L" in self._words else 1
+            self.call, self.calls_line = (number, times), True
+            return
         if code != 98 or not self.jumps:
             raise LineError(f"M{code}: subprograms are not supported here; write the program in one piece")
         if self.dialect.of_linuxcnc and (block.g or self._words.keys() - {"P", "L"}):
@@ -406,6 +418,8 @@ class Interpreter:
                 thread(state, self._words, self.line, self.findings)
                 return
             if self._modal in self.cycles.known:
+                if self.dialect.name == "haas" and "P" in self._words and "P" not in self._without_point:
+                    self._words["P"] /= self.dialect.dwell  # a wait with a point is in s there, as that of G4
                 self.cycles.line(self._modal, self._words, self.line)
                 return
         tool_axis = self.tool_tip.taken(self._words, self._modal)
@@ -586,9 +600,10 @@ class Interpreter:
 
     def _system(self, code: int) -> None:
         number, name = SYSTEMS.get(code, 0), g_name(code)
-        if not number:  # G54.1 P1, G154 P1
-            refuse(not self.dialect.of_fanuc, f"{name} is not known in the dialect {self.dialect.title}")
-            more = self._whole("P", name)
+        if not number:  # G54.1 P1, G154 P1, and a Haas's G110 to G129, which are G154 P1 to P20
+            there = self.dialect.of_fanuc and (code < _MORE_OF_HAAS[0] or self.dialect.name == "haas" or code == 1540)
+            refuse(not there, f"{name} is not known in the dialect {self.dialect.title}")
+            more = (code - _MORE_OF_HAAS[0]) // 10 + 1 if code in _MORE_OF_HAAS else self._whole("P", name)
             refuse(not 1 <= more <= MOST_SYSTEMS, f"{name} P{more}: coordinate systems are P1 to P{MOST_SYSTEMS}")
             number, name = MORE_SYSTEMS + more, f"{name} P{more}"
         if not self.state.offsets.select(number):
