@@ -134,8 +134,10 @@ class Bounds:
 
         Where C' = 0 on one side no velocity jumps: the tool must rest there, and differences see whether it does.
         """
+        if self.limits.axis_velocity_step is None:
+            return Corners(np.zeros(0), *np.zeros((3, 0)))
         s, angle, row = self.bends
-        passed = (angle > STOP_ANGLE) & (angle <= TURNING_BACK) & (self.limits.axis_velocity_step is not None)
+        passed = (angle > STOP_ANGLE) & (angle <= TURNING_BACK)
         s, (speed, tangents, curves, _) = s[passed], self._sides(*row[:, passed])
         passes = np.min(speed, axis=0) > NO_SPEED * np.max(speed, axis=0)
         tangents, curves = tangents[..., passes].transpose(2, 0, 1), curves[..., passes].transpose(2, 0, 1)
