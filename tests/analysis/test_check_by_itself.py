@@ -11,6 +11,7 @@ import pytest
 
 import motions
 import splinefeed as sf
+from sample_curves import random_curve
 from splinefeed.analysis.spans import PathSpans, SpanPlaces
 from splinefeed.geometry import path as path_module
 from splinefeed.geometry import pieces, tables
@@ -109,19 +110,22 @@ def test_a_wrong_kernel_of_the_derivatives_is_found(monkeypatch):
     assert verdict.limits["centripetal"].share > 1.2
 
 
-def test_spans_agree_with_the_tables_of_the_path():
-    """Two evaluators that share nothing: on a rough curve, points and arc lengths agree to rounding."""
-    butterfly = motions.butterfly()
-    spans = PathSpans(butterfly.flat, butterfly.linear)
-    u = np.sort(np.random.default_rng(1).uniform(*butterfly.curves[0].domain, 5000))
-    curve = np.zeros(len(u), dtype=np.int64)
-    row, _ = spans.find(curve, u)
+@pytest.mark.parametrize("seed", [None, *range(36)])
+def test_spans_agree_with_the_tables_of_the_path(seed):
+    """Two evaluators that share nothing: on the butterfly and curves of all kinds, points and lengths are the same."""
+    curve = motions.butterfly().curves[0] if seed is None else random_curve(seed)
+    given = sf.Path([curve])
+    spans = PathSpans(given.flat, given.linear)
+    u = np.sort(np.random.default_rng(1).uniform(*curve.domain, 1000))
+    index = np.zeros(len(u), dtype=np.int64)
+    row, _ = spans.find(index, u)
     places = SpanPlaces(spans, row)
     t = places.t(u)
-    np.testing.assert_allclose(places.derivatives(t, 0)[0].T, butterfly.evaluate(curve, u)[:, 0], atol=1e-12)
+    exact = 1e-13 * (curve.size + float(np.max(np.abs(curve.control_points))))
+    np.testing.assert_allclose(places.derivatives(t, 0)[0].T, given.evaluate(index, u)[:, 0], rtol=0, atol=10 * exact)
     s = spans.arc_length(row, t)
-    np.testing.assert_allclose(s, butterfly.arc_length(curve, u), atol=1e-11)
-    np.testing.assert_allclose(spans.parameter(row, s - spans.start[row]), t, atol=1e-9)
+    np.testing.assert_allclose(s, given.arc_length(index, u), rtol=0, atol=1e-12 * given.length)
+    np.testing.assert_allclose(spans.parameter(row, s - spans.start[row]), t, rtol=0, atol=1e-7)
 
 
 def test_a_narrow_span_far_from_zero_is_met_to_the_bit_of_its_parameter():
