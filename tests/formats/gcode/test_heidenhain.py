@@ -33,6 +33,11 @@ def lengths(path: sf.Path) -> list[float]:
     return np.diff(path.curve_starts).tolist()
 
 
+def end(path: sf.Path) -> list[float]:
+    place = dict.fromkeys("xyz", 0.0) | dict(zip(path.axes, path.curves[-1].control_points[-1].tolist(), strict=True))
+    return [place[axis] for axis in "xyz"]
+
+
 def test_it_is_told_by_its_first_block() -> None:
     for head in (b"0 BEGIN PGM 17 MM\n1 L X+1 F100\n", b"BEGIN PGM ABC MM \nL X+1\n", b"  0  BEGIN PGM a INCH\n"):
         assert detect(head).name == "heidenhain"
@@ -119,10 +124,32 @@ def test_what_says_nothing_of_the_motion_is_passed_over(tmp_path: Path) -> None:
         ("C X+1 Y+1 DR+", "C needs its centre, CC, before it"),
         ("CR X+1 Y+1 R+5", "CR needs DR+ or DR-"),
         ("CC X+5 Y+5\n9 C X+0 Y+0", "C needs DR+ or DR-"),
-        ("CALL LBL 2 REP 3", "'CALL LBL 2 REP 3' calls, which is not read in a Heidenhain program"),
-        ("FN 0: Q1=+5", "'FN 0: Q1=+5' computes, which is not read"),
-        ("Q1 = Q2 + 7", "'Q1 = Q2 + 7' computes, which is not read"),
-        ("L X+Q1", "expected a word of a Heidenhain program, got 'X+Q1'"),
+        ("CALL LBL 2 REP 3", "line 6: LBL 2 is called, and is not in the program"),
+        ("CALL LBL 0", "line 6: LBL 0 ends a subprogram; it cannot be called"),
+        ("CALL LBL QS5", "line 6: LBL, CALL LBL and IF need the number of a label, or its name in quotes"),
+        ("LBL 1\nL X+1\nCALL LBL 1", "line 8: LBL 1: more than 19 calls within calls"),
+        ("LBL 1\nFN 9: IF +1 EQU +1 GOTO LBL 1", "line 7: more than 1000000 lines are executed"),
+        ("FN 0: Q1 = +5\nFN 14: IF +Q1 EQU +5 GOTO LBL 0", "line 7: FN 14 does not jump"),
+        ("CALL LBL 1\nL X+1\nM30\nLBL 1\nL X+2", "within LBL 1, which has no LBL 0"),
+        ("FN 18: SYSREAD Q1 = ID20 NR1", "is a function of the control, which is not read"),
+        ("QS1 = \"A\"", "is not known, which is not read"),
+        ("CALL PGM B.H", "'CALL PGM B.H' calls, which is not read in a Heidenhain program"),
+        ("Q1 = Q2 + 7", "Q2 has no value; set it in the program before it is used"),
+        ("L X+Q1", "Q1 has no value; set it in the program before it is used"),
+        ("FN 4: Q1 = +8 DIV +0", "+8 DIV +0 has no value"),
+        ("Q1 = SQRT -4", "SQRT -4 has no value"),
+        ("Q1 = ( 2 + 3", "a bracket of the formula is not closed"),
+        ("Q1 = 2 +", "the formula ends where a value is due"),
+        ("Q1 = 2 ROOT 3", "expected a formula, got 'ROOT 3'"),
+        ("Q1 = ROOT 3", "'ROOT' is not known in a formula"),
+        ("Q1 = 2 $ 3", "expected a formula, got '$ 3'"),
+        ("Q1 = 1" + "0" * 200 + " * 1" + "0" * 200, "is too large"),
+        ("Q1 = " + "(" * 90 + "1", "a formula goes more than 50 brackets or signs deep"),
+        ("CYCL DEF 7.1 #5", "a datum shift by a line of a table is not read"),
+        ("CYCL DEF 7.1 XX", "a datum shift by 'XX' is not read"),
+        ("CYCL DEF 8.1 X", "cycle 8 turns, mirrors or scales what follows"),
+        ("CYCL DEF 10.1 ROT+35", "cycle 10 turns, mirrors or scales what follows"),
+        ("CYCL DEF 11.1 SCL 0.5", "cycle 11 turns, mirrors or scales what follows"),
         ("APPR LT X+10 Y+10 LEN15 R0", "expected a word of a Heidenhain program, got 'LT X+10"),
         ("PLANE SPATIAL SPA+10 SPB+0 SPC+0", "turns the plane, which is not read"),
         ("L X+5 M128", "M128 is not read in a Heidenhain program"),
@@ -136,3 +163,92 @@ def test_what_says_nothing_of_the_motion_is_passed_over(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_what_is_not_read_is_refused_by_its_name(tmp_path: Path, block: str, reason: str) -> None:
     assert reason in refusal(tmp_path, block)
+
+
+def test_a_section_is_repeated_with_a_parameter_that_counts(tmp_path: Path) -> None:
+    path = read(
+        tmp_path,
+        "L X+0 Y+0 Z+0 R0 FMAX",
+        "Q22 = - 3",
+        "LBL 2",
+        "L Z+Q22 F600",
+        "L X+10",
+        "L X+0 Z+5 FMAX",
+        "Q22 = Q22 - 3",
+        "LBL 0",
+        "CALL LBL 2 REP14",
+        "/ 44 LBL 1",
+        "/ 45 L X-1 F600",
+        "/ 46 LBL 0",
+        "L M30",
+        "L X+500",
+        numbered=False,
+    )
+    depths = [3.0 * (k + 1) for k in range(15)]
+    cut = sum(10.0 for _ in depths) + 3.0 + sum(5.0 + depth for depth in depths[1:]) + 1.0 + 5.0 - 5.0
+    fed = np.diff(path.curve_starts)[np.isfinite(path.feeds)]
+    assert fed.sum() == pytest.approx(cut)
+    assert path.bounding_box()[0][2] == -45.0
+    assert any("blocks with / are carried out" in each for each in path.findings)
+
+
+def test_subprograms_within_subprograms_and_jumps(tmp_path: Path) -> None:
+    path = read(
+        tmp_path,
+        "L X+0 Y+0 Z+0 R0 F600",
+        'CALL LBL "ROW"',
+        "L IY+5",
+        'CALL LBL "ROW"',
+        "FN 0: Q1 = +0",
+        "LBL 5",
+        "L IZ-1",
+        "FN 1: Q1 = +Q1 + +1",
+        "FN 12: IF +Q1 LT +4 GOTO LBL 5",
+        "M30",
+        'LBL "ROW"',
+        "CALL LBL 3",
+        "L IX+1",
+        "LBL 0",
+        "LBL 3",
+        "L IX+10",
+        "LBL 0",
+    )
+    assert end(path) == [22.0, 5.0, -4.0]
+    assert path.length == 31.0
+
+
+@pytest.mark.parametrize(
+    ("block", "value"),
+    [
+        ("FN 0: Q1 = +60", 60.0), ("FN 2: Q1 = +10 - +5", 5.0), ("FN 3: Q1 = +3 * +3", 9.0),
+        ("FN 4: Q1 = +8 DIV +2", 4.0), ("FN 5: Q1 = SQRT 4", 2.0), ("FN 6: Q1 = SIN+30", 0.5),
+        ("FN 7: Q1 = COS-60", 0.5), ("FN 8: Q1 = +3 LEN +4", 5.0),
+        ("FN 13: Q1 = +10 ANG-10", 135.0),
+        ("Q1 = 5 * 3 + 2 * 10", 35.0), ("Q1 = SQ 10 - 3^3", 73.0),
+        ("Q1 = ( 1,5 + 2 ) / -7", -0.5), ("Q1 = NEG INT 2.9", -2.0), ("Q1 = SGN -3 + ABS -4 + FRAC 2.25", 3.25),
+        ("Q1 = ATAN 1 + ASIN 1 + ACOS 0", 225.0), ("Q1 = LN EXP 2 + LOG 100", 4.0), ("QL5 = 7\nQ1 = QL5", 7.0),
+        ("Q1 = PI", math.pi),
+    ],
+)  # fmt: skip
+def test_parameters_compute(tmp_path: Path, block: str, value: float) -> None:
+    path = read(
+        tmp_path, "L X+0 Y+0 Z+0 R0 F600", *block.split("\n"), "L X+Q1 Y-Q1 FQ1" if value > 0 else "L X+Q1 Y-Q1"
+    )
+    assert end(path) == pytest.approx([value, -value, 0.0])
+    assert path.feeds[0] == pytest.approx((value if value > 0 else 600.0) / 60.0)
+
+
+def test_datum_shifts_by_steps_and_parameters(tmp_path: Path) -> None:
+    path = read(
+        tmp_path,
+        "L X+0 Y+0 Z+0 R0 F600",
+        "Q5 = 4",
+        "CYCL DEF 7.0 PUNKT BAZOWY",
+        "CYCL DEF 7.1 IZ+0",
+        "CYCL DEF 7.2 Y-11.75",
+        "CYCL DEF 7.1 X+Q5 IY+1",
+        "CYCL DEF 10.0 ROTATION",
+        "CYCL DEF 10.1 ROT+0",
+        "L X+0 Y+0",
+    )
+    assert end(path) == [4.0, -10.75, 0.0]

@@ -181,6 +181,13 @@ def test_a_leader_of_nul_bytes(
         sf.read(file, start=(0, 0, 0))
 
 
+def test_what_is_no_text_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "a.nc"
+    file.write_bytes(bytes(range(256)) * 4)
+    with pytest.raises(sf.errors.FormatError, match="is no text, so no G-code program: it may be encrypted"):
+        sf.read(file)
+
+
 @pytest.mark.parametrize("line", ["G1 X5 F1O0", "G1 X1O F100", "G1 F100 X5 O12"])
 def test_a_letter_o_within_a_line_is_a_mistake(tmp_path: Path, line: str) -> None:
     assert "a letter O within a line; is it the digit 0?" in refusal(tmp_path, line)

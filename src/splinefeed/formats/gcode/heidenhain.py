@@ -3,8 +3,9 @@
 Source: HEIDENHAIN TNC 640, User's Manual Klartext Programming: "Path contours - Cartesian coordinates" (L, CC, C, CR,
 CT, RND, CHF), "Path contours - polar coordinates" (LP, CP), "Entering tool-related data" (TOOL CALL, F, FMAX, which
 holds in its block alone), "M functions" (M91), cycles 7 (datum shift) and 9 (dwell time). DR+ is counterclockwise, R of
-CR is below 0 for more than half a circle, the side of CHF is its way from the corner. What computes (Q, FN), calls
-(CALL, CYCL CALL) or turns planes is refused by its name, as are programs in inches, whose F has a unit of its own.
+CR is below 0 for more than half a circle, the side of CHF is its way from the corner. Labels, jumps and Q parameters
+are those of `klartext`. What calls cycles or other programs, reads the control (FN 18) or turns planes is refused by
+its name, as are programs in inches, whose F has a unit of its own.
 """
 
 from __future__ import annotations
@@ -16,12 +17,11 @@ import numpy as np
 
 from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.interpreter import Interpreter
+from splinefeed.formats.gcode.klartext import BLOCK, Quantities
 from splinefeed.formats.gcode.moves import LETTERS
 from splinefeed.records import Array
 
 _NUMBER = r"[-+]?(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)"
-#: A number of the block, and what follows it.
-_BLOCK = re.compile(r"\s*(?:[0-9]+\s+|[0-9]+$)?(.*)", re.DOTALL)
 _BEGIN = re.compile(r"BEGIN\s+PGM\s+\S+(?:\s+(MM|INCH))?")
 #: What says nothing of the motion: the blank, tools by their measures, structure, modes that are off.
 _IGNORED = re.compile(
@@ -30,17 +30,21 @@ _IGNORED = re.compile(
 _CYCLE = re.compile(r"CYCLE?\s+DEF\s+([0-9]+)(?:\.([0-9]+))?\s*(.*)")
 _SHIFT = re.compile(rf"(I?)([XYZABC])\s*({_NUMBER})")
 _MOVE = re.compile(
-    r"(LP|LN|L|CP|CTP|CT|CR|CC|C|RND|CHF|APPR|DEP|FL|FCT|FC|FPOL|SPL)(?![A-Z])\s*|(?=I?[XYZABC]\s*[-+0-9.,])"
+    r"(LP|LN|L|CP|CTP|CT|CR|CC|C|RND|CHF|APPR|DEP|FL|FCT|FC|FPOL|SPL)(?![A-Z])\s*|(?=I?[XYZABC]\s*[-+0-9.,Q])"
 )
 _WORD = re.compile(
     rf"\s*(?:(?P<axis>I?(?:[XYZABCUVW]|PA|PR))\s*(?P<place>{_NUMBER})|DR\s*(?P<turn>[-+])|R\s*(?P<radius>{_NUMBER})"
     rf"|R(?P<side>[0LR])(?![0-9.,])|F\s*(?P<max>MAX|AUTO)|F\s*(?P<feed>{_NUMBER})|M\s*(?P<m>[0-9]+)|(?P<bare>{_NUMBER}))"
 )
+#: Blocks whose words may be parameters.
+_WITH_PLACES = re.compile(rf"(?:{_MOVE.pattern}|TOOL\s+CALL)[^\"]*Q")
 _TOOL = re.compile(r"TOOL\s+CALL\s*(?P<name>[0-9]+|\"[^\"]*\")?\s*(?P<axis>[XYZUVW])?(?P<rest>.*)")
+#: Cycles that are in force without a call (mirror, turn, scale, plane), and the value that ends them.
+_AT_ONCE = {8: 0.0, 10: 0.0, 11: 1.0, 19: 0.0, 26: 1.0}
 #: M codes that change nothing of the path, and those of planes and tips, which do.
 _NO_PLACE, _TURNED = 91, frozenset((92, 114, 120, 128, 136, 138, 144))
 _REFUSED = {
-    "FN": "computes", "Q": "computes", "CALL": "calls", "CYCL": "is a cycle", "PLANE": "turns the plane",
+    "FN": "is a function of the control", "CALL": "calls", "CYCL": "is a cycle", "PLANE": "turns the plane",
     "FUNCTION": "is a function of the control", "SEL": "selects a file", "TCH": "probes", "IF": "jumps",
 }  # fmt: skip
 
@@ -54,16 +58,19 @@ class Heidenhain(Interpreter):
         super().__init__(*arguments, **options)  # type: ignore[arg-type]
         self._pole: Array | None = None  # CC
         self._tangent = np.zeros(2)  # of the last move at its end
+        self.quantities = Quantities()
         self._cycle, self._open = 0, False  # the cycle that is defined, and whether a block goes on
 
     def run(self, text: str, line: int) -> None:
         """One line: a block, or a part of one."""
         self.line = line
-        block = _BLOCK.match(text.partition(";")[0].replace("\ufeff", ""))
-        plain = (block[1] if block else "").strip().upper()
+        block = BLOCK.match(text.partition(";")[0].replace("\ufeff", ""))
+        plain = (block["plain"] if block else "").strip().upper()
         goes_on, self._open = self._open, text.rstrip().endswith("~")  # a comment may stand before it
         if not plain or goes_on or plain == "%":
             return
+        if block and block["skip"]:
+            self.findings.count("blocks with / are carried out: skipping them is off", line)
         if begin := _BEGIN.match(plain):
             refuse(
                 begin[1] == "INCH", "a program in inches, whose F is in units of its own, is not read; write it in mm"
@@ -72,13 +79,16 @@ class Heidenhain(Interpreter):
             self.ended = True
             self.corners.end()
         elif cycle := _CYCLE.match(plain):
-            self._define(int(cycle[1]), cycle[3])
-        elif _IGNORED.match(plain) or plain.startswith("TOOL DEF"):
-            return
-        elif tool := _TOOL.match(plain):
+            self._define(int(cycle[1]), self.quantities.filled(cycle[3]) if int(cycle[2] or 0) else "")
+        elif not (_IGNORED.match(plain) or self.quantities.take(plain)):
+            self._do_block(self.quantities.filled(plain) if _WITH_PLACES.match(plain) else plain)
+
+    def _do_block(self, plain: str) -> None:
+        """A block that moves, or switches something."""
+        if tool := _TOOL.match(plain):
             self._change(tool)
         elif plain.startswith("STOP"):
-            super().run("M0", line)
+            super().run("M0", self.line)
         elif re.match(r"M\s*[0-9]", plain):
             self._do_words("", plain)
         elif move := _MOVE.match(plain):
@@ -93,14 +103,21 @@ class Heidenhain(Interpreter):
     def _define(self, number: int, words: str) -> None:
         """CYCL DEF: a shift, a wait, or a cycle that a call would carry out."""
         if number == 7:
-            shift = {LETTERS.index(axis): self.state.scaled(LETTERS.index(axis), _value(value))
-                     for step, axis, value in _SHIFT.findall(words) if not step}  # fmt: skip
-            refuse(_SHIFT.search(words) and not shift, "a datum shift by steps is not read; write its place")
-            self.state.offsets.shift(shift)
+            refuse("#" in words, "a datum shift by a line of a table is not read; write its place")
+            rest = _SHIFT.sub("", words).strip()
+            refuse(rest, f"a datum shift by {rest[:20]!r} is not read; write places of its axes")
+            for step, axis, value in _SHIFT.findall(words):
+                number = LETTERS.index(axis)
+                before = float(self.state.offsets.g92[number]) if step else 0.0
+                self.state.offsets.shift({number: before + self.state.scaled(number, _value(value))})
             self.state.set_offsets()
         elif number == 9:
             if wait := re.search(rf"({_NUMBER})\s*$", words):
                 self.state.say(self.line, dwell=_value(wait[1]))
+        elif number in _AT_ONCE:
+            plain = all(float(_value(each)) == _AT_ONCE[number] for each in re.findall(_NUMBER, words))
+            refuse(words and (number == 8 or not plain), f"cycle {number} turns, mirrors or scales what follows, which "
+                   "is not read; let the post write the places")  # fmt: skip
         else:
             self._cycle = number
             self.findings.count(f"cycle {number} is defined; it is not read", self.line)

@@ -17,6 +17,7 @@ from splinefeed.formats.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
 from splinefeed.formats.gcode.flow import PLAIN, Flow, Text, blocks_of
 from splinefeed.formats.gcode.heidenhain import Heidenhain
 from splinefeed.formats.gcode.interpreter import Interpreter
+from splinefeed.formats.gcode.klartext import KlartextFlow
 from splinefeed.formats.gcode.lathe import lathe_sign
 from splinefeed.formats.gcode.lines import Lines
 from splinefeed.formats.gcode.moves import AXES, MAX_LINE, STATED, Findings, Moves
@@ -39,6 +40,9 @@ BLOCK = 2**18
 #: Lines that are carried out by arrays at once, behind a line for the interpreter, and at most.
 _FIRST, _MOST = 256, 16384
 _HEAD = 2**16
+#: Bytes that texts of programs have, tapes' controls (leaders of zeros, DC1 to DC4, end of file) and other languages'
+#: letters too; and how many, and how much of a file, may be others.
+_TEXT, _FEW, _CONTROLS = bytes({0, *range(9, 14), *range(17, 21), 26, *range(32, 256)}), 20, 0.02
 #: What is said of the dialect of a program that shows none.
 NOTHING_TELLS = "nothing tells another"
 
@@ -72,12 +76,14 @@ class Reading:
     file: pathlib.Path = pathlib.Path()
     _resumed: bool = False  # or there is nothing to resume
     _line: int = 0  # of the file, that is carried out
-    _flow: Flow | None = None
+    _flow: Flow | KlartextFlow | None = None
 
     def moves(self, file: str | os.PathLike[str]) -> Iterator[Moves]:
         """The moves of a program, in the order of the file; FormatError that names file and line."""
         check_size(check_file(file), MAX_BYTES)
         head = read_head(file, _HEAD)
+        if len(head.translate(None, _TEXT)) > max(_CONTROLS * len(head), _FEW):
+            raise FormatError(f"{file}: is no text, so no G-code program: it may be encrypted or compressed")
         if self.dialect is None:
             if said := contradiction(head):
                 raise FormatError(f"{file}: {said}")
@@ -166,8 +172,12 @@ class Reading:
             with file.open("rb") as stream:
                 yield from blocks_of(stream, BLOCK)
         else:
-            text = Text(without_leader(read_bytes(file)), file, run.jumps, run.dialect.of_fanuc)
-            self._flow = Flow(text, run, file.parent, lambda line: self._arrive(line, run))
+            jumps = run.jumps and not isinstance(run, Heidenhain)
+            text = Text(without_leader(read_bytes(file)), file, jumps, run.dialect.of_fanuc)
+            if isinstance(run, Heidenhain):
+                self._flow = KlartextFlow(text, run.quantities, lambda: run.ended, lambda line: self._arrive(line, run))
+            else:
+                self._flow = Flow(text, run, file.parent, lambda line: self._arrive(line, run))
             for block, before in self._flow.blocks(BLOCK):
                 self._line = before
                 yield block
