@@ -115,7 +115,7 @@ class Bounds:
     @cached_property
     def row_times(self) -> Array:
         """The least time, s, that the feeds of the path allow up to the start of each span, (rows,)."""
-        each = (self.rows.end - self.rows.start) / self.row_feeds
+        each = self.rows.lengths / self.row_feeds
         return np.concatenate([[0.0], np.cumsum(each[:-1])])
 
     def jerks(self, growing: BoolArray, falling: BoolArray) -> Array:
@@ -151,7 +151,7 @@ class Bounds:
         """
         rows, found = self.rows, [(np.zeros(0), np.zeros((2, 0), dtype=np.int64))]
         unit = np.where(np.arange(rows.axes) < rows.linear, 1.0, DEGREES)[:, None]
-        moves, knots = np.flatnonzero(rows.end > rows.start), np.cumsum(rows.knot)
+        moves, knots = np.flatnonzero(rows.lengths > 0.0), np.cumsum(rows.knot)
         beside = np.stack([moves[:-1], moves[1:]])
         beside = beside[:, knots[beside[1]] > knots[beside[0]]]
         for part in chunks(beside.shape[1], BLOCK):
@@ -179,7 +179,7 @@ class Bounds:
             places = SpanPlaces(self.rows, side)
             c, (_, r1, r2, _) = places.along(np.full(len(side), end), 3)
             speed, second = (np.sqrt(places.product(each, each)) for each in c[1:3])
-            least = NO_SPEED * (self.rows.end - self.rows.start)[side] * places.scale
+            least = NO_SPEED * self.rows.lengths[side] * places.scale
             still, limit = speed <= least, np.where(second > least * places.scale, -end * c[2], c[3])
             sides.append((speed, np.where(still, limit, r1), np.where(still, 0.0, r2), still))
         return tuple(np.stack(each) for each in zip(*sides, strict=True))

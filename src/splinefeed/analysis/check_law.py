@@ -228,7 +228,7 @@ class LawMotion:
         """
         rows, axes = self.rows, self.bounds.path.axes
         every = np.broadcast_to(row, s.shape).ravel()
-        ahead = np.clip(s.ravel() - rows.start[every], 0.0, rows.end[every] - rows.start[every])
+        ahead = np.clip(s.ravel() - rows.start[every], 0.0, rows.lengths[every])
         places = SpanPlaces(rows, every)
         derivatives, (_, r1, r2, r3) = places.along(rows.parameter(every, ahead), 3)
         v, a, j = v.ravel(), a.ravel(), j.ravel()

@@ -247,7 +247,7 @@ class NearestOnPath:
     def _near(self, q: Array, hint: Array, window: float, closed: bool) -> NearestPoints:
         spans, length = self.spans, float(self.way[-1])
         row = spans.at(hint)
-        t = spans.parameter(row, np.clip(hint - spans.start[row], 0.0, (spans.end - spans.start)[row]))
+        t = spans.parameter(row, np.clip(hint - spans.start[row], 0.0, spans.lengths[row]))
         found = NearestPoints(row, t, self._squares(SpanPlaces(spans, row), q, t)[0])
         half = np.maximum(max(window, LEAST_WINDOW * length), REACH * np.sqrt(found.square))
         way = self._ways(row, t)
@@ -308,7 +308,8 @@ class NearestOnPath:
         """Better `found` by the nearest points from way begin to end (m,), mm, for positions `owner` (m,)."""
         first = np.maximum(np.searchsorted(self.way[:-1], begin, side="left") - 1, 0)
         last = np.maximum(np.searchsorted(self.way[:-1], end, side="right") - 1, first)
-        low, high = (self._places(cell, at) for cell, at in ((first, begin), (last, end)))
+        # where C' = 0 a rounding of the way is far
+        low, high = self._places(first, begin - self.rounding), self._places(last, end + self.rounding)
         for part in _groups(last - first + 1):
             pair, number = expanded((last - first + 1)[part])
             pair += part.start
@@ -321,7 +322,7 @@ class NearestOnPath:
         """t (n,) of cells (n,) at which the way is so long, within the cell."""
         row = self.row[cell]
         ahead = self.spans.ahead(row, self.low[cell]) + way - self.way[cell]
-        t = self.spans.parameter(row, np.clip(ahead, 0.0, (self.spans.end - self.spans.start)[row]))
+        t = self.spans.parameter(row, np.clip(ahead, 0.0, self.spans.lengths[row]))
         return np.asarray(np.clip(t, self.low[cell], self.high[cell]))
 
 

@@ -79,6 +79,10 @@ class Placer:
         """NearestOnPath points of the path; where only rotary axes move, also over these."""
         return NearestOnPath(self.rows, closed=self.path.closed, turned=self._turned)
 
+    @cached_property
+    def _search_all(self) -> NearestOnPath:
+        return NearestOnPath(self.rows, turned=True)
+
     def locate(self, setpoints: Setpoints, allowed: float) -> Located:
         """Where each setpoint is: where its curve and u say, if it is within `allowed`, mm and rad, of that."""
         rows = self.rows
@@ -101,11 +105,25 @@ class Placer:
                     self._carry(place.s, position, finite, int(run[0]))
                     found = self.follow(position[:, run], allowed)
                 row[run], u[run], place.s[run] = found.row, self.parameter(found), rows.arc_length(found.row, found.t)
-            place = self._at(row, u, position)
+            place = self._by_all_axes(self._at(row, u, position), finite & ~named, allowed)
         self._carry(place.s, position, finite, len(u))
         for each in (place.u, place.s, place.ahead, place.apart, place.turned, place.speed, place.velocity):
             each[..., ~finite] = np.nan
         return replace(place, astray=astray)
+
+    def _by_all_axes(self, place: Located, wanted: BoolArray, allowed: float) -> Located:
+        """Where linear axes all but stand still they say little of the place: that at which all axes fit is better."""
+        off = np.flatnonzero(wanted & (place.apart <= allowed) & (place.turned > allowed))
+        if self._turned or not len(off):
+            return place
+        search = self._search_all
+        position = place.position[:, off]
+        found = search.near(position * search.unit[:, None], place.s[off], closed=False)
+        other = self._at(found.row, self.parameter(found), position)
+        fits = (other.apart <= allowed) & (other.turned <= allowed)
+        row, u = place.row.copy(), place.u.copy()
+        row[off[fits]], u[off[fits]] = other.row[fits], other.u[fits]
+        return self._at(row, u, place.position)
 
     def _at(self, row: IntArray, u: Array, position: Array) -> Located:
         """Positions (axes, n) at u (n,) of rows (n,)."""

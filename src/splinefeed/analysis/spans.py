@@ -48,7 +48,7 @@ class PathSpans:
 
     curve, knot                (r,)  whose part each is, and whether it begins at a knot
     low, high, middle, scale   (r,)  interval of u, and t = (u - middle) scale, in [-1, 1]
-    start, end                 (r,)  arc length at both ends, mm
+    start, end, lengths        (r,)  arc length at both ends, and from one to the other, mm
     origin                     (axes, r)  a point near the span
     terms                      (axes + 1 if rational, degree + 1, r)  coefficients of t^k of A, and of the weight
     curves                     (curves, 2)  first and last span of each curve
@@ -75,7 +75,8 @@ class PathSpans:
         # where |C'| is large the rounding of the middle of u is far: the ends are not -1 and 1 to the bit
         first, last = (about(self._arc[None], self._t(end), 0)[0][0] for end in (self.low, self.high))
         self._arc[0] -= first
-        self.end = sums(last - first)
+        self.lengths = last - first
+        self.end = sums(self.lengths)
         self.start = np.concatenate([[0.0], self.end[:-1]])
         last = np.cumsum(np.bincount(self.curve, minlength=len(flat)))
         self.curves: IntArray = np.column_stack([np.concatenate([[0], last[:-1]]), last - 1])
@@ -178,7 +179,8 @@ class PathSpans:
         """t (n,) in [-1, 1] of spans (n,) at which S is `ahead` (n,), mm, behind their start: Newton in a bracket."""
         arc, low, high = self._arc[None, :, row], np.full(len(row), -1.0), np.ones(len(row))
         with np.errstate(divide="ignore", invalid="ignore"):
-            t = np.clip(2.0 * ahead / (self.end - self.start)[row] - 1.0, -1.0, 1.0)
+            length, all_ahead = self.lengths[row], ahead
+            t = np.clip(2.0 * ahead / length - 1.0, -1.0, 1.0)
             out, index = np.where(np.isfinite(t), t, 1.0), np.arange(len(row))
             t = out.copy()
             for _ in range(STEPS if len(row) else 0):
@@ -192,7 +194,8 @@ class PathSpans:
                 if not len(go):
                     break
                 arc, low, high, t, ahead, index = taken(go, arc, low, high, new, ahead, index)
-        return out
+        # where C' = 0 at an end, a rounding of the arc length is far
+        return np.where(all_ahead >= length, 1.0, np.where(all_ahead <= 0.0, -1.0, out))
 
 
 class SpanPlaces:
