@@ -58,3 +58,26 @@ def test_of_two_places_as_near_the_one_where_the_tool_is_counts():
         position = np.column_stack([np.where(s <= 10.0, s, 20.0 - s), np.zeros(9)])
         found = Placer(path).locate(foreign(np.vstack([[[0.0, 0.0], [9.0, 0.0]], position])), 1e-9)
         assert found.s[2:] == pytest.approx(s, abs=1e-12)
+
+
+@pytest.mark.parametrize("phase", np.linspace(0.0, 1.0, 8, endpoint=False))
+def test_around_a_bend_sharper_than_a_step_positions_stay_on_their_way(phase):
+    """A hairpin of a tenth of a millimetre, taken in steps of 0.4 mm: there the chord is shorter than the path."""
+    path = sf.Path([sf.NurbsCurve.bezier([[0.0, 0.0], [20.0, 0.0], [20.0, 0.1], [0.0, 0.15]])])
+    s = np.concatenate([[0.0], np.arange(0.4 * phase, path.length, 0.4)])
+    found = Placer(path).locate(foreign(path(s)), 1e-9)
+    assert found.s == pytest.approx(s, abs=1e-7)
+    assert np.max(found.apart) < 1e-12
+
+
+def test_where_linear_axes_stand_still_rotary_axes_say_the_place():
+    """x = 5 cos, a = 0.5 sin: at the ends of x its position says the place to the root of a rounding alone."""
+    half = np.sqrt(0.5)
+    points = np.array([[5, 0], [5, 0.5], [0, 0.5], [-5, 0.5], [-5, 0], [-5, -0.5], [0, -0.5], [5, -0.5], [5, 0]])
+    curve = sf.NurbsCurve(2, [0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4], points, [1, half] * 4 + [1])
+    path = sf.Path([curve], ("x", "a"))
+    near = np.array([0.0, 1e-5, 1e-4, 1e-3])
+    u = np.sort(np.concatenate([k + side * near for k in (0, 2, 4) for side in (-1, 1)]))
+    u = np.unique(np.clip(np.concatenate([u, np.linspace(0.0, 4.0, 81)]), 0.0, 4.0))
+    found = Placer(path).locate(foreign(path.evaluate(np.zeros(len(u), dtype=int), u)[:, 0], ("x", "a")), 1e-9)
+    assert np.max(found.turned) <= 1e-9

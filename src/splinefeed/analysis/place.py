@@ -22,6 +22,8 @@ ROUNDINGS = 64.0
 #: Positions that are placed by their chords from one known place on, at first and at most, as long as none is further
 #: from where that predicts it than so many steps.
 FIRST_AHEAD, MOST_AHEAD, DRIFT = 32, 4096, 32.0
+#: A position that is further from the path than this share of its step is looked for within so many times the longest one.
+STRAY, WIDE = 0.01, 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,6 +179,12 @@ class Placer:
             way = np.linalg.norm(np.diff(np.concatenate([before, here], axis=1), axis=1), axis=0)
             hint = np.minimum(last + np.cumsum(way), self.rows.length)
             found = self.search.near(here, hint, closed=False)
+            # around a bend sharper than a step, the place on the path may lie beyond the window
+            stray = np.flatnonzero(np.sqrt(found.square) > np.maximum(slack, STRAY * way))
+            if allowed > 0.0 and len(stray):
+                wide = self.search.near(here[:, stray], hint[stray], WIDE * float(np.max(way)), closed=False)
+                on = np.flatnonzero(np.sqrt(wide.square) <= slack)
+                found.put(stray[on], wide.take(on))
             s = self.rows.arc_length(found.row, found.t)
             done = self._onward(here, way, slack, last, apart, found, s)
             drifted = np.abs(s - hint) > DRIFT * np.maximum.accumulate(way) + slack
