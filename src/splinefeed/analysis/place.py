@@ -22,7 +22,7 @@ ROUNDINGS = 64.0
 #: Positions that are placed by their chords from one known place on, at first and at most, as long as none is further
 #: from where that predicts it than so many steps.
 FIRST_AHEAD, MOST_AHEAD, DRIFT = 32, 4096, 32.0
-#: A position that is further from the path than this share of its step is looked for within so many times the longest one.
+#: A position further from the path than this share of its step is looked for within so many of the longest steps.
 STRAY, WIDE = 0.01, 4.0
 
 
