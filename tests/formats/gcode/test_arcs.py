@@ -143,7 +143,8 @@ def test_knots_of_g6_2_with_and_without_the_first_point(tmp_path: Path) -> None:
     tail = [f"K{k}" for k in knots[5:]]
     whole = path_of(tmp_path, "F60", f"G6.2 P4 {lines[0]}", *lines[1:], *tail, "G1 X7")
     without = path_of(tmp_path, "F60", "G6.2 P4 K0 R1", *lines[1:], *tail, "G1 X7")
-    for path in (whole, without):
+    late = path_of(tmp_path, "F60", "G6.2 P4", *lines[1:], *tail, "G1 X7", dialect="fanuc")
+    for path in (whole, without, late):
         assert path.curves[0] == sf.NurbsCurve(3, knots, points, weights)
         assert len(path.curves) == 2
 

@@ -141,6 +141,7 @@ def test_what_says_nothing_of_the_motion_is_passed_over(tmp_path: Path) -> None:
         ("Q1 = ( 2 + 3", "a bracket of the formula is not closed"),
         ("Q1 = 2 +", "the formula ends where a value is due"),
         ("Q1 = 2 ROOT 3", "expected a formula, got 'ROOT 3'"),
+        ("Q1 = SGN 3", "'SGN' is not known in a formula"),
         ("Q1 = ROOT 3", "'ROOT' is not known in a formula"),
         ("Q1 = 2 $ 3", "expected a formula, got '$ 3'"),
         ("Q1 = 1" + "0" * 200 + " * 1" + "0" * 200, "is too large"),
@@ -225,7 +226,7 @@ def test_subprograms_within_subprograms_and_jumps(tmp_path: Path) -> None:
         ("FN 7: Q1 = COS-60", 0.5), ("FN 8: Q1 = +3 LEN +4", 5.0),
         ("FN 13: Q1 = +10 ANG-10", 135.0),
         ("Q1 = 5 * 3 + 2 * 10", 35.0), ("Q1 = SQ 10 - 3^3", 73.0),
-        ("Q1 = ( 1,5 + 2 ) / -7", -0.5), ("Q1 = NEG INT 2.9", -2.0), ("Q1 = SGN -3 + ABS -4 + FRAC 2.25", 3.25),
+        ("Q1 = ( 1,5 + 2 ) / -7", -0.5), ("Q1 = NEG INT 2.9", -2.0), ("Q1 = ABS -4 + FRAC 2.25 - 3", 1.25),
         ("Q1 = ATAN 1 + ASIN 1 + ACOS 0", 225.0), ("Q1 = LN EXP 2 + LOG 100", 4.0), ("QL5 = 7\nQ1 = QL5", 7.0),
         ("Q1 = PI", math.pi),
     ],
@@ -252,3 +253,20 @@ def test_datum_shifts_by_steps_and_parameters(tmp_path: Path) -> None:
         "L X+0 Y+0",
     )
     assert end(path) == [4.0, -10.75, 0.0]
+
+
+def test_what_a_post_for_milling_machines_writes(tmp_path: Path) -> None:
+    path = read(
+        tmp_path,
+        "CYCL DEF 32.0 TOLERANCE",
+        "CYCL DEF 247 DATUM SETTING ~\n    Q339=+1 ;DATUM NUMBER",
+        "FN 0:Q2=53 ; Z FEED RATE",
+        "L X36 Y0 Z0 R0 F MAX M3",
+        "CYCL DEF9 .0 VARAKOZASI IDO",
+        "CYCL DEF9.1 V.IDO5",
+        "L X0 F Q2",
+        "L Y1 FQ2",
+    )
+    assert path.dwells[0][1] == 5.0
+    assert path.feeds.tolist() == [pytest.approx(53.0 / 60.0)] * 2
+    assert not any("is defined; it is not read" in each for each in path.findings)

@@ -24,10 +24,10 @@ from splinefeed.records import Array
 _NUMBER = r"[-+]?(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)"
 _BEGIN = re.compile(r"BEGIN\s+PGM\s+\S+(?:\s+(MM|INCH))?")
 #: What says nothing of the motion: the blank, tools by their measures, structure, modes that are off.
-_IGNORED = re.compile(
-    r"BLK\s+FORM|TOOL\s+DEF|LBL\b|\*|PLANE\s+RESET|FUNCTION\s+(?:RESET|MODE)|PRESET\s+SELECT|CYCLE?\s+DEF\s+(?:247|32|392)\b"
-)
-_CYCLE = re.compile(r"CYCLE?\s+DEF\s+([0-9]+)(?:\.([0-9]+))?\s*(.*)")
+_IGNORED = re.compile(r"BLK\s+FORM|TOOL\s+DEF|LBL\b|\*|PLANE\s+RESET|FUNCTION\s+(?:RESET|MODE)|PRESET\s+SELECT")
+_CYCLE = re.compile(r"CYCLE?\s+DEF\s*([0-9]+)\s*(?:\.([0-9]+))?\s*(.*)")
+#: Cycles that say nothing of the places: presets, tolerances.
+_OF_NO_PLACE = (32, 247, 392)
 _SHIFT = re.compile(rf"(I?)([XYZABC])\s*({_NUMBER})")
 _MOVE = re.compile(
     r"(LP|LN|L|CP|CTP|CT|CR|CC|C|RND|CHF|APPR|DEP|FL|FCT|FC|FPOL|SPL)(?![A-Z])\s*|(?=I?[XYZABC]\s*[-+0-9.,Q])"
@@ -118,7 +118,7 @@ class Heidenhain(Interpreter):
             plain = all(float(_value(each)) == _AT_ONCE[number] for each in re.findall(_NUMBER, words))
             refuse(words and (number == 8 or not plain), f"cycle {number} turns, mirrors or scales what follows, which "
                    "is not read; let the post write the places")  # fmt: skip
-        else:
+        elif number not in _OF_NO_PLACE:
             self._cycle = number
             self.findings.count(f"cycle {number} is defined; it is not read", self.line)
 

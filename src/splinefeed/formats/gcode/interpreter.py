@@ -92,6 +92,7 @@ class Interpreter:
         self.returns = False  # whether there was an M99
         self.goes_on = 0  # the line (N) at which Fanuc's M99 P goes on
         self.cutter, self.tool_tip, self.splines = Cutter(state), ToolTip(state, findings), SplineWords(state, findings)
+        self.splines.of_fanuc = dialect.of_fanuc
         self.cycles, self.corners = (
             Cycles(state, dialect, findings),
             CornerWords(state, siemens=dialect.name == "siemens"),

@@ -2,7 +2,9 @@
 
 Source: HEIDENHAIN TNC 640, User's Manual Klartext Programming: "Subprograms and program-section repeats" (LBL, LBL 0,
 CALL LBL, REP: the section runs once more than REP says), "Programming Q parameters" (FN 0 to FN 13, formulas, angles in
-degrees). A parameter that the program has not set is refused: the control keeps its value from the program before.
+degrees); of FN 6 to FN 13 also TNC 320, 3/2014, p. 274, of formulas TNC 407, p. 7-15. SGN is not read: manuals differ
+on what it makes of 0 and less. A parameter that the program has not set is refused: the control keeps its value from
+the program before.
 """
 
 from __future__ import annotations
@@ -47,7 +49,6 @@ _FUNCTION: dict[str, Callable[[float], float]] = {
     "TAN": lambda v: math.tan(math.radians(v)), "ASIN": _inverse(math.asin), "ACOS": _inverse(math.acos),
     "ATAN": _inverse(math.atan), "SQ": lambda v: v * v, "SQRT": math.sqrt, "NEG": lambda v: -v, "ABS": abs,
     "INT": math.trunc, "FRAC": lambda v: v - math.trunc(v), "LN": math.log, "LOG": math.log10, "EXP": math.exp,
-    "SGN": lambda v: float((v > 0.0) - (v < 0.0)),
 }  # fmt: skip
 _OPERATOR: dict[str, Callable[[float, float], float]] = {
     "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": lambda a, b: a / b,

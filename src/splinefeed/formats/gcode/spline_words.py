@@ -3,7 +3,8 @@
 Sources: LinuxCNC documentation, "G-Codes", G5 to G5.3: in G5.2 the tool's place is the first control point, L is the
 order (3 unless given), knots are whole numbers, clamped. G6.2: Fanuc Series 15i/150i-MA Operator's Manual, programming,
 "NURBS interpolation": P is the order (4 unless given), K the knots, as many as control points and order together, R the
-weights; without a place in its first line the curve begins where the tool is. Mitsubishi M700V, 6.15, has the same.
+weights; without a place in its first line the curve begins where the tool is, without a knot there it has that of the
+second (B-63324EN/03, 4.17.1). Mitsubishi M700V, 6.15, has the same but for the knot.
 LinuxCNC 2.10 writes the last knots as lines of their own that repeat the word (G6.2 K2), and a method Q, which says how
 its control samples the curve. Its G5.2 takes the words of the plane in force.
 """
@@ -37,6 +38,7 @@ class SplineWords:
 
     def __init__(self, state: State, findings: Findings) -> None:
         self.state, self.findings = state, findings
+        self.of_fanuc = False  # whether the first line may leave out its knot
         self.open = 0  # the code of the block that is being collected: 52 or 62
         self._tangent: Array | None = None
         self.clear()
@@ -52,7 +54,7 @@ class SplineWords:
         self.weights: list[float] = []
         self._knots: list[float] = []
         self.steps: list[float | None] = []  # between knots, of Siemens' PL; None for 1
-        self._said = 0
+        self._said, self._late = 0, False  # whether the first knot is said by the second line
 
     def line(
         self, code: int | None, modal: int | None, words: dict[str, float], line: int, inverse: float | None
@@ -132,12 +134,16 @@ class SplineWords:
             raise LineError("the spline before has all its knots; begin the next one with G6.2")
         axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
         knot, weight = words.pop("K", None), words.pop("R", 1.0)
-        refuse(knot is None and (code is None or axes), "every line of G6.2 needs its knot, K")
+        if knot is None and not self.points and self.of_fanuc:
+            self._late = True
+        else:
+            refuse(knot is None and (code is None or axes), "every line of G6.2 needs its knot, K")
         if axes:
             self.point(axes, weight)
         elif not self.points:
             self.here(weight)
-        self._knots += [] if knot is None else [knot]
+        self._knots += [] if knot is None else [knot] * (1 + self._late)
+        self._late &= knot is None
         if len(self._knots) == len(self.points) + self.order:
             self.end()
 
