@@ -24,7 +24,9 @@ import scipy.io
 
 DATA = Path(__file__).parent / "data"
 #: Longest time for one file, s, and address space of the whole process, bytes; the CAD libraries have their own limits.
-MOST_SECONDS, MOST_MEMORY = 60, 6 * 2**30
+MOST_SECONDS, MOST_MEMORY = 20, 2 * 2**30
+#: A file that made a reader run a line which none before it did is changed further; at most so many are kept.
+MOST_KEPT = 400
 #: Files up to this size are changed, bytes: larger ones take long and are of the same kind.
 LARGEST = 40_000
 #: What is put into a file of any kind in place of something else, and into programs.
@@ -202,11 +204,45 @@ def reader(kind: str) -> Callable[[Path, bool], Any]:
     return read
 
 
+class Coverage:
+    """Lines of the readers that have run, while it is on: `new` says whether there were any since the last time.
+
+    Only what reads is watched (formats, machine, sweeps, robots): a fit or a search is not led to by a file's words.
+    """
+
+    ROOMS = tuple(f"/splinefeed/{room}/" for room in ("formats", "machine", "sweeps", "robots"))
+
+    def __init__(self) -> None:
+        self.lines: set[tuple[Any, int]] = set()
+        self._before = 0
+
+    def __enter__(self) -> Coverage:
+        sys.settrace(self._call)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        sys.settrace(None)
+
+    def new(self) -> bool:
+        before, self._before = self._before, len(self.lines)
+        return self._before > before
+
+    def _call(self, frame: Any, event: str, given: Any) -> Any:
+        return self._line if any(room in frame.f_code.co_filename for room in self.ROOMS) else None
+
+    def _line(self, frame: Any, event: str, given: Any) -> Any:
+        self.lines.add((frame.f_code, frame.f_lineno))
+        return self._line
+
+
 def fuzz(kind: str, seed: int, count: int, folder: Path, say: Callable[[str], None] = lambda text: None) -> str:
-    """Read `count` changed files; what came of them. AssertionError with the file that brought about anything else."""
+    """Read `count` changed files; what came of them. AssertionError with the file that brought about anything else.
+
+    A file that runs a line of a reader which none before it ran is kept, and changed further in its turn.
+    """
     from splinefeed.errors import SplinefeedError
 
-    rng = np.random.default_rng(seed)
+    rng, coverage = np.random.default_rng(seed), Coverage()
     sound, read = list(seeds(kind, folder)), reader(kind)
     change = program if kind == "gcode" else changed
     suffix = SUFFIXES[kind] if kind in RECORDS or kind in OTHERS else ".bin"
@@ -219,7 +255,8 @@ def fuzz(kind: str, seed: int, count: int, folder: Path, say: Callable[[str], No
         start = time.monotonic()
         signal.alarm(MOST_SECONDS)
         try:
-            read(file, bool(rng.integers(2)))
+            with coverage:
+                read(file, bool(rng.integers(2)))
             came += 1
         except SplinefeedError as error:
             lines = str(error).split("\n")
@@ -232,6 +269,8 @@ def fuzz(kind: str, seed: int, count: int, folder: Path, say: Callable[[str], No
         finally:
             signal.alarm(0)
         slowest = max(slowest, time.monotonic() - start)
+        if coverage.new() and i >= len(sound) and len(sound) < MOST_KEPT and len(content) <= LARGEST:
+            sound.append(content)
         if i % 1000 == 999:
             say(f"{kind}: {i + 1} inputs")
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
@@ -245,7 +284,8 @@ def _too_long(*_: object) -> None:
 def main() -> None:
     """Run as a program: see above."""
     kind, seed, count = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
-    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+    # the processes of native libraries have limits of their own, which are not to be below this one
+    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))
     signal.signal(signal.SIGALRM, _too_long)
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(sys.stderr):
         found = fuzz(kind, seed, count, Path(folder), lambda text: print(text, file=sys.stderr, flush=True))
