@@ -33,11 +33,17 @@ class FormatError(InputError):
     """A file that cannot be read or written; the message begins with the file and the place in it."""
 
 
+#: Longest words on one fault of several, letters: a value may be a list of thousands.
+LONGEST_PROBLEM = 400
+
+
 class ProblemsError(FormatError):
     """A file with several faults: the first line names the file, each of `problems` its place and how to fix it."""
 
     def __init__(self, name: object, problems: Iterable[str]) -> None:
-        self.problems = tuple(problems)
+        self.problems = tuple(
+            each if len(each) <= LONGEST_PROBLEM else f"{each[:LONGEST_PROBLEM]}..." for each in problems
+        )
         head = self.problems[0] if len(self.problems) == 1 else f"{len(self.problems)} errors"
         rest = [f"  {problem}" for problem in self.problems] if len(self.problems) > 1 else []
         super().__init__("\n".join([f"{name}: {head}", *rest]))

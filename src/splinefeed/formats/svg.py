@@ -31,6 +31,8 @@ from splinefeed.geometry.curve import NurbsCurve
 
 #: Elements drawn in one file, those that are used again counted each time, and how deep uses may be nested.
 MAX_DRAWN = 500_000
+#: ... and of these by uses, all within a used element counted each time.
+MAX_USED = 100_000
 MAX_USES = 32
 _MM_PER_PIXEL = 25.4 / 96.0
 _SHAPES = {"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"}
@@ -108,7 +110,7 @@ class _Reader:
         self.root, self.drawing, self.pixel = root, drawing, pixel
         self.styles = Styles(root)
         self.drawing.findings += self.styles.findings
-        self.drawn = self.depth = 0
+        self.drawn = self.depth = self.used = 0
         self.named: dict[str, Node] = {}
         groups: dict[str, None] = {}
         for node in root.walk():
@@ -154,6 +156,9 @@ class _Reader:
         """Draw an element; `used` are the sizes that a use gives to a symbol or an inner svg."""
         tag = node.tag
         self.drawn += 1
+        self.used += bool(at.uses)
+        if self.used > MAX_USED:
+            raise InputError(f"{node.place()}: more than {MAX_USED} elements are drawn by uses; write them out")
         if self.drawn > MAX_DRAWN or self.depth > MAX_DEPTH:
             raise InputError(
                 f"{node.place()}: more than {MAX_DRAWN} elements are drawn, uses counted each time, "

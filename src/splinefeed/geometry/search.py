@@ -51,7 +51,7 @@ FEW_CELLS, MOST_PAIRS = 8, 1 << 20
 MOST_REFINED = 1 << 17
 #: So many pairs of a position and a cell are compared in one search of the whole path, and as many more for each
 #: position: a microsecond each.
-MOST_COMPARED, EACH_COMPARED = 10_000_000, 100
+MOST_COMPARED, EACH_COMPARED = 4_000_000, 100
 
 
 @dataclass(frozen=True, eq=False)

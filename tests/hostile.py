@@ -1,0 +1,192 @@
+"""What strangers' files cost: small ones that ask for much, and changed ones by the thousand, as tables for the docs.
+
+    python tests/hostile.py --count 1000 --seed 1 --write
+
+Each file is read by a process of its own with SECONDS and MEMORY. It has to end by an answer or by one line that
+names the file: exit code 0, 1 or 2. `--write` puts the tables into docs/security.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+
+from benchmarks.tables import Column, Table, write_into  # noqa: E402 - found from here only
+
+import fuzzing  # noqa: E402
+
+PAGE = ROOT / "docs" / "security.md"
+#: s and bytes of address space that a process has.
+SECONDS, MEMORY = 20, 2 * 2**30
+DXF = "0\nSECTION\n2\nENTITIES\n{}0\nENDSEC\n0\nEOF\n"
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="9mm" height="9mm" viewBox="0 0 9 9">{}</svg>'
+
+
+def entities() -> str:
+    """Entities of entities: ten times ten times ... letters."""
+    named = '<!ENTITY a "aaaaaaaaaa">' + "".join(
+        f'<!ENTITY {name} "{f"&{before};" * 10}">' for before, name in zip("abcdefghi", "bcdefghij", strict=True)
+    )
+    return f"<!DOCTYPE svg [{named}]>" + SVG.format("<style>&j;</style>")
+
+
+def uses() -> str:
+    """Uses of groups of uses: ten to the ninth paths."""
+    groups = "".join(f'<g id="g{k}">' + f'<use href="#g{k + 1}"/>' * 10 + "</g>" for k in range(9))
+    return SVG.format(groups + '<path id="g9" d="M0 0H1"/>')
+
+
+def css() -> str:
+    """A style with a number of thousands of digits."""
+    return SVG.format(f"<style>a{{x:{'9' * 5000}}}</style>")
+
+
+def entity(kind: str, tags: str) -> str:
+    """One entity of a drawing at 0, 0."""
+    return DXF.format("\n".join(["0", kind, "10", "0", "20", "0", *tags.split(), ""]))
+
+
+def blocks(depth: int, each: int) -> str:
+    """Blocks that insert each other and draw nothing."""
+    reference = "0\nINSERT\n8\n0\n2\nb{}\n10\n0\n20\n0\n"
+    inside = "".join(
+        f"0\nBLOCK\n2\nb{k}\n70\n0\n10\n0\n20\n0\n{reference.format(k + 1) * (each if k < depth else 0)}0\nENDBLK\n"
+        for k in range(depth + 1)
+    )
+    return f"0\nSECTION\n2\nBLOCKS\n{inside}0\nENDSEC\n" + DXF.format(reference.format(0))
+
+
+def fit_points(count: int) -> str:
+    """A spline through many points."""
+    rows = "".join(f"11\n{k}\n21\n{k * k % 17}\n31\n0\n" for k in range(count))
+    return DXF.format(f"0\nSPLINE\n8\n0\n70\n8\n71\n3\n74\n{count}\n{rows}")
+
+
+def same_places(count: int) -> str:
+    """A table of points that goes back and forth between twenty places."""
+    return "\n".join(f"{k * k % 19} {k * k * k % 17} {k * 7 % 5}" for k in range(count))
+
+
+def runs() -> str:
+    """A sweep of more runs than an index holds."""
+    values = ", ".join(map(str, range(1, 3001)))
+    names = ("feed", "acceleration", "jerk", "deceleration", "deceleration_jerk", "chord_error")
+    return 'sources = ["circle"]\n[grid]\n' + "".join(f'"limits.{name}" = [{values}]\n' for name in names)
+
+
+#: What each file asks, its name, its text, and the words of the command before its name.
+CASES: tuple[tuple[str, str, Callable[[], str], tuple[str, ...]], ...] = (
+    ("SVG: a row of digits in points", "points.svg", lambda: SVG.format(f'<polyline points="{"9" * 1000}x"/>'), ()),
+    ("SVG: a transform without an end", "transform.svg", lambda: SVG.format(f'<g transform="{"a(" * 1000}"/>'), ()),
+    ("SVG: entities of entities", "entities.svg", entities, ()),
+    ("SVG: CSS with a number of 5,000 digits", "css.svg", css, ()),
+    ("SVG: uses of uses", "uses.svg", uses, ()),
+    ("DXF: blocks of blocks, all empty", "blocks.dxf", lambda: blocks(6, 10), ()),
+    ("DXF: an arc of 1e308 degrees", "arc.dxf", lambda: entity("ARC", "40 1 50 1e308 51 0"), ()),
+    ("DXF: a count of 1e400", "count.dxf", lambda: entity("LWPOLYLINE", "90 1e400"), ()),
+    ("DXF: 10,000 fit points", "fit.dxf", lambda: fit_points(10_000), ()),
+    ("DXF: 50,000 fit points", "fit50.dxf", lambda: fit_points(50_000), ()),
+    ("G-code: a row of digits, --repair", "digits.ngc", lambda: "X" + "9" * 2000 + "\n", ("--repair",)),
+    ("G-code: a loop without an end", "loop.ngc", lambda: "o1 while [1]\no1 endwhile\nM2\n", ()),
+    ("JSON: 60,000 keys, one twice", "keys.json", lambda: "{" + "".join(
+        f'"k{k}": 1,' for k in range(60_000)) + '"k59999": 1}', ()),
+    ("points: the same places again and again", "places.csv", lambda: same_places(5000), ()),
+    ("sweep: keys of 20,000 words", "keys.toml", lambda: f"limits.{'a.' * 20_000}b = 1\n", ("sweep",)),
+    ("sweep: a number of 5,000 digits", "digits.toml", lambda: f"seed = {'9' * 5000}\n", ("sweep",)),
+    ("sweep: 7e20 runs", "runs.toml", runs, ("sweep",)),
+    ("sweep: a pattern over /proc", "proc.toml", lambda: 'sources = ["/proc/**/*.dxf"]\n', ("sweep",)),
+)  # fmt: skip
+
+
+def cost(name: str, text: str, words: tuple[str, ...], folder: Path) -> tuple[int, float, float, str]:
+    """Exit code, s and MB that a file costs, and the last line that is said of it."""
+    (folder / name).write_text(text)
+    command = [words[0], name] if words[:1] == ("sweep",) else ["info", name, *words]
+    begin = time.monotonic()
+    done = subprocess.run(
+        [sys.executable, "-c", MEASURED, *command], cwd=folder, capture_output=True, text=True, check=False,
+        timeout=SECONDS + 60, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 1)),
+    )  # fmt: skip
+    seconds, said = time.monotonic() - begin, done.stderr.splitlines() or [""]
+    peak = re.search(r"^peak (\d+)$", done.stderr, re.MULTILINE)
+    lines = [line for line in said if not line.startswith("peak ")]
+    return done.returncode, seconds, int(peak[1]) / 2**20 if peak else float("nan"), lines[-1] if lines else ""
+
+
+MEASURED = f"""
+import atexit, resource, sys
+resource.setrlimit(resource.RLIMIT_AS, ({MEMORY}, resource.getrlimit(resource.RLIMIT_AS)[1]))
+peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+atexit.register(lambda: print("peak", peak(), file=sys.stderr))
+from splinefeed.cli.main import main
+main()
+"""
+
+
+def asked(folder: Path) -> Table:
+    """The table of small files that ask for much."""
+    rows = []
+    for what, name, make, words in CASES:
+        text = make()
+        code, seconds, memory, _ = cost(name, text, words, folder)
+        rows.append((what, len(text), code, seconds, memory))
+    columns = (Column("what it asks"), Column("bytes", ",d"), Column("exit code", "d"), Column("s", ".1f"),
+               Column("MB", ".0f"))  # fmt: skip
+    caption = f"Small files that ask for much, each in a process with {SECONDS} s and {MEMORY // 2**30} GB."
+    return Table(caption, columns, tuple(rows), ("Starting takes 0.5 to 1 s of it, and some 60 MB.",))
+
+
+def counted(seed: int, count: int) -> Table:
+    """The table of changed files: how many were read and refused, and what took longest."""
+    rows = []
+    for kind in fuzzing.SUFFIXES:
+        words = [sys.executable, str(ROOT / "tests" / "fuzzing.py"), kind, str(seed), str(count)]
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        found = re.search(r"(\d+) inputs, (\d+) read, the slowest ([\d.]+) s, peak (\d+) MB", done.stdout)
+        if found is None:
+            print(done.stderr[-600:], file=sys.stderr)
+            rows.append((kind, count, None, None, 1, None, None))
+            continue
+        inputs, read = int(found[1]), int(found[2])
+        rows.append((kind, inputs, read, inputs - read, 0, float(found[3]), int(found[4])))
+        print(*rows[-1], file=sys.stderr)
+    total = sum(row[1] for row in rows)
+    columns = (Column("reader"), Column("files", ",d"), Column("read", ",d"), Column("refused in one line", ",d"),
+               Column("anything else", "d"), Column("slowest, s", ".1f"), Column("MB", "d"))  # fmt: skip
+    caption = f"{total:,} changed files, from seed {seed}: what came of them."
+    return Table(caption, columns, tuple(rows))
+
+
+def main() -> int:
+    """Run as a program: see above."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=1000, help="changed files of each kind (1000)")
+    parser.add_argument("--seed", type=int, default=1, help="of the changes (1)")
+    parser.add_argument("--write", action="store_true", help="put the tables into docs/security.md")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        tables = {"much": asked(Path(folder))}
+    print(tables["much"].markdown())
+    if given.count:
+        tables["counted"] = counted(given.seed, given.count)
+        print(tables["counted"].markdown())
+    if given.write:
+        for name, table in tables.items():
+            assert write_into(PAGE, name, table.markdown(), "tests/hostile.py"), f"{PAGE} has no place for {name}"
+    bad = [row for row in tables["much"].rows if row[2] not in (0, 1, 2)]
+    bad += [row for row in tables["counted"].rows if row[4]] if "counted" in tables else []
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
