@@ -36,7 +36,7 @@ from splinefeed.geometry.editing import unbroken
 from splinefeed.workers import Answer, Handler, LostError, Mail, Worker
 
 #: Time that a library gets for a file, s, and for each MB of it.
-MAX_SECONDS = 30.0
+MAX_SECONDS = 15.0
 SECONDS_PER_MB = 5.0
 #: What a library may take of the memory, bytes of address space; OCCT itself is half a gigabyte of it.
 MAX_ADDRESS_SPACE = 6 * 2**30

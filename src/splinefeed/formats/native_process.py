@@ -24,7 +24,7 @@ from splinefeed.formats.source import check_file, in_brief
 from splinefeed.workers import Answer, Handler, LostError, Mail, Worker
 
 #: Time that a library gets for a file, s, and for each MB of it.
-MAX_SECONDS, SECONDS_PER_MB = 30.0, 1.0
+MAX_SECONDS, SECONDS_PER_MB = 15.0, 1.0
 #: What a library and the columns that it reads may take of the memory, bytes of address space.
 MAX_ADDRESS_SPACE = 8 * 2**30
 
