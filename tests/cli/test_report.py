@@ -3,6 +3,12 @@
 from __future__ import annotations
 
 import json
+import shutil
+
+import numpy as np
+import pytest
+
+import fuzzing
 
 
 def test_the_report_is_made_again_from_the_folder(splinefeed, folder):
@@ -40,3 +46,21 @@ def test_what_cannot_be_reported_on(splinefeed, folder):
         assert result.exit_code == 2 and reason in result.stderr and result.stderr.count("\n") == 1
     (folder / "odd/run.json").write_text('{"program": "splinefeed 1"}')
     assert "has no setpoints that can be read again" in splinefeed("report", "odd").stderr
+
+
+@pytest.mark.slow
+def test_changed_folders_of_a_run_are_reported_or_refused_in_one_line(splinefeed, folder):
+    words = ("circle?radius=2", "--feed", "60", "--accel", "500", "--jerk", "20000", "--period", "5ms")
+    assert splinefeed("run", *words, "--format", "csv", "--no-figures", "-o", "whole").exit_code == 0
+    rng = np.random.default_rng(40)
+    for k in range(400):
+        place = folder / f"changed{k}"
+        shutil.copytree(folder / "whole", place)
+        name = ("run.json", "setpoints.csv", "law.h5")[rng.choice(3, p=[0.5, 0.4, 0.1])]
+        content = (place / name).read_bytes()
+        change = fuzzing.changed if name == "law.h5" or k % 2 else fuzzing.retold
+        (place / name).write_bytes(change(rng, content))
+        asked = ("report", str(place)) if k % 3 else ("check", str(place / "setpoints.csv"))
+        result = splinefeed(*asked)
+        assert result.exit_code in (0, 1, 2), (k, name, result.stderr)
+        assert result.exit_code != 2 or result.stderr.count("\n") <= 3, (k, name, result.stderr)

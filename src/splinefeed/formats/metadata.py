@@ -12,7 +12,7 @@ import numpy as np
 import splinefeed
 from splinefeed.errors import FormatError, InputError, SplinefeedError
 from splinefeed.formats.plain import plain
-from splinefeed.formats.sizes import MAX_AXES
+from splinefeed.formats.sizes import MAX_AXES, MAX_COORDINATE
 from splinefeed.formats.source import in_brief
 from splinefeed.records import (
     ROTARY_AXES,
@@ -34,6 +34,9 @@ _ALIKE = ("axes", "period", "method")
 #: Columns that not every response has.
 MAYBE = ("contour_error", *STREAM_COLUMNS)
 _FINITE = ("t", "u", "s", "feed", "position", "command", "measured", "output")
+_PLACES = ("position", "command", "measured")
+#: Shortest and longest period of setpoints, s.
+PERIODS = (1e-9, 1e6)
 #: Rows that are turned into text by one formatting call: about twice as fast as numpy.savetxt, which goes row by row.
 _ROWS_AT_ONCE = 2000
 
@@ -180,7 +183,19 @@ def checked_parts(record: Any, path: object, most: int, kinds: Any = Setpoints) 
 
 
 def check_columns(part: Setpoints | Response) -> None:
-    """InputError naming the first value that is NaN or infinite."""
+    """InputError naming the first value that is NaN, infinite or too large, and for a period that no control has."""
+    kind = type(part).__name__
     for name in _FINITE:
         if name in vars(part):
-            check_finite(getattr(part, name), f"{type(part).__name__}.{name}")
+            check_finite(getattr(part, name), f"{kind}.{name}")
+    for name in _PLACES:
+        if name in vars(part) and np.max(np.abs(getattr(part, name)), initial=0.0) > MAX_COORDINATE:
+            raise InputError(f"{kind}.{name}: goes beyond {MAX_COORDINATE:g} mm or rad; is the unit right?")
+    if (period := getattr(part, "period", None)) is not None:  # a law may have none
+        check_period(period)
+
+
+def check_period(period: float) -> None:
+    """InputError for a period, s, that no control has."""
+    if not PERIODS[0] <= period <= PERIODS[1]:
+        raise InputError(f"period: {period:g} s is not from {PERIODS[0]:g} to {PERIODS[1]:g} s")

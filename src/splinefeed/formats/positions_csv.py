@@ -12,14 +12,16 @@ import numpy as np
 
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import table_text
-from splinefeed.formats.metadata import naming
-from splinefeed.formats.sizes import MAX_TICKS
+from splinefeed.formats.metadata import check_period, naming
+from splinefeed.formats.sizes import MAX_COORDINATE, MAX_TICKS
 from splinefeed.formats.source import check_file
 from splinefeed.formats.table_text import AXES, OURS
 from splinefeed.records import Array, Setpoints
 
 #: Lines that are looked at for names of columns and how many digits numbers have.
 _LOOKED_AT = 2000
+#: Latest time, s.
+LATEST = 1e12
 #: From this many decimals on a number has all its digits.
 _FULL = 12
 
@@ -109,6 +111,12 @@ def _setpoints(
         t = even  # each time is the even one, rounded to the digits of the file
     axes = tuple(axis for axis in AXES if axis in names)
     position = np.column_stack([rows[:, names[axis][0]] * names[axis][1] for axis in axes])
+    with naming(path):
+        check_period(period)
+        far = ~(np.abs(position) <= MAX_COORDINATE) & ~np.isnan(position)
+        if far.any() or not np.abs(t[~np.isnan(t)]).max(initial=0.0) <= LATEST:
+            row = int(np.argmax(far.any(axis=1))) + 1
+            raise InputError(f"row {row} of the numbers: goes beyond {MAX_COORDINATE:g} mm or rad, or {LATEST:g} s")
     decimals = min(_decimals(sample, names[axis][0]) for axis in axes)
     if decimals < _FULL:
         notes.append(
