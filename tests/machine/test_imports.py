@@ -282,7 +282,10 @@ def test_grbl(made, text, axes, velocity, acceleration, tolerance) -> None:  # t
     assert list(machine.axes) == list(axes)
     assert [axis.limits.velocity for axis in machine.axes.values()] == pytest.approx(list(velocity))
     assert [machine.axes[each].limits.acceleration for each in "xyz"] == list(acceleration)
-    assert (None if machine.control is None else machine.control.tolerance) == tolerance
+    assert machine.control is not None
+    assert (machine.control.model, machine.control.look_ahead) == ("grbl", 15)
+    assert machine.control.junction_deviation == tolerance
+    assert machine.control.arc_tolerance == (0.002 if text == GRBL else None)
 
 
 def test_an_axis_of_grbl_without_rate_is_not_used(made) -> None:  # type: ignore[no-untyped-def]
@@ -359,8 +362,8 @@ def test_klipper(made, tmp_path, text, velocity, acceleration, corner, travel) -
     assert (machine.axes["z"].limits.minimum, machine.axes["z"].limits.maximum) == travel
     assert machine.control is not None
     assert (machine.control.velocity, machine.control.acceleration) == (velocity[0], acceleration[0])
-    wanted = corner**2 * (math.sqrt(2.0) - 1.0) / acceleration[0]
-    assert machine.control.tolerance == pytest.approx(wanted, rel=1e-5)
+    assert (machine.control.model, machine.control.corner_velocity) == ("klipper", corner)
+    assert machine.control.cruise_ratio == 0.5  # as it is or by max_accel_to_decel 3500 of 7000
     assumed = "square_corner_velocity is 5 mm/s, Klipper's default" in page.assumed
     assert assumed == ("square_corner_velocity" not in text)
 
@@ -415,7 +418,9 @@ def test_marlin(made, text, velocity, acceleration, along, corner) -> None:  # t
     control = machine.control
     assert control is not None
     assert (control.acceleration, control.rapid_acceleration) == along
-    assert (control.tolerance, control.velocity_step) == corner
+    step = control.axes["x"].velocity_step if control.axes else None
+    assert (control.model, control.junction_deviation, step) == ("marlin", *corner)
+    assert not control.axes or control.axes["z"].velocity_step == 0.4
 
 
 @pytest.mark.parametrize(

@@ -9,14 +9,21 @@ from typing import Any
 from splinefeed.errors import InputError
 from splinefeed.machine.parts import _finite, _kept, _Part, choice, count, number, part, quantity, words
 
+#: How a control is modelled: in general, fitted to runs, or by the published rules of open firmware.
+MODELS = ("general", "grbl", "klipper", "marlin")
+
 
 @dataclass(frozen=True, kw_only=True)
 class AxisControl(_Part):
-    """What the control lets one axis do: rapid velocity mm/s, acceleration mm/s^2, jerk mm/s^3 (rad on rotary axes)."""
+    """What the control lets one axis do: rapid velocity mm/s, acceleration mm/s^2, jerk mm/s^3 (rad on rotary axes).
+
+    velocity_step  largest step of its velocity at a corner, mm/s, in place of the control's, for model "marlin"
+    """
 
     rapid: float | None = quantity("velocity", default=None)
     acceleration: float | None = quantity("acceleration", default=None)
     jerk: float | None = quantity("jerk", default=None)
+    velocity_step: float | None = quantity("velocity", default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,6 +89,10 @@ PLAIN = ("arc_growth", "home.x", "home.y", "home.z", "change_place.x", "change_p
 class Control(_Part):
     """How a control plans blocks; None means no limit. mm, s.
 
+    model                 "general", or the open firmware whose rules hold: MODELS
+    junction_deviation    of grbl and Marlin, mm; corner_velocity  Klipper's square corner velocity, mm/s
+    cruise_ratio          Klipper's minimum_cruise_ratio; arc_tolerance, arc_segment  how arcs are cut as chords: within
+                          a distance, or of a length, mm
     velocity              along the path, of feed and rapid moves
     mode                  "exact stop" stops at the end of each block, "blending" passes corners
     acceleration, jerk    along the path at feed; rapid_acceleration, rapid_jerk at rapid, those at feed if None
@@ -95,7 +106,13 @@ class Control(_Part):
     home, change_place    where G28 leads, and where tools are changed
     """
 
+    model: str = choice(*MODELS, default="general")
     mode: str = choice("exact stop", "blending", default="blending")
+    junction_deviation: float | None = quantity("position", "not negative", None)
+    corner_velocity: float | None = quantity("velocity", "not negative", None)
+    cruise_ratio: float = number("not negative", 0.0)
+    arc_tolerance: float | None = quantity("position", default=None)
+    arc_segment: float | None = quantity("position", default=None)
     velocity: float | None = quantity("velocity", default=None)
     acceleration: float | None = quantity("acceleration", default=None)
     jerk: float | None = quantity("jerk", default=None)

@@ -18,6 +18,7 @@ from splinefeed.formats.gcode.moves import AXES, LETTERS
 from splinefeed.machine.control import Control
 from splinefeed.machine.machine import Machine
 from splinefeed.machine.quantities import KINDS as QUANTITIES
+from splinefeed.pipeline import firmware as rules
 from splinefeed.pipeline.blocks import Blocks
 from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray
 
@@ -62,7 +63,13 @@ def block_times(blocks: Blocks, machine: Machine) -> BlockTimes:
     control = machine.control
     assert control is not None
     bounds = _bounds(blocks, machine, control)
-    stop, junction = _junctions(blocks, control, bounds)
+    firmware = control.model != "general"
+    if firmware:
+        stop = rules.stops(blocks)
+        corners = rules.corner_speeds(blocks, machine, control, bounds.acceleration)
+        junction = np.minimum(corners, np.minimum(bounds.speed[:-1], bounds.speed[1:]))
+    else:
+        stop, junction = _junctions(blocks, control, bounds)
     length, speed, a, j = blocks.length, bounds.speed, bounds.acceleration, bounds.jerk
     energy = np.concatenate([[0.0], np.where(stop[:-1], 0.0, junction) ** 2, [0.0]])
     gain = 2.0 * a * length
@@ -70,6 +77,12 @@ def block_times(blocks: Blocks, machine: Machine) -> BlockTimes:
         seen = np.concatenate([[0.0], np.cumsum(gain)])
         ahead = np.minimum(np.arange(len(seen)) + control.look_ahead, len(seen) - 1)
         energy = np.minimum(energy, seen[ahead] - seen)
+    if control.cruise_ratio:
+        soft = (1.0 - control.cruise_ratio) * gain
+        smooth = _reached(_reached(energy, soft)[::-1], soft[::-1])[::-1]
+        speed = np.minimum(speed, rules.smoothed_tops(smooth, soft, speed))
+        inner = np.minimum(speed[:-1], speed[1:])
+        energy[1:-1] = np.minimum(energy[1:-1], inner * inner)
     energy = _reached(_reached(energy, gain)[::-1], gain[::-1])[::-1]
     begin, end = np.sqrt(energy[:-1]), np.sqrt(energy[1:])
     peak = np.sqrt(np.minimum(speed * speed, 0.5 * (gain + energy[:-1] + energy[1:])))
@@ -122,9 +135,13 @@ def _bounds(blocks: Blocks, machine: Machine, control: Control) -> _Bounds:
     arc = np.minimum(np.inf if control.arc_acceleration is None else control.arc_acceleration, axis_acceleration)
     shortest = np.where(rapid, 0.0, control.block_time)
     by_axis = OF_AXES + velocity_by
+    if control.model == "general":
+        arcs = _arc_speed(arc, blocks.radius, control.arc_growth)
+    else:
+        arcs = rules.arc_speeds(blocks, control, acceleration)
     tops: list[tuple[Any, Array]] = [  # what bounds the speed, the first of equal ones binds
         (np.where(rapid, by_axis, FEED), np.where(rapid, velocity, blocks.feed)),
-        (ARC, _arc_speed(arc, blocks.radius, control.arc_growth)),
+        (ARC, arcs),
         (SHORT, np.where(shortest > 0.0, blocks.length / np.maximum(shortest, 1e-300), np.inf)),
         (by_axis, velocity),
         (PATH, np.full(len(blocks), np.inf if control.velocity is None else control.velocity)),

@@ -32,7 +32,8 @@ RPM = 30.0 / np.pi
 #: Parameters whose decrease saves time; all other numbers of a control save it by growing.
 _LESS = ("stop_time", "block_time", "tool_change", "start_time", "spindle.start", "spindle.stop")
 #: Numbers of a control that are not performance.
-_NEITHER, _PLACES = ("arc_growth", "arc_kink", "look_ahead", "spindle.top_speed"), ("home.", "change_place.", "fit.")
+_NEITHER = ("arc_growth", "arc_kink", "look_ahead", "spindle.top_speed", "cruise_ratio", "arc_tolerance", "arc_segment")
+_PLACES = ("home.", "change_place.", "fit.")
 #: Half the width of a 95 % interval in standard deviations.
 WIDTH = 1.96
 
@@ -183,6 +184,8 @@ class CycleTime:
         """How the control passes corners, in words."""
         control = self.machine.control
         assert control is not None
+        if control.model != "general":
+            return f"{control.model}, by its published rules"
         if control.mode == "exact stop":
             return "exact stop at each block"
         step = None if control.velocity_step is None else f"velocity steps of {control.velocity_step:.4g} mm/s"
@@ -197,7 +200,9 @@ class CycleTime:
         """
         control = self.machine.control
         assert control is not None
-        if control.mode != "exact stop" and (control.velocity_step or control.tolerance):
+        if control.model != "general" or (
+            control.mode != "exact stop" and (control.velocity_step or control.tolerance)
+        ):
             return 0, 0.0
         passing = replace(control, mode="blending", velocity_step=_ANY_STEP)
         free = timed(self.blocks, replace(self.machine, control=passing))

@@ -13,6 +13,8 @@ from splinefeed.errors import FormatError
 from splinefeed.machine.imports.page import AXES, TURNS, Page, no_times, number, positive
 
 _SETTING = re.compile(r"\$(\d{1,3})\s*=\s*([^\s(;,|]+)")
+#: Blocks that the look-ahead sees.
+_BLOCKS = 15
 #: Most axes that settings have places for.
 _MOST = 6
 
@@ -50,14 +52,16 @@ def read(text: str, source: str) -> Page:
 
 
 def _control(settings: dict[int, str], source: str, page: Page) -> None:
-    """The section of the control: junction deviation."""
+    """The section of the control: grbl's own rules, junction deviation and how arcs are cut."""
+    page.set("control", "model", "grbl")
+    page.set("control", "look_ahead", _BLOCKS, "of grbl's buffer of 16, the one that runs left out")
     if 11 in settings:
         written, value = number(settings[11], source, "$11")
         if value < 0.0:
             raise FormatError(f"{source}: $11: {written}; must not be negative")
-        page.set("control", "tolerance", f"{written}mm", "$11, junction deviation")
+        page.set("control", "junction_deviation", f"{written}mm", "$11")
     no_times(page)
     if settings.get(20) == "0":
         page.tell("Soft limits are off ($20=0).")
     if 12 in settings:
-        page.tell(f"Arcs are cut as chords within {number(settings[12], source, '$12')[0]} mm ($12).")
+        page.set("control", "arc_tolerance", f"{positive(settings[12], source, '$12')[0]}mm", "$12")

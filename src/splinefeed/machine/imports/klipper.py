@@ -5,16 +5,15 @@ Keys and defaults are those of Klipper's documentation, "Configuration reference
 
 from __future__ import annotations
 
-import math
 import re
 from pathlib import Path
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.source import read_text
-from splinefeed.machine.imports.page import Page, number, positive, short
+from splinefeed.machine.imports.page import Page, Plain, number, positive, short
 
-#: What holds where [printer] does not say: mm/s.
-_CORNER = 5.0
+#: What holds where a section does not say: square corner velocity mm/s, minimum cruise ratio, resolution of arcs mm.
+_CORNER, _CRUISE, _ARC = 5.0, 0.5, 1.0
 #: Files that may be included in each other.
 _DEEPEST = 8
 
@@ -40,9 +39,13 @@ def read(text: str, source: str) -> Page:
         return (*positive(printer[name], source, f"[printer] {name}"), f"[printer] {name}")
 
     velocity, acceleration = limit("max_velocity"), limit("max_accel")
+    page.set("control", "model", "klipper")
     page.set("control", "velocity", f"{velocity[0]}mm/s", velocity[2])
     page.set("control", "acceleration", f"{acceleration[0]}mm/s^2", acceleration[2])
     _corners(printer, acceleration[1], source, page)
+    if (arcs := cfg.get("gcode_arcs")) is not None:
+        chord = positive(arcs.get("resolution", short(_ARC)), source, "[gcode_arcs] resolution")[0]
+        page.set("control", "arc_segment", f"{chord}mm", "[gcode_arcs] resolution")
     for axis in "xyz":
         top, fast = velocity, acceleration
         if axis == "z" and "delta" not in kind:
@@ -57,19 +60,26 @@ def read(text: str, source: str) -> Page:
 
 
 def _corners(printer: dict[str, str], acceleration: float, source: str, page: Page) -> None:
-    """Square corner velocity as the junction deviation that gives it: v^2 (sqrt 2 - 1) / a."""
+    """How corners are passed, and how short moves are kept from racing up and down."""
     text = printer.get("square_corner_velocity", short(_CORNER))
     written, corner = number(text, source, "[printer] square_corner_velocity")
     if corner < 0.0:
         raise FormatError(f"{source}: [printer] square_corner_velocity: {written}; must not be negative")
     if "square_corner_velocity" not in printer:
         page.assume(f"square_corner_velocity is {written} mm/s, Klipper's default")
-    deviation = corner**2 * (math.sqrt(2.0) - 1.0) / acceleration
-    words = f"from square_corner_velocity {written} mm/s: v^2 (sqrt 2 - 1) / max_accel"
-    page.set("control", "tolerance", f"{deviation:.6g}mm", words)
-    for key in ("minimum_cruise_ratio", "max_accel_to_decel"):
-        if key in printer:
-            page.tell(f"[printer] {key}: {printer[key]} is not used.")
+    page.set("control", "corner_velocity", f"{written}mm/s", "[printer] square_corner_velocity")
+    if "minimum_cruise_ratio" in printer:
+        text, ratio = number(printer["minimum_cruise_ratio"], source, "[printer] minimum_cruise_ratio")
+        words = "[printer] minimum_cruise_ratio"
+    elif "max_accel_to_decel" in printer:
+        decel = positive(printer["max_accel_to_decel"], source, "[printer] max_accel_to_decel")[1]
+        ratio = max(1.0 - decel / acceleration, 0.0)
+        text, words = short(ratio), "1 - max_accel_to_decel / max_accel of [printer]"
+    else:
+        text, ratio, words = short(_CRUISE), _CRUISE, "Klipper's default"
+    if not 0.0 <= ratio < 1.0:
+        raise FormatError(f"{source}: [printer] minimum_cruise_ratio: {text}; must be from 0 to below 1")
+    page.set("control", "cruise_ratio", Plain(text), words)
 
 
 def _travel(axis: str, stepper: dict[str, str] | None, source: str, page: Page) -> None:

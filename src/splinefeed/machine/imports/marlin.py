@@ -45,6 +45,10 @@ def read(text: str, source: str) -> Page:
 
 def _control(accelerations: dict[str, str], corners: dict[str, str], unit: str, source: str, page: Page) -> None:
     """The section of the control: accelerations along the path, and how corners are passed."""
+    page.set("control", "model", "marlin")
+    page.set("control", "look_ahead", 15, "assumed: of Marlin's usual buffer of 16 blocks")
+    page.set("control", "arc_segment", "1mm", "assumed: Marlin's usual length of the chords of arcs")
+    page.assume("the buffer has 16 blocks and arcs are cut as chords of 1 mm, as in Marlin's usual configuration")
     printing = next((key for key in "PS" if key in accelerations), None)
     travel = next((key for key in "VT" if key in accelerations and (key == "V" or printing == "P")), None)
     for letter, key in ((printing, "acceleration"), (travel, "rapid_acceleration")):
@@ -54,10 +58,12 @@ def _control(accelerations: dict[str, str], corners: dict[str, str], unit: str, 
         written, value = number(corners["J"], source, "M205 J")
         if value < 0.0:
             raise FormatError(f"{source}: M205 J: {written}; must not be negative")
-        page.set("control", "tolerance", f"{written}{unit}", "M205 J, junction deviation")
+        page.set("control", "junction_deviation", f"{written}{unit}", "M205 J")
     elif "X" in corners:
-        found = [positive(corners[each], source, f"M205 {each}") for each in "XY" if each in corners]
-        page.set("control", "velocity_step", f"{min(found, key=lambda each: each[1])[0]}{unit}/s", "M205 X, Y: jerk")
-        page.assume("Z keeps the jerk of X and Y at a corner, too")
+        for axis in "XYZ":
+            key = axis if axis in corners else "X"  # older ones have one jerk of X and Y
+            written = positive(corners[key], source, f"M205 {key}")[0]
+            page.set(f"control.axis.{axis.lower()}", "velocity_step", f"{written}{unit}/s", f"M205 {key}, jerk")
+        page.assume("moves start from rest and end at rest; Marlin's jerk lets them begin at a small speed")
     else:
         page.assume("M205 says neither J nor X: corners are exact stops")

@@ -15,6 +15,10 @@ TURNS = "abc"
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 
+class Plain(str):
+    """The text of a number without a unit."""
+
+
 class Page:
     """The text of a machine file, with a comment beside each value; assumptions stand in its notes.
 
@@ -40,7 +44,8 @@ class Page:
 
     def set(self, section: str, key: str, value: str | int, comment: str = "") -> None:
         """A line of a section, with where it comes from."""
-        text = json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)
+        quoted = isinstance(value, str) and not isinstance(value, Plain)
+        text = json.dumps(value, ensure_ascii=False) if quoted else str(value)
         self._sections.setdefault(section, []).append(f"{key} = {text}" + (f"  # {comment}" if comment else ""))
 
     def comment(self, section: str, words: str) -> None:
