@@ -15,7 +15,7 @@ from marked import DOCS, rows, write
 
 import splinefeed as sf
 
-put = partial(write, "cycle-time.md", "cycle_time")
+put = partial(write, "cycle-time.md", "firmware")
 PROGRAMS = 40
 
 
@@ -37,7 +37,7 @@ def main() -> int:
                 errors.append(100.0 * (total / reference(moves) - 1.0))
             shown = (f"{value + 0.0:+.4f} %" for value in (mean(errors), min(errors), max(errors)))
             lines.append((name, "published rules, move by move", str(PROGRAMS), *shown))
-    put("firmware", rows(*lines, left=2))
+    put("rules", rows(*lines, left=2))
     return 0
 
 

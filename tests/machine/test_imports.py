@@ -167,7 +167,7 @@ def test_a_linuxcnc_of_nine_axes_in_inches(made) -> None:  # type: ignore[no-unt
     assert (a.velocity, a.acceleration) == (pytest.approx(math.pi / 2), pytest.approx(math.radians(1200.0)))
     assert machine.control is not None
     assert machine.control.velocity == pytest.approx(30.48)
-    assert machine.control.tolerance == 1000.0
+    assert (machine.control.model, machine.control.tolerance) == ("linuxcnc", 1000.0)
     assert 'velocity = "1.2in/s"  # [AXIS_X]MAX_VELOCITY' in page.text()
     assert {"Servo period: --period 1ms.", "Tool table: --tools sim.tbl."} <= {*machine.notes}
     assert any(words.startswith("programs start in G64 without P") for words in page.assumed)
@@ -177,7 +177,7 @@ def test_a_linuxcnc_with_jerk_and_units_as_a_number(made) -> None:  # type: igno
     machine, _ = made("ini", S_CURVE)
     assert [machine.axes[each].limits.velocity for each in "xyz"] == [300.0, 300.0, 200.0]
     assert [machine.axes[each].limits.jerk for each in "xyz"] == [10000.0] * 3
-    assert machine.control is not None and machine.control.jerk == 10000.0
+    assert machine.control is not None and (machine.control.model, machine.control.jerk) == ("general", 10000.0)
     assert machine.axes["x"].limits.minimum is None
     flat, page = made("ini", S_CURVE.replace("PLANNER_TYPE = 1", "PLANNER_TYPE = 0"))
     assert flat.axes["x"].limits.jerk is None and flat.control is not None and flat.control.jerk is None

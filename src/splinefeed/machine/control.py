@@ -10,7 +10,7 @@ from splinefeed.errors import InputError
 from splinefeed.machine.parts import _finite, _kept, _Part, choice, count, number, part, quantity, words
 
 #: How a control is modelled: in general, fitted to runs, or by the published rules of open firmware.
-MODELS = ("general", "grbl", "klipper", "marlin")
+MODELS = ("general", "grbl", "klipper", "linuxcnc", "marlin")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,6 +19,7 @@ from splinefeed.machine.control import Control
 from splinefeed.machine.machine import Machine
 from splinefeed.machine.quantities import KINDS as QUANTITIES
 from splinefeed.pipeline import firmware as rules
+from splinefeed.pipeline import linuxcnc_times
 from splinefeed.pipeline.blocks import Blocks
 from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray
 
@@ -63,6 +64,9 @@ def block_times(blocks: Blocks, machine: Machine) -> BlockTimes:
     control = machine.control
     assert control is not None
     bounds = _bounds(blocks, machine, control)
+    if control.model == "linuxcnc":
+        seconds, end = _linuxcnc(blocks, machine, control, bounds)
+        return BlockTimes(seconds, end, np.where(bounds.speed < blocks.feed, bounds.speed_by, bounds.acceleration_by))
     firmware = control.model != "general"
     if firmware:
         stop = rules.stops(blocks)
@@ -93,6 +97,50 @@ def block_times(blocks: Blocks, machine: Machine) -> BlockTimes:
     seconds = np.maximum(seconds + (length - way) / peak, length / speed) + np.where(stop, control.stop_time, 0.0)
     limit = np.where(peak < speed * (1.0 - 1e-6), bounds.acceleration_by, bounds.speed_by)
     return BlockTimes(seconds, end, limit)
+
+
+def _linuxcnc(blocks: Blocks, machine: Machine, control: Control, bounds: _Bounds) -> tuple[Array, Array]:
+    """Seconds (n,) of each block, and the speed at its end, as LinuxCNC plans them."""
+    waits = rules.stops(blocks)
+    stop = waits | (control.mode == "exact stop")
+    stop[:-1] |= blocks.rapid[:-1] != blocks.rapid[1:]
+    tolerance = np.where(np.isnan(blocks.tolerance), control.tolerance or 0.0, blocks.tolerance)
+    of = linuxcnc_times.joined(blocks, tolerance, stop)
+    starts = np.flatnonzero(np.diff(of, prepend=-1))
+    ends = np.append(starts[1:], len(blocks)) - 1
+    length = np.add.reduceat(blocks.length, starts)
+    first, last = blocks.first[starts], blocks.last[ends]
+    several = ends > starts
+    chord = np.add.reduceat(blocks.step, starts, axis=0)
+    size = np.linalg.norm(chord[:, :3], axis=1)
+    for rows in np.flatnonzero(several).tolist():
+        first[rows] = last[rows] = 0.0
+        first[rows, :3] = last[rows, :3] = chord[rows, :3] / size[rows]
+        length[rows] = size[rows]
+    allowed = np.array([_own(machine, control, name) for name in LETTERS.lower()])
+    box = np.min(np.where(blocks.moved, allowed, np.inf), axis=1)
+    fastest, _ = _along(blocks, machine, control, "rapid", "velocity")
+    fastest = np.minimum(fastest, np.inf if control.velocity is None else control.velocity)
+    acceleration = linuxcnc_times.along_arcs(bounds.acceleration, blocks.radius, fastest)
+    half = linuxcnc_times.ALONG_ARC * bounds.acceleration
+    last_arc = waits & (tolerance > 0.0) & np.isfinite(blocks.radius)
+    acceleration = np.where(last_arc, np.minimum(acceleration, half), acceleration)
+    lines = linuxcnc_times.Lines(
+        of=of, length=length, speed=np.minimum.reduceat(bounds.speed, starts),
+        acceleration=np.minimum.reduceat(acceleration, starts), box=np.minimum.reduceat(box, starts),
+        first=first, last=last, tolerance=np.minimum.reduceat(tolerance, starts),
+        stop=stop[ends], final=waits[ends],
+    )  # fmt: skip
+    return linuxcnc_times.seconds_of(blocks, lines)
+
+
+def _own(machine: Machine, control: Control, axis: str) -> float:
+    """The acceleration that an axis allows, inf where nothing says."""
+    own = control.axes.get(axis)
+    value = None if own is None else own.acceleration
+    if value is None and axis in machine.axes:
+        value = machine.axes[axis].limits.acceleration
+    return np.inf if value is None else value
 
 
 def _along(blocks: Blocks, machine: Machine, control: Control, key: str, limit: str) -> tuple[Array, IntArray]:
@@ -127,6 +175,8 @@ def _bounds(blocks: Blocks, machine: Machine, control: Control) -> _Bounds:
         return np.where(rapid, at_feed if fast is None else fast, at_feed)
 
     along = chosen(control.acceleration, control.rapid_acceleration)
+    if control.model == "linuxcnc":  # the axes bound it alone, where they say
+        along = np.where(np.isfinite(axis_acceleration), np.inf, along)
     acceleration = np.minimum(along, axis_acceleration)
     if not np.all(np.isfinite(acceleration)):
         block = int(np.argmin(np.isfinite(acceleration)))
@@ -137,6 +187,8 @@ def _bounds(blocks: Blocks, machine: Machine, control: Control) -> _Bounds:
     by_axis = OF_AXES + velocity_by
     if control.model == "general":
         arcs = _arc_speed(arc, blocks.radius, control.arc_growth)
+    elif control.model == "linuxcnc":
+        arcs = _arc_speed(linuxcnc_times.NORMAL * arc, blocks.radius, 0.0)
     else:
         arcs = rules.arc_speeds(blocks, control, acceleration)
     tops: list[tuple[Any, Array]] = [  # what bounds the speed, the first of equal ones binds

@@ -185,7 +185,8 @@ class CycleTime:
         control = self.machine.control
         assert control is not None
         if control.model != "general":
-            return f"{control.model}, by its published rules"
+            known = "as 2.9 was measured" if control.model == "linuxcnc" else "by its published rules"
+            return f"{control.model}, {known}"
         if control.mode == "exact stop":
             return "exact stop at each block"
         step = None if control.velocity_step is None else f"velocity steps of {control.velocity_step:.4g} mm/s"

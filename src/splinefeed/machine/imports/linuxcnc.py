@@ -166,6 +166,8 @@ def _limits(
 def _control(ini: Sections, linear: tuple[str, float], jerks: bool, source: str, page: Page) -> None:
     """The section of the control, and what the INI file says that has no place in a machine file."""
     traj = ini["TRAJ"]
+    if not jerks:
+        page.set("control", "model", "linuxcnc", "trapezoids, and corners blended by arcs")
     unit, size = linear
     for key, name, ending in (
         ("MAX_LINEAR_VELOCITY", "velocity", "/s"),
