@@ -97,7 +97,7 @@ def milling(lines: list[str], printer: bool = False) -> Tool:
     """A program of a mill, a laser or a printer: lines, arcs, G81, G82 and G83."""
     tool, unit, steps, motion, feed, plane = Tool(), 1.0, False, -1.0, 0.0, 17
     cycle: dict[str, float] = {}
-    back = True
+    back, moved = True, False
     if printer:
         tool.at = [0.0, 0.0, 0.0]
     for number, text in enumerate(lines, 1):
@@ -176,7 +176,8 @@ def milling(lines: list[str], printer: bool = False) -> Tool:
             for k in range(3)
         ]  # fmt: skip
         if motion in (0, 1):
-            tool.line(to, feed if motion or printer else None)
+            tool.line(to, feed if motion or (printer and moved) else None)  # a first G0 comes from nobody knows where
+            moved = True
         elif motion in (2, 3):
             a, b = PLANES[plane]
             if "R" in said:

@@ -148,6 +148,12 @@ def test_info(splinefeed, square):
     assert "  3 corners to stop at, 0 jumps of curvature\n" in text
 
 
+def test_info_counts_stops_of_the_program_where_no_corner_is(splinefeed, folder):
+    (folder / "waits.ngc").write_text("G21 G1 X0 Y0 F60\nX10\nG4 P1\nX20\nM0\nX30\nY10\nM2\n")
+    text = splinefeed("info", folder / "waits.ngc").stdout
+    assert "  1 corner to stop at, 0 jumps of curvature, 2 other stops of the program\n" in text
+
+
 def test_info_says_places_in_mm_where_the_last_axis_turns(splinefeed, folder):
     (folder / "joints.ngc").write_text("G1 X0 Y0 Z0 A0 F60\nX10 A1\nX10 Y10 A2\nM2\n")
     assert re.search(r"    at [\d.]+ mm: turns by", splinefeed("info", "joints.ngc").stdout)

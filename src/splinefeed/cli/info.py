@@ -56,8 +56,10 @@ def _path_lines(path: Mapping[str, Any]) -> list[str]:
         lines.append(f"  {axis:<8}{' to '.join(ends)} {axis_unit}")
     if unit == "mm":
         lines.append(f"  least radius of curvature {_radius_words(path['min_radius_mm'], path['length_mm'])}")
-    jumps = counted(path["corners"] - path["stops"], "jump")
-    lines.append(f"  {counted(path['stops'], 'corner')} to stop at, {jumps} of curvature")
+    sharp = sum(corner["stop"] for corner in path["corner_places"])
+    others = f", {counted(more, 'other stop')} of the program" if (more := path["stops"] - sharp) > 0 else ""
+    jumps = counted(path["corners"] - sharp, "jump")
+    lines.append(f"  {counted(sharp, 'corner')} to stop at, {jumps} of curvature{others}")
     for corner in path["corner_places"][:MOST_LISTED]:
         what = f"turns by {number(corner['angle_deg'])} deg" if corner["stop"] else "curvature jumps"
         lines.append(f"    at {number(corner['s_mm'], 6)} {unit}: {what}")
