@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import time
+from dataclasses import replace
 from statistics import median
 
+import numpy as np
 import pytest
 
 import splinefeed as sf
@@ -53,6 +56,31 @@ def test_exact_path_stops_at_corners_and_not_where_the_path_is_smooth(tmp_path):
     file.write_text("G21 G90 G17 G61\nG1 X10 F1800\nX30\nG3 X40 Y10 R10\nG1 X50\nM2\n")
     times = sf.cycle_time(file, machine("first"), dialect="linuxcnc").times
     assert times.end_speed.tolist() == pytest.approx([30.0, 30.0, 0.0, 0.0])
+
+
+def test_rotary_moves_stop_and_do_not_slow_the_others(tmp_path):
+    """A turns between two squares: its acceleration in rad/s^2 is no limit of X and Y."""
+    turning = machine("first")
+    limits = AxisLimits(velocity=2.0, acceleration=10.0)
+    turning = replace(turning, axes={**turning.axes, "a": Axis(name="a", motion="rotary", limits=limits)})
+    file = tmp_path / "part.ngc"
+    file.write_text("G21 G90 G64 P0.02\nG1 X40 F1800\nY40\nG0 A90\nG1 X0\nY0\nM2\n")
+    found = sf.cycle_time(file, turning, dialect="linuxcnc")
+    seconds = found.times.seconds
+    assert np.all(np.isfinite(seconds)) and seconds[2] == pytest.approx(0.5 * np.pi / 2.0 + 0.2, rel=0.01)
+    file.write_text("G21 G90 G64 P0.02\nG1 X40 F1800\nY40\nM2\n")
+    alone = sf.cycle_time(file, machine("first"), dialect="linuxcnc").times.seconds
+    assert seconds[0] == pytest.approx(alone[0])
+
+
+def test_a_long_row_of_lines_takes_time_by_its_length(tmp_path):
+    """30,000 lines on one straight line: joined by hundreds, in seconds."""
+    file = tmp_path / "part.ngc"
+    file.write_text("G21 G90 G64 P0.01 F3000\n" + "".join(f"G1 X{0.01 * k:.2f}\n" for k in range(1, 30001)) + "M2\n")
+    begin = time.monotonic()
+    found = sf.cycle_time(file, machine("first"), dialect="linuxcnc")
+    assert found.total == pytest.approx(6.0 + 50.0 / 500.0, rel=0.01)
+    assert time.monotonic() - begin < 60.0
 
 
 def test_lines_within_the_tolerance_are_one(tmp_path):

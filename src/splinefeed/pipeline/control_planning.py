@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import InputError
-from splinefeed.formats.gcode.moves import AXES, LETTERS
+from splinefeed.formats.gcode.moves import AXES, LETTERS, ROTARY
 from splinefeed.machine.control import Control
 from splinefeed.machine.machine import Machine
 from splinefeed.machine.quantities import KINDS as QUANTITIES
@@ -102,8 +102,11 @@ def block_times(blocks: Blocks, machine: Machine) -> BlockTimes:
 def _linuxcnc(blocks: Blocks, machine: Machine, control: Control, bounds: _Bounds) -> tuple[Array, Array]:
     """Seconds (n,) of each block, and the speed at its end, as LinuxCNC plans them."""
     waits = rules.stops(blocks)
-    stop = waits | (control.mode == "exact stop")
+    stop: BoolArray = np.logical_or(waits, control.mode == "exact stop")
     stop[:-1] |= blocks.rapid[:-1] != blocks.rapid[1:]
+    turning = _turning(blocks)  # there is no direction to blend
+    stop |= turning
+    stop[:-1] |= turning[1:]
     tolerance = np.where(np.isnan(blocks.tolerance), control.tolerance or 0.0, blocks.tolerance)
     of = linuxcnc_times.joined(blocks, tolerance, stop)
     starts = np.flatnonzero(np.diff(of, prepend=-1))
@@ -118,7 +121,9 @@ def _linuxcnc(blocks: Blocks, machine: Machine, control: Control, bounds: _Bound
         first[rows, :3] = last[rows, :3] = chord[rows, :3] / size[rows]
         length[rows] = size[rows]
     allowed = np.array([_own(machine, control, name) for name in LETTERS.lower()])
+    allowed[list(ROTARY)] = np.inf
     box = np.min(np.where(blocks.moved, allowed, np.inf), axis=1)
+    box = np.where(np.isfinite(box), box, bounds.acceleration)
     fastest, _ = _along(blocks, machine, control, "rapid", "velocity")
     fastest = np.minimum(fastest, np.inf if control.velocity is None else control.velocity)
     acceleration = linuxcnc_times.along_arcs(bounds.acceleration, blocks.radius, fastest)
@@ -132,6 +137,12 @@ def _linuxcnc(blocks: Blocks, machine: Machine, control: Control, bounds: _Bound
         stop=stop[ends], final=waits[ends],
     )  # fmt: skip
     return linuxcnc_times.seconds_of(blocks, lines)
+
+
+def _turning(blocks: Blocks) -> BoolArray:
+    """Whether rotary axes alone move (n,): lengths are then in degrees."""
+    out: BoolArray = np.logical_not(np.any(blocks.first, axis=1))
+    return out
 
 
 def _own(machine: Machine, control: Control, axis: str) -> float:
@@ -196,7 +207,7 @@ def _bounds(blocks: Blocks, machine: Machine, control: Control) -> _Bounds:
         (ARC, arcs),
         (SHORT, np.where(shortest > 0.0, blocks.length / np.maximum(shortest, 1e-300), np.inf)),
         (by_axis, velocity),
-        (PATH, np.full(len(blocks), np.inf if control.velocity is None else control.velocity)),
+        (PATH, np.where(_turning(blocks) | (control.velocity is None), np.inf, control.velocity or np.inf)),
     ]
     speeds = np.array([top for _, top in tops])
     by = np.choose(np.argmin(speeds, axis=0), [number for number, _ in tops])

@@ -21,6 +21,8 @@ from splinefeed.records import Array, BoolArray, IntArray
 #: Shares of the axes' acceleration: normal on arcs, along the arcs of corners and a last arc, along lines beside a
 #: corner that is a stop under G61, and of what it would be along the last line under G64.
 NORMAL, ALONG_ARC, BESIDE_A_STOP, LAST = 3.0**0.5 / 2.0, 0.5, 0.9, 0.5
+#: Most lines that are joined to one: so that the time of a long program grows with its length alone.
+MOST_JOINED = 100
 #: Corners that turn by less are none, rad; share of a line's length that a corner may be cut by.
 SMOOTH, CUT = 1e-3, 0.25
 
@@ -117,6 +119,7 @@ def joined(blocks: Blocks, tolerance: Array, stop: BoolArray) -> IntArray:
     out, number, begin = np.zeros(len(blocks), dtype=np.int64), 0, 0
     for k in range(1, len(blocks)):
         goes_on = lines[k] and lines[k - 1] and not stop[k - 1] and blocks.feed[k] == blocks.feed[k - 1]
+        goes_on = goes_on and k - begin < MOST_JOINED
         if not goes_on or not _within(points[begin : k + 2], float(tolerance[k])):
             number, begin = number + 1, k
         out[k] = number
