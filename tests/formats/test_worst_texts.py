@@ -94,6 +94,16 @@ def test_a_key_is_looked_at_in_linear_time(text: str) -> None:
     assert time.process_time() - begin < MOST_SECONDS
 
 
+def test_whole_numbers_of_toml_have_64_bits() -> None:
+    assert toml_of("a = 9223372036854775807", "part")["a"] == 2**63 - 1
+    for text, place in (
+        ("a = 9223372036854775808", "a"),
+        ("[b.c]\nd = [[1], [{e = -9999999999999999999}]]", "b.c.d.e"),
+    ):
+        with pytest.raises(FormatError, match=f"^part: {place}: a whole number has more than 64 bits"):
+            toml_of(text, "part")
+
+
 def test_keys_numbers_and_texts_of_people_are_no_long_keys() -> None:
     text = "machine.x.load.inertia = 2\nlist = [0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5]\nname = 'a. b. c ... etc.'"
     assert toml_of(text, "part")["list"][-1] == 8.5

@@ -11,6 +11,7 @@ from typing import Any
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.sizes import MAX_FILE_BYTES
+from splinefeed.numbers import MOST_WHOLE
 
 _LFS_POINTER = b"version https://git-lfs"
 #: Longest words of a library that are passed on, characters.
@@ -116,10 +117,19 @@ def toml_of(text: str, source: str, most: int = MAX_TOML) -> dict[str, Any]:
             line = text.count("\n", 0, found.start()) + 1
             raise FormatError(f"{source}: line {line}: {found[0][:20]!r}... {why}")
     try:
-        return tomllib.loads(text)
+        content = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         said = "brackets are nested too deeply" if isinstance(error, RecursionError) else in_brief(error)
         raise FormatError(f"{source}: is not TOML: {said}") from None
+    inside: list[tuple[str, Any]] = list(content.items())
+    for place, value in inside:  # grows by what is inside
+        if isinstance(value, dict):
+            inside += [(f"{place}.{key}", each) for key, each in value.items()]
+        elif isinstance(value, list):
+            inside += [(place, each) for each in value if isinstance(each, dict | list | int)]
+        elif isinstance(value, int) and abs(value) > MOST_WHOLE:
+            raise FormatError(f"{source}: {place[:80]}: a whole number has more than 64 bits")
+    return content
 
 
 def count_lines(path: str | os.PathLike[str]) -> int:
