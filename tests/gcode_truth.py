@@ -197,13 +197,14 @@ def milling(lines: list[str], printer: bool = False) -> Tool:
 
 
 def siemens(lines: list[str]) -> Tool:
-    """A program of NX for a Sinumerik: what is not a plain block is taken out by hand."""
+    """A program for a Sinumerik: what is not a plain block is taken out by hand."""
     plain = []
     for text in lines:
         text = re.sub(r"^N\d+\s*", "", text.strip()).partition(";")[0]
         if re.match(r"DEF|_|MSG|TRAFOOF|CYCLE800|SETMS|SUPA|T=|T0|M6\b|$", text) or "SUPA" in text:
             continue
-        plain.append(re.sub(r"\b(FNORM|G710)\b|\bD\d+\b", "", text))
+        text = text.replace("CR=", "R")
+        plain.append(re.sub(r"\b(FNORM|G710|G71|G4[12])\b|\bD\d+\b", "", text))  # as programmed: without G41
     return milling(plain)
 
 

@@ -7,6 +7,7 @@ z64/cncbook.
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -179,6 +180,15 @@ def test_a_leader_of_nul_bytes(
     file.write_bytes(b"G21 G90\nG1 X1\nG1 X12\0\0\0")  # cut off, and filled up
     with pytest.raises(sf.errors.FormatError):
         sf.read(file, start=(0, 0, 0))
+
+
+def test_what_people_write_for_siemens(tmp_path: Path) -> None:
+    path = path_of(tmp_path, "G71 G90", "G1 X0 Y0 F100", "G3 X8. Y0. CR=4. F250.", dialect="siemens")
+    assert path.length == pytest.approx(4.0 * math.pi)
+    reason = refusal(tmp_path, "G90 G17 G71", "G41 G1 X1 Y1 F100", dialect="siemens")
+    assert reason.startswith("line 2: G41 is cutter compensation, which is not read in the dialect Siemens Sinumerik")
+    for line in ("EXTERN WARMUP(REAL, REAL)", "N10 PROC CUT(REAL A)", "G0 SUPA Z0", "N15 LIMS=2500"):
+        assert detect(f"G90 G17\n{line}\n".encode()).name == "siemens"
 
 
 def test_what_is_no_text_is_named(tmp_path: Path) -> None:

@@ -94,7 +94,8 @@ DIALECTS = {
 _SIGNS = {
     "heidenhain": r"^[ \t]*(?:\d+[ \t]+)?BEGIN[ \t]+PGM\b",
     "siemens": r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;(?:\$PATH|\s*SINUMERIK)|^%_N_"
-    r"|\bCYCLE\d+[ \t]*\(|\bG(?:500|505|64[12])\b|\bTRA(?:ORI|FOOF)\b|\b[ABC]3[ \t]*=",
+    r"|\bCYCLE\d+[ \t]*\(|\bG(?:500|505|64[12])\b|\bTRA(?:ORI|FOOF)\b|\b[ABC]3[ \t]*="
+    r"|^[ \t]*(?:N\d+[ \t]*)?(?:EXTERN|PROC)[ \t]+[A-Z_]+\d*|\bSUPA\b|\bLIMS[ \t]*=",
     "linuxcnc": r"\bG0?6\.2\b[^\n]*Q\s*[123]\b|^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b"
     r"|\bM6[78][ \t]*E\d|\bM6[2-5][ \t]*P\d",
     "haas": r"\bhaas\b|\bG154[ \t]*P\d|\bG187\b|\bG103[ \t]*P\d",

@@ -229,6 +229,11 @@ class Interpreter:
                 self._axes()
                 known.discard(code)
                 self.state.motion = -1
+        elif code in codes.COMPENSATION and not self.dialect.jumps:
+            raise LineError(
+                f"{name} is cutter compensation, which is not read in the dialect {self.dialect.title}; write the "
+                "compensated path (G40), or read the path as programmed (option repair)"
+            )
         else:
             raise LineError(f"{name} is {reason}")
 
