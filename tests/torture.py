@@ -154,6 +154,14 @@ def kills(seed: int) -> Outcome:
     return Outcome()
 
 
+def folders(seed: int) -> Outcome:
+    """Runs into one folder killed with kill -9 at random moments; what is left is whole, or a report says that not."""
+    words = [str(ROOT / "tests" / "folder_kills.py"), str(seed), str(KILLS_A_CASE)]
+    done = subprocess.run([sys.executable, *words], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-500:]
+    return Outcome()
+
+
 @dataclass(frozen=True)
 class Family:
     """A kind of case: how many by default, how many at a time, its share of the time."""
@@ -178,6 +186,7 @@ FAMILIES = (
     Family(smoothing, "short lines smoothed", 10_000, 0.08),
     Family(readers, "files read, changed", 50 * len(READERS), 0.2, batch=1, each=INPUTS_A_CASE),
     Family(kills, "sweeps killed and taken up again", 100, 0.04, batch=1, each=KILLS_A_CASE),
+    Family(folders, "runs killed while they write their folder", 25, 0.03, batch=1, each=KILLS_A_CASE),
     Family(tools, "five-axis paths", 2000, 0.1, batch=4),
     Family(corners, "motions that pass corners", 2000, 0.12, batch=4),
     Family(chains, "curve, limits, plan, setpoints, check", 100_000, 0.35),

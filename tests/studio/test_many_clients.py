@@ -1,0 +1,62 @@
+"""Many tabs at once: each gets its plan, whatever the others do."""
+
+from __future__ import annotations
+
+import asyncio
+import http.client
+import json
+import secrets
+
+import pytest
+
+pytest.importorskip("tornado", reason="the studio needs the extra [studio]")
+
+from tornado.httpclient import HTTPRequest
+from tornado.websocket import websocket_connect
+
+#: Tabs, the one that closes in the middle, and the one whose text would hang a reader; s that all may take.
+TABS, CLOSES, HANGS, PATIENCE = 20, 7, 11, 300.0
+
+
+async def tab(studio, cookie: str, k: int) -> dict | None:
+    """What tab `k` is answered; None for the one that closes."""
+    headers = {"Cookie": cookie, "Origin": f"http://127.0.0.1:{studio.port}"}
+    connection = await websocket_connect(HTTPRequest(f"ws://127.0.0.1:{studio.port}/socket", headers=headers))
+    try:
+        await connection.write_message(json.dumps({"do": "hello", "tab": secrets.token_hex(8)}))
+        if k == HANGS:
+            await connection.write_message(json.dumps({"do": "share", "text": "a=" + "[" * 5_000_000}))
+        else:
+            given = {"source": {"shape": "circle"}, "limits": {"feed": str(20 + k), "axis_acceleration": "500",
+                                                               "axis_jerk": "20000"}}  # fmt: skip
+            await connection.write_message(json.dumps({"do": "plan", "n": k, "settings": given}))
+        if k == CLOSES:
+            return None
+        while True:
+            message = await connection.read_message()
+            assert message is not None, f"the socket of tab {k} was closed"
+            said = json.loads(message)
+            if said["kind"] in ("planned", "refused"):
+                return said
+    finally:
+        connection.close()
+
+
+def test_twenty_tabs_plan_at_once_and_one_closes_in_the_middle(studio):
+    connection = http.client.HTTPConnection("127.0.0.1", studio.port, timeout=200)
+    connection.request("GET", f"/?token={studio.token}")
+    cookie = connection.getresponse().headers["Set-Cookie"].partition(";")[0]
+    connection.close()
+
+    async def all_of_them() -> list[dict | None]:
+        every = asyncio.gather(*(tab(studio, cookie, k) for k in range(TABS)))
+        return await asyncio.wait_for(every, PATIENCE)
+
+    found = asyncio.run(all_of_them())
+    for k, said in enumerate(found):
+        if k == CLOSES:
+            assert said is None
+        elif k == HANGS:
+            assert said is not None and said["kind"] == "refused"
+        else:
+            assert said is not None and said["kind"] == "planned" and said["n"] == k
