@@ -45,7 +45,7 @@ def same_places(count: int) -> str:
 CASES: dict[str, tuple[str, Callable[[], str], str]] = {
     "9,000 fit points": (".dxf", lambda: fit_points(9000), "1 read"),
     "fit points": (".dxf", lambda: fit_points(20_000), "has 20000 fit points; at most 10000"),
-    "blocks": (".dxf", lambda: empty_blocks(6, 10), "more than 200000 references to blocks"),
+    "blocks": (".dxf", lambda: empty_blocks(6, 10), "more than 100000 references to blocks"),
     "places": (".csv", lambda: same_places(3000), "1 read"),
 }
 

@@ -29,8 +29,8 @@ from splinefeed.records import Array
 MAX_DEPTH = 32
 #: Entities looked at, those in blocks again for each reference to them.
 MAX_VISITS = 1_000_000
-#: References to blocks, those within blocks again for each reference: each of them draws a curve at least.
-MAX_INSERTS = MAX_DRAWING_CURVES
+#: References to blocks, those within blocks again for each reference: most of them draw more than one curve.
+MAX_INSERTS = MAX_DRAWING_CURVES // 2
 #: A bulge below this is straight: the arc is within rounding of its chord.
 LEAST_BULGE = 1e-15
 #: Fit points that a spline is laid through here; its every span is looked at for places where it all but stands.
