@@ -121,7 +121,7 @@ def test_a_rotary_axis_that_is_not_finite_is_named_with_its_tick(motions, which,
 
 def test_the_step_of_a_rotary_axis_at_a_corner_in_passing_is_blamed():
     """x goes on evenly while theta starts to turn: only its velocity jumps."""
-    path = sf.Path([sf.NurbsCurve(1, [0, 0, 1, 2, 2], [[0, 0], [30, 0], [60, 3]])], axes=("x", "theta"))
+    path = sf.Path([sf.NurbsCurve(1, [0, 0, 1, 2, 2], [[0, 0], [30, 0], [60, 3]])], axes=("x", "theta"), by_tip=True)
     s = np.arange(601) * path.length / 600
     nothing = np.full(601, np.nan)
     points = sf.Setpoints(

@@ -99,33 +99,6 @@ def test_jerk_at_a_rest_on_a_knot_is_that_of_slowing_down():
     assert worst["jerk"].worst == pytest.approx(2.0, rel=1e-12)
 
 
-def test_next_to_a_cusp_the_floor_is_what_a_rounding_of_s_makes():
-    """x = (1 + w^2) / 2, a = (1 - w) / 2, w = 1 - 2 u: at d = w^2 / 2 in front of the cusp a_sss = 3 / (8 sqrt(2 d^5)).
-
-    From 40 to 25 roundings of 1e-6 in front of it, at 1 mm/s: two roundings further it is less, and two are allowed.
-    """
-    path = sf.Path([sf.NurbsCurve.bezier([[1.0, 0.0], [0.0, 0.5], [1.0, 1.0]])], ("x", "a"))
-    law, breaks = np.array([[0.5 - 40e-6, 1.0, 0, 0, 0, 0]]), [0.0, 15e-6]
-    limits = sf.Limits(feed=1e30, axis_velocity={"x": 0.5, "a": 0.5}, axis_jerk={"x": 1.0, "a": 1.0})
-
-    def jerk(d: float) -> float:
-        return 0.375 / math.sqrt(2.0 * d**5)
-
-    worst, motion = extremes(path, breaks, law, limits, rounding=1e-6)
-    assert motion.irregular == 0
-    found = worst["axis_jerk.a"]
-    assert found.worst == pytest.approx(jerk(25e-6), rel=1e-6)
-    assert found.worst - found.floor == pytest.approx(jerk(27e-6), rel=1e-6)
-    found = worst["axis_velocity.a"]
-    assert found.worst - found.floor == pytest.approx(0.5 / math.sqrt(2.0 * 27e-6), rel=1e-6)
-    assert worst["axis_velocity.x"].worst == pytest.approx(1.0, rel=1e-9)
-    # exactly known, it is what it is there; and where a cusp can be within 16 roundings, nothing
-    assert extremes(path, breaks, law, limits, rounding=0.0)[0]["axis_jerk.a"].floor == 0.0
-    worst, motion = extremes(path, breaks, law, limits, rounding=2e-6)
-    assert motion.irregular > 0
-    assert worst["axis_jerk.a"].worst < jerk(31e-6)
-
-
 @pytest.mark.parametrize(("roundings", "counted"), [(0.4, False), (4.0, True)])
 def test_an_acceleration_within_the_rounding_of_its_instant_is_nobody_s(roundings: float, counted: bool):
     """Slowing down ends in 4e-9 s after 2.5 s: by a rounding of that instant acceleration comes out above 0."""

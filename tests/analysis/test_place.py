@@ -11,7 +11,7 @@ from splinefeed.records import Setpoints
 
 #: A square of 10 mm, closed, and a rotary axis that turns by 1 rad along each side.
 CORNERS = np.array([[0, 0, 0], [10, 0, 1], [10, 10, 2], [0, 10, 3], [0, 0, 4]], dtype=float)
-SQUARE = sf.Path.polyline(CORNERS, ("x", "y", "a"))
+SQUARE = sf.Path.polyline(CORNERS, ("x", "y", "a"), by_tip=True)
 
 
 def foreign(position, axes=("x", "y"), s=None) -> Setpoints:

@@ -120,7 +120,8 @@ def test_every_path_under_limits(limits, strategy):
     slow = SLOW if (limits, strategy) == ("all", "time-optimal") else ()
     found = {name: outcome(path, LIMITS[limits], strategy) for name, path in PATHS.items() if name not in slow}
     if limits == "tangential":
-        assert set(found.values()) == {"ok", "long"}
+        mixed = {"LimitsError"} if strategy == "seven-phase" else set()  # linear and rotary axes together
+        assert set(found.values()) == {"ok", "long"} | mixed
         assert found["1e-6 mm curve far away"] == found["cusp"] == found["rotary alone"] == "ok"
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import splinefeed as sf
 from splinefeed.errors import LimitsError
-from splinefeed.records import ROTARY_AXES, unlimited_axes
+from splinefeed.records import ROTARY_AXES, axes_without_limits
 
 PERIOD = 1e-3
 VELOCITY, ACCELERATION, JERK = 1.0, 2.0, 20.0
@@ -173,7 +173,7 @@ def test_every_axis_that_moves_has_the_limit_or_is_named_or_all_is_refused(
     limits = sf.Limits(feed=1.0, **limited)
     low = np.zeros(len(axes))
     try:
-        notes = unlimited_axes(limits, axes, low, np.where(moves, 5.0, low))
+        notes = axes_without_limits(limits, axes, low, np.where(moves, 5.0, low))
     except LimitsError:
         assert set(axes) <= set(ROTARY_AXES)  # a number, where every axis turns
         assert 2.0 in limited.values()

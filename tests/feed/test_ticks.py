@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.errors import PlanError
 
 pytestmark = pytest.mark.nojit
 
@@ -34,10 +33,9 @@ def most(law: sf.TimeLaw, path: sf.Path, order: int) -> float:
 
 
 @pytest.mark.parametrize("strategy", ["look-ahead", "time-optimal"])
-def test_both_planners_refuse_it_and_plan_what_s_can_tell(strategy):
-    with pytest.raises(PlanError, match="over its limits"):
-        sf.plan(turning(1e-9), LIMITS, strategy=strategy, period=PERIOD)
-    path = turning(1e-5)
-    law = sf.plan(path, LIMITS, strategy=strategy, period=PERIOD)
-    verdict = sf.check(sf.interpolate(path, law), path, LIMITS, law=law)
-    assert verdict.ok, verdict.problems
+def test_both_planners_plan_it_however_little_the_tip_moves(strategy):
+    for along in (1e-9, 1e-5):
+        path = turning(along)
+        law = sf.plan(path, LIMITS, strategy=strategy, period=PERIOD)
+        verdict = sf.check(sf.interpolate(path, law), path, LIMITS, law=law)
+        assert verdict.ok, verdict.problems

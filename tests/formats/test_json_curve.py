@@ -54,7 +54,7 @@ def test_units_scale_linear_axes_and_degrees_become_radians(unit: str, millimetr
     (path,) = paths_of(changed(control_points=[[0, 0, 0], [3, 4, 90]], units=unit, axes=["x", "y", "theta"]))
     assert path.axes == ("x", "y", "theta")
     assert path.curves[0].control_points[1].tolist() == [3 * millimetres, 4 * millimetres, math.pi / 2]
-    assert path.length == pytest.approx(5 * millimetres, rel=1e-14)
+    assert path.tip_end == pytest.approx(5 * millimetres, rel=1e-14)
 
 
 def test_curves_that_meet_make_one_path_and_others_keep_their_names() -> None:

@@ -238,7 +238,7 @@ def test_path_of_many_curves_over_its_linear_axes():
     random = np.random.default_rng(2)
     corners = np.cumsum(random.normal(size=(301, 3)), axis=0)
     lines = [NurbsCurve.bezier(pair) for pair in itertools.pairwise(corners)]
-    path = Path(lines, axes=("x", "y", "a"))
+    path = Path(lines, axes=("x", "y", "a"), by_tip=True)
     search = Nearest(path.table, path.shape)
     queries = corners[random.integers(301, size=200), :2] + random.normal(size=(200, 2))
     rows, u, distance = search.find(queries)

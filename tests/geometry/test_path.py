@@ -99,17 +99,17 @@ def test_split_curves_make_the_same_path(seed):
 
 
 @pytest.mark.nojit
-def test_rotary_axes_have_no_length():
+def test_rotary_axes_have_no_length_by_the_tip():
     helix = NurbsCurve.bezier([[0, 0, 0], [1, 0, 40], [2, 0, -30], [3, 4, 1]])
     flat = NurbsCurve.bezier([[0, 0], [1, 0], [2, 0], [3, 4]])
-    path = Path([helix], axes=("x", "y", "theta"))
+    path = Path([helix], axes=("x", "y", "theta"), by_tip=True)
     assert path.linear == 2 and path.length == flat.length
-    assert Path([helix]).length > path.length
+    assert Path([helix], axes=("x", "y", "theta")).length > path.length
     s = np.linspace(0.0, path.length, 40)
     assert np.array_equal(path(s)[:, :2], Path([flat])(s))
     low, high = path.bounding_box()
     assert low.shape == high.shape == (3,) and high[2] - low[2] > 5.0
-    turned = Path([helix, line([3, 4, 1], [3, 9, 77])], axes=("x", "y", "theta"))
+    turned = Path([helix, line([3, 4, 1], [3, 9, 77])], axes=("x", "y", "theta"), by_tip=True)
     assert turned.length == pytest.approx(path.length + 5.0, rel=1e-15)
 
 

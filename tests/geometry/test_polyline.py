@@ -110,7 +110,6 @@ def test_curves_of_every_kind_in_one_table_are_as_each_alone():
         if c.axes == 2
     ]
     for axes in (("x", "y", "z"), ("x", "y", "a"), ("x", "a", "b")):
-        linear = sum(axis in "xyz" for axis in axes)
         chain, at = [], np.zeros(3)
         for curve in curves:
             chain.append(curve.transformed(1.0, at - curve.ends[0]))
@@ -118,8 +117,8 @@ def test_curves_of_every_kind_in_one_table_are_as_each_alone():
         path = Path(chain, axes)
         lengths, start, last_digit = [], 0.0, 4.0 * np.finfo(float).eps * path.length
         for i, curve in enumerate(path.joined):
-            shape = (curve.degree, curve.axes, linear if path.shape[2] > 0 else -linear, int(curve.rational))
-            alone = arc_pieces(Flat.of([curve]), shape, [curve])
+            shape = (curve.degree, curve.axes, curve.axes, int(curve.rational))
+            alone = arc_pieces(Flat.of([curve]).scaled(path.metric), shape, [curve])
             rows = path.table[path.curve_rows[i, 0] : path.curve_rows[i, 1] + 1]
             assert len(rows) == len(alone.table)
             for column in (layout.LOW, layout.HIGH, *range(layout.ARC, layout.ARC + layout.ARC_TERMS)):

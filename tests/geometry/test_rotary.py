@@ -1,4 +1,4 @@
-"""Moves of rotary axes alone: s in degrees, stops about them, and the way from a plan to a check that holds."""
+"""Paths of linear and rotary axes: lengths, stops, and the way from a plan to a check that holds."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.analysis.following import ContourMeter
-from splinefeed.errors import CurveError
+from splinefeed.errors import LimitsError
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.differential import by_arc_length
+from splinefeed.geometry.metric import RADIUS
 from splinefeed.geometry.path import Path
 
 HALF = 0.5 * np.pi
@@ -46,33 +46,56 @@ def limits(path: Path) -> sf.Limits:
 
 
 @pytest.mark.nojit
-def test_s_counts_degrees_where_only_rotary_axes_move():
-    lengths = {name: path.length for name, path in PATHS.items()}
-    assert lengths["a alone"] == pytest.approx(90.0, rel=1e-15)
+def test_the_tip_counts_degrees_where_only_rotary_axes_move():
+    lengths = {name: float(path.tip_length(path.length)) for name, path in PATHS.items()}
+    assert lengths["a alone"] == PATHS["a alone"].length == pytest.approx(90.0, rel=1e-15)
     assert lengths["x, a, x"] == pytest.approx(120.0, rel=1e-15)
     assert lengths["an arc of b and c"] == pytest.approx(90.0, rel=1e-13)  # a quarter of a circle of 1 rad
     helix = PATHS["helix, a, x"]
-    assert np.diff(helix.curve_starts)[1:] == pytest.approx([math.degrees(2.0), 5.0], rel=1e-15)
+    starts = helix.tip_length(helix.curve_starts)
+    assert np.diff(starts)[1:] == pytest.approx([math.degrees(2.0), 5.0], rel=1e-14)
     plain = LINE(helix.curves[0].control_points[:, :3])
-    assert helix.curve_starts[1] == pytest.approx(plain.length, rel=1e-14)
+    assert starts[1] == pytest.approx(plain.length, rel=1e-12)
+
+
+@pytest.mark.nojit
+def test_the_length_counts_all_axes_a_rad_as_50_mm():
     path = PATHS["x, a, x"]
-    s = np.array([5.0, 10.0, 55.0, 100.0, 110.0])
+    turn = RADIUS * HALF
+    assert path.length == pytest.approx(30.0 + turn, rel=1e-15)
+    s = np.array([5.0, 10.0, 10.0 + turn / 2, 10.0 + turn, 20.0 + turn])
     assert np.allclose(path(s), [[5, 0], [10, 0], [10, HALF / 2], [10, HALF], [20, HALF]], rtol=1e-15)
     index, u = path.locate(s)
     assert index.tolist() == [0, 1, 1, 2, 2]
     assert path.arc_length(index, u) == pytest.approx(s, rel=1e-15)
-    assert path.turning(index, u).tolist() == [False, True, True, False, False]
-    assert (path.linear, path.shape[2], PATHS["a alone"].linear) == (1, -1, 0)
+    assert (path.linear, path.mixed, PATHS["a alone"].mixed) == (1, True, False)
+    helix = PATHS["helix, a, x"]
+    scaled = LINE(helix.curves[0].control_points * [1, 1, 1, RADIUS])
+    assert helix.curve_starts[1] == pytest.approx(scaled.length, rel=1e-13)
 
 
 @pytest.mark.nojit
 def test_several_axes_count_by_their_euclidean_norm():
     path = Path.polyline([[1, 0, 0], [1, 0.3, 0.4], [1, 0.3, 0.0]], axes=("x", "b", "c"))
-    assert np.diff(path.curve_starts) == pytest.approx(np.degrees([0.5, 0.4]), rel=1e-14)
+    assert np.diff(path.curve_starts) == pytest.approx([0.5 * RADIUS, 0.4 * RADIUS], rel=1e-14)
+    assert np.diff(path.tip_length(path.curve_starts)) == pytest.approx(np.degrees([0.5, 0.4]), rel=1e-14)
     assert path.stops == (path.curve_starts[1],)
     cubic = LINE([[1, 0, 0], [1, 0.2, 0.1], [1, 0.1, 0.5], [1, 1, 1]])
     flat = LINE(np.degrees(cubic.control_points[:, 1:]))
-    assert Path([cubic], axes=("x", "b", "c")).length == pytest.approx(flat.length, rel=1e-14)
+    tip = Path([cubic], axes=("x", "b", "c"))
+    assert float(tip.tip_length(tip.length)) == pytest.approx(flat.length, rel=1e-13)
+
+
+@pytest.mark.nojit
+def test_the_tip_by_the_length_is_what_differences_say():
+    path = PATHS["helix, a, x"]
+    s = np.linspace(0.5, path.curve_starts[1] - 0.5, 40)
+    h = 1e-3
+    near = path.tip_length(s[:, None] + h * np.arange(-2, 3))
+    first, second, third = path.tip(path.derivatives(s))
+    assert (near[:, 3] - near[:, 1]) / (2 * h) == pytest.approx(first, rel=1e-6)
+    assert (near[:, 3] - 2 * near[:, 2] + near[:, 1]) / h**2 == pytest.approx(second, abs=1e-6)
+    assert np.diff(second) / np.diff(s) == pytest.approx(0.5 * (third[1:] + third[:-1]), abs=2e-3)
 
 
 @pytest.mark.nojit
@@ -80,15 +103,17 @@ def test_a_span_of_one_curve_that_only_turns():
     """A polyline in one curve: x, then a, then x again, joined at knots."""
     points = [[0, 0], [10, 0], [10, HALF], [30, HALF]]
     one = Path([NurbsCurve(1, [0, 0, 1, 2, 3, 3], points)], axes=("x", "a"))
-    assert one.length == pytest.approx(120.0, rel=1e-15)
-    assert one.stops == pytest.approx([10.0, 100.0], rel=1e-15)
-    s = np.linspace(0.0, 120.0, 97)
-    assert np.allclose(one(s), PATHS["x, a, x"](s), atol=1e-13)
+    many = PATHS["x, a, x"]
+    assert one.length == pytest.approx(many.length, rel=1e-15)
+    assert one.stops == pytest.approx(many.stops, rel=1e-15)
+    s = np.linspace(0.0, one.length, 97)
+    assert np.allclose(one(s), many(s), atol=1e-13)
+    assert np.allclose(one.tip_length(s), many.tip_length(s), atol=1e-12)
 
 
 @pytest.mark.nojit
 def test_joints_to_and_from_a_move_of_rotary_axes_alone_are_stops():
-    assert PATHS["x, a, x"].stops == pytest.approx([10.0, 100.0], rel=1e-15)
+    assert PATHS["x, a, x"].stops == tuple(PATHS["x, a, x"].curve_starts[1:-1])
     assert PATHS["x, a, x"].corners.angle == pytest.approx([HALF, HALF], rel=1e-15)
     assert PATHS["helix, a, x"].stops == tuple(PATHS["helix, a, x"].curve_starts[1:-1])
     turns = Path.polyline([[0.0], [1.0], [2.0], [1.5]], axes=("a",))  # on in the same direction, then back
@@ -100,19 +125,19 @@ def test_joints_to_and_from_a_move_of_rotary_axes_alone_are_stops():
 
 @pytest.mark.nojit
 def test_a_rotary_axis_that_sets_off_at_once_is_a_stop():
-    """x goes on, a begins to turn by 1 degree a millimetre: the tangent of all axes turns by 45 degrees."""
-    step = math.radians(10.0)
+    """x goes on, a begins to turn by a 50th of a rad a millimetre: the tangent of all axes turns by 45 degrees."""
+    step = 10.0 / RADIUS
     path = Path.polyline([[0, 0], [10, 0], [20, step], [30, 2.0 * step], [40, 2.0 * step]], axes=("x", "a"))
-    assert path.length == pytest.approx(40.0, rel=1e-15)
+    assert float(path.tip_length(path.length)) == pytest.approx(40.0, rel=1e-15)
     assert path.corners.angle == pytest.approx([np.pi / 4, np.pi / 4], rel=1e-12)
-    assert path.stops == pytest.approx([10.0, 30.0], rel=1e-15)
+    assert path.stops == pytest.approx([10.0, 10.0 + 20.0 * math.sqrt(2.0)], rel=1e-15)
 
 
 @pytest.mark.nojit
 def test_cusps_of_rotary_axes_are_found():
     there = NurbsCurve(2, [0, 0, 0, 1, 1, 1], [[5, 0], [5, 1.0], [5, 0]])
     path = Path([there], axes=("x", "a"))
-    assert path.length == pytest.approx(math.degrees(1.0), rel=1e-12)
+    assert path.length == pytest.approx(RADIUS, rel=1e-12)
     (corner,) = path.corners
     assert corner.u == pytest.approx(0.5, abs=1e-9) and corner.angle == np.pi
 
@@ -123,32 +148,26 @@ def test_derivatives_by_arc_length_have_unit_length(name):
     path = PATHS[name]
     s = np.linspace(0.0, path.length, 200)
     curve, u = path.locate(s)
-    first, _, third = np.moveaxis(by_arc_length(path.evaluate(curve, u, 3), path.linear)[:, 1:], 1, 0)
+    first, _, third = np.moveaxis(path.by_length(curve, u)[:, 1:], 1, 0)
     assert np.isfinite(third).all()
-    measured = np.where(path.turning(curve, u)[:, None], np.degrees(first), first)
-    linear = np.arange(len(path.axes)) < path.linear
-    counted = np.where(path.turning(curve, u)[:, None], ~linear, linear)
-    assert np.sqrt(np.sum(np.where(counted, measured, 0.0) ** 2, axis=1)) == pytest.approx(np.ones(200), rel=1e-12)
+    assert np.linalg.norm(first * path.metric, axis=1) == pytest.approx(np.ones(200), rel=1e-12)
     h = 1e-4 * path.length
     middle = s[(s > 2 * h) & (s < path.length - 2 * h)]
     middle = middle[np.all(np.abs(middle[:, None] - np.array([-1.0, *path.stops])) > 2 * h, axis=1)]
     curve, u = path.locate(middle)
-    exact = by_arc_length(path.evaluate(curve, u, 3), path.linear)
+    exact = path.by_length(curve, u)
     for order, wanted in ((1, (path(middle + h) - path(middle - h)) / (2.0 * h)),):
         assert np.abs(exact[:, order] - wanted).max() <= 1e-5 * np.abs(exact[:, order]).max()
 
 
 @pytest.mark.parametrize("name", PATHS)
-@pytest.mark.parametrize(
-    "strategy",
-    [pytest.param("seven-phase", marks=pytest.mark.nojit), *([] if numba.config.DISABLE_JIT else ["time-optimal"])],
-)
+@pytest.mark.parametrize("strategy", [] if numba.config.DISABLE_JIT else ["along", "time-optimal"])
 def test_a_plan_on_it_holds_every_limit(name, strategy):
     path = PATHS[name]
     along = sf.Limits(feed=60, acceleration=500, jerk=20000)
-    wanted = along if strategy == "seven-phase" else limits(path)
+    wanted = along if strategy == "along" else limits(path)
     period = 4e-3
-    law = sf.plan(path, wanted, strategy=strategy, period=period)
+    law = sf.plan(path, wanted, period=period)
     for method in ("milne-simpson-anchored", "arc-length"):
         points = sf.interpolate(path, law, method=method)
         verdict = sf.check(points, path, wanted, law=law)
@@ -207,18 +226,18 @@ def test_an_axis_that_lags_on_an_index_move_is_no_contour_error():
 
 
 @pytest.mark.nojit
-def test_linear_axes_that_move_by_rounding_only_are_refused():
+def test_linear_axes_that_move_by_rounding_do_not_matter():
     points = [[0.1, 0], [1.1, 0], [1.1 + 3e-16, HALF], [2, HALF]]
-    with pytest.raises(CurveError) as caught:
-        Path.polyline(points, axes=("x", "a"))
-    assert str(caught.value) == (
-        "curve 1 turns its rotary axes by 90 deg while the linear ones move by 2.22e-16 mm, which is rounding; "
-        "give its linear axes one position"
-    )
-    assert Path.polyline([[1.1, 0], [1.1 + 3e-16, 0]], axes=("x", "a")).length == 2.220446049250313e-16
+    path = Path.polyline(points, axes=("x", "a"))
+    law = sf.plan(path, limits(path), period=1e-3)
+    assert sf.check(sf.interpolate(path, law), path, limits(path), law=law).ok
 
 
 @pytest.mark.nojit
-def test_a_path_without_such_moves_pays_nothing():
-    path = Path([LINE([[0, 0], [10, 1]])], axes=("x", "a"))
-    assert path.shape[2] == 1 and path.length == 10.0
+def test_seven_phases_are_for_paths_of_one_kind_of_axes():
+    along = sf.Limits(feed=60, acceleration=500, jerk=20000)
+    with pytest.raises(LimitsError, match="seven-phase cannot plan linear and rotary axes together"):
+        sf.plan(PATHS["x, a, x"], along, strategy="seven-phase", period=1e-3)
+    law = sf.plan(PATHS["x, a, x"], along, period=1e-3)
+    assert law.strategy == "time-optimal"
+    assert any("a has no limit of acceleration or jerk" in note for note in law.notes)

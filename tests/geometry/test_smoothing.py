@@ -207,10 +207,12 @@ def test_rotary_axes_turn_in_step():
     allowed = math.radians(0.1)
     result = path.smoothed(0.05, angular_tolerance=allowed)
     assert not len(result.corners)
-    s = np.linspace(0.0, 20.0, 4001)
-    off = np.abs(result(s)[:, 2] - path(s)[:, 2]).max()
-    assert 0.5 * allowed < off <= allowed
-    np.testing.assert_allclose(result(s)[:, 0], s, atol=1e-9)
+    found = result(np.linspace(0.0, result.length, 8001))
+    given = path(np.linspace(0.0, path.length, 20001))
+    shares = np.abs(found[::20, None] - given)[:, :, [0, 2]] / [0.05, allowed]
+    off = np.max(np.min(np.max(shares, axis=2), axis=1))  # some place is as near in both
+    assert 0.3 < off <= 1.0
+    np.testing.assert_allclose(found[:, 1], 0.0, atol=1e-12)
 
 
 def test_moves_of_rotary_axes_alone_stay_exact():

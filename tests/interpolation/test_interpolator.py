@@ -147,7 +147,7 @@ def test_mixed_degrees_and_weights_in_one_path():
 
 def test_rotary_axes_move_in_step_but_do_not_count_in_the_feed():
     curve = sf.NurbsCurve.bezier([[0, 0, 0], [10, 0, 1], [20, 5, 2], [30, 5, 9]])
-    path = sf.Path([curve], axes=("x", "y", "theta"))
+    path = sf.Path([curve], axes=("x", "y", "theta"), by_tip=True)
     plane = sf.Path([sf.NurbsCurve.bezier(curve.control_points[:, :2])])
     assert path.length == pytest.approx(plane.length, rel=1e-14)
     law = sf.plan(path, LIMITS, period=1e-3)

@@ -132,7 +132,7 @@ def least_curvatures(spans: PathSpans, row: IntArray, u: Array) -> Array:
     thirds = np.array([0.0, 0.5, 1.0])[:, None]
     for steps, part in parts(spans, row, u):
         places = SpanPlaces(spans, part.row)
-        curvature = places.curvature(*places.along(places.t(part.low + thirds * (part.high - part.low)), 2))
+        curvature = places.curvature(places.derivatives(places.t(part.low + thirds * (part.high - part.low)), 2))
         out[steps] = np.minimum.reduceat(np.min(curvature, axis=0), part.first)
     out[np.isnan(u[:-1]) | np.isnan(u[1:])] = np.nan
     return out

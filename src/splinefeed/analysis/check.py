@@ -221,10 +221,10 @@ def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
         notes.append(f"the last period is short, {judge.short:.9g} s; differences over it have a higher floor")
     if not judge.bounds.path.linear:
         notes.append("only rotary axes move: s is in degrees, and feed, acceleration and jerk along the path are too")
-    elif judge.turning:
+    elif judge.alone:
         notes.append(
-            f"on {len(judge.turning)} of {curves} curves, the first from s = "
-            f"{judge.turning[0]:.6g} mm, rotary axes move alone: there 1 mm along the path stands for 1 degree, "
+            f"on {len(judge.alone)} of {curves} curves, the first from s = "
+            f"{judge.alone[0]:.6g} mm, rotary axes move alone: there 1 mm along the path stands for 1 degree, "
             "in s and in its feed, acceleration and jerk"
         )
     if not judge.placed:

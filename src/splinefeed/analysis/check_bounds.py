@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from splinefeed.analysis.spans import DEGREES, PathSpans, SpanPlaces, chunks, spans_of
+from splinefeed.analysis.spans import PathSpans, SpanPlaces, chunks, spans_of
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import AXIS_LIMITS, KEPT, Array, BoolArray, IntArray, LimitResult, Limits
@@ -114,8 +114,9 @@ class Bounds:
 
     @cached_property
     def row_times(self) -> Array:
-        """The least time, s, that the feeds of the path allow up to the start of each span, (rows,)."""
-        each = self.rows.lengths / self.row_feeds
+        """The least time, s, that the feeds of the path allow up to the start of each span of the tip, (rows,)."""
+        tip = self.rows.tip
+        each = tip.lengths / self.feeds[tip.curve]
         return np.concatenate([[0.0], np.cumsum(each[:-1])])
 
     def jerks(self, growing: BoolArray, falling: BoolArray) -> Array:
@@ -147,10 +148,10 @@ class Bounds:
     def bends(self) -> tuple[Array, Array, IntArray]:
         """Places inside the path where tangent or curvature jump: s, mm, angle, rad, (k,), and spans beside, (2, k).
 
-        Of the tangent all axes count, rotary ones in degrees a mm; where C' = 0 on a side, it is the limit there.
+        All axes count, by the metric of the path; where C' = 0 on a side, the tangent is the limit there.
         """
         rows, found = self.rows, [(np.zeros(0), np.zeros((2, 0), dtype=np.int64))]
-        unit = np.where(np.arange(rows.axes) < rows.linear, 1.0, DEGREES)[:, None]
+        unit = self.path.units[:, None]
         moves, knots = np.flatnonzero(rows.lengths > 0.0), np.cumsum(rows.knot)
         beside = np.stack([moves[:-1], moves[1:]])
         beside = beside[:, knots[beside[1]] > knots[beside[0]]]
@@ -161,7 +162,7 @@ class Bounds:
             one, other = tangents * unit / np.where(sizes > 0.0, sizes, 1.0)
             # 2 atan2 of difference and sum keeps small and straight-back angles alike to rounding
             angle = 2.0 * np.arctan2(np.linalg.norm(other - one, axis=0), np.linalg.norm(other + one, axis=0))
-            curves = curves[:, : rows.linear or None]
+            curves = curves * unit
             size, jump = np.linalg.norm(curves, axis=1), np.linalg.norm(curves[1] - curves[0], axis=0)
             corner = (angle > CORNER_ANGLE) | (jump > CURVATURE_JUMP * (1.0 / rows.length + size[0] + size[1]))
             corner |= np.any(still, axis=0)
@@ -185,10 +186,10 @@ class Bounds:
         return tuple(np.stack(each) for each in zip(*sides, strict=True))
 
     @cached_property
-    def turning(self) -> Array:
-        """Arc lengths, mm, at which the curves begin on which rotary axes move alone, (k,)."""
-        turns = self.rows.turns
-        return np.zeros(0) if turns is None else self.rows.curve_starts[np.unique(self.rows.curve[turns])]
+    def alone(self) -> Array:
+        """Lengths, mm, at which the curves begin on which rotary axes move alone, (k,)."""
+        still = self.rows.still
+        return np.zeros(0) if still is None else self.rows.curve_starts[np.unique(self.rows.curve[still])]
 
     @cached_property
     def rests(self) -> Array:

@@ -27,9 +27,8 @@ BISECTIONS = 60
 #: An acceleration below this share of the law's largest has no sign: where a law comes to rest, a rounding of its feed
 #: is a square root of it in time.
 NO_SIGN = 1e-9
-#: Where a rotary axis turns while the linear ones stand still, C' may be 0 within so many roundings of s; and how many
-#: may move a value.
-INDISTINCT, SHIFT = 16.0, 2.0
+#: How many roundings of s may move a value.
+SHIFT = 2.0
 #: What is sampled below this share of the largest so far, and of its limit, is not examined more closely.
 WORTH_A_LOOK = 0.9
 #: Limits that only the law decides, not the path.
@@ -190,12 +189,17 @@ class LawMotion:
             self.steepest = max(self.steepest, float(np.max(np.abs(a))))
             k = np.unravel_index(int(np.argmin(v)), v.shape)
             self.backwards = max(self.backwards, (float(-v[k]), float(t[k]), float(s[k])))
-        of_path = [name for name in worsts if name not in ALONG]
-        found = self._of_path(row, s, v, a, j, of_path) if of_path else {}
+        mixed = self.rows.tip is not self.rows  # what is along the path is then along that of the tip
+        of_path = [name for name in worsts if mixed or name not in ALONG]
+        found = self._of_path(row, s, v, a, j, [*of_path, *["acceleration"] * mixed]) if of_path else {}
+        if mixed:
+            tip = found["acceleration"]
+            way = np.where(np.all(tip > 0.0, axis=0), 1.0, np.where(np.all(tip < 0.0, axis=0), -1.0, 0.0))
         regular = np.all([np.isfinite(each) for each in found.values()], axis=0)
         self.irregular += int(np.count_nonzero(~regular)) if everything else 0
-        values = {"feed": v, "acceleration": a, "deceleration": -a, "jerk": np.abs(j)}
-        values |= {name: np.where(regular, each, np.nan) for name, each in found.items()}
+        values = {"feed": v, "acceleration": a, "deceleration": -a, "jerk": np.abs(j)} | found
+        values["deceleration"] = -values["acceleration"]
+        values = {name: np.where(regular, each, np.nan) if name in found else each for name, each in values.items()}
         limits = {"feed": self.bounds.row_feeds[row], "jerk": self.bounds.jerks(way > 0, way < 0)}
         out = {}
         for name, worst in worsts.items():
@@ -233,20 +237,20 @@ class LawMotion:
         derivatives, (_, r1, r2, r3) = places.along(rows.parameter(every, ahead), 3)
         v, a, j = v.ravel(), a.ravel(), j.ravel()
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            # C' = 0 is no nearer than where both other derivatives go against it: c = b x + d x^2 / 2
-            c, b, d = (np.sqrt(places.product(each, each)) for each in derivatives[1:])
-            steep = b + np.hypot(b, np.sqrt(2.0 * c * d))
-            x = np.where(steep > 0.0, 2.0 * c / steep, 0.0)
-            away = x * (c - x * (b / 2.0 + x * d / 6.0))
-            near = ~(c > 0.0)
-            if rows.linear < rows.axes:  # linear axes alone have no such places: see `geometry.resolution`
-                near = np.where(steep > 0.0, ~(away > INDISTINCT * self.rounding), near)
+            near = ~(places.product(derivatives[1], derivatives[1]) > 0.0)
+            s1, s2, s3 = places.tip([r1, r1, r2, r3])
+            along = s1 * v, s2 * v * v + s1 * a, s3 * v * v * v + 3.0 * s2 * v * a + s1 * j
             out = {}
             for name in names:
                 kind, _, axis = name.rpartition(".")
                 k = axes.index(axis) if kind else 0
-                if name == "centripetal":
-                    value = places.curvature(derivatives, [derivatives[0], r1, r2]) * v * v
+                if name in ALONG:
+                    value = along[("feed", "acceleration", "jerk").index(name.replace("deceleration", "acceleration"))]
+                    if name != "jerk":
+                        out[name] = np.where(near, np.nan, value).reshape(s.shape)
+                        continue
+                elif name == "centripetal":
+                    value = places.curvature(derivatives) * along[0] ** 2
                 elif kind == "axis_velocity":
                     value = r1[k] * v
                 elif kind == "axis_acceleration":

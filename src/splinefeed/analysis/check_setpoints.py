@@ -21,7 +21,7 @@ from splinefeed.analysis.check_tool import Tool
 from splinefeed.analysis.place import Located, Placer
 from splinefeed.analysis.spans import EPSILON, SpanPlaces, expanded
 from splinefeed.errors import InputError
-from splinefeed.records import Array, BoolArray, Setpoints, TimeLaw, unit_along, unlimited_axes
+from splinefeed.records import Array, BoolArray, IntArray, Setpoints, TimeLaw, axes_without_limits, unit_along
 
 #: A setpoint may be this many roundings of the largest coordinate off the curve, in addition to the tolerance.
 ROUNDINGS = 64.0
@@ -84,7 +84,7 @@ class Judge:
         self.drift = self.ripple = self.off_path = 0.0
         self.scale = self.allowed = 0.0
         self.gone = self._seen = 0.0  # length before the path, mm, and up to where the motion is known
-        self.turning: list[float] = []  # where the curves begin on which rotary axes move alone, mm
+        self.alone: list[float] = []  # where the curves begin on which rotary axes move alone, mm
         self._know(bounds)
         axes = len(first.axes)
         self._least, self._greatest = np.full(axes, np.inf), np.full(axes, -np.inf)  # positions so far
@@ -100,8 +100,8 @@ class Judge:
         off = bounds.tolerance + ROUNDINGS * EPSILON * max(size, bounds.rows.length) + float(rounded)
         self.allowed, self.scale = max(self.allowed, off), max(self.scale, bounds.rows.length)
         self._placer = Placer(path, self.rows)
-        places = bounds.turning + self.gone
-        self.turning += places[places >= self._seen].tolist()
+        places = bounds.alone + self.gone
+        self.alone += places[places >= self._seen].tolist()
         self._seen = self.gone + bounds.rows.length
 
     @property
@@ -112,7 +112,7 @@ class Judge:
 
     def without_limits(self) -> list[str]:
         """A sentence for each kind of limit that some axes have and others that move do not."""
-        return unlimited_axes(self.bounds.limits, self.bounds.axes, self._least, self._greatest)
+        return axes_without_limits(self.bounds.limits, self.bounds.axes, self._least, self._greatest)
 
     def move_on(self, bounds: Bounds, left: int) -> None:
         """Go on with a path that lacks the first `left` curves and goes on further."""
@@ -154,22 +154,23 @@ class Judge:
         count = len(known.t)
         n = min(len(new.t), count - 1)  # steps that end at new ticks; before a start in motion nothing is known
         travelled, most = self.rows.steps(known.row, known.ahead), None
+        row, ahead, of_tip = self._of_tip(known, travelled)
         if bounds.path.feeds is not None:
             # over several curves the limit of the mean feed is the way through the least time that their feeds allow
-            least = np.diff(known.ahead / bounds.row_feeds[known.row]) + np.diff(bounds.row_times[known.row])
+            feeds, curve = bounds.feeds[self.rows.tip.curve[row]], self.rows.tip.curve[row]
+            least = np.diff(ahead / feeds) + np.diff(bounds.row_times[row])
             with np.errstate(divide="ignore", invalid="ignore"):
-                most = np.where(least > 0.0, travelled / least, np.inf)
-            curve = self.rows.curve[known.row]
-            most = np.where(curve[1:] == curve[:-1], bounds.row_feeds[known.row[1:]], most)
+                most = np.where(least > 0.0, of_tip / least, np.inf)
+            most = np.where(curve[1:] == curve[:-1], feeds[1:], most)
         moved = np.diff(known.values, axis=1)
-        steps = np.concatenate([travelled[None], moved, bounds.weights @ moved])
+        steps = np.concatenate([travelled[None], moved, bounds.weights @ moved, of_tip[None]])
         rounding = self._rounding(known, travelled)
-        rounding = np.concatenate([rounding, np.abs(bounds.weights) @ rounding[1:]])
+        rounding = np.concatenate([rounding, np.abs(bounds.weights) @ rounding[1:], rounding[:1]])
         errors = np.where(known.still[1:] | known.still[:-1], 0.0, rounding[:, :-1] + rounding[:, 1:])
         if self.short is None:
             self._see_torques(known.part(max(count - len(new.t) - 2, 0), count), rounding, new)
         if not new.still[0]:
-            self._chords(known.part(count - n - 1, count), travelled[count - n - 1 :], errors[:, count - n - 1 :])
+            self._chords(known.part(count - n - 1, count), of_tip[count - n - 1 :], errors[:, count - n - 1 :])
             self._follow_law(known, travelled, n)
             for axis, (low, high) in bounds.limits.travel_of(bounds.axes).items():
                 k = bounds.axes.index(axis)
@@ -225,6 +226,15 @@ class Judge:
             taken[-1] = self.short
         return taken
 
+    def _of_tip(self, known: Ticks, travelled: Array) -> tuple[IntArray, Array, Array]:
+        """Spans of the tip (n,) that ticks lie on, how far it is from their starts, mm, and its steps (n - 1,), mm."""
+        tip = self.rows.tip
+        if tip is self.rows:
+            return known.row, known.ahead, travelled
+        row, u = tip.find(self.rows.curve[known.row], known.u)
+        ahead = tip.ahead(row, (u - tip.middle[row]) * tip.scale[row])
+        return row, ahead, tip.steps(row, ahead)
+
     def _locate(self, setpoints: Setpoints) -> tuple[Located, Array]:
         """Where the setpoints are on the path, with what is off the curve or misplaced, and the axes (axes, n)."""
         tip, tilted = setpoints, None
@@ -266,8 +276,8 @@ class Judge:
         turned = float(np.max(np.abs(apart[path.linear :]), initial=0.0))
         setattr(self, f"{kind}_error", missing)
         if not (missing <= self.allowed + 16.0 * EPSILON * self.scale and turned <= self.allowed):
-            turning = f" and {np.degrees(turned):.6g} deg" if turned > self.allowed else ""
-            detail = f"{missing:.6g} {unit_along(path.axes)}{turning}"
+            also = f" and {np.degrees(turned):.6g} deg" if turned > self.allowed else ""
+            detail = f"{missing:.6g} {unit_along(path.axes)}{also}"
             at, tick = slice(k, None if k else 1), max(self.ticks - 1, 0)
             self._fault(kind, np.ones(1, bool), np.array([missing]), place.t[at], place.s[at], detail, tick=tick)
 
@@ -310,9 +320,9 @@ class Judge:
         self.ripple = max(self.ripple, float(np.fmax.reduce(ripple, initial=0.0)))
 
     def _differences(self, known: Ticks, steps: Array, errors: Array, feeds: Array | None, n: int, last: bool) -> None:
-        """Feed, acceleration and jerk of path and axes over the last n of steps (1 + axes, m).
+        """Feed, acceleration and jerk of path and axes over the last n of steps (1 + axes + 1, m), the last of the tip.
 
-        errors (1 + axes, m): the rounding of the steps; feeds (n,): the limit of the feed over each, mm/s, if it
+        errors (1 + axes + 1, m): the rounding of the steps; feeds (n,): the limit of the feed over each, mm/s, if it
         changes. What spans several steps is placed at the start of the last one.
 
         Divided differences times k!: v = step / dt, a = 2 (v2 - v1) / (dt1 + dt2), j = 3 (a2 - a1) / (dt1 + dt2 + dt3),
@@ -321,13 +331,13 @@ class Judge:
         dt, limits, corners = known.dt[1:], self.bounds.limits, self.bounds.corners.s
         t, begin, end = known.t[:-1], known.s[:-1], known.s[1:]
         near = slice(-n - 2, None)
-        self._check_steps(steps[0, near], errors[0, near], t[near], begin[near], n)
+        self._check_steps(steps[0, near], steps[-1, near], errors[0, near], t[near], begin[near], n)
         values, floors = [steps / dt], [errors / dt]
         for span in (0.5 * (dt[1:] + dt[:-1]), (dt[2:] + dt[1:-1] + dt[:-2]) / 3.0):
             with np.errstate(invalid="ignore"):
                 values.append(np.diff(values[-1], axis=1) / span)
             floors.append((floors[-1][:, 1:] + floors[-1][:, :-1]) / span)
-        v, a, _ = (each[0] for each in values)
+        v, (feed, a, _) = values[0][0], (each[-1] for each in values)
         with np.errstate(invalid="ignore"):  # where the feed grows, and where it falls, throughout a third difference
             bend = np.abs(np.diff(a))
             jerks = self.bounds.jerks(np.minimum(a[1:], a[:-1]) > bend, np.maximum(a[1:], a[:-1]) < -bend)
@@ -336,11 +346,11 @@ class Judge:
             within = slice(max(len(v) - n - BESIDE, 1), len(v) - (1 if open_end else BESIDE))
             self._corner_steps(v, floors[0][0], t, begin, end, within)
         if limits.start_feed > 0.0 and not self.ticks:
-            self._edge(v[0], floors[0][0, 0], dt[0], limits.start_feed, known.t[:1], known.s[:1])
+            self._edge(feed[0], floors[0][0, 0], dt[0], limits.start_feed, known.t[:1], known.s[:1])
         if limits.end_feed > 0.0 and last:
-            self._edge(-v[-1], floors[0][0, -1], dt[-1], -limits.end_feed, known.t[-1:], known.s[-1:])
+            self._edge(-feed[-1], floors[0][0, -1], dt[-1], -limits.end_feed, known.t[-1:], known.s[-1:])
         for name, worst in self.worst.items():
-            order, column = worst.order, worst.column
+            order, column = worst.order, worst.column or -1
             if order == 0:
                 continue
             count = len(dt) - order + 1
@@ -348,7 +358,7 @@ class Judge:
             each, of_place = values[ahead][column, new], {"feed": feeds, "jerk": jerks[new]}
             if name != "acceleration":
                 each = -each if name == "deceleration" else np.abs(each)
-            if len(corners) and column and ahead:  # what straddles a corner is that corner's step
+            if len(corners) and worst.column and ahead:  # what straddles a corner is that corner's step
                 each = np.where(contain(corners, begin[new], end[ahead:][new]), np.nan, each)
             self._see(name, each, t[ahead:][new], begin[ahead:][new], floors[ahead][column, new], of_place.get(name))
 
@@ -368,10 +378,10 @@ class Judge:
                 jump = corners.jumps[k, worst.column - 1]
                 self._see(name, feed * jump, t[i], s, floor * jump)
 
-    def _check_steps(self, d: Array, floor: Array, t: Array, s: Array, n: int) -> None:
+    def _check_steps(self, d: Array, tip: Array, floor: Array, t: Array, s: Array, n: int) -> None:
         """Progress: no step back, none skipped, none repeated.
 
-        d (m + n,) and its rounding with t and s at the starts; the last n are new.
+        d (m + n,), those of the tip, and their rounding, with t and s at the starts; the last n are new.
         """
         tick = self.ticks - (len(d) - n) + (1 if self._tail is None else 0)
         with np.errstate(invalid="ignore"):
@@ -386,7 +396,7 @@ class Judge:
                     planned = motion_at(self.law, t[1:-1] + self.period) - motion_at(self.law, t[1:-1])
                     alone &= np.abs(planned - here) > REPEAT * floor
                 alone &= ~neighbours(self.bounds.rests, s[1:-1], s[1:-1] + here, self.allowed + floor)
-            skipped = (here > REPEAT * floor) & (alone | (here > most))
+            skipped = (here > REPEAT * floor) & (alone | (tip[1:-1] > most))
             twice = (np.abs(here) <= floor) & (np.minimum(before, after) > REPEAT * floor)
             if np.any(twice):  # where the tool may stand, the same point twice is a wait, such as for the next tick
                 twice &= ~standing(self.bounds.rests, s[1:-1], self.allowed + floor)

@@ -37,7 +37,7 @@ class Tool:
         self._size, self._steep = np.zeros((2, len(path.axes)))
         self._longest = 0.0
         axis = path.tool.tool_axis
-        self._axis = None if axis is None else PathSpans(Flat.of(axis), path.tool.columns)
+        self._axis = None if axis is None else PathSpans(Flat.of(axis), path.tool.columns, None)
 
     def tip(self, setpoints: Setpoints) -> tuple[Setpoints, Array]:
         """Setpoints of the tip, and by how much the tool axis is off, rad (n,); of angles their own difference."""

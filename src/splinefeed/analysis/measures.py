@@ -102,7 +102,7 @@ def limit_use(
     t = setpoints.t
     v, a, j = law.feed(t), law.acceleration(t), law.jerk(t)
     reach = (v * setpoints.period) ** 2 / 8.0  # a chord over 1/mm of curvature is off by that
-    turned = np.zeros(len(t))
+    turned, tip = np.zeros(len(t)), (np.ones(len(t)), np.zeros(len(t)), np.zeros(len(t)))
     if isinstance(path, JointPath):
         d = path.derivatives(setpoints.s)
         kappa, (chord, axis_chord) = np.linalg.norm(d[:, 2, :3], axis=1), path.between_ticks(d)
@@ -113,25 +113,28 @@ def limit_use(
         row, u = rows.find(setpoints.curve, setpoints.u)
         places = SpanPlaces(rows, row)
         exact_at = places.along(places.t(u), 3)
-        kappa = chord = places.curvature(*exact_at)
+        kappa, tip = places.curvature(exact_at[0]), places.tip(exact_at[1])
+        chord = kappa
         d, feed = np.stack(exact_at[1], axis=1).T, feed_limit(setpoints, path, limits)
         sagitta = np.zeros(len(t))
         if limits.chord_error is not None and len(t) > 1:
             sagitta = np.pad(chord_errors(setpoints, path), (0, 1), mode="edge")
     r1, r2, r3 = (d[:, k].T for k in (1, 2, 3))
     with np.errstate(invalid="ignore", over="ignore"):
-        across = v * v * kappa
         exact = [(r1 * v).T, (r2 * v * v + r1 * a).T, (r3 * v**3 + 3.0 * r2 * v * a + r1 * j).T]
+        s1, s2, s3 = tip
+        along_v, along_a, along_j = s1 * v, s2 * v * v + s1 * a, s3 * v**3 + 3.0 * s2 * v * a + s1 * j
+        across = along_v**2 * kappa
     for order, values in enumerate(exact, start=1):
         holes = ~np.isfinite(values)
         if holes.any():
             values[holes] = differences(setpoints, order)[holes]
     slowing = limits.jerk if limits.deceleration_jerk is None else limits.deceleration_jerk
     measures: list[Measure] = [
-        ("feed", v, feed),
-        ("acceleration", np.maximum(a, 0.0), limits.acceleration),
-        ("deceleration", np.minimum(a, 0.0), limits.deceleration),
-        ("jerk", j, np.where(a < 0.0, slowing, limits.jerk)),
+        ("feed", along_v, feed),
+        ("acceleration", np.maximum(along_a, 0.0), limits.acceleration),
+        ("deceleration", np.minimum(along_a, 0.0), limits.deceleration),
+        ("jerk", along_j, np.where(along_a < 0.0, slowing, limits.jerk)),
         ("centripetal", across, limits.centripetal),
         ("chord_error", sagitta, limits.chord_error),
         ("orientation_error", turned, limits.orientation_error),
@@ -147,7 +150,7 @@ def limit_use(
         share = np.array([np.abs(values) / limit for _, values, limit in given]).reshape(len(given), len(t)).T
     share = np.ascontiguousarray(np.where(np.isfinite(share), share, 0.0))
     called = tuple(name for name, _, _ in given)
-    top = maximum_velocity(d, kappa, chord, path.axes, limits, feed, setpoints.period)
+    top = maximum_velocity(d, kappa, chord, path.axes, limits, feed, setpoints.period, (s1, s2))
     use = LimitUse(called, t, setpoints.s, share, top, np.zeros(0, dtype=np.int64))
     use = replace(use, counts=np.bincount(use.binding + 1, minlength=len(called) + 1))
     return AxisMotion(t, *exact), use
@@ -215,11 +218,19 @@ def feed_limit(setpoints: Setpoints, path: Path, limits: Limits) -> Array:
 
 
 def maximum_velocity(
-    d: Array, kappa: Array, chord: Array, axes: tuple[str, ...], limits: Limits, feed: Array, period: float
+    d: Array,
+    kappa: Array,
+    chord: Array,
+    axes: tuple[str, ...],
+    limits: Limits,
+    feed: Array,
+    period: float,
+    tip: tuple[Array | float, Array | float] = (1.0, 0.0),
 ) -> Array:
-    """The maximum-velocity curve at n places, (n,), mm/s.
+    """The maximum-velocity curve at n places, (n,), mm/s, of the tip.
 
-    From derivatives by arc length d (n, 4, axes), curvature kappa (n,), 1/mm, and that which chords see, chord (n,).
+    From derivatives by length d (n, 4, axes), curvature kappa (n,), 1/mm, and that which chords see, chord (n,); tip
+    (n,) the first two derivatives of the tip's arc length.
 
     An axis, or a combination of axes, has acceleration r' a + r'' q with q = v^2. Some a keeps all of them within A_i
     exactly where, for every two i, k taken with r' > 0,  q (r''_k / r'_k - r''_i / r'_i) <= A_k / r'_k + A_i / r'_i
@@ -229,16 +240,17 @@ def maximum_velocity(
     velocity, acceleration, _ = bounded.bounds
     first, second = bounded.of(d[:, 1]), bounded.of(d[:, 2])
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        top = np.minimum(feed, np.nanmin(velocity / np.abs(first), axis=1, initial=np.inf))
+        s1, s2 = (np.broadcast_to(each, len(d)) for each in tip)
+        top = np.minimum(feed / s1, np.nanmin(velocity / np.abs(first), axis=1, initial=np.inf))
         square = top * top
         if limits.centripetal is not None:
-            square = np.minimum(square, limits.centripetal / kappa)
+            square = np.minimum(square, limits.centripetal / (kappa * s1**2))
         if limits.chord_error is not None:
             # the sagitta e of a chord v T on a circle: (v T / 2)^2 = e (2 / kappa - e)
             room = np.maximum(2.0 / chord - limits.chord_error, limits.chord_error)
-            square = np.minimum(square, 4.0 * limits.chord_error * room / period**2)
+            square = np.minimum(square, 4.0 * limits.chord_error * room / (period * s1) ** 2)
         sign = np.where(first < 0.0, -1.0, 1.0)
-        r1, r2 = (np.column_stack([sign * r, np.full(len(d), own)]).T for r, own in ((first, 1.0), (second, 0.0)))
+        r1, r2 = (np.column_stack([sign * r, own]).T for r, own in ((first, s1), (second, s2)))
         along = np.append(acceleration, max(limits.acceleration, limits.deceleration or 0.0))
         held = np.flatnonzero(np.isfinite(along))
         for i in held:
@@ -246,7 +258,7 @@ def maximum_velocity(
         for i, k in combinations(held, 2):
             room = along[k] * r1[i] + along[i] * r1[k]
             square = np.fmin(square, room / np.abs(r1[i] * r2[k] - r1[k] * r2[i]))
-        return np.asarray(np.sqrt(square))
+        return np.asarray(s1 * np.sqrt(square))
 
 
 @dataclass(frozen=True, eq=False)

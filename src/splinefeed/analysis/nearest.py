@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.analysis.spans import DEGREES, EPSILON, PathSpans, SpanPlaces, chunks, dot, expanded, taken
+from splinefeed.analysis.spans import EPSILON, PathSpans, SpanPlaces, chunks, dot, expanded, taken
 from splinefeed.records import Array, IntArray
 
 #: Positions, and pairs of a position and a cell, that are looked at together: what bounds the memory.
@@ -59,14 +59,14 @@ class NearestPoints:
 
 
 class NearestOnPath:
-    """Nearest points over the linear axes of a path, or with `turned` over all, 1 degree as 1 mm."""
+    """Nearest points over the linear axes of a path, or over all, each times its unit, (axes,)."""
 
-    def __init__(self, spans: PathSpans, *, closed: bool = False, turned: bool = False) -> None:
+    def __init__(self, spans: PathSpans, *, closed: bool = False, units: Array | None = None) -> None:
         self.spans, self.closed = spans, closed
-        self.dims = spans.axes if turned else spans.linear
-        self.unit = np.where(np.arange(self.dims) < spans.linear, 1.0, DEGREES)
+        self.dims = spans.linear if units is None else spans.axes
+        self.unit = np.ones(self.dims) if units is None else units
         #: PathSpans that are a point, as only axes that do not count move on them.
-        self._points = None if turned else spans.turns
+        self._points = spans.still if units is None else None
         self._cut()
 
     def _cut(self) -> None:

@@ -69,7 +69,8 @@ class Placer:
 
     def __init__(self, path: Path, rows: PathSpans | None = None) -> None:
         self.path, self.rows = path, rows or spans_of(path)
-        self._turned = self.rows.turns is not None
+        #: What each axis counts when places are searched by all axes, as the linear ones stand still somewhere.
+        self._units: Array | None = path.weights if self.rows.still is not None else None
         self._s: float | None = None  # arc length of the last setpoint, and its position
         self._q = np.zeros(0)
         self._ahead = FIRST_AHEAD
@@ -78,12 +79,12 @@ class Placer:
 
     @cached_property
     def search(self) -> NearestOnPath:
-        """NearestOnPath points of the path; where only rotary axes move, also over these."""
-        return NearestOnPath(self.rows, closed=self.path.closed, turned=self._turned)
+        """Nearest points of the path; over all axes where linear and rotary ones move."""
+        return NearestOnPath(self.rows, closed=self.path.closed, units=self._units)
 
     @cached_property
     def _search_all(self) -> NearestOnPath:
-        return NearestOnPath(self.rows, turned=True)
+        return NearestOnPath(self.rows, units=self.path.units)
 
     def locate(self, setpoints: Setpoints, allowed: float) -> Located:
         """Where each setpoint is: where its curve and u say, if it is within `allowed`, mm and rad, of that."""
@@ -116,7 +117,7 @@ class Placer:
     def _by_all_axes(self, place: Located, wanted: BoolArray, allowed: float) -> Located:
         """Where linear axes all but stand still they say little of the place: that at which all axes fit is better."""
         off = np.flatnonzero(wanted & (place.apart <= allowed) & (place.turned > allowed))
-        if self._turned or not len(off):
+        if self._units is not None or not len(off):
             return place
         search = self._search_all
         position = place.position[:, off]
@@ -210,7 +211,7 @@ class Placer:
         known = dict(zip(setpoints.axes, setpoints.position.T, strict=True))
         position = np.stack([known.get(axis, np.zeros(len(setpoints))) for axis in self.path.axes])
         if self._s is None:
-            self._turned &= known.keys() >= set(self.path.axes)
+            self._units = self._units if known.keys() >= set(self.path.axes) else None
             found = self.search.whole(self.metric(position[:, :1]))
             self._s = float(self.rows.arc_length(found.row, found.t)[0])
             if self.path.closed and self._s >= (1.0 - AT_SEAM) * self.rows.length:

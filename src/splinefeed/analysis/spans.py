@@ -19,7 +19,7 @@ from splinefeed.geometry.path import Path
 from splinefeed.records import Array, BoolArray, IntArray
 
 EPSILON = float(np.finfo(np.float64).eps)
-#: Length of a stretch on which only rotary axes move, for each rad: degrees.
+#: Arc length of the tip where only rotary axes move, for each rad: degrees.
 DEGREES = 180.0 / np.pi
 #: Places of a span at which its speed is sampled, as many as its polynomial has terms.
 NODES = 10
@@ -52,17 +52,19 @@ class PathSpans:
     origin                     (axes, r)  a point near the span
     terms                      (axes + 1 if rational, degree + 1, r)  coefficients of t^k of A, and of the weight
     curves                     (curves, 2)  first and last span of each curve
-    turns                      (r,)  whether only rotary axes move; None where that is nowhere so
+    still                      (r,)  whether none of the first `linear` axes moves; None where that is nowhere so
 
-    The curve is origin + A(t) / w(t). The first `linear` axes make the arc length; where none of them moves, the others
-    do, 1 degree as 1 mm.
+    The curve is origin + A(t) / w(t). All axes make the length, each times its unit, (axes,); or, without units, the
+    first `linear` ones, and where none of them moves the others, in degrees: that is the arc length of the tip.
     """
 
-    def __init__(self, flat: Flat, linear: int) -> None:
+    def __init__(self, flat: Flat, linear: int, units: Array | None = None) -> None:
         self.degree, self.axes, self.linear = int(flat.degrees.max()), flat.points.shape[1], linear
+        self.units = None if units is None else units * units
+        self._flat = flat
         self.rational = bool(np.any(flat.rational))
         whole = _expansions(flat, self.degree, self.rational, linear)
-        points = flat.points[:, : linear or None]
+        points = flat.points[:, : linear or None] if units is None else flat.points * units
         size = EPSILON * OF_ROUNDING * float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
         if not self.rational and self.degree == 1:  # straight: all of one speed
             self._know(whole)
@@ -85,10 +87,10 @@ class PathSpans:
         self.curve, self.knot, self.low, self.high, self.origin, self.terms = spans
         self.middle: Array = 0.5 * (self.low + self.high)
         self.scale: Array = 2.0 / (self.high - self.low)
-        self.turns: BoolArray | None = None
+        self.still: BoolArray | None = None
         if self.linear < self.axes:
-            turns = ~np.any(self.terms[: self.linear], axis=(0, 1))
-            self.turns = turns if turns.any() else None
+            still = ~np.any(self.terms[: self.linear], axis=(0, 1))
+            self.still = still if still.any() else None
 
     def _t(self, u: Array) -> Array:
         return (u - self.middle) * self.scale
@@ -126,6 +128,13 @@ class PathSpans:
 
     def __len__(self) -> int:
         return len(self.low)
+
+    @cached_property
+    def tip(self) -> PathSpans:
+        """The same curves by the arc length of the tip."""
+        if self.units is None or not 0 < self.linear < self.axes or not np.any(self.units[self.linear :]):
+            return self
+        return PathSpans(self._flat, self.linear, None)
 
     @property
     def length(self) -> float:
@@ -203,10 +212,10 @@ class SpanPlaces:
 
     def __init__(self, spans: PathSpans, row: IntArray) -> None:
         self.middle, self.scale = spans.middle[row], spans.scale[row]
-        self.linear, self._rational = spans.linear, spans.rational
+        self.linear, self.units, self._rational = spans.linear, spans.units, spans.rational
         self._terms, self.origin = np.take(spans.terms, row, axis=2), np.take(spans.origin, row, axis=1)
-        #: Which of them lie where only rotary axes move, (n,), or that none do.
-        self.turning: BoolArray | bool = spans.turns is not None and bool(np.any(spans.turns[row])) and spans.turns[row]
+        #: Which of them lie where none of the linear axes moves, (n,), or that none do.
+        self.still: BoolArray | bool = spans.still is not None and bool(np.any(spans.still[row])) and spans.still[row]
 
     def t(self, u: Array) -> Array:
         """t (..., n) of parameters u (..., n)."""
@@ -243,23 +252,46 @@ class SpanPlaces:
                 r.append(c[3] * (us / square) + 3.0 * c[2] * (us * uss) + c[1] * usss)
         return c, r
 
-    def curvature(self, c: list[Array], r: list[Array]) -> Array:
-        """Curvature (..., n) over the linear axes by `along`, 1/mm: infinite where C' = 0, 0 where only others move."""
-        bend = np.sqrt(dot(r[2][: self.linear], r[2][: self.linear]))
-        return np.where(self.turning, 0.0, np.where(self.product(c[1], c[1]) > 0.0, bend, np.inf))
+    def curvature(self, c: list[Array]) -> Array:
+        """Curvature (..., n) over the linear axes by u, 1/mm: infinite where C' = 0, 0 where only others move."""
+        one, two = (each[: self.linear] for each in c[1:3])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            square = dot(one, one)
+            across = two - dot(one, two) / square * one
+            bend = np.sqrt(dot(across, across)) / square
+        return np.where(self.still, 0.0, np.where(square > 0.0, bend, np.inf))
+
+    def tip(self, r: list[Array]) -> tuple[Array, Array, Array]:
+        """s', s'', s''' (..., n) of the tip's arc length s by the length, from r and its derivatives by it."""
+        mixed = (
+            self.units is not None and 0 < self.linear < len(self.origin) and bool(np.any(self.units[self.linear :]))
+        )
+        if not mixed:
+            return np.ones(r[1].shape[1:]), np.zeros(r[1].shape[1:]), np.zeros(r[1].shape[1:])
+        size = np.where(np.arange(len(self.origin)) < self.linear, 1.0, 0.0)
+        size = size.reshape(-1, *(1,) * (r[1].ndim - 1)) * ~np.asarray(self.still)
+        size = size + DEGREES * (1.0 - np.sign(size.sum(axis=0, keepdims=True)))
+        one, two, three = (each * size for each in r[1:4])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            first = np.sqrt(dot(one, one))
+            second = np.where(first > 0.0, dot(one, two) / first, 0.0)
+            third = np.where(first > 0.0, (dot(two, two) + dot(one, three) - second * second) / first, 0.0)
+        return first, second, third
 
     def speed(self, t: Array) -> Array:
-        """|C'(u)| at t (..., n) over the axes that make the arc length, mm a unit of u."""
+        """|C'(u)| at t (..., n) over the axes that make the length, mm a unit of u."""
         slope = self.expansion(t, 1)[1]
         return np.asarray(np.sqrt(self.product(slope, slope)) * self.scale)
 
     def product(self, one: Array, other: Array) -> Array:
-        """Scalar product (..., n) of derivatives (axes, ..., n) over the axes that make the arc length, mm."""
+        """Scalar product (..., n) of derivatives (axes, ..., n) over the axes that make the length, mm."""
+        if self.units is not None:
+            return dot(one * self.units.reshape(-1, *(1,) * (one.ndim - 1)), other)
         linear = self.linear
         total = dot(one[:linear], other[:linear])
-        if self.turning is False:
+        if self.still is False:
             return total
-        return np.where(self.turning, DEGREES**2 * dot(one[linear:], other[linear:]), total)
+        return np.where(self.still, DEGREES**2 * dot(one[linear:], other[linear:]), total)
 
     def expansion(self, t: Array, order: int) -> list[Array]:
         """A / w, and its derivatives by t over k! to `order`, (axes, ..., n) each."""
@@ -275,7 +307,7 @@ _MADE: WeakKeyDictionary[Path, PathSpans] = WeakKeyDictionary()
 def spans_of(path: Path) -> PathSpans:
     """The spans of a path, made once."""
     if (made := _MADE.get(path)) is None:
-        made = _MADE[path] = PathSpans(path.flat, path.linear)
+        made = _MADE[path] = PathSpans(path.flat, path.linear, path.weights)
     return made
 
 

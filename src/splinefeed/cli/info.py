@@ -134,7 +134,7 @@ def _path(path: sf.Path) -> dict[str, Any]:
         "axis_units": axis_units(path.axes, rotary="deg"),
         "curves": len(path.curves),
         "degrees": sorted({curve.degree for curve in path.curves}),
-        "length_mm": path.length,
+        "length_mm": path.tip_end,
         "bbox_min": to_degrees(low[None], path.axes)[0].tolist(),
         "bbox_max": to_degrees(high[None], path.axes)[0].tolist(),
         "closed": path.closed,

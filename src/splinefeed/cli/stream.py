@@ -189,7 +189,7 @@ def _through(
     import numpy as np
 
     from splinefeed.live.motion import through
-    from splinefeed.records import ROTARY_AXES, unlimited_axes
+    from splinefeed.records import ROTARY_AXES, axes_without_limits
 
     say(f"reading {source}")
     (rows, _), most = read_setpoints(source, given), given["most"] / 100.0
@@ -200,7 +200,7 @@ def _through(
         limits = replace(limits, feed=max(feed, 1.0))
     say("measuring the rows")
     allowed = replace(limits, feed=1.01 * max(most, 1.0) * limits.feed)
-    notes = unlimited_axes(limits, rows.axes, rows.position.min(axis=0), rows.position.max(axis=0))
+    notes = axes_without_limits(limits, rows.axes, rows.position.min(axis=0), rows.position.max(axis=0))
     return through(rows, allowed, highest=most), limits, notes
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array, Limits
 
@@ -31,8 +30,8 @@ def passed_corners(path: Path, limits: Limits, period: float | None) -> tuple[Ar
     domains = path.flat.domains
     joint = (u >= domains[curve, 1]) & (curve + 1 < len(path.curves))
     after = curve + joint
-    before = by_arc_length(path.evaluate(curve, u, 3, side="left"), path.linear)[:, 1]
-    behind = by_arc_length(path.evaluate(after, np.where(joint, domains[after, 0], u), 3), path.linear)[:, 1]
+    before = path.by_length(curve.astype(np.int64), u.astype(np.float64), side="left")[:, 1]
+    behind = path.by_length(after, np.where(joint, domains[after, 0], u))[:, 1]
     with np.errstate(divide="ignore", invalid="ignore"):
         steps = limits.of_axes("axis_velocity_step", path.axes) / np.abs(behind - before)
         feed = np.fmin.reduce(steps, axis=1)

@@ -8,7 +8,6 @@ from typing import Protocol
 import numpy as np
 
 from splinefeed.errors import LimitsError
-from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, BoolArray, IntArray, Limits, TimeLaw, positive
@@ -146,7 +145,9 @@ class LawCourse:
         q[0, :, :-1] = r[:, 1] * v
         q[1, :, :-1] = r[:, 2] * (v * v) + r[:, 1] * a
         q[2, :, :-1] = r[:, 3] * (v * v * v) + r[:, 2] * (3.0 * v * a) + r[:, 1] * j
-        q[:, :, -1:] = np.where(known[:, None], (v, a, j), 0.0)
+        s1, s2, s3 = self.path.tip(r)[:, :, None] if isinstance(self.path, Path) else (1.0, 0.0, 0.0)
+        tip = s1 * v, s1 * a + s2 * v * v, s1 * j + 3.0 * s2 * v * a + s3 * v * v * v
+        q[:, :, -1:] = np.where(known[:, None], tip, 0.0)
         first, inner, last = q[:, :count], q[:, count : 2 * count], np.roll(q[:, :count], -1, axis=1)
         last[:, ending] = q[:, 2 * count :]
         most, least = (each(each(first, inner), last) for each in (np.maximum, np.minimum))
@@ -184,7 +185,7 @@ class LawCourse:
         if isinstance(path, JointPath):
             s = _beside_stops(self.law, np.asarray(path.stops), t, BESIDE * path.length)
             return path.derivatives(np.clip(s, 0.0, path.length))[:, :, 3:]
-        return by_arc_length(path.arc_pieces.derivatives_at(s, 3, row), path.linear)
+        return path.derivatives(s, row)
 
     def bend_share(self, limits: Limits) -> float:
         """Share of the limits that hold for the feed on a bend, at rate 1: the square root of what it asks for."""

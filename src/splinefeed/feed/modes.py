@@ -92,9 +92,9 @@ def plan_in_mode(
         mode = replace(mode, cell=0.5 * mode.cell)  # joints bend where the tip does not
         if limits.axis_velocity_step is not None:
             raise LimitsError("axis_velocity_step: a tool stops at the corners of its path; leave it out")
-    begin = State(limits.start_feed) if start is None else start
     with np.errstate(all="ignore"):  # what is not a number is not a motion to take
         setting = setting_of(path, limits, period)
+        begin = State(setting.speed_at(0.0, limits.start_feed)) if start is None else start
         law = motion(setting, strategy, mode, begin)
         law = with_dwells(law, [(s, wait) for s, wait in path.dwells if s >= begin.s], path.length)
         at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
@@ -104,9 +104,9 @@ def plan_in_mode(
 def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = None) -> TimeLaw:
     """From a state to the end of a setting's track, as `plan_in_mode`; PlanError where no motion was found."""
     limits, period, length = setting.limits, setting.period, setting.track.length
-    begin = State(limits.start_feed) if begin is None else begin
+    begin = State(setting.speed_at(0.0, limits.start_feed)) if begin is None else begin
     marks = np.concatenate([[begin.s], setting.rests[setting.rests > begin.s], [length]])
-    instants, rows, notes = [np.zeros(1)], [], []
+    instants, rows, notes = [np.zeros(1)], [], _assumed(setting)
     bound, tick = 0.0, 0
     exact, phases, shapes = straights(setting, marks)
     exact[0] &= begin.feed == 0.0
@@ -164,6 +164,18 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
     )
 
 
+def _assumed(setting: Setting) -> list[str]:
+    """What is taken for the limits of axes that have none."""
+    names = setting.at.assumed
+    if not names:
+        return []
+    have, them = ("has", "it") if len(names) == 1 else ("have", "them")
+    return [
+        f"{', '.join(names)} {have} no limit of acceleration or jerk: the least of the others' is taken for {them}, "
+        "1 rad for 1 mm"
+    ]
+
+
 def _runs(exact: BoolArray) -> list[tuple[int, int]]:
     """First and behind the last of stretches (m,) that go together: exact ones in a row, others one by one."""
     begin = np.flatnonzero(np.append(True, ~(exact[1:] & exact[:-1])))
@@ -173,7 +185,8 @@ def _runs(exact: BoolArray) -> list[tuple[int, int]]:
 def _stretch(setting: Setting, begin: State, low: float, high: float) -> tuple[float, float, State, State]:
     """A stretch between two marks, mm, and the states at its ends."""
     start = begin if low == begin.s else State(s=low)
-    return low, high, start, State(setting.limits.end_feed if high == setting.track.length else 0.0)
+    feed = setting.limits.end_feed if high == setting.track.length else 0.0
+    return low, high, start, State(setting.speed_at(high, feed))
 
 
 @np.errstate(all="ignore")  # in other processes, too

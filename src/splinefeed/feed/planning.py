@@ -22,7 +22,7 @@ from splinefeed.feed.window import State
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.kinematics import JointPath
-from splinefeed.records import TRAVEL_ENDS, Limits, TimeLaw, field_of, positive, unlimited_axes
+from splinefeed.records import TRAVEL_ENDS, Limits, TimeLaw, axes_without_limits, field_of, positive
 
 #: Fields of Limits that bound the motion along the path, whatever its shape.
 SHAPELESS = frozenset({"feed", "acceleration", "jerk", "deceleration", "deceleration_jerk"})
@@ -124,6 +124,13 @@ def plan(
         strategy = TIME_OPTIMAL
     if strategy is None and not isinstance(path, Path):
         strategy = TIME_OPTIMAL if isinstance(path, JointPath) else SEVEN_PHASE
+    if isinstance(path, Path) and path.mixed:
+        if strategy == SEVEN_PHASE:
+            raise LimitsError(
+                f"{SEVEN_PHASE} cannot plan linear and rotary axes together, whose tip does not move as the path's "
+                f"length does; choose {TIME_OPTIMAL} or {LOOK_AHEAD}, or leave the strategy open"
+            )
+        strategy = strategy or TIME_OPTIMAL
     strategy = strategy_for(limits, strategy)
     if period is not None:
         period = positive(period, "period")
@@ -154,12 +161,12 @@ def plan(
         law = with_dwells(law, path.dwells, path.length)
     return dataclasses.replace(
         law,
-        notes=(*law.notes, *_unlimited(path, limits)),
+        notes=(*law.notes, *_without_limits(path, limits)),
         settings={**law.settings, "limits": limits.as_dict(), "strategy": strategy, "period": period},
     )
 
 
-def _unlimited(path: Stretched | JointPath, limits: Limits) -> list[str]:
+def _without_limits(path: Stretched | JointPath, limits: Limits) -> list[str]:
     """A sentence for each kind of limit that some axes of `path` have and others that move do not."""
     if isinstance(path, JointPath):
         places = path(np.linspace(0.0, path.length, JOINT_PLACES))
@@ -167,7 +174,7 @@ def _unlimited(path: Stretched | JointPath, limits: Limits) -> list[str]:
         places = path.flat.points
     else:
         return []
-    return unlimited_axes(limits, path.axes, places.min(axis=0), places.max(axis=0))
+    return axes_without_limits(limits, path.axes, places.min(axis=0), places.max(axis=0))
 
 
 def cheap_to_bound(path: Path | JointPath, limits: Limits) -> bool:

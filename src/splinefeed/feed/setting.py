@@ -170,6 +170,12 @@ class Setting:
                 steps.append(np.sqrt(8.0 * limits.orientation_error / axis_bend))
         return steps
 
+    def speed_at(self, s: float, feed: float) -> float:
+        """sigma_dot at a place, mm/s, where the tip has a feed, mm/s."""
+        length = self.track.length
+        inside = min(max(s, BESIDE * length), (1.0 - BESIDE) * length)
+        return feed / float(self.along(np.array([inside]))[1][0, -1, 0]) if feed > 0.0 else 0.0
+
     def feed_at(self, s: Array) -> Array:
         """Feed that the path asks for, mm/s."""
         steps, feeds = self.feed_steps
@@ -188,11 +194,14 @@ class Setting:
     def directions(self, d: Array, x: Array) -> tuple[Array, Array]:
         """Unit directions (n, k) whose turn cells must follow, and how fast they turn, 1/mm, (n,).
 
-        That of the path, and that in which each axis and combination counts by its limit of acceleration, or velocity.
+        That of the path, and that in which each coordinate counts by its limit of acceleration, or velocity.
         """
-        at, weights = self.at, self.track.weights
-        limit = np.where(np.isfinite(at.a), at.a, at.v)[:-1, None]
-        one, two = x[:2, :-1] / limit
+        at, weights, linear = self.at, self.track.weights, self.track.linear
+        some = (
+            slice(None) if linear and np.any(weights[linear:]) else slice(-1)
+        )  # with the tip, where it is not the path
+        limit = np.where(np.isfinite(at.a), at.a, at.v)[some, None]
+        one, two = x[:2, some] / limit
         size = np.sqrt(np.sum(one * one, axis=0))
         size = np.maximum(size, DIRECTION * np.max(size, initial=0.0) + 1e-300)
         along = np.sum(one * two, axis=0) / size

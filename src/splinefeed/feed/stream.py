@@ -81,6 +81,7 @@ class LookAhead:
     ) -> None:
         self.axes, self.period = tuple(axes), positive(period, "period")
         self.limits = limits
+        self._start = start
         start = State(limits.start_feed) if start is None else start
         if int(window) < LEAST_WINDOW:
             raise InputError(f"a window of {window} cells; it must have at least {LEAST_WINDOW}")
@@ -204,6 +205,8 @@ class LookAhead:
         if path is None:
             return
         setting = setting_of(path, self.limits, self.period)
+        if not self._begun and self._start is None:
+            self._windows.state = State(setting.speed_at(0.0, self.limits.start_feed))
         stops = setting.rests
         waits = dict(path.dwells)
         if not self._begun and 0.0 in waits:
@@ -225,7 +228,7 @@ class LookAhead:
             if not last and near == high:
                 self._looked = (path.length - windows.low) * max(1.0 + OPEN, (1.0 - OPEN) / windows.ahead)
                 break
-            end = State(self.limits.end_feed) if whole and not len(stop) else REST
+            end = State(setting.speed_at(high, self.limits.end_feed)) if whole and not len(stop) else REST
             pieces = windows.advance(setting, self._mode, near, end, ends_here=last and near == high)
             self._begun, self._looked = True, 0.0
             yield self._block(path, pieces, begin, waits)

@@ -9,7 +9,6 @@ from typing import Protocol
 import numpy as np
 
 from splinefeed.feed.numbers import SAME
-from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import Array
@@ -20,10 +19,11 @@ class Track(Protocol):
 
     axes     their names, the first `linear` of which are those of the tip; all others turn, or are joints
     weights  (axes,) what a unit of each counts in sigma
-    alone    whether an axis behind the tip's may move while the tip rests
     """
 
-    alone: bool
+    @property
+    def alone(self) -> bool:
+        """Whether an axis behind the tip's may move while the tip rests."""
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -60,7 +60,11 @@ class PathTrack:
     """A `Path` as a track."""
 
     path: Path
-    alone = True
+
+    @property
+    def alone(self) -> bool:
+        """Whether a rotary axis may move while the tip rests."""
+        return not self.path.by_tip
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -80,25 +84,25 @@ class PathTrack:
     @cached_property
     def weights(self) -> Array:
         """What a unit of each axis counts, (axes,)."""
-        return (np.arange(len(self.path.axes)) < (self.path.linear or len(self.path.axes))).astype(np.float64)
+        return self.path.weights
 
     @cached_property
     def breaks(self) -> Array:
         """Knots, joints and corners, and the tips of sharp bends, where cells end, too, mm."""
         path = self.path
         owner, knots, _ = path.flat.inner_knots()
-        places = (path.arc_length(owner, knots), path.curve_starts[1:-1], path.corners.s, path.sharp_bends[0])
-        s = np.unique(np.concatenate(places))
+        places = [path.arc_length(owner, knots), path.curve_starts[1:-1], path.corners.s, path.sharp_bends[0]]
+        s = np.unique(np.concatenate([*places, path.slow_tips]))
         inside = s[(s > SAME * path.length) & (s < (1.0 - SAME) * path.length)]
         return inside[np.diff(inside, prepend=0.0) > SAME * path.length]
 
     def derivatives(self, s: Array) -> Array:
         """r and its first three derivatives, (n, 4, axes)."""
-        return by_arc_length(self.path.arc_pieces.derivatives_at(s, 3), self.path.linear)
+        return self.path.derivatives(s)
 
     def tip(self, d: Array) -> Array:
-        """s', s'', s''' (3, n): the parameter is the tip's arc length."""
-        return np.repeat([[1.0], [0.0], [0.0]], len(d), axis=1)
+        """s', s'', s''' (3, n) of the tip's arc length."""
+        return self.path.tip(d)
 
     def chords(self, d: Array) -> tuple[Array | None, Array | None]:
         """Setpoints are joined by straight lines: the path's curvature counts."""
@@ -120,7 +124,12 @@ class JointTrack:
         """Names of the tip's coordinates and of the joints."""
         return (*TIP, *self.path.axes)
 
-    linear, alone = len(TIP), False
+    alone = False
+
+    @property
+    def linear(self) -> int:
+        """The tip's own coordinates."""
+        return len(TIP)
 
     @property
     def length(self) -> float:

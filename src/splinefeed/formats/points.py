@@ -10,6 +10,7 @@ import math
 import os
 import pathlib
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import chain, islice
 from operator import itemgetter
@@ -114,12 +115,15 @@ def fitted_path(
     """
     from splinefeed.geometry.fitting import fit
     from splinefeed.geometry.nearest import Nearest
+    from splinefeed.geometry.tables import arc_pieces
 
     allowed = positive_length(tolerance, "tolerance")
     made = fit(points, allowed, degree=degree, closed=closed)
     path = Path(made.curves, axes, name=name)
-    places = np.unique(points[:, : path.linear], axis=0)  # each is searched once
-    far = float(Nearest(path.table, path.shape).find(places)[2].max())
+    places = np.unique(points[:, : path.linear or None], axis=0)  # each is searched once
+    flat = replace(path.flat, points=np.ascontiguousarray(path.flat.points[:, : path.linear or None]))
+    measured = int(flat.degrees.max()), flat.points.shape[1], flat.points.shape[1], int(flat.rational.max())
+    far = float(Nearest(arc_pieces(flat, measured, path.joined).table, measured).find(places)[2].max())
     if far > allowed:
         raise InputError(f"the fit is {far:.6g} mm from a point, not {allowed:g} mm; please report it")
     controls = sum(len(curve.control_points) for curve in made.curves)

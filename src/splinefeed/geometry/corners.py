@@ -10,7 +10,7 @@ import numpy as np
 
 from splinefeed.geometry.differential import curvatures, unit_tangents
 from splinefeed.geometry.pieces import chunks
-from splinefeed.kernels.layout import DEGREES, HIGH, LOW
+from splinefeed.kernels.layout import HIGH, LOW
 from splinefeed.records import Array, BoolArray, IntArray
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ class Corners:
 def find_corners(path: Path) -> Corners:
     """Points inside the path where the tangent of all axes or the curvature jumps."""
     flat = path.flat
-    sizes = flat.sizes() / np.diff(flat.domains)[:, 0]
+    sizes = flat.scaled(path.weights).sizes() / np.diff(flat.domains)[:, 0]
     # knots inside curves, then joints: where on the curve before and on that behind, and whether anything can jump
     owner, inner, times = flat.inner_knots()
     last = np.arange(len(flat) - 1)
@@ -127,16 +127,9 @@ def _jumps(
 
     sizes  (curves,) of the curves over the widths of their domains; rough  (n,) where something can jump at all
     """
-    tangent, bend, rate = _turn(path, sizes, *before, "left")
-    next_tangent, next_bend, next_rate = _turn(path, sizes, *after, "right")
+    tangent, bend = _turn(path, sizes, *before, "left")
+    next_tangent, next_bend = _turn(path, sizes, *after, "right")
     still = np.isnan(bend[:, 0]) | np.isnan(next_bend[:, 0])
-    if rate.shape[1]:  # rotary axes that turn along with the linear ones; where C' = 0 their rate is not a number
-        known = ~still[:, None]
-        tangent = np.column_stack([tangent, np.where(known, rate, 0.0)])
-        next_tangent = np.column_stack([next_tangent, np.where(known, next_rate, 0.0)])
-        for each in (tangent, next_tangent):
-            norm = np.linalg.norm(each, axis=1, keepdims=True)
-            each /= np.where(norm > 0.0, norm, 1.0)
     # 2 atan2 of difference and sum keeps small and straight-back angles alike to rounding
     apart = np.linalg.norm(next_tangent - tangent, axis=1)
     angle = 2.0 * np.arctan2(apart, np.linalg.norm(next_tangent + tangent, axis=1))
@@ -147,36 +140,23 @@ def _jumps(
     return angle, np.where(still, np.inf, jump), corner
 
 
-def _turn(path: Path, sizes: Array, curve: IntArray, u: Array, side: str) -> tuple[Array, Array, Array]:
-    """Unit tangents and curvature vectors (n, measured axes) and rates of rotary axes, deg/mm, (n, rotary or 0).
+def _turn(path: Path, sizes: Array, curve: IntArray, u: Array, side: str) -> tuple[Array, Array]:
+    """Unit tangents of all axes and curvature vectors of those that make the length, (n, axes) each.
 
-    On paths with moves of rotary axes alone the measured axes are all of them, in mm and degrees; those that do not
-    make the arc length there are 0. Curvature vectors are no numbers (NaN) where C' = 0.
+    The latter are no numbers (NaN) where C' = 0.
     """
-    linear = path.linear
     derivatives = path.evaluate(curve, u, 2, side=side)[:, 1:]
-    measured = derivatives[..., :linear]
-    turning = np.zeros(len(u), dtype=bool)
-    if path.shape[2] <= 0:
-        turning = path.turning(curve, u, side=side)
-        measured = derivatives.copy()
-        measured[..., linear:] *= DEGREES
-        measured[turning, :, :linear] = 0.0
-        measured[~turning, :, linear:] = 0.0
-    first, second = measured[:, 0], measured[:, 1]
+    first, second = np.moveaxis(derivatives * path.weights, 1, 0)
     square = np.sum(first * first, axis=1, keepdims=True)
     still = np.sqrt(square[:, 0]) <= STILL * sizes[curve]
     safe = np.where(still[:, None], 1.0, square)
     bends = (second - np.sum(first * second, axis=1, keepdims=True) / safe * first) / safe
-    tangents = first / np.sqrt(safe)
+    tangents = derivatives[:, 0] * path.units
+    tangents /= np.where(still, 1.0, np.linalg.norm(tangents, axis=1))[:, None]
     for k in np.flatnonzero(still):
-        columns = slice(linear, None) if turning[k] else slice(linear)
-        limit = unit_tangents(path.joined[int(curve[k])], u[k], columns, side)
-        tangents[k] = 0.0
-        tangents[k, columns if measured.shape[2] > linear else slice(None)] = limit
-    rates = DEGREES * derivatives[:, 0, linear:] / np.sqrt(safe)
-    rates[turning] = 0.0
-    return tangents, np.where(still[:, None], np.nan, bends), rates
+        limit = unit_tangents(path.joined[int(curve[k])], u[k], None, side) * path.units
+        tangents[k] = limit / max(float(np.linalg.norm(limit)), 1e-300)
+    return tangents, np.where(still[:, None], np.nan, bends)
 
 
 def sharp_bends(path: Path) -> tuple[Array, Array]:
@@ -186,17 +166,16 @@ def sharp_bends(path: Path) -> tuple[Array, Array]:
     through three of its radius, which is one near the tip of a parabola, says where. Only where |C'| is a polynomial
     itself, and pieces are long, may a peak hide between samples: at a dip of |C'|, where C' . C'' = 0 (Newton's steps).
     """
-    linear = path.linear
     bent = np.flatnonzero((path.flat.degrees > 1) | (path.flat.rational > 0))
     found = [np.zeros((0, 2))]
     size = np.diff(path.curve_starts)
 
     def looked_at(curve: IntArray, u: Array) -> tuple[Array, Array]:
         """|C'|^2 and the radius of curvature, mm."""
-        derivatives = path.evaluate(curve, u, 2)
+        derivatives = path.evaluate(curve, u, 2) * path.weights
         with np.errstate(divide="ignore"):
-            radius = 1.0 / curvatures(derivatives, linear)
-        return np.sum(derivatives[:, 1, :linear] ** 2, axis=1), radius
+            radius = 1.0 / curvatures(derivatives)
+        return np.sum(derivatives[:, 1] ** 2, axis=1), radius
 
     for first in range(0, len(bent), TOGETHER):
         some = bent[first : first + TOGETHER]
@@ -225,8 +204,6 @@ def sharp_bends(path: Path) -> tuple[Array, Array]:
             sharp = least < SHARP * size[owner]
             if value is values[1]:
                 sharp |= _rise(path, owner, u, dip, at, value, least) < SHARP * size[owner]
-            if value is values[0] and path.linear < len(path.axes):  # rotary axes turn far within little of the path
-                sharp |= looked_at(owner, at)[0] < SHARP * size[owner]
             with np.errstate(divide="ignore"):
                 found.append(np.column_stack([path.arc_length(owner, at), 1.0 / least])[sharp])
     tips = np.concatenate(found)
@@ -256,7 +233,7 @@ def _slowest(path: Path, curve: IntArray, u: Array, low: Array, high: Array) -> 
     for _ in range(STEPS):
         if not np.any(np.abs(step) > ROUNDING * np.abs(u)):
             break
-        one, two, three = np.moveaxis(path.evaluate(curve, u, 3)[:, 1:, : path.linear], 1, 0)
+        one, two, three = np.moveaxis(path.evaluate(curve, u, 3)[:, 1:] * path.weights, 1, 0)
         bend = np.abs(np.sum(two * two, axis=1) + np.sum(one * three, axis=1))
         step = np.sum(one * two, axis=1) / np.where(bend > 0.0, bend, np.inf)
         u = np.clip(u - step, low, high)

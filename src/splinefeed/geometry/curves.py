@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import overload
 
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError
 from splinefeed.geometry.curve import LARGEST, NurbsCurve, numbers
-from splinefeed.records import Array, BoolArray, IntArray, frozen_array
+from splinefeed.records import Array, IntArray, frozen_array
 
 #: Knots of every line.
 LINE_KNOTS: Array = frozen_array([0.0, 0.0, 1.0, 1.0], "knots", 1)
@@ -133,24 +133,9 @@ class Flat:
         inside = (value > self.domains[owner, 0]) & (value < self.domains[owner, 1])
         return owner[inside], value[inside], times[inside]
 
-    def turning(self, linear: int) -> BoolArray:
-        """Curves (n,) some span of which stands still over the first `linear` axes, but not over those behind them."""
-        if linear == self.points.shape[1]:
-            return np.zeros(len(self), dtype=bool)
-        owner = np.repeat(np.arange(len(self)), np.diff(self.point_starts))
-        degree = self.degrees[owner]
-        here = np.arange(len(owner))
-        fits = np.flatnonzero(here + degree < self.point_starts[owner + 1])  # a span has degree + 1 points
-
-        def moves(columns: slice) -> IntArray:
-            steps = np.any(np.diff(self.points[:, columns], axis=0) != 0.0, axis=1)
-            moved = np.concatenate([[0], np.cumsum(steps)])
-            return np.asarray(moved[(here + degree)[fits]] - moved[fits])
-
-        turns = (moves(slice(linear)) == 0) & (moves(slice(linear, None)) > 0)
-        out = np.zeros(len(self), dtype=bool)
-        out[owner[fits[turns]]] = True
-        return out
+    def scaled(self, units: Array) -> Flat:
+        """The same curves with every axis times a unit, (axes,)."""
+        return self if np.all(units == 1.0) else replace(self, points=self.points * units)
 
 
 def _starts(counts: IntArray) -> IntArray:

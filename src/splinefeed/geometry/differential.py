@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from splinefeed.geometry.pieces import coefficients, taylor
 from splinefeed.kernels import layout as pieces
-from splinefeed.kernels.layout import DEGREES
 from splinefeed.records import Array, IntArray
 
 if TYPE_CHECKING:
@@ -43,27 +42,19 @@ def curvatures(derivatives: Array, linear: int | None = None) -> Array:
         return np.where(square > 0.0, np.linalg.norm(across, axis=-1) / square, np.inf)
 
 
-def by_arc_length(derivatives: Array, linear: int | None = None) -> Array:
-    """dr/ds, d2r/ds2, d3r/ds3 with r, as (n, 4, axes), from derivatives by u (n, 4, axes); s over `linear` axes.
-
-    Where none of these moves (all three derivatives are 0) but those behind them do, s is in degrees over those.
+def by_arc_length(derivatives: Array, measured: int | None = None) -> Array:
+    """dr/ds, d2r/ds2, d3r/ds3 with r, as (n, 4, axes), from derivatives by u (n, 4, axes); s over `measured` axes.
 
     With v = |C'|:  u_s = 1/v,  u_ss = -(C'.C'')/v^4,  u_sss = 4 (C'.C'')^2/v^7 - (C''.C'' + C'.C''')/v^5,
     r_s = C' u_s,  r_ss = C'' u_s^2 + C' u_ss,  r_sss = C''' u_s^3 + 3 C'' u_s u_ss + C' u_sss  (the chain rule).
     """
-    c1, c2, c3 = (derivatives[:, k, :] for k in (1, 2, 3))
-    l1, l2, l3 = (c[:, :linear] for c in (c1, c2, c3))
-    if linear is not None and linear < derivatives.shape[2]:
-        turning = ~np.any(derivatives[:, 1:4, :linear], axis=(1, 2))
-        if turning.any():
-            unit = np.where(np.arange(derivatives.shape[2]) < linear, ~turning[:, None], DEGREES * turning[:, None])
-            l1, l2, l3 = (c * unit for c in (c1, c2, c3))
+    c1, c2, c3 = (derivatives[:, k, :measured] for k in (1, 2, 3))
     out = np.empty_like(derivatives[:, :4, :])
     out[:, 0] = derivatives[:, 0]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        us = 1.0 / np.sqrt(np.einsum("na,na->n", l1, l1))
-        m = np.einsum("na,na->n", l1, l2)
-        n = np.einsum("na,na->n", l2, l2) + np.einsum("na,na->n", l1, l3)
+        us = 1.0 / np.sqrt(np.einsum("na,na->n", c1, c1))
+        m = np.einsum("na,na->n", c1, c2)
+        n = np.einsum("na,na->n", c2, c2) + np.einsum("na,na->n", c1, c3)
         square = us * us
         uss = -m * square * square
         usss = (4.0 * m * m * square - n) * square * square * us
@@ -72,8 +63,8 @@ def by_arc_length(derivatives: Array, linear: int | None = None) -> Array:
             out[:, 1, a] = first * us
             out[:, 2, a] = second * square + first * uss
             out[:, 3, a] = derivatives[:, 3, a] * (square * us) + 3.0 * second * (us * uss) + first * usss
-    if linear == 1:  # s is that axis: what else results is rounding
-        out[np.any(derivatives[:, 1:4, 0], axis=1), 2:, 0] = 0.0
+    if out.shape[2] == 1:  # s is that axis: what else results is rounding
+        out[:, 2:] = 0.0
     return out
 
 

@@ -29,21 +29,20 @@ def closed(curves: Sequence[NurbsCurve], ends: Array, linear: int) -> Sequence[N
 
     A curve is moved by shift_0 (1 - c) + shift_1 c, c being where in its domain each control point counts most
     (Greville), from 0 to 1: that is linear in u, so that a line stays a line, and no tangent turns by more than what
-    the gap is of the length. Where one curve is hardly longer than the gap, or turns rotary axes alone, which its
-    linear ones must stand still for, the other one moves; where both are, the gap stays.
+    the gap is of the length. Where one curve is hardly longer than the gap, over the linear axes for these and over
+    all for the others, the other one moves; where both are, the gap stays.
     """
     if isinstance(curves, Lines):
         return curves
     flat = curves.flat if isinstance(curves, Packed) else Flat.of(curves)
     gap = ends[1:, 0] - ends[:-1, 1]
     wide = open_joints(ends)
-    fixed = np.zeros(ends[:, 0].shape, dtype=bool)
-    if linear < ends.shape[2]:
-        fixed[flat.turning(linear), :linear] = True
-    size, width = flat.sizes(), np.linalg.norm(gap, axis=1)
     # parts of the gap that the end of the one before it and the start of the one behind it go
-    before = wide[:, None] & ~fixed[:-1] & (size[:-1] > SHORTEST * width)[:, None]
-    behind = wide[:, None] & ~fixed[1:] & (size[1:] > SHORTEST * width)[:, None]
+    before, behind = np.zeros(gap.shape, dtype=bool), np.zeros(gap.shape, dtype=bool)
+    for columns, by in ((slice(linear), slice(linear)), (slice(linear, None), slice(None))):
+        size, width = flat.sizes(by), np.linalg.norm(gap[:, columns], axis=1)
+        before[:, columns] = (wide & (size[:-1] > SHORTEST * width))[:, None]
+        behind[:, columns] = (wide & (size[1:] > SHORTEST * width))[:, None]
     joint = np.where(before & behind, 0.5 * (ends[:-1, 1] + ends[1:, 0]), np.where(before, ends[1:, 0], ends[:-1, 1]))
     wanted = ends.copy()
     wanted[:-1, 1] = np.where(before, joint, ends[:-1, 1])
@@ -68,13 +67,16 @@ def said_of(gaps: Sequence[float], least: float) -> tuple[str, ...]:
 def begun_at(curves: Sequence[NurbsCurve], point: Array, linear: int) -> Sequence[NurbsCurve]:
     """The curves with the start of the first one moved to a point (axes,) next to it, unless it must stay: `closed`."""
     first = curves[0]
-    ends = np.array([point, first.ends[1]])
-    alone = Flat.of([first])
-    turns = linear < first.axes and bool(alone.turning(linear)[0])
-    if turns or not first.size > SHORTEST * float(np.linalg.norm(first.ends[0] - point)):
+    start = first.ends[0].copy()
+    for columns, by in ((slice(linear), slice(linear)), (slice(linear, None), slice(None))):
+        size = float(Flat.of([first]).sizes(by)[0])
+        if size > SHORTEST * float(np.linalg.norm(start[columns] - point[columns])):
+            start[columns] = point[columns]
+    if np.array_equal(start, first.ends[0]):
         return curves
+    ends = np.array([start, first.ends[1]])
     if isinstance(curves, Lines):
-        return Lines(np.vstack([point, curves.points[1:]]))
+        return Lines(np.vstack([start, curves.points[1:]]))
     return (moved_ends(first, ends), *curves[1:])
 
 

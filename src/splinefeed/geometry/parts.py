@@ -23,6 +23,7 @@ def cut(path: Path, first: int, last: int) -> Path:
         tolerances=None if path.tolerances is None else path.tolerances[first:last],
         markers=[replace(m, before=m.before - first) for m in markers],
         tolerance=path.tolerance,
+        by_tip=path.by_tip,
     )
 
 
@@ -44,4 +45,5 @@ def joined(parts: Sequence[Path]) -> Path:
         feeds=None if all(each.feeds is None for each in parts) else np.concatenate(feeds),
         markers=markers,
         tolerance=max(each.tolerance for each in parts),
+        by_tip=parts[0].by_tip,
     )

@@ -17,17 +17,16 @@ from splinefeed.geometry.corners import Corner as Corner
 from splinefeed.geometry.corners import Corners, find_corners, sharp_bends
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
 from splinefeed.geometry.curves import Flat, Lines, Packed, lines_with_length
-from splinefeed.geometry.differential import curvatures
+from splinefeed.geometry.differential import by_arc_length, curvatures
 from splinefeed.geometry.editing import moved_points
 from splinefeed.geometry.joints import begun_at, closed, open_joints, said_of
+from splinefeed.geometry.metric import metric_of, slow_tips, tip_derivatives, tip_pieces
 from splinefeed.geometry.pieces import CHUNK, Pieces, chunks, clipped, derivatives, is_left
 from splinefeed.geometry.resolution import RESOLUTION, chosen, long_curves, resolved
 from splinefeed.geometry.tables import arc_pieces, span_pieces
 from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray, Points, frozen_array, unit_along, view
 from splinefeed.records.arrays import read_only
 
-#: Linear axes that move by no more roundings than this, on a curve that turns rotary ones, do not move.
-STILL_ROUNDINGS = 8.0
 #: What is said of each curve.
 _OF_EACH = ("feeds", "tolerances")
 #: Places of every piece at which its curvature is sampled, in t.
@@ -72,6 +71,7 @@ class Path:
     feeds       (curves,) wanted feed of each curve, mm/s, infinite for a rapid move; None if nothing is said
     tolerances  (curves,) how far smoothing may leave each curve, mm (G64 P), 0 for exact; None if nothing is said
     markers     events that are not motion, with their places, in order
+    by_tip      whether the linear axes alone make the length, as rotary ones never move alone: see `tangential`
 
     Features below the resolution, 1 nm, are decided once, here (`geometry.resolution`): a curve shorter than that
     beside a long one is left out with a finding, its feed and tolerance with it, and curves are numbered, markers and
@@ -79,8 +79,9 @@ class Path:
     on the same domain; next to the tip `joined`, what is moved along, leaves `curves` by 1 nm at most, and at the tip
     it has a corner, where motion stops.
 
-    Arc length s counts the linear axes, in mm. Where none of them moves but rotary axes do, it counts those, and 1 mm
-    of s is 1 degree: a feed of 60 mm/s is 60 degrees a second there.
+    The length along it counts all axes: linear ones as they are, rotary ones beside them by 50 mm a rad, and where all
+    by_tip      whether the linear axes alone make the length, as rotary ones never move alone: see `tangential`
+    moves, 1 mm is 1 degree: a feed of 60 mm/s is 60 degrees a second there.
 
     Raises CurveError that names the curve, for a gap or for axes that do not fit; InputError for feeds, tolerances or
     markers that do not fit the curves.
@@ -102,6 +103,7 @@ class Path:
         feeds: ArrayLike | None = None,
         tolerances: ArrayLike | None = None,
         markers: Iterable[Marker] = (),
+        by_tip: bool = False,
     ) -> None:
         try:
             self.curves: Sequence[NurbsCurve] = curves if isinstance(curves, Packed) else tuple(curves)
@@ -122,8 +124,12 @@ class Path:
                 raise CurveError(f"curve {i} has {curve.axes} axes, curve 0 has {self.curves[0].axes}; all must agree")
         self.axes = tuple(default_axes(self.curves[0].axes) if axes is None else axes)
         self.linear = checked_axes(self.axes, self.curves[0].axes)
-        if 0 < self.linear < len(self.axes):
-            _check_still(self.flat, self.linear)
+        self.by_tip = by_tip and 0 < self.linear < len(self.axes)
+        #: What each axis counts in the length, and what it is taken times in `table`, (axes,).
+        self.weights = read_only(metric_of(len(self.axes), self.linear, by_tip=self.by_tip))
+        self.metric = read_only(np.where(self.weights > 0.0, self.weights, 1.0))
+        #: What each axis counts in a tangent, (axes,).
+        self.units = read_only(metric_of(len(self.axes), self.linear))
         count = len(self.curves)
         self.feeds = _of_curves(feeds, count, "feeds", "greater than 0", lambda values: values > 0.0)
         self.tolerances = _of_curves(tolerances, count, "tolerances", "0 or more", lambda values: values >= 0.0)
@@ -136,7 +142,7 @@ class Path:
             if not self._tied:
                 self._leave_out_points()
             self._close_gaps()
-        self._move_along(resolved(self._joined, self.flat, self.linear, in_place=self._tied))
+        self._move_along(resolved(self._joined, self.flat, self.weights, in_place=self._tied))
         self._made = True
 
     def _close_gaps(self) -> None:
@@ -148,7 +154,7 @@ class Path:
 
     def _leave_out_points(self) -> None:
         """Leave out the curves that are shorter than the resolution, with their feeds and tolerances."""
-        kept = long_curves(self.curves, self.flat, self.linear, self.tolerance)
+        kept = long_curves(self.curves, self.flat, self.weights, self.tolerance)
         if kept is None:
             return
         count = len(self.curves) - len(kept)
@@ -181,6 +187,7 @@ class Path:
             "tolerances": self.tolerances,
             "markers": self.markers,
             "tolerance": self.tolerance,
+            "by_tip": self.by_tip,
         }
 
     @classmethod
@@ -223,33 +230,34 @@ class Path:
 
     # --- its length -------------------------------------------------------------------------------------------------
 
+    @property
+    def mixed(self) -> bool:
+        """Whether linear and rotary axes both make the length, which then is not the arc length of the tip."""
+        return 0 < self.linear < len(self.axes) and not self.by_tip
+
     @cached_property
     def shape(self) -> tuple[int, int, int, int]:
-        """Highest degree, axes, linear axes, and whether any curve is rational: the shape of `table`.
-
-        Minus the number of linear axes, if somewhere only rotary ones move; see `kernels.layout`.
-        """
-        mixed = bool(self.flat.turning(self.linear).any())
-        degree, rational = int(self.flat.degrees.max()), int(self.flat.rational.max())
-        return degree, len(self.axes), -self.linear if mixed else self.linear, rational
+        """Highest degree, axes, axes that make the length, and whether any curve is rational: the shape of `table`."""
+        measured = self.linear if self.by_tip else len(self.axes)
+        return int(self.flat.degrees.max()), len(self.axes), measured, int(self.flat.rational.max())
 
     @cached_property
     def span_pieces(self) -> Pieces:
         """Knot spans, some in parts, as polynomial pieces, to be evaluated."""
-        if self.shape[0] == 1 and not self.shape[3]:
+        if self.shape[0] == 1 and not self.shape[3] and np.all(self.metric == 1.0):
             return self.arc_pieces  # a line is its own arc-length piece
         return span_pieces(self.flat, self.shape)
 
     @cached_property
     def arc_pieces(self) -> Pieces:
-        """`table`, to be searched by arc length and parameter."""
-        if len(self.flat) == 1 and self.linear == len(self.axes):
+        """`table`, to be searched by length and parameter."""
+        if len(self.flat) == 1 and np.all(self.weights == 1.0):
             return self._joined[0].arc
-        return arc_pieces(self.flat, self.shape, self._joined, "curve {} of the path: ")
+        return arc_pieces(self.flat.scaled(self.metric), self.shape, self._joined, "curve {} of the path: ")
 
     @property
     def table(self) -> Array:
-        """All arc-length pieces of the path, (pieces, width), in the shape of the path; see `kernels.layout`."""
+        """All arc-length pieces of the path, every axis times its `metric`, (pieces, width); see `kernels.layout`."""
         return self.arc_pieces.table
 
     @property
@@ -259,12 +267,12 @@ class Path:
 
     @property
     def curve_starts(self) -> Array:
-        """Arc length at which each curve starts, and the path's length at last, (curves + 1,), mm."""
+        """Length at which each curve starts, and the path's length at last, (curves + 1,), mm."""
         return self.arc_pieces.curve_starts
 
     @cached_property
     def length(self) -> float:
-        """Arc length over the linear axes, mm, and where only rotary ones move over these, degrees, in one sum."""
+        """Length over all axes by the metric, mm (degrees where all axes are rotary)."""
         return float(self.curve_starts[-1])
 
     @cached_property
@@ -304,15 +312,63 @@ class Path:
         out = self.span_pieces.evaluate(index.ravel(), values.ravel(), order, left)
         return out.reshape(*values.shape, order + 1, len(self.axes))
 
-    def turning(self, curve: ArrayLike, u: ArrayLike, *, side: str = "right") -> BoolArray:
-        """Whether only rotary axes move, (...), at parameters u (...) of the curves `curve` (...)."""
-        index, values = self._places(curve, u)
-        if self.shape[2] > 0:
-            return np.zeros(values.shape, dtype=bool)
-        return self.span_pieces.turning(index.ravel(), values.ravel(), is_left(side)).reshape(values.shape)
+    def derivatives(self, s: Array, row: IntArray | None = None) -> Array:
+        """r and its first three derivatives by length, (n, 4, axes), at places s (n,), mm.
+
+        On the arc-length piece on the right, or on these rows (n,) of `table`.
+        """
+        found = by_arc_length(self.arc_pieces.derivatives_at(s, 3, row), self.shape[2])
+        return found if np.all(self.metric == 1.0) else found / self.metric
+
+    def by_length(self, curve: IntArray, u: Array, *, side: str = "right") -> Array:
+        """The same at parameters u (n,) of the curves `curve` (n,); at a knot of the piece on that side."""
+        return by_arc_length(self.evaluate(curve, u, 3, side=side) * self.metric, self.shape[2]) / self.metric
+
+    def tip(self, d: Array) -> Array:
+        """s', s'', s''' (3, n) of the tip's arc length s by the path's, from `derivatives` d (n, 4, axes)."""
+        if self.mixed:
+            return tip_derivatives(d, self.linear)
+        return np.repeat([[1.0], [0.0], [0.0]], len(d), axis=1)
+
+    def tip_length(self, s: ArrayLike) -> Array:
+        """Arc length of the tip, mm (...), at places s (...), mm: over the linear axes; where none moves, degrees."""
+        if not self.mixed:
+            return np.asarray(s, dtype=np.float64)
+        curve, u = self.locate(s)
+        return self._tip_pieces.lengths_at(curve.ravel(), u.ravel()).reshape(u.shape)
+
+    def of_tip(self, s: Array, v: Array, a: Array, j: Array) -> tuple[Array, Array, Array, Array]:
+        """Arc length, feed, acceleration and jerk of the tip, (n,) each, of a motion along the path, (n,) each.
+
+        ds/dt = s' v,  d2s/dt2 = s'' v^2 + s' a,  d3s/dt3 = s''' v^3 + 3 s'' v a + s' j  (the chain rule)
+        """
+        if not self.mixed:
+            return s, v, a, j
+        inside = np.clip(s, 0.0, self.length)
+        one, two, three = self.tip(self.derivatives(inside))
+        return (
+            self.tip_length(inside),
+            one * v,
+            two * v * v + one * a,
+            three * v**3 + 3.0 * two * v * a + one * j,
+        )
+
+    @cached_property
+    def tip_end(self) -> float:
+        """Arc length of the tip at the end, mm (degrees where all axes are rotary): what people call the length."""
+        return float(self.tip_length(self.length))
+
+    @cached_property
+    def slow_tips(self) -> Array:
+        """Places (k,), mm, at which the tip is slowest while other axes move: s'' all but jumps there."""
+        return slow_tips(self.derivatives, self.arc_pieces, self.linear) if self.mixed else np.zeros(0)
+
+    @cached_property
+    def _tip_pieces(self) -> Pieces:
+        return tip_pieces(self.flat, self.linear, self._joined)
 
     def arc_length(self, curve: ArrayLike, u: ArrayLike) -> Array:
-        """Arc length along the path, mm, (...), at parameters u (...) of the curves `curve` (...)."""
+        """Length along the path, mm, (...), at parameters u (...) of the curves `curve` (...)."""
         index, values = self._places(curve, u)
         return self.arc_pieces.lengths_at(index.ravel(), values.ravel()).reshape(values.shape)
 
@@ -344,8 +400,7 @@ class Path:
     def corners(self) -> Corners:
         """Points inside the path where the tangent of all axes or the curvature jumps, in order of s; a cusp is one.
 
-        The tangent of all axes says how far each of them moves for 1 mm of s, rotary ones in degrees: between a move
-        of rotary axes alone and another one it turns.
+        The tangent is that of all axes by the metric: between a move of rotary axes alone and another one it turns.
         """
         return find_corners(self)
 
@@ -435,14 +490,14 @@ class Path:
             "path": self.name,
             "curves": f"{len(self.curves)}",
             "axes": ", ".join(self.axes),
-            "length": f"{self.length:.6g} {unit_along(self.axes)}",
+            "length": f"{self.tip_end:.6g} {unit_along(self.axes)}",
             "stops": f"{len(self.stops)}",
         }
         place = self(np.linspace(0.0, self.length, view.DRAWN)) if self.length > 0.0 else np.zeros((0, 0))
         return view.table(rows, view.shape(place[:, : self.linear], self.name))
 
     def __repr__(self) -> str:
-        return f"Path({self.name!r}, {len(self.curves)} curve(s), axes {' '.join(self.axes)}, {self.length:.6g} mm)"
+        return f"Path({self.name!r}, {len(self.curves)} curve(s), axes {' '.join(self.axes)}, {self.tip_end:.6g} mm)"
 
 
 def _kept(said: dict[str, Any], kept: IntArray) -> dict[str, Any]:
@@ -465,20 +520,6 @@ def checked_axes(axes: Sequence[str], count: int) -> int:
     if rotary != sorted(rotary):
         raise CurveError(f"axes {axes}: put the linear axes first and the rotary ones ({', '.join(ROTARY_AXES)}) last")
     return count - sum(rotary)
-
-
-def _check_still(flat: Flat, linear: int) -> None:
-    """Refuse a curve whose linear axes move by rounding only while rotary ones turn: s would be rounding."""
-    moved, turned = flat.sizes(slice(linear)), flat.sizes(slice(linear, None))
-    first, last = flat.point_starts[:-1], flat.points[:, :linear]
-    largest = np.max(np.maximum.reduceat(np.abs(last), first), axis=1)
-    rounding = (moved > 0.0) & (moved <= STILL_ROUNDINGS * np.finfo(float).eps * largest) & (turned > moved)
-    if rounding.any():
-        i = int(np.argmax(rounding))
-        raise CurveError(
-            f"curve {i} turns its rotary axes by {math.degrees(turned[i]):.6g} deg while the linear ones move by "
-            f"{moved[i]:.3g} mm, which is rounding; give its linear axes one position"
-        )
 
 
 def _check_joints(ends: Array, tolerance: float) -> None:

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import InputError
-from splinefeed.kernels.layout import ARC, ARC_TERMS, DEGREES, HIGH, LOW, MIDDLE, ORIGIN, SCALE, START, Shape
-from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.kernels.layout import ARC, ARC_TERMS, HIGH, LOW, MIDDLE, ORIGIN, SCALE, START, Shape
+from splinefeed.records import Array, IntArray
 
 #: Places processed at once: their columns and what is made of them stay in a core's cache.
 CHUNK = 2048
@@ -83,26 +83,12 @@ def taylor(a: Array, rational: int, t: Array, order: int) -> list[Array]:
     return quotients
 
 
-def turns(a: Array, shape: Shape) -> BoolArray:
-    """Whether no linear axis moves on a piece, (n,): there A is 0 exactly, as it is taken about a point of its own."""
-    return np.asarray(~np.any(a[: abs(shape[2])], axis=(0, 1)))
-
-
 def speed(a: Array, shape: Shape, t: Array) -> Array:
-    """|dC/dt|, mm, over the axes that make the arc length: the linear ones, or where none moves the others, degrees.
-
-    a  coefficients (axes + rational, degree + 1, ..., n), t that fits them.
-    """
-    _, axes, linear, rational = shape
-    if linear == axes or linear <= 0:
-        first = taylor(a, rational, t, 1)[1]
-    else:
-        first = taylor(a[[*range(linear), *range(axes, axes + rational)]], rational, t, 1)[1]
-    square = dot(first[: abs(linear)], first[: abs(linear)])
-    if linear <= 0:
-        rotary = DEGREES * DEGREES * dot(first[-linear:], first[-linear:])
-        square = np.where(turns(a, shape), rotary, square)
-    return np.sqrt(square)
+    """|dC/dt|, mm, over the axes that make the length; a (axes + rational, degree + 1, ..., n), t that fits them."""
+    _, axes, measured, rational = shape
+    some = a if measured == axes else a[[*range(measured), *range(axes, axes + rational)]]
+    first = taylor(some, rational, t, 1)[1]
+    return np.sqrt(dot(first, first))
 
 
 def dot(one: Array, other: Array) -> Array:
@@ -334,13 +320,6 @@ class Pieces:
         out = np.empty((len(u), order + 1, self.shape[1]))
         for part, c in self._columns_at(curve, u, left):
             derivatives(c, self.shape, (u[part] - c[MIDDLE]) * c[SCALE], order, out[part])
-        return out
-
-    def turning(self, curve: IntArray, u: Array, left: bool) -> BoolArray:
-        """Whether only rotary axes move, (n,), at u (n,) of the curves `curve` (n,)."""
-        out = np.zeros(len(u), dtype=bool)
-        for part, c in self._columns_at(curve, u, left):
-            out[part] = turns(coefficients(c, self.shape), self.shape)
         return out
 
     def lengths_at(self, curve: IntArray | None, u: Array) -> Array:

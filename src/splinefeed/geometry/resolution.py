@@ -24,7 +24,7 @@ from splinefeed.geometry.curves import Flat, Lines, Packed
 from splinefeed.geometry.differential import slope_of, zeros_on
 from splinefeed.geometry.pieces import taylor
 from splinefeed.geometry.tables import Spans
-from splinefeed.kernels.layout import DEGREES, HIGH, LOW, ORIGIN
+from splinefeed.kernels.layout import HIGH, LOW, ORIGIN
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: The resolution, mm: 1 nm, a tenth of what the finest encoders of machine tools tell apart and far above the rounding
@@ -53,20 +53,19 @@ def resolution_at(points: Array) -> float:
     return RESOLUTION * min(float(np.linalg.norm(np.ptp(points, axis=0))) / ONE, 1.0)
 
 
-def long_curves(curves: Sequence[NurbsCurve], flat: Flat, linear: int, tolerance: float) -> IntArray | None:
+def long_curves(curves: Sequence[NurbsCurve], flat: Flat, metric: Array, tolerance: float) -> IntArray | None:
     """Numbers (m,) of the curves that stay; None for all. The others are points: shorter than the resolution.
 
     They also fill no gap above `tolerance`, mm, lie beside a curve that is longer by far, which then goes where they
-    did, and not next to each other. A degree of a rotary axis counts as 1 mm.
+    did, and not next to each other. Axes count by the metric, (axes,).
     """
-    unit = _units(flat.points.shape[1], linear)
-    steps = np.append(np.abs(np.diff(flat.points, axis=0)) @ unit, 0.0)
+    steps = np.append(np.abs(np.diff(flat.points, axis=0)) @ metric, 0.0)
     steps[flat.point_starts[1:] - 1] = 0.0  # from one curve to the next
     length = np.add.reduceat(steps, flat.point_starts[:-1])
     most = np.inf if isinstance(curves, Lines) else tolerance
     if not np.any(length < min(RESOLUTION, most)):
         return None
-    resolution = min(resolution_at(flat.points * unit), most)
+    resolution = min(resolution_at(flat.points * metric), most)
     short = length < resolution
     far = np.concatenate([[False], length > MUCH * resolution, [False]])
     short &= far[:-2] | far[2:]
@@ -85,40 +84,37 @@ def chosen(curves: Sequence[NurbsCurve], kept: IntArray) -> Sequence[NurbsCurve]
     return tuple(curves[k] for k in kept.tolist())
 
 
-def _units(axes: int, linear: int) -> Array:
-    """What 1 mm or 1 rad of each axis counts, mm or degrees, (axes,)."""
-    return np.where(np.arange(axes) < linear, 1.0, DEGREES)
-
-
-def resolved(curves: Sequence[NurbsCurve], flat: Flat, linear: int, *, in_place: bool = False) -> Sequence[NurbsCurve]:
-    """The curves, (n,), the same ones where none of them has a tip; else those with a tip replaced next to it.
+def resolved(
+    curves: Sequence[NurbsCurve], flat: Flat, metric: Array, *, in_place: bool = False
+) -> Sequence[NurbsCurve]:
+    """The curves, (n,), the same ones where none of them has a tip by the metric, (axes,); else with it replaced.
 
     With `in_place` tips become knots, where the tangent may jump, and nothing else changes.
     """
     if flat.degrees.max() == 1:
         return curves
-    owner, low, high = _suspects(flat, linear)
+    scaled = flat.scaled(metric)
+    owner, low, high = _suspects(scaled)
     if not len(owner):
         return curves
-    unit = _units(flat.points.shape[1], linear)
-    still = flat.sizes(slice(linear)) == 0.0
-    resolution = resolution_at(flat.points * unit)
+    resolution, plain = resolution_at(scaled.points), bool(np.all(metric == 1.0))
+    if np.any(metric == 0.0):  # axes that count nothing keep their course: only a knot is set
+        in_place = True
     changed: dict[int, NurbsCurve] = {}
     with np.errstate(all="ignore"):
         for i in np.unique(owner).tolist():
             curve, here = curves[i], owner == i
-            seen = curve if np.all(unit == 1.0) else curve.transformed(np.diag(unit))
-            columns = slice(linear, None) if still[i] else slice(linear)
-            corners, cuts = _replaced(seen, np.column_stack([low, high])[here], columns, resolution, in_place)
+            seen = curve if plain else curve.transformed(np.diag(metric))
+            corners, cuts = _replaced(seen, np.column_stack([low, high])[here], resolution, in_place)
             if corners:
-                changed[i] = _put(curve, corners, [(a, b, points / unit) for a, b, points in cuts])
+                changed[i] = _put(curve, corners, [(a, b, points / metric) for a, b, points in cuts])
     if not changed:
         return curves
     each = [changed.get(i, curve) for i, curve in enumerate(curves)]
     return Packed(Flat.of(each)) if isinstance(curves, Packed) else tuple(each)
 
 
-def _suspects(flat: Flat, linear: int) -> tuple[IntArray, Array, Array]:
+def _suspects(flat: Flat) -> tuple[IntArray, Array, Array]:
     """Knot spans on which a radius may be below the resolution: their curves and intervals of u, (k,) each.
 
     The radius is |C'|^2 / |C''| at least. First by control vectors D of C': its part along their sum is as large as the
@@ -126,17 +122,13 @@ def _suspects(flat: Flat, linear: int) -> tuple[IntArray, Array, Array]:
     curves and surfaces", CAGD 12(4), 1995, doi 10.1016/0167-8396(94)00023-L); |C''| <= 8 p^2 w^4 max |D| / du, as
     differences of knots cover the span, du. Then by samples: between two |C'| >= (sum - max |C''| du) / 2.
     """
-    unit = _units(flat.points.shape[1], linear)
-    still = flat.sizes(slice(linear)) == 0.0
-    mixed = flat.turning(linear) & ~still  # moves of rotary axes alone between others are no tips
-    counted = ((np.arange(len(unit)) >= linear) == still[:, None]) * unit
     found = [(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))]
     for spans in Spans.of(flat):
         p = spans.degree
         if p == 1:
             continue
         knots = flat.knots[spans.knot + np.arange(2 * p + 2)[:, None]]
-        points = flat.points[spans.point + np.arange(p + 1)[:, None]] * counted[spans.curve]
+        points = flat.points[spans.point + np.arange(p + 1)[:, None]]
         first = p * np.diff(points, axis=0) / (knots[p + 1 : 2 * p + 1] - knots[1 : p + 1])[..., None]
         total = np.sum(first, axis=0)
         ratio = np.ones(len(spans))
@@ -150,53 +142,51 @@ def _suspects(flat: Flat, linear: int) -> tuple[IntArray, Array, Array]:
         bend = 8.0 * p * p * ratio**4 * most / (knots[p + 1] - knots[p])
         odd = spans.chosen(~((least > 0.0) & (least * least > RESOLUTION * bend)))
         if len(odd):
-            shape = (p, len(unit), linear, spans.rational)
+            shape = (p, flat.points.shape[1], flat.points.shape[1], spans.rational)
             a, _ = odd.own(odd.columns(shape), shape)
             _, one, two = taylor(a[:, :, None], spans.rational, SAMPLES[:, None], 2)
-            by = counted[odd.curve].T[:, None]
-            speed, bend = np.linalg.norm(one * by, axis=0), 2.0 * np.max(np.linalg.norm(2.0 * two * by, axis=0), axis=0)
+            speed, bend = np.linalg.norm(one, axis=0), 2.0 * np.max(np.linalg.norm(2.0 * two, axis=0), axis=0)
             between = np.min(speed[1:] + speed[:-1] - np.diff(SAMPLES)[:, None] * bend, axis=0)
             odd = odd.chosen(~((between > 0.0) & (0.25 * between * between > RESOLUTION * bend)))
         found.append((odd.curve, odd.low, odd.high))
     curve, low, high = (np.concatenate(each) for each in zip(*found, strict=True))
     order = np.lexsort((low, curve))
-    order = order[~mixed[curve[order]]]
     return curve[order], low[order], high[order]
 
 
 def _replaced(
-    curve: NurbsCurve, spans: Array, columns: slice, resolution: float, in_place: bool
+    curve: NurbsCurve, spans: Array, resolution: float, in_place: bool
 ) -> tuple[list[float], list[tuple[float, float, Array]]]:
     """Tips on some of its spans (k, 2), and cubics next to them: from, to, and Bezier points (4, axes)."""
-    tips = _tips(curve, spans, columns, resolution)
+    tips = _tips(curve, spans, resolution)
     start, end = curve.domain
     bounds = [start, *(0.5 * (tips[1:, 0] + tips[:-1, 2])).tolist(), end]
     corners, cuts = [], []
     for k, (low, tip, high) in enumerate(tips.tolist()):
         for edge, limit in ((low, bounds[k]), (high, bounds[k + 1])):
             side = "left" if limit < edge else "right"
-            if limit == edge or (edge == tip and not len(_tips_at(curve, np.array([tip]), side, columns, resolution))):
+            if limit == edge or (edge == tip and not len(_tips_at(curve, np.array([tip]), side, resolution))):
                 continue
             corners.append(tip)
-            put = None if in_place else _beside(curve, (tip, edge, limit), columns, resolution)
+            put = None if in_place else _beside(curve, (tip, edge, limit), resolution)
             if put is not None:
                 at, points = put
                 cuts.append((at, tip, points[::-1]) if at < tip else (tip, at, points))
     return corners, cuts
 
 
-def _tips_at(curve: NurbsCurve, u: Array, side: str, columns: slice, resolution: float) -> Array:
+def _tips_at(curve: NurbsCurve, u: Array, side: str, resolution: float) -> Array:
     """Those of the parameters u (n,) at which |C'| is almost 0, seen from one side."""
-    return u[_is_tip(curve.derivatives(u, 2, side=side), columns, resolution)]
+    return u[_is_tip(curve.derivatives(u, 2, side=side), resolution)]
 
 
-def _is_tip(d: Array, columns: slice, resolution: float) -> BoolArray:
+def _is_tip(d: Array, resolution: float) -> BoolArray:
     """Whether the radius may be below the resolution, |C'|^2 <= resolution |C''|; d (n, 3, axes)."""
-    square = np.sum(d[:, 1, columns] ** 2, axis=1)
-    return np.asarray(square <= resolution * np.linalg.norm(d[:, 2, columns], axis=1))
+    square = np.sum(d[:, 1] ** 2, axis=1)
+    return np.asarray(square <= resolution * np.linalg.norm(d[:, 2], axis=1))
 
 
-def _slowest(curve: NurbsCurve, spans: Array, columns: slice) -> Array:
+def _slowest(curve: NurbsCurve, spans: Array) -> Array:
     """Parameters (k,) inside of knot spans (n, 2) at which |C'| may be least: roots of C' . C''.
 
     With C' = n / w^2, n = A' w - A w', they are those of n . (n' w - 2 n w').
@@ -209,26 +199,26 @@ def _slowest(curve: NurbsCurve, spans: Array, columns: slice) -> Array:
         a = row[ORIGIN + axes :].reshape(axes + rational, degree + 1)
         w = a[axes] if rational else np.ones(1)
         slope: Array = np.zeros(1)
-        for x in a[:axes][columns]:
+        for x in a[:axes]:
             n = slope_of(x, w)
             slope = np.asarray(polyadd(slope, polymul(n, slope_of(n, w, 2.0))))
         found.append(zeros_on(row, slope, REAL))
     return np.concatenate(found)
 
 
-def _tips(curve: NurbsCurve, spans: Array, columns: slice, resolution: float) -> Array:
+def _tips(curve: NurbsCurve, spans: Array, resolution: float) -> Array:
     """Tips on knot spans (n, 2), as (k, 3): from, at, and up to which parameter |C'| is almost 0, increasing.
 
     Places between which the curve stays within the resolution of a point are one, at an end if one is there.
     """
     breaks = curve.breaks
-    inner = _slowest(curve, spans, columns)
+    inner = _slowest(curve, spans)
     behind = np.clip(np.searchsorted(breaks, inner), 1, len(breaks) - 1)
     apart = np.minimum(np.abs(inner - breaks[behind - 1]), np.abs(breaks[behind] - inner))
     inner = inner[apart > AT_KNOT * np.diff(breaks).min()]
     found = [np.zeros(0)]
     for at, side in ((inner, "right"), (spans[:, 1], "left"), (spans[:, 0], "right")):
-        found.append(_tips_at(curve, at, side, columns, resolution))
+        found.append(_tips_at(curve, at, side, resolution))
     tips = np.unique(np.concatenate(found))
     if not len(tips):
         return np.zeros((0, 3))
@@ -240,17 +230,15 @@ def _tips(curve: NurbsCurve, spans: Array, columns: slice, resolution: float) ->
             groups[-1].append(k)
         else:
             groups.append([k])
-    speed = np.where(np.isin(tips, curve.domain), -1.0, np.linalg.norm(d[:, 1, columns], axis=1))
+    speed = np.where(np.isin(tips, curve.domain), -1.0, np.linalg.norm(d[:, 1], axis=1))
     return np.array([tips[[g[0], g[int(np.argmin(speed[g]))], g[-1]]] for g in groups])
 
 
-def _beside(
-    curve: NurbsCurve, span: tuple[float, float, float], columns: slice, resolution: float
-) -> tuple[float, Array] | None:
+def _beside(curve: NurbsCurve, span: tuple[float, float, float], resolution: float) -> tuple[float, Array] | None:
     """How far from a tip a cubic replaces the curve, and its Bezier points (4, axes) from the tip on.
 
     span  the tip, the edge of what is almost 0 there, and the furthest that may be replaced behind it
-    None where nothing regular follows, or where rotary axes turn so fast that no cubic stays within the resolution.
+    None where nothing regular follows.
     """
     tip, edge, limit = span
     left = limit < edge
@@ -264,27 +252,25 @@ def _beside(
         return None
     d = curve.derivatives(trials, 2, side="right" if left else "left")
     start, (q, q1, q2) = curve(tip), np.moveaxis(d, 1, 0)
-    along, way = q1[:, columns], (q - start)[:, columns]
+    along, way = q1, q - start
     square = np.sum(along * along, axis=1)
     b1 = np.sum(way * along, axis=1) / square
-    b2 = -b1 * b1 * np.sum(q2[:, columns] * along, axis=1) / square
+    b2 = -b1 * b1 * np.sum(q2 * along, axis=1) / square
     n1, n2 = b1[:, None] * q1, (b1 * b1)[:, None] * q2 + b2[:, None] * q1
     c = q - start - n1 + 0.5 * n2
-    ok = np.isfinite(c).all(axis=1) & (b1 * (trials - tip) > 0.0) & ~_is_tip(d, columns, resolution)
+    ok = np.isfinite(c).all(axis=1) & (b1 * (trials - tip) > 0.0) & ~_is_tip(d, resolution)
     ok &= np.linalg.norm(way, axis=1) > resolution
     if not ok.any():
         return None
     share = np.linspace(0.0, 1.0, COMPARED + 1)[:-1, None] ** 2
     seen = curve(edge + (trials - edge) * share)
-    t = np.sum((seen - start)[..., columns] * n1[:, columns], axis=2) / np.sum(n1[:, columns] ** 2, axis=1)
+    t = np.sum((seen - start) * n1, axis=2) / np.sum(n1**2, axis=1)
     t = np.clip(t, 0.0, 1.0)[..., None] - 1.0  # along the tangent N is linear in t
     apart = np.max(np.linalg.norm(q + n1 * t + 0.5 * n2 * t**2 + c * t**3 - seen, axis=2), axis=0)
     first = int(np.argmax(ok))
     behind = np.append(knots if not left else knots[::-1], limit)
     stop = behind[np.argmax(np.abs(behind - edge) >= abs(trials[first] - edge))]
     ok &= np.abs(trials - edge) <= abs(stop - edge)
-    if apart[first] > resolution and len(start) > len(start[columns]):
-        return None
     close = apart <= USED * resolution
     close[: first + 1] = True
     k = int(np.flatnonzero(ok & np.logical_and.accumulate(close))[-1])

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.geometry.pieces import Pieces, arc, coefficients, t_behind, taylor, turns
+from splinefeed.geometry.pieces import Pieces, arc, coefficients, t_behind
 from splinefeed.geometry.pieces import dot as dot
 from splinefeed.kernels import layout
 from splinefeed.records import Array, BoolArray, IntArray
@@ -30,16 +30,14 @@ class Rows:
     """
 
     def __init__(self, pieces: Pieces) -> None:
-        self.degree, self.axes, linear, rational = pieces.shape
-        self.linear, self.rational, self.curves = abs(linear), bool(rational), pieces.rows
+        self.degree, self.axes, self.linear, rational = pieces.shape
+        self.rational, self.curves = bool(rational), pieces.rows
         c = np.ascontiguousarray(pieces.table.T)
         column: list[Array] = list(c[: layout.ARC])
         self.low, self.high, self.middle, self.scale, self.start = column
         self.end: Array = self.start + pieces.lengths
         self.origin: Array = c[layout.ORIGIN : layout.ORIGIN + self.axes]
         self.terms: Array = coefficients(c, pieces.shape)
-        #: Rows (r,) on which only rotary axes move; None if there are none.
-        self.turns: BoolArray | None = turns(self.terms, pieces.shape) if linear <= 0 else None
         self._columns, self._pieces = c, pieces
 
     def __len__(self) -> int:
@@ -84,47 +82,3 @@ class Rows:
 def taken(index: Array | IntArray | BoolArray, *arrays: Any) -> tuple[Any, ...]:
     """The elements `index` of the last axis of each array."""
     return tuple(each[..., index] for each in arrays)
-
-
-class Places:
-    """The polynomials of the rows (n,) that n places lie on, gathered once and evaluated often."""
-
-    def __init__(self, rows: Rows, row: IntArray) -> None:
-        self._rows, self._row = rows, row
-        self._terms: Array = np.take(rows.terms, row, axis=2)
-        self.middle, self.scale = rows.middle[row], rows.scale[row]
-        self.linear = rows.linear
-        #: Which of them lie where only rotary axes move, (n,), or that none do.
-        self.turning: BoolArray | bool = rows.turns is not None and bool(np.any(rows.turns[row])) and rows.turns[row]
-
-    def t(self, u: Array) -> Array:
-        """t (..., n) of parameters u (..., n)."""
-        return (u - self.middle) * self.scale
-
-    def derivatives(self, t: Array, order: int) -> list[Array]:
-        """C and its derivatives by u to `order` <= 3 at t (..., n), each (axes, ..., n)."""
-        c = self._taylor(t, order)
-        c[0] = c[0] + self._rows.origin[:, self._row].reshape(self._rows.axes, *(1,) * (t.ndim - 1), -1)
-        factor = self.scale
-        for k in range(1, order + 1):
-            c[k] = c[k] * factor
-            factor = factor * self.scale * (k + 1)
-        return c
-
-    def speed(self, t: Array) -> Array:
-        """|C'(u)| at t (..., n) over the axes that make the arc length, mm a unit of u."""
-        slope = self._taylor(t, 1)[1]
-        return np.sqrt(self.product(slope, slope)) * self.scale
-
-    def product(self, one: Array, other: Array) -> Array:
-        """Scalar product (..., n) of derivatives (axes, ..., n) over the axes that make the arc length, mm."""
-        linear = self._rows.linear
-        total = dot(one[:linear], other[:linear])
-        if self.turning is False:
-            return total
-        return np.where(self.turning, layout.DEGREES**2 * dot(one[linear:], other[linear:]), total)
-
-    def _taylor(self, t: Array, order: int) -> list[Array]:
-        """A / w and its derivatives by t over k! to `order`, (axes, ..., n) each."""
-        terms = self._terms.reshape(*self._terms.shape[:2], *(1,) * (t.ndim - 1), -1)
-        return taylor(terms, int(self._rows.rational), t, order)

@@ -17,7 +17,6 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.geometry.pieces import chunks, dot, taylor
 from splinefeed.geometry.rows import Rows, taken
-from splinefeed.kernels.layout import DEGREES
 from splinefeed.records import Array, BoolArray, IntArray
 
 if TYPE_CHECKING:
@@ -25,14 +24,6 @@ if TYPE_CHECKING:
 
 #: Positions that are processed together: they stay in the processor's cache.
 MOST = 2048
-#: Half-width of the window about the commanded arc length, in units of the distance from the commanded point.
-REACH = 4.0
-#: ... and at least this, relative to the length of the path.
-LEAST_WINDOW = 1e-9
-#: Doublings of a window: from the least one to any path.
-MOST_DOUBLINGS = 40
-#: A nearest point this close to the edge of its window, relative, or to the end of the path, lies on it.
-ON_EDGE = 1e-9
 #: Length of a cell times its greatest curvature: its tangent turns by no more, rad.
 CELL_TURN = 0.6
 #: A cell is cut by no more bisections than this, and none shorter than this, relative to the path.
@@ -102,19 +93,13 @@ class Found:
 
 
 class Search:
-    """Nearest points over the linear axes, or with `turned` over all, 1 degree as 1 mm."""
+    """Nearest points over the first `rows.linear` axes."""
 
-    def __init__(self, rows: Rows, *, closed: bool = False, turned: bool = False) -> None:
-        self.rows, self.length, self.closed = rows, float(rows.end[-1]), closed
-        self.dims = rows.axes if turned else rows.linear
-        unit = np.where(np.arange(rows.axes) < rows.linear, 1.0, DEGREES)[: self.dims]
-        self.unit, self._turned = unit, turned
+    def __init__(self, rows: Rows) -> None:
+        self.rows, self.length, self.dims = rows, float(rows.end[-1]), rows.linear
         kept = np.r_[np.arange(self.dims), rows.axes : len(rows.terms)]
-        units = np.append(unit, 1.0)[: len(kept)] if rows.rational else unit
-        plain = bool(np.all(unit == 1.0))
-        same = len(kept) == len(rows.terms)
-        self._terms = rows.terms if same and plain else rows.terms[kept] * units[:, None, None]
-        self._origin = rows.origin[: self.dims] if plain else rows.origin[: self.dims] * unit[:, None]
+        self._terms = rows.terms if len(kept) == len(rows.terms) else rows.terms[kept]
+        self._origin = rows.origin[: self.dims]
 
     # --- arithmetic --------------------------------------------------------------------------------------------------
 
@@ -163,8 +148,7 @@ class Search:
         largest = np.max(np.maximum(np.abs(first), np.abs(last)), axis=0, initial=0.0)
         new = np.concatenate([[True], row[1:] != row[:-1]])
         s = np.where(new, rows.start[row], rows.arc_length(row, low))
-        if not self._turned:
-            reach = self._reach(row, rows.arc_length(row, high) - rows.arc_length(row, low), last - first)
+        reach = self._reach(row, rows.arc_length(row, high) - rows.arc_length(row, low), last - first)
         return Cells(row, low, high, s, speed, bend, reach + ROUNDING * largest, first, last)
 
     def _reach(self, row: IntArray, length: Array, chord: Array) -> Array:
@@ -174,8 +158,7 @@ class Search:
         """
         length = length + ROUNDING * self.length
         square = np.maximum(length * length - np.sum(chord * chord, axis=0), 0.0) + 8.0 * ROUNDING * length * length
-        turns, reach = self.rows.turns, 0.5 * np.sqrt(square)
-        return reach if turns is None else np.where(turns[row], 0.0, reach)
+        return np.asarray(0.5 * np.sqrt(square))
 
     def _bends(self, row: IntArray, low: Array, high: Array) -> tuple[Array, Array, Array]:
         """Bounds of |dC/dt|, mm, curvature, 1/mm, and |d2C/dt2|, mm, from low to high (n,) of rows (n,).
@@ -202,9 +185,6 @@ class Search:
                 second = (b2 + 2.0 * w1 * fast + w2 * r) / least
                 bend = np.where(slow > 0.0, second / slow**2, np.where(second > 0.0, np.inf, 0.0))
                 out[:, part] = np.where(least > 0.0, (fast / half, bend, second / half**2), np.inf)
-        turns = None if self._turned else self.rows.turns
-        if turns is not None:
-            out[:, turns[row]] = 0.0
         return out[0], out[1], out[2]
 
     @cached_property
@@ -233,17 +213,6 @@ class Search:
         t = (cells.low[:, None] + (cells.high - cells.low)[:, None] * share).ravel()
         row = np.repeat(cells.row, CELL_SAMPLES)
         return t, cKDTree((self._taylor(self._terms[:, :, row], t, 0)[0] + self._origin[:, row]).T)
-
-    @cached_property
-    def _straight(self) -> tuple[Array, BoolArray] | None:
-        """Rows that only turn taken out of the arc length: what is left at the start of each row and all, (r + 1,), mm.
-
-        And the rows that turn; None without such rows, or where turning counts.
-        """
-        turns = self.rows.turns
-        if turns is None or self._turned:
-            return None
-        return np.concatenate([[0.0], np.cumsum(np.where(turns, 0.0, self.rows.end - self.rows.start))]), turns
 
     # --- the whole path ----------------------------------------------------------------------------------------------
 
@@ -433,123 +402,6 @@ class Search:
                     some, index, left, right, low, high, longest, left_seen, right_seen, t, terms, away
                 )
         return found
-
-    # --- near a place ------------------------------------------------------------------------------------------------
-
-    def near(self, q: Array, hint: Array, window: float = 0.0, *, closed: bool | None = None) -> Found:
-        """Nearest point to positions (dims, n) near arc lengths `hint` (n,), mm.
-
-        The window is [hint - h, hint + h] with h = max(window, REACH |Q - r(hint)|), doubled until its nearest point is
-        not one of its own ends, unless that is an end of the path; on a closed path it continues across the seam. It
-        ends as the whole path. Stretches on which only rotary axes move, and do not count, are points.
-        """
-        closed = self.closed if closed is None else closed
-        return _in_parts(q.shape[1], lambda part: self._near(q[:, part], hint[part], window, closed))
-
-    def _near(self, q: Array, hint: Array, window: float, closed: bool) -> Found:
-        rows, cells = self.rows, self.cells
-        row = rows.at(hint)
-        t = rows.parameter(row, np.clip(hint - rows.start[row], 0.0, rows.end[row] - rows.start[row]))
-        terms, away = self._gathered(row, q)
-        known = self._squared(terms, away, t)
-        square = known[0]
-        found = Found(row, t, square)
-        half = np.maximum(max(window, LEAST_WINDOW * self.length), REACH * np.sqrt(square))
-        first = np.searchsorted(cells.s, hint - half, side="right") - 1
-        last = np.searchsorted(cells.s, hint + half, side="right") - 1
-        inside = (hint - half >= rows.start[row]) & (hint + half <= rows.end[row]) & (last - first <= 1)
-        first = np.maximum(first, 0)
-        turn = (np.sqrt(square) + half) * np.maximum(cells.bend[first], cells.bend[last])
-        sure = inside & (turn < 1.0)
-        if self._straight is not None:
-            sure &= ~self._straight[1][row]
-        index = np.flatnonzero(sure & (square > 0.0))
-        if len(index):
-            ends = np.full(len(t), 1.0)
-            every = taken(index, row, terms, away, -ends, ends, t, *known)
-            least = self._descend(*every[:6], known=every[6:])
-            with np.errstate(invalid="ignore"):
-                off = np.abs(rows.arc_length(least.row, least.t) - hint[index])
-                settled = np.flatnonzero(off < half[index] * (1.0 - ON_EDGE))
-            index = index[settled]
-            found.put(index, least.take(settled))
-        rest = found.square > 0.0
-        rest[index] = False
-        if rest.any():
-            index = np.flatnonzero(rest)
-            found.put(index, self._in_window(q[:, index], hint[index], half[index], found.take(index), closed))
-        return found
-
-    def _in_window(self, q: Array, hint: Array, half: Array, at_hint: Found, closed: bool) -> Found:
-        """As `near`, from a first half-width of each window and the place of each hint on."""
-        rows, length = self.rows, self.length
-        out = at_hint.take(np.arange(len(hint)))
-        index = np.arange(len(hint))
-        for _ in range(MOST_DOUBLINGS):
-            if not len(index):
-                break
-            s = hint[index]
-            back, forth = self.reach(s, half[index], -1), self.reach(s, half[index], 1)
-            covers = back + forth >= length if closed else (back >= s) & (forth >= length - s)
-            if covers.any():
-                out.put(index[covers], self.whole(q[:, index[covers]]))
-                index, back, forth, s = taken(~covers, index, back, forth, s)
-                if not len(index):
-                    break
-            found = at_hint.take(index)
-            owner = np.arange(len(index))
-            begin, end = np.maximum(s - back, 0.0), np.minimum(s + forth, length)
-            who = [owner]
-            if closed:  # the window continues across the seam
-                early, late = owner[s - back < 0.0], owner[s + forth > length]
-                who += [early, late]
-                begin = np.concatenate([begin, (s - back + length)[early], np.zeros(len(late))])
-                end = np.concatenate([end, np.full(len(early), length), (s + forth - length)[late]])
-            self._stretches(q[:, index], np.concatenate(who), begin, end, found)
-            at = rows.arc_length(found.row, found.t)
-            offset = at - s
-            if closed:
-                offset = np.where(offset > 0.5 * length, offset - length, offset)
-                offset = np.where(offset < -0.5 * length, offset + length, offset)
-            inside = (-back * (1.0 - ON_EDGE) < offset) & (offset < forth * (1.0 - ON_EDGE))
-            if not closed:
-                edge = ON_EDGE * half[index]
-                inside |= (at <= edge) | (at >= length - edge)
-            out.put(index, found)
-            half[index] *= 2.0
-            index = index[~inside & (found.square > 0.0)]
-        return out
-
-    def _stretches(self, q: Array, owner: IntArray, begin: Array, end: Array, found: Found) -> None:
-        """Better `found` by the nearest points from arc length begin to end (m,), mm, for positions `owner` (m,)."""
-        rows, cells = self.rows, self.cells
-        first, last = (np.maximum(np.searchsorted(cells.s, s, side="right") - 1, 0) for s in (begin, end))
-        low, high = (
-            rows.parameter(cells.row[cell], np.maximum(s - rows.start[cells.row[cell]], 0.0))
-            for cell, s in ((first, begin), (last, end))
-        )
-        for pair, cell in self._candidates(q[:, owner], first, last, found.take(owner)):
-            left = np.where(cell == first[pair], np.clip(low[pair], cells.low[cell], cells.high[cell]), cells.low[cell])
-            right = np.where(
-                cell == last[pair], np.clip(high[pair], cells.low[cell], cells.high[cell]), cells.high[cell]
-            )
-            self._refine(q, owner[pair], cell, left, np.maximum(left, right), found)
-
-    def reach(self, s: Array, half: Array, way: int) -> Array:
-        """How far from arc lengths s (n,) a window reaches, mm, one way: `half`, rows that only turn not counted."""
-        if self._straight is None:
-            return half
-        (before, turns), rows = self._straight, self.rows
-        row = rows.at(s)
-        place = before[row] + np.where(turns[row], 0.0, s - rows.start[row]) + way * half
-        if way > 0:
-            row = np.minimum(np.searchsorted(before[1:], place, side="left"), len(rows) - 1)
-        else:
-            row = np.maximum(np.searchsorted(before[:-1], place, side="right") - 1, 0)
-        gone = np.where(
-            place < 0.0, -np.inf, np.where(place > before[-1], np.inf, rows.start[row] + place - before[row])
-        )
-        return np.where(np.isfinite(gone), way * (gone - s), np.inf)
 
 
 def _in_parts(count: int, find: Callable[[slice], Found]) -> Found:

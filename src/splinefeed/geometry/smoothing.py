@@ -241,5 +241,5 @@ def allowed(path: Path, tolerance: float | str) -> Array:
 def _loose(path: Path, tolerance: float | str, share: Array | None) -> tuple[Array, BoolArray]:
     """Tolerance of each curve, mm, and whether it may be changed at all."""
     within = allowed(path, tolerance) * (1.0 if share is None else share)
-    loose = (within > 0.0) & (path.flat.sizes(slice(path.linear)) > 0.0) & ~path.flat.turning(path.linear)
+    loose = (within > 0.0) & (path.flat.sizes(slice(path.linear)) > 0.0)
     return within, loose if path.feeds is None else loose & np.isfinite(path.feeds)

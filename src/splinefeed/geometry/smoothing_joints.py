@@ -10,7 +10,7 @@ import numpy as np
 from splinefeed.geometry.corners import CORNER_ANGLE, CURVATURE_JUMP
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat, Packed
-from splinefeed.geometry.differential import angles, by_arc_length
+from splinefeed.geometry.differential import angles
 from splinefeed.geometry.editing import section
 from splinefeed.geometry.path import Marker, Path
 from splinefeed.geometry.smoothing_runs import Batch
@@ -186,8 +186,8 @@ def transitions(path: Path, tolerance: Array, angular: Array, free: BoolArray) -
     joint = np.arange(count - 1)
     lengths = np.diff(path.curve_starts)
     domains = path.flat.domains
-    left = by_arc_length(path.evaluate(joint, domains[:-1, 1], 3, side="left"), linear)
-    right = by_arc_length(path.evaluate(joint + 1, domains[1:, 0], 3), linear)
+    left = path.by_length(joint, domains[:-1, 1], side="left")
+    right = path.by_length(joint + 1, domains[1:, 0])
     jumps = right - left
     tangent = _norms(jumps[:, 1], linear)
     bend = _norms(jumps[:, 2], linear)
@@ -220,7 +220,7 @@ def _rates(path: Path, joint: IntArray, reach: Array) -> Array:
     for side in (-1.0, 1.0):
         steps = side * reach[:, None] * (np.arange(PLACES) + 0.5) / PLACES
         curve, u = path.locate((at[:, None] + steps).ravel())
-        third = by_arc_length(path.evaluate(curve, u, 3), path.linear)[:, 3]
+        third = path.by_length(curve, u)[:, 3]
         largest = np.maximum(largest, _norms(third, path.linear).reshape(len(joint), PLACES, 2).max(axis=1))
     return largest
 
@@ -250,8 +250,8 @@ def _made(path: Path, reach: Array, curved: BoolArray, allowed: Array) -> Transi
         # by the joint's own curves, not whichever lies there by a rounding
         before[open_] = _parameters(path, open_, at[open_] - d)
         behind[open_] = _parameters(path, open_ + 1, at[open_] + d)
-        start = by_arc_length(path.evaluate(open_, before[open_], 3, side="left"), path.linear)
-        end = by_arc_length(path.evaluate(open_ + 1, behind[open_], 3), path.linear)
+        start = path.by_length(open_, before[open_], side="left")
+        end = path.by_length(open_ + 1, behind[open_])
         points[open_] = hermite(start, end, 2.0 * d)
         open_ = open_[curved[open_]]
         off = _apart(path, points[open_], at[open_], reach[open_])

@@ -188,7 +188,11 @@ def keeps_digits(weights: Array | None, degree: int, share: Array) -> BoolArray:
     return held
 
 
-def fits(spans: Spans, c: Array, shape: Shape, totals: Array) -> BoolArray:
+#: |dC/dt| (..., n) of coefficients (columns, degree + 1, ..., n), of a shape, at t.
+Speed = Callable[[Array, Shape, Array], Array]
+
+
+def fits(spans: Spans, c: Array, shape: Shape, totals: Array, speed: Speed = speed) -> BoolArray:
     """Fit |dC/dt| on each piece (n,) by a polynomial of degree 9, write its integral into c; whether it is good enough.
 
     totals  (n,) rough lengths of the curves, mm. A line of degree 1 is exact.
@@ -330,7 +334,7 @@ def span_pieces(flat: Flat, shape: Shape) -> Pieces:
     return Pieces(read_only(table), shape, rows)
 
 
-def rough_lengths(groups: list[Spans], shape: Shape) -> Array:
+def rough_lengths(groups: list[Spans], shape: Shape, speed: Speed = speed) -> Array:
     """Length of each curve, mm, good to a few digits: 16-point Chebyshev (Fejer) estimates; 0 for lines."""
     total = np.zeros(len(groups[0].flat))
     for group in groups:
@@ -343,20 +347,21 @@ def rough_lengths(groups: list[Spans], shape: Shape) -> Array:
     return total
 
 
-def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: str = "") -> Pieces:
+def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: str = "", speed: Speed = speed) -> Pieces:
     """Arc-length pieces of all curves.
 
-    curves  the same as `flat`. Raises CurveError for a curve without length, or one that would need too many pieces,
+    curves  the same as `flat`;  speed  what the length is the integral of
+    Raises CurveError for a curve without length, or one that would need too many pieces,
     which begins with `where`, filled in with the number of the curve.
     """
     groups = Spans.of(flat)
     curved = np.flatnonzero((flat.degrees > 1) | (flat.rational > 0))
-    totals = rough_lengths(groups, shape)
+    totals = rough_lengths(groups, shape, speed)
 
     def check(index: IntArray, lengths: Array) -> None:
         for bad, why in (
             (~np.isfinite(lengths), "is too long: its length is not finite; its coordinates are too large"),
-            (~(lengths > 0.0), "has no length over its linear axes"),
+            (~(lengths > 0.0), "has no length"),
         ):
             if bad.any():
                 i = int(index[np.argmax(bad)])
@@ -364,10 +369,10 @@ def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: st
 
     def holds(part: Spans, c: Array) -> BoolArray:
         if part.line:
-            good = fits(part, c, shape, totals)
+            good = fits(part, c, shape, totals, speed)
         else:
             few = chunks(len(part), FITTED)
-            good = np.concatenate([fits(part.chosen(s), c[:, s], shape, totals[part.curve[s]]) for s in few])
+            good = np.concatenate([fits(part.chosen(s), c[:, s], shape, totals[part.curve[s]], speed) for s in few])
         low, high = ((c[k] - c[MIDDLE]) * c[SCALE] for k in (LOW, HIGH))
         c[ARC] -= arc(c, low)  # t at the ends is not quite -1 and 1 if the middle had to be rounded
         c[START] = arc(c, high)

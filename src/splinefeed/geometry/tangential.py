@@ -78,6 +78,7 @@ def tangential(path: Path, tolerance: float = 1e-6) -> Path:
         name=f"{path.name}-tangential",
         findings=(*path.findings, finding),
         tolerance=room,
+        by_tip=True,
     )
 
 

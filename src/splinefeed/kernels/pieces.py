@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from splinefeed.kernels.jit import hot_kernel, kernel
-from splinefeed.kernels.layout import ARC, ARC_TERMS, DEGREES, HIGH, LOW, ORIGIN, SCALE, START, Shape
+from splinefeed.kernels.layout import ARC, ARC_TERMS, HIGH, LOW, ORIGIN, SCALE, START, Shape
 from splinefeed.records import Array, IntArray
 
 #: Newton steps of one inversion, bisections among them; steps or bracket shrink at each.
@@ -14,20 +14,6 @@ MAX_STEPS = 80
 SHRINKING = 0.75
 #: A Newton step in t, which runs over [-1, 1], after which the next one would be below rounding.
 SMALL_STEP = 1e-9
-
-
-@kernel
-def turning_axes(table: Array, row: int, shape: Shape) -> tuple[int, int]:
-    """First axis that makes the arc length of a row, and the one behind the last, where rows may only turn.
-
-    On a row where no linear axis moves A is 0 exactly, as it is taken about one of its own points.
-    """
-    degree, axes, linear, _ = shape
-    first = ORIGIN + axes
-    for k in range(first, first - linear * (degree + 1)):
-        if table[row, k] != 0.0:
-            return 0, -linear
-    return -linear, axes
 
 
 @hot_kernel
@@ -79,19 +65,13 @@ def point(table: Array, row: int, shape: Shape, t: float, out: Array) -> None:
 @hot_kernel
 def speed(table: Array, row: int, shape: Shape, t: float) -> float:
     """|C'(u)| over the measured axes at t of one row, mm per unit of u: C' = (A' - w' A / w) / w."""
-    degree, axes, linear, _ = shape
+    degree, axes, measured, _ = shape
     inverse, ratio = weight_at(table, row, shape, t)
-    begin = 0
-    end = linear
-    if linear <= 0:
-        begin, end = turning_axes(table, row, shape)
     total = 0.0
-    for a in range(begin, end):
+    for a in range(measured):
         value, slope = value_and_slope(table, row, ORIGIN + axes + a * (degree + 1), degree, t)
         slope = (slope - ratio * value) * inverse
         total += slope * slope
-    if linear <= 0 and end == axes:
-        total *= DEGREES * DEGREES
     return math.sqrt(total) * table[row, SCALE]
 
 
@@ -99,19 +79,15 @@ def speed(table: Array, row: int, shape: Shape, t: float) -> float:
 def secant(table: Array, row: int, t: float, ahead: int, t_ahead: float, shape: Shape) -> tuple[float, float, float]:
     """D.D, D.C' and C'.C' over the measured axes: D from t of `row` to t_ahead of `ahead`, C' (by u) at the latter.
 
-    The axes are those that make the arc length of `ahead`; units are mm and mm per unit of u.
+    Units are mm and mm per unit of u.
     """
-    degree, axes, linear, _ = shape
+    degree, axes, measured, _ = shape
     inverse, _ = weight_at(table, row, shape, t)
     inverse_ahead, ratio = weight_at(table, ahead, shape, t_ahead)
-    begin = 0
-    end = linear
-    if linear <= 0:
-        begin, end = turning_axes(table, ahead, shape)
     chord = 0.0
     product = 0.0
     square = 0.0
-    for a in range(begin, end):
+    for a in range(measured):
         at = ORIGIN + axes + a * (degree + 1)
         value, _ = value_and_slope(table, row, at, degree, t)
         value_ahead, slope = value_and_slope(table, ahead, at, degree, t_ahead)
@@ -120,9 +96,6 @@ def secant(table: Array, row: int, t: float, ahead: int, t_ahead: float, shape: 
         chord += across * across
         product += across * slope
         square += slope * slope
-    if linear <= 0 and end == axes:
-        unit = DEGREES * DEGREES
-        return chord * unit, product * unit, square * unit
     return chord, product, square
 
 

@@ -170,7 +170,7 @@ class Run:
     def _repr_html_(self) -> str:
         verdict = "every limit holds" if self.ok else "; ".join(self.verdict.problems)
         rows = {
-            "path": f"{self.path.name}, {self.path.length:.6g} {unit_along(self.path.axes)}",
+            "path": f"{self.path.name}, {self.path.tip_end:.6g} {unit_along(self.path.axes)}",
             "motion": f"{self.law.duration:.6g} s, {self.law.strategy}",
             "setpoints": f"{self.ticks}, one every {self.kept.period:g} s",
             "check": verdict,
@@ -184,7 +184,7 @@ class Run:
             "ok": self.ok,
             "duration_s": law.duration,
             "lower_bound_s": law.settings.get("lower_bound_s"),
-            "length_mm": self.path.length,
+            "length_mm": self.path.tip_end,
             "ticks": self.ticks,
             "period_s": setpoints.period,
             "method": setpoints.method,

@@ -27,11 +27,11 @@ from splinefeed.records.limits import AxisBounds as AxisBounds
 from splinefeed.records.limits import Combination as Combination
 from splinefeed.records.limits import Limits as Limits
 from splinefeed.records.limits import Torque as Torque
+from splinefeed.records.limits import axes_without_limits as axes_without_limits
 from splinefeed.records.limits import by_name as by_name
 from splinefeed.records.limits import number as number
 from splinefeed.records.limits import positive as positive
 from splinefeed.records.limits import refuse_orientation as refuse_orientation
-from splinefeed.records.limits import unlimited_axes as unlimited_axes
 from splinefeed.records.motion import LAW_COEFFICIENTS as LAW_COEFFICIENTS
 from splinefeed.records.motion import STREAM_COLUMNS as STREAM_COLUMNS
 from splinefeed.records.motion import Response as Response

@@ -37,7 +37,7 @@ def check_axes(name: str, given: Iterable[str], axes: Sequence[str]) -> None:
             raise LimitsError(f"{name}.{axis}: the path has no axis {axis!r}; its axes are {', '.join(axes)}")
 
 
-def unlimited_axes(limits: Limits, axes: Sequence[str], low: Array, high: Array) -> list[str]:
+def axes_without_limits(limits: Limits, axes: Sequence[str], low: Array, high: Array) -> list[str]:
     """A sentence for each kind of limit that some axes have, or limits along the path, and others that move do not.
 
     low, high  (axes,) where each axis is at least and at most, mm or rad: what is rounding of these is no motion
@@ -53,11 +53,11 @@ def unlimited_axes(limits: Limits, axes: Sequence[str], low: Array, high: Array)
             verb = "moves" if len(free) == 1 else "move"
             found.append(f"{', '.join(free)} {verb} without {name}, which other axes have; give each axis its own")
         none += [] if bounded.any() else [name]
-    turning = np.array(axes)[moves & ~linear].tolist() if linear.any() else []
-    if turning and none:
-        verb = "turns" if len(turning) == 1 else "turn"
+    others = np.array(axes)[moves & ~linear].tolist() if linear.any() else []
+    if others and none:
+        verb = "turns" if len(others) == 1 else "turn"
         why = "where linear axes move, limits along the path are theirs"
-        found.append(f"{', '.join(turning)} {verb} without {', '.join(none)}: {why}")
+        found.append(f"{', '.join(others)} {verb} without {', '.join(none)}: {why}")
     return found
 
 

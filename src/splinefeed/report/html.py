@@ -86,7 +86,7 @@ def _subtitle(run: Run) -> str:
     period = units.format_quantity(run.kept.period, "time")
     unit, count = unit_along(run.path.axes), len(run.path.curves)
     return (
-        f"{run.path.length:.7g} {unit}, {count} curve{'s' * (count != 1)}, axes {' '.join(run.axes)}; strategy "
+        f"{run.path.tip_end:.7g} {unit}, {count} curve{'s' * (count != 1)}, axes {' '.join(run.axes)}; strategy "
         f"{run.law.strategy}, method {run.kept.method}, {run.ticks} setpoints, one every {period}"
     )
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from splinefeed.errors import expect
+from splinefeed.geometry.path import Path
 from splinefeed.pipeline.compare import MethodTrace
 from splinefeed.pipeline.run import Run
 from splinefeed.records import Array, Limits, TimeLaw, unit_along
@@ -36,14 +37,19 @@ def motion(run: Run) -> Figure:
     t, path = run.kept.t, run.path
     top = np.minimum(run.use.top, HEADROOM * float(np.max(run.kept.feed)))
     above = Line(t, top, "maximum velocity", theme.PALE, 1.0, named=True)
-    panels = (*law_panels(run.law, run.limits, unit_along(path.axes), t, above), *axis_panels(run))
+    panels = (*law_panels(run.law, run.limits, unit_along(path.axes), t, above, path), *axis_panels(run))
     return Figure(f"{theme.words(path.name)}: motion over time, {run.law.strategy}", panels)
 
 
 def law_panels(
-    law: TimeLaw, limits: Limits, along: str = "mm", t: Array | None = None, above: Line | None = None
+    law: TimeLaw,
+    limits: Limits,
+    along: str = "mm",
+    t: Array | None = None,
+    above: Line | None = None,
+    path: Path | None = None,
 ) -> list[Panel]:
-    """s, feed, acceleration and jerk along the path over time with their limits (fig. 1 of the paper).
+    """s, feed, acceleration and jerk of the tip over time with their limits (fig. 1 of the paper).
 
     along  the unit of s; t  (n,) instants, s, else a thousand even ones; both sides of the breaks of the law are
     added, where the jerk jumps; above  a curve behind the feed
@@ -55,11 +61,14 @@ def law_panels(
     jerks = [("J", limits.jerk), ("-J", -limits.jerk)]
     if (slow := limits.deceleration_jerk) not in (None, limits.jerk):
         jerks += [("slowing J", slow), ("slowing -J", -slow)]
+    s, feed, acceleration, jerk = law(at), law.feed(at), law.acceleration(at), law.jerk(at)
+    if path is not None:
+        s, feed, acceleration, jerk = path.of_tip(s, feed, acceleration, jerk)
     rows: tuple[tuple[str, Array, list[tuple[str, float]]], ...] = (
-        ("s", law(at), []),
-        ("feed", law.feed(at), [("limit", limits.feed)]),
-        ("acceleration", law.acceleration(at), [("A", limits.acceleration), ("-D", -slowing)]),
-        ("jerk", law.jerk(at), jerks),
+        ("s", s, []),
+        ("feed", feed, [("limit", limits.feed)]),
+        ("acceleration", acceleration, [("A", limits.acceleration), ("-D", -slowing)]),
+        ("jerk", jerk, jerks),
     )
     panels = []
     for name, values, levels in rows:

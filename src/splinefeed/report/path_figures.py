@@ -13,7 +13,7 @@ from splinefeed.geometry.differential import curvatures
 from splinefeed.geometry.path import Path
 from splinefeed.pipeline.follow import Deviation
 from splinefeed.pipeline.run import Run
-from splinefeed.records import Array, BoolArray, IntArray, Response, field_of, unit_along, words_of
+from splinefeed.records import Array, IntArray, Response, field_of, unit_along, words_of
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Line, Mark, Panel, Shades
 from splinefeed.report.motion_figures import HEADROOM, TIME
@@ -64,7 +64,7 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
     hover = np.column_stack([setpoints.t, setpoints.s, setpoints.u, setpoints.feed])[kept]
     names = ("t (s)", f"s ({unit})", "u", f"feed ({unit}/s)")
     thread = run.thread[:, : place.shape[1]] if path.linear > 1 else place[kept]
-    title = f"{theme.words(path.name)}: {theme.short(path.length)} {unit} in {theme.short(run.law.duration)} s, "
+    title = f"{theme.words(path.name)}: {theme.short(path.tip_end)} {unit} in {theme.short(run.law.duration)} s, "
     title += f"top feed {theme.short(float(np.max(setpoints.feed)))} {unit}/s"
     mark = Coloured(place[kept], shades, hover, names, thread, run.whole)
     return _picture(path, title, mark, labels, setpoints.curve[kept])
@@ -78,9 +78,9 @@ def still_figure(path: Path) -> Figure:
     curve, u = path.locate(s)
     found = path.evaluate(curve, u, 2)
     place = _flat(found[:, 0, : min(path.linear, 3)])
-    shades = {"curvature": _curvature(path, found, path.turning(curve, u))}
+    shades = {"curvature": _curvature(path, found)}
     mark = Coloured(place, shades, np.column_stack([s, u]), ("s (mm)", "u"), place)
-    title = f"{theme.words(path.name)}: {theme.short(path.length)} mm"
+    title = f"{theme.words(path.name)}: {theme.short(path.tip_end)} mm"
     return _picture(path, title, mark, [f"{theme.words(axis, 12)} (mm)" for axis in path.axes], curve)
 
 
@@ -112,9 +112,13 @@ def _with_rapids(path: Path, mark: Coloured, curve: IntArray) -> Coloured:
     return replace(mark, place=place, rapid=np.concatenate(parts), thread=mark.thread)
 
 
-def _curvature(path: Path, found: Array, turning: BoolArray) -> Shades:
-    """Curvature at places whose derivatives by u are `found`, (n, 3, axes), clipped at its quantile of 99.5 %."""
-    kappa = np.where(turning, 0.0, curvatures(found, path.linear))
+def _curvature(path: Path, found: Array) -> Shades:
+    """Curvature at places whose derivatives by u are `found`, (n, 3, axes), clipped at its quantile of 99.5 %.
+
+    0 where the linear axes stand still.
+    """
+    moves = np.any(found[:, 1:, : path.linear], axis=(1, 2))
+    kappa = np.where(moves, curvatures(found, path.linear), 0.0)
     return _shades(np.minimum(kappa, np.quantile(kappa[np.isfinite(kappa)], 0.995)), "curvature (1/mm)")
 
 
@@ -139,7 +143,7 @@ def _quantities(run: Run, response: Response | None) -> dict[str, Shades]:
     out = {"feed": _shades(setpoints.feed, f"feed ({along}/s)")}
     if path.linear:
         found = path.evaluate(setpoints.curve, setpoints.u, 2)
-        out["curvature"] = _curvature(path, found, path.turning(setpoints.curve, setpoints.u))
+        out["curvature"] = _curvature(path, found)
     if response is not None and response.contour_error is not None:
         error = np.interp(setpoints.t, response.t, 1e3 * response.contour_error, right=np.nan)
         out["contour error"] = _shades(error, "contour error (µm)")

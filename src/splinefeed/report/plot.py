@@ -34,7 +34,7 @@ def overview(run: Run) -> Figure:
     """
     expect("plot.overview(run)", (run, Run))
     above = path_figure(run, colour="feed")
-    _, feed, _, jerk = law_panels(run.law, run.limits, unit_along(run.path.axes), run.kept.t)
+    _, feed, _, jerk = law_panels(run.law, run.limits, unit_along(run.path.axes), run.kept.t, path=run.path)
     if np.any(np.isfinite(run.limits.of_axes("axis_jerk", run.axes))):
         jerk = axis_panels(run)[JERK]
     return replace(above, panels=(*above.panels, feed, jerk))

@@ -123,7 +123,7 @@ def test_rotary_axes_alone_have_feeds_in_degrees(tmp_path: Path) -> None:
     path = path_of(tmp_path, "G1 A90 F600", "G20 C30 F60", "X1", "G93 A0 F2")
     assert path.axes == ("x", "a", "c") and path.feeds is not None
     assert path.feeds.tolist() == pytest.approx([10.0, 1.0, 25.4, 3.0])
-    assert np.diff(path.curve_starts).tolist() == pytest.approx([90.0, 30.0, 25.4, 90.0])
+    assert np.diff(path.tip_length(path.curve_starts)).tolist() == pytest.approx([90.0, 30.0, 25.4, 90.0])
     assert path_of(tmp_path, "G1 A90 F600").length == pytest.approx(90.0)
 
 

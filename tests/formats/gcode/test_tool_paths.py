@@ -173,7 +173,7 @@ def test_a_tool_change_and_a_turn_at_rest_part_the_path(tmp_path: File) -> None:
     assert any(
         "the tool turns while its tip stands still" in finding and "line 4" in finding for finding in paths[0].findings
     )
-    np.testing.assert_allclose([path.length for path in paths], [10.0, 10.0, 20.0])
+    np.testing.assert_allclose([path.tip_end for path in paths], [10.0, 10.0, 20.0])
 
 
 def test_vectors_of_i_j_k(tmp_path: File) -> None:
