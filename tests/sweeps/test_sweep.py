@@ -285,3 +285,21 @@ def test_a_part_of_the_machine_that_is_not_there():
     assert "machine xytheta has the axes x, y, theta" in row_of(spec.task(0))["error"]
     spec = from_dict({"sources": ["circle"], "grid": {"machine.x.load.inertia": [1.1]}})
     assert "there is none; add machine = NAME" in row_of(spec.task(0))["error"]
+
+
+def test_what_a_kill_left_half_written_counts_for_nothing_and_odd_lines_run_again(tmp_path, serial):
+    with Store(tmp_path, from_dict(SPEC)) as store:
+        for row in serial[:3]:
+            store.add(row)
+    journal = next((tmp_path / "rows").glob("part-*.jsonl"))
+    (journal.parent / ".splinefeed-1234.jsonl").write_bytes(journal.read_bytes())
+    with journal.open("ab") as stream:
+        stream.write(
+            b'3\n[]\nnull\n{"index": "0"}\n{"index": 1e99}\n{"index": -1}\n{"index": 999999}\n' + b"[" * 9000 + b"\n"
+        )
+        stream.write(json.dumps(serial[0]).encode() + b"\n")  # a row that is there already
+    _, rows = load(tmp_path)
+    assert rows["index"] == [row["index"] for row in sorted(serial[:3], key=lambda row: row["index"])]
+    with Store(tmp_path, from_dict(SPEC)) as store:
+        assert int(store.done.sum()) == 3
+    assert not list(journal.parent.glob(".splinefeed-*"))

@@ -17,7 +17,6 @@ from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import json_values, rows_parquet
 from splinefeed.formats.atomic import TEMPORARIES, write_text
 from splinefeed.formats.source import read_text
-from splinefeed.numbers import whole
 from splinefeed.records import Array, BoolArray, IntArray
 from splinefeed.sweeps.spec import Sweep
 from splinefeed.sweeps.work import COLUMNS, DONE, FAILED, OVER, Row
@@ -141,17 +140,30 @@ class Store:
         write_text(about, json.dumps(page, indent=2, default=str) + "\n")
 
     def _load(self) -> None:
-        for file in self.rows.glob("*.parquet"):
+        for file in self.rows.glob("part-*.parquet"):
             self.done[_indices(rows_parquet.read([file]), len(self.sweep), file)] = True
             file.with_suffix(".jsonl").unlink(missing_ok=True)
-        for journal in sorted(self.rows.glob("*.jsonl")):
-            rows = _lines(journal, len(self.sweep))
+        for journal in sorted(self.rows.glob("part-*.jsonl")):
+            rows = _lines(journal, len(self.sweep), self.columns)
             write_text(journal, "".join(f"{json.dumps(row)}\n" for row in rows))  # without a line that was cut off
             for row in rows:
                 self._keep(row)
 
 
-def _lines(journal: Path, runs: int) -> list[Row]:
+#: What the values of columns of each kind are.
+_VALUES = {"number": (int, float), "whole": (int,), "text": (str,)}
+
+
+def _is_row(row: Mapping[str, Any], runs: int, columns: Mapping[str, str]) -> bool:
+    """Whether an object of a journal is one of `runs` rows: a number of a run, and values of the kinds of columns."""
+    index = row.get("index")
+    if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < runs:
+        return False
+    values = [(row.get(name), _VALUES[kind]) for name, kind in columns.items()]
+    return all(value is None or (isinstance(value, kinds) and not isinstance(value, bool)) for value, kinds in values)
+
+
+def _lines(journal: Path, runs: int, columns: Mapping[str, str]) -> list[Row]:
     """Rows of a journal of a sweep of so many runs; lines that are cut off or no rows are left out: they run again."""
     rows = []
     with suppress(FileNotFoundError):  # its part has become whole
@@ -160,7 +172,7 @@ def _lines(journal: Path, runs: int) -> list[Row]:
         for line in journal.read_bytes().split(b"\n")[:-1]:
             with suppress(ValueError, RecursionError):
                 row = json.loads(line)
-                if isinstance(row, dict) and 0 <= whole(row.get("index"), "index", 0) < runs:
+                if isinstance(row, dict) and _is_row(row, runs, columns):
                     rows.append(row)
     return rows
 
@@ -199,10 +211,10 @@ def load(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, list
     about = _about(Path(folder))
     runs = about["runs"]
     rows = [
-        row for journal in sorted(place.glob("*.jsonl")) for row in _lines(journal, runs)
+        row for journal in sorted(place.glob("part-*.jsonl")) for row in _lines(journal, runs, about["columns"])
     ]  # first: they become parts
     columns: dict[str, list[Any]] = {name: [] for name in about["columns"]}
-    for file in sorted(place.glob("*.parquet")):
+    for file in sorted(place.glob("part-*.parquet")):
         part = rows_parquet.read([file])
         _indices(part, runs, file)
         if missing := [name for name in columns if name not in part]:
@@ -212,6 +224,7 @@ def load(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, list
     known = set(columns["index"])
     for row in sorted(rows, key=lambda row: int(row["index"])):
         if row["index"] not in known:
+            known.add(row["index"])
             for name, values in columns.items():
                 values.append(row.get(name))
     return about, columns
