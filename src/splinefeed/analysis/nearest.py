@@ -126,7 +126,8 @@ class NearestOnPath:
             low, high = np.where(slope < 0.0, t, low), np.where(slope > 0.0, t, high)
             with np.errstate(divide="ignore", invalid="ignore"):
                 new = t - slope / bend
-            new = np.where((bend > 0.0) & (new >= low) & (new <= high), new, 0.5 * (low + high))
+            inside = (bend > 0.0) & (new >= low - SMALL_STEP) & (new <= high + SMALL_STEP)  # but for rounding
+            new = np.where(inside, np.clip(new, low, high), 0.5 * (low + high))
             new = np.where(slope == 0.0, t, new)
             out[index] = new
             go = np.flatnonzero(~(np.abs(new - t) < SMALL_STEP))

@@ -22,8 +22,8 @@ ROUNDINGS = 64.0
 #: Positions that are placed by their chords from one known place on, at first and at most, as long as none is further
 #: from where that predicts it than so many steps.
 FIRST_AHEAD, MOST_AHEAD, DRIFT = 32, 4096, 32.0
-#: A position further from the path than this share of its step is looked for within so many of the longest steps.
-STRAY, WIDE = 0.01, 4.0
+#: A position that is off the path near the place predicted is looked for within so many of the longest steps.
+WIDE = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +181,7 @@ class Placer:
             hint = np.minimum(last + np.cumsum(way), self.rows.length)
             found = self.search.near(here, hint, closed=False)
             # around a bend sharper than a step, the place on the path may lie beyond the window
-            stray = np.flatnonzero(np.sqrt(found.square) > np.maximum(slack, STRAY * way))
+            stray = np.flatnonzero(np.sqrt(found.square) > slack)
             if allowed > 0.0 and len(stray):
                 wide = self.search.near(here[:, stray], hint[stray], WIDE * float(np.max(way)), closed=False)
                 on = np.flatnonzero(np.sqrt(wide.square) <= slack)
