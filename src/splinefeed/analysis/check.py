@@ -28,7 +28,7 @@ from splinefeed.records import (
 )
 
 #: Ticks that are processed together: what bounds the memory.
-BLOCK = 32768
+BLOCK = 16384
 #: Sentence of each kind of fault of single setpoints, before its place.
 _SENTENCES = {
     "off the curve": "off the curve by {amount:.6g} {unit}",

@@ -116,13 +116,19 @@ class NearestOnPath:
         c0 = c0 + (places.origin[: self.dims] * self.unit[:, None] - q).reshape(shape)
         return dot(c0, c0), dot(c0, c1), dot(c1, c1) + 2.0 * dot(c0, c2)
 
-    def _descend(self, row: IntArray, q: Array, low: Array, high: Array, t: Array) -> NearestPoints:
-        """A least distance of q (dims, n) on spans (n,), t in [low, high]: Newton's method from t, in a bracket."""
+    def _descend(
+        self, row: IntArray, q: Array, low: Array, high: Array, t: Array, known: tuple[Array, ...] = ()
+    ) -> NearestPoints:
+        """A least distance of q (dims, n) on spans (n,), t in [low, high]: Newton's method from t, in a bracket.
+
+        known  `_squares` at t, if it is
+        """
         out, index = t.copy(), np.arange(len(t))
         for _ in range(STEPS):
             if not len(index):
                 break
-            _, slope, bend = self._squares(SpanPlaces(self.spans, row[index]), q[:, index], t)
+            _, slope, bend = known or self._squares(SpanPlaces(self.spans, row[index]), q[:, index], t)
+            known = ()
             low, high = np.where(slope < 0.0, t, low), np.where(slope > 0.0, t, high)
             with np.errstate(divide="ignore", invalid="ignore"):
                 new = t - slope / bend
@@ -249,7 +255,8 @@ class NearestOnPath:
         spans, length = self.spans, float(self.way[-1])
         row = spans.at(hint)
         t = spans.parameter(row, np.clip(hint - spans.start[row], 0.0, spans.lengths[row]))
-        found = NearestPoints(row, t, self._squares(SpanPlaces(spans, row), q, t)[0])
+        known = self._squares(SpanPlaces(spans, row), q, t)
+        found = NearestPoints(row, t, known[0])
         half = np.maximum(max(window, LEAST_WINDOW * length), REACH * np.sqrt(found.square))
         way = self._ways(row, t)
         # where the distance is convex over all of the window, and that within a span, there is one least distance
@@ -259,7 +266,7 @@ class NearestOnPath:
         sure &= (np.sqrt(found.square) + half) * bend < 0.5
         index = np.flatnonzero(sure)
         one = np.ones(len(index))
-        each = self._descend(row[index], q[:, index], -one, one, t[index])
+        each = self._descend(row[index], q[:, index], -one, one, t[index], taken(index, *known))
         settled = np.abs(self._ways(each.row, each.t) - way[index]) < half[index] * (1.0 - ON_EDGE)
         found.put(index[settled], each.take(np.flatnonzero(settled)))
         rest = np.ones(len(hint), dtype=bool)
