@@ -14,7 +14,7 @@ from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import table_text
 from splinefeed.formats.metadata import check_period, naming
 from splinefeed.formats.sizes import MAX_COORDINATE, MAX_TICKS
-from splinefeed.formats.source import check_file
+from splinefeed.formats.source import check_file, count_lines
 from splinefeed.formats.table_text import AXES, OURS
 from splinefeed.records import Array, Setpoints
 
@@ -62,7 +62,7 @@ def read(
                 skiprows=first,
                 ndmin=2,
                 encoding="utf-8-sig",
-                max_rows=MAX_TICKS,
+                max_rows=min(MAX_TICKS, count_lines(file) + 1),  # it makes room for all of them beforehand
             )
     except ValueError as error:
         raise FormatError(f"{path}: is not a valid table of numbers: {str(error).split(';')[0]}") from None
