@@ -14,7 +14,7 @@ from splinefeed.feed.bound import lower_bound
 from splinefeed.feed.grid import FASTER, SLOW, Samples, graded, lay, sample
 from splinefeed.feed.law import Pieces, pieces_of
 from splinefeed.feed.numbers import ALMOST, KEPT, ROUNDS, SAME
-from splinefeed.feed.rows import FREE, Rows
+from splinefeed.feed.rows import FREE, TINY, Rows
 from splinefeed.feed.setting import BESIDE, INSIDE, Setting
 from splinefeed.feed.solve import End, Problem, Solution, solve
 from splinefeed.feed.spline import DEGREE, Spline
@@ -23,6 +23,8 @@ from splinefeed.records import Array, BoolArray, IntArray
 #: A ramp at rest is this share of the way over which jerk builds up the acceleration, of the way to the next knot, and
 #: of the stretch: nothing bends within it, and a cell fits in behind it.
 RAMP = 0.01
+#: ... and the path turns by no more than this on it, rad.
+TURN = 0.05
 #: The first guess of q, as a share of what limits of velocity and acceleration allow or of another solution.
 GUESS = 0.6
 #: What the audit may not see of a peak between its places, as a factor on q: 3e-6 was found.
@@ -316,7 +318,8 @@ def _ends(setting: Setting, samples: Samples, low: float, high: float, start: St
         away = np.abs(inner - place)
         beside = float(np.min(away[away > ALMOST * setting.track.length], initial=way))
         moving = state.feed > 0.0
-        ramp = max(RAMP * beside, ALMOST * (high - low))  # arc length must resolve it
+        turn = float(np.max(samples.turn, initial=0.0, where=np.abs(samples.s - place) <= RAMP * beside))
+        ramp = max(min(RAMP * beside, TURN / max(turn, TINY)), ALMOST * (high - low))  # arc length must resolve it
         ends.append(End(q=state.feed**2, slope=2.0 * state.acceleration) if moving else End(ramp=ramp))
     return ends[0], ends[1]
 
