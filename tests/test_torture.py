@@ -17,6 +17,7 @@ COUNTS = {
     "chains": 25,
     "servo": 10,
     "kills": 1,
+    "folders": 1,
 }
 
 

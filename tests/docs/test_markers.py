@@ -55,7 +55,8 @@ def test_each_benchmark_has_its_place():
     assert placed == parts("benchmarks")
 
 
-LONG = [pytest.param(script, marks=pytest.mark.slow) for script in ("override", "paper", "tune")]
+#: `override` measures 200 random holds to the millisecond, which the last bit of a plan moves: it is not compared.
+LONG = [pytest.param(script, marks=pytest.mark.slow) for script in ("paper", "tune")]
 
 
 @pytest.mark.timeout(1200)

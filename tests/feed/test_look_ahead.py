@@ -219,7 +219,7 @@ QUICK = {
 }  # fmt: skip
 #: Those that were refused while the parameter of a path was the arc length of its linear axes, which stood still.
 TURNING_ON = (
-    300418, 401368, 10041087, 160002662, 20066002, 30073763, 30095864, 40093986, 30060, 405169, 9001126, 10008665,
+    300418, 401368, 10041087, 20066002, 30073763, 30095864, 40093986, 30060, 405169, 9001126, 10008665,
 )  # fmt: skip
 REASONS = (
     "however slow it is", "would take", "no motion within the limits was found",

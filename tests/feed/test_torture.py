@@ -10,6 +10,7 @@ from splinefeed.errors import CurveError, LimitsError, PlanError
 
 #: What a plan may be refused for, and how the message then begins or what it contains.
 REFUSALS = (
+    "seven-phase cannot plan linear and rotary axes together",
     "would take",  # the same but for rounding: longer than thirty years
     "too short to",
     "which is rounding; give its linear axes one position",
@@ -32,7 +33,6 @@ KEPT = {
     1077: "a ramp that runs over a span of 1e-6",
     209: "a cusp next to the start, where r''' is 0/0 for most of the ramp",
     30013: "a rotary axis that turns while the other all but stands still: look-ahead passes",
-    30015: "a rotary axis that turns over 5e-17 mm: refused",
     501060: "a rotary axis that turns over the rounding of far coordinates",
     9001126: "a rotary axis that turns over 1e-16 mm at the end",
     20022620: "a velocity of an axis that peaks between places while jerk along the path is level",

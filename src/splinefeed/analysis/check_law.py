@@ -96,7 +96,8 @@ def _jumps(law: TimeLaw, bounds: Bounds, motion: LawMotion, period: float) -> tu
     limits, along = bounds.limits, unit_along(bounds.path.axes)
     problems, notes = [], []
     jerk = min(limits.jerk, limits.deceleration_jerk or np.inf)  # may build up this much within a rounding of t
-    jerk = jerk if jerk < np.inf else 0.0
+    mixed = bounds.rows.tip is not bounds.rows  # the law's acceleration is not that of the tip
+    jerk = jerk if jerk < np.inf and not mixed else 0.0
     kinds = (
         ("s", along, ROUNDINGS * EPSILON * bounds.rows.length + NO_JUMP * motion.top * period),
         ("its feed", f"{along}/s", NO_JUMP * motion.top),
@@ -112,7 +113,7 @@ def _jumps(law: TimeLaw, bounds: Bounds, motion: LawMotion, period: float) -> tu
             problems.append(text)
         elif value > rounding and jerk > 0.0:
             problems.append(f"{text}: its jerk is infinite there")
-        elif value > rounding and limits.axis_jerk is not None:
+        elif value > rounding and (limits.axis_jerk is not None or mixed):
             notes.append(f"{text}: the exact axis jerk is infinite there, and the third difference decides")
     return problems, notes
 

@@ -15,26 +15,29 @@ LOOKED, CLOSER = (0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count
 DOUBT = 3.5
 
 
-def worst_shares(setting: Setting, pieces: Pieces, end: float, before: tuple[Pieces, Array] | None = None) -> Array:
+def worst_shares(
+    setting: Setting, pieces: Pieces, end: float, before: tuple[Pieces, Array, Array] | None = None
+) -> tuple[Array, Array]:
     """Largest shares in each piece of tops, linear limits and jerk, (3, m), as factors on q; it ends at `end`, mm.
 
-    A peak between places is that of a parabola through three of them. A piece that may be over the worst between its
-    places is looked at more closely, and so are the first and the last.
-    before  as many pieces and their shares: a piece that is the same has still the same ones
+    And what the largest is surely below, (m,). A peak between places is that of a parabola through three of them. A
+    piece that may be over the worst between its places is looked at more closely, and so are the first and the last.
+    before  as many pieces, and what was found: a piece that is the same has still the same
     """
     worst, bound = np.empty((3, len(pieces))), np.zeros(len(pieces))
     some = np.arange(len(pieces))
     if before is not None:
-        old, worst[:] = before
+        old, worst[:], bound[:] = before
         some = np.flatnonzero(np.any(pieces.coefficients != old.coefficients, axis=1) | (pieces.spans != old.spans))
     if not len(some):
-        return worst
+        return worst, bound
     worst[:, some], bound[some] = _looked_at(setting, pieces, end, LOOKED, some)
     bound[np.intersect1d(some, [0, len(pieces) - 1])] = np.inf
     near = np.flatnonzero(~(bound <= max(1.0, float(np.max(worst)))))
     if len(near):
         worst[:, near], _ = _looked_at(setting, pieces, end, CLOSER, near)
-    return worst
+        bound[near] = np.max(worst[:, near], axis=0)
+    return worst, bound
 
 
 def _looked_at(setting: Setting, pieces: Pieces, end: float, looked: Array, some: IntArray) -> tuple[Array, Array]:

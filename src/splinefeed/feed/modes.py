@@ -231,7 +231,7 @@ def _waiting(plan: Plan, high: float, stop: State, period: float | None, both: b
 def _not_found(setting: Setting, plan: Plan, low: float, high: float) -> PlanError:
     """The error for a stretch whose best motion is over a limit: where, by how much, and what mends it."""
     with np.errstate(all="ignore"):
-        over = np.max(worst_shares(setting, plan.pieces, high), axis=0)
+        over = np.max(worst_shares(setting, plan.pieces, high)[0], axis=0)
     k = int(np.argmax(over))
     much = f"{100.0 * (over[k] - 1.0):.3g} % over a limit" if over[k] < np.inf else "no motion"
     return PlanError(

@@ -81,6 +81,11 @@ def _over(
         np.append(limits.of_axes(name, axes), [getattr(each, kind) for each in sums])
         for name, kind in zip(AXIS_LIMITS, BOUNDED, strict=True)
     ]
+    mixed = isinstance(path, Path) and path.mixed  # then the tip's arc length is one more coordinate
+    if mixed:
+        slowing, slowing_jerk = limits.deceleration or 0.0, limits.deceleration_jerk or 0.0
+        along = (np.inf, max(limits.acceleration, slowing), max(limits.jerk, slowing_jerk))
+        bounds = [np.append(each, bound) for each, bound in zip(bounds, along, strict=True)]
     period = float(law.period or 0.0)
     between = limits.chord_error is not None or limits.orientation_error is not None
     if not between and torque is None and not np.any(np.isfinite(bounds)):
@@ -106,6 +111,9 @@ def _over(
         own = path(s)
         rounding = _rounding(path, s, own)
         r, rounded = own @ weights.T, np.abs(weights) @ rounding
+        if mixed and isinstance(path, Path):
+            r = np.column_stack([r, path.tip_length(s)])
+            rounded = np.append(rounded, ROUNDINGS * np.spacing(path.length))
         for order, bound in enumerate(bounds, start=1):
             if len(t) <= order:
                 continue

@@ -235,7 +235,7 @@ def plan_window(
         raise PlanError(f"from s = {low:.6g} to {high:.6g} mm nothing limits the acceleration or jerk")
     if start.feed**2 >= np.max(samples.top) and State(start.feed) == stop == start:  # nothing to choose
         steady = Pieces(np.array([(high - low) / start.feed]), np.array([[low, start.feed, 0.0, 0.0, 0.0, 0.0]]))
-        most = float(np.max(worst_shares(setting, steady, high)))
+        most = float(np.max(worst_shares(setting, steady, high)[0]))
         return Plan(steady, steady.duration, most if most > 1.0 + SAME else 0.0)
     ends = _ends(setting, samples, low, high, start, stop)
     window = Window(setting, samples, samples.q, ends, low, high, mode)
@@ -262,13 +262,13 @@ def plan_window(
         if k == 0 and mode.bounded:
             bound = lower_bound(setting, window.problem, solution, low, high, mode.tolerance)
         pieces = pieces_of(window.spline, c, ends)
-        shares = worst_shares(setting, pieces, high, before)
+        shares, below = worst_shares(setting, pieces, high, before)
         broken = ~np.isfinite(np.max(window.of_cells(shares), axis=0))
         if np.any(broken) and k < 2 * ROUNDS:  # q falls to nothing between places
             window, was = window.again(c, mode, broken)
             c, z, factor, often, before = window.guess(), None, factor[:, was], often[:, was], None
             continue
-        before = pieces, shares
+        before = pieces, shares, below
         found.append(Plan(pieces, bound, float(np.max(shares))))
         if found[-1].over <= (goal if k < ROUNDS else max(goal, 1.0 + KEPT)) or (
             exact and not solution.kept and k == 0
