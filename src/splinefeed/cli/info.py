@@ -143,12 +143,12 @@ def _path(path: sf.Path) -> dict[str, Any]:
         "stops": len(path.stops),
         "corner_places": [
             {
-                "s_mm": c.s,
+                "s_mm": s,
                 "angle_deg": math.degrees(c.angle),
                 "curvature_jump_per_mm": c.curvature_jump if math.isfinite(c.curvature_jump) else None,
                 "stop": c.stop,
             }
-            for c in path.corners
+            for c, s in zip(path.corners, path.tip_length(path.corners.s).tolist(), strict=True)
         ],
         "gaps": sum(gap > JOIN_TOLERANCE for gap in path.gaps),
         "largest_gap_mm": max(path.gaps, default=0.0),
