@@ -44,7 +44,7 @@ class Machine:
     """
 
     name: str
-    axes: Mapping[str, parts.Axis]
+    axes: Mapping[str, Any]  # Axis, or ServoAxis where more than limits is known
     title: str = ""
     notes: tuple[str, ...] = ()
     kinematics: Kinematics | None = None
