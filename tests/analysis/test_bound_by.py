@@ -108,6 +108,24 @@ def test_a_velocity_step_that_binds_is_named_at_the_tick_of_its_corner(where):
     assert run.numbers()["bound_by"]["axis_velocity_step.y"] == pytest.approx(1.0 / run.ticks)
 
 
+def test_a_velocity_step_beside_a_rotary_axis_is_that_of_the_setpoints():
+    """An axis begins to turn at the same corner: lengths along the path count it, and the tip's do not."""
+    path = sf.Path.polyline(np.array([[0.0, 0.0, 0.0], [30.0, 0.0, 0.0], [60.0, 6.0, 1.0]]), ("x", "y", "a"))
+    values = {"x": 500.0, "y": 500.0, "a": 20.0}
+    jerks = {axis: 40.0 * value for axis, value in values.items()}
+    steps = {"x": 8.0, "y": 8.0, "a": 1.0}
+    run = sf.run(path, sf.Limits(feed=60.0, axis_acceleration=values, axis_jerk=jerks, axis_velocity_step=steps))
+    assert run.ok
+    tick = int(np.argmax(run.use.share[:, run.use.names.index("axis_velocity_step.y")]))
+    assert run.kept.s[tick] == pytest.approx(30.0, abs=0.1)
+    velocity = np.diff(run.kept.position[tick - 2 : tick + 3], axis=0) / PERIOD
+    for k, axis in enumerate(path.axes):
+        share = run.use.share[:, run.use.names.index(f"axis_velocity_step.{axis}")]
+        assert np.count_nonzero(share) == 1
+        seen = abs(velocity[-1, k] - velocity[0, k]) / steps[axis]
+        assert share[tick] == pytest.approx(seen, abs=5.0 * PERIOD * values[axis] / steps[axis])
+
+
 def test_parts_of_a_motion_have_the_use_of_the_whole():
     path = sf.Path.polyline(np.array([[0.0, 0.0], [30.0, 0.0], [60.0, 10.0], [80.0, 0.0]]), ("x", "y"))
     limits = sf.Limits(feed=60.0, axis_acceleration=500.0, axis_jerk=2e4, axis_velocity_step=8.0)

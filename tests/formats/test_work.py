@@ -11,29 +11,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hostile import blocks, fit_points
+
 #: s of processor time, generous on a slow machine, and bytes of memory that a small file may take.
 MOST_SECONDS, MOST_MEMORY = 20, 2**30
-DXF = "0\nSECTION\n2\nENTITIES\n{}0\nENDSEC\n0\nEOF\n"
 PROGRAM = (
     "import sys, splinefeed as sf\nfrom splinefeed.formats.registry import read_all\n"
     "try:\n    print(len(read_all(sys.argv[1])), 'read')\n"
     "except sf.errors.SplinefeedError as error:\n    print(error)\n"
     "print(int(open('/proc/self/status').read().split('VmHWM:')[1].split()[0]) * 1024)\n"
 )
-
-
-def fit_points(count: int) -> str:
-    rows = "".join(f"11\n{k}\n21\n{k * k % 17}\n31\n0\n" for k in range(count))
-    return DXF.format(f"0\nSPLINE\n8\n0\n70\n8\n71\n3\n74\n{count}\n{rows}")
-
-
-def empty_blocks(depth: int, each: int) -> str:
-    reference = "0\nINSERT\n8\n0\n2\nb{}\n10\n0\n20\n0\n"
-    blocks = "".join(
-        f"0\nBLOCK\n2\nb{k}\n70\n0\n10\n0\n20\n0\n{reference.format(k + 1) * (each if k < depth else 0)}0\nENDBLK\n"
-        for k in range(depth + 1)
-    )
-    return f"0\nSECTION\n2\nBLOCKS\n{blocks}0\nENDSEC\n" + DXF.format(reference.format(0))
 
 
 def same_places(count: int) -> str:
@@ -45,7 +32,7 @@ def same_places(count: int) -> str:
 CASES: dict[str, tuple[str, Callable[[], str], str]] = {
     "9,000 fit points": (".dxf", lambda: fit_points(9000), "1 read"),
     "fit points": (".dxf", lambda: fit_points(20_000), "has 20000 fit points; at most 10000"),
-    "blocks": (".dxf", lambda: empty_blocks(6, 10), "more than 100000 references to blocks"),
+    "blocks": (".dxf", lambda: blocks(6, 10), "more than 100000 references to blocks"),
     "places": (".csv", lambda: same_places(3000), "1 read"),
 }
 

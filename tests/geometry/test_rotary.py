@@ -241,3 +241,27 @@ def test_seven_phases_are_for_paths_of_one_kind_of_axes():
     law = sf.plan(PATHS["x, a, x"], along, period=1e-3)
     assert law.strategy == "time-optimal"
     assert any("a has no limit of acceleration or jerk" in note for note in law.notes)
+
+
+@pytest.mark.parametrize("name", PATHS)
+@pytest.mark.nojit
+def test_setpoints_and_verdicts_count_the_arc_length_of_the_tip(name):
+    path = PATHS[name]
+    law = sf.plan(path, limits(path), period=1e-3)
+    setpoints = sf.interpolate(path, law)
+    assert setpoints.s == pytest.approx(path.tip_length(path.arc_length(setpoints.curve, setpoints.u)), abs=1e-9)
+    assert setpoints.s[-1] == path.tip_end
+    middle = 0.5 * (setpoints.feed[1:] + setpoints.feed[:-1])  # within j T^2 / 8 of the difference
+    apart = np.abs(np.diff(setpoints.s) / np.diff(setpoints.t) - middle)
+    assert np.quantile(apart, 0.95) < 0.02 * setpoints.feed.max()
+    verdict = sf.check(setpoints, path, limits(path), law=law)
+    assert verdict.ok
+    assert verdict.numbers["length_mm"] == pytest.approx(path.tip_end, rel=1e-14)
+    places = [each.at_s for each in verdict.limits.values()]
+    assert all(0.0 <= s <= path.tip_end * (1.0 + 1e-12) for s in places if not math.isnan(s))
+    columns = [k for k in range(len(path.axes)) if setpoints.position[:, k].any()]
+    for k in columns:  # where the verdict places the largest velocity of an axis, it has that velocity
+        worst = verdict.limits[f"axis_velocity.{path.axes[k]}"]
+        near = np.abs(setpoints.s[:-1] - worst.at_s) <= 2.0 * np.max(np.diff(setpoints.s))
+        rates = np.abs(np.diff(setpoints.position[:, k])) / np.diff(setpoints.t)
+        assert np.max(rates[near]) == pytest.approx(worst.worst, rel=0.05)

@@ -233,7 +233,7 @@ def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
     problems += [_limit_sentence(name, result, unit) for name, result in results.items() if not result.holds]
     numbers = {
         "duration_s": judge.duration,
-        "length_mm": judge.gone + judge.rows.length,
+        "length_mm": judge.gone + judge.rows.tip.length,
         "ticks": judge.ticks,
         "period_s": judge.period,
         "method": first.method,

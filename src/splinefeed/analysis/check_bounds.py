@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -49,12 +50,20 @@ class Worst:
         return (self.result.worst - self.result.floor) / self.result.limit
 
     def see(
-        self, values: Array, t: Array, s: Array, floor: Array, limits: Array | None = None, by: str = "setpoints"
+        self,
+        values: Array,
+        t: Array,
+        s: Array,
+        floor: Array,
+        limits: Array | None = None,
+        by: str = "setpoints",
+        place: Callable[[float], float] = float,
     ) -> None:
-        """Record values and their rounding, floor (n,), at times t and arc lengths s (n,); NaN is nothing.
+        """Record values and their rounding, floor (n,), at times t and lengths s (n,); NaN is nothing.
 
         The worst is the value that is, but for its rounding, nearest to its limit or furthest over it. limits (n,) if
-        the limit changes from place to place: that of the result becomes that of the worst.
+        the limit changes from place to place: that of the result becomes that of the worst. place  makes of a
+        length what the result says: the arc length of the tip.
         """
         if not len(values):
             return
@@ -66,6 +75,7 @@ class Worst:
         k = int(np.argmax(share))
         if share[k] > self.share:
             limit, worst, rounding, at_t, at_s = (float(each[k]) for each in (own, values, floor, t, s))
+            at_s = place(at_s)
             self.result = replace(self.result, limit=limit, worst=worst, floor=rounding, at_t=at_t, at_s=at_s, by=by)
 
 
@@ -187,9 +197,13 @@ class Bounds:
 
     @cached_property
     def alone(self) -> Array:
-        """Lengths, mm, at which the curves begin on which rotary axes move alone, (k,)."""
+        """Arc lengths of the tip, mm, at which the curves begin on which rotary axes move alone, (k,)."""
         still = self.rows.still
-        return np.zeros(0) if still is None else self.rows.curve_starts[np.unique(self.rows.curve[still])]
+        return np.zeros(0) if still is None else self.rows.tip.curve_starts[np.unique(self.rows.curve[still])]
+
+    def place(self, s: float) -> float:
+        """Arc length of the tip, mm, at a length s, mm."""
+        return float(self.rows.of_tip(np.array([s]))[0])
 
     @cached_property
     def rests(self) -> Array:

@@ -58,7 +58,7 @@ def check_law(law: TimeLaw, bounds: Bounds, worsts: dict[str, Worst], period: fl
     for name, worst in worsts.items():
         if name.startswith(STEP):
             jumps = feeds * bounds.corners.jumps[:, worst.column - 1]
-            worst.see(jumps, times, corners, np.zeros(len(corners)), by="law")
+            worst.see(jumps, times, corners, np.zeros(len(corners)), by="law", place=bounds.place)
     problems, notes = _jumps(law, bounds, motion, period)
     if motion.irregular:
         notes.append(
@@ -126,7 +126,9 @@ def _corner_notes(law: TimeLaw, bounds: Bounds, top: float) -> Iterator[str]:
     corners = bounds.bends[0]
     places = corners[motion_at(law, times_at(law, corners), 1) > MOVING * top]
     if len(places):
-        listed = ", ".join(f"{each:.6g}" for each in places[:LISTED]) + (", ..." if len(places) > LISTED else "")
+        listed = ", ".join(f"{each:.6g}" for each in bounds.rows.of_tip(places[:LISTED])) + (
+            ", ..." if len(places) > LISTED else ""
+        )
         yield (
             f"at {len(places)} place(s), s = {listed} {unit_along(bounds.path.axes)}, direction or curvature jumps in "
             "motion, and exact derivatives of the axes are infinite: there the differences of the setpoints decide, "
@@ -213,9 +215,9 @@ class LawMotion:
                 motion = s[over], v[over], a[over], j[over]
                 floor[over] = self._floor(row[np.nonzero(over)[-1]], *motion, name, value[over])
                 self.irregular += int(np.count_nonzero(np.isnan(floor)))
-            worst.see(
-                value.ravel(), t.ravel(), s.ravel(), floor.ravel(), np.broadcast_to(limit, s.shape).ravel(), "law"
-            )
+            limit = np.broadcast_to(limit, s.shape)
+            at, flat = (t.ravel(), s.ravel()), floor.ravel()
+            worst.see(value.ravel(), *at, flat, limit.ravel(), by="law", place=self.bounds.place)
         return out
 
     def _floor(self, row: IntArray, s: Array, v: Array, a: Array, j: Array, name: str, value: Array) -> Array:

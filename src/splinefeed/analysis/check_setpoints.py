@@ -10,6 +10,7 @@ and what differences make of that, through their own stencil, is the floor of ea
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -83,7 +84,7 @@ class Judge:
         self._start = self.start_error = self.end_error = 0.0
         self.drift = self.ripple = self.off_path = 0.0
         self.scale = self.allowed = 0.0
-        self.gone = self._seen = 0.0  # length before the path, mm, and up to where the motion is known
+        self.gone = self._seen = 0.0  # arc length of the tip before the path, mm, and up to where the motion is known
         self.alone: list[float] = []  # where the curves begin on which rotary axes move alone, mm
         self._know(bounds)
         axes = len(first.axes)
@@ -102,7 +103,7 @@ class Judge:
         self._placer = Placer(path, self.rows)
         places = bounds.alone + self.gone
         self.alone += places[places >= self._seen].tolist()
-        self._seen = self.gone + bounds.rows.length
+        self._seen = self.gone + bounds.rows.tip.length
 
     @property
     def curve(self) -> int:
@@ -119,7 +120,7 @@ class Judge:
         assert self._tail is not None
         rows, start = self.rows, self._placer
         gone, row = float(rows.curve_starts[left]), int(rows.curves[left, 0])
-        self.gone += gone
+        self.gone += float(rows.tip.curve_starts[left])
         self._know(bounds)
         self._placer.go_on(start, gone)
         self._tail = replace(self._tail, row=self._tail.row - row, s=self._tail.s - gone)
@@ -184,7 +185,11 @@ class Judge:
     def _see(self, name: str, values: Array, t: Array, s: Array, floor: Array, limits: Array | None = None) -> None:
         """Compare a limit, if it is given, with values (n,); see `Worst.see`."""
         if (worst := self.worst.get(name)) is not None:
-            worst.see(values, t, self.gone + s, floor, limits)
+            worst.see(values, t, s, floor, limits, place=self._place)
+
+    def _place(self, s: float) -> float:
+        """Arc length of the tip from the start of the motion, mm, at a length s of the path, mm."""
+        return s if math.isnan(s) else self.gone + self.bounds.place(s)
 
     # --- single ticks ------------------------------------------------------------------------------------------------
 
@@ -196,7 +201,7 @@ class Judge:
             return
         k = int(np.argmax(np.where(wrong, amount, -np.inf)))
         first, old = self.ticks if tick is None else tick, self.faults.get(kind)
-        new = Fault(0, float(amount[k]), first + k, float(t[k]), self.gone + float(s[k]), detail)
+        new = Fault(0, float(amount[k]), first + k, float(t[k]), self._place(float(s[k])), detail)
         worst = new if old is None or new.amount > old.amount else old
         self.faults[kind] = replace(worst, count=int(np.count_nonzero(wrong)) + (old.count if old else 0))
 

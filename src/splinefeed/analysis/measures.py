@@ -10,7 +10,6 @@ import numpy as np
 from splinefeed.analysis import between
 from splinefeed.analysis.spans import EPSILON, SpanPlaces, spans_of
 from splinefeed.geometry.corners import STOP_ANGLE
-from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, IntArray, Limits, Setpoints, TimeLaw
@@ -172,7 +171,7 @@ def _steps(setpoints: Setpoints, path: Path, law: TimeLaw, limits: Limits) -> li
     """
     if limits.axis_velocity_step is None:
         return []
-    values, s = np.zeros((len(setpoints), len(path.axes))), setpoints.s
+    values, s = np.zeros((len(setpoints), len(path.axes))), path.lengths_of(setpoints)
     corners = path.corners
     first = np.searchsorted(corners.s, max(float(s[0]), 0.0), side="right")
     within = slice(first, np.searchsorted(corners.s, min(float(s[-1]), path.length)))
@@ -185,10 +184,8 @@ def _steps(setpoints: Setpoints, path: Path, law: TimeLaw, limits: Limits) -> li
             (curve, u, "left"),
             (curve + joint, np.where(joint, domains[np.minimum(curve + 1, len(domains) - 1), 0], u), "right"),
         )
-        before, behind = (
-            by_arc_length(path.evaluate(on, place, 3, side=side), path.linear)[:, 1] for on, place, side in sides
-        )
-        t = _when(law, at, setpoints)
+        before, behind = (path.by_length(on, place, side=side)[:, 1] for on, place, side in sides)
+        t = _when(law, at, setpoints.t, s)
         jump = law.feed(t)[:, None] * np.abs(behind - before)
         tick = np.clip(np.rint((t - setpoints.t[0]) / setpoints.period).astype(np.int64), 0, len(values) - 1)
         np.maximum.at(values, tick, np.where(np.isfinite(jump), jump, 0.0))
@@ -196,11 +193,11 @@ def _steps(setpoints: Setpoints, path: Path, law: TimeLaw, limits: Limits) -> li
     return [(f"axis_velocity_step.{axis}", values[:, k], steps[k]) for k, axis in enumerate(path.axes)]
 
 
-def _when(law: TimeLaw, s: Array, setpoints: Setpoints) -> Array:
-    """When the law is at arc lengths s (n,), mm, between the first setpoint and the last: Newton's steps, s."""
-    before = np.clip(np.searchsorted(setpoints.s, s, side="right") - 1, 0, len(setpoints) - 2)
-    low, high = setpoints.t[before], setpoints.t[before + 1]
-    t = low + (high - low) * (s - setpoints.s[before]) / np.maximum(setpoints.s[before + 1] - setpoints.s[before], TINY)
+def _when(law: TimeLaw, s: Array, ticks: Array, places: Array) -> Array:
+    """When the law is at lengths s (n,), mm, between ticks (k,), s, at which it is at places (k,), mm: Newton, s."""
+    before = np.clip(np.searchsorted(places, s, side="right") - 1, 0, len(places) - 2)
+    low, high = ticks[before], ticks[before + 1]
+    t = low + (high - low) * (s - places[before]) / np.maximum(places[before + 1] - places[before], TINY)
     for _ in range(NEWTON):
         t = np.clip(t - (law(t) - s) / np.maximum(law.feed(t), TINY), low, high)
     return np.asarray(t)
@@ -316,9 +313,12 @@ def feed_ripple(setpoints: Setpoints, path: Path, law: TimeLaw, *, top: float | 
     return Ripple(setpoints.t[:-1][counts], relative, floor, rms)
 
 
-def drift(setpoints: Setpoints, law: TimeLaw) -> Array:
-    """How far each setpoint is ahead of the law along the path, (n,), mm: S(u_k) - l(t_k)."""
-    return setpoints.s - law(setpoints.t)
+def drift(setpoints: Setpoints, law: TimeLaw, path: Path | None = None) -> Array:
+    """How far each setpoint is ahead of the law along the path, (n,), mm: S(u_k) - l(t_k).
+
+    path  needed where linear and rotary axes make the length, which is not the setpoints' arc length of the tip then
+    """
+    return (setpoints.s if path is None else path.lengths_of(setpoints)) - law(setpoints.t)
 
 
 def chord_errors(setpoints: Setpoints, path: Path) -> Array:

@@ -207,7 +207,7 @@ class Placer:
         the path; rotary axes that they lack are 0.
         """
         if np.isfinite(setpoints.s).all():
-            return np.clip(setpoints.s, 0.0, self.rows.length)
+            return np.clip(self.path.lengths_of(setpoints), 0.0, self.rows.length)
         known = dict(zip(setpoints.axes, setpoints.position.T, strict=True))
         position = np.stack([known.get(axis, np.zeros(len(setpoints))) for axis in self.path.axes])
         if self._s is None:

@@ -136,6 +136,15 @@ class PathSpans:
             return self
         return PathSpans(self._flat, self.linear, None)
 
+    def of_tip(self, s: Array) -> Array:
+        """Arc length of the tip (n,), mm, at lengths s (n,), mm."""
+        if self.tip is self:
+            return s
+        row = self.at(s)
+        t = self.parameter(row, np.clip(s, self.start[row], self.end[row]) - self.start[row])
+        where, u = self.tip.find(self.curve[row], self.middle[row] + t / self.scale[row])
+        return self.tip.arc_length(where, (u - self.tip.middle[where]) * self.tip.scale[where])
+
     @property
     def length(self) -> float:
         """Length of all, mm."""

@@ -169,10 +169,13 @@ def _assumed(setting: Setting) -> list[str]:
     names = setting.at.assumed
     if not names:
         return []
-    have, them = ("has", "it") if len(names) == 1 else ("have", "them")
+    have = "has" if len(names) == 1 else "have"
+    k = setting.at.names.index(names[0])
+    bounds = ((setting.at.a[k], 2), (setting.at.j[k], 3))
+    taken = " and ".join(f"{value:.6g} rad/s^{order}" for value, order in bounds if value < np.inf)
     return [
-        f"{', '.join(names)} {have} no limit of acceleration or jerk: the least of the others' is taken for {them}, "
-        "1 rad for 1 mm"
+        f"{', '.join(names)} {have} no limit of acceleration or jerk: the plan takes {taken} (mm where linear), the "
+        "least of the others', 1 rad for 1 mm"
     ]
 
 

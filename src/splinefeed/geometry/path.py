@@ -24,7 +24,17 @@ from splinefeed.geometry.metric import metric_of, slow_tips, tip_derivatives, ti
 from splinefeed.geometry.pieces import CHUNK, Pieces, chunks, clipped, derivatives, is_left
 from splinefeed.geometry.resolution import RESOLUTION, chosen, long_curves, resolved
 from splinefeed.geometry.tables import arc_pieces, span_pieces
-from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray, Points, frozen_array, unit_along, view
+from splinefeed.records import (
+    ROTARY_AXES,
+    Array,
+    BoolArray,
+    IntArray,
+    Points,
+    Setpoints,
+    frozen_array,
+    unit_along,
+    view,
+)
 from splinefeed.records.arrays import read_only
 
 #: What is said of each curve.
@@ -336,6 +346,12 @@ class Path:
             return np.asarray(s, dtype=np.float64)
         curve, u = self.locate(s)
         return self._tip_pieces.lengths_at(curve.ravel(), u.ravel()).reshape(u.shape)
+
+    def lengths_of(self, setpoints: Setpoints) -> Array:
+        """Length along the path at setpoints, (n,), mm: their s, or on mixed paths, where s is the tip's, by u."""
+        if not self.mixed:
+            return setpoints.s
+        return self.arc_length(setpoints.curve, setpoints.u)
 
     def of_tip(self, s: Array, v: Array, a: Array, j: Array) -> tuple[Array, Array, Array, Array]:
         """Arc length, feed, acceleration and jerk of the tip, (n,) each, of a motion along the path, (n,) each.

@@ -46,14 +46,17 @@ def fill(path: Path | JointPath, law: TimeLaw, time: Array) -> tuple[IntArray, A
         u[part], s[part] = place, c[START] + arc(c, t)
         if len(ends):
             curve[part] = np.searchsorted(ends, wanted, side="right")
-    return curve, u, s, *of_tip(path, s, feed, position)
+    return curve, u, *of_tip(path, s, feed, position)
 
 
-def of_tip(path: Path, s: Array, feed: Array, position: Array) -> tuple[Array, Array]:
-    """Feeds of the tip (n,), mm/s, and positions (n, axes), mm or rad, of those by the metric of a path at s (n,)."""
-    if path.mixed:
-        feed = feed * path.tip(path.derivatives(np.clip(s, 0.0, path.length)))[0]
-    return feed, position if np.all(path.metric == 1.0) else position / path.metric
+def of_tip(path: Path, s: Array, feed: Array, position: Array) -> tuple[Array, Array, Array]:
+    """Arc lengths (n,), mm, and feeds (n,), mm/s, of the tip, and positions (n, axes), mm or rad.
+
+    From lengths s along the path, rates of it, and positions times the metric.
+    """
+    none = np.zeros(len(s))
+    s, feed, _, _ = path.of_tip(s, feed, none, none)
+    return s, feed, position if np.all(path.metric == 1.0) else position / path.metric
 
 
 def motion(law: TimeLaw, time: Array) -> tuple[Array, Array]:

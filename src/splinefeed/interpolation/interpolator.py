@@ -132,7 +132,7 @@ class Interpolator:
         motion = (law.breaks, law.coefficients, curves.table, curves.curve_rows, curves.shape, self.path.length)
         wanted = (method.history, method.half, method.anchor, *self._corrections)
         self._loop(*motion, self.period, self.tick, self._integers, self._floats, *wanted, *room)
-        return room[0], u, s, *of_tip(self.curves, s, feed, room[4])
+        return room[0], u, *of_tip(self.curves, s, feed, room[4])
 
     def _times(self, count: int) -> Array:
         out: Array = np.minimum(np.arange(self.tick, self.tick + count) * self.period, self.law.duration)

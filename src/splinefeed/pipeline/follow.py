@@ -117,12 +117,13 @@ class Servo:
         more: dict[str, Array] = {}
         s = setpoints.s[:count] if np.isfinite(setpoints.s).all() else None
         if self.path is not None and self._placer is not None:
-            s = self._placer.place(setpoints)[:count]
+            along = self._placer.place(setpoints)[:count]
+            s = self.path.tip_length(along)
             if self._meter is not None:  # linear axes that the machine lacks are at their setpoints
                 sides = {axis: column[:count] for axis, column in commanded.items()}
                 sides |= dict(zip(axes, response.position.T, strict=True))
                 at = np.column_stack([sides[axis] for axis in self.path.axes[: self.path.linear]])
-                found = self._meter.measure(at, s_hint=s)
+                found = self._meter.measure(at, s_hint=along)
                 response, more = replace(response, contour_error=found.error), {"foot": found.s}
             if self.law is not None:
                 wanted = self.path(np.clip(self.law(setpoints.t), 0.0, self.path.length))

@@ -201,7 +201,7 @@ def tune_on_path(
     if last.stopped is not None:
         raise InputError(f"no gains within the bound follow this path on {machine.name!r}: {last.stopped}")
     say(evaluations, evaluations)
-    period, hints = setpoints.period, np.clip(setpoints.s, 0.0, path.length)
+    period, hints = setpoints.period, np.clip(path.lengths_of(setpoints), 0.0, path.length)
     return PathTuning(
         machine=made,
         period=period,
@@ -316,7 +316,7 @@ class _Search:
     ) -> None:  # fmt: skip
         self.machine, self.names, self.setpoints, self.meter = machine, names, setpoints, meter
         self.bound, self.report, self.runs = bound, report, 0
-        self.hints = np.clip(setpoints.s, 0.0, meter.path.length)
+        self.hints = np.clip(meter.path.lengths_of(setpoints), 0.0, meter.path.length)
         self.gains = [_Gains(machine.servo_axis(name), setpoints.period, bound, feed_forward) for name in names]
         self.ends = np.cumsum([each.width for each in self.gains])
         self.best = (math.inf, np.empty(0), machine)

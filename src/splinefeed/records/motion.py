@@ -138,7 +138,7 @@ class Setpoints(_Columns):
     t         (n,)       time of the tick, s
     curve     (n,)       index of the curve in its path
     u         (n,)       parameter on that curve
-    s         (n,)       arc length of the point along the path, mm
+    s         (n,)       arc length of the tip at the point, mm; of rotary axes alone in degrees
     feed      (n,)       planned feed at the tick, mm/s
     position  (n, axes)  mm, rotary axes rad
     axes      names of the axes; period in s; method as registered
