@@ -1,8 +1,9 @@
-"""Paths of rotary axes alone: lengths, feeds and places are in degrees, on screen, in figures and in the report."""
+"""Paths with rotary axes: alone they count in degrees; beside linear ones the tip's arc length and feed are said."""
 
 from __future__ import annotations
 
 import json
+import math
 import re
 
 import pytest
@@ -63,3 +64,23 @@ def test_figures_are_in_degrees(table):
         path_figure(run),
     ):
         assert not [text for text in re.findall(r"<text[^>]*>([^<]*)<", to_text(figure)) if MILLIMETRES.search(text)]
+
+
+MIXED = "G21 G90\nF600\nG1 X0 Y0 A0\nG1 X10 Y0 A0\nG1 A90\nG1 X20 Y5 A120\nG1 X30 Y0 A100\nM2\n"
+
+
+def test_plan_and_info_say_where_the_tip_is(splinefeed, folder):
+    """The path's own parameter counts rotary axes by 50 mm a rad: no length or feed of it is for people."""
+    (folder / "mixed.ngc").write_text(MIXED)
+    lines = [10.0, 90.0, math.hypot(10, 5), math.hypot(10, 5)]  # the turn counts in degrees, as LinuxCNC's F does
+    result = splinefeed("plan", "mixed.ngc", "--feed", "10", "--axis-accel", "500", "--axis-jerk", "20000", "--json")
+    assert result.exit_code == 0, result.output
+    page = json.loads(result.stdout)
+    assert page["length_mm"] == pytest.approx(sum(lines), rel=1e-9)
+    assert page["stops_mm"] == pytest.approx([10.0, 100.0, 100.0 + lines[2]], rel=1e-9)
+    assert max(piece["feed_from_mm_s"] for piece in page["pieces"]) == pytest.approx(10.0, rel=1e-4)
+    assert page["pieces"][-1]["to_mm"] == pytest.approx(sum(lines), rel=1e-9)
+    for piece, after in zip(page["pieces"], page["pieces"][1:], strict=False):
+        assert piece["to_mm"] == pytest.approx(after["from_mm"], abs=1e-6)
+    curves = json.loads(splinefeed("info", "mixed.ngc", "--json").stdout)["curves"]
+    assert [each["length_mm"] for each in curves] == pytest.approx(lines, rel=1e-9)

@@ -15,6 +15,7 @@ from splinefeed.errors import LimitsError
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.metric import RADIUS
 from splinefeed.geometry.path import Path
+from splinefeed.pipeline.long_path import parts_of
 
 HALF = 0.5 * np.pi
 LINE = NurbsCurve.bezier
@@ -265,3 +266,18 @@ def test_setpoints_and_verdicts_count_the_arc_length_of_the_tip(name):
         near = np.abs(setpoints.s[:-1] - worst.at_s) <= 2.0 * np.max(np.diff(setpoints.s))
         rates = np.abs(np.diff(setpoints.position[:, k])) / np.diff(setpoints.t)
         assert np.max(rates[near]) == pytest.approx(worst.worst, rel=0.05)
+
+
+def test_setpoints_of_parts_count_the_arc_length_and_feed_of_the_tip():
+    path = PATHS["helix, a, x"]
+    limits = sf.Limits(feed=20.0, axis_acceleration=500.0, axis_jerk=20000.0)
+    found = list(sf.live.stream_setpoints(parts_of(path, 1), limits, period=1e-3))
+    s, feed = (np.concatenate([getattr(each, name) for each in found]) for name in ("s", "feed"))
+    t = np.concatenate([each.t for each in found])
+    assert s[-1] == pytest.approx(path.tip_end, rel=1e-12)
+    assert np.max(feed) <= 20.0 * (1.0 + 1e-6)
+    steady = np.diff(t) > 0.9e-3
+    middle = 0.5 * (feed[1:] + feed[:-1])
+    assert (
+        np.max(np.abs(np.diff(s) / np.diff(t) - middle)[steady]) < math.degrees(20000.0) * 1e-6 / 12.0 + 1e-6
+    )  # J T^2 / 12

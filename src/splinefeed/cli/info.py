@@ -157,6 +157,7 @@ def _path(path: sf.Path) -> dict[str, Any]:
 
 def _curve(path: sf.Path, i: int, number: int) -> dict[str, Any]:
     curve = path.curves[i]
+    begin, end = path.tip_length(path.curve_starts[i : i + 2]).tolist()
     return {
         "path": number,
         "degree": curve.degree,
@@ -164,7 +165,7 @@ def _curve(path: sf.Path, i: int, number: int) -> dict[str, Any]:
         "spans": len(curve.breaks) - 1,
         "rational": curve.rational,
         "closed": curve.closed,
-        "length_mm": float(path.curve_starts[i + 1] - path.curve_starts[i]),
+        "length_mm": end - begin,
     }
 
 

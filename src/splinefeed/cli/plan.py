@@ -11,6 +11,7 @@ from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Block, Page, Say, notes, number, table
 from splinefeed.cli.source import task_of
 from splinefeed.feed.planning import cheap_to_bound
+from splinefeed.records import Array
 
 #: Decimals of the table: what is below is the rounding of the law.
 ROUNDED = 9
@@ -74,15 +75,17 @@ def plan(say: Say, source: str | None, **given: Any) -> Page:
     if given["output"]:
         sf.save(law, given["output"])
     starts, ends = law.breaks[:-1], law.breaks[1:]
+    from_s, from_feed, acceleration, jerk = path.of_tip(*_motion(law, starts))
+    to_s, to_feed, *_ = path.of_tip(*_motion(law, ends))
     columns = {
         "start_s": starts,
         "duration_s": ends - starts,
-        "from_mm": law(starts),
-        "to_mm": law(ends),
-        "feed_from_mm_s": law.feed(starts),
-        "feed_to_mm_s": law.feed(ends),
-        "acceleration_from_mm_s2": law.acceleration(starts),
-        "jerk_mm_s3": law.jerk(starts),
+        "from_mm": from_s,
+        "to_mm": to_s,
+        "feed_from_mm_s": from_feed,
+        "feed_to_mm_s": to_feed,
+        "acceleration_from_mm_s2": acceleration,
+        "jerk_mm_s3": jerk,
     }
     return {
         "ok": verdict.ok,
@@ -94,11 +97,15 @@ def plan(say: Say, source: str | None, **given: Any) -> Page:
         "period_s": law.period,
         "strategy": law.strategy,
         "limits": verdict.as_dict()["limits"],
-        "stops_mm": list(path.stops),
+        "stops_mm": path.tip_length(path.stops).tolist(),
         "pieces": [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values(), strict=True)],
         "notes": [*what.notes, *path.findings, *law.notes],
         "files": [given["output"]] if given["output"] else [],
     }
+
+
+def _motion(law: sf.TimeLaw, t: Array) -> tuple[Array, Array, Array, Array]:
+    return law(t), law.feed(t), law.acceleration(t), law.jerk(t)
 
 
 def _show_compared(page: Page) -> list[Block]:

@@ -96,7 +96,7 @@ def sample(
         s = np.insert(s, at + 1, new)
         looked = [np.insert(a, at + 1, b, axis=0) for a, b in zip(looked, _look(setting, new)[0], strict=True)]
         if len(s) > MOST_CELLS:
-            raise _too_sharp(low, high, len(s))
+            raise _too_sharp(setting, low, high, len(s))
     q = profile(s, looked[0], push, twist, low, high, q_low, q_high)
     return Samples(s, looked[0], q, looked[1], looked[2], push, twist)
 
@@ -172,7 +172,7 @@ def lay(
     at = np.interp(edges, samples.s, total)
     counts = np.maximum(np.ceil(np.diff(at) - ALMOST), 1.0)
     if not np.sum(counts) < MOST_CELLS:
-        raise _too_sharp(low, high, float(np.sum(counts)))
+        raise _too_sharp(setting, low, high, float(np.sum(counts)))
     owner = np.repeat(np.arange(len(counts)), counts.astype(int))
     share = (np.arange(len(owner)) - (np.cumsum(counts) - counts)[owner]) / counts[owner]
     nodes = np.interp(at[owner] + share * np.diff(at)[owner], total, samples.s)
@@ -236,9 +236,9 @@ def _total(s: Array, wanted: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(s))])
 
 
-def _too_sharp(low: float, high: float, cells: float) -> PlanError:
+def _too_sharp(setting: Setting, low: float, high: float, cells: float) -> PlanError:
     return PlanError(
-        f"from s = {low:.6g} to {high:.6g} mm the path bends too sharply for its limits: {cells:.3g} cells would be "
+        f"{setting.between(low, high)} the path bends too sharply for its limits: {cells:.3g} cells would be "
         "needed; smooth it there"
     )
 

@@ -138,7 +138,7 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
             raise _not_found(setting, plan, low, high)
         if plan.over > POOR:
             notes.append(
-                f"from s = {low:.6g} to {high:.6g} mm the motion is {plan.over**0.5:.3g} times slower than "
+                f"{setting.between(low, high)} the motion is {plan.over**0.5:.3g} times slower than "
                 "it might be: no better one within the limits was found"
             )
         bound += plan.bound
@@ -237,10 +237,11 @@ def _not_found(setting: Setting, plan: Plan, low: float, high: float) -> PlanErr
         over = np.max(worst_shares(setting, plan.pieces, high)[0], axis=0)
     k = int(np.argmax(over))
     much = f"{100.0 * (over[k] - 1.0):.3g} % over a limit" if over[k] < np.inf else "no motion"
+    place = setting.track.place(float(plan.pieces.coefficients[k, 0]))
     return PlanError(
-        f"from s = {low:.6g} to {high:.6g} mm no motion within the limits was found: at s = "
-        f"{plan.pieces.coefficients[k, 0]:.6g} mm the best one is {much}; smooth or split the path there, or leave out "
-        "the limits of an axis that turns or bends there while the path hardly moves"
+        f"{setting.between(low, high)} no motion within the limits was found: at s = {place:.6g} mm the best one is "
+        f"{much}; smooth or split the path there, or leave out the limits of an axis that turns or bends there while "
+        "the path hardly moves"
     )
 
 
@@ -301,7 +302,8 @@ def _check_jumps(path: Path, limits: Limits, period: float | None) -> None:
     if period is None and np.any(np.isfinite(jerks)):
         jumps = path.corners.s[~path.corners.stop]
         if len(jumps):
+            place = float(path.tip_length(jumps[0]))
             raise LimitsError(
-                f"the curvature jumps at s = {jumps[0]:.6g} mm, where axis jerk is infinite at any feed; "
+                f"the curvature jumps at s = {place:.6g} mm, where axis jerk is infinite at any feed; "
                 "give the servo period, over which a drive sees it"
             )

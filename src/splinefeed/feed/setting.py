@@ -59,6 +59,10 @@ class Setting:
         apart = np.minimum(own - known[next_one - 1], known[next_one] - own)
         return np.unique(np.concatenate([given, own[apart > SAME * self.track.length]]))
 
+    def between(self, low: float, high: float) -> str:
+        """Two places, mm, as people read them: the tip's arc length."""
+        return f"from s = {self.track.place(low):.6g} to {self.track.place(high):.6g} mm"
+
     def inside(self, low: float, high: float) -> Array:
         """The breaks strictly between two places, mm."""
         same = SAME * self.track.length

@@ -35,7 +35,7 @@ def check_travel(path: Path, limits: Limits) -> None:
         upwards = bool(high[k] - middle[k] >= middle[k] - low[k])
         position = float(high[k] if upwards else low[k])
         furthest = u[np.argmax(points[:, k] if upwards else -points[:, k])]
-        s = float(path.arc_length(index, furthest))
+        s = float(path.tip_length(path.arc_length(index, furthest)))
         axis = path.axes[columns[k]]
         unit, factor = ("deg", np.degrees(1.0)) if axis in ROTARY_AXES else ("mm", 1.0)
         side = "most" if upwards else "least"

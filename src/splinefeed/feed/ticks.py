@@ -54,7 +54,7 @@ def held_at_ticks(
             break
         law = _slower(law, first, over)
     k = int(np.argmax(np.where(moving & (over > 1.0), np.inf, over)))
-    s, axis = worst[k, 0], int(worst[k, 1])
+    s, axis = float(path.tip_length(worst[k, 0])), int(worst[k, 1])
     name = path.axes[axis] if 0 <= axis < len(path.axes) else "axes"
     what = "chords are over their limit" if axis == CHORD else f"the setpoints of {name} are over its limits"
     if moving[k]:

@@ -45,6 +45,9 @@ class Track(Protocol):
     def weights(self) -> Array:
         """What a unit of each axis counts in sigma, (axes,)."""
 
+    def place(self, s: float) -> float:
+        """Arc length of the tip at a place, mm: what messages say."""
+
     def derivatives(self, s: Array) -> Array:
         """r and its first three derivatives, (n, 4, axes), at places s (n,) that are no breaks."""
 
@@ -96,6 +99,10 @@ class PathTrack:
         inside = s[(s > SAME * path.length) & (s < (1.0 - SAME) * path.length)]
         return inside[np.diff(inside, prepend=0.0) > SAME * path.length]
 
+    def place(self, s: float) -> float:
+        """Arc length of the tip at a place, mm."""
+        return float(self.path.tip_length(min(max(s, 0.0), self.length)))
+
     def derivatives(self, s: Array) -> Array:
         """r and its first three derivatives, (n, 4, axes)."""
         return self.path.derivatives(s)
@@ -145,6 +152,10 @@ class JointTrack:
     def breaks(self) -> Array:
         """Knots and joints of tip and tool axis, corners, and places nearest to the pole, mm."""
         return self.path.breaks
+
+    def place(self, s: float) -> float:
+        """The parameter is the tip's arc length."""
+        return s
 
     def derivatives(self, s: Array) -> Array:
         """Tip and joints with their first three derivatives, (n, 4, axes)."""

@@ -54,8 +54,8 @@ class Mode:
 class State:
     """How a motion moves at a place of its path.
 
-    feed, acceleration  along the path, mm/s and mm/s^2
-    s                   arc length from the start of the path, mm
+    feed, acceleration  along the path, mm/s and mm/s^2, over all axes as `Path.length` counts them
+    s                   length from the start of the path, mm
 
     Raises InputError for values that are not finite, s or feed below 0, and an acceleration at rest.
     Source: docs/math/planner.md. Example: `sf.plan(path, limits, strategy="time-optimal", start=sf.State(feed=20.0))`
@@ -229,10 +229,10 @@ def plan_window(
     known  samples from `low` to `high` or further
     """
     if not high - low > SAME * setting.track.length:
-        raise PlanError(f"from s = {low:.6g} to {high:.6g} mm a limit leaves almost no feed")
+        raise PlanError(f"{setting.between(low, high)} a limit leaves almost no feed")
     samples = sample(setting, low, high, start.feed**2, stop.feed**2, known)
     if samples.push == np.inf:
-        raise PlanError(f"from s = {low:.6g} to {high:.6g} mm nothing limits the acceleration or jerk")
+        raise PlanError(f"{setting.between(low, high)} nothing limits the acceleration or jerk")
     if start.feed**2 >= np.max(samples.top) and State(start.feed) == stop == start:  # nothing to choose
         steady = Pieces(np.array([(high - low) / start.feed]), np.array([[low, start.feed, 0.0, 0.0, 0.0, 0.0]]))
         most = float(np.max(worst_shares(setting, steady, high)[0]))

@@ -81,7 +81,7 @@ class Windows:
             pieces, end = self.left, self.end
         elif not plan.over < HOPELESS and not moving:
             raise PlanError(
-                f"from s = {self.low:.6g} to {near:.6g} mm no motion within the limits was found: the path bends or "
+                f"{setting.between(self.low, near)} no motion within the limits was found: the path bends or "
                 "turns too sharply there; smooth it"
             )
         elif plan.over > 1.0 + KEPT and moving:

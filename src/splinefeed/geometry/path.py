@@ -1,4 +1,4 @@
-"""Path: curves joined end to end, with axis names, its arc length over the linear axes, and its corners."""
+"""Path: curves joined end to end, with axis names, its length over all axes, and its corners."""
 
 from __future__ import annotations
 
@@ -89,9 +89,9 @@ class Path:
     on the same domain; next to the tip `joined`, what is moved along, leaves `curves` by 1 nm at most, and at the tip
     it has a corner, where motion stops.
 
-    The length along it counts all axes: linear ones as they are, rotary ones beside them by 50 mm a rad, and where all
-    by_tip      whether the linear axes alone make the length, as rotary ones never move alone: see `tangential`
-    moves, 1 mm is 1 degree: a feed of 60 mm/s is 60 degrees a second there.
+    The length along it counts all axes: linear ones as they are, rotary ones beside them by 50 mm a rad. Where all
+    axes are rotary, 1 mm is 1 degree: a feed of 60 mm/s is 60 degrees a second there. The tip's arc length, over the
+    linear axes, is `tip_length`; setpoints, reports and the command line count that.
 
     Raises CurveError that names the curve, for a gap or for axes that do not fit; InputError for feeds, tolerances or
     markers that do not fit the curves.
@@ -501,19 +501,23 @@ class Path:
 
         return job([self], **linking)
 
+    @property
+    def _said_length(self) -> str:
+        return f"{self.tip_end:.6g} {unit_along(self.axes)}"
+
     def _repr_html_(self) -> str:
         rows = {
             "path": self.name,
             "curves": f"{len(self.curves)}",
             "axes": ", ".join(self.axes),
-            "length": f"{self.tip_end:.6g} {unit_along(self.axes)}",
+            "length": self._said_length,
             "stops": f"{len(self.stops)}",
         }
         place = self(np.linspace(0.0, self.length, view.DRAWN)) if self.length > 0.0 else np.zeros((0, 0))
         return view.table(rows, view.shape(place[:, : self.linear], self.name))
 
     def __repr__(self) -> str:
-        return f"Path({self.name!r}, {len(self.curves)} curve(s), axes {' '.join(self.axes)}, {self.tip_end:.6g} mm)"
+        return f"Path({self.name!r}, {len(self.curves)} curve(s), axes {' '.join(self.axes)}, {self._said_length})"
 
 
 def _kept(said: dict[str, Any], kept: IntArray) -> dict[str, Any]:

@@ -104,6 +104,10 @@ class JointPath:
         curve, u = self.tool.locate(values.ravel())
         return self.joints(curve, u, values.ravel()).reshape(*values.shape, len(self.axes))
 
+    def tip_length(self, s: ArrayLike) -> Array:
+        """Arc length of the tip, mm (...), at places s (...), mm: its parameter is that."""
+        return np.asarray(s, dtype=np.float64)
+
     def joints(self, curve: IntArray, u: Array, s: Array) -> Array:
         """Joints (n, joints) at parameters u (n,) of curves (n,), arc lengths s (n,)."""
         return np.stack([jet.value for jet in self._jets(curve, u, s, 0)[3:]], axis=1)

@@ -35,7 +35,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(eq=False)
 class _Part:
-    """A part of the path that the motion has not left yet: its first curve among all, and where it starts, mm."""
+    """A part of the path that the motion has not left yet: its first curve among all, the tip's arc length there, mm."""
 
     path: Path
     curve: int
@@ -101,7 +101,7 @@ class _Walk:
                 self.settings = {"limits": planner.limits.as_dict(), "strategy": LOOK_AHEAD, "path": path.name}
                 self.settings |= {"period": planner.period, "method": METHOD}
             self.parts.append(_Part(path, curves, end))
-            end, curves = end + path.length, curves + len(path.curves)
+            end, curves = end + path.tip_end, curves + len(path.curves)
             for block in planner.push(path):
                 yield from self._block(block)
         if planner is None:
@@ -109,7 +109,8 @@ class _Walk:
         for block in planner.finish():
             yield from self._block(block)
         part = self.parts[-1]
-        final = self._made(part, np.array([part.path.length]), np.full(1, self.limits.end_feed))
+        final = self._made(part, np.array([part.path.length]), np.zeros(1))
+        final = replace(final, feed=np.full(1, self.limits.end_feed))
         late = abs(planner.time - float(final.t[0])) > ALMOST * self.period  # in motion the last period is short
         yield replace(final, t=np.full(1, planner.time)) if late else final
 
@@ -121,27 +122,28 @@ class _Walk:
         count = math.ceil((block.phase + law.duration) / self.period - ALMOST) - gone  # those at its end come later
         tau = np.clip((gone + np.arange(max(count, 0))) * self.period - block.phase, 0.0, law.duration)
         begin = float(first.path.curve_starts[block.curve - first.curve]) + block.offset
-        s, feed = begin + law(tau), np.maximum(law.feed(tau), 0.0)
+        s, rate = begin + law(tau), np.maximum(law.feed(tau), 0.0)
         done, passed = 0, 0.0
         for part in self.parts:  # a block may run over several parts
             s -= passed
             passed = part.path.length
             until = len(s) if part is self.parts[-1] else int(np.searchsorted(s, passed))
             if until > done:
-                yield self._made(part, s[done:until], feed[done:until])
+                yield self._made(part, s[done:until], rate[done:until])
             done = max(done, until)
 
-    def _made(self, part: _Part, s: Array, feed: Array) -> Setpoints:
-        """Setpoints at arc lengths s (n,), mm, from the start of a part."""
+    def _made(self, part: _Part, s: Array, rate: Array) -> Setpoints:
+        """Setpoints at lengths s (n,), mm, from the start of a part, that grow by `rate` (n,), mm/s."""
         path, first = part.path, self.tick
         s = np.clip(s, 0.0, path.length)
+        tip, feed, *_ = path.of_tip(s, rate, np.zeros(len(s)), np.zeros(len(s)))
         curve, u = path.locate(s)
         self.tick += len(s)
         return Setpoints(
             t=np.arange(first, self.tick, dtype=np.float64) * self.period,
             curve=curve + part.curve,
             u=u,
-            s=s + part.start,
+            s=tip + part.start,
             feed=feed,
             position=path.evaluate(curve, u)[:, 0],
             axes=path.axes,

@@ -24,13 +24,14 @@ STREAM_COLUMNS = ("row", "depth", "underruns")
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class TimeLaw:
-    """Arc length of the tool along the path over time: s(t), polynomial between breaks.
+    """Length along the path over time: s(t), polynomial between breaks.
 
     breaks        (m+1,)  s, from 0, increasing
     coefficients  (m, 6)  s(t) = sum_k coefficients[i, k] (t - breaks[i])^k  mm, in mm/s^k
     period        servo period that the law was brought to, s; None if it was not
     notes         what the planner had to relax, one sentence each
     settings      what it was planned with, for the records of a run
+    Where linear and rotary axes move, the length counts both, see `Path`; `Path.of_tip` makes the tip's feed of it.
     Raises InputError for arrays of other shapes, that are not finite, or breaks that do not begin at 0 and increase.
     Source: docs/math/planner.md. Example: `law.feed(np.linspace(0, law.duration, 100))`
     """
