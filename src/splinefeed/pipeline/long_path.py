@@ -35,7 +35,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(eq=False)
 class _Part:
-    """A part of the path that the motion has not left yet: its first curve among all, the tip's arc length there, mm."""
+    """A part of the path not left yet: its first curve among all, the tip's arc length there, mm."""
 
     path: Path
     curve: int
