@@ -74,7 +74,7 @@ def test_errors_name_line_axis_and_mend(splinefeed: Callable[..., Result], folde
         (("blade.nc", *machine, "--smooth", "1um", "--angle-tolerance", "90deg"), "the tolerance of the tool axis is"),
         (("blade.nc", *machine, "--angle-tolerance", "1deg"), "--angle-tolerance: needs --smooth"),
     ):
-        done = splinefeed("run", *words, "--no-figures", "--no-compare")
+        done = splinefeed("run", *words, "--no-figures")
         assert done.exit_code == 2, words
         assert said in done.stderr, (words, done.stderr)
         assert len(done.stderr.strip().splitlines()) == 1

@@ -10,7 +10,7 @@ import pytest
 import splinefeed as sf
 from splinefeed.machine.machine import Machine
 
-LIMITS = ["--feed", "60", "--accel", "500", "--jerk", "20000", "--no-figures", "--no-compare"]
+LIMITS = ["--feed", "60", "--accel", "500", "--jerk", "20000", "--no-figures"]
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ SIX = {
     "control_points": [[0] * 6, [50, 80, 90, 10, 20, 30], [100, 0, 45, 90, 90, 90]],
     "units": "mm",
 }
-RUN = ("--no-compare", "--no-figures", "--json")
+RUN = ("--no-figures", "--json")
 ACCELERATION, JERK = "500,400,90deg/s^2", "20000,15000,900"
 NOTE = "a moves without axis_jerk, which other axes have; give each axis its own"
 

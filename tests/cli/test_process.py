@@ -33,7 +33,7 @@ def test_errors_are_one_line_and_exit_codes_are_kept(folder):
     result = run("info", "nothing.json")
     assert (result.returncode, result.stdout) == (2, "")
     assert result.stderr == "splinefeed: nothing.json: no such file; check the name and the folder\n"
-    assert run("run", "smooth.json", "--method", "taylor-1", "--no-figures", "--no-compare").returncode == 1
+    assert run("run", "smooth.json", "--method", "taylor-1", "--no-figures").returncode == 1
 
 
 def test_help_imports_nothing_heavy():
@@ -72,7 +72,7 @@ def test_no_plotting_library_is_imported_for_a_run_and_its_figures(folder):
         ["run", "--help"],
         ["methods"],
         ["plan", "smooth.json", "--json"],
-        ["run", "smooth.json", "--method", "taylor-1", "--no-figures", "--no-compare", "--json"],  # a limit is exceeded
+        ["run", "smooth.json", "--method", "taylor-1", "--no-figures", "--json"],  # a limit is exceeded
     ],
     ids=" ".join,
 )

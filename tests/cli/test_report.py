@@ -12,7 +12,7 @@ import fuzzing
 
 
 def test_the_report_is_made_again_from_the_folder(splinefeed, folder):
-    words = ["run", "smooth.json", "--no-compare", "-o", "out", "--axis-jerk", "20000", "--axis-accel", "500", "--json"]
+    words = ["run", "smooth.json", "-o", "out", "--axis-jerk", "20000", "--axis-accel", "500", "--json"]
     page = json.loads(splinefeed(*words).stdout)
     assert "out/report.html" in page["files"]
     assert "out/law.h5" in page["files"]

@@ -28,7 +28,7 @@ def table(folder):
 def test_it_is_said_in_degrees(splinefeed, table, command):
     words = [] if command == "info" else [*LIMITS, *(["--methods", "taylor-1"] if command == "compare" else [])]
     if command == "run":
-        words += ["-o", "out", "--no-figures", "--no-compare"]
+        words += ["-o", "out", "--no-figures"]
     result = splinefeed(command, "table.json", *words)
     assert result.exit_code == 0, result.output
     assert "229.1831 deg" in result.output

@@ -31,7 +31,7 @@ def test_json_is_the_api(splinefeed, folder, api_run):
     page = json.loads(result.stdout)
     expected = json.loads(json.dumps(api_run.numbers()))
     assert {key: page[key] for key in expected} == expected
-    assert [each["method"] for each in page["methods"]] == list(BESIDE_A_RUN)
+    assert "methods" not in page
     assert page["files"] == [f"splinefeed-smooth/{name}" for name in ("setpoints.h5", "law.h5", "run.json")]
     assert all((folder / name).is_file() for name in page["files"])
     written = json.loads((folder / "splinefeed-smooth/run.json").read_text())
@@ -39,8 +39,16 @@ def test_json_is_the_api(splinefeed, folder, api_run):
     assert {**written, "files": page["files"]} == page
 
 
+def test_methods_are_compared_where_that_is_asked_for(splinefeed):
+    page = json.loads(splinefeed("run", "smooth.json", *LIMITS, "--compare", "--json").stdout)
+    assert [each["method"] for each in page["methods"]] == list(BESIDE_A_RUN)
+    assert "splinefeed-smooth/ripple.svg" in page["files"]
+    experiment = json.loads(splinefeed("run", "--json", "--no-figures").stdout)  # the paper's compares by itself
+    assert [each["method"] for each in experiment["methods"]] == list(BESIDE_A_RUN)
+
+
 def test_setpoints_load_back_with_all_that_repeats_the_run(splinefeed, folder, api_run):
-    words = ["run", "smooth.json", *LIMITS, "-o", "out", "--no-figures", "--no-compare"]
+    words = ["run", "smooth.json", *LIMITS, "-o", "out", "--no-figures"]
     assert splinefeed(*words, "--format", "hdf5", "--format", "csv", "--format", "mat").exit_code == 0
     page = json.loads((folder / "out/run.json").read_text())
     assert page["files"] == ["setpoints.h5", "setpoints.csv", "setpoints.mat", "law.h5", "run.json"]
@@ -55,18 +63,18 @@ def test_setpoints_load_back_with_all_that_repeats_the_run(splinefeed, folder, a
 
 def test_the_recorded_command_makes_the_same_setpoints(splinefeed, folder):
     words = ["run", "smooth.json", "--feed", "1in/s", "--decel", "33.3", "--period", "0.7ms", "--method", "hamming"]
-    splinefeed(*words, "--corrections", "2", "-o", "first", "--no-figures", "--no-compare")
+    splinefeed(*words, "--corrections", "2", "-o", "first", "--no-figures")
     page = json.loads((folder / "first/run.json").read_text())
     again = shlex.split(page["command"])
     assert again[0] == "splinefeed"
-    splinefeed(*again[1:], "-o", "second", "--no-figures", "--no-compare")
+    splinefeed(*again[1:], "-o", "second", "--no-figures")
     first, second = (sf.load(folder / name / "setpoints.h5") for name in ("first", "second"))
     assert np.array_equal(first.position, second.position)
     assert first.settings == second.settings
 
 
 def test_what_people_read(splinefeed, folder):
-    result = splinefeed("run", "smooth.json", "-o", "out")
+    result = splinefeed("run", "smooth.json", "--compare", "-o", "out")
     text = result.stdout
     assert result.exit_code == 0
     assert "\x1b" not in text
@@ -87,15 +95,15 @@ def test_what_people_read(splinefeed, folder):
 
 
 def test_a_second_run_replaces_the_first(splinefeed, folder):
-    splinefeed("run", "smooth.json", "-o", "out", "--no-figures", "--no-compare", "--format", "csv")
-    result = splinefeed("run", "smooth.json", "-o", "out", "--no-figures", "--no-compare", "--feed", "10")
+    splinefeed("run", "smooth.json", "-o", "out", "--no-figures", "--format", "csv")
+    result = splinefeed("run", "smooth.json", "-o", "out", "--no-figures", "--feed", "10")
     assert result.exit_code == 0
     assert sorted(each.name for each in (folder / "out").iterdir()) == ["law.h5", "run.json", "setpoints.h5"]
     assert sf.load(folder / "out/setpoints.h5").feed.max() <= 10
 
 
 def test_a_missed_end_is_said_and_is_exit_code_1(splinefeed, folder):
-    result = splinefeed("run", "smooth.json", "--method", "taylor-1", "--no-figures", "--no-compare")
+    result = splinefeed("run", "smooth.json", "--method", "taylor-1", "--no-figures")
     assert result.exit_code == 1
     assert re.search(r"^NOT KEPT: .*the end of the path is missed by \d\S+ mm$", result.stdout, re.MULTILINE)
     assert (folder / "splinefeed-smooth/setpoints.h5").is_file()
@@ -115,17 +123,17 @@ def test_a_folder_that_is_not_ours_is_refused(refused, folder):
 def test_without_the_extra_the_rest_is_done_and_the_mend_is_said(splinefeed, folder, monkeypatch):
     for name in ("matplotlib", "plotly"):
         monkeypatch.setitem(sys.modules, name, None)
-    result = splinefeed("run", "smooth.json", "--no-compare", "--figures", "svg", "--figures", "pdf", "-o", "out")
+    result = splinefeed("run", "smooth.json", "--figures", "svg", "--figures", "pdf", "-o", "out")
     assert result.exit_code == 0
     assert result.stdout.rstrip().endswith("out/path.svg out/motion.svg out/run.json")
     for lacking in ("no report.html: it needs Plotly", "no figures as pdf: they need Matplotlib"):
         assert f'{lacking}, pip install "splinefeed[plots]"' in " ".join(result.stdout.split())
-    quiet = splinefeed("run", "smooth.json", "--no-compare", "--no-figures", "-o", "out")
+    quiet = splinefeed("run", "smooth.json", "--no-figures", "-o", "out")
     assert "plots" not in quiet.stdout
 
 
 def test_formats_of_figures(splinefeed, folder):
-    words = ("run", "smooth.json", "--no-compare", "-o", "out")
+    words = ("run", "smooth.json", "-o", "out")
     splinefeed(*words, "--figures", "png", "--figures", "pdf")
     drawn = {f"{name}.{form}" for name in ("path", "motion") for form in ("png", "pdf")}
     assert {each.name for each in (folder / "out").iterdir()} >= drawn
@@ -138,7 +146,7 @@ def test_ctrl_c_leaves_nothing(splinefeed, folder, monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Figure, "save", interrupt)
-    result = splinefeed("run", "smooth.json", "--no-compare")
+    result = splinefeed("run", "smooth.json")
     assert result.exit_code == 130
     assert result.stdout == ""
     assert result.stderr == "splinefeed: interrupted; no half-written file is left\n"
@@ -150,12 +158,12 @@ def test_a_fault_of_ours_is_one_line_unless_asked_for(splinefeed, folder, monkey
         raise ZeroDivisionError("oh\nno")
 
     monkeypatch.setattr(files, "write", fail)
-    result = splinefeed("run", "smooth.json", "--no-compare")
+    result = splinefeed("run", "smooth.json")
     assert result.exit_code == 70
     line = "splinefeed: internal fault: ZeroDivisionError: oh no; SPLINEFEED_DEBUG=1 shows where, please report it\n"
     assert result.stderr == line
     monkeypatch.setenv("SPLINEFEED_DEBUG", "1")
-    assert isinstance(splinefeed("run", "smooth.json", "--no-compare").exception, ZeroDivisionError)
+    assert isinstance(splinefeed("run", "smooth.json").exception, ZeroDivisionError)
 
 
 def test_a_full_disk_and_a_full_memory_are_one_line(splinefeed, folder, monkeypatch):
@@ -166,20 +174,20 @@ def test_a_full_disk_and_a_full_memory_are_one_line(splinefeed, folder, monkeypa
         return fail
 
     monkeypatch.setattr(files, "write", raiser(OSError(28, "No space left on device")))
-    result = splinefeed("run", "smooth.json", "--no-compare")
+    result = splinefeed("run", "smooth.json")
     assert result.exit_code == 2
     assert result.stderr == (
         "splinefeed: splinefeed-smooth: cannot be written: no space is left on the disk; free some or write elsewhere\n"
     )
     monkeypatch.setattr(files, "write", raiser(MemoryError()))
-    assert splinefeed("run", "smooth.json", "--no-compare").stderr.startswith("splinefeed: not enough memory")
+    assert splinefeed("run", "smooth.json").stderr.startswith("splinefeed: not enough memory")
     assert [each.name for each in folder.iterdir()] == ["smooth.json"]
 
 
 def test_a_name_from_a_file_cannot_write_to_the_terminal(splinefeed, folder):
     curve = json.loads((folder / "smooth.json").read_text())
     (folder / "odd.json").write_text(json.dumps({**curve, "name": "\x1b[31m$\\frac{[/bold]</svg>\n飛"}))
-    result = splinefeed("run", "odd.json", "--no-compare")
+    result = splinefeed("run", "odd.json")
     assert result.exit_code == 0
     assert result.stdout.startswith("\\x1b[31m$\\frac{[/bold]</svg>\\n飛: ")
     svg = (folder / "splinefeed-31m-frac-bold-svg/path.svg").read_text()
@@ -201,7 +209,7 @@ def test_no_source_is_the_experiment_of_the_paper(splinefeed, folder):
 
 def test_rotary_axes_are_in_degrees(splinefeed, folder):
     source = "circle?radius=10&tangential=true"
-    result = splinefeed("run", source, "--json", "--no-figures", "--no-compare", "-o", "out")
+    result = splinefeed("run", source, "--json", "--no-figures", "-o", "out")
     page = json.loads(result.stdout)
     theta = page["axes"]["theta"]
     assert theta["unit"] == "deg"
@@ -210,12 +218,12 @@ def test_rotary_axes_are_in_degrees(splinefeed, folder):
     (path,) = json.loads(splinefeed("info", source, "--json").stdout)["paths"]
     assert path["axis_units"] == ["mm", "mm", "deg"]
     assert path["bbox_max"][2] - path["bbox_min"][2] == pytest.approx(360)
-    assert "deg/s" in splinefeed("run", source, "--no-figures", "--no-compare", "-o", "out").stdout
+    assert "deg/s" in splinefeed("run", source, "--no-figures", "-o", "out").stdout
 
 
 def test_a_shape_is_not_taken_for_a_file_of_that_name(splinefeed, folder):
     (folder / "circle").write_text("nothing")
-    page = json.loads(splinefeed("run", "circle", "--json", "--no-figures", "--no-compare").stdout)
+    page = json.loads(splinefeed("run", "circle", "--json", "--no-figures").stdout)
     assert page["source"] == {"text": "circle"}
 
 
@@ -233,7 +241,7 @@ x = [-100, 200]
 
 def test_limits_from_a_file_and_from_options(splinefeed, folder):
     (folder / "limits.toml").write_text(LIMITS_FILE)
-    words = ["run", "smooth.json", "--limits", "limits.toml", "--no-figures", "--no-compare", "--json"]
+    words = ["run", "smooth.json", "--limits", "limits.toml", "--no-figures", "--json"]
     result = splinefeed(*words, "-o", "out")
     assert result.exit_code == 0, result.stderr
     page = json.loads(result.stdout)
@@ -251,7 +259,7 @@ def test_limits_from_a_file_and_from_options(splinefeed, folder):
     for name, each in again.items():
         assert each["worst"] == pytest.approx(page["limits"][name]["worst"], rel=5e-3)
     command = shlex.split(page["command"])
-    repeated = json.loads(splinefeed(*command[1:], "-o", "again", "--no-figures", "--no-compare", "--json").stdout)
+    repeated = json.loads(splinefeed(*command[1:], "-o", "again", "--no-figures", "--json").stdout)
     assert repeated["settings"]["limits"] == page["settings"]["limits"]
     assert repeated["duration_s"] == page["duration_s"]
     replaced = json.loads(splinefeed(*words, "-o", "out", "--axis-jerk", "x=9000").stdout)
@@ -264,7 +272,7 @@ def test_limits_from_a_file_and_from_options(splinefeed, folder):
 
 
 def test_a_run_folder_checks_as_the_run_said(splinefeed, folder):
-    result = splinefeed("run", "smooth.json", "--no-figures", "--no-compare", "-o", "out", "--json")
+    result = splinefeed("run", "smooth.json", "--no-figures", "-o", "out", "--json")
     assert result.exit_code == 0
     assert splinefeed("check", "out/setpoints.h5").exit_code == 0
     over = splinefeed("check", "out/setpoints.h5", "--feed", "40")
@@ -274,7 +282,7 @@ def test_a_run_folder_checks_as_the_run_said(splinefeed, folder):
 
 def test_a_path_of_one_rotary_axis_is_run_and_drawn(splinefeed, folder):
     (folder / "turn.ngc").write_text("G21 G90 G94\nG1 A20 F3600\nM2\n")
-    result = splinefeed("run", "turn.ngc", *LIMITS, "--no-compare")
+    result = splinefeed("run", "turn.ngc", *LIMITS)
     assert result.exit_code == 0, result.stderr
     assert "every limit holds" in result.stdout
     page = json.loads((folder / "splinefeed-turn/run.json").read_text())

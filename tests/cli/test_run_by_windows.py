@@ -67,7 +67,7 @@ def test_its_setpoints_are_those_of_the_smoothed_path(splinefeed, program, by_wi
 
 def test_the_size_of_the_file_makes_the_choice(splinefeed, refused, folder, monkeypatch):
     short_lines(folder / "part.nc", 400)
-    words = ("run", "part.nc", *LIMITS, "--smooth", "program", "--no-figures", "--no-compare", "--json")
+    words = ("run", "part.nc", *LIMITS, "--smooth", "program", "--no-figures", "--json")
     monkeypatch.setattr(path_parts, "MOST_LINES", 405)  # it has one line more
     page = json.loads(splinefeed(*words, "-o", "long").stdout)
     assert page["notes"][-1].startswith("by windows: setpoints and numbers only")
@@ -96,6 +96,7 @@ def test_a_table_of_points_is_smoothed(splinefeed, by_windows):
     [
         (("--strategy", "time-optimal"), "--strategy time-optimal: needs the whole path; a file of more than 1000"),
         (("--method", "taylor-2"), "--method taylor-2: needs the whole path"),
+        (("--compare",), "--compare: needs the whole path"),
         (("--3d",), "--3d: needs the whole path"),
         (("--format", "mat"), "--format mat: needs the whole path"),
         (("--tolerance", "0.01"), "--tolerance: is for tables of points; use --smooth LENGTH for a program"),

@@ -109,7 +109,7 @@ def test_one_number_for_all_axes_leaves_theta_its_own(splinefeed, folder):
 def test_a_run_away_is_exit_code_1_and_all_files_are_there(splinefeed, folder):
     text = resources("splinefeed").joinpath("machines/xytheta.toml").read_text()
     (folder / "wild.toml").write_text(text.replace('kd = "0.1862V*s/mm"', 'kd = "200V*s/mm"'))
-    result = splinefeed("run", "smooth.json", "--machine", "wild.toml", "--no-compare", "-o", "out")
+    result = splinefeed("run", "smooth.json", "--machine", "wild.toml", "-o", "out")
     assert result.exit_code == 1, result.output
     assert "STOPPED: axis x ran away at 0." in result.stdout
     assert "NOT KEPT: an axis ran away" in result.stdout

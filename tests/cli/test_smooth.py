@@ -12,7 +12,7 @@ import splinefeed as sf
 from splinefeed.cli import options, setpoints_file
 from splinefeed.report import record
 
-RUN = ("--feed", "20", "--accel", "500", "--jerk", "20000", "--no-figures", "--no-compare", "--json", "-o", "out")
+RUN = ("--feed", "20", "--accel", "500", "--jerk", "20000", "--no-figures", "--json", "-o", "out")
 
 
 @pytest.fixture

@@ -57,7 +57,7 @@ def test_limits_are_completed_as_run_completes_them(splinefeed, folder):
         'sources = ["part.nc"]\n[set]\nmachine = "xytheta"\n[grid]\n"limits.axis_jerk.x" = [9000]\n'
     )
     swept = json.loads(splinefeed("sweep", "one.toml", "--workers", "0", "--json").stdout)
-    words = ("--machine", "xytheta", "--axis-jerk", "x=9000", "--no-figures", "--no-compare", "--json")
+    words = ("--machine", "xytheta", "--axis-jerk", "x=9000", "--no-figures", "--json")
     run = json.loads(splinefeed("run", "part.nc", *words).stdout)
     assert swept["numbers"]["duration_s"]["least"] == run["duration_s"]
     assert run["limits"]["axis_jerk.y"]["limit"] != 9000

@@ -29,7 +29,7 @@ def test_what_is_found_can_be_run(splinefeed, folder):
     assert json.loads(again.stdout)["contour_error_max_mm"] == page["best"]["contour_error_max_mm"]
     assert splinefeed("check", "out/setpoints.h5").exit_code == 0
     words = ("--machine", "xytheta", "--strategy", "look-ahead", "--limits", "out/limits.toml")
-    run = splinefeed("run", "smooth.json", *words, "--json", "--no-figures", "--no-compare")
+    run = splinefeed("run", "smooth.json", *words, "--json", "--no-figures")
     assert json.loads(run.stdout)["contour_error_max_mm"] == page["best"]["contour_error_max_mm"]
 
 

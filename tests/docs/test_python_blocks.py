@@ -78,7 +78,7 @@ def test_the_machine_of_the_how_to_does_what_the_page_does_with_it(workplace):
     page = ROOT / "docs/how-to/add-a-machine.md"
     text = next(block.text for block in blocks(page) if block.language == "toml")
     (workplace / "my-mill.toml").write_text(text, encoding="utf-8")
-    words = "part.dxf --path 1 --machine my-mill.toml --no-compare --no-figures --json"
+    words = "part.dxf --path 1 --machine my-mill.toml --no-figures --json"
     done = CliRunner().invoke(command_line, ["run", *words.split()])
     assert done.exit_code == 0, done.output
     assert json.loads(done.stdout)["ok"]

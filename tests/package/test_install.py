@@ -23,7 +23,7 @@ VERSIONS = ("3.11", "3.12", "3.13", "3.14")
 REPORT = """
 import subprocess, sys
 from pathlib import Path
-words = "run line --feed 60 --accel 500 --jerk 20000 --no-compare -o out".split()
+words = "run line --feed 60 --accel 500 --jerk 20000 -o out".split()
 subprocess.run([sys.executable, "-m", "splinefeed", *words], check=True)
 page = Path("out/report.html").read_text(encoding="utf-8")
 assert "Plotly" in page and "every limit holds" in page

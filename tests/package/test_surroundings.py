@@ -61,7 +61,7 @@ def test_nothing_of_the_caller_decides_how_a_test_ends():
 
 
 def test_a_run_opens_no_connection(folder):
-    words = ("run", "line", "--feed", "60", "--accel", "500", "--jerk", "20000", "--no-compare", "--json", "-o", "out")
+    words = ("run", "line", "--feed", "60", "--accel", "500", "--jerk", "20000", "--json", "-o", "out")
     result = call("-c", WITHOUT_NETWORK, *words)
     assert result.returncode == 0, result.stderr
     page = json.loads(result.stdout)

@@ -25,7 +25,7 @@ PANELS = {
     "Source and units": "source which layer hidden units chord edges dialect start offsets tools increments from_line "
     "repair tolerance columns",
     "Smoothing": "corners corner_angle angle_tolerance",
-    "Output": "formats tip figures no_figures figure no_compare as_json",
+    "Output": "formats tip figures no_figures figure compare as_json",
 }
 
 

@@ -10,6 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import click
+
 import splinefeed as sf
 from splinefeed.cli import options, summary
 from splinefeed.cli.answers import answers
@@ -19,9 +21,11 @@ from splinefeed.errors import InputError
 
 #: What is left out of a run that is too long to be kept whole.
 LONG_NOTE = (
-    "long motion: computed, checked and written in chunks; figures show the peaks; methods are not "
-    "compared; response and spectra are not kept (splinefeed follow setpoints.h5 computes them again)"
+    "long motion: computed, checked and written in chunks; figures show the peaks; "
+    "response and spectra are not kept (splinefeed follow setpoints.h5 computes them again)"
 )
+#: Said where --compare asks for what is left out.
+NOT_COMPARED = "methods are compared on motions of at most a million ticks along paths without a tool axis: left out"
 #: ... and of one whose path is too long to be held.
 PARTS_NOTE = (
     "by windows: setpoints and numbers only; no figures, time law, feed ripple or comparison of "
@@ -39,10 +43,14 @@ POINTS_TOLERANCE = 1e-3
 source          [SOURCE]
 --method        NAME    The method.  [default: arc-length; the paper's without SOURCE]
 --format formats  hdf5|csv|mat|npz|parquet|halstreamer|pvt* =hdf5  Format of the setpoints; may be repeated.
---no-compare    -       Leave out the other methods, with their table and figure.
 --tip           -       Tool paths: write tip and tool axis at each setpoint too, tip.csv.
 -o --output     DIR     Folder to write to.  [default: splinefeed-NAME]
 """)
+@click.option(
+    "--compare/--no-compare",
+    default=None,
+    help="Run other methods on the same time law, for a table and a figure.  [default: only without SOURCE]",
+)
 @options.corrections
 @options.linking
 @options.reading
@@ -81,6 +89,7 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
     registry.method(method)
     # the paper's experiment has the paper's limits, whatever the machine
     what = task_of(say, source, given, None if of_paper else machine, read=partial(_read, given))
+    compared = of_paper if given["compare"] is None else given["compare"]
     path, corrections, formats = what.path, given["corrections"], given["formats"]
     if given["tip"] and not isinstance(path, sf.ToolPath):
         raise InputError(f"--tip: {path.name} has no tool axis; its setpoints are the tool's positions already")
@@ -104,12 +113,14 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
                 others += compare.serve_methods(path, result.law, machine, names, corrections)
             servo = {**compare.servo_numbers([*others, result.served], of_paper), "machine_file": named}
         traces: list[Any] = []
-        if result.whole and result.joints is None and not given["no_compare"]:
+        possible = result.whole and result.joints is None
+        if compared and possible:
             say("comparing methods")
             traces += sf.compare(path, result.law, methods=compare.BESIDE_A_RUN, corrections=corrections, timed=False)
         said = about(result.settings, None if of_paper else what.source, what.reading, formats, machine=named)
         page = record(result, said, traces, servo)
-        page["notes"] = [*what.notes, *page["notes"], *([] if result.whole else [LONG_NOTE]), *files.missing(drawing)]
+        page["notes"] = [*what.notes, *page["notes"], *([] if result.whole else [LONG_NOTE])]
+        page["notes"] += [*([NOT_COMPARED] if compared and not possible else []), *files.missing(drawing)]
         say("writing setpoints and figures")
         page["files"] = files.write(
             documented(result, said), stage, formats=formats, traces=traces, figure_formats=drawing, record=page,
@@ -128,6 +139,7 @@ def _read(given: Mapping[str, Any], source: str, reading: Mapping[str, Any]) -> 
         return read_path(source, reading)
     refused = {
         "--3d": given["tangential"],
+        "--compare": given["compare"],
         "--format mat": "mat" in given["formats"],
         f"--strategy {given['strategy']}": given["strategy"] not in (None, LOOK_AHEAD),
         f"--method {given['method']}": given["method"] not in (None, METHOD),
