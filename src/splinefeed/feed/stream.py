@@ -22,6 +22,8 @@ from splinefeed.records import LAW_COEFFICIENTS, Limits, TimeLaw, positive
 
 #: Cells of a window, and the fewest that it may have.
 WINDOW, LEAST_WINDOW = MODES[LOOK_AHEAD].cells, 20
+#: A window that was not full is looked for again when so many times as many curves are known.
+AGAIN = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +94,8 @@ class LookAhead:
         self._waiting: list[Path] = []  # what came since
         self._curves = 0  # that came
         self._first_curve = 0  # of _path, among all that came
-        self._looked = 0.0  # length that must be known ahead for the next window, about, mm
+        #: What must be known ahead before a window is looked for again: length, about, mm, or so many curves.
+        self._looked, self._looked_curves = 0.0, 0
         self._tick = 0  # the last one at which motion is final
         self._elapsed = 0.0  # since then, s
         self._begun = False
@@ -117,6 +120,11 @@ class LookAhead:
 
         Raises CurveError for other axes or a gap, LimitsError where the path leaves the travel of an axis.
         """
+        self.take(path)
+        return list(self.blocks())
+
+    def take(self, path: Path) -> None:
+        """Take more of the path, as `push` does, and plan nothing yet: `blocks` does."""
         if path.axes != self.axes:
             raise CurveError(f"the path has axes {path.axes}; the motion has {self.axes}")
         check_travel(path, self.limits)
@@ -127,11 +135,30 @@ class LookAhead:
                 raise CurveError(f"gap of {gap:.6g} between curve {self._curves - 1} and curve {self._curves}")
         self._curves += len(path.curves)
         self._waiting.append(path)
-        return list(self._drain(whole=False))
 
     def finish(self) -> list[Block]:
         """Come to rest at the end of what came; the rest of the motion."""
-        return list(self._drain(whole=True))
+        return list(self.blocks(whole=True))
+
+    @property
+    def stop(self) -> Block | None:
+        """The motion to rest that the last plan has behind committed motion; None where committed motion rests.
+
+        It keeps the limits and is what the machine does when no other block comes in time.
+        """
+        windows = self._windows
+        if windows.left is None or self._path is None:
+            return None
+        spans, coefficients = windows.left.spans, windows.left.coefficients.copy()
+        coefficients[:, 0] -= windows.low
+        law = TimeLaw(
+            breaks=np.concatenate([[0.0], np.cumsum(spans)]),
+            coefficients=coefficients,
+            strategy=LOOK_AHEAD,
+            period=self.period,
+        )
+        curve, offset = self._place(self._path, windows.low)
+        return Block(curve, offset, self._tick, self._elapsed, law, windows.limits or self.limits)
 
     def change_limits(self, limits: Limits) -> list[Block]:
         """Plan by other limits from where committed motion ends, or from the first place on where they can be kept.
@@ -194,12 +221,12 @@ class LookAhead:
         self._waiting = []
         return self._path
 
-    def _drain(self, *, whole: bool) -> Iterator[Block]:
-        """Plan on while there is enough ahead, or with `whole` to the end."""
+    def blocks(self, *, whole: bool = False) -> Iterator[Block]:
+        """Plan on while there is enough ahead, or with `whole` to the end; each block as soon as it is final."""
         ahead = sum(path.length for path in self._waiting) if not whole else 0.0
         if self._path is not None:
             ahead += self._path.length - self._windows.low
-        if not whole and ahead < self._looked:
+        if not whole and ahead < self._looked and self.rows < self._looked_curves:
             return
         path = self._known()
         if path is None:
@@ -227,6 +254,7 @@ class LookAhead:
             near = windows.reach(setting, self._mode, high)
             if not last and near == high:
                 self._looked = (path.length - windows.low) * max(1.0 + OPEN, (1.0 - OPEN) / windows.ahead)
+                self._looked_curves = AGAIN * len(path.curves)  # length alone tells little behind a long line
                 break
             end = State(setting.speed_at(high, self.limits.end_feed)) if whole and not len(stop) else REST
             pieces = windows.advance(setting, self._mode, near, end, ends_here=last and near == high)
@@ -240,7 +268,7 @@ class LookAhead:
         """Pieces as a block; at rest the tool waits for the next tick, and for what the path asks."""
         spans, coefficients = pieces.spans, pieces.coefficients.copy()
         coefficients[:, 0] -= begin
-        curve = int(np.clip(np.searchsorted(path.curve_starts, begin, side="right") - 1, 0, len(path.curves) - 1))
+        curve, offset = self._place(path, begin)
         tick, phase = self._tick, self._elapsed
         self._elapsed += float(np.sum(spans))
         if self._windows.state.feed == 0.0:
@@ -262,7 +290,12 @@ class LookAhead:
             period=self.period,
         )
         kept = limits or self._windows.limits or self.limits
-        return Block(self._first_curve + curve, begin - float(path.curve_starts[curve]), tick, phase, law, kept)
+        return Block(curve, offset, tick, phase, law, kept)
+
+    def _place(self, path: Path, s: float) -> tuple[int, float]:
+        """Number of the curve, among all that came, at a place of what is known, and how far behind its start, mm."""
+        curve = int(np.clip(np.searchsorted(path.curve_starts, s, side="right") - 1, 0, len(path.curves) - 1))
+        return self._first_curve + curve, s - float(path.curve_starts[curve])
 
     def _forget(self, path: Path) -> None:
         """Drop the curves behind the motion, and count arc length from the first that is left."""

@@ -489,6 +489,16 @@ class Path:
         """The same path with other findings."""
         return Path(self.curves, self.axes, **{**self._said(), "findings": findings})
 
+    def with_feeds(self, feeds: ArrayLike | None) -> Path:
+        """The same path under other feeds (curves,), mm/s, infinite for rapid moves; what was computed of it is kept.
+
+        Raises InputError for feeds that are not positive, or another number of them.
+        """
+        new: Path = object.__new__(type(self))
+        given = _of_curves(feeds, len(self._joined), "feeds", "greater than 0", lambda f: f > 0.0)
+        new.__dict__.update(self.__dict__, feeds=given)
+        return new
+
     def smoothed(self, tolerance: float | str, **how: Any) -> Path:
         """The path with continuous curvature within `tolerance`, mm; see `geometry.smoothing.smoothed`."""
         from splinefeed.geometry.smoothing import smoothed

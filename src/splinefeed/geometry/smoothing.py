@@ -12,9 +12,10 @@ import numpy as np
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.curves import Flat, Packed
 from splinefeed.geometry.path import Marker, Path, checked_axes
+from splinefeed.geometry.resolution import long_curves
 from splinefeed.geometry.smoothing_joints import Assembly, Done
 from splinefeed.geometry.smoothing_runs import Batch, Runs
-from splinefeed.records import Array, BoolArray
+from splinefeed.records import Array, BoolArray, IntArray
 
 #: Joints that turn by more than this are corners.
 SMOOTHING_CORNER_ANGLE = math.radians(45.0)
@@ -100,6 +101,8 @@ class Smoother:
         self._markers: list[Marker] = []
         self._came = self._out = 0
         self._said: tuple[bool, bool] | None = None  # whether feeds and tolerances are
+        #: Of the paths that came out last, (curves,) each: number of the first curve that each curve stands for.
+        self.origins: list[IntArray] = []
         #: Of the last curve that came: its end, whether it may change, its feed and tolerance.
         self._last: tuple[Array, bool, list[float]] | None = None
 
@@ -118,11 +121,16 @@ class Smoother:
 
     def push(self, path: Path) -> list[Path]:
         """Take more of the path, which goes on where the last one ended; the smooth pieces that are final by now."""
-        return [self._path([done], tolerance=self._assembly.gap) for done in self._taken(path)]
+        return self._paths(self._taken(path))
 
     def finish(self) -> list[Path]:
         """The rest of the smooth path."""
-        return [self._path([done], tolerance=self._assembly.gap) for done in self._rest()]
+        return self._paths(self._rest())
+
+    def _paths(self, parts: Sequence[Done]) -> list[Path]:
+        paths = [self._path([done], tolerance=self._assembly.gap) for done in parts]
+        self.origins = [_origins(done, path) for done, path in zip(parts, paths, strict=True)]
+        return paths
 
     def _path(self, parts: Sequence[Done], **said: Any) -> Path:
         assert self._said is not None
@@ -196,6 +204,15 @@ class Smoother:
             flat, np.arange(self._came, self._came + count), np.where(loose, within, 1.0), np.zeros(count),
             lines & loose, free, apart, np.zeros(count, dtype=bool), *said,
         )  # fmt: skip
+
+
+def _origins(done: Done, path: Path) -> IntArray:
+    """Numbers (curves,) of the first curve that each curve of a path stands for; a path leaves out points."""
+    if len(path.joined) == len(done.first):
+        return done.first
+    kept = long_curves(Packed(done.flat), done.flat, path.weights, path.tolerance)
+    assert kept is not None
+    return done.first[kept]
 
 
 def smooth_stream(pieces: Iterable[Path], tolerance: float | str, **how: Any) -> Iterator[Path]:

@@ -49,9 +49,10 @@ _FRONT: Array = np.array([[1, 0, 0, 0, 0, 0], [16, 16, 0, 0, 0, 0], [8, 16, 8, 0
 
 @dataclass(frozen=True, eq=False)
 class Done:
-    """Curves that are final; feed and said (n,) as of a Batch, markers by the number of the curve among these."""
+    """Curves that are final; first, feed, said (n,) as of a Batch; markers by the number of the curve among these."""
 
     flat: Flat
+    first: IntArray
     feed: Array
     said: Array
     markers: list[Marker]
@@ -132,10 +133,12 @@ class Assembly:
         order = np.argsort(place)
         place = place[order]
         begins = np.searchsorted(place, 4 * np.arange(count + 1) - 2)  # where each begins, the one behind included
+        of = (place + 2) // 4
         return Done(
             Flat.joined([part for _, part in parts if len(part)]).chosen(order),
-            batch.feed[(place + 2) // 4],
-            batch.said[(place + 2) // 4],
+            batch.first[of],
+            batch.feed[of],
+            batch.said[of],
             _placed(batch, begins, len(place), markers),
         )
 
