@@ -18,9 +18,10 @@ import scipy.io
 from hypothesis import given
 from hypothesis import strategies as st
 
+import splinefeed as sf
 from splinefeed.errors import FormatError, InputError, SplinefeedError
 from splinefeed.formats import positions_csv, setpoints
-from splinefeed.formats.setpoints import load, save
+from splinefeed.formats.setpoints import Writer, load, save
 from splinefeed.records import Limits, Setpoints, TimeLaw
 
 SUFFIXES = [".h5", ".hdf5", ".csv", ".mat", ".npz", ".parquet"]
@@ -504,3 +505,17 @@ def test_rows_of_others_are_within_bounds(tmp_path: Path, text: str, reason: str
             positions_csv.read(tmp_path / "other.csv")
     else:
         assert len(positions_csv.read(tmp_path / "other.csv")[0]) == 2
+
+
+def test_a_writer_that_is_left_writes_nothing(tmp_path):
+    points = sf.run(sf.shapes.butterfly()).points
+    for name in ("part.h5", "part.csv", "part.npz"):
+        with Writer(tmp_path / name) as writer:
+            writer.feed(points.part(0, 10))
+        assert not list(tmp_path.iterdir())
+        with Writer(tmp_path / name) as writer:
+            writer.feed(points.part(0, 10))
+            writer.feed(points.part(10, len(points)))
+            writer.finish()
+        assert np.array_equal(sf.load(tmp_path / name, sf.Setpoints).position, points.position)
+        (tmp_path / name).unlink()

@@ -138,13 +138,16 @@ def limit_use(
         ("chord_error", sagitta, limits.chord_error),
         ("orientation_error", turned, limits.orientation_error),
     ]
+    # whether a limit is there is said by the limits, not by the ticks: a chunk may be rapid moves alone
+    limited = {"feed"} if path.tip_path.feeds is not None else set()
+    limited |= {"jerk"} if min(limits.jerk, slowing or np.inf) < np.inf else set()
     bounded = limits.axis_bounds(path.axes)
     for names, values, bounds in zip(bounded.names, exact, bounded.bounds.tolist(), strict=True):
         measures += zip(names, bounded.of(values).T, bounds, strict=True)
     measures += _torques(setpoints, exact, path.axes, limits)
     if isinstance(path, Path):
         measures += _steps(setpoints, path, law, limits)
-    given = [each for each in measures if each[2] is not None and np.any(np.isfinite(each[2]))]
+    given = [each for each in measures if each[2] is not None and (each[0] in limited or np.any(np.isfinite(each[2])))]
     with np.errstate(invalid="ignore", over="ignore"):
         share = np.array([np.abs(values) / limit for _, values, limit in given]).reshape(len(given), len(t)).T
     share = np.ascontiguousarray(np.where(np.isfinite(share), share, 0.0))

@@ -64,6 +64,9 @@ class Kept:
 
     def see(self, columns: Mapping[str, Array], quantities: Sequence[Array]) -> None:
         """The next rows of every column (n, ...), with the quantities (n,) of which no peak is lost."""
+        if self._block == 1 and self._most == math.inf:  # all are kept, and no quantity is needed
+            self._put(columns)
+            return
         self._add({**columns, "": np.column_stack(quantities)}, self._block)
         while self._count > self._most:
             rows = {name: self.column(name) for name in self._parts}
@@ -78,8 +81,17 @@ class Kept:
             blocks = -(-len(peaked) // block)
             kept = np.unique(np.concatenate([extremes(values, blocks) for values in peaked.T]))
         self._count += len(kept)
+        self._put({name: values[kept] for name, values in rows.items()})
+
+    def _put(self, rows: Mapping[str, Array]) -> None:
         for name, values in rows.items():
-            self._parts.setdefault(name, []).append(values[kept])
+            self._parts.setdefault(name, []).append(values)
+
+    def take(self, name: str) -> Array:
+        """As `column`, and forget them, so that they are in memory once."""
+        found = self.column(name)
+        self._parts.pop(name, None)
+        return found
 
     def column(self, name: str) -> Array:
         """The rows of a column that are kept; empty where it is not known."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -17,7 +17,17 @@ import numpy as np
 
 import splinefeed
 from splinefeed.errors import InputError, LimitsError
-from splinefeed.formats.metadata import COLUMNS, MAYBE, SCHEMA, axis_units, check_columns, check_schema, naming, to_json
+from splinefeed.formats.metadata import (
+    COLUMNS,
+    MAYBE,
+    SCHEMA,
+    Sink,
+    axis_units,
+    check_columns,
+    check_schema,
+    naming,
+    to_json,
+)
 from splinefeed.formats.native_process import ask
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS, MAX_TICKS_IN_CHUNKS
 from splinefeed.records import ORDERS, STREAM_COLUMNS, Limits, Response, Setpoints, TimeLaw, field_of, positive, unit_of
@@ -78,7 +88,7 @@ class _Output:
             raise self.error
 
 
-def write_hdf5(parts: Iterable[Any], file: Path) -> None:
+def write_hdf5(file: Path) -> Sink[Any]:
     """Write a record that comes in parts, of which one is in memory at a time."""
     import h5py
 
@@ -86,10 +96,11 @@ def write_hdf5(parts: Iterable[Any], file: Path) -> None:
         output = _Output(stream)
         with h5py.File(output, "w", libver=("v108", "v108")) as made:
             datasets: dict[str, Any] = {}  # open all along: a chunk is packed when it is full
-            for part in parts:
+            while (given := (yield)) is not None:
+                part = given
                 if isinstance(part, Limits):
                     _write_limits(made, part)
-                    break
+                    continue
                 datasets = datasets or _create(made, part)
                 for name, dataset in datasets.items():
                     values = getattr(part, name)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any, TextIO
+from typing import Any, TextIO, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -29,6 +29,9 @@ from splinefeed.records import (
 SCHEMA = 1
 #: Columns of Setpoints beside the position, with their units; "1" is the unit of what has none.
 COLUMNS = {"t": "s", "curve": "1", "u": "1", "s": "mm", "feed": "mm/s"}
+Part = TypeVar("Part")
+#: What writes a file: it is sent one part after the other, and None behind the last.
+Sink: TypeAlias = Generator[None, Part | None, None]
 #: What all parts of a record have in common.
 _ALIKE = ("axes", "period", "method")
 #: Columns that not every response has.
@@ -153,17 +156,23 @@ def write_rows(stream: TextIO, columns: Sequence[Array | IntArray], between: str
         stream.write(row * len(part) % tuple(part.ravel().tolist()))
 
 
-def checked_parts(record: Any, path: object, most: int, kinds: Any = Setpoints) -> Iterator[Any]:
-    """The parts of setpoints or of a response, which may be whole, that have ticks: each finite and like the first.
+class PartCheck:
+    """Checks the parts of setpoints or of a response as they come: each finite and like the first, `most` ticks in all.
 
-    Raises InputError for a part that is not, for more than `most` ticks, and for none at all.
+    `see` says whether a part has ticks; `end` is called behind the last one. Both raise InputError or FormatError.
     """
-    first: Any = None
-    ticks = 0
-    for part in record if isinstance(record, Iterable) else [record]:
-        if not isinstance(part, kinds):
+
+    def __init__(self, path: object, most: int, kinds: Any = Setpoints) -> None:
+        self.path, self.most, self.kinds = path, most, kinds
+        self.first: Any = None
+        self.ticks = 0
+
+    def see(self, part: Any) -> bool:
+        """Check the next part; InputError where it is not like the first, FormatError for too many ticks."""
+        path, ticks = self.path, self.ticks
+        if not isinstance(part, self.kinds):
             raise InputError(f"{path}: setpoints are saved from Setpoints, got {type(part).__name__}")
-        first = part if first is None else first
+        first = self.first = part if self.first is None else self.first
         for name in _ALIKE:
             here, there = getattr(part, name, None), getattr(first, name, None)
             if here != there:
@@ -173,13 +182,17 @@ def checked_parts(record: Any, path: object, most: int, kinds: Any = Setpoints) 
         if len(part.axes) > MAX_AXES:
             raise InputError(f"{path}: there are {len(part.axes)} axes; at most {MAX_AXES} can be saved")
         check_columns(part)
-        ticks += len(part)
-        if ticks > most:
-            raise FormatError(f"{path}: more than {most} ticks do not fit in this format; write HDF5 or several files")
-        if len(part):
-            yield part
-    if ticks == 0:
-        raise FormatError(f"{path}: there are no ticks to save")
+        self.ticks += len(part)
+        if self.ticks > self.most:
+            raise FormatError(
+                f"{path}: more than {self.most} ticks do not fit in this format; write HDF5 or several files"
+            )
+        return len(part) > 0
+
+    def end(self) -> None:
+        """FormatError where no part had ticks."""
+        if self.ticks == 0:
+            raise FormatError(f"{self.path}: there are no ticks to save")
 
 
 def check_columns(part: Setpoints | Response) -> None:

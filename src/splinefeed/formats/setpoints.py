@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
-from contextlib import nullcontext
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, overload
 from splinefeed.errors import FormatError, expect
 from splinefeed.formats import hdf5
 from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.metadata import checked_parts, described, naming, to_degrees, to_radians
+from splinefeed.formats.metadata import PartCheck, described, naming, to_degrees, to_radians
 from splinefeed.formats.sizes import MAX_TICKS, MAX_TICKS_AT_ONCE, MAX_TICKS_IN_CHUNKS
 from splinefeed.formats.source import check_file
 from splinefeed.records import Limits, Response, Setpoints, TimeLaw
@@ -68,19 +68,75 @@ def save(record: Record | Iterable[Setpoints] | Iterable[Response], path: str | 
         import_module("splinefeed.formats.bit_pattern").write(record, path)
         return
     name = _format_of(path)
-    form = FORMATS[name]
     whole = isinstance(record, TimeLaw | Limits)
     if name != "hdf5" and (whole or isinstance(record, Response)):
         raise FormatError(f"{path}: {type(record).__name__} is saved as HDF5 only; name the file .h5")
-    most = MAX_TICKS_IN_CHUNKS if name == "hdf5" else MAX_TICKS_AT_ONCE if form.at_once else MAX_TICKS
-    kinds = Setpoints | Response if name == "hdf5" else Setpoints
-    parts: Any = [record] if whole else checked_parts(record, path, most, kinds)
-    if form.rotary == "deg":
-        parts = (replace(part, position=to_degrees(part.position, part.axes)) for part in parts)
-    with atomic_write(path) as temporary:
-        parts = Setpoints.joined(list(parts)) if form.at_once else parts
-        with naming(path) if form.at_once else nullcontext():  # what is wrong with parts names the file already
-            _function(name, "write")(parts, temporary)
+    if isinstance(record, TimeLaw | Limits):
+        with atomic_write(path) as temporary, _sink(hdf5.write_hdf5(temporary)) as send:
+            send(record)
+        return
+    with Writer(path) as writer:
+        for part in record if isinstance(record, Iterable) else [record]:
+            writer.feed(part)
+        writer.finish()
+
+
+@contextmanager
+def _sink(sink: Any) -> Iterator[Callable[[Any], None]]:
+    """What sends parts to a function that writes a file; at the end it is told that there are no more."""
+    next(sink)
+    try:
+        yield sink.send
+        with suppress(StopIteration):
+            sink.send(None)
+    finally:
+        sink.close()
+
+
+class Writer:
+    """Writes setpoints, or a response, to a file chunk by chunk as they come; the file appears whole or not at all.
+
+    `feed` takes the next chunk, `finish` ends the file. As a context it removes what is not finished. Formats whose
+    layout needs all ticks at once keep the chunks. Raises what `save` raises.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path, self._name = path, _format_of(path)
+        self._form = FORMATS[self._name]
+        hdf = self._name == "hdf5"
+        most = MAX_TICKS_IN_CHUNKS if hdf else MAX_TICKS_AT_ONCE if self._form.at_once else MAX_TICKS
+        self._check = PartCheck(path, most, Setpoints | Response if hdf else Setpoints)
+        self._open, self._parts = ExitStack(), list[Setpoints]()
+        self._send: Callable[[Any], None] | None = None
+
+    def __enter__(self) -> Writer:
+        return self
+
+    def __exit__(self, *raised: Any) -> None:
+        left = GeneratorExit()  # left without `finish`: what is open closes as behind an error
+        self._open.__exit__(*(raised if raised[0] is not None else (GeneratorExit, left, None)))
+
+    def feed(self, part: Any) -> None:
+        """The next chunk of setpoints or of a response."""
+        if not self._check.see(part):
+            return
+        if self._form.rotary == "deg":
+            part = replace(part, position=to_degrees(part.position, part.axes))
+        if self._form.at_once:
+            self._parts.append(part)
+            return
+        if self._send is None:
+            temporary = self._open.enter_context(atomic_write(self.path))
+            self._send = self._open.enter_context(_sink(_function(self._name, "write")(temporary)))
+        self._send(part)
+
+    def finish(self) -> None:
+        """End the file and put it in its place; FormatError where no chunk had ticks."""
+        self._check.end()
+        if self._form.at_once:
+            with atomic_write(self.path) as temporary, naming(self.path):
+                _function(self._name, "write")(Setpoints.joined(self._parts), temporary)
+        self._open.close()
 
 
 @overload

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.formats import mat5
 from splinefeed.formats.mat5 import MOST_UNPACKED, NO_HARM_BYTES
-from splinefeed.formats.metadata import COLUMNS, axis_units, by_name, column_names, columns_of, description
+from splinefeed.formats.metadata import COLUMNS, Sink, axis_units, by_name, column_names, columns_of, description
 from splinefeed.formats.native_process import ask
 from splinefeed.formats.rows_parquet import libraries
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
@@ -89,12 +88,12 @@ def _single(value: Any) -> Any:
     return int(number) if isinstance(number, float) and number.is_integer() else number  # MATLAB has doubles alone
 
 
-def write_parquet(chunks: Iterable[Setpoints], file: Path) -> None:
+def write_parquet(file: Path) -> Sink[Setpoints]:
     """Write chunks of setpoints under the names that columns of a CSV have, and the description as JSON."""
     pyarrow, parquet = libraries()
     with file.open("wb") as stream, ExitStack() as stack:
         writer: Any = None
-        for chunk in chunks:
+        while (chunk := (yield)) is not None:
             if writer is None:
                 names, units = column_names(chunk.axes, "rad"), [*COLUMNS.values(), *axis_units(chunk.axes, "rad")]
                 kinds = [pyarrow.int64() if name == "curve" else pyarrow.float64() for name in names]

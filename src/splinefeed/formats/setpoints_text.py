@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from splinefeed.errors import InputError
-from splinefeed.formats.metadata import axis_units, by_name, column_names, columns_of, description, write_rows
+from splinefeed.formats.metadata import Sink, axis_units, by_name, column_names, columns_of, description, write_rows
 from splinefeed.formats.sizes import MAX_TICKS
 from splinefeed.formats.table_text import OURS
 from splinefeed.records import Array, IntArray, Setpoints
@@ -30,11 +29,11 @@ SHORT = 1e-6
 STENCIL, _STEPS = 5, 2**16
 
 
-def write_csv(chunks: Iterable[Setpoints], file: Path) -> None:
+def write_csv(file: Path) -> Sink[Setpoints]:
     """Write chunks of setpoints, with metadata in lines that begin with #."""
     ticks = 0
     with file.open("w", encoding="ascii", newline="\n") as stream:
-        for chunk in chunks:
+        while (chunk := (yield)) is not None:
             if ticks == 0:
                 names = ",".join(column_names(chunk.axes, "deg"))
                 stream.write(f"{OURS}\n{_METADATA}{json.dumps(description(chunk, 'deg'))}\n{names}\n")
@@ -75,7 +74,7 @@ def cfg(axes: tuple[str, ...]) -> str:
     return f"u{'f' * len(axes)}b"
 
 
-def write_halstreamer(chunks: Iterable[Setpoints], file: Path) -> None:
+def write_halstreamer(file: Path) -> Sink[Setpoints]:
     """Write chunks of setpoints as the text that `halstreamer` feeds to a HAL streamer, one row a servo period.
 
     A row is `row x y ... last` between blanks: its number from 1, the axes, and a bit that is 1 on the last row, which
@@ -88,9 +87,9 @@ def write_halstreamer(chunks: Iterable[Setpoints], file: Path) -> None:
             numbers = np.arange(count + 1, count + len(rows) + 1)
             write_rows(stream, [numbers, *rows.T, np.full(len(rows), last)], " ", whole=(0, 1 + rows.shape[1]))
 
-        for chunk in chunks:
+        while (chunk := (yield)) is not None:
             if not len(times):
-                units = axis_units(chunk.axes, "deg")
+                units, period = axis_units(chunk.axes, "deg"), chunk.period
                 axes = " ".join(f"{axis}_{unit}" for axis, unit in zip(chunk.axes, units, strict=True))
                 every = f"one row every {chunk.period:.17g} s, last row repeated"
                 stream.write(f"# row {axes} last   (cfg={cfg(chunk.axes)}, {every})\n")
@@ -99,7 +98,7 @@ def write_halstreamer(chunks: Iterable[Setpoints], file: Path) -> None:
             put(rows[:-1], False)
             count, held, times = count + len(rows) - 1, rows[-1:], np.append(times, chunk.t)[-2:]
         step = float(times[-1] - times[0])
-        if len(times) > 1 and abs(step - chunk.period) > SHORT * chunk.period:
+        if len(times) > 1 and abs(step - period) > SHORT * period:
             stream.write(f"# the plan takes {step:.9g} s for the last step, the streamer one period\n")
         put(np.concatenate([held, held]), True)
 

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -368,6 +368,11 @@ class Path:
             two * v * v + one * a,
             three * v**3 + 3.0 * two * v * a + one * j,
         )
+
+    @property
+    def tip_path(self) -> Self:
+        """The path of the tool tip: this one."""
+        return self
 
     @cached_property
     def tip_end(self) -> float:

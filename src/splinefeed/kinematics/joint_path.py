@@ -104,6 +104,11 @@ class JointPath:
         curve, u = self.tool.locate(values.ravel())
         return self.joints(curve, u, values.ravel()).reshape(*values.shape, len(self.axes))
 
+    @property
+    def tip_path(self) -> ToolPath:
+        """The path of the tool tip."""
+        return self.tool
+
     def tip_length(self, s: ArrayLike) -> Array:
         """Arc length of the tip, mm (...), at places s (...), mm: its parameter is that."""
         return np.asarray(s, dtype=np.float64)

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from splinefeed.analysis.check import check
-from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple, chord_errors, feed_ripple, limit_use
-from splinefeed.analysis.thinning import Kept
+from splinefeed.analysis.check import Check
+from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple
 from splinefeed.errors import InputError, LimitsError, expect
 from splinefeed.feed.planning import cheap_to_bound, plan
 from splinefeed.geometry.path import Path
@@ -22,8 +21,10 @@ from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
 from splinefeed.machine.machine import Machine
+from splinefeed.pipeline.fold import Meter, fold, on_one_path
 from splinefeed.pipeline.follow import Servo
-from splinefeed.records import Array, IntArray, Limits, Setpoints, TimeLaw, Verdict, unit_along, view
+from splinefeed.pipeline.meters import MOTION, CheckMeter, ChordMeter, RippleMeter, ServoMeter, UseMeter
+from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along, view
 
 if TYPE_CHECKING:
     from splinefeed.report.figure import Figure
@@ -39,13 +40,9 @@ CELLS, POINTS_DRAWN = 600, (1000, 40_000)
 #: Most ticks of a motion that is kept in memory, above an hour at 1 ms, and of one that is made in chunks, above ten
 #: days.
 MOST_TICKS, MOST_IN_CHUNKS = 4_000_000, 1_000_000_000
-#: Motions of at most so many ticks are one chunk, and every tick is kept. Of a longer one: stretches of time of which
-#: the least and the greatest of every quantity are kept, and most ticks of one stretch and of one chunk.
+#: Of motions of at most so many ticks every tick is kept. Of a longer one: stretches of time of which the least and the
+#: greatest of every quantity are kept, and most ticks of one stretch and of one chunk.
 LONG, COLUMNS, CHUNK = 1_000_000, 1200, 16_384
-#: Ticks on both sides of a chunk that its measures may use: what a third difference needs.
-NEIGHBOURS = 2
-#: What the axes do at a tick.
-MOTION = ("velocity", "acceleration", "jerk")
 #: Makes the setpoints again, in chunks of so many ticks, each time that it is called.
 Chunks = Callable[[int], Iterator[Setpoints]]
 #: Is called with what is being done, how many ticks are done, and of how many.
@@ -236,14 +233,17 @@ def run(
     corrections: int = 1,
     tolerance: float = 0.0,
     law: TimeLaw | None = None,
+    meters: Sequence[Meter] = (),
     on_progress: Progress | None = None,
 ) -> Run:
     """Plan, interpolate and measure one path; defaults are the paper's limits and period.
 
     machine  a Machine or its name: of a ToolPath its joints follow the path, of another path its axes follow the
              setpoints, simulated; law  if it is planned already
+    meters   further ones of the chunks, such as writers of files (`splinefeed.pipeline.fold`)
 
-    A motion of more than a million ticks is made again for each pass, in chunks: `setpoints()` of the run gives them.
+    Setpoints are made and measured in chunks, once. Of more than a million ticks those that figures need are kept, and
+    `setpoints()` of the run makes all of them again.
     Raises what `plan`, `interpolate` and `follow` raise, InputError for a machine that cannot follow a tool path, and
     LimitsError for more than MOST_IN_CHUNKS ticks.
 
@@ -271,7 +271,7 @@ def run(
             path, law, chunk=chunk, period=period, method=method, corrections=corrections, tolerance=tolerance
         )
 
-    made = measured(path, limits, law, chunks, ticks, machine=model, on_progress=on_progress)
+    made = measured(path, limits, law, chunks, ticks, machine=model, meters=meters, on_progress=on_progress)
     return replace(made, remarks=remarks)
 
 
@@ -323,70 +323,47 @@ def measured(
     ticks: int,
     *,
     machine: Machine | None = None,
+    meters: Sequence[Meter] = (),
     on_progress: Progress | None = None,
 ) -> Run:
-    """Setpoints that can be made, or read, again and again, at most `ticks` of them, measured and checked as a run."""
-    say = on_progress or (lambda what, done, of: None)
+    """Setpoints that can be made, or read, again, at most `ticks` of them, measured and checked as a run in one pass.
+
+    meters  further ones, which see every chunk, too
+    """
     joints = path if isinstance(path, JointPath) else None
-    tip = path.tool if isinstance(path, JointPath) else path
-    column = column_of(ticks)
-    again = partial(chunks, max(ticks, 1) if column == 1 else CHUNK // column * column)
-
-    def with_progress(what: str) -> Iterator[Setpoints]:
-        """The setpoints once more, with progress."""
-        done = 0
-        for chunk in again():
-            done += len(chunk)
-            say(what, done, ticks)
-            yield chunk
-
-    rows, ripples = Kept(column), Kept(column)
-    servo: Servo | None = None
-    count, top, chord, squares, steps, floor = 0, 0.0, 0.0, 0.0, 0, 0.0
-    bound: IntArray = np.zeros(0, dtype=np.int64)
-    for block, first, setpoints in with_neighbours(with_progress("measuring")):
-        own = slice(first, first + len(setpoints))
-        if not count:
-            top = _top_feed(law, setpoints.period)
-            servo = None if machine is None else Servo(machine, setpoints, tip, law=law, keep=Kept(column))
-        motion, use = limit_use(block, path, law, limits)
-        counts = np.bincount(use.binding[own] + 1, minlength=len(use.names) + 1)
-        bound = bound + counts if count else counts
-        if joints is None:
-            chord = max(chord, float(np.max(chord_errors(block, tip)[own], initial=0.0)))
-        ripple = feed_ripple(block, tip, law, top=top)
-        here = (ripple.t >= setpoints.t[0]) & (ripple.t <= setpoints.t[-1])
-        if here.any():
-            relative = ripple.relative[here]
-            squares, steps = squares + float(np.sum(relative**2)), steps + len(relative)
-            floor = max(floor, ripple.floor)
-            ripples.see({"t": ripple.t[here], "relative": relative}, [relative])
-        columns = setpoints.columns | {name: getattr(motion, name)[own] for name in MOTION}
-        columns |= {"share": use.share[own], "top": use.top[own]}
-        peaked = [setpoints.feed, law.acceleration(setpoints.t), law.jerk(setpoints.t), columns["top"]]
-        rows.see(columns, peaked + [each for name in ("position", "share", *MOTION) for each in columns[name].T])
-        if servo is not None:
-            servo.follow(setpoints)
-        count += len(setpoints)
-    said: dict[str, Any] = {name: rows.column(name) for name in setpoints.columns}
-    kept = replace(setpoints, **said)
-    verdict = check(kept if len(kept) == count else with_progress("checking"), path, limits, law=law)
-    rms = math.sqrt(squares / steps) if steps else 0.0
+    tip, column = path.tip_path, column_of(ticks)
+    again = partial(chunks, max(CHUNK // column, 1) * column)
+    check = Check(limits, law=law)
+    check.part(path)
+    use, ripple, chord = UseMeter(limits, column), RippleMeter(column, _top_feed(law, ticks)), ChordMeter()
+    checked, servo = CheckMeter(check), None if machine is None else ServoMeter(machine, column)
+    all_meters: list[Meter] = [use, ripple, chord, checked, *([] if servo is None else [servo]), *meters]
+    count = fold(on_one_path(_with_progress(again(), on_progress, ticks), path, law), all_meters)
+    verdict = checked.verdict
     return Run(
         path=tip,
         limits=limits,
         law=law,
         ticks=count,
-        kept=kept,
-        ripple=Ripple(ripples.column("t"), ripples.column("relative"), floor, rms),
-        motion=AxisMotion(kept.t, *map(rows.column, MOTION)),
-        use=LimitUse(use.names, kept.t, kept.s, rows.column("share"), rows.column("top"), bound),
+        kept=use.kept,
+        ripple=ripple.ripple,
+        motion=use.motion,
+        use=use.use,
         verdict=verdict,
-        chord_error_mm=chord if joints is None else float(verdict.numbers["chord_error_max_mm"]),
+        chord_error_mm=chord.largest if joints is None else float(verdict.numbers["chord_error_max_mm"]),
         chunks=again,
         joints=joints,
-        served=servo,
+        served=None if servo is None else servo.servo,
     )
+
+
+def _with_progress(chunks: Iterator[Setpoints], say: Progress | None, ticks: int) -> Iterator[Setpoints]:
+    done = 0
+    for chunk in chunks:
+        done += len(chunk)
+        if say is not None:
+            say("measuring", done, ticks)
+        yield chunk
 
 
 def column_of(ticks: int) -> int:
@@ -394,24 +371,11 @@ def column_of(ticks: int) -> int:
     return 1 if ticks <= LONG else min(-(-ticks // COLUMNS), CHUNK)
 
 
-def with_neighbours(chunks: Iterable[Setpoints]) -> Iterator[tuple[Setpoints, int, Setpoints]]:
-    """Each chunk with the ticks before and behind it, where it begins in that, and by itself."""
-    before: list[Setpoints] = []
-    held: Setpoints | None = None
-    for chunk in chunks:
-        if held is not None:
-            yield Setpoints.joined([*before, held, chunk.part(0, NEIGHBOURS)]), sum(map(len, before)), held
-            before = [held.part(max(len(held) - NEIGHBOURS, 0), len(held))]
-        held = chunk
-    if held is None:
-        raise InputError("there are no setpoints to measure")
-    yield Setpoints.joined([*before, held]), sum(map(len, before)), held
-
-
-def _top_feed(law: TimeLaw, period: float) -> float:
-    ticks = int(law.duration / period) + 1
+def _top_feed(law: TimeLaw, ticks: int) -> float:
+    """The highest feed of the law at its ticks, mm/s."""
+    step = law.duration / max(ticks - 1, 1)
     starts = range(0, ticks, CHUNK)
-    return max(float(np.max(law.feed(np.arange(k, min(k + CHUNK, ticks)) * period))) for k in starts)
+    return max(float(np.max(law.feed(np.arange(k, min(k + CHUNK, ticks)) * step))) for k in starts)
 
 
 def _tools(joints: JointPath) -> Array:
