@@ -1,9 +1,15 @@
-"""What tests of the studio's page share."""
+"""What tests of pages share."""
 
 from __future__ import annotations
 
+import base64
+import gzip
 from collections.abc import Callable
 from typing import Any
+
+import numpy as np
+
+from splinefeed.report.detail import BLOCK, GAP
 
 #: What a page waits for is there long before, however busy the machine is, ms.
 PATIENCE = 400_000
@@ -19,3 +25,17 @@ def rest(page: Any, action: Callable[[], object]) -> None:
 def value(page: Any, key: str) -> float:
     """A number of the cards, as it was sent."""
     return float(page.get_attribute(f'#cards dd[data-key="{key}"]', "data-value"))
+
+
+def taken(store_text: str, series: list[dict[str, Any]], number: int) -> np.ndarray:
+    """The values of a series, as zoom.js takes them."""
+    data, said = gzip.decompress(base64.b64decode(store_text)), series[number]
+    n, at = said["n"], said["at"]
+    if "unit" in said:
+        planes = np.frombuffer(data, np.uint8, 4 * n, at).reshape(4, n).astype(np.int64)
+        return said["from"] + said["unit"] * np.cumsum(np.array([1, 256, 65536, 16777216]) @ planes)
+    blocks = -(-n // BLOCK)
+    low, step = np.frombuffer(data, "<f8", 2 * blocks, at).reshape(2, blocks).repeat(BLOCK, axis=1)[:, :n]
+    planes = np.frombuffer(data, np.uint8, 2 * n, at + 16 * blocks).reshape(2, n).astype(np.int64)
+    codes = np.cumsum(planes[0] + 256 * planes[1]) % 65536
+    return np.where(codes == GAP, np.nan, low + step * codes)

@@ -34,6 +34,25 @@ def extremes(values: Array, columns: int = COLUMNS) -> IntArray:
     return kept[kept < count].astype(np.int64)
 
 
+def least_and_greatest(values: Array, starts: IntArray) -> tuple[Array, Array]:
+    """The least and the greatest of `values` (n,) in the stretches that begin at `starts` (m,), each (m,).
+
+    NaN where a stretch has none that is finite.
+    """
+    return np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)
+
+
+def envelope(x: Array, values: Array, edges: Array) -> tuple[Array, Array, Array]:
+    """The middles of the columns between `edges` that have points, and the least and the greatest of `values` there.
+
+    x (n,) rises. A picture drawn between the two, (m,) each, is that of all points to a column, however many there are.
+    """
+    column = np.clip(np.searchsorted(edges, x, "right") - 1, 0, len(edges) - 2)
+    starts = np.flatnonzero(np.diff(column, prepend=-1)).astype(np.int64)
+    there = column[starts]
+    return 0.5 * (edges[there] + edges[there + 1]), *least_and_greatest(values, starts)
+
+
 def cells(points: Array) -> IntArray:
     """Indices of the points (n, 2 or 3) that enter another cell of a fine grid over all of them, and of both ends."""
     span = float(np.max(np.ptp(points, axis=0)))

@@ -84,6 +84,11 @@ class Run:
         return len(self.kept) == self.ticks
 
     @property
+    def stretch(self) -> float:
+        """Time, s, of which the kept ticks show the least and the greatest of each quantity; 0: all are kept."""
+        return 0.0 if self.whole else column_of(self.ticks) * self.kept.period
+
+    @property
     def points(self) -> Setpoints:
         """All setpoints; LimitsError for a long motion, of which `setpoints()` gives them in chunks."""
         if not self.whole:

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.analysis.thinning import extremes
 from splinefeed.errors import InputError
 from splinefeed.formats.atomic import atomic_write, write_text
 from splinefeed.records import Array
@@ -21,8 +20,6 @@ from splinefeed.report import theme
 FORMATS = ("svg", "png", "pdf")
 #: What brings the libraries that draw.
 EXTRA = 'pip install "splinefeed[plots]"'
-#: Columns of pixels of a long curve; two points are kept in each.
-COLUMNS = 1200
 #: A limit farther out than this many times the data is not drawn: it would press the data flat.
 FARTHEST_LIMIT = 3.0
 
@@ -41,7 +38,8 @@ class Axis:
 class Line:
     """A curve through x, y (n,); a NaN breaks it. `named`: its name stands in the legend, or that shorter one.
 
-    Of a long curve over a rising x few points are kept, every peak among them; fill  the area within it, on paper
+    fill  the area within it, on paper
+    stretch  width of stretches of x of which the points are but the least and the greatest; 0: they are all there are
     """
 
     x: Array
@@ -52,13 +50,12 @@ class Line:
     dash: bool = False
     named: bool | str = False
     fill: bool = False
+    stretch: float = 0.0
 
-    def __post_init__(self) -> None:
-        """Thin a long curve."""
-        if np.all(np.diff(self.x) >= 0.0):
-            kept = extremes(self.y, COLUMNS)
-            object.__setattr__(self, "x", self.x[kept])
-            object.__setattr__(self, "y", self.y[kept])
+    @property
+    def rising(self) -> bool:
+        """Whether x never falls: a curve over time or another quantity, of which a picture may show the envelope."""
+        return bool(np.all(np.diff(self.x) >= 0.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,12 +113,28 @@ class Coloured:
 
 @dataclass(frozen=True, eq=False)
 class Heat:
-    """A strip of colour for each row: share (rows, n) from 0 to 1 between places x (n + 1,), which are evenly apart."""
+    """A strip of colour for each row: share (n, rows) from 0 to 1 at x (n,); of more than pixels the greatest counts.
+
+    stretch  as of a Line
+    """
 
     x: Array
     rows: tuple[str, ...]
     share: Array
     label: str
+    stretch: float = 0.0
+
+    def columns(self, count: int) -> tuple[Array, Array]:
+        """Edges (k + 1,) of at most so many even columns of x, and the greatest share (rows, k) in each.
+
+        A column without a point has that of the one before.
+        """
+        x, count = self.x, max(min(count, len(self.x) - 1), 1)
+        edges = np.linspace(x[0], x[-1], count + 1)
+        column = np.clip(np.searchsorted(edges, x, "right") - 1, 0, count - 1)
+        starts = np.flatnonzero(np.diff(column, prepend=-1))
+        greatest = np.maximum.reduceat(self.share, starts, axis=0)
+        return edges, greatest[np.searchsorted(column[starts], np.arange(count), "right") - 1].T
 
 
 Mark = Line | Dots | Level | Coloured | Heat

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import re
 from collections.abc import Mapping, Sequence
 from importlib import resources
 from string import Template
@@ -15,6 +16,7 @@ from splinefeed.pipeline.run import Run
 from splinefeed.records import ROTARY_AXES, unit_along, words_of
 from splinefeed.records.verdict import ALLOWED
 from splinefeed.report import interactive, library, theme
+from splinefeed.report.detail import Store
 from splinefeed.report.figure import Figure
 from splinefeed.report.theme import short
 
@@ -31,10 +33,12 @@ def page(
     sections = [section(name, *SECTIONS[name]) for name in SECTIONS if name in shown]
     if results:
         sections.append(_methods(results, unit_along(run.path.axes)))
-    plain = {name: interactive.to_plain(figure) for name, figure in shown.items()}
+    store = Store()
+    plain = {name: interactive.to_plain(figure, store) for name, figure in shown.items()}
     return filled(
         "page.html",
         plain,
+        store,
         title=text_of(record.get("name", run.path.name)),
         subtitle=text_of(_subtitle(run)),
         state="good" if record.get("ok", run.ok) else "bad",
@@ -56,19 +60,26 @@ SECTIONS = {
     "spectra": ("Spectra of the following errors", "amplitude over frequency"),
     "limits": ("Which limit binds", "feed, maximum velocity and the share of each limit over time"),
 }
-#: What every page has, by the name of its place.
-_PARTS = {"style": "page.css", "dress": "dress.js", "script": "page.js"}
 
 
-def filled(name: str, figures: Mapping[str, interactive.Plain], **fields: str) -> str:
-    """A page with style, scripts and figures by place; fields  HTML by place.
+#: What makes a file a module, which one script does without.
+_EXPORT = re.compile(r"^(import .*\n|export (?=[a-z]))", re.MULTILINE)
+
+
+def filled(name: str, figures: Mapping[str, interactive.Plain], store: Store | None = None, **fields: str) -> str:
+    """A page with style, scripts and figures by place; store  of their long curves; fields  HTML by place.
 
     Raises InputError where Plotly is not installed.
     """
     folder = resources.files("splinefeed.report").joinpath("page")
-    read = {place: folder.joinpath(file).read_text(encoding="utf-8") for place, file in {"": name, **_PARTS}.items()}
-    data = json.dumps({"figures": figures}, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    return Template(read.pop("")).substitute(plotly=library.compressed(), data=data, **read, **fields)
+    read = {file: folder.joinpath(file).read_text(encoding="utf-8") for file in (name, "page.css", *library.MODULES)}
+    script = "".join(_EXPORT.sub("", read[file]) for file in library.MODULES)
+    said = {"figures": figures, "series": [] if store is None else store.series}
+    data = json.dumps(said, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    points = "" if store is None else store.text()
+    return Template(read[name]).substitute(
+        plotly=library.compressed(), data=data, points=points, style=read["page.css"], script=script, **fields
+    )
 
 
 def table(names: Sequence[str], rows: Sequence[str]) -> str:

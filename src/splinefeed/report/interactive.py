@@ -11,6 +11,7 @@ import numpy as np
 
 from splinefeed.records import Array
 from splinefeed.report import theme
+from splinefeed.report.detail import FEW, Store
 from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Level, Line, Panel, Shades
 
 Plain = dict[str, Any]
@@ -28,17 +29,24 @@ PATH_HEIGHT, ROWS = 560, 160
 EDGE = 0.25
 
 
-def to_plain(figure: Figure) -> Plain:
-    """Data and layout of the figure, as `Plotly.react` takes them.
+def to_plain(figure: Figure, store: Store | None = None) -> Plain:
+    """Data and layout of the figure, as `Plotly.react` takes them once zoom.js has put in what is seen of long curves.
 
+    store  of the points of long curves, the figure's own where none is given: its `store` holds that then
     Of a path also `colours`, what it may be coloured by (values, label, ends of the scale), and whether it is in space.
     """
     first = figure.panels[0]
     coloured = first.of(Coloured)
-    return _path(first, coloured[0]) if coloured else _stacked(figure)
+    if coloured:
+        return _path(first, coloured[0])
+    own = Store() if store is None else store
+    plain = _stacked(figure, own)
+    if store is None and own.series:
+        plain["store"] = {"series": own.series, "data": own.text()}
+    return plain
 
 
-def _stacked(figure: Figure) -> Plain:
+def _stacked(figure: Figure, store: Store) -> Plain:
     """Panels one above the other; those over the same quantity have one axis and one cursor."""
     panels = figure.panels
     names = {mark.name for panel in panels for _, mark in panel.legend()}
@@ -79,13 +87,13 @@ def _stacked(figure: Figure) -> Plain:
         )  # fmt: skip
         for mark in panel.marks:
             if isinstance(mark, Heat):
-                data.append({**_heat(mark), **axes})
+                data.append({**_heat(mark, store), **axes})
                 layout[f"yaxis{y}"] |= {"autorange": "reversed", "nticks": 0, "dtick": 1}
             elif isinstance(mark, Line | Dots):
                 shown = legend and bool(mark.named) and mark.name in names
                 names.discard(mark.name)
                 group = {"legendgroup": mark.name} if legend and mark.named else {}
-                trace = _line(mark) if isinstance(mark, Line) else _dots(mark)
+                trace = _line(mark, store) if isinstance(mark, Line) else _dots(mark)
                 data.append({**trace, **group, "showlegend": shown, **axes})
         layout["shapes"] += [_level(level, axes) for level in panel.levels()]
     return {"data": data, "layout": layout}
@@ -109,10 +117,14 @@ def _heading(panel: Panel, legend: bool) -> str:
     return "  ".join(words)
 
 
-def _line(mark: Line) -> Plain:
+def _line(mark: Line, store: Store) -> Plain:
     line = {"color": mark.colour, "width": 0 if mark.fill else mark.width, "dash": "dash" if mark.dash else "solid"}
     filled = {"fill": "toself", "hoverinfo": "name"} if mark.fill else {}
-    return {**_through(mark.x, mark.y), "mode": "lines", "name": mark.name, "line": line, **filled}
+    if len(mark.x) > FEW and mark.rising:
+        through = {"type": "scatter", "detail": store.curve(mark.x, mark.y, mark.stretch)}
+    else:
+        through = _through(mark.x, mark.y)
+    return {**through, "mode": "lines", "name": mark.name, "line": line, **filled}
 
 
 def _dots(mark: Dots, along: Array | None = None) -> Plain:
@@ -140,13 +152,13 @@ def _level(level: Level, axes: Mapping[str, str]) -> Plain:
     return {"type": "line", **whole, **place, "line": {"color": level.colour, "width": 1, "dash": "dash"}}
 
 
-def _heat(heat: Heat) -> Plain:
+def _heat(heat: Heat, store: Store) -> Plain:
     tall = 26 * len(heat.rows)
+    shares = np.ascontiguousarray(np.round(100.0 * heat.share, 1).T)
     return {
         "type": "heatmap",
-        "x": array(heat.x),
+        "detail": {"strips": [store.curve(heat.x, each, heat.stretch) for each in shares]},
         "y": list(heat.rows),
-        "z": np.round(100.0 * heat.share, 1).tolist(),
         "zmin": 0,
         "zmax": 100,
         "colorscale": "Viridis",

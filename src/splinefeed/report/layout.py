@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from splinefeed.analysis.thinning import extremes, runs
+from splinefeed.analysis.thinning import envelope, runs
 from splinefeed.records import Array
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Level, Line, Mark, Panel, Shades
@@ -24,8 +24,11 @@ SMALL, NORMAL, LARGE = 11.5, 12.5, 14.5
 ASPECTS = (0.22, 0.85)
 #: Room around the data, shares of it: above and below, there with words on a line, aside, and of a picture.
 AROUND, WORDED, ASIDE, PICTURE = 0.08, 0.2, 0.01, 0.06
-#: Columns of pixels that a long curve is thinned to, and colours along a path.
-COLUMNS, COLOURS = 600, 64
+#: A curve of more points than so many times its pixels is drawn as the area from the least to the greatest of each
+#: column of them; how much of the paper's white that area has; and colours along a path.
+DENSE, WHITE, COLOURS = 3.0, 0.62, 64
+#: What a figure with such a curve says below it.
+ENVELOPE = "{} points: the area is from the least to the greatest of each column of pixels"
 #: Share of a picture behind which a word stands on the right of its point; on the left as far from the other side.
 OUTER = 0.7
 #: Most labels of powers of ten along an axis.
@@ -160,8 +163,23 @@ def layout(figure: Figure) -> Sheet:
             footed = all(other.x.label != panel.x.label for other in below)
             foot = top + _panel(sheet, panel, (k * cell + left, top, width), across, footed)
             y = max(y, foot + GAP + (FOOT if footed and panel.x.label else 0.0))
+    long = [mark for panel in panels for mark in panel.of(Line) if dense(mark, width)]
+    if long:
+        y += LINE
+        sheet.text(10.0, y, ENVELOPE.format(f"{max(len(mark.x) for mark in long):,}"), colour=theme.FAINT)
     sheet.height = math.ceil(y + 4.0)
     return sheet
+
+
+def dense(mark: Line, width: float) -> bool:
+    """Whether a curve has so many points that its envelope is drawn."""
+    return len(mark.x) > DENSE * width and mark.rising
+
+
+def _whole(there: NDArray[np.bool_]) -> list[slice]:
+    """The stretches in which all are there."""
+    ends = np.flatnonzero(np.diff(there.astype(np.int8), prepend=0, append=0)).reshape(-1, 2)
+    return [slice(*pair) for pair in ends.tolist()]
 
 
 def _panel(
@@ -186,10 +204,16 @@ def _panel(
         _axes(sheet, panel, box, x, y, footed)
     for mark in panel.marks:
         if isinstance(mark, Line):
-            rising = np.all(np.diff(mark.x) >= 0.0)  # of a long curve all peaks are kept
-            kept = extremes(mark.y, COLUMNS) if rising else slice(None)
-            points = np.column_stack([x(mark.x[kept]), y(mark.y[kept])])
-            sheet.stroke(points, mark.colour, mark.width, dash=mark.dash, clip=box, fill=mark.fill)
+            points = np.column_stack([x(mark.x), y(mark.y)])
+            if dense(mark, width):
+                middle, least, most = envelope(points[:, 0], points[:, 1], np.linspace(left, left + width, int(width)))
+                for part in _whole(np.isfinite(least)):
+                    edge = np.column_stack([np.tile(middle[part], 2), np.concatenate([least[part], most[part]])])
+                    edge[len(edge) // 2 :] = edge[: len(edge) // 2 - 1 : -1]
+                    sheet.stroke(edge, theme.paler(mark.colour, WHITE), 0.0, clip=box, fill=True)
+                    sheet.stroke(np.append(edge, edge[:1], axis=0), mark.colour, 0.6 * mark.width, clip=box)
+            else:
+                sheet.stroke(points, mark.colour, mark.width, dash=mark.dash, clip=box, fill=mark.fill)
         elif isinstance(mark, Coloured):
             points, thread = (np.column_stack([x(each[:, 0]), y(each[:, 1])]) for each in (mark.place, mark.thread))
             shades = next(iter(mark.shades.values()))
@@ -288,7 +312,7 @@ def _dots(sheet: Sheet, mark: Dots, box: Box, x: _Scale, y: _Scale, equal: bool)
 def _heat(sheet: Sheet, heat: Heat, box: Box, x: _Scale) -> None:
     left, top, _, height = box
     start, end = x(heat.x[[0, -1]]).tolist()
-    sheet.ramp((start, top, end - start, height), heat.share)
+    sheet.ramp((start, top, end - start, height), heat.columns(int(end - start))[1])
     tall = height / max(len(heat.rows), 1)
     for k, name in enumerate(heat.rows):
         sheet.text(left - 6.0, top + (k + 0.5) * tall + 4.0, name, anchor="end")

@@ -1,4 +1,4 @@
-"""Plotly's JavaScript as pages carry it: whole, so that they need no network, and quick to load."""
+"""JavaScript as pages carry it: Plotly whole, so that they need no network, and quick to load; and our modules."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ from splinefeed.report.figure import EXTRA
 
 #: The library between these is wrapped in a function for other module systems, which browsers parse twice for it.
 _BEGIN, _END = '"use strict";var Plotly=', "window.Plotly = Plotly;"
+#: Modules of a page, each behind those that it imports; the studio has all but the last.
+MODULES = ("dom.js", "dress.js", "zoom.js", "page.js")
 #: Effort of the compressor; more takes longer and gains nothing.
 _EFFORT = 6
 

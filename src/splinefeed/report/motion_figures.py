@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -36,8 +37,8 @@ def motion(run: Run) -> Figure:
     expect("plot.motion(run)", (run, Run))
     t, path = run.kept.t, run.path
     top = np.minimum(run.use.top, HEADROOM * float(np.max(run.kept.feed)))
-    above = Line(t, top, "maximum velocity", theme.PALE, 1.0, named=True)
-    panels = (*law_panels(run.law, run.limits, unit_along(path.axes), t, above, path), *axis_panels(run))
+    above = Line(t, top, "maximum velocity", theme.PALE, 1.0, named=True, stretch=run.stretch)
+    panels = (*law_panels(run.law, run.limits, unit_along(path.axes), t, above, path, run.stretch), *axis_panels(run))
     return Figure(f"{theme.words(path.name)}: motion over time, {run.law.strategy}", panels)
 
 
@@ -48,11 +49,12 @@ def law_panels(
     t: Array | None = None,
     above: Line | None = None,
     path: Path | None = None,
+    stretch: float = 0.0,
 ) -> list[Panel]:
     """s, feed, acceleration and jerk of the tip over time with their limits (fig. 1 of the paper).
 
     along  the unit of s; t  (n,) instants, s, else a thousand even ones; both sides of the breaks of the law are
-    added, where the jerk jumps; above  a curve behind the feed
+    added, where the jerk jumps; above  a curve behind the feed; stretch  as of a `Line`
     """
     inner = law.breaks[1:-1]
     even = np.linspace(0.0, law.duration, EVEN) if t is None else t
@@ -74,7 +76,7 @@ def law_panels(
     for name, values, levels in rows:
         unit = theme.unit(name, along)
         marks: list[Mark] = [above] if name == "feed" and above is not None else []
-        marks.append(Line(at, values, name))
+        marks.append(Line(at, values, name, stretch=stretch))
         marks += [Level(value, f"{symbol} = {theme.short(value)} {unit}") for symbol, value in levels]
         panels.append(Panel(TIME, Axis(f"{name} ({unit})"), tuple(marks)))
     return panels
@@ -90,7 +92,8 @@ def axis_panels(run: Run) -> list[Panel]:
             marks: list[Mark] = []
             for k in columns:
                 name = theme.words(run.axes[k], 12)
-                marks.append(Line(run.motion.t, values[:, k], f"{name} {quantity}", theme.colour(k), named=name))
+                line = Line(run.motion.t, values[:, k], f"{name} {quantity}", theme.colour(k), named=name)
+                marks.append(replace(line, stretch=run.stretch))
             tops = factor * run.limits.of_axes(f"axis_{quantity}", run.axes)[columns]
             marks += [Level(sign * top) for top in np.unique(tops[np.isfinite(tops)]) for sign in (1.0, -1.0)]
             most = max(peak(values[:, k])[1] for k in columns)

@@ -19,8 +19,8 @@ from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Line, M
 from splinefeed.report.motion_figures import HEADROOM, TIME
 from splinefeed.simulation.curves import rounded_down
 
-#: Points of a path, of the true path in the picture of its errors, and columns of a heat map, at most.
-POINTS, PATH_POINTS, STRIP = 4000, 3000, 800
+#: Points of a path, and of the true path in the picture of its errors, at most.
+POINTS, PATH_POINTS = 4000, 3000
 #: Points of a row of rapid moves that are not straight.
 RAPID_POINTS = 65
 #: More stops than this are not marked one by one.
@@ -188,22 +188,15 @@ def limits(run: Run) -> Figure:
     use, setpoints = run.use, run.kept
     high = HEADROOM * float(np.max(setpoints.feed))
     lines = (
-        Line(use.t, np.minimum(use.top, high), "maximum velocity", theme.PALE, 1.0, named=True),
-        Line(setpoints.t, setpoints.feed, "feed", named=True),
+        Line(use.t, np.minimum(use.top, high), "maximum velocity", theme.PALE, 1.0, named=True, stretch=run.stretch),
+        Line(setpoints.t, setpoints.feed, "feed", named=True, stretch=run.stretch),
     )
     parts = ", ".join(f"{kind} {part:.0%}" for kind, part in _parts(use) if part >= 0.005)
     y = Axis(f"feed ({unit_along(setpoints.axes)}/s)", low=0.0)
     feed = Panel(TIME, y, lines, note=f"of the time: {parts}", height=190)
-    share = Panel(TIME, Axis("limit"), (_shares(use),), height=26 * max(len(use.names), 1))
+    shares = Heat(use.t, tuple(words_of(name) for name in use.names), use.share, "share of limit", run.stretch)
+    share = Panel(TIME, Axis("limit"), (shares,), height=26 * max(len(use.names), 1))
     return Figure(f"{theme.words(run.path.name)}: which limit binds", (feed, share))
-
-
-def _shares(use: LimitUse) -> Heat:
-    count = len(use.t)
-    size = -(-count // min(count, STRIP))
-    peaks = np.pad(use.share, ((0, -count % size), (0, 0)), mode="edge").reshape(-1, size, len(use.names)).max(axis=1)
-    at = use.t[0] + np.arange(len(peaks) + 1) * size * float(use.t[-1] - use.t[0]) / max(count, 1)
-    return Heat(at, tuple(words_of(name) for name in use.names), peaks.T, "share of limit")
 
 
 def binding(run: Run) -> Figure:

@@ -34,7 +34,9 @@ def overview(run: Run) -> Figure:
     """
     expect("plot.overview(run)", (run, Run))
     above = path_figure(run, colour="feed")
-    _, feed, _, jerk = law_panels(run.law, run.limits, unit_along(run.path.axes), run.kept.t, path=run.path)
+    _, feed, _, jerk = law_panels(
+        run.law, run.limits, unit_along(run.path.axes), run.kept.t, path=run.path, stretch=run.stretch
+    )
     if np.any(np.isfinite(run.limits.of_axes("axis_jerk", run.axes))):
         jerk = axis_panels(run)[JERK]
     return replace(above, panels=(*above.panels, feed, jerk))

@@ -45,6 +45,12 @@ def shades(share: Array) -> NDArray[np.uint8]:
     return np.array(np.rint(np.stack([np.interp(at, ends, part) for part in parts], axis=-1)), dtype=np.uint8)
 
 
+def paler(of: str, white: float) -> str:
+    """A colour mixed with that share of white."""
+    parts = (int(of[k : k + 2], 16) for k in (1, 3, 5))
+    return "#" + "".join(f"{round(part + white * (255 - part)):02x}" for part in parts)
+
+
 def words(name: str, longest: int = 48) -> str:
     """`name` for a title: without what cannot be printed, and not too long."""
     text = "".join(c if c.isprintable() else " " for c in name)

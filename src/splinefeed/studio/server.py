@@ -249,7 +249,7 @@ def parts() -> dict[str, bytes]:
     found = {each.name: each.read_bytes() for each in folder.iterdir() if each.name.rpartition(".")[2] in KINDS}
     report = resources.files("splinefeed.report").joinpath("page")
     found["report.css"] = report.joinpath("page.css").read_bytes()  # one theme for both
-    found["dress.js"] = report.joinpath("dress.js").read_bytes() + b"export { colours, dressed, shade };\n"
+    found |= {name: report.joinpath(name).read_bytes() for name in library.MODULES[:-1]}  # and figures
     found["plotly.min.js"] = library.script().encode()
     return found
 

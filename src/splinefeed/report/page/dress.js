@@ -1,6 +1,5 @@
 // What figures wear: Plotly knows no style sheets, so colours of the page's theme are put into their plain data.
 // Report and studio share this file.
-"use strict";
 
 // matplotlib's viridis (CC0), ten of its colours; white paper does not show the brightest, nor the night the darkest
 const VIRIDIS = ["#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"];
@@ -10,13 +9,13 @@ const DARK = { "#0072b2": "#56b4e9", "#d55e00": "#f0803c", "#009e73": "#2bc79a",
 
 const isDark = () => document.documentElement.dataset.theme === "dark";
 
-const colours = () => {
+export const colours = () => {
   const style = getComputedStyle(document.documentElement);
   return Object.fromEntries(["ink", "paper", "panel", "line", "faint", "bar", "bad"].map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 };
 
 // the colour of viridis at a share of what is seen of it, 0 to 1
-const shade = (share) => {
+export const shade = (share) => {
   const [from, to] = SEEN[isDark() ? "dark" : "light"];
   const at = (from + (to - from) * Math.min(Math.max(share, 0), 1)) * (VIRIDIS.length - 1);
   const low = Math.min(Math.floor(at), VIRIDIS.length - 2);
@@ -27,10 +26,14 @@ const scale = () => Array.from({ length: 17 }, (_, k) => [k / 16, shade(k / 16)]
 
 const dyed = (text) => (isDark() ? text.replace(/#[0-9a-f]{6}\b/gi, (colour) => DARK[colour.toLowerCase()] ?? colour) : text);
 
+// the colour of an area, by that of its edge
+const faded = (colour) => `rgba(${[1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16)).join(",")},0.35)`;
+
 const dressedTrace = (trace) => {
   const own = (paint) => paint && { ...paint, ...(typeof paint.color === "string" ? { color: dyed(paint.color) } : {}), ...(paint.colorscale ? { colorscale: scale() } : {}) };
   const out = { ...trace };
   if (trace.line) out.line = own(trace.line);
+  if (trace.fillcolor) out.fillcolor = faded(out.line.color);
   if (trace.marker) out.marker = own(trace.marker);
   if (trace.colorscale) out.colorscale = scale();
   return out;
@@ -76,7 +79,7 @@ const narrow = ({ data, layout }, width) => {
 };
 
 // a figure, plain data as Python made it, as this page shows it
-const dressed = (figure) => {
+export const dressed = (figure) => {
   const width = document.documentElement.clientWidth;
   const { data, layout } = width < 640 ? narrow(figure, width) : figure;
   return { data: data.map(dressedTrace), layout: dressedLayout(layout, colours()) };

@@ -1,8 +1,11 @@
-"use strict";
-(() => {
-  const { figures } = JSON.parse(document.getElementById("data").textContent);
+// The page of a report: figures come one by one, those in sight first; light and dark, colours, printing.
+import { dressed } from "./dress.js";
+import { Curves, Stack, unpacked } from "./zoom.js";
+
+{
+  const { figures, series } = JSON.parse(document.getElementById("data").textContent);
   const root = document.documentElement;
-  const config = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
+  const stack = new Stack();
   root.dataset.theme = window.matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
 
   // room for each figure from the start, so that nothing moves when it comes
@@ -11,25 +14,20 @@
   const drawn = [];
 
   // Plotly lies in the page compressed, which is read sooner than the whole
+  const text = (id) => document.getElementById(id).textContent;
+  let curves = null;
   const library = async () => {
-    const packed = atob(document.getElementById("plotly").textContent);
-    const bytes = new Uint8Array(packed.length);
-    for (let k = 0; k < packed.length; k++) bytes[k] = packed.charCodeAt(k);
-    const press = new DecompressionStream("gzip");
-    const pen = press.writable.getWriter();
-    pen.write(bytes);
-    pen.close();
     const script = document.createElement("script");
-    script.textContent = await new Response(press.readable).text();
+    script.textContent = new TextDecoder().decode(await unpacked(text("plotly")));
+    if (series.length) curves = new Curves(series, await unpacked(text("points")));
     document.head.append(script); // runs at once
   };
 
   const PAPER = { width: 690, height: 940, path: 440 }; // what fits on A4 and on Letter, pixels
   let printing = false;
   const show = ({ place, figure }) => {
-    const { data: traces, layout } = dressed(figure);
-    const size = printing ? { width: PAPER.width, height: Math.min(layout.height, PAPER[place.id] ?? PAPER.height) } : {};
-    return Plotly.react(place, traces, { ...layout, ...size }, config);
+    const size = printing ? { width: PAPER.width, height: Math.min(dressed(figure).layout.height, PAPER[place.id] ?? PAPER.height) } : {};
+    return stack.draw(place, figure, curves, { size });
   };
 
   // figures are drawn one by one, those in sight first
@@ -97,4 +95,4 @@
       event.target.textContent = "selected: press Ctrl-C";
     }
   });
-})();
+}

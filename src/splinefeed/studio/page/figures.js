@@ -1,18 +1,18 @@
 // The figures over time, drawn by Plotly when their tab is looked at; A, where it is pinned, dotted behind.
 import { $, make, show } from "./dom.js";
-import { dressed } from "./dress.js";
+import { Curves, Stack, unpacked } from "./zoom.js";
 
 const NAMES = { tools: "Time of tools", places: "Longest lines", limits: "Limits", motion: "Motion", binding: "Which limit binds", errors: "Axis errors", spectra: "Error spectra", tuning: "Tuning" };
 const WORDS = {
   tools: "time along the lines of the program", motion: "travel, feed, acceleration, jerk and axes over time", binding: "the share of each limit over time",
   errors: "errors of the axes over time", spectra: "amplitude of the errors over frequency", tuning: "steps and loops before and after",
 };
-const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
 const PINNED = "#8a8f94";
 
 export class Figures {
   constructor() {
     this.sets = {};
+    this.stack = new Stack();
     this.sheets = {};
     this.chosen = "limits";
     this.loaded = new Promise((resolve, reject) => {
@@ -77,16 +77,26 @@ export class Figures {
     const Plotly = await this.loaded;
     if (this.chosen !== name || !this.sets[name]) return;
     const figure = this.sets[name];
-    const behind = name === "motion" && this.pinned?.motion ? this.behind(this.pinned.motion, figure) : [];
-    const { data, layout } = dressed({ data: [...behind, ...figure.data], layout: { ...figure.layout, uirevision: name } });
-    await Plotly.react($("figure"), data, layout, CONFIG);
+    const curves = await this.curves(figure);
+    const pinned = name === "motion" ? this.pinned?.motion : null;
+    const behind = pinned ? this.behind(pinned, figure, await this.curves(pinned)) : [];
+    if (this.chosen !== name || this.sets[name] !== figure) return;
+    const layout = { ...figure.layout, uirevision: name };
+    await this.stack.draw($("figure"), { data: [...behind, ...figure.data], layout }, curves);
+  }
+
+  // the long curves of a figure, unpacked once
+  async curves(figure) {
+    if (!figure.store) return null;
+    figure.curves ??= unpacked(figure.store.data).then((buffer) => new Curves(figure.store.series, buffer));
+    return figure.curves;
   }
 
   // the curves of A that have a panel in this figure
-  behind(pinned, figure) {
+  behind(pinned, figure, own) {
     return pinned.data.flatMap((trace) => {
       const twin = figure.data.find((each) => each.name === trace.name);
-      return twin ? [{ ...trace, yaxis: twin.yaxis, name: `A: ${trace.name}`, line: { color: PINNED, width: 1, dash: "dot" } }] : [];
+      return twin ? [{ ...trace, own, yaxis: twin.yaxis, name: `A: ${trace.name}`, line: { color: PINNED, width: 1, dash: "dot" } }] : [];
     });
   }
 }

@@ -1,0 +1,256 @@
+// Long curves: of what is seen of them every point is drawn, or the area from the least to the greatest of each column of
+// pixels where there are more points than that. Report and studio share this file.
+import { dressed } from "./dress.js";
+import { make } from "./dom.js";
+
+const GAP = 65535, BLOCK = 256; // as detail.py has them
+const DENSE = 3; // points in a column of pixels from which on the area is drawn
+
+export const unpacked = async (text) => {
+  const packed = atob(text);
+  const bytes = new Uint8Array(packed.length);
+  for (let k = 0; k < packed.length; k++) bytes[k] = packed.charCodeAt(k);
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
+};
+
+// curves by number, taken out of one row of bytes when they are asked for
+export class Curves {
+  constructor(series, buffer) {
+    Object.assign(this, { series, buffer, taken: new Map() });
+  }
+
+  get(number) {
+    if (!this.taken.has(number)) {
+      const said = this.series[number];
+      this.taken.set(number, said.unit === undefined ? this.values(said) : this.times(said));
+    }
+    return this.taken.get(number);
+  }
+
+  times({ n, at, from, unit }) {
+    const bytes = new Uint8Array(this.buffer, at, 4 * n);
+    const out = new Float64Array(n);
+    for (let k = 0, sum = 0; k < n; k++) {
+      sum += bytes[k] + 256 * bytes[n + k] + 65536 * bytes[2 * n + k] + 16777216 * bytes[3 * n + k];
+      out[k] = from + sum * unit;
+    }
+    return out;
+  }
+
+  values({ n, at }) {
+    const blocks = Math.ceil(n / BLOCK);
+    const scales = new DataView(this.buffer, at, 16 * blocks);
+    const bytes = new Uint8Array(this.buffer, at + 16 * blocks, 2 * n);
+    const out = new Float64Array(n);
+    for (let k = 0, code = 0, low = 0, step = 0; k < n; k++) {
+      if (k % BLOCK === 0) {
+        low = scales.getFloat64((8 * k) / BLOCK, true);
+        step = scales.getFloat64(8 * (blocks + k / BLOCK), true);
+      }
+      code = (code + bytes[k] + 256 * bytes[n + k]) & 65535;
+      out[k] = code === GAP ? NaN : low + step * code;
+    }
+    return out;
+  }
+}
+
+// the first place in a rising row at which the value is not below x
+const firstNotBelow = (row, x) => {
+  let [low, high] = [0, row.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (row[middle] < x) low = middle + 1; else high = middle;
+  }
+  return low;
+};
+
+// what is seen of a curve from x = from to x = to: points, or the area of as many columns; and how it is told
+const seenOf = (detail, curves, [from, to], columns, log) => {
+  const x = curves.get(detail.x);
+  const stretches = detail.low !== undefined;
+  const [low, high] = stretches ? [curves.get(detail.low), curves.get(detail.high)] : [curves.get(detail.y), curves.get(detail.y)];
+  const first = Math.max(firstNotBelow(x, from) - 1, 0), last = Math.min(firstNotBelow(x, to) + 1, low.length);
+  const dense = last - first > DENSE * columns;
+  if (!stretches && !dense) {
+    return { x: x.slice(first, last), y: low.slice(first, last), count: last - first, how: "points" };
+  }
+  const out = { x: [], low: [], high: [], count: last - first, how: dense ? "columns" : "stretches" };
+  if (!dense) { // each stretch as wide as it is
+    for (let k = first; k < last; k++) {
+      out.x.push(x[k], x[k + 1]); out.low.push(low[k], low[k]); out.high.push(high[k], high[k]);
+    }
+    return out;
+  }
+  const at = log ? Math.log : (value) => value;
+  const [start, wide] = [at(from), (at(to) - at(from)) / columns];
+  let column = -Infinity;
+  for (let k = first; k < last; k++) {
+    const here = Math.floor((at(x[k]) - start) / wide);
+    if (here !== column) {
+      column = here;
+      const middle = start + (here + 0.5) * wide;
+      out.x.push(log ? Math.exp(middle) : middle); out.low.push(low[k]); out.high.push(high[k]);
+    } else {
+      const m = out.x.length - 1;
+      if (low[k] < out.low[m] || Number.isNaN(out.low[m])) out.low[m] = low[k];
+      if (high[k] > out.high[m] || Number.isNaN(out.high[m])) out.high[m] = high[k];
+    }
+  }
+  return out;
+};
+
+// the outline of an area, one after the other where it is broken
+const outline = ({ x, low, high }) => {
+  const out = { x: [], y: [] };
+  for (let k = 0; k < x.length;) {
+    if (!(low[k] <= high[k])) { k += 1; continue; }
+    let end = k;
+    while (end < x.length && low[end] <= high[end]) end += 1;
+    if (out.x.length) { out.x.push(null); out.y.push(null); }
+    for (let i = k; i < end; i++) { out.x.push(x[i]); out.y.push(high[i]); }
+    for (let i = end - 1; i >= k; i--) { out.x.push(x[i]); out.y.push(low[i]); }
+    out.x.push(x[k]); out.y.push(high[k]);
+    k = end;
+  }
+  return out;
+};
+
+// the greatest of each strip of a heat map in even columns; one without a point has that of the one before
+const strips = ({ strips: rows }, curves, [from, to], columns) => {
+  const x = curves.get(rows[0].x);
+  const count = Math.max(Math.min(columns, x.length - 1), 1), wide = (to - from) / count;
+  const first = Math.max(firstNotBelow(x, from) - 1, 0), last = Math.min(firstNotBelow(x, to) + 1, x.length);
+  const z = rows.map((row) => {
+    const values = curves.get(row.high ?? row.y), out = new Float64Array(count).fill(NaN);
+    for (let k = first; k < Math.min(last, values.length); k++) {
+      const column = Math.min(Math.max(Math.floor((x[k] - from) / wide), 0), count - 1);
+      if (!(values[k] <= out[column])) out[column] = values[k];
+    }
+    for (let k = 1; k < count; k++) if (Number.isNaN(out[k])) out[k] = out[k - 1];
+    return out;
+  });
+  return { x: Array.from({ length: count + 1 }, (_, k) => from + k * wide), z };
+};
+
+// the ends of all long curves over an axis of x
+const wholeOf = (figure, curves, axis) => {
+  let ends = [Infinity, -Infinity];
+  for (const { detail, xaxis, own } of figure.data) {
+    if (!detail || own || (xaxis ?? "x") !== axis) continue;
+    const x = curves.get((detail.strips?.[0] ?? detail).x);
+    ends = [Math.min(ends[0], x[0]), Math.max(ends[1], x[x.length - 1])];
+  }
+  return ends;
+};
+
+// a figure with what is seen of its long curves; ranges: ends of x by axis where they are not those of the data
+export const zoomed = (figure, curves, ranges, width) => {
+  if (!figure.data.some((trace) => trace.detail)) return { figure, told: null };
+  const columns = Math.max(Math.round(width - (figure.layout.margin?.l ?? 66) - (figure.layout.margin?.r ?? 24)), 100);
+  const told = { count: 0, how: "points", stretch: 0 };
+  const data = figure.data.map((trace) => {
+    const { detail, own, ...rest } = trace; // own: curves of another figure
+    if (!detail) return trace;
+    const axis = trace.xaxis ?? "x", log = figure.layout[axis.replace("x", "xaxis")]?.type === "log";
+    const range = ranges[axis] ?? wholeOf(figure, own ?? curves, axis);
+    if (detail.strips) return { ...rest, ...strips(detail, own ?? curves, range, columns) };
+    const seen = seenOf(detail, own ?? curves, range, columns, log);
+    told.count = Math.max(told.count, seen.count);
+    if (seen.how !== "points" && told.how !== "columns") told.how = seen.how;
+    if (detail.low !== undefined) { const x = (own ?? curves).get(detail.x); told.stretch = (x[x.length - 1] - x[0]) / (x.length - 1); }
+    if (seen.how === "points") return { ...rest, x: seen.x, y: seen.y };
+    return { ...rest, ...outline(seen), fill: "toself", fillcolor: rest.line.color, line: { ...rest.line, width: 1 } };
+  });
+  const layout = { ...figure.layout };
+  for (const [axis, range] of Object.entries(ranges)) {
+    const key = axis.replace("x", "xaxis");
+    layout[key] = { ...layout[key], range: layout[key].type === "log" ? range.map(Math.log10) : range, autorange: false };
+  }
+  return { figure: { ...figure, data, layout }, told };
+};
+
+// what is drawn, in words
+const toldWords = (told) => {
+  if (!told) return "";
+  const count = told.count.toLocaleString("en");
+  if (told.how === "points") return told.stretch ? "" : `${count} points, every one is drawn`;
+  const stretch = told.stretch ? `; this page keeps the least and the greatest of every ${Number(told.stretch.toPrecision(3))} s, nothing finer` : "";
+  if (told.how === "stretches") return `the areas show where the motion is, not how${stretch}`;
+  return `${count} ${told.stretch ? "stretches" : "points"}: areas from the least to the greatest in each column of pixels${told.stretch ? stretch : "; zoom in for every point"}`;
+};
+
+const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
+const TIME = "time (s)";
+const axesOf = (figure) => Object.keys(figure.layout).filter((key) => /^xaxis\d*$/.test(key));
+const isTime = (axis) => axis?.title?.text === TIME;
+
+// Figures drawn by Plotly, each with what is seen of its long curves; those over time are zoomed together.
+export class Stack {
+  constructor() {
+    this.shown = new Map();
+    this.seen = null; // the ends of time that are seen, null: the whole
+  }
+
+  // draw a figure in a place; finer: gives better curves for these ends of time, where the figure has not all itself
+  async draw(place, figure, curves, { size = {}, finer = null } = {}) {
+    const before = this.shown.get(place);
+    const each = { ...before, figure, curves, size, finer, ranges: before?.ranges ?? {} };
+    this.shown.set(place, each);
+    await this.paint(place);
+    if (!before) {
+      place.on("plotly_relayout", (change) => this.relayout(place, change));
+      each.told = make("p", { class: "sub told", role: "status" });
+      place.after(each.told);
+      this.tell(place);
+    }
+  }
+
+  ranges(figure, own) {
+    const ranges = { ...own };
+    for (const key of axesOf(figure)) {
+      if (!isTime(figure.layout[key])) continue;
+      delete ranges[key.replace("axis", "")];
+      if (this.seen) ranges[key.replace("axis", "")] = this.seen;
+    }
+    return ranges;
+  }
+
+  async paint(place) {
+    const each = this.shown.get(place);
+    const { figure, told } = zoomed(each.figure, each.curves, this.ranges(each.figure, each.ranges), place.clientWidth || 700);
+    each.words = toldWords(told);
+    const { data, layout } = dressed(figure);
+    each.painting = true;
+    await Plotly.react(place, data, { ...layout, ...each.size }, CONFIG);
+    each.painting = false;
+    if (each.told) this.tell(place);
+  }
+
+  tell(place) {
+    const { told, words } = this.shown.get(place);
+    told.textContent = words;
+    told.hidden = !words;
+  }
+
+  // the user has zoomed: what is seen now is drawn anew, of all figures over time
+  relayout(place, change) {
+    const each = this.shown.get(place);
+    if (each.painting) return;
+    let time = false, changed = false;
+    for (const key of axesOf(each.figure)) {
+      const from = change[`${key}.range[0]`] ?? change[`${key}.range`]?.[0], to = change[`${key}.range[1]`] ?? change[`${key}.range`]?.[1];
+      const whole = change[`${key}.autorange`];
+      if (from === undefined && !whole) continue;
+      const log = each.figure.layout[key].type === "log";
+      const range = whole ? null : log ? [10 ** from, 10 ** to] : [Number(from), Number(to)];
+      changed = true;
+      if (isTime(each.figure.layout[key])) { this.seen = range; time = true; }
+      else if (range) each.ranges[key.replace("axis", "")] = range;
+      else delete each.ranges[key.replace("axis", "")];
+    }
+    if (!changed) return;
+    for (const [other, { figure }] of this.shown) {
+      if (other === place || (time && axesOf(figure).some((key) => isTime(figure.layout[key])))) this.paint(other);
+    }
+  }
+}
