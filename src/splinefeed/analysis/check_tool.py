@@ -56,7 +56,10 @@ class Tool:
     def _angles(self, curve: IntArray, u: Array, axis: Array) -> Array:
         """Angle between the tool axis (n, 3) and that of the path at places (n,), rad."""
         path, tool, wanted = self.path, self.path.tool, np.array([0.0, 0.0, 1.0])
-        if tool.columns:
+        given = path.standing(curve, u)
+        if given is not None:
+            wanted = given
+        elif tool.columns:
             wanted = self._orientation(curve, u)
             if tool.kind == ANGLES:
                 wanted = path.kinematics.forward(np.pad(wanted, ((0, 0), (path.linear, 0))))[1]

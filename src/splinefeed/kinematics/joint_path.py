@@ -164,9 +164,18 @@ class JointPath:
         s = np.unique(np.concatenate(places))
         k = np.clip(np.searchsorted(s, self._dips), 1, len(s) - 1)
         own = np.minimum(self._dips - s[k - 1], s[k] - self._dips) > FOUND * self.length
-        s = np.unique(np.append(s, self._dips[own]))
+        s = np.unique(np.concatenate([s, self._dips[own], self._own_breaks]))
         s = s[s < self.length - RESOLUTION]
         return s[np.diff(s, prepend=0.0) > RESOLUTION]
+
+    @property
+    def _own_breaks(self) -> Array:
+        """Arc lengths, mm, where something else than tip and tool axis may have jumps of derivatives."""
+        return np.zeros(0)
+
+    def standing(self, curve: IntArray, u: Array) -> Array | None:
+        """How the tool shall stand at places (n,), as `kinematics.forward` says it, where no tool axis says it."""
+        return None
 
     @cached_property
     def stops(self) -> tuple[float, ...]:

@@ -11,18 +11,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from splinefeed.errors import FormatError, InputError
+from splinefeed.errors import FormatError, InputError, nearest
+from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array
 from splinefeed.records.limits import Limits
+from splinefeed.robots.arm_path import AT_START, TURNED_AT_START, ArmPath, orientation_of, tip_of
 from splinefeed.robots.description import FIXED, MOVING, JointDescription, read_description
 from splinefeed.robots.dynamics import Payload, RigidBodies, bodies_of, payload_of
 from splinefeed.robots.frames import Frames
+from splinefeed.robots.inverse import Inverse, free_joints
 from splinefeed.robots.joint_limits import Given, joint_limits
 from splinefeed.robots.planning import limits_of, path_through
 
 #: Standard gravity in the frame of the base, m/s^2: an arm that stands on the floor.
 GRAVITY = (0.0, 0.0, -9.81)
+
+#: Numbers of a place with its orientation.
+POSE = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +82,81 @@ class Arm:
         in mm; they are in rad, sliding ones in mm. Raises CurveError for waypoints that are the same or out of limits.
         """
         return path_through(self, waypoints)
+
+    def along(
+        self,
+        curve: Path | NurbsCurve,
+        *,
+        start: ArrayLike,
+        orientation: ArrayLike | None = None,
+        hold: str | Sequence[str] = (),
+        feed: float | None = None,
+    ) -> ArmPath:
+        """The joints along a curve of the tip, x, y, z in mm, in the base's frame: exact at every place.
+
+        start        joints where the curve begins, rad, sliding ones mm; `inverse` finds them
+        orientation  of the tip: a rotation (3, 3) or quaternion x, y, z, w; quaternions (k, 4) at equal shares of the
+                     length, through which it turns smoothly; default that of the start, all along
+        hold         names of the joints beyond six, which stay as they start
+        feed         of the tip, mm/s, a limit like any
+
+        `sf.plan` and all else takes it as it takes a path. Raises InputError for a start that is not on the curve;
+        CurveError where the curve is out of reach or the arm singular, LimitsError where a joint leaves its limits,
+        each with the place.
+        """
+        joints, free = self._start(start), self._free(hold)
+        tip = tip_of(curve, feed)
+        turn = orientation_of(orientation, joints, self.frames, tip.length)
+        found = ArmPath(self.name, self.joints, self.frames, tip, turn, joints, free)
+        found.check_travel(limits_of(self).travel_of(self.joints))
+        return found
+
+    def inverse(
+        self, place: ArrayLike, orientation: ArrayLike | None, start: ArrayLike, *, hold: str | Sequence[str] = ()
+    ) -> Array:
+        """Joints (joints,) whose tip is at a place (3,), mm, and stands like a rotation or quaternion, from `start`.
+
+        orientation  None for that at `start`. Raises InputError for what is not reached, with how far it is off.
+        """
+        joints, free = self._start(start), self._free(hold)
+        wanted = np.asarray(place, dtype=np.float64)
+        if wanted.shape != (3,) or not np.all(np.isfinite(wanted)):
+            raise InputError(f"place is {place!r}; expected x, y, z, mm")
+        turn = orientation_of(orientation, joints, self.frames, 1.0).jets(np.zeros(1), 0)[0, 0]
+        found, left = Inverse(self.frames, free).damped(joints, wanted, turn)
+        away, angle = 1000.0 * float(np.linalg.norm(left[:3])), float(np.linalg.norm(left[3:]))
+        if away > AT_START or angle > TURNED_AT_START:
+            raise InputError(
+                f"place {wanted.tolist()} is not reached from start: the tip stays {away:.4g} mm and {angle:.4g} rad "
+                "away; give a start nearer to it, or another orientation"
+            )
+        return found
+
+    def _start(self, start: ArrayLike) -> Array:
+        joints = self._joints(start)
+        if joints.ndim != 1 or not np.all(np.isfinite(joints)):
+            raise InputError(f"start has shape {joints.shape}; expected {len(self.joints)} finite joints")
+        out = np.maximum(self.minimum - joints, joints - self.maximum)
+        k = int(np.argmax(out))
+        if out[k] > 0.0:
+            raise InputError(
+                f"start has {self.joints[k]} at {joints[k]:g} {self.units[k]}; its limits are {self.minimum[k]:g} to "
+                f"{self.maximum[k]:g}"
+            )
+        return joints
+
+    def _free(self, hold: str | Sequence[str]) -> tuple[int, ...]:
+        """The joints that follow a pose: all but those that are held; InputError unless they are six."""
+        held = (hold,) if isinstance(hold, str) else tuple(hold)
+        for name in held:
+            if name not in self.joints:
+                raise InputError(f"hold: the arm has no joint {name!r}; {nearest(name, self.joints)}")
+        free = free_joints(self.joints, held)
+        if len(free) != POSE:
+            more = len(free) - POSE
+            said = f"hold {more} of {', '.join(self.joints)}" if more > 0 else "an arm along a curve moves six"
+            raise InputError(f"hold: {len(free)} joints are free, and a place with its orientation takes 6; {said}")
+        return free
 
     def forward(self, q: ArrayLike) -> tuple[Array, Array]:
         """Place (..., 3), mm, and rotation (..., 3, 3) of the tip in the base's frame, for joints (..., joints)."""

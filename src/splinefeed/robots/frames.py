@@ -85,13 +85,18 @@ class Frames:
 
     def jacobian(self, q: Array) -> Array:
         """How tip and orientation move with each joint, (n, 6, joints): mm and rad a rad or mm, in the base's frame."""
-        place, _, axes, origins = self._walk(q[None])
+        return self.pose_and_jacobian(q)[2]
+
+    def pose_and_jacobian(self, q: Array) -> tuple[Array, Array, Array]:
+        """Tip: place (n, 3), mm, rotation (n, 3, 3) and Jacobian (n, 6, joints), for joints q (n, joints)."""
+        place, columns, axes, origins = self._walk(q[None])
         found = np.zeros((len(q), 6, len(self.turns)))
+        tip = place.value.T
         for k, (turns, axis, origin) in enumerate(zip(self.turns, axes, origins, strict=True)):
             z = axis.value.T
-            found[:, :3, k] = np.cross(z, place.value.T - origin.value.T) if turns else z
+            found[:, :3, k] = np.cross(z, tip - origin.value.T) if turns else z
             found[:, 3:, k] = z if turns else 0.0
-        return found
+        return tip, np.stack([each.value.T for each in columns], axis=-1), found
 
     def _walk(self, q: Array) -> tuple[Jet, list[Jet], list[Jet], list[Jet]]:
         """Place of the tip, columns of its rotation, and axis and origin of every joint, jets of (3, n)."""

@@ -1,0 +1,128 @@
+"""Inverse kinematics of an arm: joints and their exact derivatives for places and rotations of the tip.
+
+With J the Jacobian of the joints that are free, the Taylor coefficients q_k of the joints follow one by one from those
+of the wanted pose: all that J q_k does not contribute to the k-th coefficient comes from lower ones,
+
+    J q_k = x_k - x_k(q_0, ..., q_(k-1), 0)
+
+and q_0 is Newton's. A row of the residual is metres or, of the rotation, rad: vee of (R_k - A_k) A_0'.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.records import Array
+from splinefeed.robots.frames import MM, Frames
+
+#: Newton steps from a guess; damped ones from a far start; a residual, m and rad, that is rounding.
+STEPS, FAR_STEPS, ROUNDING = 12, 400, 1e-13
+#: Most that a damped step may move a joint, rad or m, and what is added to J J' there.
+LONGEST_STEP, DAMPING = 0.2, 1e-6
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """The joints `free` (6,) of an arm follow a pose; all others stay where they are."""
+
+    frames: Frames
+    free: tuple[int, ...]
+
+    @property
+    def units(self) -> Array:
+        """What a unit of each joint counts, (joints,): rad as they are, mm as m."""
+        return np.where(self.frames.turns, 1.0, 1.0 / MM)
+
+    def jacobian(self, q: Array) -> Array:
+        """m and rad by free joints, rad or m, (n, 6, 6), for joints (n, joints)."""
+        return self._scaled(self.frames.jacobian(q))
+
+    def newton(self, q: Array, place: Array, rotation: Array, steps: int = STEPS) -> tuple[Array, Array]:
+        """Joints (n, joints) from a guess to places (n, 3), mm, and rotations (n, 3, 3).
+
+        And what was left, (n,), m and rad, before the last step. Ends early where all residuals are rounding; where J
+        is singular joints are not finite.
+        """
+        q = q.copy()
+        left = np.full(len(q), np.inf)
+        for _ in range(steps):
+            off, jacobian = self._off(q, place, rotation)
+            left = np.max(np.abs(off), axis=1)
+            q[:, self.free] += self._solved(jacobian, off)
+            if not np.any(left > ROUNDING):
+                break
+        return q, left
+
+    def damped(self, q: Array, place: Array, rotation: Array) -> tuple[Array, Array]:
+        """Joints (joints,) from afar to a place (3,), mm, and rotation (3, 3), or as near as it gets; what is left."""
+        q = q.copy()
+        best, least = q.copy(), np.inf
+        for _ in range(FAR_STEPS):
+            off, jacobian = (each[0] for each in self._off(q[None], place[None], rotation[None]))
+            size = float(np.linalg.norm(off))
+            if size < least:
+                best, least = q.copy(), size
+            if size < ROUNDING:
+                break
+            step = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + DAMPING * size * np.eye(6), off)
+            step *= min(1.0, LONGEST_STEP / max(float(np.max(np.abs(step))), 1e-300))
+            q[list(self.free)] += step / self.units[list(self.free)]
+        return best, self._off(best[None], place[None], rotation[None])[0][0]
+
+    def taylor(self, q: Array, place: Array, rotation: Array) -> Array:
+        """Taylor coefficients (4, n, joints) of joints that are q (n, joints) there, from those of the pose.
+
+        place (4, n, 3), mm;  rotation (4, n, 3, 3)
+        """
+        c = np.zeros((4, *q.shape))
+        c[0] = q
+        jacobian = self.jacobian(q)
+        try:
+            inverse = np.linalg.inv(jacobian)
+        except np.linalg.LinAlgError:
+            inverse = np.full_like(jacobian, np.nan)
+        for k in (1, 2, 3):
+            if k == 1:
+                own_place, own = np.zeros_like(q[:, :3]), np.zeros((len(q), 3, 3))
+            else:
+                places, rotations = self.frames.pose(c[: k + 1])
+                own_place, own = places[k], rotations[k]
+            turn = (rotation[k] - own) @ np.swapaxes(rotation[0], 1, 2)
+            off = np.concatenate([(place[k] - own_place) / MM, _vee(turn)], axis=1)
+            c[k][:, self.free] = np.einsum("nij,nj->ni", inverse, off) / self.units[list(self.free)]
+        return c
+
+    def smallest(self, q: Array) -> float:
+        """Least singular value of the Jacobian, m and rad, over joints (n, joints)."""
+        return float(np.min(np.linalg.svd(self.jacobian(q), compute_uv=False)))
+
+    def _off(self, q: Array, place: Array, rotation: Array) -> tuple[Array, Array]:
+        """What is left to a pose, (n, 6), m and rad, and the Jacobian (n, 6, 6)."""
+        own, turned, jacobian = self.frames.pose_and_jacobian(q)
+        turn = rotation @ np.swapaxes(turned, 1, 2)
+        return np.concatenate([(place - own) / MM, _vee(turn)], axis=1), self._scaled(jacobian)
+
+    def _scaled(self, jacobian: Array) -> Array:
+        rows = np.repeat([1.0 / MM, 1.0], 3)[:, None]
+        return np.asarray(jacobian[:, :, self.free] * rows / self.units[list(self.free)])
+
+    def _solved(self, jacobian: Array, off: Array) -> Array:
+        try:
+            step = np.linalg.solve(jacobian, off[:, :, None])[:, :, 0]
+        except np.linalg.LinAlgError:
+            step = np.full_like(off, np.nan)
+        return np.asarray(step / self.units[list(self.free)])
+
+
+def free_joints(joints: Sequence[str], held: Sequence[str]) -> tuple[int, ...]:
+    """The numbers of the joints that are not held."""
+    return tuple(k for k, name in enumerate(joints) if name not in held)
+
+
+def _vee(turn: Array) -> Array:
+    """The vector (n, 3) of the skew part of matrices (n, 3, 3)."""
+    x, y, z = turn[:, 2, 1] - turn[:, 1, 2], turn[:, 0, 2] - turn[:, 2, 0], turn[:, 1, 0] - turn[:, 0, 1]
+    return 0.5 * np.stack([x, y, z], axis=1)
