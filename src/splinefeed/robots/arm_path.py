@@ -1,6 +1,6 @@
 """The joints of an arm along a curve of its tip: implicit, exact at every place, one branch from start to end.
 
-The joints are solved for wherever they are asked for, by Newton steps from a guess; the guess is a table of polynomials
+Wherever joints are needed they are solved for, by Newton steps from a guess; the guess is a table of polynomials
 of degree 7 that keep three derivatives at both ends of a cell. Nothing of the motion depends on how good the table is.
 """
 
@@ -36,13 +36,13 @@ GOOD_GUESS = 1e-7
 HALVINGS, INSIDE = 24, 1e-6
 #: A Jacobian whose least singular value is below this, m and rad a rad, is singular.
 SINGULAR = 1e-4
-#: Places ahead at which is asked how far the curve is out of reach.
+#: Places ahead at which is looked how far the curve is out of reach.
 AHEAD = 9
 
 
 @dataclass(frozen=True)
 class Tip:
-    """What a `JointPath` asks of its kinematics: where the tip is, and how it stands."""
+    """What a `JointPath` needs of its kinematics: where the tip is, and how it stands."""
 
     frames: Frames
     kind: str
@@ -80,7 +80,7 @@ class ArmPath(JointPath):
         free: tuple[int, ...],
     ) -> None:
         self.tool = ToolPath(tip, kind=VECTORS)
-        self.kinematics: Tip = Tip(frames, name)  # type: ignore[assignment]  # of an arm no more is asked
+        self.kinematics: Tip = Tip(frames, name)  # type: ignore[assignment]  # of an arm no more is needed
         self.axes, self.linear = tuple(joints), 0
         self.name, self.length, self.dwells = self.tool.name, self.tool.length, self.tool.dwells
         self.travel = {}
