@@ -28,7 +28,7 @@ PUBLIC = {
     "splinefeed.geometry": "Fit Smoother smooth_stream",
     "splinefeed.live": "Block LawCourse LookAhead Override Ticks stream_setpoints with_reserve",
     "splinefeed.plot": "Figure binding law limits motion overview path",
-    "splinefeed.robots": "Arm ArmPath Orientation Payload",
+    "splinefeed.robots": "Arm Payload",
     "splinefeed.simulation": """
         AxisTuning Bound Margins PathTuning Tuning UltimatePoint margins tune_on_path
     """,

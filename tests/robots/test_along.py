@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import splinefeed as sf
 from six_joints import LIMITS, START, urdf
+from splinefeed.robots.orientation import Orientation
 
 PERIOD = 1e-3
 ARM = sf.robot(urdf(), limits=LIMITS)
@@ -49,7 +50,7 @@ def test_setpoints_lie_on_the_curve_and_keep_every_limit_by_differences(orientat
     wanted = np.tile(TURN, (len(points), 1, 1))
     if orientation is not None:
         share = points.s / path.length
-        spline = sf.robots.Orientation.of(TURNS, 1.0).quaternions(share)
+        spline = Orientation.of(TURNS, 1.0).quaternions(share)
         wanted = Rotation.from_quat(spline).as_matrix()
     assert angle_between(turned, wanted) < 1e-12
     q = np.concatenate([np.ones((3, 1)) * points.position[0], points.position, np.ones((3, 1)) * points.position[-1]])

@@ -101,7 +101,7 @@ class Smoother:
         self._markers: list[Marker] = []
         self._came = self._out = 0
         self._said: tuple[bool, bool] | None = None  # whether feeds and tolerances are
-        #: Of the paths that came out last, (curves,) each: number of the first curve that each curve stands for.
+        #: Of the paths that were given last, (curves,) each: number of the first curve that each curve stands for.
         self.origins: list[IntArray] = []
         #: Of the last curve that came: its end, whether it may change, its feed and tolerance.
         self._last: tuple[Array, bool, list[float]] | None = None

@@ -1,6 +1,4 @@
 """Robot arms: from a URDF to joints along waypoints or a TCP curve, with exact derivatives and rigid-body torque."""
 
 from splinefeed.robots.arm import Arm as Arm
-from splinefeed.robots.arm_path import ArmPath as ArmPath
 from splinefeed.robots.dynamics import Payload as Payload
-from splinefeed.robots.orientation import Orientation as Orientation
