@@ -16,7 +16,6 @@ import pytest
 import motions
 import splinefeed as sf
 from splinefeed.report import interactive, library
-from splinefeed.report.figure import Dots
 from splinefeed.report.files import of_run
 from splinefeed.report.html import page
 from splinefeed.report.path_figures import path_figure
@@ -121,7 +120,7 @@ def test_in_space_on_one_axis_and_with_a_rotary_one():
         figure = interactive.to_plain(path_figure(run))
         colours, space = figure["colours"], figure["space"]
         assert space == (path.linear == 3)
-        assert len(figure["data"][0 if space else 1]["customdata"]) == len(colours["feed"]["values"])
+        assert len(figure["said"]) == len(colours["feed"]["values"])
         json.dumps(interactive.to_plain(sf.plot.motion(run)), allow_nan=False)
 
 
@@ -148,13 +147,3 @@ def test_a_library_of_another_make_is_taken_as_it_is(monkeypatch, tmp_path):
     (tmp_path / "plotly.min.js").write_text("/* of its own kind */ window.Plotly = {};")
     monkeypatch.setattr(library, "file", lambda: tmp_path / "plotly.min.js")
     assert library.script() == "/* of its own kind */ window.Plotly = {};"
-
-
-@pytest.mark.parametrize(("turned", "side"), [(0.0, "left"), (0.5 * np.pi, "center"), (np.pi, "right")])
-def test_the_word_at_the_start_stays_inside_the_picture(turned, side):
-    """At 400 pixels a word in the middle above the rightmost point was cut off at the edge."""
-    t = turned + np.linspace(0.0, 2.0 * np.pi, 101)
-    place = np.column_stack([np.cos(t), np.sin(t)])
-    ends = interactive._dots(Dots(place[:1, 0], place[:1, 1], words=("start and end",)), place[:, 0])
-    assert ends["text"] == ["start and end"]
-    assert ends["textposition"] == [f"top {side}"]

@@ -180,5 +180,5 @@ def test_a_tool_path_is_planned_in_the_joints_of_its_machine(tmp_path, data_dir)
     assert page["ok"]
     assert list(page["axes"]) == ["x", "y", "z", "a", "c"]
     assert page["limits"]["orientation_error"]["limit"] == pytest.approx(0.1)
-    lines = [each for each in found["result"]["path"]["data"] if each["type"] == "scatter3d"]
-    assert len(lines) == 3  # the tip in its colours, its ends, and the tool axis beside it
+    assert found["result"]["path"]["space"]
+    assert found["result"]["path"]["thread"]  # the tool axis beside the tip

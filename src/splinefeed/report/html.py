@@ -47,7 +47,6 @@ def page(
         cards=_cards(run, record),
         limits=_limits(run),
         notes=listed(record.get("notes", ()), "said"),
-        colours="".join(f"<option>{text_of(name)}</option>" for name in plain["path"]["colours"]),
         sections="".join(sections),
         command=text_of(record.get("command", "")),
         settings=_settings(record),

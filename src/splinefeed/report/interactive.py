@@ -10,37 +10,29 @@ from typing import Any
 import numpy as np
 
 from splinefeed.records import Array
-from splinefeed.report import theme
 from splinefeed.report.detail import FEW, Store
 from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Level, Line, Panel, Shades
 
 Plain = dict[str, Any]
-#: How wide and how high a path in space is at most, in units of Plotly's scene, so that it stays in view as it turns;
-#: ticks along an axis, a unit; and how flat a scene may be, as a share of its longest side.
-WIDE, HIGH, TICKS, FLAT = 1.6, 1.15, 5.0, 0.02
 MARGIN = {"l": 84, "r": 24, "t": 16, "b": 52}
 FONT = {"size": 12.5}
 CURSOR = {"showspikes": True, "spikemode": "across", "spikethickness": 1, "spikedash": "dot"}
 #: Room between panels, with the words above the lower one and with an x axis between them; of a legend, pixels.
 _GAP, _FOOT, _LEGEND = 34, 76, 26
-#: Height of the picture of a path, and the room left of a heat map for the names of its rows, pixels.
-PATH_HEIGHT, ROWS = 560, 160
-#: Ends this near the left or right edge of a picture, share of it, have their word inside.
-EDGE = 0.25
+#: Room left of a heat map for the names of its rows, pixels.
+ROWS = 160
 
 
 def to_plain(figure: Figure, store: Store | None = None) -> Plain:
     """Data and layout of the figure, as `Plotly.react` takes them once zoom.js has put in what is seen of long curves.
 
+    Of a path what path.js takes.
     store  of the points of long curves, the figure's own where none is given: its `store` holds that then
-    Of a path also `colours`, what it may be coloured by (values, label, ends of the scale), and whether it is in space.
     """
     first = figure.panels[0]
     coloured = first.of(Coloured)
-    if coloured:
-        return _path(first, coloured[0])
     own = Store() if store is None else store
-    plain = _stacked(figure, own)
+    plain = _path(first, coloured[0], own) if coloured else _stacked(figure, own)
     if store is None and own.series:
         plain["store"] = {"series": own.series, "data": own.text()}
     return plain
@@ -127,22 +119,24 @@ def _line(mark: Line, store: Store) -> Plain:
     return {**through, "mode": "lines", "name": mark.name, "line": line, **filled}
 
 
-def _dots(mark: Dots, along: Array | None = None) -> Plain:
-    """Points, with a word each that stays inside the picture, whose x is `along`; other words show under the mouse."""
+def _dots(mark: Dots) -> Plain:
+    """Points with a word each, or with words that show under the mouse."""
     worded: Plain = {"mode": "markers"}
     if mark.words:
-        where = [f"top {'center' if along is None else _inward(x, along)}" for x in mark.x.tolist()]
-        worded = {"mode": "markers+text", "text": list(mark.words), "textposition": where, "hoverinfo": "text"}
+        worded = {"mode": "markers+text", "text": list(mark.words), "textposition": "top center", "hoverinfo": "text"}
     elif mark.hover:
         worded |= {"text": [html.escape(each) for each in mark.hover]}
-    marker = {"size": mark.size * (0.5 if mark.z else 1.0), "color": mark.colour}  # in space a point is twice as wide
-    return {**_through(mark.x, mark.y, *mark.z), "name": mark.name, "marker": marker, **worded}
+    return {
+        **_through(mark.x, mark.y),
+        "name": mark.name,
+        "marker": {"size": mark.size, "color": mark.colour},
+        **worded,
+    }
 
 
-def _through(*place: Array, kind: str = "f8") -> Plain:
-    """A trace through x, y and in space z, (n,) each."""
-    columns = {letter: array(each, kind) for letter, each in zip("xyz", place, strict=False)}
-    return {"type": "scatter3d" if len(place) == 3 else "scatter", **columns}
+def _through(x: Array, y: Array) -> Plain:
+    """A trace through x, y (n,)."""
+    return {"type": "scatter", "x": array(x), "y": array(y)}
 
 
 def _level(level: Level, axes: Mapping[str, str]) -> Plain:
@@ -170,75 +164,39 @@ def _heat(heat: Heat, store: Store) -> Plain:
     }  # fmt: skip
 
 
-def _path(panel: Panel, mark: Coloured) -> Plain:
+def _path(panel: Panel, mark: Coloured, store: Store) -> Plain:
+    """A path as path.js draws it.
+
+    points, said, names  what is coloured, and what each says of itself; thread  where the path runs; rapid  dashed
+    track  where the tool is when; ends, stops  places that are marked; colours  values, label, ends of the scale
+    """
     labels = [each for each in (panel.x.label, panel.y.label, panel.z) if each]
-    space, shades = len(labels) == 3, next(iter(mark.shades.values()))
-    paint = {
-        "color": _rounded(shades),
-        "cmin": shades.low,
-        "cmax": shades.high,
-        "colorscale": "Viridis",
-        "colorbar": {"title": {"text": shades.label, "side": "right"}, "thickness": 14},
+    dots = [dict(zip("xyz", (each.x.tolist(), each.y.tolist()), strict=False)) for each in panel.of(Dots) if each.named]
+    plain: Plain = {
+        "points": _columns(mark.place),
+        "said": np.round(mark.hover, 7).tolist(),
+        "names": list(mark.names),
+        "thread": None if mark.joined and not np.isnan(mark.thread).any() else _columns(mark.thread, "f4"),
+        "joined": mark.joined,
+        "rapid": None if mark.rapid is None else _columns(mark.rapid, "f4"),
+        "labels": labels,
+        "space": len(labels) == 3,
+        "equal": panel.equal,
+        "stops": dots,
+        "colours": {
+            name: {"values": _rounded(each), "label": each.label, "low": each.low, "high": each.high}
+            for name, each in mark.shades.items()
+        },
     }
-    hover = [_hover_text(name, f"customdata[{k}]") for k, name in enumerate(mark.names)]
-    for letter, label in zip("xyz", labels, strict=False):
-        hover.append(f"{html.escape(label.partition(' ')[0])} = %{{{letter}:.5f}}")
-    points = {
-        **_through(*mark.place.T),
-        "customdata": np.round(mark.hover, 7).tolist(),
-        "hovertemplate": f"{'<br>'.join(hover)}<extra></extra>",
-        **({"mode": "lines", "line": {"width": 5, **paint}} if space else {}),
-        **({} if space else {"mode": "markers", "marker": {"size": 5, **paint}}),
-    }
-    line = {"color": theme.FAINT, "width": 2 if space else 1}
-    thread = {**_through(*mark.thread.T, kind="f4"), "mode": "lines", "line": line, "hoverinfo": "skip"}
-    data = [points, *(_dots(dots, mark.place[:, 0]) for dots in panel.of(Dots))]
-    if not space or np.isnan(mark.thread).any():  # NaN: the tool axis beside the path
-        data.insert(0, thread)
-    if mark.rapid is not None:
-        dashed = {**line, "width": 2, "dash": "dash"}
-        data.append({**_through(*mark.rapid.T, kind="f4"), "mode": "lines", "line": dashed, "hoverinfo": "skip"})
-    layout: Plain = {"height": PATH_HEIGHT, "margin": MARGIN, "font": FONT, "hovermode": "closest", "showlegend": False}
-    if space:
-        layout |= {"margin": dict.fromkeys("lrtb", 8), "scene": _scene(mark, labels)}
-    else:
-        for name, label in zip(("xaxis", "yaxis"), labels, strict=True):
-            layout[name] = {"title": {"text": label}, "zeroline": False}
-        if panel.equal:
-            layout["yaxis"] |= {"scaleanchor": "x", "scaleratio": 1}
-    colours = {
-        name: {"values": _rounded(each), "label": each.label, "low": each.low, "high": each.high}
-        for name, each in mark.shades.items()
-    }
-    return {"data": data, "layout": layout, "colours": colours, "space": space}
+    if mark.track is not None:
+        t, place = mark.track
+        columns = [store.curve(t, column) for column in place.T]
+        plain["track"] = {"t": columns[0]["x"], **{name: each["y"] for name, each in zip("xyz", columns, strict=False)}}
+    return plain
 
 
-def _scene(mark: Coloured, labels: list[str]) -> Plain:
-    """Axes of a path in space in true proportion, and from where it is seen."""
-    both = np.concatenate([mark.place, mark.thread])
-    size = np.nanmax(both, axis=0) - np.nanmin(both, axis=0)
-    size = np.maximum(size, FLAT * np.max(size))  # a side of no length has no scale
-    size = (size * min(WIDE / np.hypot(size[0], size[1]), HIGH / size[2])).tolist()
-    axes = {
-        f"{letter}axis": {"title": {"text": label}, "nticks": 2 + round(TICKS * part)}
-        for letter, label, part in zip("xyz", labels, size, strict=True)
-    }
-    camera = {"eye": dict(zip("xyz", theme.EYE, strict=True)), "center": {"x": 0, "y": 0, "z": -0.12}}
-    return {"aspectmode": "manual", "aspectratio": dict(zip("xyz", size, strict=True)), "camera": camera, **axes}
-
-
-def _hover_text(name: str, place: str) -> str:
-    """A line of the words at a point: name, value to its digits, unit."""
-    word, _, unit = name.partition(" ")
-    digits = ".6g" if not unit else ".4f"
-    return f"{html.escape(word)} = %{{{place}:{digits}}}{' ' + html.escape(unit.strip('()')) if unit else ''}"
-
-
-def _inward(x: float, along: Array) -> str:
-    """Where a word goes that must not leave the picture at its left or right edge, which a narrow screen has near."""
-    width = float(np.ptp(along))
-    share = (x - float(np.min(along))) / width if width > 0.0 else 0.5
-    return "right" if share < EDGE else "left" if share > 1.0 - EDGE else "center"
+def _columns(place: Array, kind: str = "f8") -> dict[str, dict[str, str]]:
+    return {name: array(column, kind) for name, column in zip("xyz", place.T, strict=False)}
 
 
 def _rounded(shades: Shades) -> list[float | None]:

@@ -66,7 +66,7 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
     thread = run.thread[:, : place.shape[1]] if path.linear > 1 else place[kept]
     title = f"{theme.words(path.name)}: {theme.short(path.tip_end)} {unit} in {theme.short(run.law.duration)} s, "
     title += f"top feed {theme.short(float(np.max(setpoints.feed)))} {unit}/s"
-    mark = Coloured(place[kept], shades, hover, names, thread, run.whole)
+    mark = Coloured(place[kept], shades, hover, names, thread, run.whole, track=(setpoints.t, place))
     return _picture(path, title, mark, labels, setpoints.curve[kept])
 
 

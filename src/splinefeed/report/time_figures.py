@@ -60,9 +60,30 @@ def program_figure(time: CycleTime) -> Figure:
     }
     flat = float(np.ptp(place[:, 2])) == 0.0
     place = place[:, :2] if flat else place
-    coloured = Coloured(place, shades, np.column_stack([line, reached[block]]), ("line", "feed (mm/min)"), place)
+    hover, track = np.column_stack([line, reached[block]]), _track(time)
+    track = track[0], track[1][:, :2] if flat else track[1]
+    coloured = Coloured(place, shades, hover, ("line", "feed (mm/min)"), place, track=track)
     x, y, z = Axis("x (mm)"), Axis("y (mm)"), "" if flat else "z (mm)"
     return Figure(theme.words(time.name), (Panel(x, y, (coloured,), height=300, equal=True, z=z),))
+
+
+def _track(time: CycleTime) -> tuple[Array, Array]:
+    """When the tool is where, waits included: (m,) s, and (m, 3) mm; each block at one speed."""
+    blocks = time.blocks
+    _, seconds, _, number = time.rows
+    begin = (np.cumsum(seconds) - seconds)[number >= 0]
+    owner = np.minimum(np.searchsorted(blocks.end, np.arange(len(blocks.trace))), len(blocks) - 1)
+    step = np.linalg.norm(np.diff(blocks.trace, axis=0, prepend=blocks.trace[:1]), axis=1)
+    along = np.cumsum(step)
+    start = np.append(0.0, along[blocks.end[:-1]])
+    size = along[blocks.end] - start
+    share = (along - start[owner]) / np.where(size > 0.0, size, 1.0)[owner]
+    share[blocks.end] = 1.0
+    t = begin[owner] + time.times.seconds[owner] * share
+    starts = np.append(0, blocks.end[:-1])  # where it waits before a block
+    order = np.argsort(np.concatenate([t, begin]), kind="stable")
+    rising = np.maximum.accumulate(np.concatenate([t, begin])[order])
+    return rising, np.concatenate([blocks.trace, blocks.trace[starts]])[order]
 
 
 def _outline(edges: Array, low: Array, high: Array) -> tuple[Array, Array]:

@@ -62,7 +62,6 @@ def result(wanted: Wanted, run: sf.Run, look: Mapping[str, Any] | None = None) -
         "figures": {name: interactive.to_plain(figure) for name, figure in figures.items()},
         "path": interactive.to_plain(path),
         "curves": curves(run),
-        "axes": list(run.path.axes),
     }
 
 

@@ -13,6 +13,8 @@ from functools import partial
 from pathlib import Path as File
 from typing import Any
 
+import numpy as np
+
 import splinefeed as sf
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL
@@ -159,16 +161,17 @@ def timed(settings: Mapping[str, Any], bench: Bench, *, at_once: bool) -> dict[s
     bench.say("planning with other limits")
     page = {**time.as_dict(), "name": file.name, "saves": time.saves()}
     bench.say("drawing")
-    of = time.by_line
+    of, (line, seconds, _, _) = time.by_line, time.rows
     columns = {name: getattr(of, name) for name in ("line", "seconds", "beyond", "begin", "limit", "operation")}
     columns |= dict(zip("xyz", of.place.T, strict=True))
+    order = {"begin": np.cumsum(seconds) - seconds, "line": line.astype(np.float64)}  # waits and lines said again, too
     result = {
         "program": file.read_bytes().decode("utf-8", errors="replace"),
         "lines": {name: interactive.array(values) for name, values in columns.items()},
+        "order": {name: interactive.array(values) for name, values in order.items()},
         "limits": time.limits,
         "path": interactive.to_plain(program_figure(time)),
         "figures": {"tools": interactive.to_plain(time_figure(time))},
-        "axes": ["x", "y", "z"],
         "numbers": plain(page),
     }
     return {"final": True, "shown": f"as the control of {machine.name} runs it", "result": result}

@@ -27,5 +27,5 @@ export const show = (element, visible) => { element.hidden = !visible; };
 export const numbersOf = (column) => {
   if (Array.isArray(column)) return column;
   const bytes = Uint8Array.from(atob(column.bdata), (c) => c.charCodeAt(0));
-  return new Float64Array(bytes.buffer);
+  return column.dtype === "f4" ? new Float32Array(bytes.buffer) : new Float64Array(bytes.buffer);
 };

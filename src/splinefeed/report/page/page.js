@@ -1,15 +1,19 @@
 // The page of a report: figures come one by one, those in sight first; light and dark, colours, printing.
 import { dressed } from "./dress.js";
+import { PathPicture } from "./path.js";
+import { Clock, timeBar } from "./time.js";
 import { Curves, Stack, unpacked } from "./zoom.js";
 
 {
   const { figures, series } = JSON.parse(document.getElementById("data").textContent);
   const root = document.documentElement;
-  const stack = new Stack();
+  const clock = new Clock();
+  const stack = new Stack(clock);
+  const picture = figures.path ? new PathPicture() : null;
   root.dataset.theme = window.matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
 
   // room for each figure from the start, so that nothing moves when it comes
-  const waiting = Object.entries(figures).map(([id, figure]) => ({ place: document.getElementById(id), figure })).filter(({ place }) => place);
+  const waiting = Object.entries(figures).map(([id, figure]) => ({ place: document.getElementById(id), figure })).filter(({ place, figure }) => place && figure.layout);
   for (const { place, figure } of waiting) place.style.minHeight = `${dressed(figure).layout.height}px`;
   const drawn = [];
 
@@ -21,6 +25,15 @@ import { Curves, Stack, unpacked } from "./zoom.js";
     script.textContent = new TextDecoder().decode(await unpacked(text("plotly")));
     if (series.length) curves = new Curves(series, await unpacked(text("points")));
     document.head.append(script); // runs at once
+    if (!picture) return;
+    picture.set(figures.path, curves);
+    const { track } = picture;
+    if (!track) return;
+    clock.on((t) => picture.when(t));
+    timeBar(clock, document.getElementById("time"));
+    clock.until(track.t[track.t.length - 1]);
+    window.clock = clock; // for people who look at the page from outside, such as its tests
+    window.picture = picture;
   };
 
   const PAPER = { width: 690, height: 940, path: 440 }; // what fits on A4 and on Letter, pixels
@@ -54,6 +67,7 @@ import { Curves, Stack, unpacked } from "./zoom.js";
   const apply = (theme) => {
     root.dataset.theme = theme;
     for (const each of drawn) show(each);
+    picture?.paint();
   };
   let before = root.dataset.theme; // paper is white, and narrower than a window
   window.addEventListener("beforeprint", () => {
@@ -68,17 +82,6 @@ import { Curves, Stack, unpacked } from "./zoom.js";
     for (const { place } of drawn) Plotly.Plots.resize(place);
   });
   document.getElementById("theme").addEventListener("click", () => apply(root.dataset.theme === "dark" ? "light" : "dark"));
-
-  const choice = document.getElementById("colour");
-  if (choice) choice.addEventListener("change", () => {
-    const chosen = figures.path.colours[choice.value];
-    const { figure } = drawn.find(({ place }) => place.id === "path") ?? waiting.find(({ place }) => place.id === "path");
-    const trace = figure.data.find((each) => each.customdata);
-    const paint = trace.marker ?? trace.line;
-    Object.assign(paint, { color: chosen.values, cmin: chosen.low, cmax: chosen.high });
-    paint.colorbar.title.text = chosen.label;
-    for (const each of drawn) if (each.figure === figure) show(each);
-  });
 
   const copy = document.getElementById("copy");
   if (copy) copy.addEventListener("click", async (event) => {

@@ -54,8 +54,14 @@ export class Curves {
   }
 }
 
+// the long curves of a figure that brings its own, unpacked once; null where it has none
+export const curvesOf = (figure) => {
+  if (figure.store) figure.curves ??= unpacked(figure.store.data).then((buffer) => new Curves(figure.store.series, buffer));
+  return figure.curves ?? Promise.resolve(null);
+};
+
 // the first place in a rising row at which the value is not below x
-const firstNotBelow = (row, x) => {
+export const firstNotBelow = (row, x) => {
   let [low, high] = [0, row.length];
   while (low < high) {
     const middle = (low + high) >> 1;
@@ -166,6 +172,8 @@ export const zoomed = (figure, curves, ranges, width) => {
     const key = axis.replace("x", "xaxis");
     layout[key] = { ...layout[key], range: layout[key].type === "log" ? range.map(Math.log10) : range, autorange: false };
   }
+  const over = axesOf(figure).map((key) => figure.layout[key]);
+  if (over.length && over.every(isTime)) layout.hovermode = false; // the cursor tells, from every point
   return { figure: { ...figure, data, layout }, told };
 };
 
@@ -179,6 +187,19 @@ const toldWords = (told) => {
   return `${count} ${told.stretch ? "stretches" : "points"}: areas from the least to the greatest in each column of pixels${told.stretch ? stretch : "; zoom in for every point"}`;
 };
 
+// the value of a curve at x: between its points on the line, behind its ends none
+const at = (x, values, wanted) => {
+  const k = firstNotBelow(x, wanted);
+  if (k === 0 || k >= x.length) return x[Math.min(k, x.length - 1)] === wanted ? values[Math.min(k, values.length - 1)] : undefined;
+  if (values.length < x.length) return values[k - 1]; // of a stretch
+  const wide = x[k] - x[k - 1];
+  return wide > 0 ? values[k - 1] + ((wanted - x[k - 1]) / wide) * (values[k] - values[k - 1]) : values[k];
+};
+
+const three = (value) => (value !== 0 && Math.abs(value) < 1e-3 ? value.toExponential(2) : Math.abs(value) >= 1000 ? value.toFixed(0) : Number(value.toPrecision(3)).toString());
+// what tells a curve from the others of its panel
+const shortName = (trace, traces) => (traces.every((each) => each.name.split(" ").at(-1) === trace.name.split(" ").at(-1)) ? trace.name.replace(/ \S+$/, "") : trace.name);
+
 const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
 const TIME = "time (s)";
 const axesOf = (figure) => Object.keys(figure.layout).filter((key) => /^xaxis\d*$/.test(key));
@@ -186,7 +207,9 @@ const isTime = (axis) => axis?.title?.text === TIME;
 
 // Figures drawn by Plotly, each with what is seen of its long curves; those over time are zoomed together.
 export class Stack {
-  constructor() {
+  constructor(clock) {
+    this.clock = clock;
+    clock.on((t) => { for (const place of this.shown.keys()) this.point(place, t); });
     this.shown = new Map();
     this.seen = null; // the ends of time that are seen, null: the whole
   }
@@ -194,7 +217,7 @@ export class Stack {
   // draw a figure in a place; finer: gives better curves for these ends of time, where the figure has not all itself
   async draw(place, figure, curves, { size = {}, finer = null } = {}) {
     const before = this.shown.get(place);
-    const each = { ...before, figure, curves, size, finer, ranges: before?.ranges ?? {} };
+    const each = { readouts: [], ...before, figure, curves, size, finer, ranges: before?.ranges ?? {} };
     this.shown.set(place, each);
     await this.paint(place);
     if (!before) {
@@ -202,7 +225,76 @@ export class Stack {
       each.told = make("p", { class: "sub told", role: "status" });
       place.after(each.told);
       this.tell(place);
+      this.follow(place);
     }
+  }
+
+  // the panels over time of a figure as it is drawn
+  panels(place) {
+    const layout = place._fullLayout, panels = [];
+    for (const key of Object.keys(layout ?? {})) {
+      if (!/^yaxis\d*$/.test(key)) continue;
+      const y = layout[key], x = layout[y.anchor.replace("x", "xaxis")];
+      if (isTime(x)) panels.push({ y, x, traces: place._fullData.filter((trace) => (trace.yaxis ?? "y") === key.replace("axis", "")) });
+    }
+    return panels;
+  }
+
+  // the mouse sets the time, and while that plays a click does
+  follow(place) {
+    const set = (event) => {
+      const box = place.getBoundingClientRect(), [px, py] = [event.clientX - box.left, event.clientY - box.top];
+      for (const { x, y } of this.panels(place)) {
+        if (px < x._offset || px > x._offset + x._length || py < y._offset || py > y._offset + y._length) continue;
+        this.clock.to(x.p2l(px - x._offset));
+        return;
+      }
+    };
+    place.addEventListener("pointermove", (event) => { if (!this.clock.playing && !event.buttons) set(event); });
+    place.addEventListener("click", set);
+  }
+
+  // the cursor at a time, and beside each panel what its curves are there
+  point(place, t) {
+    const each = this.shown.get(place), panels = this.panels(place);
+    if (!panels.length) return;
+    if (!each.cursor?.isConnected) {
+      each.cursor = make("div", { class: "cursor" });
+      place.append(each.cursor);
+    }
+    while (each.readouts.length < panels.length) {
+      each.readouts.push(make("div", { class: "readout" }));
+      place.append(each.readouts.at(-1));
+    }
+    const [x] = panels.map((panel) => panel.x), at = x.l2p(t);
+    const seen = at >= -0.5 && at <= x._length + 0.5;
+    const top = Math.min(...panels.map(({ y }) => y._offset)), end = Math.max(...panels.map(({ y }) => y._offset + y._length));
+    each.cursor.hidden = !seen;
+    Object.assign(each.cursor.style, { left: `${x._offset + at}px`, top: `${top}px`, height: `${end - top}px` });
+    panels.forEach(({ y, traces }, k) => {
+      const out = each.readouts[k];
+      out.hidden = !seen;
+      out.textContent = seen ? this.values(each, traces, t) : "";
+      Object.assign(out.style, { top: `${y._offset - 17}px`, right: `${Math.max(place.clientWidth - x._offset - x._length, 4)}px` });
+    });
+  }
+
+  // curves at a time, each by its name where there are some
+  values(each, traces, t) {
+    const found = traces.filter((trace) => trace.visible !== "legendonly").map((trace) => {
+      const { detail, own } = each.figure.data[trace.index] ?? {};
+      const curves = own ?? each.curves;
+      if (detail?.strips) {
+        const shares = detail.strips.map((row) => at(curves.get(row.x), curves.get(row.high ?? row.y), t));
+        const top = shares.reduce((best, value, k) => (value > shares[best] ? k : best), 0);
+        return `nearest its limit: ${trace.y[top]} ${three(shares[top])} %`;
+      }
+      const rows = detail?.low !== undefined ? ["low", "high"] : ["y"];
+      const values = detail ? rows.map((row) => at(curves.get(detail.x), curves.get(detail[row]), t)) : [at(trace.x, trace.y, t)];
+      if (values.some((value) => value === undefined || Number.isNaN(value))) return null;
+      return `${traces.length > 1 ? `${trace.name.split(" ")[0] === "A:" ? "A: " : ""}${shortName(trace, traces)} ` : ""}${values.map(three).join(" to ")}`;
+    });
+    return found.filter(Boolean).join("   ");
   }
 
   ranges(figure, own) {
@@ -223,6 +315,8 @@ export class Stack {
     each.painting = true;
     await Plotly.react(place, data, { ...layout, ...each.size }, CONFIG);
     each.painting = false;
+    if (!each.readouts.every((out) => out.isConnected)) each.readouts = [];
+    this.point(place, this.clock.t);
     if (each.told) this.tell(place);
   }
 

@@ -1,6 +1,6 @@
 // The figures over time, drawn by Plotly when their tab is looked at; A, where it is pinned, dotted behind.
 import { $, make, show } from "./dom.js";
-import { Curves, Stack, unpacked } from "./zoom.js";
+import { Stack, curvesOf } from "./zoom.js";
 
 const NAMES = { tools: "Time of tools", places: "Longest lines", limits: "Limits", motion: "Motion", binding: "Which limit binds", errors: "Axis errors", spectra: "Error spectra", tuning: "Tuning" };
 const WORDS = {
@@ -10,9 +10,9 @@ const WORDS = {
 const PINNED = "#8a8f94";
 
 export class Figures {
-  constructor() {
+  constructor(clock) {
     this.sets = {};
-    this.stack = new Stack();
+    this.stack = new Stack(clock);
     this.sheets = {};
     this.chosen = "limits";
     this.loaded = new Promise((resolve, reject) => {
@@ -77,19 +77,12 @@ export class Figures {
     const Plotly = await this.loaded;
     if (this.chosen !== name || !this.sets[name]) return;
     const figure = this.sets[name];
-    const curves = await this.curves(figure);
+    const curves = await curvesOf(figure);
     const pinned = name === "motion" ? this.pinned?.motion : null;
-    const behind = pinned ? this.behind(pinned, figure, await this.curves(pinned)) : [];
+    const behind = pinned ? this.behind(pinned, figure, await curvesOf(pinned)) : [];
     if (this.chosen !== name || this.sets[name] !== figure) return;
     const layout = { ...figure.layout, uirevision: name };
     await this.stack.draw($("figure"), { data: [...behind, ...figure.data], layout }, curves);
-  }
-
-  // the long curves of a figure, unpacked once
-  async curves(figure) {
-    if (!figure.store) return null;
-    figure.curves ??= unpacked(figure.store.data).then((buffer) => new Curves(figure.store.series, buffer));
-    return figure.curves;
   }
 
   // the curves of A that have a panel in this figure

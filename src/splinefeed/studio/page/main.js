@@ -11,21 +11,27 @@ import { Program } from "./program.js";
 import { Settings } from "./settings.js";
 import { Share } from "./share.js";
 import { limitsSheet, showCompared, showNumbers } from "./numbers.js";
+import { Clock, timeBar } from "./time.js";
 import { Tune } from "./tune.js";
+import { curvesOf } from "./zoom.js";
 import { takeFiles } from "./files.js";
 
 const REST = 350; // ms without a change, after which the whole is planned
 
 const link = new Link();
 const picture = new PathPicture();
-const figures = new Figures();
+const clock = new Clock();
+const figures = new Figures(clock);
 const settings = new Settings((moving) => planner.want(moving));
 const jobs = new Jobs(link);
 const editor = new Editor(settings, picture);
-const program = new Program(picture, figures);
+const program = new Program(picture, figures, clock);
 const play = new Play(link, settings, picture);
 const tune = new Tune(link, settings, figures);
 const downloads = new Downloads(link, settings);
+
+clock.on((t) => { if (!play.on) picture.when(t); program.when(t); });
+timeBar(clock, $("time"), () => (document.body.dataset.view === "program" ? program.said() : ""));
 
 // one plan at a time is asked for, always the latest; when nothing moves any more, the final one
 const planner = {
@@ -64,7 +70,10 @@ const planner = {
 
 const now = { result: null, shown: null, pinned: null, final: false };
 
-const render = (result, shown, final, whole = true) => {
+const render = async (result, shown, final, whole = true) => {
+  now.rendered = result;
+  const curves = await curvesOf(result.path);
+  if (now.rendered !== result) return; // another came meanwhile
   const whose = result.program === undefined ? "motion" : "program";
   document.body.dataset.view = whose;
   settings.problems({});
@@ -72,14 +81,15 @@ const render = (result, shown, final, whole = true) => {
     Object.assign(now, { result: null, final });
     editor.set(null);
     play.order({ stop: true });
-    program.set(result, shown);
+    program.set(result, shown, curves);
     document.body.dataset.shown = "final";
     return;
   }
   Object.assign(now, { result, shown, final });
   const { numbers, words, units } = result;
   showNumbers(numbers, words, shown, !final);
-  picture.set(result.path, result.axes);
+  picture.set(result.path, curves);
+  clock.until(numbers.duration_s);
   editor.set(result.curves);
   play.ready();
   tune.ready();
@@ -213,5 +223,5 @@ $("theme").addEventListener("click", () => {
 window.addEventListener("hashchange", () => { settings.first(); planner.want(false); });
 for (const button of document.querySelectorAll("dialog .close")) button.addEventListener("click", () => button.closest("dialog").close());
 show($("shown"), false);
-window.picture = picture; // for people who look at the page from outside, such as its tests
+Object.assign(window, { picture, clock }); // for people who look at the page from outside, such as its tests
 link.connect();

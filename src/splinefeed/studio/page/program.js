@@ -1,6 +1,7 @@
 // A program as a control runs it: its lines at the side, each with its time; a line and its place are chosen together.
 import { $, make, numbersOf, table } from "./dom.js";
 import { digits, showHead } from "./numbers.js";
+import { firstNotBelow } from "./zoom.js";
 
 const ROW = 20; // pixels, as the style sheet has it
 const BEYOND = 10; // rows above and below what is seen
@@ -15,8 +16,8 @@ const clock = (value) => {
 };
 
 export class Program {
-  constructor(picture, figures) {
-    Object.assign(this, { picture, figures, text: [], line: 0 });
+  constructor(picture, figures, clock) {
+    Object.assign(this, { picture, figures, clock, text: [], line: 0 });
     const list = $("listing");
     list.addEventListener("scroll", () => this.draw());
     new ResizeObserver(() => this.draw()).observe(list);
@@ -30,8 +31,8 @@ export class Program {
     });
   }
 
-  set(result, shown) {
-    const { numbers: n, lines, limits, path, axes, figures, program } = result;
+  set(result, shown, curves) {
+    const { numbers: n, lines, limits, path, figures, program, order } = result;
     const same = program === this.whole;
     this.whole = program;
     this.text = program.split("\n");
@@ -44,13 +45,25 @@ export class Program {
     const cards = KINDS.filter((kind) => n[`${kind}_s`]).map((kind) => [kind.replace("_", " "), `${kind}_s`, seconds(n[`${kind}_s`]), `${((100 * n[`${kind}_s`]) / n.total_s).toFixed(1)} % of the time`]);
     showHead(n, true, `${n.name} takes ${clock(n.total_s)} on ${n.machine}.`, shown, [["cycle time", "total_s", seconds(n.total_s), `${n.blocks} blocks`], ...cards]);
     $("notes").replaceChildren(...n.notes.map((text) => make("li", {}, text)));
-    this.picture.set(path, axes, this);
+    this.order = { begin: numbersOf(order.begin), line: numbersOf(order.line) };
+    this.picture.set(path, curves, this);
     this.figures.sets = this.figures.sheets = {};
     this.figures.set(figures, { tools: this.perTool(n), places: this.places(n) });
     this.line = same ? this.line : 0;
     this.say();
     this.draw();
+    this.clock.until(n.total_s);
   }
+
+  // the line of a time is chosen as that comes
+  when(t) {
+    if (!this.order || this.choosing || document.body.dataset.view !== "program") return;
+    const k = Math.max(firstNotBelow(this.order.begin, t + 1e-9) - 1, 0);
+    if (this.order.line[k] && this.order.line[k] !== this.line) this.look(this.order.line[k]);
+  }
+
+  // what the time is told with
+  said() { return this.line ? `line ${this.line}` : ""; }
 
   perTool({ tools }) {
     const kinds = KINDS.filter((kind) => tools.some((each) => each[`${kind}_s`]));
@@ -68,6 +81,14 @@ export class Program {
 
   // the line with this number, here and on the picture
   choose(line) {
+    this.look(line);
+    const k = this.row.get(line);
+    this.choosing = true; // the tool goes where the line ends, and the line stays chosen
+    if (k !== undefined) this.clock.to(this.begin[k] + this.seconds[k]);
+    this.choosing = false;
+  }
+
+  look(line) {
     const list = $("listing");
     this.line = line;
     const top = ROW * (line - 1);

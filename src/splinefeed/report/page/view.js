@@ -1,6 +1,6 @@
 // Where a picture of the path lies on the screen: from mm to pixels and back, panned, zoomed, and in space turned.
 
-const MARGIN = { left: 58, right: 78, top: 16, bottom: 40 };
+export const MARGIN = { left: 58, right: 78, top: 16, bottom: 40 };
 
 export class View {
   constructor() {
@@ -22,6 +22,7 @@ export class View {
     let [left, right, low, high] = [Infinity, -Infinity, Infinity, -Infinity];
     for (let k = 0; k < points.x.length; k++) {
       const [u, v] = this.flat(points.x[k], points.y[k], points.z ? points.z[k] : 0);
+      if (Number.isNaN(u + v)) continue;
       left = Math.min(left, u); right = Math.max(right, u); low = Math.min(low, v); high = Math.max(high, v);
     }
     const across = width - MARGIN.left - MARGIN.right;
@@ -72,5 +73,3 @@ export const ticks = (low, high, count) => {
   for (let k = Math.ceil(low / step); k * step <= high + 1e-9 * step; k++) found.push(k * step);
   return { at: found, text: (value) => (Math.abs(value) < step / 2 ? "0" : String(Number(value.toPrecision(6)))) };
 };
-
-export { MARGIN };

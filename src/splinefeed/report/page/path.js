@@ -1,9 +1,11 @@
 // The picture of the path: coloured by what is chosen, with hover, control points to drag, and the tool when it plays.
 import { $, numbersOf, options, show } from "./dom.js";
 import { colours, shade } from "./dress.js";
+import { firstNotBelow } from "./zoom.js";
 import { MARGIN, View, ticks } from "./view.js";
 
 const SHADES = 64;
+const DASH = [5, 4];
 const NEAR = 14; // pixels within which a point is meant
 
 export class PathPicture {
@@ -16,36 +18,52 @@ export class PathPicture {
     this.editor = null; // takes over drags where control points are edited
     this.tool = null;
     this.trail = [];
+    this.track = null; // every tick: t, x, y, z
     new ResizeObserver(() => this.resize()).observe(this.canvas.parentElement);
     $("fit").addEventListener("click", () => { this.fit(); this.draw(); });
     $("colour").addEventListener("change", () => this.draw());
     this.listen();
   }
 
-  // program: whose lines the points are, if they are a program's
-  set(path, axes, program = null) {
+  // path: as interactive.py makes it; curves: of its track; program: whose lines the points are, if they are a program's
+  set(path, curves = null, program = null) {
     const other = this.program !== program;
     this.program = program;
-    const picture = path.data.find((each) => each.customdata);
     const before = this.points;
-    this.points = { x: numbersOf(picture.x), y: numbersOf(picture.y), z: picture.z ? numbersOf(picture.z) : null, overTime: false };
-    this.said = picture.customdata;
+    const taken = (columns) => columns && { x: numbersOf(columns.x), y: numbersOf(columns.y), z: columns.z ? numbersOf(columns.z) : null };
+    this.points = { ...taken(path.points), overTime: !path.equal && !program };
+    this.rapid = taken(path.rapid);
+    this.thread = taken(path.thread);
+    this.joined = path.joined;
+    this.stops = path.stops;
+    this.track = path.track && curves ? Object.fromEntries(Object.entries(path.track).map(([name, number]) => [name, curves.get(number)])) : null;
+    this.said = path.said;
+    this.names = path.names;
     this.version += 1;
     const shown = Object.values(path.colours)[0].values; // rapid moves may lead far away
-    this.ends = ["x", "y", "z"].map((name) => (this.points[name] ?? [0]).reduce(([low, high], value, k) => (program && shown[k] === null ? [low, high] : [Math.min(low, value), Math.max(high, value)]), [Infinity, -Infinity]));
+    this.ends = ["x", "y", "z"].map((name) => (this.points[name] ?? [0]).reduce(([low, high], value, k) => ((program && shown[k] === null) || Number.isNaN(value) ? [low, high] : [Math.min(low, value), Math.max(high, value)]), [Infinity, -Infinity]));
     const parts = Object.keys(path.colours).length === 1; // while something moves; the others follow when it rests
     this.colours = parts ? { ...this.colours, ...path.colours } : path.colours;
-    this.axes = axes;
-    const title = (axis) => path.layout[axis]?.title?.text ?? path.layout.scene?.[axis]?.title?.text ?? "";
-    this.labels = [title("xaxis"), title("yaxis"), path.space ? title("zaxis") : ""];
-    this.points.overTime = this.labels[0].startsWith("time");
+    this.labels = [...path.labels, ""].slice(0, 3);
     const names = Object.keys(this.colours);
     const chosen = !other && names.includes($("colour").value) ? $("colour").value : names[0];
     if (names.join() !== [...$("colour").options].map((each) => each.value).join()) options($("colour"), names.map((name) => [name, name]), chosen);
+    this.frame();
     const turned = this.view.space !== path.space || !before;
     this.view.space = path.space;
     if (turned || other || this.view.fitWhole) this.fit();
     this.draw();
+  }
+
+  // the frame is as high as the path in it is, within bounds
+  frame() {
+    const stage = this.canvas.parentElement;
+    const [wide, high] = [this.ends[0][1] - this.ends[0][0], this.ends[1][1] - this.ends[1][0]];
+    const plane = !this.view.space && !this.points.overTime && this.labels[2] === "" && wide > 0;
+    const across = stage.clientWidth - MARGIN.left - MARGIN.right;
+    const fits = Math.round((high / wide) * across) + MARGIN.top + MARGIN.bottom;
+    stage.style.height = plane && !this.program ? `${Math.min(Math.max(fits, 240), Math.max(0.62 * window.innerHeight, 300))}px` : "";
+    this.resize();
   }
 
   fit() {
@@ -62,6 +80,7 @@ export class PathPicture {
   }
 
   resize() {
+    if (!this.canvas.parentElement.clientWidth) return;
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
     const ratio = window.devicePixelRatio || 1;
     this.width = width; this.height = height;
@@ -94,7 +113,7 @@ export class PathPicture {
     this.clip();
     if (this.editor) this.editor.paint(pen, view, theme);
     if (this.program?.line) this.paintLine(this.program.line);
-    if (!this.program) this.paintTool(theme);
+    this.paintTool(theme);
     pen.restore();
   }
 
@@ -119,38 +138,111 @@ export class PathPicture {
     pen.restore();
     this.bar(chosen, theme);
     const first = this.said[0], last = this.said[this.said.length - 1];
-    const range = this.program ? "" : `, from s = ${first[1].toFixed(2)} to ${last[1].toFixed(2)} mm`;
+    const range = this.program ? "" : `, from s = ${first[1].toFixed(2)} to ${last[1].toFixed(2)} ${this.names[1].split(/[ ()]+/)[1]}`;
     canvas.setAttribute("aria-label", `the path over ${this.labels.filter(Boolean).join(", ")}${range}, coloured by ${chosen.label} from ${chosen.low.toPrecision(3)} to ${chosen.high.toPrecision(3)}`);
     Object.assign(this.still, { width: canvas.width, height: canvas.height });
     this.still.getContext("2d").drawImage(canvas, 0, 0);
   }
 
+  // what of the path is drawn: screen x, y, and the number of the point whose colour it has; of a path that is zoomed
+  // into every tick that is seen, in order, those within a pixel of each other once
+  drawnPoints() {
+    const { points, track, view } = this;
+    const count = points.x.length;
+    if (this.program || !track || !this.joined || view.fitWhole || points.overTime) return { at: (k) => this.at(k), count, of: (k) => k };
+    const times = this.said.map((each) => each[0]);
+    const out = { x: [], y: [], of: [] };
+    let [near, inside, last] = [0, false, null];
+    for (let k = 0; k < track.t.length; k++) {
+      const [x, y] = view.screen(track.x[k], track.y[k], track.z ? track.z[k] : 0);
+      const here = x > -200 && y > -200 && x < this.width + 200 && y < this.height + 200;
+      while (near < times.length - 1 && times[near + 1] <= track.t[k]) near += 1;
+      if (here && !inside && last) { out.x.push(NaN, last[0]); out.y.push(NaN, last[1]); out.of.push(near, near); }
+      if (here || inside) {
+        const m = out.x.length - 1;
+        if (m < 0 || !here || !(Math.abs(x - out.x[m]) + Math.abs(y - out.y[m]) < 0.7)) { out.x.push(x); out.y.push(y); out.of.push(near); }
+      }
+      inside = here;
+      last = [x, y];
+    }
+    return { at: (k) => [out.x[k], out.y[k]], count: out.x.length, of: (k) => out.of[k] };
+  }
+
+  // a line through points in mm, broken where they are
+  stroke({ x, y, z }, dash) {
+    const { pen, view } = this;
+    pen.setLineDash(dash);
+    pen.beginPath();
+    for (let k = 0, on = false; k < x.length; k++) {
+      const [px, py] = view.screen(x[k], y[k], z ? z[k] : 0);
+      if (Number.isNaN(px)) { on = false; continue; }
+      if (on) pen.lineTo(px, py); else pen.moveTo(px, py);
+      on = true;
+    }
+    pen.stroke();
+    pen.setLineDash([]);
+  }
+
   curve(chosen, theme) {
     const { pen, points } = this;
-    const count = points.x.length;
+    const drawn = this.drawnPoints();
+    const { at, count } = drawn;
     const level = (k) => {
-      const value = chosen.values[k];
-      return value === null ? -1 : Math.round((SHADES - 1) * Math.min(Math.max((value - chosen.low) / (chosen.high - chosen.low || 1), 0), 1));
+      const value = chosen.values[drawn.of(k)];
+      if (value === null || Number.isNaN(at(k)[0])) return -1;
+      return Math.round((SHADES - 1) * Math.min(Math.max((value - chosen.low) / (chosen.high - chosen.low || 1), 0), 1));
     };
     pen.lineJoin = "round"; pen.lineCap = "round";
+    pen.lineWidth = 1.2; pen.strokeStyle = theme.faint;
+    if (this.rapid) this.stroke(this.rapid, DASH);
+    if (this.thread && (!this.joined || this.thread.x.some(Number.isNaN))) this.stroke(this.thread, []); // NaN: the tool axis
+    if (!this.joined) { // between the points it is not known how the path runs; the thread is
+      for (let k = 0; k < count; k++) {
+        pen.fillStyle = this.ramp[Math.max(level(k), 0)];
+        const [px, py] = at(k);
+        pen.fillRect(px - 1.6, py - 1.6, 3.2, 3.2);
+      }
+      this.marks(theme, points.x.length);
+      return;
+    }
     pen.lineWidth = 5; pen.strokeStyle = theme.faint; // an edge, where a shade is near the paper's
     pen.beginPath();
-    for (let k = 0; k < count; k++) if (chosen.values[k] === null) pen.moveTo(...this.at(k)); else pen.lineTo(...this.at(k));
+    for (let k = 0, on = false; k < count; k++) {
+      const [px, py] = at(k);
+      if (Number.isNaN(px)) { on = false; continue; }
+      if (chosen.values[drawn.of(k)] === null || !on) pen.moveTo(px, py); else pen.lineTo(px, py);
+      on = true;
+    }
     pen.stroke();
-    let [x, y] = this.at(0);
+    let [x, y] = count ? at(0) : [0, 0];
     let k = 1;
     while (k < count) {
       const shared = level(k);
-      pen.lineWidth = shared < 0 ? 1 : 3.2;
+      pen.lineWidth = shared < 0 ? 1.2 : 3.2;
       pen.strokeStyle = shared < 0 ? theme.faint : this.ramp[shared];
+      pen.setLineDash(shared < 0 ? DASH : []);
       pen.beginPath();
-      pen.moveTo(x, y);
+      if (!Number.isNaN(x)) pen.moveTo(x, y);
+      let on = !Number.isNaN(x);
       do {
-        [x, y] = this.at(k);
-        pen.lineTo(x, y);
+        [x, y] = at(k);
+        if (Number.isNaN(x)) on = false;
+        else if (on) pen.lineTo(x, y);
+        else { pen.moveTo(x, y); on = true; }
         k += 1;
       } while (k < count && level(k) === shared);
       pen.stroke();
+    }
+    pen.setLineDash([]);
+    this.marks(theme, points.x.length);
+  }
+
+  // exact stops, start and end
+  marks(theme, count) {
+    const { pen } = this;
+    for (const { x, y } of this.stops ?? []) {
+      pen.fillStyle = "#d55e00";
+      x.forEach((each, k) => { const [px, py] = this.view.screen(each, y[k], 0); pen.beginPath(); pen.arc(px, py, 3, 0, 2 * Math.PI); pen.fill(); });
     }
     const ends = [["start", 0], ["end", count - 1]];
     const closed = Math.hypot(this.at(0)[0] - this.at(count - 1)[0], this.at(0)[1] - this.at(count - 1)[1]) < 12;
@@ -248,22 +340,50 @@ export class PathPicture {
     pen.beginPath();
     for (let k = 1; k < this.said.length; k++) if (this.said[k][0] === line) { pen.moveTo(...this.at(k - 1)); pen.lineTo(...this.at(k)); }
     pen.stroke();
-    const [px, py] = this.view.screen(...this.program.place);
-    pen.beginPath(); pen.arc(px, py, 6, 0, 2 * Math.PI); pen.fill();
   }
 
   // where the tool is, and where it has been, as [x, y, z] in mm
   move(position) {
+    this.trail ??= [];
     if (position) { this.tool = position; this.trail.push(position); } else { this.tool = null; this.trail = []; }
     this.draw();
+  }
+
+  // the time of the clock: where the tool is then, and what has been cut so far
+  when(t) {
+    const { track } = this;
+    if (!track) return;
+    const k = Math.min(Math.max(firstNotBelow(track.t, t), 1), track.t.length - 1);
+    const wide = track.t[k] - track.t[k - 1];
+    const share = wide > 0 ? Math.min(Math.max((t - track.t[k - 1]) / wide, 0), 1) : 1;
+    const between = (row) => row[k - 1] + share * (row[k] - row[k - 1]);
+    this.tool = [between(track.x), between(track.y), track.z ? between(track.z) : 0];
+    this.trail = null;
+    this.now = { t, k };
+    this.draw();
+  }
+
+  // the ticks up to the tool, those within a pixel of each other once
+  cut(pen, view) {
+    const { track, now } = this;
+    const step = Math.max(Math.floor(now.k / 20000), 1);
+    let [before, on] = [[Infinity, 0], false];
+    for (let k = 0; k < now.k; k += view.fitWhole ? step : 1) {
+      const at = view.screen(track.x[k], track.y[k], track.z ? track.z[k] : 0);
+      if (Math.abs(at[0] - before[0]) + Math.abs(at[1] - before[1]) < 1) continue;
+      if (on) pen.lineTo(...at); else pen.moveTo(...at);
+      [before, on] = [at, true];
+    }
+    pen.lineTo(...view.screen(...this.tool));
   }
 
   paintTool(theme) {
     if (!this.tool) return;
     const { pen, view } = this;
-    pen.strokeStyle = theme.ink; pen.lineWidth = 1.2;
+    pen.strokeStyle = theme.ink; pen.lineWidth = this.trail ? 1.2 : 2;
     pen.beginPath();
-    this.trail.forEach((each, k) => { const [px, py] = view.screen(...each); if (k) pen.lineTo(px, py); else pen.moveTo(px, py); });
+    if (!this.trail) this.cut(pen, view);
+    else this.trail.forEach((each, k) => { const [px, py] = view.screen(...each); if (k) pen.lineTo(px, py); else pen.moveTo(px, py); });
     pen.stroke();
     const [px, py] = view.screen(...this.tool);
     pen.fillStyle = "#d55e00"; pen.strokeStyle = theme.paper; pen.lineWidth = 2;
@@ -296,8 +416,13 @@ export class PathPicture {
     $("hover").style.top = `${Math.max(y - 30, 4)}px`;
   }
 
-  told([t, s, u, feed], place) {
-    return [`t ${t.toFixed(4)} s, s ${s.toFixed(3)} mm, u ${u.toPrecision(6)}`, place, `feed ${feed.toFixed(3)} mm/s`];
+  // each value with its name and unit
+  told(values, place) {
+    const words = this.names.map((name, k) => {
+      const [, word, unit] = /^(\S+)(?: \((.*)\))?$/.exec(name);
+      return `${word} ${unit ? `${values[k].toFixed(4)} ${unit}` : values[k].toPrecision(6)}`;
+    });
+    return [words.slice(0, 3).join(", "), place, ...words.slice(3)];
   }
 
   listen() {
