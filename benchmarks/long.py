@@ -118,15 +118,18 @@ def write_program(file: str, count: int) -> None:
 def by_windows(file: str) -> dict[str, Any]:
     """From a program to checked setpoints beside it; called in a process of its own."""
     import splinefeed as sf
-    from splinefeed.pipeline.long_path import WindowedRun
+    from splinefeed.formats.setpoints import Writer
+    from splinefeed.pipeline.meters import FileMeter
+    from splinefeed.pipeline.run import MotionJob, carry_out
 
     limits = sf.Limits(feed=LINE_FEED, axis_acceleration=1500, axis_jerk=5e4)
     seconds, made = 0.0, None
     write_program(f"{file}.nc", 2_000)
     for source in (f"{file}.nc", file):  # the first one compiles
         start = time.process_time()
-        made = WindowedRun(sf.formats.read_parts(source), limits, PERIOD, {"smooth": "program"}, lambda *_: None)
-        sf.save(made.setpoints(), f"{file}.h5")
+        job = MotionJob(sf.formats.read_parts(source), limits, period=PERIOD, reading={"smooth": "program"})
+        with Writer(f"{file}.h5") as writer:
+            made = carry_out(job, meters=[FileMeter(writer)])
         seconds = time.process_time() - start
         if not made.verdict.ok:
             raise AssertionError(made.verdict.problems)

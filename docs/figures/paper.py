@@ -14,7 +14,7 @@ import splinefeed as sf
 from splinefeed.machine.parts import Axis, Drive
 from splinefeed.pipeline.compare import PAPER_ERROR, PAPER_METHODS, comparison, serve_methods
 from splinefeed.pipeline.follow import Servo, follow
-from splinefeed.pipeline.run import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE
+from splinefeed.pipeline.settings import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis as Scale
 from splinefeed.report.figure import Dots, Figure, Level, Line, Mark, Panel

@@ -17,7 +17,7 @@ def main() -> None:
     experiment()
     limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
     butterfly = sf.run(sf.shapes.butterfly(), limits, strategy="time-optimal")
-    butterfly.plot().save(HERE / "overview.svg")
+    sf.plot.overview(butterfly).save(HERE / "overview.svg")
     law = butterfly.law
     print(f"butterfly: {law.duration:.3f} s, lower bound {law.settings['lower_bound_s']:.3f} s")
     classic = sf.run(sf.shapes.butterfly(), sf.Limits(feed=60, acceleration=500, jerk=20000))

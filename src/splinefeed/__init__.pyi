@@ -36,7 +36,7 @@ from splinefeed.pipeline.compare import compare as compare
 from splinefeed.pipeline.cycle_time import CycleTime as CycleTime
 from splinefeed.pipeline.cycle_time import cycle_time as cycle_time
 from splinefeed.pipeline.follow import follow as follow
-from splinefeed.pipeline.run import Run as Run
+from splinefeed.pipeline.result import Run as Run
 from splinefeed.pipeline.run import run as run
 from splinefeed.pipeline.tuning import tune as tune
 from splinefeed.records.limits import Combination as Combination
@@ -48,6 +48,7 @@ from splinefeed.records.motion import TimeLaw as TimeLaw
 from splinefeed.records.verdict import LimitResult as LimitResult
 from splinefeed.records.verdict import Verdict as Verdict
 from splinefeed.report import plot as plot
+from splinefeed.report.folder import report as report
 from splinefeed.robots.arm import robot as robot
 from splinefeed.sweeps.sweeping import sweep as sweep
 

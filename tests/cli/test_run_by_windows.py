@@ -15,9 +15,11 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
+from splinefeed.analysis.measures import chord_errors
 from splinefeed.formats import path_parts
 from splinefeed.formats.path_parts import read_parts
-from splinefeed.pipeline.long_path import WindowedRun
+from splinefeed.pipeline import fold, long_path
+from splinefeed.pipeline.run import MotionJob, carry_out
 
 
 def short_lines(file, count: int) -> None:
@@ -50,7 +52,7 @@ def test_its_setpoints_are_those_of_the_smoothed_path(splinefeed, program, by_wi
     page = json.loads(done.stdout)
     assert page["ok"]
     assert (page["strategy"], page["method"]) == ("look-ahead", "arc-length")
-    assert sorted(page["files"]) == ["out/run.json", "out/setpoints.csv", "out/setpoints.h5"]
+    assert {"out/run.json", "out/setpoints.csv", "out/setpoints.h5", "out/motion.svg"} <= set(page["files"])
     points = sf.load("out/setpoints.h5")
     assert len(points) == page["ticks"] == len(sf.load("out/setpoints.csv"))
     assert "--smooth program" in page["command"]
@@ -65,13 +67,38 @@ def test_its_setpoints_are_those_of_the_smoothed_path(splinefeed, program, by_wi
     assert again.exit_code == 0, again.stderr
 
 
+def test_its_numbers_are_those_of_the_whole_path(splinefeed, program, by_windows, monkeypatch):
+    """Every measure of chunks on parts of the path is that of the same setpoints on the path in one."""
+    monkeypatch.setattr(fold, "CHUNK", 900)
+    monkeypatch.setattr(long_path.windows, "__defaults__", (900,))
+    done = splinefeed("run", program, *LIMITS, "--smooth", "program", "--chord-error", "0.002", "--machine", "router",
+                      "--axis-velocity", "200", "-o", "out", "--json")  # fmt: skip
+    page = json.loads(done.stdout)
+    points, path = sf.load("out/setpoints.h5", sf.Setpoints), sf.read(program).smoothed("program", corners="round")
+    assert len(points) > 10 * 900
+    assert page["chord_error_max_mm"] == pytest.approx(float(np.max(chord_errors(points, path))), rel=1e-9)
+    assert page["ripple_max"] < 1e-6
+    for k, axis in enumerate(path.axes):
+        velocity = np.abs(np.diff(points.position[:, k])) / points.period
+        acceleration = np.abs(np.diff(points.position[:, k], n=2)) / points.period**2
+        assert page["axes"][axis]["velocity"] == pytest.approx(velocity.max(), rel=1e-3)
+        assert page["axes"][axis]["acceleration"] == pytest.approx(acceleration.max(), rel=1e-2)
+    response = sf.follow(points, "router", path=path)
+    written = sf.load("out/response.h5", sf.Response)
+    assert np.array_equal(written.position, response.position)
+    assert np.max(np.abs(written.contour_error - response.contour_error)) < 1e-9
+    assert page["contour_error_max_mm"] == pytest.approx(response.contour_error.max(), abs=1e-9)
+    assert page["setpoints_off_law_mm"] < 1e-9 if "setpoints_off_law_mm" in page else True
+    assert sum(page["bound_by"].values()) == pytest.approx(1.0)
+    assert {"out/path.svg", "out/motion.svg", "out/binding.svg", "out/report.html"} <= set(page["files"])
+
+
 def test_the_size_of_the_file_makes_the_choice(splinefeed, refused, folder, monkeypatch):
     short_lines(folder / "part.nc", 400)
     words = ("run", "part.nc", *LIMITS, "--smooth", "program", "--no-figures", "--json")
     monkeypatch.setattr(path_parts, "MOST_LINES", 405)  # it has one line more
     page = json.loads(splinefeed(*words, "-o", "long").stdout)
-    assert page["notes"][-1].startswith("by windows: setpoints and numbers only")
-    assert "ripple_max" not in page
+    assert any(note.startswith("read in parts: the time law is not kept") for note in page["notes"])
     said = "--strategy time-optimal: needs the whole path"
     assert said in refused(*words, "--strategy", "time-optimal")
     monkeypatch.setattr(path_parts, "MOST_LINES", 406)
@@ -98,7 +125,6 @@ def test_a_table_of_points_is_smoothed(splinefeed, by_windows):
         (("--method", "taylor-2"), "--method taylor-2: needs the whole path"),
         (("--compare",), "--compare: needs the whole path"),
         (("--3d",), "--3d: needs the whole path"),
-        (("--format", "mat"), "--format mat: needs the whole path"),
         (("--tolerance", "0.01"), "--tolerance: is for tables of points; use --smooth LENGTH for a program"),
         (("--layer", "0"), "option 'layer' is not one of a G-code file"),
     ],
@@ -142,6 +168,22 @@ def test_ctrl_c_leaves_nothing_half_written(tmp_path):
     assert [each.name for each in tmp_path.iterdir()] == ["part.nc"]
 
 
+class Watcher:
+    """How many parts of a path are there at the most."""
+
+    def __init__(self, alive) -> None:
+        self.alive, self.highest = alive, 0
+
+    def start(self, chunk) -> None:
+        pass
+
+    def feed(self, chunk) -> None:
+        self.highest = max(self.highest, len(self.alive))
+
+    def finish(self) -> None:
+        pass
+
+
 def test_parts_are_forgotten_whatever_the_length(tmp_path):
     """Of a program twice as long no more is held."""
     most = []
@@ -149,7 +191,6 @@ def test_parts_are_forgotten_whatever_the_length(tmp_path):
         short_lines(tmp_path / "part.nc", count)
         parts = read_parts(tmp_path / "part.nc")
         alive: weakref.WeakSet[sf.Path] = weakref.WeakSet()
-        highest = 0
 
         def watched(made=parts.make, alive=alive):
             for part in made():
@@ -158,9 +199,9 @@ def test_parts_are_forgotten_whatever_the_length(tmp_path):
 
         object.__setattr__(parts, "make", watched)
         limits = sf.Limits(feed=50, axis_acceleration=1500, axis_jerk=50000)
-        made = WindowedRun(parts, limits, 5e-3, {"smooth": 0.01}, lambda *_: None)
-        for _ in made.setpoints():
-            highest = max(highest, len(alive))
-        assert made.verdict.ok, made.verdict.problems
-        most.append(highest)
+        job = MotionJob(parts, limits, period=5e-3, reading={"smooth": 0.01})
+        watcher = Watcher(alive)
+        made = carry_out(job, meters=[watcher])
+        assert made.ok, made.verdict.problems
+        most.append(watcher.highest)
     assert most[1] <= most[0] + 1 <= 6

@@ -9,6 +9,7 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.cli.main import command_line
+from splinefeed.pipeline import result
 from splinefeed.pipeline import run as runs
 from splinefeed.pipeline.run import measured
 
@@ -70,8 +71,13 @@ def test_its_setpoints_come_in_chunks_and_are_the_same(both):
     chunks = list(long.setpoints())
     assert len(chunks) > 3
     assert np.array_equal(np.concatenate([chunk.position for chunk in chunks]), kept.points.position)
+    assert np.array_equal(long.points.position, kept.points.position)
+
+
+def test_setpoints_that_do_not_fit_in_memory_are_refused(both, monkeypatch):
+    monkeypatch.setattr(result, "MOST_TICKS", 1000)
     with pytest.raises(sf.errors.LimitsError, match=r"is not kept in memory; use setpoints\(\), which gives chunks"):
-        _ = long.points
+        _ = both[1].points
 
 
 def test_a_limit_that_is_not_kept_is_found(both):
@@ -94,7 +100,8 @@ def test_the_command_writes_a_long_run_and_its_report_again(tmp_path, monkeypatc
         )
     assert ended.value.code == 0
     page = json.loads(capsys.readouterr().out)
-    assert any(note.startswith("long motion") for note in page["notes"])
+    assert any(note.startswith("more than 3000 ticks: figures show the peaks") for note in page["notes"])
+    assert len(sf.load("out/response.h5", sf.Response)) == page["ticks"]
     assert page["contour_error_max_mm"] > 0.0
     assert "methods" not in page
     points = sf.load("out/setpoints.h5")

@@ -17,7 +17,7 @@ PERIOD = 4e-3
 def ran(file: Path, folder: Path, **options: object) -> sf.Run:
     run = sf.run(sf.read(file, **options), LIMITS, period=PERIOD, strategy="look-ahead")
     assert run.verdict.ok
-    run.report(folder / "out")
+    sf.report(run, folder / "out")
     assert "report.html" in {each.name for each in (folder / "out").iterdir()}
     return run
 

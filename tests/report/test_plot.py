@@ -1,4 +1,4 @@
-"""`sf.plot` and `run.plot()`: the report's figures in one line, as files and in notebooks."""
+"""`sf.plot` and `sf.report`: the report's figures in one line, as files and in notebooks."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def run():
 
 
 def test_a_run_draws_itself_with_feed_and_axis_jerk_below(run, tmp_path):
-    figure = run.plot()
+    figure = sf.plot.overview(run)
     assert [panel.y.label for panel in figure.panels] == ["y (mm)", "feed (mm/s)", "axis jerk (mm/s³)"]
     figure.save(tmp_path / "run.svg")
     assert "axis jerk (mm/s³)" in (tmp_path / "run.svg").read_text()
@@ -29,7 +29,7 @@ def test_a_run_draws_itself_with_feed_and_axis_jerk_below(run, tmp_path):
 
 def test_jerk_along_the_path_where_axes_have_no_limit_of_it():
     run = sf.run(sf.shapes.naca("0025", perimeter=33))
-    assert run.plot().panels[-1].y.label == "jerk (mm/s³)"
+    assert sf.plot.overview(run).panels[-1].y.label == "jerk (mm/s³)"
 
 
 @pytest.mark.parametrize("name", ["overview", "path", "motion", "limits", "binding"])
@@ -123,9 +123,16 @@ def test_a_hostile_name_stays_text(run):
     assert "<polyline" not in empty._repr_html_()
 
 
+def test_the_old_methods_of_a_run_warn(run, tmp_path):
+    with pytest.warns(DeprecationWarning, match=r"use sf\.plot\.overview\(run\)"):
+        assert run.plot().title == sf.plot.overview(run).title
+    with pytest.warns(DeprecationWarning, match=r"use sf\.report\(run, folder\)"):
+        assert "run.json" in run.report(tmp_path / "old")
+
+
 def test_a_run_writes_what_the_command_writes(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    names = run.report("part", formats=["csv", "hdf5"])
+    names = sf.report(run, "part", formats=["csv", "hdf5"])
     assert {"setpoints.csv", "setpoints.h5", "law.h5", "run.json", "path.svg", "limits.svg"} <= set(names)
     assert sorted(names) == sorted(each.name for each in (tmp_path / "part").iterdir())
     page = json.loads((tmp_path / "part/run.json").read_text())
@@ -138,11 +145,11 @@ def test_a_run_writes_what_the_command_writes(run, tmp_path, monkeypatch):
         "checked: every limit holds, up to 1e-6 of it and the rounding of a position\n\nwrote part/report.html\n",
     )
     assert CliRunner().invoke(command_line, ["check", "part/setpoints.h5"]).exit_code == 0
-    assert "setpoints.csv" not in run.report("part")  # a run replaces the files of the one before
+    assert "setpoints.csv" not in sf.report(run, "part")  # a run replaces the files of the one before
     assert not (tmp_path / "part/setpoints.csv").exists()
     with pytest.raises(sf.errors.InputError, match="report: format 'dwg' is not known; choose from hdf5, csv"):
-        run.report("part", formats=["dwg"])
+        sf.report(run, "part", formats=["dwg"])
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine/run.json").write_text("{}")
     with pytest.raises(sf.errors.FormatError, match=r"mine/run\.json: was not written by a run of splinefeed"):
-        run.report("mine")
+        sf.report(run, "mine")

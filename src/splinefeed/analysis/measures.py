@@ -39,6 +39,15 @@ class AxisMotion:
     jerk: Array
 
 
+@dataclass(frozen=True, eq=False)
+class TipMotion:
+    """What the law does at ticks t (n,), s: acceleration and jerk of the tool tip along its path, (n,), mm/s^k."""
+
+    t: Array
+    acceleration: Array
+    jerk: Array
+
+
 def differences(setpoints: Setpoints, order: int) -> Array:
     """The order-th difference of the setpoints over the period, (n, axes), centred, held at both ends.
 

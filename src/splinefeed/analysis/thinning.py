@@ -74,23 +74,23 @@ class Kept:
     """Rows of columns that come piece by piece, thinned to those that a figure needs.
 
     Of each `block` of rows those stay at which a quantity is least or greatest, and both ends; 1: all. Where more than
-    `most` rows would stay, blocks become longer.
+    `most` rows would stay, `block` becomes longer.
     """
 
     def __init__(self, block: int = 1, most: float = math.inf) -> None:
-        self._block, self._most, self._count = block, most, 0
+        self.block, self._most, self._count = block, most, 0
         self._parts: dict[str, list[Array]] = {}
 
     def see(self, columns: Mapping[str, Array], quantities: Sequence[Array]) -> None:
         """The next rows of every column (n, ...), with the quantities (n,) of which no peak is lost."""
-        if self._block == 1 and self._most == math.inf:  # all are kept, and no quantity is needed
+        if self.block == 1 and self._most == math.inf:  # all are kept, and no quantity is needed
             self._put(columns)
             return
-        self._add({**columns, "": np.column_stack(quantities)}, self._block)
+        self._add({**columns, "": np.column_stack(quantities)}, self.block)
         while self._count > self._most:
             rows = {name: self.column(name) for name in self._parts}
             width = 4 * (rows[""].shape[1] + 1)  # twice the extremes of a block
-            self._parts, self._count, self._block = {}, 0, self._block * width
+            self._parts, self._count, self.block = {}, 0, self.block * width
             self._add(rows, width)
 
     def _add(self, rows: Mapping[str, Array], block: int) -> None:

@@ -47,8 +47,8 @@ def follow(say: Say, setpoints: str, **given: Any) -> Page:
     from pathlib import Path
 
     from splinefeed.analysis.thinning import Kept
+    from splinefeed.pipeline.fold import CHUNK
     from splinefeed.pipeline.follow import MOST_SAMPLES, Servo, follow_chunks
-    from splinefeed.pipeline.run import CHUNK
     from splinefeed.report import files
     from splinefeed.report.folder import default_name, staged
     from splinefeed.report.path_figures import contour_figure

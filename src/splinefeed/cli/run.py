@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import click
@@ -16,21 +14,17 @@ import splinefeed as sf
 from splinefeed.cli import options, summary
 from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Page, Say
-from splinefeed.cli.source import AFTER_READING, Task, check_rotary, read_path, task_of
+from splinefeed.cli.source import AFTER_READING, check_rotary, read_path, task_of
 from splinefeed.errors import InputError
 
-#: What is left out of a run that is too long to be kept whole.
-LONG_NOTE = (
-    "long motion: computed, checked and written in chunks; figures show the peaks; "
-    "response and spectra are not kept (splinefeed follow setpoints.h5 computes them again)"
-)
+#: Most ticks of a motion on which methods are compared: each is held as a whole.
+MOST_COMPARED = 4_000_000
+#: What is not kept of a motion of more than so many ticks.
+LONG_NOTE = "more than {} ticks: figures show the peaks, and spectra of following errors are left out"
 #: Said where --compare asks for what is left out.
-NOT_COMPARED = "methods are compared on motions of at most a million ticks along paths without a tool axis: left out"
-#: ... and of one whose path is too long to be held.
-PARTS_NOTE = (
-    "by windows: setpoints and numbers only; no figures, time law, feed ripple or comparison of "
-    "methods, and no simulated axes (splinefeed follow setpoints.h5 simulates them)"
-)
+NOT_COMPARED = "methods are compared on motions of at most four million ticks along paths without a tool axis: left out"
+#: What a path that is too long to be held lacks.
+PARTS_NOTE = "read in parts: the time law is not kept, so that `splinefeed report` cannot make the report again"
 #: How far a table's lines may be left by the curves that replace them, mm, unless it is said.
 POINTS_TOLERANCE = 1e-3
 
@@ -77,9 +71,10 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
     """
     from splinefeed.interpolation import registry
     from splinefeed.pipeline import compare
+    from splinefeed.pipeline.run import LONG, MotionJob, carry_out
     from splinefeed.report import files
     from splinefeed.report.folder import default_name, staged
-    from splinefeed.report.record import about, documented, record
+    from splinefeed.report.record import about, record
 
     drawing = options.figure_formats(given)
     of_paper = source is None
@@ -90,20 +85,40 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
     # the paper's experiment has the paper's limits, whatever the machine
     what = task_of(say, source, given, None if of_paper else machine, read=partial(_read, given))
     compared = of_paper if given["compare"] is None else given["compare"]
-    path, corrections, formats = what.path, given["corrections"], given["formats"]
-    if given["tip"] and not isinstance(path, sf.ToolPath):
+    path, corrections, formats, reading = what.path, given["corrections"], given["formats"], what.reading
+    tool, parts = isinstance(path, sf.ToolPath), isinstance(path, sf.formats.PathParts)
+    if given["tip"] and not tool:
         raise InputError(f"--tip: {path.name} has no tool axis; its setpoints are the tool's positions already")
-    if machine is not None and not isinstance(path, sf.ToolPath | sf.formats.PathParts):
+    if machine is not None and not tool and not parts:
         check_rotary(path, what.source, machine)
+    table = parts and path.unit == "lines"
+    if table:
+        reading = {"smooth": reading.get("tolerance", POINTS_TOLERANCE), **reading}
+        reading.pop("tolerance", None)
+    job = MotionJob(
+        path, what.limits, machine, what.period, what.strategy, method, corrections, source=what.source,
+        reading=reading, notes=tuple(what.notes),
+    )  # fmt: skip
+
+    def described(settings: Mapping[str, Any]) -> dict[str, Any]:
+        """What the record of the run says of how it is made."""
+        return about(settings, None if of_paper else job.source, job.reading, formats, machine=named)
+
+    def documented(settings: Mapping[str, Any]) -> dict[str, Any]:
+        """What a file of setpoints says of that; of a table that was smoothed `read` makes another path."""
+        said = described(settings)
+        return {name: said[name] for name in ("command", *(() if table else ("source",)))}
+
     folder = default_name(path.name) if given["output"] is None else given["output"]
-    with staged(folder) as stage:
-        if isinstance(path, sf.formats.PathParts):
-            return _seen_from_here(_write_parts(what, formats, stage, say), folder)
+    with staged(folder) as stage, files.Writers(stage, formats, documented) as writers:
         say("planning and interpolating")
-        result = sf.run(
-            path, what.limits, machine=machine, period=what.period, strategy=what.strategy, method=method,
-            corrections=corrections, on_progress=lambda what, done, of: say(f"{what}: {done} of {of} ticks"),
-        )  # fmt: skip
+        result = carry_out(
+            job,
+            meters=writers.meters,
+            responses=writers.responses,
+            on_progress=lambda what, done, of: say(f"{what}: {done} of {of} ticks"),
+            on_read=_progress(say, path) if parts else None,
+        )
         others: list[Any] = []
         servo: dict[str, Any] | None = None
         if machine is not None and result.served is not None:
@@ -113,20 +128,32 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
                 others += compare.serve_methods(path, result.law, machine, names, corrections)
             servo = {**compare.servo_numbers([*others, result.served], of_paper), "machine_file": named}
         traces: list[Any] = []
-        possible = result.whole and result.joints is None
+        possible = result.ticks <= MOST_COMPARED and result.joints is None
         if compared and possible:
             say("comparing methods")
             traces += sf.compare(path, result.law, methods=compare.BESIDE_A_RUN, corrections=corrections, timed=False)
-        said = about(result.settings, None if of_paper else what.source, what.reading, formats, machine=named)
-        page = record(result, said, traces, servo)
-        page["notes"] = [*what.notes, *page["notes"], *([] if result.whole else [LONG_NOTE])]
+        page = record(result, described(result.settings), traces, servo)
+        long = [] if result.whole else [LONG_NOTE.format(LONG)]
+        page["notes"] = [*job.notes, *page["notes"], *long, *([PARTS_NOTE] if parts else [])]
         page["notes"] += [*([NOT_COMPARED] if compared and not possible else []), *files.missing(drawing)]
-        say("writing setpoints and figures")
+        say("drawing")
         page["files"] = files.write(
-            documented(result, said), stage, formats=formats, traces=traces, figure_formats=drawing, record=page,
-            others=others, tip=given["tip"],
+            result, stage, written=writers.names, traces=traces, figure_formats=drawing, record=page, others=others,
+            tip=given["tip"],
         )  # fmt: skip
-    return _seen_from_here(page, folder)
+    return {**page, "files": [os.path.join(folder, name) for name in page["files"]]}
+
+
+def _progress(say: Say, parts: Any) -> Callable[[int, int], None]:
+    """What says how far a file that is read part by part is, and how long the rest takes."""
+    began, count = time.monotonic(), parts.count
+
+    def progress(read: int, ticks: int) -> None:
+        gone = time.monotonic() - began
+        left = f", about {gone * (count - read) / read:.0f} s left" if 0 < read < count and gone > 1.0 else ""
+        say(f"{read} of {count} {parts.unit} planned ahead, {ticks} setpoints written{left}")
+
+    return progress
 
 
 def _read(given: Mapping[str, Any], source: str, reading: Mapping[str, Any]) -> sf.Path | sf.formats.PathParts:
@@ -140,7 +167,6 @@ def _read(given: Mapping[str, Any], source: str, reading: Mapping[str, Any]) -> 
     refused = {
         "--3d": given["tangential"],
         "--compare": given["compare"],
-        "--format mat": "mat" in given["formats"],
         f"--strategy {given['strategy']}": given["strategy"] not in (None, LOOK_AHEAD),
         f"--method {given['method']}": given["method"] not in (None, METHOD),
         **{f"--{name.replace('_', '-')}": name in reading for name in options.LINKS},
@@ -155,37 +181,3 @@ def _read(given: Mapping[str, Any], source: str, reading: Mapping[str, Any]) -> 
     if "tolerance" in reading and parts.unit != "lines":
         raise InputError("--tolerance: is for tables of points; use --smooth LENGTH for a program")
     return parts
-
-
-def _write_parts(what: Task, formats: tuple[str, ...], stage: Path, say: Say) -> Page:
-    """Write what a run by windows leaves; its page."""
-    from splinefeed.formats.atomic import write_page
-    from splinefeed.pipeline.long_path import WindowedRun
-    from splinefeed.report import files
-    from splinefeed.report.record import about, record
-
-    parts, reading = what.path, what.reading
-    table, began, count = parts.unit == "lines", time.monotonic(), parts.count
-    if table:
-        reading = {"smooth": reading.get("tolerance", POINTS_TOLERANCE), **reading}
-        reading.pop("tolerance", None)
-
-    def progress(read: int, ticks: int) -> None:
-        gone = time.monotonic() - began
-        left = f", about {gone * (count - read) / read:.0f} s left" if 0 < read < count and gone > 1.0 else ""
-        say(f"{read} of {count} {parts.unit} planned ahead, {ticks} setpoints written{left}")
-
-    made = WindowedRun(parts, what.limits, what.period, reading, progress)
-    said = about(made.settings, what.source, reading, formats)
-    # of a table the lines were smoothed: the path that `read` makes of its points is another one
-    kept = {name: said[name] for name in ("command", *(() if table else ("source",)))}
-    chunks = (replace(chunk, settings={**chunk.settings, **kept}) for chunk in made.setpoints())
-    names = [*files.write_setpoints(chunks, stage, formats), files.RECORD]
-    page = record(made, said)
-    page |= {"notes": [*what.notes, *page["notes"], PARTS_NOTE], "files": names}
-    write_page(stage / files.RECORD, page)
-    return page
-
-
-def _seen_from_here(page: Page, folder: str) -> Page:
-    return {**page, "files": [os.path.join(folder, name) for name in page["files"]]}

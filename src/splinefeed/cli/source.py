@@ -47,7 +47,7 @@ def task_of(
     read  how to read a source, in place of `read_path`
     """
     from splinefeed.geometry.jobs import Job
-    from splinefeed.pipeline.run import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE, planned_axes
+    from splinefeed.pipeline.settings import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE, planned_axes
 
     source = PAPER_SHAPE if source is None else source
     if machine is None:

@@ -121,7 +121,7 @@ def tune(say: Say, machine: str, **given: Any) -> Page:
     """
     from splinefeed.formats.plain import plain
     from splinefeed.pipeline import tuning
-    from splinefeed.pipeline.run import PAPER_PERIOD
+    from splinefeed.pipeline.settings import PAPER_PERIOD
     from splinefeed.report import files
     from splinefeed.report.folder import staged
 

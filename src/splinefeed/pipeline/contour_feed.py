@@ -16,7 +16,8 @@ from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.follow import Servo, serve
-from splinefeed.pipeline.run import MOST_TICKS, check_ticks
+from splinefeed.pipeline.result import MOST_TICKS
+from splinefeed.pipeline.run import check_ticks
 from splinefeed.records import Limits, Setpoints, TimeLaw, order_of, positive
 
 #: Scales that are tried first, from 1 down to LOWEST in equal ratios, and where the search for the boundary ends.

@@ -11,6 +11,8 @@ from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import Setpoints, TimeLaw
 
+#: Ticks of a chunk.
+CHUNK = 16_384
 #: Ticks on both sides of a chunk that its meters may use: what a third difference needs.
 NEIGHBOURS = 2
 

@@ -65,7 +65,7 @@ class Servo:
         self.machine, self.path, self.law, self.method, self.axes = machine, path, law, first.method, moved
         self.off_law = 0.0
         self.tally = ErrorTally(axes)
-        self._keep = keep
+        self._keep, self._whole = keep, True
         self._rests = {axis: place for axis, place in zip(moved, first.position[0], strict=True) if axis not in axes}
         self._follower = Follower(machine, axes, first.period, linear=linear)
         self._placer = None if path is None else Placer(path)
@@ -84,6 +84,13 @@ class Servo:
         loops = ((axis, margins(machine.servo_axis(axis), first.period)) for axis in axes)
         self.notes += [f"axis {axis}: gains {loop.verdict}" for axis, loop in loops if loop.close or not loop.stable]
 
+    def go_on(self, path: Path, law: TimeLaw) -> None:
+        """The next setpoints are on this part of the path, by this law; nothing happens where that is so already."""
+        if path is not self.path:
+            self.path, self._placer, self._whole = path, Placer(path), False
+            self._meter = ContourMeter(path) if path.linear else None
+        self.law = law
+
     @property
     def stopped(self) -> str | None:
         """Why an axis ran away and when, or None."""
@@ -94,8 +101,12 @@ class Servo:
         """How far setpoints without arc length lay from the path at the most, mm."""
         return 0.0 if self._placer is None else self._placer.apart
 
-    def follow(self, setpoints: Setpoints) -> Response:
-        """The response to the next setpoints; shorter than they are if an axis runs away."""
+    def follow(self, setpoints: Setpoints, on_path: Setpoints | None = None) -> Response:
+        """The response to the next setpoints; shorter than they are if an axis runs away.
+
+        on_path  the same with t, s and curve from the start of the part of the path that they lie on, where it is one
+        """
+        here = on_path or setpoints
         if setpoints.axes != self.axes:
             raise InputError(f"setpoints have axes {', '.join(setpoints.axes)}; expected {', '.join(self.axes)}")
         commanded = dict(zip(self.axes, setpoints.position.T, strict=True))
@@ -116,9 +127,10 @@ class Servo:
         count = len(response)
         more: dict[str, Array] = {}
         s = setpoints.s[:count] if np.isfinite(setpoints.s).all() else None
+        ahead = 0.0 if here is setpoints or s is None else s - here.s[:count]
         if self.path is not None and self._placer is not None:
-            along = self._placer.place(setpoints)[:count]
-            s = self.path.tip_length(along)
+            along = self._placer.place(here)[:count]
+            s = self.path.tip_length(along) + ahead
             if self._meter is not None:  # linear axes that the machine lacks are at their setpoints
                 sides = {axis: column[:count] for axis, column in commanded.items()}
                 sides |= dict(zip(axes, response.position.T, strict=True))
@@ -126,7 +138,7 @@ class Servo:
                 found = self._meter.measure(at, s_hint=along)
                 response, more = replace(response, contour_error=found.error), {"foot": found.s}
             if self.law is not None:
-                wanted = self.path(np.clip(self.law(setpoints.t), 0.0, self.path.length))
+                wanted = self.path(np.clip(self.law(here.t), 0.0, self.path.length))
                 away = np.linalg.norm((setpoints.position - wanted)[:, : self.path.linear], axis=1)
                 self.off_law = max(self.off_law, float(np.max(away, initial=0.0)))
         self.tally.see(response, s)
@@ -145,9 +157,12 @@ class Servo:
         return replace(self._last, **columns) if len(columns["t"]) else self._last
 
     def deviation(self) -> Deviation | None:
-        """Where the machine was beside the first two linear axes of the path; None if one of its linear axes lacks."""
+        """Where the machine was beside the first two linear axes of the path.
+
+        None if one of its linear axes lacks, and where the path came in parts.
+        """
         path, response = self.path, self.response
-        if path is None or path.linear < 2 or response.contour_error is None:
+        if path is None or not self._whole or path.linear < 2 or response.contour_error is None:
             return None
         linear = path.axes[: path.linear]
         if any(axis not in response.axes for axis in linear):

@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from splinefeed.analysis.check import Blocks, Check
+from splinefeed.analysis.check import Blocks
 from splinefeed.errors import InputError
 from splinefeed.feed.modes import LOOK_AHEAD
 from splinefeed.feed.numbers import ALMOST
 from splinefeed.feed.stream import Block, LookAhead
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.joints import open_joints
-from splinefeed.geometry.parts import cut
+from splinefeed.geometry.parts import cut, joined
 from splinefeed.geometry.path import Path
-from splinefeed.pipeline.run import CHUNK
-from splinefeed.records import Array, Limits, Setpoints, Verdict
+from splinefeed.pipeline.fold import CHUNK, Chunk, with_neighbours
+from splinefeed.records import LAW_COEFFICIENTS, Array, Limits, Setpoints, TimeLaw
 
 if TYPE_CHECKING:
     from splinefeed.geometry.smoothing import Smoother
@@ -29,17 +29,19 @@ if TYPE_CHECKING:
 PART = 2048
 #: The method that `Setpoints` name.
 METHOD = "arc-length"
-#: Is called with how many moves of the file are read by now, and how many setpoints are made.
-Progress = Callable[[int, int], None]
 
 
 @dataclass(eq=False)
 class _Part:
-    """A part of the path not left yet: its first curve among all, the tip's arc length there, mm."""
+    """A part of the path not left yet: its first curve among all, and what is before it, mm.
+
+    start  arc length of the tip; length  that of the path, which counts rotary axes, too
+    """
 
     path: Path
     curve: int
     start: float
+    length: float
 
 
 def stream_setpoints(
@@ -85,8 +87,8 @@ def in_line(paths: Iterable[Path]) -> Iterator[Path]:
 class _Walk:
     """Plans parts as they come, and makes the setpoints of each block of motion."""
 
-    def __init__(self, limits: Limits, period: float) -> None:
-        self.limits, self.period = limits, period
+    def __init__(self, limits: Limits, period: float, held: _Held | None = None) -> None:
+        self.limits, self.period, self.held = limits, period, held
         self.parts: deque[_Part] = deque()
         self.tick = 0
         self.settings: dict[str, Any] = {}
@@ -94,14 +96,17 @@ class _Walk:
     def pieces(self, paths: Iterable[Path]) -> Iterator[Setpoints]:
         """Setpoints, block by block; the last one is the end of the path."""
         planner: LookAhead | None = None
-        end, curves = 0.0, 0
+        end, length, curves = 0.0, 0.0, 0
         for path in in_line(paths):
             if planner is None:
                 planner = LookAhead(self.limits, self.period, path.axes)
                 self.settings = {"limits": planner.limits.as_dict(), "strategy": LOOK_AHEAD, "path": path.name}
                 self.settings |= {"period": planner.period, "method": METHOD}
-            self.parts.append(_Part(path, curves, end))
-            end, curves = end + path.tip_end, curves + len(path.curves)
+            part = _Part(path, curves, end, length)
+            self.parts.append(part)
+            if self.held is not None:
+                self.held.part(part)
+            end, length, curves = end + path.tip_end, length + path.length, curves + len(path.curves)
             for block in planner.push(path):
                 yield from self._block(block)
         if planner is None:
@@ -122,6 +127,8 @@ class _Walk:
         count = math.ceil((block.phase + law.duration) / self.period - ALMOST) - gone  # those at its end come later
         tau = np.clip((gone + np.arange(max(count, 0))) * self.period - block.phase, 0.0, law.duration)
         begin = float(first.path.curve_starts[block.curve - first.curve]) + block.offset
+        if self.held is not None:
+            self.held.block(block, first.length + begin)
         s, rate = begin + law(tau), np.maximum(law.feed(tau), 0.0)
         done, passed = 0, 0.0
         for part in self.parts:  # a block may run over several parts
@@ -153,55 +160,125 @@ class _Walk:
         )
 
 
-class WindowedRun:
-    """A run along a path that comes in parts, made once: `setpoints`, and after them its `verdict` and `numbers`.
+class _Held:
+    """What the ticks that are measured lie on: the last parts of a path, and the last blocks of motion along them."""
+
+    def __init__(self) -> None:
+        self.parts: deque[_Part] = deque()
+        self.blocks: deque[tuple[Block, float]] = deque()  # with the length at which each begins, mm
+        self._joined: tuple[int, int, Path] | None = None
+
+    def part(self, part: _Part) -> None:
+        """The next part."""
+        self.parts.append(part)
+
+    def block(self, block: Block, begin: float) -> None:
+        """The next block of motion, and the length of all parts before it, mm."""
+        self.blocks.append((block, begin))
+
+    def chunk(self, around: Setpoints, first: int, own: Setpoints) -> Chunk:
+        """Setpoints on the parts and blocks that they lie on; what is behind them is forgotten."""
+        period = own.period
+        ticks = np.rint(around.t / period)  # the last tick of a motion may be early: it has its own time
+        while len(self.blocks) > 1 and self.blocks[1][0].time <= around.t[0]:
+            self.blocks.popleft()
+        origin, begin = self.blocks[0]
+        while len(self.parts) > 1 and self.parts[1].curve <= min(int(around.curve[0]), origin.curve):
+            self.parts.popleft()
+        last = next((k for k, p in enumerate(self.parts) if p.curve > around.curve[-1]), len(self.parts))
+        parts = [self.parts[k] for k in range(last)]
+        path, start = self._path(parts), parts[0]
+        t = np.where(np.abs(ticks * period - around.t) < ALMOST * period, ticks * period, around.t)
+        t = t - origin.tick * period - origin.phase
+        law = self._law(float(np.max(t)), begin - start.length)
+        local = replace(around, t=np.maximum(t, 0.0), curve=around.curve - start.curve, s=around.s - start.start)
+        return Chunk(own, local, first, path, law)
+
+    def _path(self, parts: list[_Part]) -> Path:
+        key = parts[0].curve, parts[-1].curve
+        if self._joined is None or self._joined[:2] != key:
+            self._joined = (*key, joined([each.path for each in parts]))
+        return self._joined[2]
+
+    def _law(self, end: float, begin: float) -> TimeLaw:
+        """The law of all blocks that begin before a time, s, from the first block's on; `begin` where that is, mm."""
+        origin, length = self.blocks[0]
+        period = float(origin.law.period or 0.0)
+        breaks: list[Array] = []
+        pieces: list[Array] = []
+        for block, at in self.blocks:
+            since = (block.tick - origin.tick) * period + block.phase - origin.phase
+            if since > end:
+                break
+            if breaks and since - breaks[-1][-1] > ALMOST * period:  # it waits there
+                breaks[-1] = np.append(breaks[-1], since)
+                pieces.append(_standing(at - length + begin))
+            moved = block.law.coefficients.copy()
+            moved[:, 0] += at - length + begin
+            breaks.append(np.concatenate([[since], since + block.law.breaks[1:]]))
+            pieces.append(moved)
+        reached = float(pieces[-1][-1] @ (breaks[-1][-1] - breaks[-1][-2]) ** np.arange(LAW_COEFFICIENTS))
+        inner = [each[:-1] for each in breaks]
+        ends = breaks[-1][-1:]
+        if end > ends[0] + ALMOST * period:  # it waits for the next tick
+            ends, pieces = np.append(ends, end), [*pieces, _standing(reached)]
+        times = np.concatenate([*inner, ends])
+        keep = np.diff(times) > 0.0
+        coefficients = np.concatenate(pieces)[keep]
+        return TimeLaw(
+            breaks=np.concatenate([times[:-1][keep], times[-1:]]),
+            coefficients=coefficients,
+            strategy=LOOK_AHEAD,
+            period=period,
+        )
+
+
+def _standing(s: float) -> Array:
+    """A piece of a law that stands at s."""
+    piece = np.zeros((1, LAW_COEFFICIENTS))
+    piece[0, 0] = s
+    return piece
+
+
+def windows(paths: Iterable[Path], limits: Limits, period: float, chunk: int = CHUNK) -> Iterator[Chunk]:
+    """The motion along parts of a path, planned window by window, in chunks with what each is measured by."""
+    walk = _Walk(limits, period, _Held())
+    assert walk.held is not None
+    for around, first, own in with_neighbours(Blocks(chunk).cut(walk.pieces(paths))):
+        yield walk.held.chunk(around, first, own)
+
+
+class Reading:
+    """A file that is read part by part, each smoothed as it comes, and how far that is.
 
     how       `smooth`, the tolerance, mm, or PROGRAM; without it the path stays; `corners`; `corner_angle`, degrees
-    settings  how the setpoints are made
+    on_part   is called with each part of the path before it is planned
+    read      moves or points so far
     """
 
-    def __init__(
-        self, source: PathParts, limits: Limits, period: float, how: Mapping[str, Any], on_progress: Progress
-    ) -> None:
-        self.source, self.limits, self.period, self.name = source, limits, period, source.name
-        self.settings = {"limits": limits.as_dict(), "period": period, "strategy": LOOK_AHEAD, "method": METHOD}
-        self._on_progress = on_progress
-        self._read, self._ticks, self._top = 0, 0, 0.0
+    def __init__(self, source: PathParts, how: Mapping[str, Any], on_part: Callable[[Path], None]) -> None:
+        self.source, self.read = source, 0
+        self._on_part = on_part
         self._smoother: Smoother | None = None
         if how.get("smooth") is not None:
             from splinefeed.geometry.smoothing import Smoother  # SciPy's splines, 24 MB: only where lines are smoothed
             from splinefeed.pipeline.settings import arguments
 
             self._smoother = Smoother(axes=source.axes, **arguments(how, bool(source.tolerance)))
-        self._check = Check(limits)
 
-    def setpoints(self) -> Iterator[Setpoints]:
-        """All setpoints, in chunks, each checked before it is yielded; iterate once."""
-        for chunk in stream_setpoints(self._paths(), self.limits, period=self.period):
-            self._check.see(chunk)
-            self._ticks += len(chunk)
-            self._top = max(self._top, float(chunk.feed.max()))
-            self._on_progress(min(self._read, self.source.count), self._ticks)
-            yield chunk
-        self.verdict: Verdict = self._check.verdict()
+    @property
+    def findings(self) -> list[str]:
+        """What is to be said of the file, and of the smoothing by now."""
+        return [*self.source.findings, *([] if self._smoother is None else [self._smoother.summary])]
 
-    def numbers(self) -> dict[str, Any]:
-        """The numbers of `run` that do not need the whole path."""
-        page = self.verdict.as_dict()
-        found = [*self.source.findings, *([] if self._smoother is None else [self._smoother.summary])]
-        said = {"lower_bound_s": None, "strategy": LOOK_AHEAD, "method": METHOD, "feed_max_mm_s": self._top}
-        return {**page, **said, "notes": [*found, *page["notes"]]}
-
-    def _paths(self) -> Iterator[Path]:
-        """Parts of the path to drive along, as they are read or smoothed, each of which the check has first."""
+    def __iter__(self) -> Iterator[Path]:
         for path in in_line(self._parts()):
-            self._check.part(path)
+            self._on_part(path)
             yield path
 
     def _parts(self) -> Iterator[Path]:
         for part in self.source:
-            self._read += len(part.curves)
-            self._on_progress(min(self._read, self.source.count), self._ticks)
+            self.read += len(part.curves)
             yield from [part] if self._smoother is None else self._smoother.push(part)
         if self._smoother is not None:
             yield from self._smoother.finish()

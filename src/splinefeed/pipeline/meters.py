@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.analysis.check import Check
-from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple, chord_errors, feed_ripple, limit_use
+from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple, TipMotion, chord_errors, feed_ripple, limit_use
 from splinefeed.analysis.thinning import Kept
 from splinefeed.formats.setpoints import Writer
 from splinefeed.machine.machine import Machine
@@ -25,16 +25,19 @@ MOTION = ("velocity", "acceleration", "jerk")
 class UseMeter:
     """What the axes do and how much of each limit that uses, at the ticks that figures need: all, or every peak.
 
-    column   ticks of which the least and the greatest of every quantity are kept; 1 keeps all
-    kept     the setpoints at these ticks; motion, use  what is there; use counts over all ticks
+    rows     what keeps these ticks
+    kept     the setpoints there; motion, use, tip  what axes and tip do there; use counts over all ticks
+    column   ticks of which they have the least and the greatest of each quantity
     """
 
     kept: Setpoints
     motion: AxisMotion
     use: LimitUse
+    tip: TipMotion
+    column: int
 
-    def __init__(self, limits: Limits, column: int) -> None:
-        self._limits, self._rows = limits, Kept(column)
+    def __init__(self, limits: Limits, rows: Kept) -> None:
+        self._limits, self._rows = limits, rows
         self._names: tuple[str, ...] = ()
         self._bound: IntArray = np.zeros(0, dtype=np.int64)
         self._last: Setpoints
@@ -51,16 +54,20 @@ class UseMeter:
         self._names, self._last = use.names, own
         columns = own.columns | {name: getattr(motion, name)[inner] for name in MOTION}
         columns |= {"share": use.share[inner], "top": use.top[inner]}
-        t = around.t[inner]
-        peaked = [own.feed, chunk.law.acceleration(t), chunk.law.jerk(t), columns["top"]]
+        t, law = around.t[inner], chunk.law
+        tip = chunk.path.tip_path.of_tip(law(t), law.feed(t), law.acceleration(t), law.jerk(t))
+        columns |= {"along": np.column_stack(tip[2:])}
+        peaked = [own.feed, *tip[2:], columns["top"]]
         self._rows.see(columns, peaked + [each for name in ("position", "share", *MOTION) for each in columns[name].T])
 
     def finish(self) -> None:
         """Make records of what is kept."""
-        of = self._rows.take
+        of, self.column = self._rows.take, self._rows.block
+        along = of("along")
         said: dict[str, Any] = {name: of(name) for name in self._last.columns}
         self.kept = replace(self._last, **said)
         self.motion = AxisMotion(self.kept.t, *map(of, MOTION))
+        self.tip = TipMotion(self.kept.t, *along.T)
         self.use = LimitUse(self._names, self.kept.t, self.kept.s, of("share"), of("top"), self._bound)
 
 
@@ -72,8 +79,8 @@ class RippleMeter:
 
     ripple: Ripple
 
-    def __init__(self, column: int, top: float | None = None) -> None:
-        self._rows, self._top, self._known = Kept(column), top or 0.0, top is not None
+    def __init__(self, rows: Kept, top: float | None = None) -> None:
+        self._rows, self._top, self._known = rows, top or 0.0, top is not None
         self._squares, self._steps, self._floor = 0.0, 0, 0.0
 
     def start(self, chunk: Chunk) -> None:
@@ -143,23 +150,29 @@ class CheckMeter:
 
 
 class ServoMeter:
-    """What a machine does that follows the setpoints."""
+    """What a machine does that follows the setpoints; `writer` gets all of it."""
 
     servo: Servo
 
-    def __init__(self, machine: Machine, column: int) -> None:
-        self._machine, self._column = machine, column
+    def __init__(self, machine: Machine, rows: Kept, writer: Writer | None = None) -> None:
+        self._machine, self._rows, self._writer = machine, rows, writer
 
     def start(self, chunk: Chunk) -> None:
         """Let the machine wait at the first setpoint."""
-        self.servo = Servo(self._machine, chunk.own, chunk.path.tip_path, law=chunk.law, keep=Kept(self._column))
+        self.servo = Servo(self._machine, chunk.own, chunk.path.tip_path, law=chunk.law, keep=self._rows)
 
     def feed(self, chunk: Chunk) -> None:
         """Let it follow the ticks of a chunk."""
-        self.servo.follow(chunk.own)
+        inner = chunk.around.part(chunk.first, chunk.inner.stop)
+        self.servo.go_on(chunk.path.tip_path, chunk.law)
+        response = self.servo.follow(chunk.own, inner)
+        if self._writer is not None:
+            self._writer.feed(response)
 
     def finish(self) -> None:
-        """Nothing is left to do."""
+        """End the file of the response."""
+        if self._writer is not None:
+            self._writer.finish()
 
 
 class FileMeter:

@@ -16,8 +16,19 @@ from splinefeed.geometry.jobs import Job
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.machine.machine import Machine
-from splinefeed.pipeline.run import PAPER_LIMITS
 from splinefeed.records import BY_AXIS, Limits, by_name, field_of
+
+#: The paper's experiment: f = 60 mm/s, A = D = 50 mm/s^2, J = 2000 mm/s^3, one setpoint a millisecond.
+PAPER_LIMITS = Limits(feed=60.0, acceleration=50.0, jerk=2000.0)
+PAPER_PERIOD = 1e-3
+PAPER_SHAPE = "naca:0025?perimeter=33"
+
+
+def planned_axes(path: Path | PathParts, machine: Machine | None) -> tuple[str, ...]:
+    """The axes that limits are for: those of a path, joints of the machine for a path with a tool axis."""
+    if isinstance(path, ToolPath) and machine is not None and machine.kinematics is not None:
+        return machine.kinematics.joints
+    return path.axes
 
 
 def completed(flat: Mapping[str, Any], machine: Machine | None, axes: Sequence[str], *, assume: bool = True) -> Limits:
@@ -41,6 +52,22 @@ def completed(flat: Mapping[str, Any], machine: Machine | None, axes: Sequence[s
             out = {"acceleration": PAPER_LIMITS.acceleration, "jerk": PAPER_LIMITS.jerk, **out}
         out = {"feed": PAPER_LIMITS.feed, **out}
     return Limits.from_dict(out)
+
+
+def limited(
+    path: Path | PathParts, flat: Mapping[str, Any], machine: Machine | None, *, assume: bool = True
+) -> tuple[Limits, tuple[str, ...]]:
+    """Limits for a path from those that are given, and notes on what is assumed.
+
+    Those of the machine's axes hold where none are given; feeds of a program where no feed is; and where `assume`, the
+    paper's. flat, and what is raised: see `completed`.
+    """
+    axes = planned_axes(path, machine)
+    if "feed" in flat or path.feeds is None:
+        return completed(flat, machine, axes, assume=assume), ()
+    # the feed of the program stands in below; here another one lets all else be checked
+    limits, notes = at_programmed_feeds(completed({"feed": 1.0, **flat}, machine, axes, assume=assume), path)
+    return limits, tuple(notes)
 
 
 def at_programmed_feeds(limits: Limits, path: Path | PathParts) -> tuple[Limits, list[str]]:

@@ -5,18 +5,20 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import chain
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from splinefeed.formats.atomic import atomic_write, write_page, write_text
-from splinefeed.formats.setpoints import FORMATS, load_chunks, save
+from splinefeed.formats.setpoints import FORMATS, Writer, save
 from splinefeed.pipeline.compare import MethodTrace
+from splinefeed.pipeline.fold import Meter
 from splinefeed.pipeline.follow import Deviation, Servo
-from splinefeed.pipeline.run import Run
+from splinefeed.pipeline.meters import FileMeter
+from splinefeed.pipeline.result import Run
 from splinefeed.records import Response, Setpoints
 from splinefeed.report.figure import EXTRA, Figure, possible
 from splinefeed.report.figure import FORMATS as FIGURE_FORMATS
@@ -91,11 +93,36 @@ def to_files(found: Mapping[str, Figure]) -> list[tuple[str, Figure]]:
     return [(name, figure) for name, figure in found.items() if name not in left_out]
 
 
+class Writers:
+    """Writes setpoints to a folder in every format as they are made, and what a machine does that follows them.
+
+    said      what a file says of how its setpoints are made, beside their settings, of which it is given
+    meters    of a run; responses  writes what a machine does; names  of the files of setpoints
+    As a context it removes what is not finished.
+    """
+
+    def __init__(
+        self, folder: str | os.PathLike[str], formats: Iterable[str], said: Callable[[Mapping[str, Any]], Any]
+    ) -> None:
+        place, self._open = File(folder), ExitStack()
+        self.names = [SETPOINTS[form] for form in dict.fromkeys(formats)]
+        opened = [self._open.enter_context(Writer(place / name)) for name in self.names]
+        self.meters: list[Meter] = [FileMeter(each, said) for each in opened]
+        self.responses = self._open.enter_context(Writer(place / RESPONSE))
+
+    def __enter__(self) -> Writers:
+        return self
+
+    def __exit__(self, *raised: Any) -> None:
+        self._open.__exit__(*raised)
+
+
 def write(
     run: Run,
     folder: str | os.PathLike[str],
     *,
     formats: Iterable[str] = ("hdf5",),
+    written: Sequence[str] | None = None,
     traces: Sequence[MethodTrace] = (),
     figure_formats: Iterable[str] = FIGURE_FORMATS[:1],
     record: Mapping[str, Any] | None = None,
@@ -105,12 +132,14 @@ def write(
 ) -> list[str]:
     """Write everything that `run` leaves to `folder`, and give the names; `record` goes to the page of numbers.
 
+    written  names of the files of setpoints, where they are there; else they are written in `formats`, and in any case
+             the response of a machine where it is not there
     figure_formats  of the figures; without any there is no report either
     tip  whether tip and tool axis are written beside the joints of a tool path; with_path  whether the path is, as JSON
-    others  what a machine did with the setpoints of other methods; what it did with those of a long run is not kept
+    others  what a machine did with the setpoints of other methods
     """
     place, said = File(folder), record or {}
-    names = write_setpoints(run.setpoints(), place, formats)
+    names = write_setpoints(run.setpoints(), place, formats) if written is None else list(written)
     if tip and run.joints is not None:
         names.append(TIP)
         found = run.joints.kinematics.forward(run.points.position)
@@ -122,12 +151,13 @@ def write(
 
         names.append(PATH)
         write_path(run.path, place / PATH)
-    names.append(LAW)
-    save(run.law, place / LAW)
+    if run.planned is not None:
+        names.append(LAW)
+        save(run.law, place / LAW)
     own = run.served if run.whole else None
-    if own is not None:
-        names.append(RESPONSE)
+    if own is not None and not (place / RESPONSE).is_file():
         save(own.response, place / RESPONSE)
+    names += [RESPONSE] if (place / RESPONSE).is_file() else []
     wanted = tuple(figure_formats)
     if wanted:
         from splinefeed.report import html, library
@@ -156,21 +186,16 @@ def digests(place: File) -> dict[str, str]:
 
 
 def write_setpoints(setpoints: Setpoints | Iterator[Setpoints], place: File, formats: Iterable[str]) -> list[str]:
-    """Write setpoints in every format, and give the names; chunks are made once, for the first."""
-    wanted = list(dict.fromkeys(formats))
-    whole = place / SETPOINTS["hdf5"]
-    if not isinstance(setpoints, Setpoints) and len(wanted) > 1:
-        first = next(setpoints)
-        save(chain([first], setpoints), whole)
-        for form in wanted:
-            if form != "hdf5":
-                save(load_chunks(whole, len(first)), place / SETPOINTS[form])
-        if "hdf5" not in wanted:
-            whole.unlink()
-    else:
-        for form in wanted:
-            save(setpoints, place / SETPOINTS[form])
-    return [SETPOINTS[form] for form in wanted]
+    """Write setpoints, whole or in chunks, in every format, and give the names."""
+    names = [SETPOINTS[form] for form in dict.fromkeys(formats)]
+    with ExitStack() as stack:
+        writers = [stack.enter_context(Writer(place / name)) for name in names]
+        for part in [setpoints] if isinstance(setpoints, Setpoints) else setpoints:
+            for writer in writers:
+                writer.feed(part)
+        for writer in writers:
+            writer.finish()
+    return names
 
 
 def save_figures(drawn: Iterable[tuple[str, Figure]], folder: File, formats: Iterable[str]) -> list[str]:

@@ -10,19 +10,16 @@ import shutil
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 try:
     import fcntl
 except ImportError:  # not on Windows
     fcntl = None  # type: ignore[assignment]
 
-from splinefeed.errors import FormatError, InputError, SplinefeedError
+from splinefeed.errors import FormatError, InputError, SplinefeedError, expect
 from splinefeed.formats.atomic import TEMPORARIES, reason_of
+from splinefeed.pipeline.result import Run
 from splinefeed.report.files import NAMES, RECORD, RECORDS, SETPOINTS, write
-
-if TYPE_CHECKING:
-    from splinefeed.pipeline.run import Run
 
 #: Longest part of a default folder's name that comes from the path's name.
 LONGEST_NAME = 48
@@ -153,10 +150,18 @@ def _publish(stage: Path, target: Path, record: str, earlier: tuple[str, ...]) -
 
 
 def report(run: Run, folder: str | os.PathLike[str], *, formats: Iterable[str] = ("hdf5",)) -> list[str]:
-    """Write a run that was made in Python, as the command `run` does, but for the command that repeats it."""
+    """Write what `splinefeed run` writes, and give the names of the files: setpoints, law, figures, report.html.
+
+    folder   made if it is not there; files of an earlier run in it are replaced, all at once or not at all
+    formats  of the setpoints, names of `splinefeed.formats.setpoints.FORMATS`
+    Lengths in mm, rotary axes rad or as the format says. Raises FormatError for a folder that cannot be written or
+    holds such files that are not ours, InputError for an unknown format. Source: docs/start.md.
+    Example: `sf.report(sf.run(sf.shapes.butterfly()), "butterfly")`
+    """
     from splinefeed.report.files import PATH
     from splinefeed.report.record import documented, of_program
 
+    expect("report(run, folder)", (run, Run), (folder, (str, os.PathLike)))
     wanted = tuple(formats)
     if unknown := [form for form in wanted if form not in SETPOINTS]:
         raise InputError(f"report: format {unknown[0]!r} is not known; choose from {', '.join(SETPOINTS)}")

@@ -12,7 +12,7 @@ from typing import Any
 
 from splinefeed import units
 from splinefeed.pipeline.compare import MethodResult
-from splinefeed.pipeline.run import Run
+from splinefeed.pipeline.result import Run
 from splinefeed.records import ROTARY_AXES, unit_along, words_of
 from splinefeed.records.verdict import ALLOWED
 from splinefeed.report import interactive, library, theme
@@ -95,21 +95,22 @@ def text_of(value: object) -> str:
 def _subtitle(run: Run) -> str:
     period = units.format_quantity(run.kept.period, "time")
     unit, count = unit_along(run.path.axes), len(run.path.curves)
+    of = "read in parts" if run.planned is None else f"{count} curve{'s' * (count != 1)}"
     return (
-        f"{run.path.tip_end:.7g} {unit}, {count} curve{'s' * (count != 1)}, axes {' '.join(run.axes)}; strategy "
-        f"{run.law.strategy}, method {run.kept.method}, {run.ticks} setpoints, one every {period}"
+        f"{run.length:.7g} {unit}, {of}, axes {' '.join(run.axes)}; strategy "
+        f"{run.strategy}, method {run.kept.method}, {run.ticks} setpoints, one every {period}"
     )
 
 
 def _verdict(run: Run, record: Mapping[str, Any]) -> str:
     if record.get("ok", run.ok):
-        return f"Checked: every limit holds, {ALLOWED}, in {run.law.duration:.6g} s."
+        return f"Checked: every limit holds, {ALLOWED}, in {run.duration:.6g} s."
     over = [words_of(name) for name, each in run.verdict.limits.items() if not each.holds]
     return f"Not kept: {', '.join(over) if over else 'see the problems below'}."
 
 
 def _cards(run: Run, record: Mapping[str, Any]) -> str:
-    duration, bound, along = run.law.duration, run.law.settings.get("lower_bound_s"), unit_along(run.path.axes)
+    duration, bound, along = run.duration, run.lower_bound, unit_along(run.path.axes)
     cards = [("cycle time", f"{duration:.6g} s", "")]
     if bound:
         gap = f"no motion within these limits is faster; gap {100.0 * (duration / bound - 1.0):.2g} %"

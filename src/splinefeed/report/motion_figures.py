@@ -10,7 +10,7 @@ import numpy as np
 from splinefeed.errors import expect
 from splinefeed.geometry.path import Path
 from splinefeed.pipeline.compare import MethodTrace
-from splinefeed.pipeline.run import Run
+from splinefeed.pipeline.result import Run
 from splinefeed.records import Array, Limits, TimeLaw, unit_along
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Figure, Level, Line, Mark, Panel, peak
@@ -38,8 +38,18 @@ def motion(run: Run) -> Figure:
     t, path = run.kept.t, run.path
     top = np.minimum(run.use.top, HEADROOM * float(np.max(run.kept.feed)))
     above = Line(t, top, "maximum velocity", theme.PALE, 1.0, named=True, stretch=run.stretch)
-    panels = (*law_panels(run.law, run.limits, unit_along(path.axes), t, above, path, run.stretch), *axis_panels(run))
-    return Figure(f"{theme.words(path.name)}: motion over time, {run.law.strategy}", panels)
+    panels = (*tip_panels(run, above), *axis_panels(run))
+    return Figure(f"{theme.words(path.name)}: motion over time, {run.strategy}", panels)
+
+
+def tip_panels(run: Run, above: Line | None = None) -> list[Panel]:
+    """The panels of `law_panels` for a run: from its law, or from what is kept of it where the path came in parts."""
+    along = unit_along(run.path.axes)
+    if run.planned is not None:
+        return law_panels(run.law, run.limits, along, run.kept.t, above, run.path, run.stretch)
+    assert run.tip is not None
+    values = (run.kept.s, run.kept.feed, run.tip.acceleration, run.tip.jerk)
+    return _panels(run.kept.t, values, run.limits, along, above, run.stretch)
 
 
 def law_panels(
@@ -59,13 +69,24 @@ def law_panels(
     inner = law.breaks[1:-1]
     even = np.linspace(0.0, law.duration, EVEN) if t is None else t
     at = np.unique(np.concatenate([even, inner, np.nextafter(inner, 0.0)]))
+    values = law(at), law.feed(at), law.acceleration(at), law.jerk(at)
+    return _panels(at, values if path is None else path.of_tip(*values), limits, along, above, stretch)
+
+
+def _panels(
+    at: Array,
+    values: tuple[Array, Array, Array, Array],
+    limits: Limits,
+    along: str,
+    above: Line | None,
+    stretch: float,
+) -> list[Panel]:
+    """Panels of s, feed, acceleration and jerk (n,) of the tip at instants (n,), s, with their limits."""
+    s, feed, acceleration, jerk = values
     slowing = np.inf if limits.deceleration is None else limits.deceleration
     jerks = [("J", limits.jerk), ("-J", -limits.jerk)]
     if (slow := limits.deceleration_jerk) not in (None, limits.jerk):
         jerks += [("slowing J", slow), ("slowing -J", -slow)]
-    s, feed, acceleration, jerk = law(at), law.feed(at), law.acceleration(at), law.jerk(at)
-    if path is not None:
-        s, feed, acceleration, jerk = path.of_tip(s, feed, acceleration, jerk)
     rows: tuple[tuple[str, Array, list[tuple[str, float]]], ...] = (
         ("s", s, []),
         ("feed", feed, [("limit", limits.feed)]),
@@ -73,10 +94,10 @@ def law_panels(
         ("jerk", jerk, jerks),
     )
     panels = []
-    for name, values, levels in rows:
+    for name, each, levels in rows:
         unit = theme.unit(name, along)
         marks: list[Mark] = [above] if name == "feed" and above is not None else []
-        marks.append(Line(at, values, name, stretch=stretch))
+        marks.append(Line(at, each, name, stretch=stretch))
         marks += [Level(value, f"{symbol} = {theme.short(value)} {unit}") for symbol, value in levels]
         panels.append(Panel(TIME, Axis(f"{name} ({unit})"), tuple(marks)))
     return panels

@@ -12,7 +12,7 @@ from splinefeed.errors import InputError, expect
 from splinefeed.geometry.differential import curvatures
 from splinefeed.geometry.path import Path
 from splinefeed.pipeline.follow import Deviation
-from splinefeed.pipeline.run import Run
+from splinefeed.pipeline.result import Run
 from splinefeed.records import Array, IntArray, Response, field_of, unit_along, words_of
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Line, Mark, Panel, Shades
@@ -64,10 +64,11 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
     hover = np.column_stack([setpoints.t, setpoints.s, setpoints.u, setpoints.feed])[kept]
     names = ("t (s)", f"s ({unit})", "u", f"feed ({unit}/s)")
     thread = run.thread[:, : place.shape[1]] if path.linear > 1 else place[kept]
-    title = f"{theme.words(path.name)}: {theme.short(path.tip_end)} {unit} in {theme.short(run.law.duration)} s, "
+    title = f"{theme.words(path.name)}: {theme.short(run.length)} {unit} in {theme.short(run.duration)} s, "
     title += f"top feed {theme.short(float(np.max(setpoints.feed)))} {unit}/s"
     mark = Coloured(place[kept], shades, hover, names, thread, run.whole, track=(setpoints.t, place))
-    return _picture(path, title, mark, labels, setpoints.curve[kept])
+    # of a path that came in parts there is only a line through the ticks kept, which says no stops and no rapid moves
+    return _picture(path, title, mark, labels, None if run.planned is None else setpoints.curve[kept])
 
 
 def still_figure(path: Path) -> Figure:
@@ -84,11 +85,11 @@ def still_figure(path: Path) -> Figure:
     return _picture(path, title, mark, [f"{theme.words(axis, 12)} (mm)" for axis in path.axes], curve)
 
 
-def _picture(path: Path, title: str, mark: Coloured, labels: list[str], curve: IntArray) -> Figure:
-    """curve: that of each point of the mark."""
+def _picture(path: Path, title: str, mark: Coloured, labels: list[str], curve: IntArray | None) -> Figure:
+    """curve: that of each point of the mark; None where the curves are not known."""
     space, many = mark.place.shape[1] == 3, path.linear > 1
-    marks: list[Mark] = [_with_rapids(path, mark, curve) if many else mark, _ends(mark.place)]
-    if many and not space and 0 < len(path.stops) <= MOST_STOPS:
+    marks: list[Mark] = [_with_rapids(path, mark, curve) if many and curve is not None else mark, _ends(mark.place)]
+    if curve is not None and many and not space and 0 < len(path.stops) <= MOST_STOPS:
         at = path(np.array(path.stops))
         marks.append(Dots(at[:, 0], at[:, 1], "exact stop at a corner", named=True))
     z = labels[2] if space else ""
@@ -141,7 +142,7 @@ def _quantities(run: Run, response: Response | None) -> dict[str, Shades]:
     setpoints, path, use = run.kept, run.path, run.use
     along = unit_along(path.axes)
     out = {"feed": _shades(setpoints.feed, f"feed ({along}/s)")}
-    if path.linear:
+    if path.linear and run.planned is not None:
         found = path.evaluate(setpoints.curve, setpoints.u, 2)
         out["curvature"] = _curvature(path, found)
     if response is not None and response.contour_error is not None:

@@ -8,10 +8,10 @@ import numpy as np
 
 from splinefeed.errors import InputError, expect
 from splinefeed.geometry.path import Path
-from splinefeed.pipeline.run import Run
-from splinefeed.records import Limits, TimeLaw, unit_along
+from splinefeed.pipeline.result import Run
+from splinefeed.records import Limits, TimeLaw
 from splinefeed.report.figure import Figure
-from splinefeed.report.motion_figures import JERK, axis_panels, law_panels, motion
+from splinefeed.report.motion_figures import JERK, axis_panels, law_panels, motion, tip_panels
 from splinefeed.report.path_figures import binding, limits, path_figure, still_figure
 
 __all__ = ["Figure", "binding", "law", "limits", "motion", "overview", "path"]
@@ -34,9 +34,7 @@ def overview(run: Run) -> Figure:
     """
     expect("plot.overview(run)", (run, Run))
     above = path_figure(run, colour="feed")
-    _, feed, _, jerk = law_panels(
-        run.law, run.limits, unit_along(run.path.axes), run.kept.t, path=run.path, stretch=run.stretch
-    )
+    _, feed, _, jerk = tip_panels(run)
     if np.any(np.isfinite(run.limits.of_axes("axis_jerk", run.axes))):
         jerk = axis_panels(run)[JERK]
     return replace(above, panels=(*above.panels, feed, jerk))

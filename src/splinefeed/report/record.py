@@ -18,13 +18,12 @@ from splinefeed.formats import json_values
 from splinefeed.formats.plain import plain
 from splinefeed.formats.source import read_text
 from splinefeed.pipeline.compare import MethodResult
-from splinefeed.pipeline.run import PAPER_SHAPE
+from splinefeed.pipeline.settings import PAPER_SHAPE
 from splinefeed.records import ANGLES, ORDERS, ROTARY_AXES, TRAVEL_ENDS, unit_of
 
 if TYPE_CHECKING:
     from splinefeed.pipeline.compare import MethodTrace
-    from splinefeed.pipeline.long_path import WindowedRun
-    from splinefeed.pipeline.run import Run
+    from splinefeed.pipeline.result import Run
 
 #: Largest page of numbers, bytes.
 MOST_BYTES = 2**24
@@ -74,7 +73,7 @@ def _program() -> dict[str, Any]:
 
 
 def record(
-    run: Run | WindowedRun,
+    run: Run,
     said: Mapping[str, Any],
     traces: Sequence[MethodTrace] = (),
     servo: Mapping[str, Any] | None = None,

@@ -8,7 +8,7 @@ import numpy as np
 
 from splinefeed.analysis.following import LEAST_SAMPLES, tracking_spectra
 from splinefeed.pipeline.contour_feed import FeedTuning
-from splinefeed.pipeline.run import Run
+from splinefeed.pipeline.result import Run
 from splinefeed.records import ROTARY_AXES, Array, BoolArray, Response
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Dots, Figure, Level, Line, Mark, Panel, peak

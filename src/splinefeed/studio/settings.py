@@ -16,8 +16,7 @@ from splinefeed.feed.planning import STRATEGIES, strategy_for
 from splinefeed.formats import limits_toml
 from splinefeed.formats.source import toml_of
 from splinefeed.interpolation import registry as methods
-from splinefeed.pipeline.run import PAPER_PERIOD, planned_axes
-from splinefeed.pipeline.settings import at_programmed_feeds, completed
+from splinefeed.pipeline.settings import PAPER_PERIOD, at_programmed_feeds, completed, planned_axes
 from splinefeed.records import BY_AXIS
 from splinefeed.studio import sources
 from splinefeed.workers import Mail

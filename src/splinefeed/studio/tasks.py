@@ -26,7 +26,8 @@ from splinefeed.live.operator import MOST, Operator
 from splinefeed.live.sinks import ClockSink
 from splinefeed.pipeline.cycle_time import cycle_time
 from splinefeed.pipeline.follow import serve
-from splinefeed.pipeline.run import PAPER_LIMITS, on_machine
+from splinefeed.pipeline.run import on_machine
+from splinefeed.pipeline.settings import PAPER_LIMITS
 from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE, TunedMachine, by_rule, tune_on_path
 from splinefeed.report import interactive
 from splinefeed.report.servo_figures import errors_figure, step_figure

@@ -17,9 +17,10 @@ from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.kinematics import JointPath
 from splinefeed.machine.machine import Machine
-from splinefeed.pipeline.run import PAPER_PERIOD, Run, on_machine, planned_axes
+from splinefeed.pipeline.result import Run
+from splinefeed.pipeline.run import on_machine
 from splinefeed.pipeline.run import run as make_run
-from splinefeed.pipeline.settings import at_programmed_feeds, completed
+from splinefeed.pipeline.settings import PAPER_PERIOD, at_programmed_feeds, completed, planned_axes
 from splinefeed.records import Limits, TimeLaw
 from splinefeed.sweeps.spec import Settings, Task
 
