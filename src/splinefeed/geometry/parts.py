@@ -22,6 +22,7 @@ def cut(path: Path, first: int, last: int) -> Path:
         feeds=None if path.feeds is None else path.feeds[first:last],
         tolerances=None if path.tolerances is None else path.tolerances[first:last],
         markers=[replace(m, before=m.before - first) for m in markers],
+        lines=None if path.lines is None else path.lines[first:last],
         tolerance=path.tolerance,
         by_tip=path.by_tip,
     )
@@ -33,6 +34,7 @@ def joined(parts: Sequence[Path]) -> Path:
         return parts[0]
     starts = np.cumsum([0, *(len(each.joined) for each in parts)]).tolist()
     feeds = [np.full(len(each.joined), np.inf) if each.feeds is None else each.feeds for each in parts]
+    lines = [each.lines for each in parts if each.lines is not None]
     markers = [
         replace(marker, before=marker.before + start)
         for each, start in zip(parts, starts, strict=False)
@@ -44,6 +46,7 @@ def joined(parts: Sequence[Path]) -> Path:
         name=parts[0].name,
         feeds=None if all(each.feeds is None for each in parts) else np.concatenate(feeds),
         markers=markers,
+        lines=np.concatenate(lines) if len(lines) == len(parts) else None,
         tolerance=max(each.tolerance for each in parts),
         by_tip=parts[0].by_tip,
     )

@@ -38,7 +38,7 @@ from splinefeed.records import (
 from splinefeed.records.arrays import read_only
 
 #: What is said of each curve.
-_OF_EACH = ("feeds", "tolerances")
+_OF_EACH = ("feeds", "tolerances", "lines")
 #: Places of every piece at which its curvature is sampled, in t.
 CURVATURE_PLACES = np.linspace(-1.0, 1.0, 33)
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
@@ -81,6 +81,7 @@ class Path:
     feeds       (curves,) wanted feed of each curve, mm/s, infinite for a rapid move; None if nothing is said
     tolerances  (curves,) how far smoothing may leave each curve, mm (G64 P), 0 for exact; None if nothing is said
     markers     events that are not motion, with their places, in order
+    lines       (curves,) line of a program that each curve stands on; None where it is of none
     by_tip      whether the linear axes alone make the length, as rotary ones never move alone: see `tangential`
 
     Features below the resolution, 1 nm, are decided once, here (`geometry.resolution`): a curve shorter than that
@@ -113,6 +114,7 @@ class Path:
         feeds: ArrayLike | None = None,
         tolerances: ArrayLike | None = None,
         markers: Iterable[Marker] = (),
+        lines: ArrayLike | None = None,
         by_tip: bool = False,
     ) -> None:
         try:
@@ -143,6 +145,8 @@ class Path:
         count = len(self.curves)
         self.feeds = _of_curves(feeds, count, "feeds", "greater than 0", lambda values: values > 0.0)
         self.tolerances = _of_curves(tolerances, count, "tolerances", "0 or more", lambda values: values >= 0.0)
+        of_each = _of_curves(lines, count, "lines", "0 or more", lambda values: values >= 0.0)
+        self.lines = None if of_each is None else read_only(of_each.astype(np.int64))
         self.markers = tuple(sorted(markers, key=lambda marker: marker.before))
         for marker in self.markers:
             if not 0 <= marker.before <= count:
@@ -196,6 +200,7 @@ class Path:
             "feeds": self.feeds,
             "tolerances": self.tolerances,
             "markers": self.markers,
+            "lines": self.lines,
             "tolerance": self.tolerance,
             "by_tip": self.by_tip,
         }
@@ -502,6 +507,16 @@ class Path:
         new: Path = object.__new__(type(self))
         given = _of_curves(feeds, len(self._joined), "feeds", "greater than 0", lambda f: f > 0.0)
         new.__dict__.update(self.__dict__, feeds=given)
+        return new
+
+    def with_lines(self, lines: ArrayLike | None) -> Path:
+        """The same path with other lines of a program (curves,); what was computed of it is kept.
+
+        Raises InputError for negative ones, or another number of them.
+        """
+        new: Path = object.__new__(type(self))
+        given = _of_curves(lines, len(self._joined), "lines", "0 or more", lambda values: values >= 0.0)
+        new.__dict__.update(self.__dict__, lines=None if given is None else read_only(given.astype(np.int64)))
         return new
 
     def smoothed(self, tolerance: float | str, **how: Any) -> Path:

@@ -60,12 +60,23 @@ def smoothed(
         raise InputError(f"tolerance is {value:g} mm, more than the whole path, {path.size:.4g} mm; give a smaller one")
     if not _loose(path, value, share)[1].any():
         return path
-    return smoother._path(
+    smooth = smoother._path(
         [*smoother._taken(path, share), *smoother._rest()],
         name=path.name,
         findings=(*path.findings, smoother.summary),
         tolerance=max(path.tolerance, 1e-9 * path.size),
     )
+    return smooth.with_lines(lines_along(smooth, path))
+
+
+def lines_along(smooth: Path, path: Path) -> IntArray | None:
+    """Line of a program of each smooth curve: that of the curve of `path` as far along, but for what is cut off."""
+    if path.lines is None:
+        return None
+    share = smooth.curve_starts[:-1] * (path.length / smooth.length)
+    at = np.searchsorted(path.curve_starts, share, side="right") - 1
+    lines: IntArray = path.lines[np.clip(at, 0, len(path.lines) - 1)]
+    return lines
 
 
 class Smoother:

@@ -16,7 +16,7 @@ from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.meetings import meetings
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.pieces import chunks, coefficients, taylor
-from splinefeed.geometry.smoothing import ANGULAR_TOLERANCE, UNBOUNDED_TOLERANCE, allowed, smoothed
+from splinefeed.geometry.smoothing import ANGULAR_TOLERANCE, UNBOUNDED_TOLERANCE, allowed, lines_along, smoothed
 from splinefeed.geometry.tool_path import ANGLES, POINTS, VECTORS, ToolPath, beside
 from splinefeed.kernels import matching as kernels
 from splinefeed.kernels.layout import HIGH, LOW, SCALE, Shape
@@ -231,10 +231,7 @@ def _shortest(columns: list[Array], path: ToolPath) -> float:
 def _unpacked(smooth: Path, path: ToolPath) -> ToolPath:
     curves = [NurbsCurve(c.degree, c.knots, c.control_points[:, :3], c.weights) for c in smooth.curves]
     said = {**smooth._said(), "tolerance": smooth.tolerance, "tool_length": path.tool_length}
-    if path.lines is not None:  # the curve of the original that is as far along, but for what smoothing cuts off
-        share = smooth.curve_starts[:-1] * (path.length / smooth.length)
-        at = np.searchsorted(path.curve_starts, share, side="right") - 1
-        said["lines"] = path.lines[np.clip(at, 0, len(path.lines) - 1)]
+    said["lines"] = lines_along(smooth, path)
     if path.tool_axis is None:
         return ToolPath(curves, **said)
     axes = [beside(c, c.control_points[:, 3:].copy()) for c in smooth.curves]

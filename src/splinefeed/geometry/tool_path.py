@@ -7,7 +7,6 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.curve import NurbsCurve
@@ -40,9 +39,8 @@ class ToolPath(Path):
     kind   "points" on the tool axis, mm, from which the tip is taken; "vectors" from the tip to the spindle, of any
            length; "angles" of the rotary joints of a machine, rad, as they are programmed
     rotary  names of the joints that the columns of "angles" are; those of the machine, in order, if none is given
-    lines   (curves,) line of a program that each curve stands on: errors name it
     tool_length  mm, by the table of tools that the program goes with; None for that of the machine
-    name, feeds, markers, ...  as for `Path`, taken from the tip where that is a Path
+    name, feeds, markers, lines, ...  as for `Path`, taken from the tip where that is a Path
 
     A machine makes joints of it: `JointPath(tool_path, kinematics)`. Raises CurveError for a tip that has other axes,
     for curves that do not belong together, and for a tool axis of no length, with the place.
@@ -59,7 +57,6 @@ class ToolPath(Path):
         *,
         kind: str = POINTS,
         rotary: Sequence[str] = (),
-        lines: ArrayLike | None = None,
         tool_length: float | None = None,
         **said: Any,
     ) -> None:
@@ -73,7 +70,6 @@ class ToolPath(Path):
         curves = (tip,) if isinstance(tip, NurbsCurve) else tuple(tip)
         self.kind = kind
         self.rotary = tuple(rotary)
-        self.lines: IntArray | None = None if lines is None else np.array(lines, dtype=np.int64)
         self.tool_length = None if tool_length is None else float(tool_length)
         self.tool_axis: tuple[NurbsCurve, ...] | None = None
         if axis is not None:
@@ -82,8 +78,6 @@ class ToolPath(Path):
         for i, curve in enumerate(curves):
             if isinstance(curve, NurbsCurve) and curve.axes != 3:
                 raise CurveError(f"tip curve {i} has {curve.axes} axes; a tool tip has 3: x, y, z")
-        if self.lines is not None and len(self.lines) != len(curves):
-            raise InputError(f"lines has {len(self.lines)} numbers for {len(curves)} curves; give one each")
         if self.rotary and (self.tool_axis is None or kind != ANGLES or len(self.rotary) != self.tool_axis[0].axes):
             raise CurveError(f"rotary is {', '.join(self.rotary)}; name the columns of a tool axis of angles, one each")
         super().__init__(curves, ("x", "y", "z"), **said)
@@ -96,7 +90,7 @@ class ToolPath(Path):
         return partial(ToolPath, **self._all_said()), (tuple(self.curves), self.tool_axis)
 
     def _all_said(self) -> dict[str, Any]:
-        own = {"kind": self.kind, "rotary": self.rotary, "lines": self.lines, "tool_length": self.tool_length}
+        own = {"kind": self.kind, "rotary": self.rotary, "tool_length": self.tool_length}
         return {**self._said(), **own}
 
     def place(self, s: float) -> str:
@@ -168,8 +162,7 @@ class ToolPath(Path):
         """The same path traversed from its end to its start, the tool axis turned with it."""
         back = super().reversed()
         axis = None if self.tool_axis is None else [curve.reversed() for curve in reversed(self.tool_axis)]
-        lines = None if self.lines is None else self.lines[::-1]
-        said = {**self._all_said(), **back._said(), "lines": lines}
+        said = {**self._all_said(), **back._said()}
         return ToolPath(back.curves, axis, **said)
 
     def with_findings(self, *findings: str) -> ToolPath:

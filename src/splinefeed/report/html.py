@@ -10,12 +10,14 @@ from importlib import resources
 from string import Template
 from typing import Any
 
+import numpy as np
+
 from splinefeed import units
 from splinefeed.pipeline.compare import MethodResult
 from splinefeed.pipeline.result import Run
 from splinefeed.records import ROTARY_AXES, unit_along, words_of
 from splinefeed.records.verdict import ALLOWED
-from splinefeed.report import interactive, library, theme
+from splinefeed.report import interactive, library, program, theme
 from splinefeed.report.detail import Store
 from splinefeed.report.figure import Figure
 from splinefeed.report.theme import short
@@ -35,10 +37,16 @@ def page(
         sections.append(_methods(results, unit_along(run.path.axes)))
     store = Store()
     plain = {name: interactive.to_plain(figure, store) for name, figure in shown.items()}
+    text, said = "", {}
+    if run.path.lines is not None:
+        text, (begin, line) = program.text_of_program(record), program.starts(run)
+        columns = {"begin": interactive.array(begin), "line": interactive.array(line.astype(np.float64))}
+        said = {"program": {"text": text, **columns}}
     return filled(
         "page.html",
         plain,
         store,
+        said,
         title=text_of(record.get("name", run.path.name)),
         subtitle=text_of(_subtitle(run)),
         state="good" if record.get("ok", run.ok) else "bad",
@@ -48,6 +56,9 @@ def page(
         limits=_limits(run),
         notes=listed(record.get("notes", ()), "said"),
         sections="".join(sections),
+        view="" if run.path.lines is None else ' data-view="program"' if text else "",
+        listing=_LISTING if text else "",
+        operations="" if run.path.lines is None else _operations(run),
         command=text_of(record.get("command", "")),
         settings=_settings(record),
     )
@@ -65,15 +76,23 @@ SECTIONS = {
 _EXPORT = re.compile(r"^(import .*\n|export (?=[a-z]))", re.MULTILINE)
 
 
-def filled(name: str, figures: Mapping[str, interactive.Plain], store: Store | None = None, **fields: str) -> str:
+def filled(
+    name: str,
+    figures: Mapping[str, interactive.Plain],
+    store: Store | None = None,
+    more: Mapping[str, Any] | None = None,
+    **fields: str,
+) -> str:
     """A page with style, scripts and figures by place; store  of their long curves; fields  HTML by place.
+
+    more  what its script is told besides
 
     Raises InputError where Plotly is not installed.
     """
     folder = resources.files("splinefeed.report").joinpath("page")
     read = {file: folder.joinpath(file).read_text(encoding="utf-8") for file in (name, "page.css", *library.MODULES)}
     script = "".join(_EXPORT.sub("", read[file]) for file in library.MODULES)
-    said = {"figures": figures, "series": [] if store is None else store.series}
+    said = {"figures": figures, "series": [] if store is None else store.series, **(more or {})}
     data = json.dumps(said, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     points = "" if store is None else store.text()
     return Template(read[name]).substitute(
@@ -105,8 +124,13 @@ def _subtitle(run: Run) -> str:
 def _verdict(run: Run, record: Mapping[str, Any]) -> str:
     if record.get("ok", run.ok):
         return f"Checked: every limit holds, {ALLOWED}, in {run.duration:.6g} s."
-    over = [words_of(name) for name, each in run.verdict.limits.items() if not each.holds]
-    return f"Not kept: {', '.join(over) if over else 'see the problems below'}."
+    over = []
+    for name, each in run.verdict.limits.items():
+        if not each.holds:
+            over.append(
+                f"{words_of(name)} {100.0 * (each.share - 1.0):.2g} % over at {each.at_t:.4g} s{_line(run, each.at_t)}"
+            )
+    return f"Not kept: {'; '.join(over) if over else 'see the problems below'}."
 
 
 def _cards(run: Run, record: Mapping[str, Any]) -> str:
@@ -118,10 +142,17 @@ def _cards(run: Run, record: Mapping[str, Any]) -> str:
     if run.verdict.limits:
         name, worst = max(run.verdict.limits.items(), key=lambda each: each[1].share)
         cards.append(("largest share", f"{100.0 * worst.share:.4g} %", words_of(name)))
-    cards.append(("feed ripple", f"{run.ripple.max:.2g}", f"rounding alone {run.ripple.floor:.2g}"))
-    cards.append(("end error", _length(run.end_error_mm, along), ""))
-    if run.path.linear:
-        cards.append(("chord error", _length(run.chord_error_mm), "largest, between setpoints"))
+    if run.path.lines is None:  # who runs a program asks for neither; run.json has both
+        cards.append(("feed ripple", f"{run.ripple.max:.2g}", f"rounding alone {run.ripple.floor:.2g}"))
+        cards.append(("end error", _length(run.end_error_mm, along), ""))
+        if run.path.linear:
+            cards.append(("chord error", _length(run.chord_error_mm), "largest, between setpoints"))
+    else:
+        found = program.operations(run)
+        idle = sum(each.rapid_s for each in found)
+        cards.append(("feed moves", f"{duration - idle:.6g} s", f"{sum(each.cut_mm for each in found):.6g} mm"))
+        cards.append(("rapid moves", f"{idle:.6g} s", ""))
+        cards.append(("tools", f"{len({each.tool for each in found})}", f"{len(found)} operations"))
     if record.get("contour_error_max_mm") is not None:
         rms = record.get("contour_error_rms_mm")
         cards.append(("contour error", _length(record["contour_error_max_mm"]), f"rms {_length(rms)}" if rms else ""))
@@ -154,9 +185,36 @@ def _limits(run: Run) -> str:
             f'<td>{text_of(words_of(name))}</td><td class="{state}">{"holds" if each["ok"] else "OVER"}</td>'
             f'<td>{share:.4f} %</td><td class="share">{bar}</td>'
             f"<td>{short(each['worst'])} {unit}</td><td>{short(each['limit'])} {unit}</td>"
-            f"<td>{each['at_s']:.6g} {along.replace('deg', '°')}</td><td>{f'{100.0 * part:.1f} %' if part else ''}</td>"
+            f"<td>{each['at_s']:.6g} {along.replace('deg', '°')}{_line(run, each['at_t_s'])}</td>"
+            f"<td>{f'{100.0 * part:.1f} %' if part else ''}</td>"
         )
     return table(("limit", "", "share", "", "worst", "allowed", "at s", "binds"), rows)
+
+
+#: Where the lines of a program are.
+_LISTING = (
+    '<div class="program"><div id="listing" class="listing" tabindex="0" role="listbox" '
+    'aria-label="lines of the program"><div></div></div></div>'
+)
+
+
+def _operations(run: Run) -> str:
+    """The operations of a program: tool, lines, time, and feeds as they are programmed."""
+    rows = []
+    for each in program.operations(run):
+        feeds = "" if each.feeds is None else " to ".join(dict.fromkeys(f"{value:.4g}" for value in each.feeds))
+        rows.append(
+            f"<td>{text_of(each.tool or 'no tool')}</td><td>{each.lines[0]} to {each.lines[1]}</td>"
+            f"<td>{each.seconds:.4g} s</td><td>{each.rapid_s:.4g} s</td><td>{each.cut_mm:.5g} mm</td>"
+            f"<td>{feeds}{' mm/min' if feeds else ''}</td>"
+        )
+    names = ("tool", "lines", "time", "of it rapid", "cut", "programmed feeds")
+    return f"<section><h2>Operations</h2>{table(names, rows)}</section>"
+
+
+def _line(run: Run, t: float) -> str:
+    line = program.line_at(run, t)
+    return "" if line is None else f", line {line}"
 
 
 def _methods(results: Sequence[MethodResult], along: str) -> str:

@@ -19,7 +19,7 @@ from splinefeed.report.figure import EXTRA
 #: The library between these is wrapped in a function for other module systems, which browsers parse twice for it.
 _BEGIN, _END = '"use strict";var Plotly=', "window.Plotly = Plotly;"
 #: Modules of a page, each behind those that it imports; the studio has all but the last.
-MODULES = ("dom.js", "dress.js", "time.js", "zoom.js", "view.js", "path.js", "page.js")
+MODULES = ("dom.js", "dress.js", "time.js", "zoom.js", "view.js", "path.js", "listing.js", "page.js")
 #: Effort of the compressor; more takes longer and gains nothing.
 _EFFORT = 6
 

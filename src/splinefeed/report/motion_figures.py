@@ -49,7 +49,7 @@ def tip_panels(run: Run, above: Line | None = None) -> list[Panel]:
         return law_panels(run.law, run.limits, along, run.kept.t, above, run.path, run.stretch)
     assert run.tip is not None
     values = (run.kept.s, run.kept.feed, run.tip.acceleration, run.tip.jerk)
-    return _panels(run.kept.t, values, run.limits, along, above, run.stretch)
+    return _panels(run.kept.t, values, run.limits, along, above, run.stretch, run.path)
 
 
 def law_panels(
@@ -70,7 +70,7 @@ def law_panels(
     even = np.linspace(0.0, law.duration, EVEN) if t is None else t
     at = np.unique(np.concatenate([even, inner, np.nextafter(inner, 0.0)]))
     values = law(at), law.feed(at), law.acceleration(at), law.jerk(at)
-    return _panels(at, values if path is None else path.of_tip(*values), limits, along, above, stretch)
+    return _panels(at, values if path is None else path.of_tip(*values), limits, along, above, stretch, path)
 
 
 def _panels(
@@ -80,6 +80,7 @@ def _panels(
     along: str,
     above: Line | None,
     stretch: float,
+    path: Path | None,
 ) -> list[Panel]:
     """Panels of s, feed, acceleration and jerk (n,) of the tip at instants (n,), s, with their limits."""
     s, feed, acceleration, jerk = values
@@ -95,10 +96,12 @@ def _panels(
     )
     panels = []
     for name, each, levels in rows:
-        unit = theme.unit(name, along)
-        marks: list[Mark] = [above] if name == "feed" and above is not None else []
-        marks.append(Line(at, each, name, stretch=stretch))
-        marks += [Level(value, f"{symbol} = {theme.short(value)} {unit}") for symbol, value in levels]
+        factor, unit = theme.of_feed(path, along) if name == "feed" else (1.0, theme.unit(name, along))
+        marks: list[Mark] = []
+        if name == "feed" and above is not None:
+            marks.append(replace(above, y=factor * above.y))
+        marks.append(Line(at, factor * each, name, stretch=stretch))
+        marks += [Level(factor * value, f"{symbol} = {theme.short(factor * value)} {unit}") for symbol, value in levels]
         panels.append(Panel(TIME, Axis(f"{name} ({unit})"), tuple(marks)))
     return panels
 

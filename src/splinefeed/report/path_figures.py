@@ -61,11 +61,15 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
     shades = {name: replace(each, values=each.values[kept]) for name, each in values.items()}
     if colour in shades:
         shades = {colour: shades[colour]}
-    hover = np.column_stack([setpoints.t, setpoints.s, setpoints.u, setpoints.feed])[kept]
-    names = ("t (s)", f"s ({unit})", "u", f"feed ({unit}/s)")
+    factor, per = theme.of_feed(path, unit)
+    hover = np.column_stack([setpoints.t, setpoints.s, setpoints.u, factor * setpoints.feed])[kept]
+    names: tuple[str, ...] = ("t (s)", f"s ({unit})", "u", f"feed ({per})")
+    if path.lines is not None:
+        hover = np.column_stack([hover, path.lines[setpoints.curve[kept]]])
+        names = (*names, "line")
     thread = run.thread[:, : place.shape[1]] if path.linear > 1 else place[kept]
     title = f"{theme.words(path.name)}: {theme.short(run.length)} {unit} in {theme.short(run.duration)} s, "
-    title += f"top feed {theme.short(float(np.max(setpoints.feed)))} {unit}/s"
+    title += f"top feed {theme.short(factor * float(np.max(setpoints.feed)))} {per}"
     mark = Coloured(place[kept], shades, hover, names, thread, run.whole, track=(setpoints.t, place))
     # of a path that came in parts there is only a line through the ticks kept, which says no stops and no rapid moves
     return _picture(path, title, mark, labels, None if run.planned is None else setpoints.curve[kept])
@@ -141,7 +145,11 @@ def _quantities(run: Run, response: Response | None) -> dict[str, Shades]:
     """What the path may be coloured by, at each tick."""
     setpoints, path, use = run.kept, run.path, run.use
     along = unit_along(path.axes)
-    out = {"feed": _shades(setpoints.feed, f"feed ({along}/s)")}
+    factor, per = theme.of_feed(path, along)
+    out = {"feed": _shades(factor * setpoints.feed, f"feed ({per})")}
+    if path.lines is not None and path.feeds is not None:
+        programmed = factor * path.feeds[setpoints.curve]
+        out["programmed feed"] = _shades(np.where(np.isinf(programmed), np.nan, programmed), f"programmed feed ({per})")
     if path.linear and run.planned is not None:
         found = path.evaluate(setpoints.curve, setpoints.u, 2)
         out["curvature"] = _curvature(path, found)
@@ -188,12 +196,21 @@ def limits(run: Run) -> Figure:
     expect("plot.limits(run)", (run, Run))
     use, setpoints = run.use, run.kept
     high = HEADROOM * float(np.max(setpoints.feed))
+    factor, unit = theme.of_feed(run.path, unit_along(setpoints.axes))
     lines = (
-        Line(use.t, np.minimum(use.top, high), "maximum velocity", theme.PALE, 1.0, named=True, stretch=run.stretch),
-        Line(setpoints.t, setpoints.feed, "feed", named=True, stretch=run.stretch),
+        Line(
+            use.t,
+            factor * np.minimum(use.top, high),
+            "maximum velocity",
+            theme.PALE,
+            1.0,
+            named=True,
+            stretch=run.stretch,
+        ),
+        Line(setpoints.t, factor * setpoints.feed, "feed", named=True, stretch=run.stretch),
     )
     parts = ", ".join(f"{kind} {part:.0%}" for kind, part in _parts(use) if part >= 0.005)
-    y = Axis(f"feed ({unit_along(setpoints.axes)}/s)", low=0.0)
+    y = Axis(f"feed ({unit})", low=0.0)
     feed = Panel(TIME, y, lines, note=f"of the time: {parts}", height=190)
     shares = Heat(use.t, tuple(words_of(name) for name in use.names), use.share, "share of limit", run.stretch)
     share = Panel(TIME, Axis("limit"), (shares,), height=26 * max(len(use.names), 1))

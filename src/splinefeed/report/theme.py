@@ -7,6 +7,7 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
+from splinefeed.geometry.path import Path
 from splinefeed.records import Array, raised, unit_of
 
 #: Okabe and Ito's colours, https://jfly.uni-koeln.de/color/: distinct with every kind of colour blindness.
@@ -60,6 +61,11 @@ def words(name: str, longest: int = 48) -> str:
 def unit(name: str, along: str = "mm") -> str:
     """The unit of a limit, or of what it limits, for a label; along a path in `along`, "mm" or "deg"."""
     return raised(unit_of(name, along).replace("deg", "°"))
+
+
+def of_feed(path: Path | None, along: str = "mm") -> tuple[float, str]:
+    """What a feed in mm/s is multiplied by, and its unit then: programs say mm/min."""
+    return (60.0, f"{along}/min") if path is not None and path.lines is not None else (1.0, f"{along}/s")
 
 
 def short(value: float) -> str:

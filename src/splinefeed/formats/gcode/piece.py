@@ -181,7 +181,7 @@ class Piece:
         feeds = self.feeds  # which may add a finding
         return {
             "name": name or self.file.stem, "feeds": feeds, "tolerances": self.tolerances,
-            "markers": self.markers, "findings": self.findings.all(),
+            "markers": self.markers, "findings": self.findings.all(), "lines": self.moves["line"][self.kept],
         }  # fmt: skip
 
     def path(self, name: str = "", **other: Any) -> Path:

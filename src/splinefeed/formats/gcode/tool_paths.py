@@ -129,7 +129,6 @@ def _tool_path(piece: Piece, ends: Array | None, rotary: Sequence[int], length: 
             axes,
             kind=ANGLES if ends is None else VECTORS,
             rotary=tuple(LETTERS[column].lower() for column in rotary) if ends is None else (),
-            lines=piece.moves["line"][piece.kept],
             tool_length=None if math.isnan(length) else length,
             **piece.said(name),
         )

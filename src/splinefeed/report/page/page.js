@@ -1,11 +1,13 @@
 // The page of a report: figures come one by one, those in sight first; light and dark, colours, printing.
 import { dressed } from "./dress.js";
+import { numbersOf } from "./dom.js";
+import { Listing } from "./listing.js";
 import { PathPicture } from "./path.js";
 import { Clock, timeBar } from "./time.js";
-import { Curves, Stack, unpacked } from "./zoom.js";
+import { Curves, Stack, firstNotBelow, unpacked } from "./zoom.js";
 
 {
-  const { figures, series } = JSON.parse(document.getElementById("data").textContent);
+  const { figures, series, program } = JSON.parse(document.getElementById("data").textContent);
   const root = document.documentElement;
   const clock = new Clock();
   const stack = new Stack(clock);
@@ -30,10 +32,28 @@ import { Curves, Stack, unpacked } from "./zoom.js";
     const { track } = picture;
     if (!track) return;
     clock.on((t) => picture.when(t));
-    timeBar(clock, document.getElementById("time"));
+    timeBar(clock, document.getElementById("time"), program ? listed() : undefined);
     clock.until(track.t[track.t.length - 1]);
     window.clock = clock; // for people who look at the page from outside, such as its tests
     window.picture = picture;
+  };
+
+  // the lines of the program follow the time, and set it; gives what is said of the time
+  const listed = () => {
+    const begin = numbersOf(program.begin), line = numbersOf(program.line);
+    const at = (t) => line[Math.max(firstNotBelow(begin, t + 1e-9) - 1, 0)];
+    if (!program.text) return (t) => `line ${at(t)}`;
+    let choosing = false;
+    const list = new Listing(document.getElementById("listing"), (chosen) => {
+      const k = line.indexOf(chosen);
+      choosing = true; // a line without a move stays chosen
+      list.look(chosen);
+      if (k >= 0) clock.to(begin[k]);
+      choosing = false;
+    });
+    list.set(program.text);
+    clock.on((t) => { if (!choosing && at(t) !== list.line) list.look(at(t)); });
+    return (t) => `line ${at(t)}`;
   };
 
   const PAPER = { width: 690, height: 940, path: 440 }; // what fits on A4 and on Letter, pixels

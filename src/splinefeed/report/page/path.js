@@ -418,7 +418,8 @@ export class PathPicture {
 
   // each value with its name and unit
   told(values, place) {
-    const words = this.names.map((name, k) => {
+    const words = this.names.map((name, k) => { // a number of a line is whole
+      if (name === "line") return `line ${values[k]}`;
       const [, word, unit] = /^(\S+)(?: \((.*)\))?$/.exec(name);
       return `${word} ${unit ? `${values[k].toFixed(4)} ${unit}` : values[k].toPrecision(6)}`;
     });

@@ -1,10 +1,9 @@
 // A program as a control runs it: its lines at the side, each with its time; a line and its place are chosen together.
 import { $, make, numbersOf, table } from "./dom.js";
+import { Listing } from "./listing.js";
 import { digits, showHead } from "./numbers.js";
 import { firstNotBelow } from "./zoom.js";
 
-const ROW = 20; // pixels, as the style sheet has it
-const BEYOND = 10; // rows above and below what is seen
 const KINDS = ["cutting", "rapid", "tool_change", "spindle", "dwell", "start"];
 const seconds = (value) => `${value.toFixed(2)} s`;
 
@@ -17,31 +16,24 @@ const clock = (value) => {
 
 export class Program {
   constructor(picture, figures, clock) {
-    Object.assign(this, { picture, figures, clock, text: [], line: 0 });
-    const list = $("listing");
-    list.addEventListener("scroll", () => this.draw());
-    new ResizeObserver(() => this.draw()).observe(list);
-    list.addEventListener("click", ({ target }) => { const row = target.closest("[data-line]"); if (row) this.choose(Number(row.dataset.line)); });
-    list.addEventListener("keydown", (event) => {
-      const page = Math.max(Math.floor(list.clientHeight / ROW) - 1, 1);
-      const to = { ArrowUp: this.line - 1, ArrowDown: this.line + 1, PageUp: this.line - page, PageDown: this.line + page, Home: 1, End: this.text.length }[event.key];
-      if (to === undefined) return;
-      event.preventDefault();
-      this.choose(Math.min(Math.max(to, 1), this.text.length));
+    Object.assign(this, { picture, figures, clock });
+    this.listing = new Listing($("listing"), (line) => this.choose(line), (line) => {
+      const k = this.row.get(line);
+      return k !== undefined && this.seconds[k] >= 0.005 ? seconds(this.seconds[k]) : "";
     });
   }
+
+  get line() { return this.listing.line; }
 
   set(result, shown, curves) {
     const { numbers: n, lines, limits, path, figures, program, order } = result;
     const same = program === this.whole;
     this.whole = program;
-    this.text = program.split("\n");
-    if (this.text.at(-1) === "") this.text.pop();
     Object.assign(this, Object.fromEntries(Object.entries(lines).map(([name, column]) => [name === "line" ? "numbers" : name, numbersOf(column)])));
     this.row = new Map(Array.from(this.numbers, (line, k) => [line, k]));
     this.limits = limits;
     this.tools = n.operations.map((each) => each.tool || "no tool");
-    $("listing").firstElementChild.style.height = `${ROW * this.text.length}px`;
+    this.listing.set(program);
     const cards = KINDS.filter((kind) => n[`${kind}_s`]).map((kind) => [kind.replace("_", " "), `${kind}_s`, seconds(n[`${kind}_s`]), `${((100 * n[`${kind}_s`]) / n.total_s).toFixed(1)} % of the time`]);
     showHead(n, true, `${n.name} takes ${clock(n.total_s)} on ${n.machine}.`, shown, [["cycle time", "total_s", seconds(n.total_s), `${n.blocks} blocks`], ...cards]);
     $("notes").replaceChildren(...n.notes.map((text) => make("li", {}, text)));
@@ -49,9 +41,9 @@ export class Program {
     this.picture.set(path, curves, this);
     this.figures.sets = this.figures.sheets = {};
     this.figures.set(figures, { tools: this.perTool(n), places: this.places(n) });
-    this.line = same ? this.line : 0;
+    this.listing.line = same ? this.line : 0;
     this.say();
-    this.draw();
+    this.listing.draw();
     this.clock.until(n.total_s);
   }
 
@@ -89,12 +81,8 @@ export class Program {
   }
 
   look(line) {
-    const list = $("listing");
-    this.line = line;
-    const top = ROW * (line - 1);
-    if (top < list.scrollTop || top + ROW > list.scrollTop + list.clientHeight) list.scrollTop = top - 0.4 * list.clientHeight;
+    this.listing.look(line);
     this.say();
-    this.draw();
     this.picture.draw();
   }
 
@@ -115,25 +103,8 @@ export class Program {
   // what the picture says at a point, and what it calls the operations
   told([line, feed]) {
     const k = this.row.get(line);
-    return [`line ${line}: ${this.text[line - 1]?.trim().slice(0, 40) ?? ""}`, `${seconds(this.seconds[k])} from ${seconds(this.begin[k])} on, bound by ${this.limits[this.limit[k]]}`, `${digits(feed, 4)} mm/min, ${this.tools[this.operation[k]]}`];
+    return [`line ${line}: ${this.listing.text[line - 1]?.trim().slice(0, 40) ?? ""}`, `${seconds(this.seconds[k])} from ${seconds(this.begin[k])} on, bound by ${this.limits[this.limit[k]]}`, `${digits(feed, 4)} mm/min, ${this.tools[this.operation[k]]}`];
   }
 
   names({ label }) { return label === "operation" ? this.tools : null; }
-
-  // only the rows that are seen
-  draw() {
-    const list = $("listing");
-    const first = Math.max(Math.floor(list.scrollTop / ROW) - BEYOND, 0);
-    const last = Math.min(Math.ceil((list.scrollTop + list.clientHeight) / ROW) + BEYOND, this.text.length);
-    list.firstElementChild.replaceChildren(...this.text.slice(first, last).map((text, i) => this.option(first + i + 1, text.trimEnd())));
-    list.setAttribute("aria-activedescendant", `line-${this.line}`);
-  }
-
-  option(line, text) {
-    const k = this.row.get(line);
-    const row = make("div", { role: "option", id: `line-${line}`, data: { line }, "aria-selected": String(line === this.line), "aria-setsize": this.text.length, "aria-posinset": line, title: text },
-      make("span", {}, String(line).padStart(String(this.text.length).length)), make("span", {}, text), make("span", {}, k !== undefined && this.seconds[k] >= 0.005 ? seconds(this.seconds[k]) : ""));
-    row.style.top = `${ROW * (line - 1)}px`;
-    return row;
-  }
 }
