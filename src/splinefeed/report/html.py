@@ -85,7 +85,7 @@ def filled(
 ) -> str:
     """A page with style, scripts and figures by place; store  of their long curves; fields  HTML by place.
 
-    more  what its script is told besides
+    more  further data for its script
 
     Raises InputError where Plotly is not installed.
     """
