@@ -138,6 +138,21 @@ def test_different_limits_of_speeding_up_and_down():
     assert {"A = 500 mm/s²", "-D = -300 mm/s²", "slowing J = 9000 mm/s³", "slowing -J = -9000 mm/s³"} <= set(found)
 
 
+def test_joints_have_their_own_unit_colours_and_limits():
+    points = np.random.default_rng(1).normal(size=(9, 7)).cumsum(axis=0)
+    path = sf.Path([sf.NurbsCurve(3, [0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 6, 6, 6], points)])
+    limits = sf.Limits(axis_velocity=[3, 3, 3, 2, 2, 2, 1], axis_acceleration=[5] * 7, axis_jerk=[50] * 7)
+    run = sf.run(path, limits)
+    position, velocity, acceleration, jerk = sf.plot.motion(run).panels[-4:]
+    assert position.y.label == "axis position (mm or rad)"
+    np.testing.assert_array_equal(marks(position, Line)[6].y, run.points.position[:, 6])
+    assert len({line.colour for line in marks(jerk, Line)}) == 7
+    texts = [level.text for level in velocity.levels() if level.text]
+    assert texts == ["q1 q2 q3 3 (mm or rad)/s", "q4 q5 q6 2 (mm or rad)/s", "q7 1 (mm or rad)/s"]
+    assert [level.text for level in acceleration.levels()] == ["limit 5 (mm or rad)/s²", ""]
+    assert velocity.levels()[0].colour == marks(velocity, Line)[0].colour
+
+
 def test_each_part_of_the_path_has_the_colour_of_its_limit():
     run = sf.run(motions.smooth(), sf.Limits(feed=60, axis_acceleration=450, axis_jerk=18000), strategy="time-optimal")
     (panel,) = sf.plot.binding(run).panels

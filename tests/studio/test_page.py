@@ -70,7 +70,7 @@ def test_a_path_in_space_is_drawn_turned_and_told_under_the_mouse(opened, tmp_pa
     page.locator("#path").hover(position={"x": x, "y": y})
     told = page.inner_text("#hover")
     assert f"z {z:.4f}" in told
-    assert "mm/s" in told
+    assert "mm/min" in told
     page.mouse.down()
     page.mouse.move(*[sum(pair) for pair in zip(page.evaluate(BOX), (x + 60, y + 10), strict=True)], steps=4)
     page.mouse.up()

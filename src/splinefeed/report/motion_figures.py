@@ -23,9 +23,9 @@ BELOW_FLOOR = 0.01
 TIME = Axis("time (s)")
 #: Instants of a law of which none are given.
 EVEN = 1000
-_QUANTITIES = ("velocity", "acceleration", "jerk")
+_QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 #: Which of the panels of the axes is that of their jerk.
-JERK = 2
+JERK = 3
 
 
 def motion(run: Run) -> Figure:
@@ -107,23 +107,48 @@ def _panels(
 
 
 def axis_panels(run: Run) -> list[Panel]:
-    """A panel for velocity, acceleration and jerk of the linear axes, and of the rotary ones, with their limits."""
+    """A panel for position, velocity, acceleration and jerk of the linear axes, and of the rotary ones.
+
+    With the limit of each axis, in its colour where they differ.
+    """
     panels = []
     for columns, factor in ((range(run.linear), 1.0), (range(run.linear, len(run.axes)), 180.0 / np.pi)):
         for quantity in _QUANTITIES if columns else ():
-            values = factor * getattr(run.motion, quantity)
-            unit = theme.unit(f"axis_{quantity}.{run.axes[columns[0]]}")
+            kept = run.kept if quantity == "position" else run.motion
+            values = factor * getattr(kept, quantity)
+            unit = theme.of_axis(quantity, run.axes[columns[0]])
             marks: list[Mark] = []
             for k in columns:
                 name = theme.words(run.axes[k], 12)
-                line = Line(run.motion.t, values[:, k], f"{name} {quantity}", theme.colour(k), named=name)
-                marks.append(replace(line, stretch=run.stretch))
-            tops = factor * run.limits.of_axes(f"axis_{quantity}", run.axes)[columns]
-            marks += [Level(sign * top) for top in np.unique(tops[np.isfinite(tops)]) for sign in (1.0, -1.0)]
+                line = Line(kept.t, values[:, k], f"{name} {quantity}", theme.colour(k), named=name)
+                marks.append(replace(line, dash=k >= len(theme.COLOURS), stretch=run.stretch))
             most = max(peak(values[:, k])[1] for k in columns)
-            label, note = Axis(f"axis {quantity} ({unit})"), f"at most {theme.short(most)} {unit}"
+            label, note = (
+                Axis(f"axis {quantity} {unit if unit.endswith(')') else f'({unit})'}"),
+                f"at most {theme.short(most)} {unit}",
+            )
+            if kept is run.kept:
+                note = ""
+            else:
+                marks += _limits_of_axes(run, quantity, columns, factor, unit)
             panels.append(Panel(TIME, label, tuple(marks), note=note))
     return panels
+
+
+def _limits_of_axes(run: Run, quantity: str, columns: range, factor: float, unit: str) -> list[Level]:
+    """A line at each limit of these axes, with the axes that have it; all have one colour where they share it."""
+    tops = factor * run.limits.of_axes(f"axis_{quantity}", run.axes)
+    found: dict[float, list[int]] = {}
+    for k in columns:
+        if np.isfinite(tops[k]):
+            found.setdefault(float(tops[k]), []).append(k)
+    levels = []
+    for top, axes in found.items():
+        names = " ".join(theme.words(run.axes[k], 12) for k in axes)
+        text = f"{'limit' if len(axes) == len(columns) else names} {theme.short(top)} {unit}"
+        colour = theme.VERMILION if len(found) == 1 else theme.colour(axes[0])
+        levels += [Level(top, text, colour), Level(-top, colour=colour)]
+    return levels
 
 
 def ripple_figure(traces: Sequence[MethodTrace], name: str) -> Figure:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from splinefeed.geometry.path import Path
-from splinefeed.records import Array, raised, unit_of
+from splinefeed.records import ROTARY_AXES, Array, raised, unit_of
 
 #: Okabe and Ito's colours, https://jfly.uni-koeln.de/color/: distinct with every kind of colour blindness.
 BLUE = "#0072B2"
@@ -18,12 +18,14 @@ GREEN = "#009E73"
 OCHRE = "#A87400"
 PURPLE = "#CC79A7"
 INK = "#1a1a1a"
+#: For a seventh axis, darker than all but ink.
+VIOLET = "#7A3E9D"
 FAINT = "#6b6b6b"
 #: What stands behind the thing that is shown.
 PALE = "#8a8f94"
 GRID = "#e3e3e3"
 #: Colours of axes and of methods, in turn; dress.js has those of a dark page.
-COLOURS = (BLUE, VERMILION, GREEN, PURPLE, OCHRE, INK)
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE, OCHRE, INK, VIOLET)
 #: Ten colours of Matplotlib's viridis (CC0), and the part of it that white paper shows; dress.js has the same.
 VIRIDIS = (
     "#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725",
@@ -66,6 +68,12 @@ def unit(name: str, along: str = "mm") -> str:
 def of_feed(path: Path | None, along: str = "mm") -> tuple[float, str]:
     """What a feed in mm/s is multiplied by, and its unit then: programs say mm/min."""
     return (60.0, f"{along}/min") if path is not None and path.lines is not None else (1.0, f"{along}/s")
+
+
+def of_axis(quantity: str, axis: str) -> str:
+    """The unit of an axis's position, velocity, acceleration or jerk; joints without names may be in mm or in rad."""
+    whole = "°" if axis in ROTARY_AXES else "(mm or rad)" if re.fullmatch(r"q\d+", axis) else "mm"
+    return whole + {"position": "", "velocity": "/s", "acceleration": "/s²", "jerk": "/s³"}[quantity]
 
 
 def short(value: float) -> str:
