@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from itertools import islice
 
 import numpy as np
@@ -278,3 +279,20 @@ def test_stretches_planned_by_all_cores_are_the_same_to_the_bit(monkeypatch: pyt
     monkeypatch.setattr(workers, "WORTH_SPREADING", 0.0)
     spread = sf.plan(path, limits, strategy="time-optimal", period=1e-3)
     assert np.array_equal(alone.breaks, spread.breaks) and np.array_equal(alone.coefficients, spread.coefficients)
+
+
+@pytest.mark.parametrize("strategy", ["look-ahead", "time-optimal"])
+def test_a_line_without_a_limit_of_jerk_takes_constant_accelerations(strategy):
+    """One limit more is never slower: without a limit of jerk T = 2 sqrt(L / A), with one a little more."""
+    line = sf.Path([sf.NurbsCurve.bezier([[0.0], [40.0]])], axes=("x",))
+    rough = sf.Limits(feed=1000.0, axis_acceleration=10.0)
+    law = sf.plan(line, rough, strategy=strategy)
+    assert law.duration == pytest.approx(4.0, rel=1e-12)
+    assert law.acceleration(np.array([1.0, 3.0])) == pytest.approx([10.0, -10.0], rel=1e-12)
+    assert (
+        law.duration
+        < sf.plan(line, dataclasses.replace(rough, axis_jerk=1e12), strategy=strategy).duration
+        < 4.0 + 1e-9
+    )
+    with_feed = sf.plan(line, dataclasses.replace(rough, feed=5.0), strategy=strategy)
+    assert with_feed.duration == pytest.approx(8.5, rel=1e-12)

@@ -69,7 +69,8 @@ def ramp(rise: Numbers, acceleration: Numbers, jerk: Numbers) -> tuple[Array, Ar
 
     T1 = T3 = A/J and T2 = rise/A - A/J (eq. 17, 19); where that is negative A = sqrt(J rise), T2 = 0 (eq. 18, 20).
     """
-    reached = np.minimum(np.sqrt(jerk * rise), acceleration)  # eq. (18), (20)
+    with np.errstate(invalid="ignore"):  # where nothing limits the jerk
+        reached = np.fmin(np.sqrt(jerk * rise), acceleration)  # eq. (18), (20)
     edge = reached / jerk  # eq. (11), (12)
     middle = np.maximum(rise / acceleration - edge, 0.0)  # eq. (17), (19)
     return 2.0 * edge + middle, edge, middle, reached
@@ -212,7 +213,11 @@ def pieces(profile: Profile, begin: Array, end: Array) -> Array:
     """
     t1, t2, _, _, _, t6, t7 = profile.durations
     start, peak, stop = profile.start_feed, profile.peak_feed, profile.end_feed
-    a, d, j, jd = profile.acceleration, profile.deceleration, profile.jerk, profile.deceleration_jerk
+    a, d = profile.acceleration, profile.deceleration
+    j, jd = (
+        np.where(t1 > 0.0, profile.jerk, 0.0),
+        np.where(t7 > 0.0, profile.deceleration_jerk, 0.0),
+    )  # no limit, no phase
     f1, f2, l1, l2, l3 = _from_end(start, peak, a, j, t1, t2)
     f6, f5, l6, l5, l4 = _from_end(stop, peak, d, jd, t7, t6)
     places: tuple[Any, ...] = (begin, begin + l1, begin + l2, begin + l3, end - l4, end - l5, end - l6)

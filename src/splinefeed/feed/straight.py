@@ -13,6 +13,9 @@ from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray
 #: Places of each span of a stretch that are looked at.
 LOOKED = np.clip(np.linspace(0.0, 1.0, 4), INSIDE, 1.0 - INSIDE)
 
+#: What stands for an infinite limit where values are compared.
+NO_LIMIT = 1e100
+
 
 def straights(setting: Setting, marks: Array) -> tuple[BoolArray, Array, Array]:
     """Which stretches (m,) between rests at marks (m + 1,), mm, are straight, and their exact motions.
@@ -27,13 +30,14 @@ def straights(setting: Setting, marks: Array) -> tuple[BoolArray, Array, Array]:
     )
     first = np.searchsorted(edges, marks[:-1])
     along, most = np.minimum.reduceat(found, first, axis=1), np.maximum.reduceat(found, first, axis=1)
-    straight = np.all(np.isfinite(along), axis=0)
     with np.errstate(invalid="ignore"):
-        straight &= np.all(most[5:] - along[5:] <= SAME, axis=0)  # the tangent
+        straight = np.all(most[5:] - along[5:] <= SAME, axis=0)  # the tangent
         straight &= np.all(most[:5] - along[:5] <= SAME * most[:5], axis=0) & (along[0] < FREE)
+        straight &= np.all(np.minimum(along[1:3], along[3:5]) < NO_LIMIT, axis=0)
+    limits = np.where(along[:5] < NO_LIMIT, along[:5], np.inf)
     spans, coefficients = np.zeros((len(straight), PHASES)), np.zeros((len(straight), PHASES, LAW_COEFFICIENTS))
     if np.any(straight):
-        profiles = solve_in_row(np.diff(marks)[straight], *along[:5, straight], 0.0, 0.0)
+        profiles = solve_in_row(np.diff(marks)[straight], *limits[:, straight], 0.0, 0.0)
         spans[straight] = profiles.durations.T
         coefficients[straight] = pieces(profiles, marks[:-1][straight], marks[1:][straight])
     return straight, spans, coefficients
@@ -43,7 +47,7 @@ def _along(setting: Setting, edges: Array) -> Array:
     """Limits along the spans between edges (m + 1,), and their tangents: (5 + axes, m), NaN where one is not straight.
 
     Feed, acceleration, deceleration, jerk, deceleration jerk, by rows on q' and q'' alone: those along the path, and
-    those of each axis by its share of the tangent.
+    those of each axis by its share of the tangent; NO_LIMIT where there is none.
     """
     length = np.diff(edges)
     s = edges[:-1, None] + length[:, None] * LOOKED
@@ -60,7 +64,7 @@ def _along(setting: Setting, edges: Array) -> Array:
             found.append((np.sqrt(rows.top), up, down, 0.5 / np.max(np.abs(rows.jerk[:, 2]), axis=0, initial=0.0)))
     bent = np.max(np.abs(d[:, 2]), axis=1) * np.repeat(length, len(LOOKED))
     bent += rows.top * np.max(np.abs(rows.linear[:, 0]), axis=0, initial=0.0)
-    values = np.stack([*found[0], found[-1][3], *d[:, 1].T]).reshape(-1, *s.shape)
+    values = np.minimum(np.stack([*found[0], found[-1][3], *d[:, 1].T]), NO_LIMIT).reshape(-1, *s.shape)
     size = np.abs(values[:, :, 0])
     size[5:] = 1.0
     with np.errstate(invalid="ignore"):
