@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
 from benchmarks import cases
 
+import random_motions
 import splinefeed as sf
+from splinefeed.analysis.check_law import limits_along
 from splinefeed.feed.stream import Block, LookAhead
 from splinefeed.geometry.path import Path
 
@@ -62,9 +65,66 @@ def test_what_cannot_be_reached_is_refused_with_the_nearest_that_can() -> None:
         sf.plan(path, limits, period=PERIOD, start=sf.State(59.0, 0.0, 96.0))
     nearest = float(str(caught.value).split("at most ")[1].split()[0])
     assert 0.0 < nearest < 59.0
-    sf.plan(path, limits, period=PERIOD, start=sf.State(0.999 * nearest, 0.0, 96.0))
+    sf.plan(path, limits, period=PERIOD, start=sf.State(nearest, 0.0, 96.0))
     with pytest.raises(sf.errors.PlanError, match=r"do not allow a state of 10 mm/s and 5000 .*the nearest"):
         sf.plan(path, limits, period=PERIOD, start=sf.State(10.0, 5000.0, 50.0))
+
+
+# Seeds whose own states were refused, by what they are: on the last bit to a rest, on a straight line that an exact
+# profile brakes on, in the cells before that, and where the solver found no motion on the first cells.
+OWN = [(2001, 0.848), (2002, 1.128), (2006, 0.27115), (2009, 1.17804), (2011, 0.68828), (2025, 0.5087), (2034, 0.36907)]
+
+
+@pytest.mark.parametrize(("seed", "t"), OWN)
+def test_a_state_of_an_own_law_is_one_to_go_on_from(seed: int, t: float) -> None:
+    case = random_motions.motion(seed, ("time-optimal", "look-ahead"))
+    law = sf.plan(case.path, case.limits, strategy=case.strategy, period=case.period)
+    again = sf.plan(case.path, case.limits, strategy=case.strategy, period=case.period, start=state_of(law, t))
+    assert float(again.feed(0.0)) == pytest.approx(float(law.feed(t)), rel=1e-9)
+    assert t + again.duration <= 1.05 * law.duration + 2.0 * case.period
+    found = limits_along(again, case.path, case.limits)
+    assert [name for name, each in found.items() if not each.holds] == []
+
+
+def line(length: float) -> Path:
+    return Path([sf.NurbsCurve.bezier([[0.0], [length]])], axes=("q",))
+
+
+@pytest.mark.parametrize(
+    ("length", "v", "limits", "start"),
+    [
+        (1.0, 1.0, (10.0, 100.0), (0.68, 8.0)),  # v + a^2 / 2J is the limit of the feed: ruckig's issue 100
+        (10.0, 1.0, (2.0, 20.0), (0.5, -2.0)),
+        (4.0, 1.0, (2.0, 20.0), (0.016, -0.8)),  # v - a^2 / 2J = 0: at rest on the way, and on from there
+        (
+            2.0711821649735174,
+            3.2849171823711645,
+            (26.044371453418133, 52.914980930100384),
+            (0.43058362088598806, -6.68),
+        ),
+    ],
+)
+def test_a_state_at_its_limits_is_one_to_go_on_from(length, v, limits, start) -> None:
+    most = sf.Limits(axis_velocity=v, axis_acceleration=limits[0], axis_jerk=limits[1])
+    law = sf.plan(line(length), most, start=sf.State(*start))
+    t = np.linspace(0.0, law.duration, 5001)
+    assert float(law.length) == pytest.approx(length, rel=1e-12)
+    assert np.max(law.feed(t)) <= v * (1.0 + 1e-6)
+    assert np.min(law.feed(t)) >= -1e-9 * v
+    assert np.max(np.abs(law.acceleration(t))) <= limits[0] * (1.0 + 1e-6)
+    assert np.max(np.abs(law.jerk(t))) <= limits[1] * (1.0 + 1e-6)
+
+
+@pytest.mark.parametrize("start", [(0.5, -3.0, 0.0), (0.9, 5.0, 2.0), (0.05, -1.9, 1.0)])
+def test_the_nearest_state_that_a_refusal_names_is_accepted(start: tuple[float, float, float]) -> None:
+    limits = sf.Limits(axis_velocity=1.0, axis_acceleration=2.0, axis_jerk=20.0)
+    with pytest.raises(sf.errors.PlanError) as caught:
+        sf.plan(line(4.0), limits, start=sf.State(*start))
+    said = re.search(r"they allow is a state of (\S+) mm/s and (\S+) mm/s\^2", str(caught.value))
+    assert said is not None
+    feed, acceleration = map(float, said.groups())
+    assert feed > 0.0
+    sf.plan(line(4.0), limits, start=sf.State(feed, acceleration, start[2]))
 
 
 @pytest.mark.parametrize(

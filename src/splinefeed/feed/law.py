@@ -36,6 +36,22 @@ class Pieces:
         """The same motion, so many times slower."""
         return Pieces(self.spans * factor, self.coefficients / factor ** np.arange(LAW_COEFFICIENTS))
 
+    def slowed_between(self, seconds: float) -> Pieces:
+        """The motion slower between its ends, so that it takes so long, s, and at both ends as it is.
+
+        t = tau + (seconds - D) B(tau / D), where D is how long it takes and B' = 140 x^3 (1 - x)^3; each piece is the
+        quintic between what that makes of its ends.
+        """
+        tau = np.concatenate([[0.0], np.cumsum(self.spans)])
+        whole, x = tau[-1], tau / tau[-1]
+        more = seconds / whole - 1.0
+        t = tau + more * whole * x**4 * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x)))
+        slower = 1.0 + 140.0 * more * (x * (1.0 - x)) ** 3
+        steeper = 420.0 * more / whole * (x * (1.0 - x)) ** 2 * (1.0 - 2.0 * x)
+        first, last = self.at(0.0), self.at(1.0)
+        s, v, a = (np.append(each, other[-1]) for each, other in zip(first[:3], last[:3], strict=True))
+        return Pieces(np.diff(t), quintics(s, v / slower, a / slower**2 - v * steeper / slower**3, np.diff(t)))
+
     def part(self, first: int, last: int) -> Pieces:
         """The pieces from `first` to the one before `last`."""
         return Pieces(self.spans[first:last], self.coefficients[first:last])

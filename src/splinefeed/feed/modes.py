@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
@@ -15,13 +15,14 @@ from splinefeed.errors import LimitsError, PlanError
 from splinefeed.feed.audit import worst_shares
 from splinefeed.feed.corners import passed_corners
 from splinefeed.feed.law import Pieces, joined
-from splinefeed.feed.numbers import ALMOST, BISECTIONS, HOPELESS, KEPT, SAME
+from splinefeed.feed.numbers import ALMOST, HOPELESS, KEPT, SAME
+from splinefeed.feed.openings import over_at, plan_from
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.straight import straights
 from splinefeed.feed.stretches import curve_feeds, with_dwells
 from splinefeed.feed.ticks import held_at_ticks
 from splinefeed.feed.track import JointTrack, PathTrack, Track
-from splinefeed.feed.window import REST, Mode, Plan, State, plan_window
+from splinefeed.feed.window import REST, Mode, Plan, State
 from splinefeed.feed.windows import OutOfReachError, Windows, plan_stretch
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
@@ -36,6 +37,10 @@ MODES = {
 }
 #: A motion over a limit is slowed down as a whole: a note says so where that is by more than this, as a factor on q.
 POOR = 1.2
+#: Shares of the limits, as factors on q, that are left to slow a motion down by less than a period.
+SPARES = (1e-4, 1e-3, 1e-2, 0.1)
+#: Halvings in which the nearest state is sought that limits allow.
+SOUGHT = 6
 
 
 def setting_of(path: Path | JointPath, limits: Limits, period: float | None) -> Setting:
@@ -197,7 +202,7 @@ def _in_ticks(given: tuple[Setting, Mode], stretch: tuple[float, float, State, S
     """A stretch, see `_stretch`, that lasts whole periods if it can, and how many.
 
     From rest to rest it is slowed down as a whole, by k: feeds by k, accelerations by k^2, jerks by k^3. With one end
-    in motion it waits at the other one.
+    in motion it waits at the other one, with both it is slowed down between them.
     """
     (setting, mode), (low, high, start, stop) = given, stretch
     period = setting.period
@@ -214,21 +219,39 @@ def _in_ticks(given: tuple[Setting, Mode], stretch: tuple[float, float, State, S
     with suppress(OutOfReachError):
         plan = plan_stretch(setting, low, high, start, stop, mode)
         if plan.over <= 1.0 + KEPT:
-            return _waiting(plan, high, stop, period, both=min(start.feed, stop.feed) > 0.0)
-    raise _out_of_reach(setting, low, high, start, stop)
+            if period is None:
+                return plan, 0
+            if min(start.feed, stop.feed) == 0.0:
+                return _waiting(plan, high, stop, period)
+            return _slowed(plan, setting, stretch, mode, period)
+    raise _out_of_reach(setting, low, high, start, stop, mode)
 
 
-def _waiting(plan: Plan, high: float, stop: State, period: float | None, both: bool) -> tuple[Plan, int]:
-    """Motion that ends at `high`, mm, and waits less than a period where it rests, so that it lasts whole periods.
-
-    With `both` ends in motion it cannot wait, and no whole periods are told.
-    """
-    if both or period is None:
-        return plan, 0
+def _waiting(plan: Plan, high: float, stop: State, period: float) -> tuple[Plan, int]:
+    """Motion that ends at `high`, mm, and waits less than a period where it rests, so that it lasts whole periods."""
     ticks = math.ceil(plan.pieces.duration / period * (1.0 - SAME))
     place = high if stop.feed == 0.0 else float(plan.pieces.coefficients[0, 0])
     still = Pieces(np.array([max(ticks * period - plan.pieces.duration, 0.0)]), np.eye(1, LAW_COEFFICIENTS) * place)
     return replace(plan, pieces=joined([plan.pieces, still] if stop.feed == 0.0 else [still, plan.pieces])), ticks
+
+
+def _slowed(
+    plan: Plan, setting: Setting, stretch: tuple[float, float, State, State], mode: Mode, period: float
+) -> tuple[Plan, int]:
+    """Motion slowed down by less than a period between its ends, so that it lasts whole ones; as it is if none can.
+
+    That takes of the limits, so that motions that leave a share of them are tried, too.
+    """
+    tried = plan
+    for spare in (*SPARES, None):
+        ticks = max(math.ceil(tried.pieces.duration / period * (1.0 - SAME) - SAME), 1)
+        slower = tried.pieces.slowed_between(ticks * period)
+        if np.max(worst_shares(setting, slower, stretch[1])[0]) <= 1.0 + KEPT:
+            return replace(plan, pieces=slower), ticks
+        if spare is not None:
+            with suppress(PlanError):
+                tried = plan_stretch(setting, *stretch, replace(mode, spare=spare))
+    return plan, 0
 
 
 def _not_found(setting: Setting, plan: Plan, low: float, high: float) -> PlanError:
@@ -245,41 +268,55 @@ def _not_found(setting: Setting, plan: Plan, low: float, high: float) -> PlanErr
     )
 
 
-def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop: State) -> OutOfReachError:
-    """The error for feeds at the ends that the limits do not allow: which, and the nearest that they do allow."""
-    mode = MODES[LOOK_AHEAD]
-    near = Windows(low).reach(setting, mode, high)  # what lies behind does not matter
+def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop: State, mode: Mode) -> OutOfReachError:
+    """The error for feeds at the ends that the limits do not allow: which, and the nearest that they do allow.
+
+    The nearest is sought in a short window, and is one that a plan was made from.
+    """
+    near = Windows(low).reach(setting, MODES[LOOK_AHEAD], high)  # what lies behind does not matter
     length = near - low
 
-    def possible(first: State, last: State) -> bool:
+    def possible(first: State, last: State, mode: Mode = MODES[LOOK_AHEAD]) -> bool:
         begin, end = (low, near) if last.feed == 0.0 or near == high else (high - length, high)
         first, last = (first if begin == low else REST), (last if end == high else REST)
-        return plan_window(setting, begin, end, first, last, mode, exact=True).over <= 1.0 + KEPT
-
-    def most(fits: Callable[[float], bool]) -> float:
-        least, step = 0.0, 1.0
-        for _ in range(BISECTIONS):
-            step *= 0.5
-            least += step if fits(least + step) else 0.0
-        return least
+        with suppress(PlanError):
+            return plan_from(setting, begin, end, first, last, mode).over <= 1.0 + KEPT
+        return False
 
     at_end = stop.feed > 0.0 and (start.feed == 0.0 or possible(start, REST))
-    if not at_end and start.acceleration != 0.0:
-        calm = State(start.feed, 0.0, start.s)
-        nearest = start.slower(most(lambda share: possible(start.slower(share), stop)))
-        if possible(calm, stop):
-            share = most(lambda share: possible(replace(start, acceleration=share * start.acceleration), stop))
-            nearest = replace(start, acceleration=share * start.acceleration)
-        return OutOfReachError(
-            f"the limits up to s = {near:.6g} mm do not allow {start}; the nearest state they allow is {nearest}"
-        )
-    name, wanted = ("end_feed", stop.feed) if at_end else ("start_feed", start.feed)
-    least = wanted * most(
-        lambda share: possible(start, stop.slower(share)) if at_end else possible(start.slower(share), REST)
-    )
+    given, place = (stop, high) if at_end else (start, low)
+    calm = State(given.feed, 0.0, given.s)
+
+    def written(share: float) -> State:
+        """A share of the state as messages write it, six digits, nearer to rest."""
+        v, a, down = (share, share**2, 1.0 - 5e-6) if whole else (1.0, share, 1.0)
+        feed, acceleration = (float(f"{each * down:.6g}") for each in (v * given.feed, a * given.acceleration))
+        return State(feed, acceleration if feed > 0.0 else 0.0, given.s)
+
+    def fits(state: State, mode: Mode = MODES[LOOK_AHEAD]) -> bool:
+        return state.feed == 0.0 or (possible(start, state, mode) if at_end else possible(state, stop, mode))
+
+    whole = given.acceleration == 0.0 or not fits(calm)
+    least, most = 0.0, 1.0
+    if whole:
+        most = min(over_at(setting, place, given) ** -0.5, 1.0)
+    if most < 1.0 and fits(written(most)):
+        least = most
+    else:
+        for _ in range(SOUGHT):
+            middle = 0.5 * (least + most)
+            least, most = (middle, most) if fits(written(middle)) else (least, middle)
+    while least > 2.0**-SOUGHT and not fits(written(least), mode):
+        least *= 0.8
+    found = written(least)
+    if given.acceleration != 0.0:
+        up_to = f"up to s = {setting.track.place(near):.6g} mm"
+        return OutOfReachError(f"the limits {up_to} do not allow {start}; the nearest state they allow is {found}")
+    between = setting.between(low, high)
+    name, by_feed = "end_feed" if at_end else "start_feed", setting.speed_at(place, 1.0)
     return OutOfReachError(
-        f"{name} is {wanted:g} mm/s; the limits between s = {low:.6g} and {high:.6g} mm allow at most {least:.6g} mm/s "
-        "there; lower it"
+        f"{name} is {given.feed / by_feed:.6g} mm/s; the limits {between} "
+        f"allow at most {found.feed / by_feed:.6g} mm/s there; lower it"
     )
 
 

@@ -43,6 +43,19 @@ def straights(setting: Setting, marks: Array) -> tuple[BoolArray, Array, Array]:
     return straight, spans, coefficients
 
 
+def straight_ahead(setting: Setting, low: float, high: float) -> tuple[float, Array]:
+    """Where the straight line from `low` ends, mm, at most at `high`, and its limits (5,), see `_along`.
+
+    The line ends at `low` where the path is not straight there.
+    """
+    edges = np.concatenate([[low], setting.inside(low, high), [high]])
+    found = _along(setting, edges)
+    with np.errstate(invalid="ignore"):
+        same = np.all(np.abs(found - found[:, :1]) <= SAME * np.maximum(np.abs(found[:, :1]), 1.0), axis=0)
+    count = int(np.argmin(np.append(same, False)))
+    return float(edges[count]), np.where(found[:5, 0] < NO_LIMIT, found[:5, 0], np.inf)
+
+
 def _along(setting: Setting, edges: Array) -> Array:
     """Limits along the spans between edges (m + 1,), and their tangents: (5 + axes, m), NaN where one is not straight.
 

@@ -42,12 +42,14 @@ class Mode:
                factor on q, by which the audit may find a motion over it
     cells      in a window, about
     bounded    whether a lower bound of the time is wanted
+    spare      share of every limit, as a factor on q, that a motion with an end in motion leaves
     """
 
     cell: float
     tolerance: float
     cells: int
     bounded: bool = False
+    spare: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -243,11 +245,11 @@ def plan_window(
         # cells beside a jump end where its reach does, which is a matter of the feed there
         rough = solve(window.problem, window.guess(), FASTER - 1.0)
         window, _ = window.again(rough.c, mode)
-    goal = 1.0 - UNSEEN if exact else 1.0 + mode.tolerance
+    goal = (1.0 - UNSEEN) * (1.0 - mode.spare) if exact else 1.0 + mode.tolerance
     c = window.guess()
     if setting.limits.deceleration_jerk != setting.limits.jerk:
         window, c = _turned(setting, window, c, mode)
-    factor = np.ones((3, len(window)))
+    factor = np.full((3, len(window)), 1.0 - mode.spare)
     often, lower = np.zeros_like(factor), np.zeros(factor.shape, dtype=bool)
     z: Array | None = None
     bound, before = 0.0, None

@@ -11,6 +11,7 @@ from splinefeed.errors import PlanError
 from splinefeed.feed.grid import Samples, counted
 from splinefeed.feed.law import Pieces, joined
 from splinefeed.feed.numbers import BISECTIONS, HOPELESS, KEPT, TOGETHER
+from splinefeed.feed.openings import plan_from
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.straight import straights
 from splinefeed.feed.window import GUESS, REST, Mode, Plan, State, plan_window
@@ -70,7 +71,10 @@ class Windows:
         into = stop if ends_here else REST
         try:
             with np.errstate(all="ignore"):  # what is not a number is not a motion to take
-                plan = plan_window(setting, self.low, near, self.state, into, mode, exact=True, known=self.samples)
+                if self.left is None and max(self.state.feed, into.feed) > 0.0:
+                    plan = plan_from(setting, self.low, near, self.state, into, mode, self.samples)
+                else:
+                    plan = plan_window(setting, self.low, near, self.state, into, mode, exact=True, known=self.samples)
         except PlanError:
             if self.left is None:
                 raise
@@ -183,8 +187,9 @@ def plan_stretch(setting: Setting, low: float, high: float, start: State, stop: 
     """The motion between two ends, at rest or in motion, by as many windows as it takes."""
     windows = Windows(low, State(start.feed, start.acceleration))
     if windows.reach(setting, mode, high) == high:
-        exact = max(start.feed, stop.feed) > 0.0
-        return plan_window(setting, low, high, start, stop, mode, exact=exact, known=windows.samples)
+        if max(start.feed, stop.feed) > 0.0:
+            return plan_from(setting, low, high, windows.state, stop, mode, known=windows.samples)
+        return plan_window(setting, low, high, start, stop, mode, known=windows.samples)
     mode = replace(mode, bounded=False)  # bounds of windows do not add up to one
     parts = []
     while windows.low < high:
