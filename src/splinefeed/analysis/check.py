@@ -89,7 +89,7 @@ def check(
     slack = number(tolerance, "tolerance"), number(resolution, "resolution")
     if min(slack) < 0.0:
         raise InputError(f"tolerance {slack[0]:g} and resolution {slack[1]:g} must not be negative")
-    if isinstance(path, Path):
+    if path.joint_path is None:
         refuse_orientation(limits, path.name)
     judged = Check(limits, *slack, law=law)
     judged.part(path)
@@ -156,9 +156,9 @@ class Check:
     def part(self, path: Path | JointPath) -> None:
         """The next part of the path; a JointPath comes whole."""
         self._axes = path.axes
-        if isinstance(path, JointPath):
-            self._joints, path = path, path.tool
-        self._coming.append(path)
+        if path.joint_path is not None:
+            self._joints = path.joint_path
+        self._coming.append(path.tip_path)
 
     def see(self, setpoints: Setpoints) -> None:
         """The next setpoints; however they are cut, blocks of BLOCK ticks are looked at, and the last tick alone."""

@@ -111,22 +111,23 @@ def limit_use(
     v, a, j = law.feed(t), law.acceleration(t), law.jerk(t)
     reach = (v * setpoints.period) ** 2 / 8.0  # a chord over 1/mm of curvature is off by that
     turned, tip = np.zeros(len(t)), (np.ones(len(t)), np.zeros(len(t)), np.zeros(len(t)))
-    if isinstance(path, JointPath):
-        d = path.derivatives(setpoints.s)
-        kappa, (chord, axis_chord) = np.linalg.norm(d[:, 2, :3], axis=1), path.between_ticks(d)
-        d, feed = d[:, :, 3:], feed_limit(setpoints, path.tool, limits)
+    joints, own = path.joint_path, path.tip_path
+    if joints is not None:
+        d = joints.derivatives(setpoints.s)
+        kappa, (chord, axis_chord) = np.linalg.norm(d[:, 2, :3], axis=1), joints.between_ticks(d)
+        d, feed = d[:, :, 3:], feed_limit(setpoints, own, limits)
         sagitta, turned = chord * reach, axis_chord * reach
     else:
-        rows = spans_of(path)
+        rows = spans_of(own)
         row, u = rows.find(setpoints.curve, setpoints.u)
         places = SpanPlaces(rows, row)
         exact_at = places.along(places.t(u), 3)
         kappa, tip = places.curvature(exact_at[0]), places.tip(exact_at[1])
         chord = kappa
-        d, feed = np.stack(exact_at[1], axis=1).T, feed_limit(setpoints, path, limits)
+        d, feed = np.stack(exact_at[1], axis=1).T, feed_limit(setpoints, own, limits)
         sagitta = np.zeros(len(t))
         if limits.chord_error is not None and len(t) > 1:
-            sagitta = np.pad(chord_errors(setpoints, path), (0, 1), mode="edge")
+            sagitta = np.pad(chord_errors(setpoints, own), (0, 1), mode="edge")
     r1, r2, r3 = (d[:, k].T for k in (1, 2, 3))
     with np.errstate(invalid="ignore", over="ignore"):
         exact = [(r1 * v).T, (r2 * v * v + r1 * a).T, (r3 * v**3 + 3.0 * r2 * v * a + r1 * j).T]
@@ -148,14 +149,14 @@ def limit_use(
         ("orientation_error", turned, limits.orientation_error),
     ]
     # whether a limit is there is said by the limits, not by the ticks: a chunk may be rapid moves alone
-    limited = {"feed"} if path.tip_path.feeds is not None else set()
+    limited = {"feed"} if own.feeds is not None else set()
     limited |= {"jerk"} if min(limits.jerk, slowing or np.inf) < np.inf else set()
     bounded = limits.axis_bounds(path.axes)
     for names, values, bounds in zip(bounded.names, exact, bounded.bounds.tolist(), strict=True):
         measures += zip(names, bounded.of(values).T, bounds, strict=True)
     measures += _torques(setpoints, exact, path.axes, limits)
-    if isinstance(path, Path):
-        measures += _steps(setpoints, path, law, limits)
+    if joints is None:
+        measures += _steps(setpoints, own, law, limits)
     given = [each for each in measures if each[2] is not None and (each[0] in limited or np.any(np.isfinite(each[2])))]
     with np.errstate(invalid="ignore", over="ignore"):
         share = np.array([np.abs(values) / limit for _, values, limit in given]).reshape(len(given), len(t)).T

@@ -325,19 +325,9 @@ def machine_under(given: Mapping[str, Any], *, otherwise: bool = False) -> tuple
 
 
 def limits_from(
-    given: Mapping[str, Any],
-    machine: sf.Machine | None = None,
-    axes: Sequence[str] = (),
-    path: sf.Path | sf.formats.PathParts | None = None,
+    given: Mapping[str, Any], machine: sf.Machine | None = None, axes: Sequence[str] = ()
 ) -> tuple[sf.Limits, list[str]]:
-    """Limits from what the options of `limits` were `given`, and notes on what is assumed.
+    """Limits of `axes` from what the options of `limits` were `given`; see `completed`, and `limited` for a path."""
+    from splinefeed.pipeline.settings import completed
 
-    Without a file of limits the paper's stand in for what is not said, but not where limits of the axes say enough.
-    The limits of the `axes` of a machine hold where neither file nor options say others, and the feeds of a program
-    that curves of the `path` carry where no feed is said.
-    """
-    from splinefeed.pipeline.settings import at_programmed_feeds, completed
-
-    flat = said_limits(given, {})
-    limits = completed(flat, machine, axes, assume=not given["limits_file"])
-    return (limits, []) if path is None or "feed" in flat else at_programmed_feeds(limits, path)
+    return completed(said_limits(given, {}), machine, axes, assume=not given["limits_file"]), []

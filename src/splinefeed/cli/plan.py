@@ -9,7 +9,7 @@ from splinefeed import units
 from splinefeed.cli import options, summary
 from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Block, Page, Say, notes, number, table
-from splinefeed.cli.source import task_of
+from splinefeed.cli.source import job_of
 from splinefeed.feed.planning import cheap_to_bound
 from splinefeed.records import Array
 
@@ -65,8 +65,8 @@ def plan(say: Say, source: str | None, **given: Any) -> Page:
     """
     from splinefeed.analysis.check_law import limits_along
 
-    what = task_of(say, source, given, sf.Machine.load(given["machine"]) if given["machine"] else None)
-    path = what.path
+    what = job_of(say, source, given, sf.Machine.load(given["machine"]) if given["machine"] else None)
+    path: Any = what.path
     say("planning")
     law = sf.plan(
         path, what.limits, strategy=what.strategy, period=what.period, bound=cheap_to_bound(path, what.limits)
@@ -144,8 +144,8 @@ def compare(say: Say, source: str | None, names: tuple[str, ...] | None, **given
     names = names or registry.methods()
     for name in names:
         registry.method(name)
-    what = task_of(say, source, given)
-    path = what.path
+    what = job_of(say, source, given)
+    path: Any = what.path
     say("planning")
     law = sf.plan(path, what.limits, strategy=what.strategy, period=what.period)
     say("comparing methods")

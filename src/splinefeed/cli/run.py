@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -14,7 +15,7 @@ import splinefeed as sf
 from splinefeed.cli import options, summary
 from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Page, Say
-from splinefeed.cli.source import AFTER_READING, check_rotary, read_path, task_of
+from splinefeed.cli.source import AFTER_READING, check_rotary, job_of, read_path
 from splinefeed.errors import InputError
 
 #: Most ticks of a motion on which methods are compared: each is held as a whole.
@@ -71,7 +72,7 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
     """
     from splinefeed.interpolation import registry
     from splinefeed.pipeline import compare
-    from splinefeed.pipeline.run import LONG, MotionJob, carry_out
+    from splinefeed.pipeline.run import LONG, carry_out
     from splinefeed.report import files
     from splinefeed.report.folder import default_name, staged
     from splinefeed.report.record import about, record
@@ -83,10 +84,11 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
     method = given["method"] or (compare.PAPER_METHODS[-1] if of_paper else registry.DEFAULT_METHOD)
     registry.method(method)
     # the paper's experiment has the paper's limits, whatever the machine
-    what = task_of(say, source, given, None if of_paper else machine, read=partial(_read, given))
+    what = job_of(say, source, given, None if of_paper else machine, read=partial(_read, given))
     compared = of_paper if given["compare"] is None else given["compare"]
-    path, corrections, formats, reading = what.path, given["corrections"], given["formats"], what.reading
-    tool, parts = isinstance(path, sf.ToolPath), isinstance(path, sf.formats.PathParts)
+    path: Any = what.path
+    corrections, formats, reading = given["corrections"], given["formats"], what.reading
+    tool, parts = path.tool_path is not None, path.in_parts is not None
     if given["tip"] and not tool:
         raise InputError(f"--tip: {path.name} has no tool axis; its setpoints are the tool's positions already")
     if machine is not None and not tool and not parts:
@@ -95,10 +97,7 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
     if table:
         reading = {"smooth": reading.get("tolerance", POINTS_TOLERANCE), **reading}
         reading.pop("tolerance", None)
-    job = MotionJob(
-        path, what.limits, machine, what.period, what.strategy, method, corrections, source=what.source,
-        reading=reading, notes=tuple(what.notes),
-    )  # fmt: skip
+    job = replace(what, machine=machine, method=method, corrections=corrections, reading=reading)
 
     def described(settings: Mapping[str, Any]) -> dict[str, Any]:
         """What the record of the run says of how it is made."""

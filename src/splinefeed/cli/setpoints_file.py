@@ -66,7 +66,7 @@ def on_its_machine(
     """A tool path in the joints of `machine`, or of the one that the settings say; any other path as it is."""
     from splinefeed.pipeline.run import on_machine
 
-    own = options_of(settings)["machine"] if isinstance(path, sf.ToolPath) else None
+    own = None if path.tool_path is None else options_of(settings)["machine"]
     return on_machine(path, machine or own, limits)
 
 

@@ -6,7 +6,7 @@ import math
 import os
 import re
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import splinefeed as sf
 from splinefeed.cli import options
@@ -15,6 +15,7 @@ from splinefeed.errors import InputError, nearest
 
 if TYPE_CHECKING:
     from splinefeed.formats.contents import Contents
+    from splinefeed.pipeline.run import MotionJob
 
 
 #: What is done to a path after it is read.
@@ -23,31 +24,19 @@ AFTER_READING = ("tangential", *options.SMOOTHS, *options.LINKS, "unsaid")
 UNSAID = AFTER_READING[-1]
 
 
-class Task(NamedTuple):
-    """What a command plans: a path, how it was read, limits, period, strategy and notes on them."""
-
-    source: str
-    path: Any  # sf.Path, but where another `read` makes it
-    reading: dict[str, Any]
-    limits: sf.Limits
-    period: float
-    strategy: str | None
-    notes: list[str]
-
-
-def task_of(
+def job_of(
     say: Say,
     source: str | None,
     given: Mapping[str, Any],
     machine: sf.Machine | None = None,
     read: Callable[[str, Mapping[str, Any]], Any] | None = None,
-) -> Task:
+) -> MotionJob:
     """What SOURCE and the options mean, the paper's airfoil without SOURCE; `machine` gives limits of its axes.
 
     read  how to read a source, in place of `read_path`
     """
-    from splinefeed.geometry.jobs import Job
-    from splinefeed.pipeline.settings import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE, planned_axes
+    from splinefeed.pipeline.run import MotionJob
+    from splinefeed.pipeline.settings import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE, limited
 
     source = PAPER_SHAPE if source is None else source
     if machine is None:
@@ -55,16 +44,17 @@ def task_of(
     reading = options.reading_from(given)
     say(f"reading {source}")
     unsaid = {} if machine is None or machine.clearance is None else {"clearance": machine.clearance}
-    unsaid["cut_feed"] = options.said_limits(given, {}).get("feed", PAPER_LIMITS.feed)
+    flat = options.said_limits(given, {})
+    unsaid["cut_feed"] = flat.get("feed", PAPER_LIMITS.feed)
     path = (read or read_path)(source, {**reading, UNSAID: unsaid})
-    if isinstance(path, Job):  # what a command that makes it again has to say
+    if path.linking is not None:  # what a command that makes it again has to say
         said = {"clearance": path.linking.clearance, "cut_feed": path.linking.feed}
         reading |= {name: value for name, value in said.items() if value is not None}
-    limits, notes = options.limits_from(given, machine, planned_axes(path, machine), path)
-    if given.get("smooth", "") is None and isinstance(path, sf.Path):
-        notes = [*notes, *_smoothing_note(path)]
+    limits, notes = limited(path, flat, machine, assume=not given["limits_file"])
+    if given.get("smooth", "") is None and path.in_parts is None:
+        notes = (*notes, *_smoothing_note(path))
     period = PAPER_PERIOD if given["period"] is None else given["period"]
-    return Task(source, path, reading, limits, period, given["strategy"], notes)
+    return MotionJob(path, limits, machine, period, given["strategy"], source=source, reading=reading, notes=notes)
 
 
 def _smoothing_note(path: sf.Path) -> list[str]:

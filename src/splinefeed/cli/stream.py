@@ -19,7 +19,7 @@ from splinefeed.cli import options
 from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Page, Say
 from splinefeed.cli.setpoints_file import read_setpoints
-from splinefeed.cli.source import task_of
+from splinefeed.cli.source import job_of
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.formats.source import in_brief
 from splinefeed.live.operator import MOST, Control, Operator
@@ -174,8 +174,9 @@ def _along(say: Say, source: str, given: dict[str, Any], machine: sf.Machine | N
     from splinefeed.live.motion import planned
     from splinefeed.pipeline.run import on_machine
 
-    what, most = task_of(say, source, given, machine), given["most"] / 100.0
-    moved = on_machine(what.path, machine if isinstance(what.path, sf.ToolPath) else None, what.limits)
+    what, most = job_of(say, source, given, machine), given["most"] / 100.0
+    path: Any = what.path
+    moved = on_machine(path, None if path.tool_path is None else machine, what.limits)
     say("planning")
     reserve = {"top": given["top"], "most": most}
     law, motion = planned(moved, what.limits, period=what.period, strategy=what.strategy, **reserve)

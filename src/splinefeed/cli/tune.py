@@ -12,7 +12,7 @@ from splinefeed import units
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers, recorded
 from splinefeed.cli.output import Block, Page, Say, length, listed, notes, number
-from splinefeed.cli.source import task_of
+from splinefeed.cli.source import job_of
 from splinefeed.errors import InputError
 from splinefeed.simulation.linear import Bound
 from splinefeed.simulation.shaping import REQUIRED
@@ -142,14 +142,15 @@ def tune(say: Say, machine: str, **given: Any) -> Page:
     source: dict[str, str] = {}
     found: Any  # a PathTuning or a TunedMachine
     if rule == tuning.PATH_RULE:
-        what = task_of(say, given["source"], given)
+        what = job_of(say, given["source"], given)
         source = {"path": what.source}
         say("planning and interpolating")
-        setpoints = sf.run(what.path, what.limits, period=what.period, strategy=what.strategy).points
+        along: Any = what.path
+        setpoints = sf.run(along, what.limits, period=what.period, strategy=what.strategy).points
         found = tuning.tune_on_path(
             model,
             setpoints,
-            what.path,
+            along,
             axes=given["axes"],
             bound=bound,
             evaluations=tuning.EVALUATIONS if given["runs"] is None else given["runs"],
@@ -246,8 +247,8 @@ def tune_feed(say: Say, source: str, **given: Any) -> Page:
     drawing = options.figure_formats(given)
     machine = sf.Machine.load(given["machine"])
     method = registry.method(given["method"] or registry.DEFAULT_METHOD).name
-    what = task_of(say, source, given, machine)
-    path = what.path
+    what = job_of(say, source, given, machine)
+    path: Any = what.path
     folder = given["output"] if given["output"] is not None else f"{default_name(path.name)}-for-{machine.name}"
     with staged(folder, files.TUNE_FEED_RECORD, files.TUNE_FEED_NAMES) as stage:
         tuning = contour_feed.tune_feed(

@@ -246,9 +246,9 @@ def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
 
 def to_text(paths: Sequence[Path]) -> str:
     """The text of a file with the curves of `paths`."""
-    first, several = paths[0], len(paths) > 1
+    first, several, tool = paths[0], len(paths) > 1, paths[0].tool_path
     shared: dict[str, Any] = {"units": "mm"} if several else {"name": first.name, "units": "mm"}
-    if several or not isinstance(first, ToolPath):
+    if several or tool is None:
         shared |= {} if several else {"axes": first.axes}
         curves = [
             {**({"name": path.name, "axes": path.axes} if several else {}), **_written(path, i)}
@@ -256,9 +256,9 @@ def to_text(paths: Sequence[Path]) -> str:
             for i in range(len(path.curves))
         ]
     else:
-        shared |= {"rotary_axes": first.rotary} if first.rotary else {}
-        shared |= {} if first.tool_length is None else {"tool_length": first.tool_length}
-        curves = [_written_tip(first, i) for i in range(len(first.curves))]
+        shared |= {"rotary_axes": tool.rotary} if tool.rotary else {}
+        shared |= {} if tool.tool_length is None else {"tool_length": tool.tool_length}
+        curves = [_written_tip(tool, i) for i in range(len(first.curves))]
     document = {**shared, **curves[0]} if len(curves) == 1 else {**shared, "curves": curves}
     return json.dumps(document, allow_nan=False) + "\n"
 

@@ -39,6 +39,18 @@ class PathParts:
     feeds: tuple[float, bool] | None = None
     tolerance: float | None = None
 
+    tool_path = joint_path = linking = None
+
+    @property
+    def in_parts(self) -> PathParts:
+        """This path: its parts come one after the other."""
+        return self
+
+    @property
+    def feed_range(self) -> tuple[float, bool] | None:
+        """Highest finite feed of its curves, mm/s, and whether some have none; see `Path`."""
+        return self.feeds
+
     def __iter__(self) -> Iterator[Path]:
         return self.make()
 

@@ -22,7 +22,6 @@ from splinefeed.formats.metadata import naming
 from splinefeed.formats.sizes import MAX_CAD_BYTES, MAX_DRAWING_BYTES
 from splinefeed.geometry.jobs import Job, job
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.tool_path import ToolPath
 
 #: How much of a file is looked at to tell its format.
 HEAD_BYTES = 2**16
@@ -164,10 +163,10 @@ def write(paths: Path | Iterable[Path], target: str | os.PathLike[str], **option
     expect("write(path, file)", (paths, object), (target, (str, os.PathLike)))
     found = format_to_write(target)
     found.check_options(found.writing_options, options)
-    chosen = (paths,) if isinstance(paths, Path) else tuple(paths)
+    chosen = tuple(paths) if isinstance(paths, Iterable) else (paths,)
     if not chosen:
         raise InputError(f"{target}: there is no path to write")
-    lost = [each.name for each in chosen if isinstance(each, ToolPath) and found.module != "json_curve"]
+    lost = [each.name for each in chosen if each.tool_path is not None and found.module != "json_curve"]
     left_out = [f"the tool axis of {name} is left out: a {found.title} cannot hold it" for name in lost]
     return (*found.load().write(chosen, target, **options), *left_out)
 

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property, partial
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -102,6 +102,8 @@ class Path:
 
     #: Whether something else is given for each curve over the same parameters: then tips become corners, and no more.
     _tied = False
+
+    linking: Any = None
 
     def __init__(
         self,
@@ -374,10 +376,35 @@ class Path:
             three * v**3 + 3.0 * two * v * a + one * j,
         )
 
+    # --- what it is among all paths, see `track` ---------------------------------------------------------------------
+
     @property
-    def tip_path(self) -> Self:
+    def tip_path(self) -> Path:
         """The path of the tool tip: this one."""
         return self
+
+    @property
+    def tool_path(self) -> Any:
+        """This path if it has a tool axis, of which a machine has to make joints; None."""
+        return None
+
+    @property
+    def joint_path(self) -> None:
+        """A path of joints that a machine made is one of these; None."""
+        return None
+
+    @property
+    def in_parts(self) -> None:
+        """A path that comes in parts is one of these; None."""
+        return None
+
+    @property
+    def feed_range(self) -> tuple[float, bool] | None:
+        """Highest finite feed of its curves, mm/s, and whether some have none (rapid moves); None without feeds."""
+        if self.feeds is None:
+            return None
+        known = self.feeds[np.isfinite(self.feeds)]
+        return float(np.max(known, initial=0.0)), len(known) < len(self.feeds)
 
     @cached_property
     def tip_end(self) -> float:

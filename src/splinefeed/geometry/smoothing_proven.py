@@ -390,3 +390,8 @@ def _bends(c: Array, shape: Shape, scale: Array) -> tuple[Array, Array, Array]:
         bend = taylor(a[:, :, None, by_weight], 1, np.linspace(-1.0, 1.0, PLACES)[:, None], 2)[2][: len(scale)]
         top[by_weight] = BETWEEN * 2.0 * np.linalg.norm(bend * size, axis=0).max(axis=0)
     return top * c[SCALE] ** 2, 2.0 * speed.mean(axis=0), speed.min(axis=0) * c[SCALE]
+
+
+def with_proof(path: Path, **said: Any) -> Path:
+    """A path, or that of a tool, smoothed by `proven` or `proven_tool`; its findings state the proof."""
+    return proven_tool(path, **said)[0] if isinstance(path, ToolPath) else proven(path, **said).path

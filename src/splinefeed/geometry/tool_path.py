@@ -86,6 +86,11 @@ class ToolPath(Path):
         if self.tool_axis is not None and len(self.tool_axis) > 1:
             _check_joined(self)
 
+    @property
+    def tool_path(self) -> ToolPath:
+        """This path: a machine has to make joints of it."""
+        return self
+
     def __reduce__(self) -> tuple[object, ...]:
         return partial(ToolPath, **self._all_said()), (tuple(self.curves), self.tool_axis)
 

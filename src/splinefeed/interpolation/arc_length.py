@@ -24,9 +24,10 @@ def fill(path: Path | JointPath, law: TimeLaw, time: Array) -> tuple[IntArray, A
     Source: the idea of an arc-length table is B. Guenter, R. Parent, "Computing the arc length of parametric curves",
     IEEE Computer Graphics and Applications 10(3), 1990, doi 10.1109/38.55155; the table is `kernels.layout`.
     """
-    if isinstance(path, JointPath):  # joints at the places of the tip
-        curve, u, s, feed, _ = fill(path.tool, law, time)
-        return curve, u, s, feed, path.joints(curve, u, s)
+    if path.joint_path is not None:  # joints at the places of the tip
+        curve, u, s, feed, _ = fill(path.tip_path, law, time)
+        return curve, u, s, feed, path.joint_path.joints(curve, u, s)
+    path = path.tip_path
     pieces, length, ends = path.arc_pieces, path.length, path.curve_starts[1:-1]
     curve, (u, s, feed) = np.zeros(len(time), dtype=np.int64), np.empty((3, len(time)))
     position = np.empty((len(time), len(path.axes)))

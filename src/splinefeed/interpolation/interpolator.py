@@ -53,7 +53,7 @@ class Interpolator:
         compiled: bool = False,
     ) -> None:
         self._method = registry.method(method)
-        if isinstance(path, JointPath) and self._method.fill is None:
+        if path.joint_path is not None and self._method.fill is None:
             raise MethodError(f"method {method!r} steps along one curve; joints of a tool path need {DEFAULT_METHOD!r}")
         if period is None:
             period = law.period
@@ -72,7 +72,7 @@ class Interpolator:
                 "plan the law for this path"
             )
         self.path = path
-        self.curves = path.tool if isinstance(path, JointPath) else path
+        self.curves = path.tip_path
         self.law = law
         #: Number of setpoints of the whole motion, the first one at t = 0 included.
         self.ticks = math.ceil(law.duration / self.period - WHOLE_PERIODS) + 1

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, NoReturn, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +17,7 @@ from splinefeed.geometry.resolution import RESOLUTION
 from splinefeed.geometry.tool_path import ANGLES, ToolPath
 from splinefeed.kinematics.chains import Kinematics
 from splinefeed.kinematics.jets import Jet, root
-from splinefeed.records import ROTARY_AXES, Array, IntArray
+from splinefeed.records import ROTARY_AXES, Array, IntArray, Setpoints
 
 if TYPE_CHECKING:
     from scipy.interpolate import KroghInterpolator
@@ -108,6 +108,17 @@ class JointPath:
     def tip_path(self) -> ToolPath:
         """The path of the tool tip."""
         return self.tool
+
+    @property
+    def joint_path(self) -> Self:
+        """This path: its axes are joints."""
+        return self
+
+    tool_path = in_parts = linking = None
+
+    def lengths_of(self, setpoints: Setpoints) -> Array:
+        """Length along the path at setpoints, (n,), mm: their s, the arc length of the tip."""
+        return setpoints.s
 
     def tip_length(self, s: ArrayLike) -> Array:
         """Arc length of the tip, mm (...), at places s (...), mm: its parameter is that."""

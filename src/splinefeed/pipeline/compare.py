@@ -123,7 +123,7 @@ def compare(
         source = fresh()
         setpoints = source.block()
         ripple = feed_ripple(setpoints, path, law)
-        ahead = drift(setpoints, law, path if isinstance(path, Path) else None)
+        ahead = drift(setpoints, law, path)
         result = MethodResult(
             method=name,
             title=registry.method(name).title,

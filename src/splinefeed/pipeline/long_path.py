@@ -61,7 +61,7 @@ def stream_setpoints(
     """
     if isinstance(chunk, bool) or int(chunk) != chunk or chunk < 1:
         raise InputError(f"chunk is {chunk!r}; expected a whole number of ticks from 1 up")
-    parts = parts_of(paths) if isinstance(paths, Path) else paths
+    parts = paths if isinstance(paths, Iterable) else parts_of(paths)
     return Blocks(int(chunk)).cut(_Walk(limits, period).pieces(parts))
 
 

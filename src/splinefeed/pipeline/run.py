@@ -18,7 +18,6 @@ from splinefeed.feed.planning import cheap_to_bound, plan
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.formats.setpoints import Writer
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
@@ -122,8 +121,8 @@ def carry_out(
     Raises what `plan`, `interpolate` and `follow` raise, InputError for a machine that cannot follow a tool path, or
     for a path in parts and what needs a whole one, and LimitsError for more than MOST_IN_CHUNKS ticks.
     """
-    if isinstance(job.path, PathParts):
-        return _in_parts(job, job.path, meters, responses, on_read or (lambda read, ticks: None))
+    if job.path.in_parts is not None:
+        return _in_parts(job, job.path.in_parts, meters, responses, on_read or (lambda read, ticks: None))
     path, model, remarks = machine_of(job.path, job.machine, job.limits)
     limits, period = job.limits.on(path.axes), job.period
     if law is None:
@@ -236,7 +235,7 @@ def measured(
     keep = partial(Kept, column)
     servo = None if machine is None else ServoMeter(machine, keep(), responses)
     made = _folded(passing, check, limits, keep, servo, meters, _top_feed(law, ticks))
-    use, verdict, joints = made.use, made.check.verdict, path if isinstance(path, JointPath) else None
+    use, verdict, joints = made.use, made.check.verdict, path.joint_path
     return Run(
         path=path.tip_path,
         limits=limits,
@@ -280,12 +279,12 @@ def machine_of(
     path: Path | JointPath, machine: Machine | None, limits: Limits
 ) -> tuple[Path | JointPath, Machine | None, tuple[str, ...]]:
     """What moves along a path: its own axes or joints of a machine, the machine that is simulated, and remarks."""
-    if isinstance(path, ToolPath):
+    if path.tool_path is not None:
         return on_machine(path, machine, limits), None, ()
-    if isinstance(path, JointPath) and machine is not None:
+    if path.joint_path is not None and machine is not None:
         raise InputError("machine: the path is already in the joints of a machine; leave it out")
-    if isinstance(path, Path) and machine is not None and machine.axes and not machine.simulates(path.axes):
-        check_axes(path, machine)
+    if machine is not None and machine.axes and not machine.simulates(path.axes):
+        check_axes(path.tip_path, machine)
         words = f"axes of {machine.name} have limits alone: what their servo loops do is not simulated"
         return path, None, (words,)
     return path, machine, ()
@@ -306,7 +305,8 @@ def on_machine(path: Path | JointPath, machine: str | Machine | None, limits: Li
 
     Raises InputError for a tool path without a machine, a machine without kinematics, and a machine for another path.
     """
-    if not isinstance(path, ToolPath):
+    tool = path.tool_path
+    if tool is None:
         if machine is not None:
             raise InputError("machine: only a ToolPath is planned in the joints of a machine; leave it out")
         return path
@@ -316,12 +316,12 @@ def on_machine(path: Path | JointPath, machine: str | Machine | None, limits: Li
         )
     model = machine if isinstance(machine, Machine) else Machine.load(machine)
     if model.kinematics is None:
-        line = "" if path.lines is None else f" (line {path.lines[0]})"
+        line = "" if tool.lines is None else f" (line {tool.lines[0]})"
         raise InputError(
             f"{model.name}: has no [kinematics], which a tool path needs{line}; add them to the machine file, or take "
             "a machine that has them (trunnion)"
         )
-    return JointPath(path, model.kinematics, travel=limits.travel_of(model.kinematics.joints))
+    return JointPath(tool, model.kinematics, travel=limits.travel_of(model.kinematics.joints))
 
 
 def check_ticks(law: TimeLaw, period: float, most: int = MOST_TICKS) -> int:

@@ -7,14 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from splinefeed.errors import InputError
 from splinefeed.formats import limits_toml
 from splinefeed.formats.path_parts import PathParts
-from splinefeed.geometry.jobs import Job
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.machine.machine import Machine
 from splinefeed.records import BY_AXIS, Limits, by_name, field_of
 
@@ -22,11 +18,13 @@ from splinefeed.records import BY_AXIS, Limits, by_name, field_of
 PAPER_LIMITS = Limits(feed=60.0, acceleration=50.0, jerk=2000.0)
 PAPER_PERIOD = 1e-3
 PAPER_SHAPE = "naca:0025?perimeter=33"
+#: Stands for a feed, mm/s, where the program of the path says it.
+ANY_FEED = 1e9
 
 
 def planned_axes(path: Path | PathParts, machine: Machine | None) -> tuple[str, ...]:
     """The axes that limits are for: those of a path, joints of the machine for a path with a tool axis."""
-    if isinstance(path, ToolPath) and machine is not None and machine.kinematics is not None:
+    if path.tool_path is not None and machine is not None and machine.kinematics is not None:
         return machine.kinematics.joints
     return path.axes
 
@@ -65,8 +63,8 @@ def limited(
     axes = planned_axes(path, machine)
     if "feed" in flat or path.feeds is None:
         return completed(flat, machine, axes, assume=assume), ()
-    # the feed of the program stands in below; here another one lets all else be checked
-    limits, notes = at_programmed_feeds(completed({"feed": 1.0, **flat}, machine, axes, assume=assume), path)
+    # the feed of the program stands in below; here another one, above all, lets all else be checked
+    limits, notes = at_programmed_feeds(completed({"feed": ANY_FEED, **flat}, machine, axes, assume=assume), path)
     return limits, tuple(notes)
 
 
@@ -76,15 +74,11 @@ def at_programmed_feeds(limits: Limits, path: Path | PathParts) -> tuple[Limits,
     The programmed feeds then hold. Rapid moves run as fast as the axes can where their velocities are limited, else at
     the highest programmed feed or the paper's, whichever is more. Limits stay as they are for a path without feeds.
     """
-    if path.feeds is None:
+    if path.feed_range is None:
         return limits, []
-    if isinstance(path, Path):
-        known = path.feeds[np.isfinite(path.feeds)]
-        top, rapids = float(np.max(known, initial=0.0)), len(known) < len(path.feeds)
-    else:
-        top, rapids = path.feeds
+    top, rapids = path.feed_range
     said = f"feed moves run at the program's feeds, {top:.6g} mm/s at most" if top else "the program has no F word here"
-    if isinstance(path, Job):
+    if path.linking is not None:
         said = f"contours are cut at {top:.6g} mm/s" + ", which is assumed" * (path.linking.feed is None)
     note = f"no feed is given: {said}"
     if not rapids:
@@ -106,12 +100,10 @@ def smooth(path: Path, how: Mapping[str, Any]) -> Path:
     """
     if how.get("smooth") is None:
         return path
-    from splinefeed.geometry.smoothing_proven import proven, proven_tool  # not at every start of the command line
+    from splinefeed.geometry.smoothing_proven import with_proof  # not at every start of the command line
 
     said = arguments(how, path.tolerances is not None and bool(path.tolerances.any()))
-    if isinstance(path, ToolPath):
-        return proven_tool(path, **said)[0]
-    return proven(path, **said).path
+    return with_proof(path, **said)
 
 
 def arguments(how: Mapping[str, Any], says_tolerance: bool) -> dict[str, Any]:

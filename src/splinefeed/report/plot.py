@@ -50,10 +50,8 @@ def path(run: Run | Path, colour: str = "feed") -> Figure:
     """
     if colour not in COLOURS:
         raise InputError(f"plot.path: colour is {colour!r}; choose {', '.join(repr(each) for each in COLOURS)}")
-    if isinstance(run, Path):
-        return still_figure(run)
-    expect("plot.path(run)", (run, Run))
-    return path_figure(run, colour=colour)
+    expect("plot.path(run)", (run, (Run, Path)))
+    return path_figure(run, colour=colour) if isinstance(run, Run) else still_figure(run)
 
 
 def law(law: TimeLaw, limits: Limits) -> Figure:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path as File
 from typing import Any
 
@@ -16,7 +16,8 @@ from splinefeed.feed.planning import STRATEGIES, strategy_for
 from splinefeed.formats import limits_toml
 from splinefeed.formats.source import toml_of
 from splinefeed.interpolation import registry as methods
-from splinefeed.pipeline.settings import PAPER_PERIOD, at_programmed_feeds, completed, planned_axes
+from splinefeed.pipeline.run import MotionJob, carry_out
+from splinefeed.pipeline.settings import PAPER_PERIOD, limited
 from splinefeed.records import BY_AXIS
 from splinefeed.studio import sources
 from splinefeed.workers import Mail
@@ -58,32 +59,20 @@ class SettingsError(SplinefeedError):
 
 
 @dataclass(frozen=True, eq=False)
-class Wanted:
-    """Settings made into what `run` takes.
+class Wanted(MotionJob):
+    """Settings made into a job.
 
-    given  the settings, complete; strategy  the one that plans, chosen by the limits where none is named
-    origin  what a record says of the path's source; reading  how it was read, as a command line says it
-    notes  what was assumed, one sentence each
+    given  the settings, complete; origin  what a record says of the path's source
     """
 
-    given: Mapping[str, Any]
     path: sf.Path
-    origin: Mapping[str, str]
-    reading: Mapping[str, Any]
-    limits: sf.Limits
-    strategy: str
-    period: float
-    machine: sf.Machine | None
-    notes: list[str]
+    given: Mapping[str, Any] = field(default_factory=dict)
+    origin: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def followed(self) -> bool:
         """Whether a machine's servo loops follow it; those of a tool path are not simulated."""
-        return (
-            self.machine is not None
-            and not isinstance(self.path, sf.ToolPath)
-            and self.machine.simulates(self.path.axes)
-        )
+        return self.machine is not None and self.path.tool_path is None and self.machine.simulates(self.path.axes)
 
 
 def complete(given: object) -> dict[str, Any]:
@@ -174,11 +163,14 @@ def resolve(given: object, folder: File) -> Wanted:
     if found is None:
         raise SettingsError(problems)
     path, origin, reading = found
-    limits, notes = tried("limits.feed", _limits, settings["limits"], path, machine) or (None, [])
+    limits, notes = tried("limits.feed", _limits, settings["limits"], path, machine) or (None, ())
     strategy = None if limits is None else tried("strategy", strategy_for, limits, settings["strategy"])
     if problems or limits is None or strategy is None:
         raise SettingsError(problems)
-    return Wanted(settings, path, origin, reading, limits, strategy, period, machine, notes)
+    return Wanted(
+        path, limits, machine, period, strategy, settings["method"], settings["corrections"], source=origin["text"],
+        reading=reading, notes=notes, given=settings, origin=origin,
+    )  # fmt: skip
 
 
 def field_of(error: SplinefeedError) -> str:
@@ -213,7 +205,7 @@ def machine_of(given: Any) -> sf.Machine | None:
     return sf.Machine.load(name)
 
 
-def _limits(given: Mapping[str, Any], path: sf.Path, machine: sf.Machine | None) -> tuple[sf.Limits, list[str]]:
+def _limits(given: Mapping[str, Any], path: sf.Path, machine: sf.Machine | None) -> tuple[sf.Limits, tuple[str, ...]]:
     """Limits as the fields say them, over those of the machine, and notes; SettingsError with problems by field."""
     said = {str(name): value for name, value in given.items() if value not in ("", None, {})}
     for name in BY_AXIS:
@@ -223,9 +215,11 @@ def _limits(given: Mapping[str, Any], path: sf.Path, machine: sf.Machine | None)
             said[name] = [each.strip() for each in said[name].split(",")]
     programmed = "feed" not in said and path.feeds is not None
     try:
-        # the feed of a program stands in below; here another one lets all else be checked
+        # a file of limits says a feed; here that of the program may stand in for it
         flat = limits_toml.flat_of({"feed": _ANY_FEED, **said} if programmed else said, "limits")
-        limits = completed(flat, machine, planned_axes(path, machine), assume=False)
+        if programmed:
+            flat = {name: value for name, value in flat.items() if name != "feed"}
+        return limited(path, flat, machine, assume=False)
     except InputError as error:
         problems = {}
         for problem in getattr(error, "problems", (str(error),)):
@@ -233,7 +227,6 @@ def _limits(given: Mapping[str, Any], path: sf.Path, machine: sf.Machine | None)
             known = name in limits_toml.KINDS or name == "travel"
             problems[f"limits.{name}" if known else "limits.feed"] = problem.partition(": ")[2] or problem
         raise SettingsError(problems) from error
-    return at_programmed_feeds(limits, path) if programmed else (limits, [])
 
 
 @dataclass
@@ -260,13 +253,8 @@ class Bench:
 
     def _run(self, wanted: Wanted, follow: bool) -> tuple[Wanted, sf.Run]:
         self.say(f"planning {wanted.path.name}, {wanted.strategy}")
-        return wanted, sf.run(
-            wanted.path,
-            wanted.limits,
-            machine=wanted.machine if follow or not wanted.followed else None,
-            period=wanted.period,
-            strategy=wanted.strategy,
-            method=wanted.given["method"],
-            corrections=wanted.given["corrections"],
+        job = wanted if follow or not wanted.followed else replace(wanted, machine=None)
+        return wanted, carry_out(
+            job,
             on_progress=lambda what, done, of: self.say(f"{what}: {done} of {of} ticks"),
         )

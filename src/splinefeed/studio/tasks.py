@@ -246,8 +246,8 @@ def play(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
             if row == last:
                 continue
             last, tau = row, motion.tau_of(row)
-            if isinstance(moved, sf.JointPath):
-                position = moved.kinematics.forward(position)[0]
+            if moved.joint_path is not None:
+                position = moved.joint_path.kinematics.forward(position)[0]
             frame = {"kind": "frame", "row": row, "tau_s": tau, "planned_s": law.duration, "s_mm": float(law(tau))}
             rates = {"rate": motion.override.rate, "wanted": operator.wanted, "top": motion.override.top}
             bench.mail.tell({**frame, **rates, "position": position.tolist()})
@@ -269,7 +269,7 @@ def motion_of(
     """Law, motion and path of the settings, planned with a reserve for overrides up to `top`."""
     wanted = resolve(request["settings"], bench.uploads)
     bench.say(f"planning {wanted.path.name}, {wanted.strategy}, with a reserve for the override")
-    moved = on_machine(wanted.path, wanted.machine if isinstance(wanted.path, sf.ToolPath) else None, wanted.limits)
+    moved = on_machine(wanted.path, None if wanted.path.tool_path is None else wanted.machine, wanted.limits)
     top, period, strategy = float(request.get("top", 1.0)), wanted.period, wanted.strategy
     how = planned(moved, wanted.limits, period=period, strategy=strategy, top=top, most=MOST, rate=rate)
     return *how, moved

@@ -14,13 +14,11 @@ from splinefeed.feed.planning import cheap_to_bound, plan
 from splinefeed.formats import registry
 from splinefeed.geometry import shapes
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.kinematics import JointPath
 from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.result import Run
-from splinefeed.pipeline.run import on_machine
-from splinefeed.pipeline.run import run as make_run
-from splinefeed.pipeline.settings import PAPER_PERIOD, at_programmed_feeds, completed, planned_axes
+from splinefeed.pipeline.run import MotionJob, carry_out, on_machine
+from splinefeed.pipeline.settings import PAPER_PERIOD, limited
 from splinefeed.records import Limits, TimeLaw
 from splinefeed.sweeps.spec import Settings, Task
 
@@ -79,17 +77,15 @@ def _bare(task: Task) -> Row:
 
 def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
     settings = task.settings
-    path = _path(task.source)
-    machine = _machine(settings)
-    tool = isinstance(path, ToolPath)
+    path, machine = _path(task.source), _machine(settings)
     given = {name.removeprefix("limits."): value for name, value in settings.items() if name.startswith("limits.")}
-    limits = completed(given, machine, planned_axes(path, machine))
-    limits = limits if "feed" in given else at_programmed_feeds(limits, path)[0]
-    period = settings.get("period", PAPER_PERIOD)
-    flat, joints = tuple(limits.as_dict().items()), settings.get("machine") if tool else None
-    moved, law = _planned(task.source, flat, joints, settings.get("strategy"), period)
+    limits, _ = limited(path, given, machine)
+    period, strategy = settings.get("period", PAPER_PERIOD), settings.get("strategy")
     how = {name: settings[name] for name in ("method", "corrections") if name in settings}
-    run = make_run(moved, limits, machine=None if tool else machine, period=period, law=law, **how)
+    tool = path.tool_path is not None
+    simulated, joints = (None, settings.get("machine")) if tool else (machine, None)
+    moved, law = _planned(task.source, tuple(limits.as_dict().items()), joints, strategy, period)
+    run = carry_out(MotionJob(moved, limits, simulated, period, strategy, source=task.source, **how), law=law)
     name, worst = max(run.verdict.limits.items(), key=lambda each: each[1].share, default=(None, None))
     numbers = run.numbers() | {
         "status": DONE if run.ok else OVER,

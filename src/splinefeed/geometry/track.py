@@ -1,0 +1,36 @@
+"""What every path is: somewhere to drive along, whatever its axes are and however it is held."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+
+class Track(Protocol):
+    """What all rooms may ask of a `Path`, a `ToolPath`, joints of a machine (`JointPath`) and a path in parts.
+
+    A path says what it is by what it has: nobody asks for its class.
+
+    name         in files and figures; axes  names of the axes that move
+    tool_path    itself, where a machine has to make joints of it, as it has a tool axis; else None
+    joint_path   itself, where its axes are joints that a machine made of a tool path; else None
+    in_parts     itself, where its parts are read one after the other; else None
+    linking      how the contours of a drawing are linked, where they are; else None
+    """
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+
+    @property
+    def axes(self) -> tuple[str, ...]: ...  # noqa: D102
+
+    @property
+    def tool_path(self) -> Any: ...  # noqa: D102
+
+    @property
+    def joint_path(self) -> Any: ...  # noqa: D102
+
+    @property
+    def in_parts(self) -> Any: ...  # noqa: D102
+
+    @property
+    def linking(self) -> Any: ...  # noqa: D102
