@@ -41,10 +41,13 @@ from splinefeed.pipeline.run import run as run
 from splinefeed.pipeline.tuning import tune as tune
 from splinefeed.records.limits import Combination as Combination
 from splinefeed.records.limits import Limits as Limits
-from splinefeed.records.limits import Torque as Torque
 from splinefeed.records.motion import Response as Response
 from splinefeed.records.motion import Setpoints as Setpoints
 from splinefeed.records.motion import TimeLaw as TimeLaw
+from splinefeed.records.torque import Torque as Torque
+from splinefeed.records.torque_rate import TorqueRate as TorqueRate
+from splinefeed.records.velocity_law import Approach as Approach
+from splinefeed.records.velocity_law import VelocityByPosition as VelocityByPosition
 from splinefeed.records.verdict import LimitResult as LimitResult
 from splinefeed.records.verdict import Verdict as Verdict
 from splinefeed.report import plot as plot

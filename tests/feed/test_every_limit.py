@@ -19,6 +19,7 @@ from splinefeed.errors import LimitsError
 from splinefeed.feed.planning import STRATEGIES, strategy_for
 from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.contour_feed import tune_feed
+from splinefeed.records import TABLE
 from splinefeed.studio.settings import SettingsError, resolve
 from splinefeed.sweeps.spec import Task
 from splinefeed.sweeps.work import FAILED, row_of
@@ -34,6 +35,14 @@ PATH = sf.Path(
 SHAPE = "butterfly"
 #: What seven-phase needs, and all that it is given where a test is about another limit.
 ALONG = {"feed": 60.0, "acceleration": 500.0, "jerk": 20000.0}
+
+
+def model(q, v, a):
+    return a * (2.0 + np.cos(q / 10.0)) - 0.1 * v**2 * np.sin(q / 10.0)
+
+
+#: Slow near both ends of its travel of 0 to 60 mm.
+LAW = sf.VelocityByPosition({"x": lambda q: (-np.sqrt(8.0 * (q + 5.0)), np.sqrt(8.0 * (65.0 - q)))})
 #: Each limit so tight that it binds, and, where ALONG is not enough for that, what a motion goes beyond it under.
 TIGHT = {
     "feed": 20.0,
@@ -53,12 +62,15 @@ TIGHT = {
     "axis_minimum": {"x": 1.0},
     "axis_maximum": {"x": 59.0},
     "combinations": {"sum": sf.Combination(weights={"x": 1.0, "y": -1.0}, velocity=40.0, acceleration=300.0, jerk=5e3)},
-    "torque": sf.Torque(
-        lambda q, v, a: a * (2.0 + np.cos(q / 10.0)) - 0.1 * v**2 * np.sin(q / 10.0), {"x": 500.0, "y": 300.0}
-    ),
+    "torque": sf.Torque(model, {"x": 500.0, "y": 300.0}),
+    "torque_rate": sf.TorqueRate(model, {"x": 6000.0, "y": 8000.0}),
+    "axis_velocity_law": LAW,
+    "axis_approach": sf.Approach(LAW, {"x": 10.0}),
 }
 LOOSE = {"axis_velocity_step": 20.0}
-NAMES = [each.name for each in fields(sf.Limits)]
+NAMES = [each.name for each in TABLE]
+#: Those that Limits takes as a list.
+MODELLED = ("torque_rate", "axis_velocity_law", "axis_approach")
 ENDS = {"axis_minimum": {"x": 0.0}, "axis_maximum": {"x": 60.0}}
 STREAM = "stream"
 #: What is not a limit along the path.
@@ -71,6 +83,8 @@ BEYOND = (
 def limits(name: str, value: object) -> sf.Limits:
     """ALONG and one limit; the travel of an axis has two ends."""
     travel = ENDS if name in ENDS else {}
+    if name in MODELLED:
+        return sf.Limits(**ALONG, modelled=[value])
     return sf.Limits(**{**ALONG, **travel, name: value})
 
 
@@ -94,6 +108,7 @@ def exceeded(motion: tuple[sf.Setpoints, sf.TimeLaw | None], given: sf.Limits) -
 
 def test_every_limit_is_tried():
     assert set(TIGHT) == set(NAMES)
+    assert {*(each.name for each in fields(sf.Limits)), *MODELLED} == {*NAMES, "modelled"}
     assert {"seven-phase", "look-ahead", "time-optimal"} <= set(STRATEGIES)
 
 

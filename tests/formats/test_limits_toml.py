@@ -57,7 +57,7 @@ def test_a_whole_file():
 
 
 def test_every_field_of_limits_has_a_kind():
-    python_only = {"combinations", "torque"}
+    python_only = {"combinations", "torque", "modelled"}
     kinds = {*limits_toml.KINDS, "axis_minimum", "axis_maximum", *python_only}
     assert kinds == {f.name for f in dataclasses.fields(sf.Limits)}
 

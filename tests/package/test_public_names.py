@@ -19,9 +19,10 @@ import splinefeed as sf
 #: What users may import; a change here is a change of the API and needs a line in CHANGELOG.md.
 PUBLIC = {
     "splinefeed": """
-        Combination CycleTime Interpolator JointPath Kinematics LimitResult Limits Machine Marker MethodResult
-        MethodTrace NurbsCurve Path Response Run Setpoints SplinefeedError State TimeLaw ToolPath Torque Verdict
-        __version__ analysis check compare cycle_time errors fit follow formats geometry interpolate live load machine
+        Approach Combination CycleTime Interpolator JointPath Kinematics LimitResult Limits Machine Marker
+        MethodResult MethodTrace NurbsCurve Path Response Run Setpoints SplinefeedError State TimeLaw ToolPath Torque
+        TorqueRate Verdict VelocityByPosition __version__ analysis check compare cycle_time errors fit follow formats
+        geometry interpolate live load machine
         methods plan plot read register report robot robots run save shapes simulation sweep tangential tune write
     """,
     "splinefeed.analysis": "AxisMotion Contour LimitUse Ripple feed_ripple",

@@ -17,6 +17,8 @@ from splinefeed.records import AXIS_LIMITS, KEPT, Array, BoolArray, IntArray, Li
 TOLERANCE = 1e-9
 #: The limit of how much the velocity of an axis may jump at a corner.
 STEP = "axis_velocity_step"
+#: What stands for a limit that changes from place to place until one is seen.
+LAW = 1e300
 #: A tick is at a corner within this, relative to the arc length there.
 AT_TICK = 1e-12
 #: Steps on either side of one with a corner that show how constant the feed is around it.
@@ -230,10 +232,12 @@ class Bounds:
             rows += [
                 (name, bound, order, k) for k, (name, bound) in enumerate(zip(names, bounds, strict=True), start=1)
             ]
-        if limits.torque is not None:
-            columns = limits.torque.columns(axes)
-            most = limits.torque.most
-            rows += [(f"torque.{a}", v, 0, k + 1) for (a, v), k in zip(most.items(), columns, strict=True)]
+        for model in limits.models:
+            most = model.numbers()
+            columns = model.columns(axes)
+            rows += [
+                (n, most.get(a, LAW), 0, k + 1) for n, a, k in zip(model.names(), model.axes, columns, strict=True)
+            ]
         rows += [(f"{STEP}.{axes[k]}", v, 0, k + 1) for k, v in enumerate(limits.of_axes(STEP, axes).tolist())]
         for axis, (low, high) in limits.travel_of(axes).items():
             rows.append((f"travel.{axis}", 0.5 * (high - low), 0, axes.index(axis) + 1))

@@ -16,7 +16,8 @@ import numpy as np
 from splinefeed.analysis.check_bounds import STEP, Bounds, Worst
 from splinefeed.analysis.spans import EPSILON, SpanPlaces, about, expanded
 from splinefeed.geometry.path import Path
-from splinefeed.records import KEPT, Array, BoolArray, IntArray, LimitResult, Limits, TimeLaw, unit_along
+from splinefeed.records import KEPT, TABLE, Array, BoolArray, IntArray, LimitResult, Limits, TimeLaw, unit_along
+from splinefeed.records.limit_table import MODELS
 
 #: Chebyshev-Lobatto places 0 ... INSTANTS - 1 of a stretch, which are even in an angle.
 INSTANTS = 17
@@ -34,7 +35,10 @@ WORTH_A_LOOK = 0.9
 #: Limits that only the law decides, not the path.
 ALONG = ("feed", "acceleration", "deceleration", "jerk")
 #: Limits that only setpoints can keep or exceed, and the one that is compared at corners.
-BY_SETPOINTS = ("chord_error", "orientation_error", "travel.", "combinations.", "torque.", STEP)
+BY_SETPOINTS = (
+    *("chord_error", "orientation_error", "travel.", "combinations.", STEP),
+    *(f"{each.name}." for each in TABLE if each.bounds == MODELS),
+)
 #: Roundings of arc length that two pieces of a law, or a law and its path, may be apart.
 ROUNDINGS = 64.0
 #: A jump of the feed or the acceleration below this share of the largest one is rounding.

@@ -169,7 +169,7 @@ class Judge:
         rounding = np.concatenate([rounding, np.abs(bounds.weights) @ rounding[1:], rounding[:1]])
         errors = np.where(known.still[1:] | known.still[:-1], 0.0, rounding[:, :-1] + rounding[:, 1:])
         if self.short is None:
-            self._see_torques(known.part(max(count - len(new.t) - 2, 0), count), rounding, new)
+            self._see_models(known, rounding, len(new.t))
         if not new.still[0]:
             self._chords(known.part(count - n - 1, count), of_tip[count - n - 1 :], errors[:, count - n - 1 :])
             self._follow_law(known, travelled, n)
@@ -304,15 +304,21 @@ class Judge:
                 feed = np.abs(travelled) / ticks.dt[1:]
                 self._see("centripetal", feed * feed * least, t, s, 2.0 * errors[0] / ticks.dt[1:] * feed * least)
 
-    def _see_torques(self, ticks: Ticks, rounding: Array, new: Ticks) -> None:
-        torque = self.bounds.limits.torque
-        if torque is None or len(ticks.t) < 3:
-            return
-        columns = torque.columns(self.bounds.axes)
-        rounded = np.max(rounding[1:, -len(ticks.t) :][columns], axis=1)
-        found, _, floor = torque.by_differences(ticks.values[columns].T, self.period, rounded)
-        for k, axis in enumerate(torque.most):
-            self._see(f"torque.{axis}", np.abs(found[:, k]), ticks.t[1:-1], ticks.s[1:-1], floor[:, k])
+    def _see_models(self, known: Ticks, rounding: Array, n: int) -> None:
+        """What models give by differences that end at the last n ticks."""
+        for model in self.bounds.limits.models:
+            span, count = model.span, len(known.t)
+            ticks = known.part(max(count - n - span + 1, 0), count)
+            if len(ticks.t) < span:
+                continue
+            columns = model.columns(self.bounds.axes)
+            rounded = np.max(rounding[1:, -len(ticks.t) :][columns], axis=1)
+            position = ticks.values[columns].T
+            found, most = model.seen(position, self.period)
+            floor, first = model.rounding(position, self.period, rounded), (span - 1) // 2
+            at = slice(first, first + len(found))
+            for k, name in enumerate(model.names()):
+                self._see(name, np.abs(found[:, k]), ticks.t[at], ticks.s[at], floor[:, k], most[:, k])
 
     def _follow_law(self, known: Ticks, travelled: Array, n: int) -> None:
         if self.law is None:

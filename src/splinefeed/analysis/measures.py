@@ -154,7 +154,7 @@ def limit_use(
     bounded = limits.axis_bounds(path.axes)
     for names, values, bounds in zip(bounded.names, exact, bounded.bounds.tolist(), strict=True):
         measures += zip(names, bounded.of(values).T, bounds, strict=True)
-    measures += _torques(setpoints, exact, path.axes, limits)
+    measures += _models(setpoints, exact, path.axes, limits)
     if joints is None:
         measures += _steps(setpoints, own, law, limits)
     given = [each for each in measures if each[2] is not None and (each[0] in limited or np.any(np.isfinite(each[2])))]
@@ -168,13 +168,14 @@ def limit_use(
     return AxisMotion(t, *exact), use
 
 
-def _torques(setpoints: Setpoints, exact: list[Array], axes: tuple[str, ...], limits: Limits) -> list[Measure]:
-    """The torque of each joint that has a limit: its model at position, velocity and acceleration of the ticks."""
-    if limits.torque is None:
-        return []
-    columns, most = limits.torque.columns(axes), limits.torque.most
-    found = limits.torque.of(setpoints.position[:, columns], exact[0][:, columns], exact[1][:, columns])
-    return [(f"torque.{axis}", found[:, k], bound) for k, (axis, bound) in enumerate(most.items())]
+def _models(setpoints: Setpoints, exact: list[Array], axes: tuple[str, ...], limits: Limits) -> list[Measure]:
+    """What models give at position, velocity, acceleration and jerk of the ticks, with the limit there."""
+    found: list[Measure] = []
+    for model in limits.models:
+        columns = model.columns(axes)
+        values, most = model.along(setpoints.position[:, columns], *(each[:, columns] for each in exact))
+        found += [(name, values[:, k], most[:, k]) for k, name in enumerate(model.names())]
+    return found
 
 
 def _steps(setpoints: Setpoints, path: Path, law: TimeLaw, limits: Limits) -> list[Measure]:

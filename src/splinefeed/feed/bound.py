@@ -63,7 +63,7 @@ def _first(problem: Problem, solution: Solution, scale: float) -> tuple[Array, A
     known, columns = total > 0.0, []
     for side in (2, 3, 0, 1):  # jerk up and down, then linear rows high and low
         z, unit = solution.z[problem.parts[side]], 1.0 if side > 1 else scale
-        smooth = z if side > 1 else z[: problem.rows.smooth]
+        smooth = z[: problem.rows.jerks if side > 1 else problem.rows.smooth]
         columns += [_total(problem, each)[known] / (unit * total[known]) for each in smooth]
     at = problem.spline.greville()[known]
     return at, np.array(columns).reshape(-1, len(at)).T

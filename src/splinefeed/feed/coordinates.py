@@ -102,4 +102,6 @@ def rows_of(
     jump = np.zeros((2, 2, len(limit), len(feed)))
     if period is not None:
         jump = np.stack([jumps[0][:, some] / period**2, PEAK * jumps[1][:, some] / period], axis=1) / limit
-    return Rows(top, top, np.full(len(feed), FREE**2), linear, -low, high, jerk, jump, len(linear), len(linear))
+    return Rows(
+        top, top, np.full(len(feed), FREE**2), linear, -low, high, jerk, jump, len(linear), len(linear), len(jerk)
+    )

@@ -53,7 +53,7 @@ def rows_of(setting: Setting, s: Array) -> Rows:
     limits = setting.limits
     slowing = np.inf if limits.deceleration_jerk is None else limits.deceleration_jerk
     way = 1.0 if limits.jerk >= slowing else -1.0
-    rows = setting.rows(s, rising=way, alone=True)
+    rows = setting.rows(s, rising=way, alone=True, smooth=True)
     period, top = setting.period or 0.0, rows.own
     if period:
         most = period * float(np.max(top)) ** 0.5

@@ -324,7 +324,7 @@ def check_limits(limits: Limits, axes: tuple[str, ...], strategy: str) -> None:
     """Raise LimitsError for limits that leave acceleration and jerk free."""
     sums = (limits.combinations or {}).values()
     bounded = [limits.acceleration, limits.jerk, *(each.acceleration for each in sums), *(each.jerk for each in sums)]
-    bounded += [] if limits.torque is None else limits.torque.most.values()
+    bounded += [most for model in limits.models for most in model.numbers().values()]
     for name in ("axis_acceleration", "axis_jerk"):
         bounded += limits.of_axes(name, axes).tolist()
     if not np.any(np.isfinite(bounded)):

@@ -80,6 +80,7 @@ class Override:
             raise LimitsError(f"the highest override is {highest:g}; it must be above 0 and at most {MOST_RATE:g}")
         self.course, self.limits, self.period = course, limits, course.period
         beyond = [each.name for each in TABLE if not each.held and getattr(limits, each.name) is not None]
+        beyond += [model.kind for model in limits.models]
         if beyond:
             raise LimitsError(f"{', '.join(beyond)}: cannot be overridden; plan without, or run the law as planned")
         axes = course.axes

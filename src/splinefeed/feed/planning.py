@@ -6,7 +6,7 @@ import dataclasses
 import difflib
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -22,7 +22,7 @@ from splinefeed.feed.window import State
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.kinematics import JointPath
-from splinefeed.records import TRAVEL_ENDS, Limits, TimeLaw, axes_without_limits, field_of, positive
+from splinefeed.records import TABLE, TRAVEL_ENDS, Limits, TimeLaw, axes_without_limits, field_of, positive
 
 #: Fields of Limits that bound the motion along the path, whatever its shape.
 SHAPELESS = frozenset({"feed", "acceleration", "jerk", "deceleration", "deceleration_jerk"})
@@ -32,7 +32,7 @@ ENDS = frozenset({"start_feed", "end_feed", *TRAVEL_ENDS})
 JOINT_PLACES = 257
 #: Axes up to which a lower bound of the time is cheap.
 CHEAP = 3
-EVERY_LIMIT = frozenset(each.name for each in fields(Limits))
+EVERY_LIMIT = frozenset(each.name for each in TABLE)
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def strategy_for(limits: Limits, strategy: str | None = None) -> str:
     None chooses "seven-phase" where feed, acceleration and jerk along the path are given and nothing but what it holds,
     else "time-optimal". Raises InputError (unknown strategy), LimitsError (the strategy named does not hold a limit).
     """
-    given = dict.fromkeys(field_of(name) for name in limits.as_dict())
+    given = dict.fromkeys([*map(field_of, limits.as_dict()), *(model.kind for model in limits.models)])
     if strategy is None:
         simple = STRATEGIES[SEVEN_PHASE]
         return SEVEN_PHASE if simple.needs <= given.keys() <= simple.holds else TIME_OPTIMAL
@@ -179,7 +179,7 @@ def _without_limits(path: Stretched | JointPath, limits: Limits) -> list[str]:
 
 def cheap_to_bound(path: Path | JointPath, limits: Limits) -> bool:
     """Whether a lower bound of the time costs about as much as the plan: up to three axes without torques."""
-    return len(path.axes) <= CHEAP and limits.torque is None
+    return len(path.axes) <= CHEAP and not limits.models
 
 
 def _check_start(path: Stretched | JointPath, strategy: str, start: State) -> None:

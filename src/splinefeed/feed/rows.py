@@ -9,10 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from splinefeed.errors import LimitsError, PlanError
-from splinefeed.feed.numbers import ALMOST
 from splinefeed.records import Array, IntArray
-from splinefeed.records.limits import Torque
+from splinefeed.records.modelled import ModelRows
 
 #: A bound that never binds: a side of a row that has none, and the feed where nothing limits it.
 FREE = 1e9
@@ -31,6 +29,8 @@ class Rows:
     jerk (k, 3, n)     c0, c1, c2, in units of the limit
     jump (2, 2, k, n)  what jumps of the path take of the jerk, upwards and downwards: a constant, a factor of sqrt(q)
     coordinates, smooth  how many linear rows are accelerations of coordinates, and how many those and torques
+    jerks              how many of those of jerk are of coordinates
+    root (m, n)        what sqrt(q) adds to each linear row; None where it adds nothing
     """
 
     top: Array
@@ -43,22 +43,39 @@ class Rows:
     jump: Array
     coordinates: int
     smooth: int
+    jerks: int
+    root: Array | None = None
 
     def lowered(self, top: Array, *, between: bool = False) -> Rows:
         """The same and q <= top (n,)."""
         name = "between" if between else "own"
         return replace(self, top=np.minimum(self.top, top), **{name: np.minimum(getattr(self, name), top)})
 
-    def joined(self, linear: Array, low: Array, high: Array, *, smooth: bool = False) -> Rows:
-        """The same and more linear rows."""
-        first, lows, highs = (
-            np.concatenate(pair) for pair in ((self.linear, linear), (self.low, low), (self.high, high))
-        )
-        return replace(self, linear=first, low=lows, high=highs, smooth=self.smooth + smooth * len(linear))
+    def joined(self, more: ModelRows, *, smooth: bool) -> Rows:
+        """The same and those of a model; smooth  whether a lower bound of the time may count its linear rows."""
+        rows = self
+        if more.top is not None:
+            rows = rows.lowered(more.top)
+        if len(more.linear):
+            root = rows.root
+            if root is not None or more.root is not None:
+                none = np.zeros_like(more.high) if more.root is None else more.root
+                root = np.concatenate([np.zeros_like(rows.high) if root is None else root, none])
+            pairs = (rows.linear, more.linear), (rows.low, more.low), (rows.high, more.high)
+            linear, low, high = (np.concatenate(pair) for pair in pairs)
+            many = rows.smooth + smooth * len(more.linear)
+            rows = replace(rows, linear=linear, low=low, high=high, root=root, smooth=many)
+        if more.jerk is not None and more.rest is not None:
+            jump = np.zeros((2, 2, *more.rest.shape))
+            jump[0, 0], jump[1, 0] = more.rest, -more.rest
+            jerk, jumps = np.concatenate([rows.jerk, more.jerk]), np.concatenate([rows.jump, jump], axis=2)
+            rows = replace(rows, jerk=jerk, jump=jumps)
+        return rows
 
     def at(self, some: IntArray) -> Rows:
         """Those at some of the places."""
-        names = ("top", "own", "between", "linear", "low", "high", "jerk", "jump")
+        names = ["top", "own", "between", "linear", "low", "high", "jerk", "jump"]
+        names += [] if self.root is None else ["root"]
         return replace(self, **{name: getattr(self, name)[..., some] for name in names})
 
     def tightened(self, factor: Array) -> Rows:
@@ -80,6 +97,8 @@ class Rows:
         """
         q = v * v
         linear = self.linear[:, 0] * q + self.linear[:, 1] * (2.0 * a)
+        if self.root is not None:
+            linear += self.root * v
         jerk = self.jerk[:, 0] * (q * v) + self.jerk[:, 1] * (2.0 * a * v) + self.jerk[:, 2] * (2.0 * j)
         up = jerk + self.jump[0, 0] * v + self.jump[0, 1] * q
         down = -jerk + self.jump[1, 0] * v + self.jump[1, 1] * q
@@ -138,34 +157,3 @@ def within_reach(s: Array, step: Array) -> Array:
         found[k:] = np.minimum(found[k:], np.maximum(step[:-k], away))
         found[:-k] = np.minimum(found[:-k], np.maximum(step[k:], away))
     return found
-
-
-def torque_rows(s: Array, d: Array, torque: Torque, axes: tuple[str, ...]) -> tuple[Array, Array, Array]:
-    """Rows |a q'/2 + b q + c| <= tau of joints: linear (m, 2, n), low and high (m, n).
-
-    c = f(r, 0, 0), a = f(r, 0, r') - c, b = f(r, r', r'') - c for inverse dynamics f(q, q', q''): Pham, Pham, IEEE
-    T-RO 34(3), 2018, https://doi.org/10.1109/TRO.2018.2819195, section II. Raises LimitsError for a model with
-    friction, which is not of this form, and PlanError where standing still takes more than the torque.
-    """
-    r, r1, r2, _ = np.moveaxis(d[:, :, torque.columns(axes)], 1, 0)
-    none = np.zeros_like(r)
-    c = torque.of(r, none, none)
-    a, b = torque.of(r, none, r1) - c, torque.of(r, r1, r2) - c
-    faster = torque.of(r, 2.0 * r1, 4.0 * r2) - c - 4.0 * b
-    if np.max(np.abs(faster), initial=0.0) > ALMOST * np.max(np.abs(b) + np.abs(c), initial=0.0):
-        raise LimitsError(
-            "torque: at twice the velocity and four times the acceleration the model's torque is not four times what "
-            "motion takes: it has friction; leave friction out of the model and lower `most` by it"
-        )
-    most = np.array(list(torque.most.values()))
-    over = np.argwhere(np.abs(c) >= most)
-    if len(over):
-        place, k = over[0].tolist()
-        raise PlanError(
-            f"at s = {s[place]:.6g} mm standing still takes {abs(c[place, k]):.6g} of {list(torque.most)[k]}, whose "
-            f"torque is at most {most[k]:.6g}: no motion along the path is possible"
-        )
-    some = np.isfinite(most)
-    a, b, c, most = a[:, some], b[:, some], c[:, some], most[some]
-    linear = np.stack([b / most, 0.5 * a / most], axis=1).transpose(2, 1, 0)
-    return linear, (-1.0 - c / most).T, (1.0 - c / most).T

@@ -9,7 +9,7 @@ import numpy as np
 
 from splinefeed.feed.coordinates import PEAK, Coordinates, rows_of
 from splinefeed.feed.numbers import SAME
-from splinefeed.feed.rows import Rows, centripetal, chord_error, tip_curvature, torque_rows, within_reach
+from splinefeed.feed.rows import Rows, centripetal, chord_error, tip_curvature, within_reach
 from splinefeed.feed.track import Track
 from splinefeed.records import Array, BoolArray, Limits
 
@@ -131,6 +131,7 @@ class Setting:
         reach: tuple[Array, Array] | None = None,
         rising: Array | float = 0.0,
         alone: bool = False,
+        smooth: bool = False,
     ) -> Rows:
         """All rows at places s (n,), no breaks.
 
@@ -139,6 +140,7 @@ class Setting:
                 to where
         rising  (n,) 1 where the tip surely speeds up, -1 where it slows down, 0 where it may do either
         alone   whether what bends within a step of a place is of no concern: setpoints tell that
+        smooth  whether limits of models with friction, or of jerk, are left out
         """
         d, x = self.along(s) if seen is None else seen
         if reach is None:
@@ -156,8 +158,11 @@ class Setting:
                 rows = rows.lowered((step if alone else within_reach(s, step)) ** 2 / self.period**2, between=True)
         if len(self.passed[0]):
             rows = rows.lowered(self.corner_at(s) ** 2)
-        if limits.torque is not None and len(s):
-            rows = rows.joined(*torque_rows(s, d, limits.torque, track.axes), smooth=True)
+        given = [model.rows(s, d[:, :, model.columns(track.axes)]) for model in (limits.models if len(s) else ())]
+        plain = [own.root is None and own.jerk is None for own in given]  # else a bound of the time does without it
+        for own, is_plain in sorted(zip(given, plain, strict=True), key=lambda each: not each[1]):
+            if is_plain or not smooth:
+                rows = rows.joined(own, smooth=is_plain)
         return rows
 
     def _steps(self, d: Array, x: Array, turn: Array) -> list[Array]:

@@ -150,7 +150,7 @@ class Problem:
         """From now on these rows."""
         self.rows = rows
         linear, jerk = rows.linear, rows.jerk
-        self.linear_pairs = np.stack([linear[:, 0] ** 2, linear[:, 0] * linear[:, 1], linear[:, 1] ** 2], axis=1)
+        self.linear_pairs = _pairs(linear)
         self.jerk_pairs = np.stack([jerk[:, 1] ** 2, jerk[:, 1] * jerk[:, 2], jerk[:, 2] ** 2], axis=1)
         self.count = (1 + 2 * len(linear) + 2 * len(jerk)) * linear.shape[2]
         sizes = np.cumsum([1, len(linear), len(linear), len(jerk), len(jerk)])
@@ -173,6 +173,8 @@ class Problem:
         r = 1.0 / root
         rows = self.rows
         a = np.einsum("mdn,dn->mn", rows.linear, y[:2])
+        if rows.root is not None:
+            a += rows.root * root
         j = np.einsum("mdn,dn->mn", rows.jerk, y)
         (up, up_root), (down, down_root) = rows.jump
         over = (j - r + up + up_root * root, -j - r + down + down_root * root)
@@ -187,12 +189,13 @@ class Problem:
         rise, fall = self.slopes(r)
         grad, hess = np.zeros((3, len(r))), np.zeros((6, len(r)))
         grad[0] += -0.5 * w * r3 + push[0] / rows.top
-        grad[:2] += np.einsum("mn,mdn->dn", push[high] - push[low], rows.linear)
+        linear, pairs = self.sloped(r)
+        grad[:2] += np.einsum("mn,mdn->dn", push[high] - push[low], linear)
         grad[0] += np.sum(push[up] * rise - push[down] * fall, axis=0)
         grad[1:] += np.einsum("mn,mdn->dn", push[up] - push[down], jerk[:, 1:])
         bent = np.maximum(w - np.sum(z[up] + z[down], axis=0), 0.0)
         hess[0] = 0.75 * bent * r3 * r * r + stiff[0] / rows.top**2
-        hess[[0, 1, 3]] += np.einsum("mn,mdn->dn", stiff[high] + stiff[low], self.linear_pairs)
+        hess[[0, 1, 3]] += np.einsum("mn,mdn->dn", stiff[high] + stiff[low], pairs)
         upward, downward = stiff[up] * rise, stiff[down] * fall
         hess[0] += np.sum(upward * rise + downward * fall, axis=0)
         hess[1:3] += np.einsum("mn,mdn->dn", upward + downward, jerk[:, 1:])
@@ -221,11 +224,20 @@ class Problem:
         bound = 0.5 * r * r * r
         return c0 + bound + 0.5 * jump[0, 1] * r, c0 - bound - 0.5 * jump[1, 1] * r
 
+    def sloped(self, r: Array) -> tuple[Array, Array]:
+        """Linear rows (m, 2, n) with the slope of sqrt(q), at 1 / sqrt(q) (n,), and their products (m, 3, n)."""
+        rows = self.rows
+        if rows.root is None:
+            return rows.linear, self.linear_pairs
+        linear = rows.linear.copy()
+        linear[:, 0] += 0.5 * rows.root * r
+        return linear, _pairs(linear)
+
     def change(self, y: Array, r: Array, dc: Array) -> tuple[Array, Array]:
         """What a step in the coefficients does to q (n,) and, to first order, to g (rows, n)."""
         rows = self.rows
         dy = np.einsum("dkn,kn->dn", self.basis, dc[self.gather])
-        da = np.einsum("mdn,dn->mn", rows.linear, dy[:2])
+        da = np.einsum("mdn,dn->mn", self.sloped(r)[0], dy[:2])
         dj = np.einsum("mdn,dn->mn", rows.jerk[:, 1:], dy[1:])
         rise, fall = self.slopes(r)
         return dy[0], np.concatenate([(dy[0] / rows.top)[None], da, -da, dj + rise * dy[0], -dj - fall * dy[0]])
@@ -284,6 +296,11 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Sol
             break
         mu = max(max(FAR, 1.0 - least) * complementary, 0.1 * gap * time) / problem.count
     return Solution(problem.complete(c), time, z, bool(np.max(g) < 0.0))
+
+
+def _pairs(linear: Array) -> Array:
+    """c0^2, c0 c1, c1^2 of linear rows (m, 2, n)."""
+    return np.stack([linear[:, 0] ** 2, linear[:, 0] * linear[:, 1], linear[:, 1] ** 2], axis=1)
 
 
 def _longest(ratio: Array, kept: float, most: float) -> float:

@@ -75,7 +75,7 @@ def _over(
     begins (m,): when they begin, s
     """
     over, worst = np.zeros(len(begins)), np.zeros((len(begins), 2))
-    axes, sums, torque = path.axes, list((limits.combinations or {}).values()), limits.torque
+    axes, sums, models = path.axes, list((limits.combinations or {}).values()), limits.models
     weights = np.vstack([np.eye(len(axes)), *(each.on(axes) for each in sums)])
     bounds = [
         np.append(limits.of_axes(name, axes), [getattr(each, kind) for each in sums])
@@ -88,7 +88,7 @@ def _over(
         bounds = [np.append(each, bound) for each, bound in zip(bounds, along, strict=True)]
     period = float(law.period or 0.0)
     between = limits.chord_error is not None or limits.orientation_error is not None
-    if not between and torque is None and not np.any(np.isfinite(bounds)):
+    if not between and not models and not np.any(np.isfinite(bounds)):
         return over, worst
 
     def note(share: Array, t: Array, s: Array, axis: IntArray) -> None:
@@ -122,12 +122,19 @@ def _over(
             crosses = np.searchsorted(passed, s[:-order]) != np.searchsorted(passed, s[order:], side="right")
             share = np.where(crosses, 0.0, np.max(shares, axis=1, initial=0.0)) ** (2.0 / order)
             note(share, t[:-order], s, np.argmax(shares, axis=1))
-        if torque is not None and len(t) > 2:
-            columns = torque.columns(axes)
-            found, still, floor = torque.by_differences(own[:, columns], period, rounding[columns])
-            room = np.array(list(torque.most.values())) * (1.0 + KEPT) - np.sign(found - still) * still
-            shares = (np.abs(found - still) - floor) / room
-            note(np.max(shares, axis=1), t[1:-1], s[1:], np.array(columns)[np.argmax(shares, axis=1)])
+        for model in models:
+            span, columns = model.span, model.columns(axes)
+            if len(t) < span:
+                continue
+            joints = own[:, columns]
+            found, most = model.seen(joints, period)
+            floor, before = model.rounding(joints, period, rounding[columns]), (span - 1) // 2
+            at_tick = slice(before, before + len(found))
+            still = model.still(joints[at_tick])
+            room = most * (1.0 + KEPT) - np.sign(found - still) * still
+            by_model = np.maximum((np.abs(found - still) - floor) / room, 0.0) ** (2.0 / model.power)
+            worst_axis = np.array(columns)[np.argmax(by_model, axis=1)]
+            note(np.max(by_model, axis=1), t[at_tick], s[at_tick], worst_axis)
         if limits.orientation_error is not None and isinstance(path, JointPath) and len(t) > 1:
             tilted = _tips(path, s, own)[1] / (limits.orientation_error * (1.0 + KEPT))
             note(tilted, t[:-1], s[:-1], np.full(len(tilted), CHORD))

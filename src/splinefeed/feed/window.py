@@ -19,6 +19,7 @@ from splinefeed.feed.setting import BESIDE, INSIDE, Setting
 from splinefeed.feed.solve import End, Problem, Solution, solve
 from splinefeed.feed.spline import DEGREE, Spline
 from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records.modelled import ModelRows
 
 #: A ramp at rest is this share of the way over which jerk builds up the acceleration, of the way to the next knot, and
 #: of the stretch: nothing bends within it, and a cell fits in behind it.
@@ -159,7 +160,8 @@ class Window:
                 rising[place] = 0.0  # the state there is given
         rows = self._rows(rising)
         low = np.where(rising != 0.0, 1.0, -FREE)[None]
-        self.free = rows.joined(np.stack(self.tip)[None] * rising / least, low, np.full(low.shape, FREE))
+        rise = ModelRows(linear=np.stack(self.tip)[None] * rising / least, low=low, high=np.full(low.shape, FREE))
+        self.free = rows.joined(rise, smooth=False)
 
     def solved_near(self, lower: BoolArray, c: Array, tolerance: float, z: Array) -> Solution | None:
         """The solution if only cells near those of `lower` (3, n) may change; None if limits ask for more."""

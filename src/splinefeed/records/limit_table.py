@@ -11,9 +11,9 @@ from dataclasses import dataclass
 ROTARY_AXES = ("a", "b", "c", "theta")
 
 #: What a limit bounds: the motion along the path, its ends, what lies between two setpoints, each axis, each axis at
-#: corners and over its travel, weighted sums of axes, and torques of joints.
-PATH, ENDS, TICKS, AXES, CORNERS, TRAVEL, SUMS, TORQUES = (
-    "path", "ends", "ticks", "axes", "corners", "travel", "sums", "torques",
+#: corners and over its travel, weighted sums of axes, and what a model gives of axes, such as torques.
+PATH, ENDS, TICKS, AXES, CORNERS, TRAVEL, SUMS, MODELS = (
+    "path", "ends", "ticks", "axes", "corners", "travel", "sums", "models",
 )  # fmt: skip
 
 
@@ -22,12 +22,13 @@ class LimitKind:
     """A row of the table.
 
     name    the field of Limits;  words  what people read for it
-    bounds  PATH, ENDS, TICKS, AXES, CORNERS, TRAVEL, SUMS or TORQUES: how a use of it is computed
+    bounds  PATH, ENDS, TICKS, AXES, CORNERS, TRAVEL, SUMS or MODELS: how a use of it is computed
     order   which derivative by time it bounds: 0 for lengths and angles, and where the names of single bounds say it
     power   what it bounds grows by k^power where a motion runs k times as fast; 0: not at all, by no power, or as the
             names of single bounds say
     held    whether an override keeps it;  share  how much of it a reserve leaves to the plan: a key of its shares
     angle   whether it is an angle of no axis: rad inside, degrees at the edges;  filed  whether files can hold it
+    of_force  whether it is a torque or a force, and not a length or an angle
     """
 
     name: str
@@ -39,6 +40,7 @@ class LimitKind:
     share: str = ""
     angle: bool = False
     filed: bool = True
+    of_force: bool = False
 
 
 #: Every limit, in the order in which they are shown; a new one begins as a row here.
@@ -60,7 +62,10 @@ TABLE = (
     LimitKind("axis_minimum", "axis minimum", TRAVEL),
     LimitKind("axis_maximum", "axis maximum", TRAVEL),
     LimitKind("combinations", "combination", SUMS, filed=False),
-    LimitKind("torque", "torque", TORQUES, held=False, filed=False),
+    LimitKind("torque", "torque", MODELS, of_force=True, filed=False),
+    LimitKind("torque_rate", "rate of torque", MODELS, 1, of_force=True, filed=False),
+    LimitKind("axis_velocity_law", "axis velocity by position", MODELS, 1, filed=False),
+    LimitKind("axis_approach", "axis approach", MODELS, 2, filed=False),
 )
 KINDS = {each.name: each for each in TABLE}
 #: What of a combination is bounded, in the order of the derivatives.
@@ -113,8 +118,8 @@ def unit_of(name: str, along: str = "mm") -> str:
     Example: `unit_of("axis_jerk.theta")` is deg/s^3
     """
     kind, _, axis = name.partition(".")
-    if kind == "torque":
-        return "N m" if axis in ROTARY_AXES else "N"
+    if kind in KINDS and KINDS[kind].of_force:
+        return ("N m" if axis in ROTARY_AXES else "N") + _PER[order_of(name)]
     if IN_ORDER.fullmatch(name):
         base = "(mm or rad)"
     elif axis in ROTARY_AXES or kind in ANGLES:
@@ -126,7 +131,8 @@ def unit_of(name: str, along: str = "mm") -> str:
 
 def shown_by(name: str, axis: str | None) -> float:
     """What a limit's values are taken times where people read them: degrees of what turns, torques as they are."""
-    turns = name in ANGLES or (axis in ROTARY_AXES and not name.startswith("torque."))
+    kind = KINDS.get(field_of(name))
+    turns = name in ANGLES or (axis in ROTARY_AXES and not (kind is not None and kind.of_force))
     return 180.0 / math.pi if turns else 1.0
 
 

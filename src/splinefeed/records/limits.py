@@ -25,6 +25,8 @@ from splinefeed.records.limit_table import (
     shown_by,
     unit_of,
 )
+from splinefeed.records.modelled import Modelled, check_bounds
+from splinefeed.records.torque import Torque
 
 #: An axis that moves by no more roundings than this, of its positions, does not move.
 MOVE_ROUNDINGS = 64.0
@@ -61,12 +63,6 @@ def axes_without_limits(limits: Limits, axes: Sequence[str], low: Array, high: A
     return found
 
 
-def _check_bounds(what: str, bounds: Mapping[str, float]) -> None:
-    """LimitsError for bounds that are not all positive, or all infinite."""
-    if not all(bound > 0.0 for bound in bounds.values()) or min(bounds.values(), default=math.inf) == math.inf:
-        raise LimitsError(f"{what} are {dict(bounds)}; one at least is needed, and all must be positive")
-
-
 @dataclass(frozen=True, kw_only=True)
 class Combination:
     """Bounds on w . r, a linear combination of axis positions: the motor on one side of a gantry, a tool axis.
@@ -93,71 +89,12 @@ class Combination:
         if not all(map(math.isfinite, weights.values())) or not any(weights.values()):
             raise LimitsError(f"the weights of a combination are {weights}; give finite ones, not all of them 0")
         object.__setattr__(self, "weights", MappingProxyType(weights))
-        _check_bounds("bounds of a combination", {name: float(getattr(self, name)) for name in BOUNDED})
+        check_bounds("bounds of a combination", {name: float(getattr(self, name)) for name in BOUNDED})
 
     def on(self, axes: Sequence[str]) -> Array:
         """The weights of `axes`, (axes,); LimitsError for an axis that is not among them."""
         check_axes("combinations", self.weights, axes)
         return np.array([self.weights.get(axis, 0.0) for axis in axes])
-
-
-@dataclass(frozen=True)
-class Torque:
-    """Bounds on the torques (of linear joints: forces) that a rigid-body model gives for joints.
-
-    model  inverse dynamics tau(q, q', q''), each (n, joints), rad (linear joints mm) by s, to torques (n, joints),
-           N m (N): M(q) q'' + C(q, q') q' + g(q), without friction
-    most   the largest torque of every joint by axis name, in the order of the model's columns; inf for none
-
-    Along a path r(s) the torques are a(s) s'' + b(s) s'^2 + c(s), with a = M r', b = M r'' + C(r, r') r' and c = g; see
-    Bobrow, Dubowsky and Gibson, Int. J. Robotics Research 4(3), 1985, https://doi.org/10.1177/027836498500400301.
-    Raises LimitsError for a model that cannot be called, and for bounds that are not positive or all infinite.
-
-    >>> import splinefeed as sf
-    >>> sf.Torque(lambda q, v, a: 0.02 * a, {"a": 1.5}).most["a"]  # a turntable of 0.02 kg m^2
-    1.5
-    """
-
-    model: Callable[[Array, Array, Array], Array]
-    most: Mapping[str, float]
-
-    def __post_init__(self) -> None:
-        if not callable(self.model):
-            raise LimitsError("the model of torques is a function of positions, velocities and accelerations")
-        most = {str(axis): float(limit) for axis, limit in self.most.items()}
-        _check_bounds("torque limits", most)
-        object.__setattr__(self, "most", MappingProxyType(most))
-
-    def columns(self, axes: Sequence[str]) -> list[int]:
-        """Where the joints are among `axes`; LimitsError for one that is not."""
-        check_axes("torque", self.most, axes)
-        return [list(axes).index(axis) for axis in self.most]
-
-    def of(self, position: Array, velocity: Array, acceleration: Array) -> Array:
-        """Torques (n, joints) of joints (n, joints); LimitsError where the model returns something else."""
-        try:
-            found = np.asarray(self.model(position, velocity, acceleration), dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise LimitsError(f"torque: the model fails on arrays (n, joints): {error}") from error
-        if found.shape != position.shape or not np.all(np.isfinite(found)):
-            raise LimitsError(
-                f"torque: the model gives {found.shape} for {position.shape}, or numbers that are not finite; it gives "
-                "one finite torque for every joint of `most` and every row"
-            )
-        return found
-
-    def by_differences(self, position: Array, period: float, rounding: Array) -> tuple[Array, Array, Array]:
-        """Torques of joints at setpoints (n + 2, joints) but the first and the last, (n, joints), by differences.
-
-        f(q_k, (q_{k+1} - q_{k-1}) / 2T, (q_{k+1} - 2 q_k + q_{k-1}) / T^2); with it f(q_k, 0, 0), and what a rounding
-        of every setpoint, (joints,), can make of it.
-        """
-        q, none = position[1:-1], np.zeros_like(position[1:-1])
-        still = self.of(q, none, none)
-        found = self.of(q, (position[2:] - position[:-2]) / (2.0 * period), np.diff(position, 2, axis=0) / period**2)
-        each = 4.0 * np.diag(rounding) / period**2
-        floor = np.sum([np.abs(self.of(q, none, none + row) - still) for row in each], axis=0)
-        return found, still, np.asarray(floor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,6 +134,7 @@ class Limits:
     axis_minimum, axis_maximum  ends of the travel of axes (soft limits), mm or rad, by name or in the path's order
     combinations  a `Combination` by name: bounds on weighted sums of axes
     torque        a `Torque`: the joint torques of a rigid-body model
+    modelled      more limits that a model gives: a `TorqueRate`, a `VelocityByPosition`, an `Approach`
 
     A number in mm/s is none in rad/s: on a path of linear and rotary axes it is for the linear ones, and the notes of
     law and verdict name the others that move; a path of rotary axes alone refuses it. A Series whose index has names
@@ -226,6 +164,7 @@ class Limits:
     axis_maximum: OfAxes = None
     combinations: Mapping[str, Combination] | None = None
     torque: Torque | None = None
+    modelled: Sequence[Modelled] = ()
 
     def __post_init__(self) -> None:
         for name in ORDERS:
@@ -245,6 +184,9 @@ class Limits:
         object.__setattr__(self, "combinations", combinations)
         if self.torque is not None and not isinstance(self.torque, Torque):
             raise LimitsError("torque: give a Torque, a model with the largest torque of every joint")
+        object.__setattr__(self, "modelled", tuple(self.modelled))
+        if not all(isinstance(each, Modelled) for each in self.modelled):
+            raise LimitsError("modelled: give a list of limits such as TorqueRate(model, most)")
         if self.feed == math.inf and self.axis_velocity is None:
             raise LimitsError("neither feed nor axis_velocity is given; one of them is needed")
         for name in ("start_feed", "end_feed"):
@@ -263,6 +205,11 @@ class Limits:
                 raise LimitsError(
                     f"axis_minimum{axis} is {low[axis]:g} and axis_maximum{axis} is {high[axis]:g}; no travel is left"
                 )
+
+    @property
+    def models(self) -> tuple[Modelled, ...]:
+        """All limits that a model gives, torques first."""
+        return (*(() if self.torque is None else (self.torque,)), *self.modelled)
 
     @property
     def travel(self) -> dict[str, tuple[float, float]]:
@@ -324,7 +271,9 @@ class Limits:
             flat |= {f"{place}.weights.{axis}": weight for axis, weight in each.weights.items()}
             bounds = {f"{place}.{kind}": float(getattr(each, kind)) for kind in BOUNDED}
             flat |= {key: bound for key, bound in bounds.items() if bound < math.inf}
-        return flat | {f"torque.{axis}": most for axis, most in (self.torque.most if self.torque else {}).items()}
+        for model in self.models:
+            flat |= {f"{model.kind}.{axis}": most for axis, most in model.numbers().items()}
+        return flat
 
     def _repr_html_(self) -> str:
         flat = {name: (shown_by(name, name.partition(".")[2]), value) for name, value in self.as_dict().items()}

@@ -13,7 +13,8 @@ from splinefeed.geometry.differential import curvatures
 from splinefeed.geometry.path import Path
 from splinefeed.pipeline.follow import Deviation
 from splinefeed.pipeline.result import Run
-from splinefeed.records import Array, IntArray, Response, field_of, unit_along, words_of
+from splinefeed.records import TABLE, Array, IntArray, Response, field_of, unit_along, words_of
+from splinefeed.records.limit_table import MODELS
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Line, Mark, Panel, Shades
 from splinefeed.report.motion_figures import HEADROOM, TIME
@@ -43,8 +44,8 @@ KINDS = {
     "axis_jerk": theme.PURPLE,
     "axis_velocity_step": "#F0E442",
     "combinations": "#7A3E9D",
-    "torque": "#A0522D",
     "none": "#c4c4c4",
+    **{each.name: "#A0522D" for each in TABLE if each.bounds == MODELS},
 }
 
 

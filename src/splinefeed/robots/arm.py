@@ -21,7 +21,7 @@ from splinefeed.robots.description import FIXED, MOVING, JointDescription, read_
 from splinefeed.robots.dynamics import Payload, RigidBodies, bodies_of, payload_of
 from splinefeed.robots.frames import Frames
 from splinefeed.robots.inverse import Inverse, free_joints
-from splinefeed.robots.joint_limits import Given, joint_limits
+from splinefeed.robots.joint_limits import Given, friction_of, joint_limits
 from splinefeed.robots.planning import limits_of, path_through
 
 #: Standard gravity in the frame of the base, m/s^2: an arm that stands on the floor.
@@ -36,7 +36,8 @@ class Arm:
     """A serial arm: joints in rad, sliding ones in mm, from its base to its tip; `sf.robot` makes it.
 
     joints   their names from the base on;  turns  which of them turn;  base, tip  names of links
-    minimum, maximum, velocity, acceleration, jerk, most_torque  (joints,): limits, infinite where there is none
+    minimum, maximum, velocity, acceleration, jerk, most_torque, torque_rate  (joints,): limits, infinite where none
+    friction  coulomb and viscous by joint, which limits of torque count and `torque` does not
     bodies   the masses it moves, or None without torque;  notes  what of the files was left out or assumed
 
     Joints q are (..., joints), as are the torques of `torque`, N m (sliding joints: N). Methods raise InputError
@@ -63,6 +64,8 @@ class Arm:
     acceleration: Array
     jerk: Array
     most_torque: Array
+    torque_rate: Array
+    friction: Mapping[str, Mapping[str, float]]
     notes: tuple[str, ...] = ()
 
     @property
@@ -214,6 +217,7 @@ def robot(
     limits: Given = None,
     payload: float | Mapping[str, Any] | Payload = 0.0,
     torque: bool = True,
+    friction: Mapping[str, Any] | None = None,
     gravity: Sequence[float] = GRAVITY,
 ) -> Arm:
     """The serial arm from link `base` to link `tip` of a robot.
@@ -222,15 +226,18 @@ def robot(
     tip      link at the end of the arm; may be left out where the robot has one end
     base     link where the arm begins; default the root
     limits   a file joint_limits.yaml of MoveIt (needs the extra [robots]), or a mapping of minimum, maximum, velocity,
-             acceleration, jerk and torque to a number, a list in the order of the joints, or values by name: rad
-             (sliding joints: mm), s, N m (N). What it gives stands before <limit> of the URDF; nothing is guessed
+             acceleration, jerk, torque and torque_rate to a number, a list in the order of the joints, or values by
+             name: rad (sliding joints: mm), s, N m (N). What it gives stands before <limit> of the URDF; nothing is
+             guessed
     payload  mass at the tip, kg, or a `Payload` with its centre and inertia
     torque   whether torques and their limits are read; False for a URDF without inertia
+    friction  a mapping of coulomb, N m (N), and viscous, N m s/rad (N s/mm), to values as those of limits: what
+             limits of torque count besides; the <dynamics> of a URDF is often made up, and is not read
     gravity  m/s^2 in the frame of the base
 
-    Joints beside the way to the tip (fingers) hang on it at 0; `notes` names them. Links are rigid: motors' rotors and
-    friction are not counted. Raises FormatError for a file that is no URDF of a serial arm, with line, value and mend;
-    LimitsError that names every limit that is missing. Source: wiki.ros.org/urdf/XML.
+    Joints beside the way to the tip (fingers) hang on it at 0; `notes` names them. Links are rigid: motors' rotors, and
+    friction that is not given, are not counted. Raises FormatError for a file that is no URDF of a serial arm, with
+    line, value and mend; LimitsError that names every limit that is missing. Source: wiki.ros.org/urdf/XML.
 
     >>> import splinefeed as sf
     >>> text = '''<robot name="turntable"><link name="base"/><link name="table"/><joint
@@ -275,6 +282,8 @@ def robot(
         acceleration=found["acceleration"],
         jerk=found["jerk"],
         most_torque=found["torque"],
+        torque_rate=found["torque_rate"],
+        friction=friction_of(friction, [joint.name for joint in moving]),
         notes=tuple([*notes, *own_notes]),
     )
 

@@ -18,8 +18,9 @@ from splinefeed.records import Array
 from splinefeed.robots.description import JointDescription
 from splinefeed.robots.frames import MM
 
-#: Kinds of limits of a joint; in rad (sliding joints: mm), s, and N m (N).
-KINDS = ("minimum", "maximum", "velocity", "acceleration", "jerk", "torque")
+#: Kinds of limits of a joint; in rad (sliding joints: mm), s, and N m (N). Kinds of its friction.
+KINDS = ("minimum", "maximum", "velocity", "acceleration", "jerk", "torque", "torque_rate")
+FRICTION = ("coulomb", "viscous")
 #: Those that every joint must have.
 NEEDED = ("velocity", "acceleration", "jerk")
 #: What joint_limits.yaml calls them, with the key that switches each on.
@@ -90,7 +91,7 @@ def _of_urdf(joint: JointDescription, kind: str) -> float | None:
 
 def _unit(joint: JointDescription, kind: str) -> float:
     """What a value of a file in rad and m is taken times here: mm of what slides; forces stay N."""
-    return MM if joint.kind == "prismatic" and kind != "torque" else 1.0
+    return MM if joint.kind == "prismatic" and not kind.startswith("torque") else 1.0
 
 
 def _refuse_missing(
@@ -115,25 +116,38 @@ def _refuse_missing(
         )
 
 
-def _of_mapping(given: Mapping[str, Any], names: Sequence[str]) -> dict[str, list[float | None]]:
+def friction_of(given: Mapping[str, Any] | None, names: Sequence[str]) -> dict[str, dict[str, float]]:
+    """Coulomb and viscous friction by joint from a mapping of FRICTION; LimitsError for what cannot be."""
+    if given is not None and not isinstance(given, Mapping):
+        raise LimitsError(f"friction is {given!r}; give a mapping such as {{'coulomb': 2.0, 'viscous': 1.0}}")
+    found = _of_mapping(given or {}, names, FRICTION, "friction")
+    return {
+        kind: {name: each for name, each in zip(names, values, strict=True) if each is not None}
+        for kind, values in found.items()
+    }
+
+
+def _of_mapping(
+    given: Mapping[str, Any], names: Sequence[str], kinds: Sequence[str] = KINDS, what: str = "limits"
+) -> dict[str, list[float | None]]:
     """Limits by kind: one number for every joint, a list in their order, or a mapping by name."""
     found: dict[str, list[float | None]] = {}
     for kind, value in given.items():
-        if kind not in KINDS:
-            raise LimitsError(f"limits: {kind!r} is not known; {nearest(kind, KINDS)}")
+        if kind not in kinds:
+            raise LimitsError(f"{what}: {kind!r} is not known; {nearest(kind, kinds)}")
         if isinstance(value, Mapping):
             for name in value:
                 if name not in names:
-                    raise LimitsError(f"limits: {kind}.{name}: the arm has no such joint; {nearest(name, names)}")
+                    raise LimitsError(f"{what}: {kind}.{name}: the arm has no such joint; {nearest(name, names)}")
             values = [value.get(name) for name in names]
         elif np.ndim(value) == 0:
             values = [value] * len(names)
         else:
             values = list(value)
             if len(values) != len(names):
-                raise LimitsError(f"limits: {kind} has {len(values)} values; the arm has {len(names)} joints")
+                raise LimitsError(f"{what}: {kind} has {len(values)} values; the arm has {len(names)} joints")
         found[kind] = [
-            None if each is None else _checked(each, kind, f"limits: {kind} of {name}")
+            None if each is None else _checked(each, kind, f"{what}: {kind} of {name}")
             for each, name in zip(values, names, strict=True)
         ]
     return found

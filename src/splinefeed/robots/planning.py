@@ -11,7 +11,9 @@ from splinefeed.errors import CurveError
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array
-from splinefeed.records.limits import Limits, Torque
+from splinefeed.records.limits import Limits
+from splinefeed.records.torque import Torque
+from splinefeed.records.torque_rate import TorqueRate
 
 if TYPE_CHECKING:
     from splinefeed.robots.arm import Arm
@@ -26,6 +28,10 @@ def limits_of(arm: Arm) -> Limits:
     def by_joint(values: Array) -> dict[str, float]:
         return {name: float(each) for name, each in zip(arm.joints, values, strict=True) if np.isfinite(each)}
 
+    def each_joint(values: Array) -> dict[str, float]:
+        return dict(zip(arm.joints, values.tolist(), strict=True))
+
+    rated = bool(np.any(np.isfinite(arm.torque_rate)))
     ended = np.isfinite(arm.minimum) & np.isfinite(arm.maximum)
     return Limits(
         axis_velocity=by_joint(arm.velocity),
@@ -33,7 +39,8 @@ def limits_of(arm: Arm) -> Limits:
         axis_jerk=by_joint(arm.jerk),
         axis_minimum=by_joint(np.where(ended, arm.minimum, np.inf)),
         axis_maximum=by_joint(np.where(ended, arm.maximum, np.inf)),
-        torque=None if arm.bodies is None else Torque(arm.torque, by_joint(arm.most_torque)),
+        torque=None if arm.bodies is None else Torque(arm.torque, each_joint(arm.most_torque), **arm.friction),
+        modelled=[TorqueRate(arm.torque, each_joint(arm.torque_rate))] if arm.bodies is not None and rated else [],
     )
 
 

@@ -1,0 +1,152 @@
+"""Bounds on the torques of joints that a rigid-body model gives, with friction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from splinefeed.errors import LimitsError, PlanError
+from splinefeed.records.arrays import Array
+from splinefeed.records.modelled import Modelled, ModelRows, check_bounds
+
+#: A torque that differs from that of the form of rigid bodies by more than this share has friction in its model.
+ALMOST = 1e-9
+
+Model = Callable[[Array, Array, Array], Array]
+
+
+@dataclass(frozen=True)
+class Torque(Modelled):
+    """Bounds on the torques (of linear joints: forces) that a rigid-body model gives for joints.
+
+    model  inverse dynamics tau(q, q', q''), each (n, joints), rad (linear joints mm) by s, to torques (n, joints),
+           N m (N): M(q) q'' + C(q, q') q' + g(q), without friction
+    most   the largest torque of every joint by axis name, in the order of the model's columns; inf for none
+    coulomb, viscous  friction by axis name, N m and N m s/rad (N, N s/mm), at least 0; default none
+
+    Along a path r(s) the torques are a(s) s'' + b(s) s'^2 + c(s), with a = M r', b = M r'' + C(r, r') r' and c = g; see
+    Bobrow, Dubowsky and Gibson, Int. J. Robotics Research 4(3), 1985, https://doi.org/10.1177/027836498500400301.
+    Friction adds coulomb sign(r') + viscous r' s', in the direction in which each joint moves along the path.
+    Raises LimitsError for a model that cannot be called, and for bounds that are not positive or all infinite.
+
+    >>> import splinefeed as sf
+    >>> sf.Torque(lambda q, v, a: 0.02 * a, {"a": 1.5}).most["a"]  # a turntable of 0.02 kg m^2
+    1.5
+    """
+
+    model: Model
+    most: Mapping[str, float]
+    coulomb: Mapping[str, float] | None = None
+    viscous: Mapping[str, float] | None = None
+
+    kind, span, power = "torque", 3, 2
+
+    def __post_init__(self) -> None:
+        if not callable(self.model):
+            raise LimitsError("the model of torques is a function of positions, velocities and accelerations")
+        most = {str(axis): float(limit) for axis, limit in self.most.items()}
+        check_bounds("torque limits", most)
+        object.__setattr__(self, "most", MappingProxyType(most))
+        for name in ("coulomb", "viscous"):
+            own = {str(axis): float(each) for axis, each in (getattr(self, name) or {}).items()}
+            for axis, value in own.items():
+                if axis not in most or not 0.0 <= value < np.inf:
+                    raise LimitsError(f"torque: {name} of {axis} is {value:g}; give a joint of `most` 0 or more")
+            object.__setattr__(self, name, MappingProxyType(own))
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """The joints, in the order of the model's columns."""
+        return tuple(self.most)
+
+    def numbers(self) -> dict[str, float]:
+        """The largest torque of every joint."""
+        return dict(self.most)
+
+    def _each(self, of: Mapping[str, float] | None) -> Array:
+        return np.array([(of or {}).get(axis, 0.0) for axis in self.most])
+
+    @property
+    def dry(self) -> tuple[Array, Array]:
+        """Coulomb and viscous friction of each joint, (joints,)."""
+        return self._each(self.coulomb), self._each(self.viscous)
+
+    def of(self, position: Array, velocity: Array, acceleration: Array) -> Array:
+        """Torques (n, joints) of rigid bodies; LimitsError where the model returns something else."""
+        try:
+            found = np.asarray(self.model(position, velocity, acceleration), dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise LimitsError(f"torque: the model fails on arrays (n, joints): {error}") from error
+        if found.shape != position.shape or not np.all(np.isfinite(found)):
+            raise LimitsError(
+                f"torque: the model gives {found.shape} for {position.shape}, or numbers that are not finite; it gives "
+                "one finite torque for every joint of `most` and every row"
+            )
+        return found
+
+    def whole(self, position: Array, velocity: Array, acceleration: Array) -> Array:
+        """Torques (n, joints) with friction."""
+        coulomb, viscous = self.dry
+        return np.asarray(self.of(position, velocity, acceleration) + coulomb * np.sign(velocity) + viscous * velocity)
+
+    def seen(self, position: Array, period: float) -> tuple[Array, Array]:
+        """f(q_k, (q_{k+1} - q_{k-1}) / 2T, (q_{k+1} - 2 q_k + q_{k-1}) / T^2), and the bounds."""
+        v, a = (position[2:] - position[:-2]) / (2.0 * period), np.diff(position, 2, axis=0) / period**2
+        found = self.whole(position[1:-1], v, a)
+        return found, np.broadcast_to(list(self.most.values()), found.shape)
+
+    def rounding(self, position: Array, period: float, each: Array) -> Array:
+        """What roundings of setpoints, (joints,), make of the torques: those of accelerations 4 e / T^2."""
+        q, none = position[1:-1], np.zeros_like(position[1:-1])
+        still = self.of(q, none, none)
+        rows = 4.0 * np.diag(each) / period**2
+        coulomb, viscous = self.dry
+        found = np.sum([np.abs(self.of(q, none, none + row) - still) for row in rows], axis=0) + viscous * each / period
+        if np.any(coulomb):  # the direction of what all but rests is not known
+            slow = np.abs(position[2:] - position[:-2]) <= 2.0 * each
+            found = found + 2.0 * coulomb * slow
+        return np.asarray(found)
+
+    def along(self, position: Array, velocity: Array, acceleration: Array, jerk: Array) -> tuple[Array, Array]:
+        """Torques and their bounds."""
+        found = self.whole(position, velocity, acceleration)
+        return found, np.broadcast_to(list(self.most.values()), found.shape)
+
+    def rows(self, s: Array, d: Array) -> ModelRows:
+        """Rows |a q'/2 + b q + c + coulomb sign(r') + viscous r' sqrt(q)| <= most.
+
+        c = f(r, 0, 0), a = f(r, 0, r') - c, b = f(r, r', r'') - c: Pham, Pham, IEEE T-RO 34(3), 2018,
+        https://doi.org/10.1109/TRO.2018.2819195, section II. Raises LimitsError for a model with friction, and
+        PlanError where standing still takes more than the torque.
+        """
+        r, r1, r2, _ = np.moveaxis(d, 1, 0)
+        none = np.zeros_like(r)
+        c = self.of(r, none, none)
+        a, b = self.of(r, none, r1) - c, self.of(r, r1, r2) - c
+        faster = self.of(r, 2.0 * r1, 4.0 * r2) - c - 4.0 * b
+        if np.max(np.abs(faster), initial=0.0) > ALMOST * np.max(np.abs(b) + np.abs(c), initial=0.0):
+            raise LimitsError(
+                "torque: at twice the velocity and four times the acceleration the model's torque is not four times "
+                "what motion takes: it has friction; leave that out of the model and give coulomb and viscous"
+            )
+        coulomb, viscous = self.dry
+        most = np.array(list(self.most.values()))
+        low, high = c - coulomb * (r1 <= 0.0), c + coulomb * (r1 >= 0.0)  # what rests may be pushed either way
+        low, high = (np.where(r1 > 0.0, c + coulomb, low), np.where(r1 < 0.0, c - coulomb, high))
+        over = np.argwhere(np.maximum(high, -low) >= most)
+        if len(over):
+            place, k = over[0].tolist()
+            raise PlanError(
+                f"at s = {s[place]:.6g} mm standing still takes {max(high[place, k], -low[place, k]):.6g} of "
+                f"{self.axes[k]}, whose torque is at most {most[k]:.6g}: no motion along the path is possible"
+            )
+        some = np.isfinite(most)
+        a, b, low, high, most = a[:, some], b[:, some], low[:, some], high[:, some], most[some]
+        linear = np.stack([b / most, 0.5 * a / most], axis=1).transpose(2, 1, 0)
+        root = (viscous * r1)[:, some] / most if np.any(viscous) else None
+        return ModelRows(
+            linear=linear, low=(-1.0 - low / most).T, high=(1.0 - high / most).T, root=None if root is None else root.T
+        )
