@@ -232,7 +232,7 @@ def robot(
     payload  mass at the tip, kg, or a `Payload` with its centre and inertia
     torque   whether torques and their limits are read; False for a URDF without inertia
     friction  a mapping of coulomb, N m (N), and viscous, N m s/rad (N s/mm), to values as those of limits: what
-             limits of torque count besides; the <dynamics> of a URDF is often made up, and is not read
+             limits of torque count, too; the <dynamics> of a URDF is often made up, and is not read
     gravity  m/s^2 in the frame of the base
 
     Joints beside the way to the tip (fingers) hang on it at 0; `notes` names them. Links are rigid: motors' rotors, and
