@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+import time
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -236,3 +238,31 @@ def test_arms_of_the_trade_agree_with_pinocchio(file, tip):
         pin.framesForwardKinematics(model, data, q[k])
         np.testing.assert_allclose(place[k], 1000 * data.oMf[frame].translation, rtol=0, atol=1e-9)
         np.testing.assert_allclose(rotation[k], data.oMf[frame].rotation, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("joint_limits:\n  elbow: &a {max_jerk: 1}\n  shoulder: *a\n", "line 2: an alias repeats this value; write it out"),
+        (
+            "a: &a [1]\n" + "".join(f"{x}: &{x} [{f'*{w}, ' * 9}*{w}]\n" for w, x in pairwise("abcdefghij"))
+            + "joint_limits: {elbow: *j}\n",
+            "line 1: an alias repeats this value; write it out",
+        ),
+        ("joint_limits: {elbow: {max_jerk: " + "9" * 5000 + "}}", "joint_limits.elbow.max_jerk is '999999999999999"),
+        ("joint_limits: {elbow: {max_jerk: " + "9" * 4000 + "}}", "joint_limits.elbow.max_jerk is '999999999999999"),
+        ("joint_limits: {elbow: {max_jerk: 1" + ":1" * 40_000 + "}}", "joint_limits.elbow.max_jerk is '1:1:1:1"),
+        ("joint_limits: " + "[" * 20_000, "is not YAML: cannot be parsed"),
+        ("joint_limits: {elbow: {max_jerk: .inf}}", "joint_limits.elbow.max_jerk is '.inf'; expected a number"),
+        ("#" * 2**18, "is larger than 128 kB; that is no joint_limits.yaml"),
+    ],
+)  # fmt: skip
+def test_a_yaml_that_asks_for_much_is_refused_in_one_short_line(tmp_path, text, message):
+    pytest.importorskip("yaml")
+    file = tmp_path / "joint_limits.yaml"
+    file.write_text(text, encoding="utf-8")
+    begin = time.process_time()
+    with pytest.raises(sf.SplinefeedError) as caught:
+        sf.robot(FILE, limits=file)
+    assert str(caught.value).startswith(f"{file}: {message}") and len(str(caught.value)) < 500
+    assert time.process_time() - begin < 10.0

@@ -64,7 +64,8 @@ def read_csv(file: Path) -> tuple[dict[str, Any], Any]:
     if rows.shape != (int(end[1]), len(names)):
         raise InputError(f"has {rows.shape} rows and columns; expected {(int(end[1]), len(names))}")
     columns = by_name([*rows.T])
-    if not np.array_equal(columns["curve"], columns["curve"].astype(np.int32)):
+    curve = columns["curve"]
+    if not np.all((curve == np.rint(curve)) & (np.abs(curve) < 2**31)):
         raise InputError("column curve: holds something other than whole numbers")
     return columns, said
 

@@ -7,6 +7,7 @@ the keys of joint_limits.yaml.
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import FormatError, InputError, LimitsError, nearest
+from splinefeed.numbers import finite
 from splinefeed.records import Array
 from splinefeed.robots.description import JointDescription
 from splinefeed.robots.frames import MM
@@ -36,7 +38,7 @@ _YAML = {
 #: Keys of joint_limits.yaml that limit nothing here: ends that wrap, and the springs of soft limits.
 _SILENT = ("angle_wraparound", "has_soft_limits", "k_position", "k_velocity", "soft_lower_limit", "soft_upper_limit")
 #: Largest joint_limits.yaml, bytes.
-MAX_BYTES = 2**20
+MAX_BYTES = 2**17
 
 Given = Mapping[str, Any] | str | Path | None
 
@@ -63,7 +65,9 @@ def joint_limits(
     elif isinstance(given, Mapping):
         own = _of_mapping(given, names)
     else:
-        raise LimitsError(f"limits are {given!r}; give a joint_limits.yaml, or a mapping such as {{'jerk': 500.0}}")
+        raise LimitsError(
+            f"limits are {reprlib.repr(given)}; give a joint_limits.yaml, or a mapping such as {{'jerk': 500.0}}"
+        )
     for kind, values in own.items():
         found[kind] = [each if value is None else value for value, each in zip(values, found[kind], strict=True)]
     _refuse_missing(moving, found, torque)
@@ -155,12 +159,11 @@ def _of_mapping(
 
 def _checked(value: object, kind: str, place: str) -> float:
     try:
-        number = float(value) if not isinstance(value, bool) else math.nan  # type: ignore[arg-type]
-    except (TypeError, ValueError, OverflowError):
-        number = math.nan
-    if not math.isfinite(number) or (kind not in ("minimum", "maximum") and number <= 0.0):
-        wanted = "a finite number" if kind in ("minimum", "maximum") else "a finite number greater than 0"
-        raise LimitsError(f"{place} is {value!r}; expected {wanted}")
+        number = finite(value, place)
+    except InputError as error:
+        raise LimitsError(str(error)) from None
+    if kind not in ("minimum", "maximum") and number <= 0.0:
+        raise LimitsError(f"{place} is {number:g}; expected a finite number greater than 0")
     return number
 
 
@@ -176,14 +179,38 @@ def _read_yaml(file: str | Path) -> Any:
     except OSError as error:
         raise FormatError(f"{file}: cannot be read: {error.strerror or error}") from None
     if len(content) > MAX_BYTES:
-        raise FormatError(f"{file}: is larger than {MAX_BYTES // 2**20} MB; that is no joint_limits.yaml")
+        raise FormatError(f"{file}: is larger than {MAX_BYTES // 2**10} kB; that is no joint_limits.yaml")
     try:
-        return yaml.safe_load(content)
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError, ValueError) as error:
+        return _plain(yaml.compose(content, Loader=yaml.SafeLoader), set())
+    except _AliasError as error:
+        raise FormatError(
+            f"{file}: line {error.args[0]}: an alias repeats this value; write it out where it is needed"
+        ) from None
+    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         place = f"line {mark.line + 1}: " if mark else ""
         problem = getattr(error, "problem", None) or "cannot be parsed"
         raise FormatError(f"{file}: {place}is not YAML: {problem}") from None
+
+
+class _AliasError(Exception):
+    """A value of YAML that stands for another one: a few letters may stand for any number of values."""
+
+
+def _plain(node: Any, seen: set[int]) -> Any:
+    """A node of YAML as tables, lists, truth values and texts; numbers stay texts, which `finite` reads."""
+    if node is None:
+        return None
+    if id(node) in seen:
+        raise _AliasError(node.start_mark.line + 1)
+    seen.add(id(node))
+    if node.id == "mapping":
+        return {str(_plain(key, seen)): _plain(value, seen) for key, value in node.value}
+    if node.id == "sequence":
+        return [_plain(each, seen) for each in node.value]
+    if node.tag == "tag:yaml.org,2002:bool":
+        return node.value.lower() in ("true", "yes", "on")
+    return node.value
 
 
 def _of_yaml(
@@ -194,9 +221,9 @@ def _of_yaml(
     if not isinstance(table, Mapping):
         raise FormatError(f"{file}: there is no joint_limits with a table for each joint; is it a joint_limits.yaml?")
     notes = [
-        f"{file}: {key} {content[key]!r} is not applied"
+        f"{file}: {key} {str(content[key])[:40]} is not applied"
         for key in ("default_velocity_scaling_factor", "default_acceleration_scaling_factor")
-        if content.get(key) not in (None, 1, 1.0)
+        if content.get(key) not in (None, 1, 1.0, "1", "1.0")
     ]
     found: dict[str, list[float | None]] = {kind: [None] * len(names) for kind in KINDS}
     for name, own in table.items():
@@ -204,13 +231,13 @@ def _of_yaml(
         if name not in known:
             raise FormatError(f"{place}: the robot has no such joint; {nearest(name, known)}")
         if not isinstance(own, Mapping):
-            raise FormatError(f"{place} is {own!r}; expected a table such as max_velocity: 2.0")
+            raise FormatError(f"{place} is {reprlib.repr(own)}; expected a table such as max_velocity: 2.0")
         switches = {switch for _, switch in _YAML.values()}
         for key, value in own.items():
             if key not in (*_YAML, *switches, *_SILENT):
                 raise FormatError(f"{place}.{key} is not known; {nearest(key, (*_YAML, *switches))}")
             if key in switches and not isinstance(value, bool):
-                raise FormatError(f"{place}.{key} is {value!r}; expected true or false")
+                raise FormatError(f"{place}.{key} is {reprlib.repr(value)}; expected true or false")
         if name not in names:
             continue
         k = names.index(name)

@@ -174,6 +174,7 @@ class Siemens(Interpreter):
             self._close()
         if "SD" in extra:
             self._degree = order_of(extra["SD"] + 1.0) - 1
+        splines.order = self._degree + 1
         if not splines.open:
             refuse(extra.keys() & {"PL", "PW"}, "PL and PW belong to BSPLINE")
             return
@@ -195,7 +196,6 @@ class Siemens(Interpreter):
             splines.clear()
         if splines.open:
             self.findings.say("BSPLINE is read as the manual describes it; it was not checked on a control")
-            splines.order = self._degree + 1
             splines.end()
         self._degree = DEFAULT_DEGREE
 
