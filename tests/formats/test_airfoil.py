@@ -115,7 +115,7 @@ def test_what_is_no_section_is_refused_with_its_line(tmp_path: File, text: str, 
     ("text", "reason"),
     [
         (lines([(0.0, y) for y in (0, 1, 2, 3, 4)]), "along a chord of 0 in the file are not a section"),
-        (lines([(1e300 * x, y) for x, y in SECTION]), "along a chord of 1e+300 in the file are not a section"),
+        (lines([(1e99 * x, y) for x, y in SECTION]), "along a chord of 1e+99 in the file are not a section"),
         (lines([(1e8 * x, y) for x, y in SECTION]), "the section is larger than 1e+09 mm; give a smaller chord"),
     ],
 )
@@ -180,3 +180,10 @@ def test_any_text_gives_a_path_or_an_error_of_ours(text: str) -> None:
     except SplinefeedError as error:
         message = str(error)
     assert "\n" not in message
+
+
+def test_coordinates_beyond_all_bounds_are_no_numbers(tmp_path: File) -> None:
+    file = tmp_path / "wing.dat"
+    file.write_text("wing\n1 0\n0.5 0.1\n0 0\n0.5 -1e300\n1 0\n")
+    with pytest.raises(FormatError, match=r"line 5: expected two finite numbers x y, got .0\.5 -1e300."):
+        read(file)

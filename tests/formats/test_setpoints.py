@@ -519,3 +519,17 @@ def test_a_writer_that_is_left_writes_nothing(tmp_path):
             writer.finish()
         assert np.array_equal(sf.load(tmp_path / name, sf.Setpoints).position, points.position)
         (tmp_path / name).unlink()
+
+
+@pytest.mark.parametrize("word", ["3e9", "1e300", "nan", "0.5", "-3e9"])
+def test_numbers_of_curves_that_are_none_are_refused_without_a_warning(tmp_path: Path, word: str) -> None:
+    path = sf.shapes.circle(5.0)
+    law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), strategy="seven-phase", period=5e-3)
+    sf.save(sf.interpolate(path, law, period=5e-3), tmp_path / "a.csv")
+    lines = (tmp_path / "a.csv").read_text().splitlines()
+    place = lines[2].split(",").index("curve")
+    cells = lines[9].split(",")
+    lines[9] = ",".join([*cells[:place], word, *cells[place + 1 :]])
+    (tmp_path / "a.csv").write_text("\n".join(lines) + "\n")
+    with pytest.raises(FormatError, match="column curve: holds something other than whole numbers"):
+        sf.load(tmp_path / "a.csv")

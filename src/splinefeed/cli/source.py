@@ -79,7 +79,7 @@ def check_rotary(path: sf.Path, source: str, machine: sf.Machine) -> None:
         line = ""
         if os.path.isfile(source) and not axis[1:]:
             with open(source, encoding="utf-8", errors="replace") as text:
-                said = re.compile(rf"[^(;]*(?<![A-Z]){axis}\s*=?\s*[-+.\d#\[]", re.IGNORECASE)
+                said = re.compile(rf"[^(;]*(?<![A-Z]){axis}\s*+=?\s*+[-+.\d#\[]", re.IGNORECASE)
                 line = next((f" (line {i})" for i, each in enumerate(text, 1) if said.match(each)), "")
         raise InputError(
             f"{source}: turns the rotary axis {axis.upper()}{line}, which {machine.name} does not have; its axes are "

@@ -126,7 +126,7 @@ def _in_order(rows: Array, lines: list[int]) -> tuple[Array, str]:
     """Points (n, 2) from the trailing edge over the nose and back, and the order of the file."""
     if not _counts(rows[0]):
         return rows, "Selig"
-    upper, lower = rows[0].astype(np.int64).tolist()
+    upper, lower = map(int, rows[0].tolist())
     if upper + lower != len(rows) - 1:
         raise InputError(
             f"line {lines[0]}: says {upper} and {lower} points, but {len(rows) - 1} follow; is the file complete?"

@@ -47,7 +47,9 @@ SAME_END, SAME_PARAMETER = 1e-7, 1e-3
 LEAST_RESOLUTION = 1e-6
 #: Most faults of a file that are findings each when it is repaired.
 MOST_FAULTS = 5
-_SYNTAX = re.compile(r"Line (\d+): (.*?)\s*\*{4}")
+#: So much of what OCCT says of a file is looked at, letters.
+MOST_SAID = 4000
+_SYNTAX = re.compile(r"Line (\d+): (.*?)(?<!\s)\s*+\*{4}")
 _ENTITY = "entity "
 _UNSOUND = "OCCT finds no valid data in it; is the file complete?"
 _FULL_KNOT = (
@@ -104,7 +106,7 @@ def _step(file: str) -> tuple[Any, list[str], str]:
         done = reader.ReadFile(file) == IFSelect_RetDone
         said.Close()
         if not done:
-            line = _SYNTAX.search(words.read_text(encoding="utf-8", errors="replace"))
+            line = _SYNTAX.search(words.read_text(encoding="utf-8", errors="replace")[:MOST_SAID])
             raise FormatError(f"line {line[1]}: OCCT says: {line[2]}; is the file complete?" if line else _UNSOUND)
     model = reader.WS().Model()
     for number in range(1, model.NbEntities() + 1):

@@ -11,6 +11,7 @@ import os
 import re
 import zlib
 from collections.abc import Mapping, Sequence
+from string import ascii_lowercase
 from typing import NamedTuple
 
 import numpy as np
@@ -279,7 +280,7 @@ def _painted(paint: Mapping[str, str], ways: Sequence[str] = ("fill", "stroke"))
     """Whether a fill or stroke is drawn: black fill and no stroke unless something is said."""
     for way in ways:
         colour = paint.get(way, "black" if way == "fill" else "none")
-        width = _number(re.sub(r"[a-z]+$", "", paint.get("stroke-width", "1"))) if way == "stroke" else 1.0
+        width = _number(paint.get("stroke-width", "1").rstrip(ascii_lowercase)) if way == "stroke" else 1.0
         if colour not in ("none", "transparent") and _number(paint.get(f"{way}-opacity", "1")) and width:
             return True
     return False

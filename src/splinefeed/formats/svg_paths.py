@@ -20,7 +20,7 @@ from splinefeed.geometry.arcs import arc, bulge_points
 from splinefeed.numbers import MOST, within
 from splinefeed.records import Array
 
-_NUMBER = r"\s*+,?\s*+((?>[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?))"
+_NUMBER = r"\s*+,?\s*+((?>[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][+-]?[0-9]+)?))"
 _FLAG = r"\s*+,?\s*+([01])"
 _COMMAND = re.compile(r"\s*([MmZzLlHhVvCcSsQqTtAa])(?!\s*,)")
 #: How many numbers each command takes at a time; an arc's fourth and fifth are flags.

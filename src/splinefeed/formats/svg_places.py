@@ -18,8 +18,8 @@ _SIDES = {"left": "0%", "top": "0%", "center": "50%", "right": "100%", "bottom":
 #: Possessive, and no number begins inside a row of digits: the time is in proportion to the length of a text.
 _DIGITS = r"(?>[+-]?(?:(?<![0-9])[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?)"
 _QUANTITY = re.compile(rf"({_DIGITS})\s*+([a-zA-Z]*+|%)")
-_NUMBER = re.compile(rf"\s*+,?\s*+({_DIGITS})(?=[\s,+.-]|$)")
-_FUNCTION = re.compile(r"\s*+,?\s*+(?<![a-zA-Z])([a-zA-Z]++)\s*+\(([^()]*+)\)")
+_NUMBER = re.compile(rf"(?:(?<!\s)\s++|(?!\s)),?\s*+({_DIGITS})(?=[\s,+.-]|$)")
+_FUNCTION = re.compile(r"(?:(?<!\s)\s++|(?!\s)),?\s*+(?<![a-zA-Z])([a-zA-Z]++)\s*+\(([^()]*+)\)")
 
 
 class ShapeError(ValueError):
@@ -118,7 +118,7 @@ _FUNCTIONS: dict[str, tuple[tuple[dict[str, float], ...], tuple[int, ...], Calla
 
 
 #: A number with its unit, which another one may follow without a blank.
-_TIGHT = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]+)?(?:[a-df-z%][a-z]*)?", re.IGNORECASE)
+_TIGHT = re.compile(r"[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:e[-+]?[0-9]+)?(?:[a-df-z%][a-z]*)?", re.IGNORECASE)
 
 
 def transform(given: Mapping[str, str], view: View) -> Affine:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 
 from splinefeed import units
 from splinefeed.errors import InputError, UnitError
+from splinefeed.numbers import MOST
 from splinefeed.records import ROTARY_AXES
 
 #: Axes in the order in which a path has them, and what a column of times is called.
@@ -19,12 +21,14 @@ JOINTS = tuple(f"{name}{number}" for name in ("q", "j", "joint") for number in r
 OURS = "# splinefeed setpoints"
 #: What begins a line that does not count.
 COMMENTS = ("#", "%", "!", "//")
-#: No line of names is longer, characters.
-MOST_NAMES = 2000
+#: No line of names is longer, nor a name with its unit, characters.
+MOST_NAMES, MOST_NAME = 2000, 80
 _MARK = re.compile(r"\s*[,;\t]\s*")
 _EITHER = re.compile(r"\s*,\s*|\s+")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+(?:,\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?|[+-]?(?:nan|inf|infinity)", re.IGNORECASE | re.ASCII)
+_NUMBER = re.compile(
+    r"[+-]?(?:\d++\.?\d*+|\.\d++)(?:[eEdD][+-]?\d++)?|[+-]?(?:nan|inf|infinity)", re.IGNORECASE | re.ASCII
+)
 #: What most tables consist of: plain numbers between commas.
 _PLAIN = re.compile(r"[+-]?\d+\.\d+(?: ?, ?[+-]?\d+\.\d+)+", re.ASCII)
 _UNIT = r"(?:\s*[\[(]\s*(?P<boxed>[^\])]*)\s*[\])]|[\s_/-]+(?P<bare>[a-z°]+))?"
@@ -35,7 +39,7 @@ _NAME = re.compile(rf"(?:{_PLACE}[\s_.-]*)?(?P<name>[a-z]+?)(?:[\s_.-]*{_PLACE})
 def numbers(line: str) -> tuple[list[float], bool] | None:
     """The numbers of a line, and whether commas stand in place of their decimal points; None for anything else."""
     if _PLAIN.fullmatch(line):
-        return [float(word) for word in line.split(",")], False
+        return [_float(word) for word in line.split(",")], False
     text = line.strip().rstrip(",;").strip()
     # semicolons or tabs between columns: a comma can only be a decimal point
     if ";" in text or "\t" in text:
@@ -49,7 +53,13 @@ def numbers(line: str) -> tuple[list[float], bool] | None:
         words = [word.replace(",", ".") if _DECIMAL_COMMA.fullmatch(word) else word for word in words]
     if not all(_NUMBER.fullmatch(word) for word in words):
         return None
-    return [float(re.sub("[dD]", "e", word)) for word in words], decimal
+    return [_float(re.sub("[dD]", "e", word)) for word in words], decimal
+
+
+def _float(word: str) -> float:
+    """The number that digits say; one beyond all bounds is infinite."""
+    value = float(word)
+    return math.copysign(math.inf, value) if abs(value) > MOST else value
 
 
 def names(line: str) -> tuple[list[tuple[str, str]], bool]:
@@ -66,7 +76,7 @@ def words(line: str) -> list[str]:
 
 def name(word: str) -> tuple[str, str]:
     """Name and unit of a column in small letters, "" if there is none; times are called t."""
-    text = word.strip(" \"'").lower() if len(word) <= MOST_NAMES else ""
+    text = word.strip(" \"'").lower() if len(word) <= MOST_NAME else ""
     if joint := _JOINT.match(text):  # a joint is named by its number, and has a unit as any column has
         unit = _NAME.fullmatch(f"q{text[joint.end() :]}")
         called = f"{joint['name']}{joint['number']}"

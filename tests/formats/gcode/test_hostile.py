@@ -109,3 +109,11 @@ def test_more_moves_than_a_path_may_have_can_still_be_counted(tmp_path: Path, mo
     with pytest.raises(FormatError, match=r"has more than 20 moves; split it, look at it with info, or read its parts"):
         sf.read(file)
     assert summary(file).moves["G1"] == 49
+
+
+def test_a_bspline_of_siemens_that_a_motion_word_ends_has_its_own_degree(tmp_path: Path) -> None:
+    file = tmp_path / "part.mpf"
+    file.write_text("G0 X0 Y0\nBSPLINE X2 Y5 PL=1\nX4 Y0\nX6 Y1\nCOMPCAD X8 Y1\nM30\n")
+    survives(file, dialect="siemens")
+    file.write_text("G0 X60 BSPLINE Z=2 F300\nG2 X10 Y0 CR=12\n")
+    survives(file, dialect="siemens")

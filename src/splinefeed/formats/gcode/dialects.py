@@ -96,12 +96,12 @@ _SIGNS = {
     "siemens": r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;(?:\$PATH|\s*SINUMERIK)|^%_N_"
     r"|\bCYCLE\d+[ \t]*\(|\bG(?:500|505|64[12])\b|\bTRA(?:ORI|FOOF)\b|\b[ABC]3[ \t]*="
     r"|^[ \t]*(?:N\d+[ \t]*)?(?:EXTERN|PROC)[ \t]+[A-Z_]+\d*|\bSUPA\b|\bLIMS[ \t]*=",
-    "linuxcnc": r"\bG0?6\.2\b[^\n]*Q\s*[123]\b|^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b"
+    "linuxcnc": r"^(?>[^\n]*?\bG0?6\.2\b)[^\n]*Q\s*[123]\b|^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b"
     r"|\bM6[78][ \t]*E\d|\bM6[2-5][ \t]*P\d",
     "haas": r"\bhaas\b|\bG154[ \t]*P\d|\bG187\b|\bG103[ \t]*P\d",
     "fanuc": r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?![ \t]*[a-z\[#])|^[ \t]*//|\bG0?5\.1\s*Q[013]\b"
-    r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b|\bG43\.[45]\b|\bG234\b|\bIF[ \t]*\[[^\n]*\b(?:GOTO|THEN)"
-    r"|\bWHILE[ \t]*\[[^\n]*\][ \t]*DO[ \t]*[123]\b|\bG65[ \t]*P\d",
+    r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b|\bG43\.[45]\b|\bG234\b|^(?>[^\n]*?\bIF[ \t]*\[)[^\n]*\b(?:GOTO|THEN)"
+    r"|^(?>[^\n]*?\bWHILE[ \t]*\[)[^\n]*\][ \t]*DO[ \t]*[123]\b|\bG65[ \t]*P\d",
     "mach3": r"\bmach\s?[34]\b|^[ \t]*M1[01]\s*P[0-3]\b",
     "grbl": r"^[ \t]*\$(?:N?\d+[ \t]*=|J=|[$#GIXCH](?![A-Z0-9]))|\bgrbl\b|\bM0?[34][ \t]*S0\b",
     "marlin": r"^;FLAVOR:\s*Marlin",
@@ -117,8 +117,8 @@ _DETECTED = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign
 _KINDS = {
     "siemens": _SIGNS["siemens"],
     "linuxcnc": r"^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b|\bM6[78][ \t]*E\d",
-    "fanuc": r"^[ \t]*(?:O\d{4,5})\b(?![ \t]*[a-z\[#])|^[^\n]*\bIF[ \t]*\[[^\n]*\b(?:GOTO|THEN)"
-    r"|^[^\n]*\bWHILE[ \t]*\[[^\n]*\][ \t]*DO[ \t]*[123]\b|\bG65[ \t]*P\d",
+    "fanuc": r"^[ \t]*(?:O\d{4,5})\b(?![ \t]*[a-z\[#])|^(?>[^\n]*?\bIF[ \t]*\[)[^\n]*\b(?:GOTO|THEN)"
+    r"|^(?>[^\n]*?\bWHILE[ \t]*\[)[^\n]*\][ \t]*DO[ \t]*[123]\b|\bG65[ \t]*P\d",
     "grbl": r"^[ \t]*\$\d+[ \t]*=",
     "printer": r"^;FLAVOR:|^[ \t]*G[01]\b[^;(\nM]*\sE-?[\d.]",
 }
@@ -135,8 +135,8 @@ _WHOLE = re.compile(r"(?<![A-Z#\[])[XYZUVWABCIJKR]([-+]?[0-9]+)(?![0-9.])", re.I
 _MOST_WHOLE = 1000
 
 #: A line of a program, for telling one from other text: words, or a comment, or %.
-_WORDS = re.compile(r"^[ \t]*/?\d?\s*(?:[A-Z]\s*[-+]?[\d.#\[][-+\d.]*\s*)+(?:[;(].*)?$", re.I)
-_CODE = re.compile(r"^[ \t]*/?\s*(?:N\s*\d+[ \t]*)?(?:[GMT]\s*\d|[ABC]SPLINE\b)", re.I)
+_WORDS = re.compile(r"^[ \t]*+/?\d?\s*+(?:[A-Z]\s*+[-+]?[\d.#\[][-+\d.]*+\s*+)+(?:[;(].*)?$", re.I)
+_CODE = re.compile(r"^[ \t]*+/?\s*+(?:N\s*+\d++[ \t]*+)?(?:[GMT]\s*\d|[ABC]SPLINE\b)", re.I)
 #: Lines that are looked at to tell whether a file is a program.
 _LOOKED_AT = 400
 

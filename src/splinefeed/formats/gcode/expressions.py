@@ -67,7 +67,7 @@ _OF_MACROS: dict[str, Callable[[float], float]] = {
 _BITS: dict[str, Callable[[int, int], int]] = {
     "AND": lambda a, b: a & b, "OR": lambda a, b: a | b, "XOR": lambda a, b: a ^ b,
 }  # fmt: skip
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)")
 _OPERATOR = re.compile("|".join(map(re.escape, _OPERATIONS)), re.IGNORECASE)
 _FUNCTION = re.compile("|".join(["ATAN", "EXISTS", *_FUNCTIONS]), re.IGNORECASE)
 _MACRO_FUNCTION = re.compile("|".join(["ATAN", *_FUNCTIONS, "RND", "SQR"]), re.IGNORECASE)

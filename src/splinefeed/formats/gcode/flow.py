@@ -53,7 +53,7 @@ _VARIABLES = {
     "V": 22, "W": 23, "X": 24, "Y": 25, "Z": 26,
 }  # fmt: skip
 _CENTRES, _MOST_CENTRES = "IJK", 10
-_LABEL = re.compile(rb"^[ \t]*(?:/[ \t]*[0-9]?)?[ \t]*N[ \t]*([0-9]+)(?![0-9.])", re.IGNORECASE | re.MULTILINE)
+_LABEL = re.compile(rb"^[ \t]*+(?:/[ \t]*+[0-9]?[ \t]*+)?N[ \t]*+([0-9]++)(?![0-9.])", re.IGNORECASE | re.MULTILINE)
 _ABORT = re.compile(r"\s*\(\s*abort\s*,([^)]*)\)", re.IGNORECASE)
 #: The words that may follow in a statement, by the one that begins it; the last one ends it.
 _STATEMENTS = {

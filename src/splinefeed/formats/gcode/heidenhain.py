@@ -21,7 +21,7 @@ from splinefeed.formats.gcode.klartext import BLOCK, Quantities
 from splinefeed.formats.gcode.moves import LETTERS
 from splinefeed.records import Array
 
-_NUMBER = r"[-+]?(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)"
+_NUMBER = r"[-+]?(?:[0-9]++[.,]?[0-9]*+|[.,][0-9]++)"
 _BEGIN = re.compile(r"BEGIN\s+PGM\s+\S+(?:\s+(MM|INCH))?")
 #: What says nothing of the motion: the blank, tools by their measures, structure, modes that are off.
 _IGNORED = re.compile(r"BLK\s+FORM|TOOL\s+DEF|LBL\b|\*|PLANE\s+RESET|FUNCTION\s+(?:RESET|MODE)|PRESET\s+SELECT")
@@ -30,7 +30,7 @@ _CYCLE = re.compile(r"CYCLE?\s+DEF\s*([0-9]+)\s*(?:\.([0-9]+))?\s*(.*)")
 _OF_NO_PLACE = (32, 247, 392)
 _SHIFT = re.compile(rf"(I?)([XYZABC])\s*({_NUMBER})")
 _MOVE = re.compile(
-    r"(LP|LN|L|CP|CTP|CT|CR|CC|C|RND|CHF|APPR|DEP|FL|FCT|FC|FPOL|SPL)(?![A-Z])\s*|(?=I?[XYZABC]\s*[-+0-9.,Q])"
+    r"(LP|LN|L|CP|CTP|CT|CR|CC|C|RND|CHF|APPR|DEP|FL|FCT|FC|FPOL|SPL)(?![A-Z])\s*+|(?=I?[XYZABC]\s*[-+0-9.,Q])"
 )
 _WORD = re.compile(
     rf"\s*(?:(?P<axis>I?(?:[XYZABCUVW]|PA|PR))\s*(?P<place>{_NUMBER})|DR\s*(?P<turn>[-+])|R\s*(?P<radius>{_NUMBER})"
@@ -112,7 +112,7 @@ class Heidenhain(Interpreter):
                 self.state.offsets.shift({number: before + self.state.scaled(number, _value(value))})
             self.state.set_offsets()
         elif number == 9:
-            if wait := re.search(rf"({_NUMBER})\s*$", words):
+            if wait := re.search(rf"(?:(?<![0-9.,])|(?=[-+]))({_NUMBER})\s*+$", words):
                 self.state.say(self.line, dwell=_value(wait[1]))
         elif number in _AT_ONCE:
             plain = all(float(_value(each)) == _AT_ONCE[number] for each in re.findall(_NUMBER, words))

@@ -19,12 +19,13 @@ import numpy as np
 from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.flow import MAX_STEPS, Text
 
-_NUMBER = r"(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)"
+_NUMBER = r"(?:[0-9]++[.,]?[0-9]*+|[.,][0-9]++)"
 _LABEL = r"(?:\"(?P<{0}>[^\"]*)\"|(?P<{1}>[0-9]+))"
 _JUMP = re.compile(
     rf"(?:LBL\s*{_LABEL.format('name', 'number')}|CALL\s+LBL\s*{_LABEL.format('called', 'call')}"
-    rf"(?:\s*REP\s*(?P<rep>[0-9]+)(?:/[0-9]+)?)?|(?:FN\s*(?P<fn>[0-9]+)\s*:\s*)?IF\s*(?P<first>.+?)\s*"
-    rf"(?P<is>EQU|NE|GT|LT)\s*(?P<second>.+?)\s*GOTO\s+LBL\s*{_LABEL.format('aim', 'goto')})\s*$"
+    rf"(?:\s*REP\s*(?P<rep>[0-9]+)(?:/[0-9]+)?)?|(?:FN\s*(?P<fn>[0-9]+)\s*:\s*)?IF\s*+"
+    r"(?>(?P<first>.+?)(?<!\s)\s*+(?P<is>EQU|NE|GT|LT))\s*+(?>(?P<second>.+?)(?<!\s)\s*+GOTO)"
+    rf"\s+LBL\s*{_LABEL.format('aim', 'goto')})\s*+$"
 )
 _LIKELY = re.compile(
     rb"^[ \t/]*(?:[0-9]+[ \t]*)?(?:LBL|CALL[ \t]+LBL|END[ \t]+PGM|(?:FN[ \t]*[0-9]+[ \t]*:[ \t]*)?IF\b)",
@@ -33,7 +34,7 @@ _LIKELY = re.compile(
 #: `/` of a block that may be skipped, its number, and what follows.
 BLOCK = re.compile(r"\s*(?P<skip>/?)\s*(?:[0-9]+\s+|[0-9]+$)?(?P<plain>.*)", re.DOTALL)
 _SET = re.compile(r"(?:FN\s*(?P<fn>[0-9]+)\s*:\s*)?(?P<name>Q[LR]?[0-9]+)\s*=\s*(?P<value>.*)")
-_SIGNED = re.compile(r"([-+]?)\s*(Q[LR]?[0-9]+)")
+_SIGNED = re.compile(r"([-+]?)(?<!\s)\s*+(Q[LR]?[0-9]+)")
 _TOKEN = re.compile(rf"\s*({_NUMBER}|Q[LR]?[0-9]+|PI|DIV|LEN|ANG|[A-Z]+|[-+*/^()])")
 #: Subprograms within subprograms, and brackets within brackets.
 MAX_CALLS, MAX_DEPTH = 19, 50

@@ -16,7 +16,7 @@ from splinefeed.formats.gcode.state import State
 from splinefeed.records import Array, BoolArray, IntArray
 
 _WORDS = "GNXYZABCUVWIJKRFSME"
-_COMMENT = re.compile(rb"\([^)\n]*\)|;[^\n]*")
+_COMMENT = re.compile(rb"\([^)\n]*+\)|;[^\n]*+|\([^;\n]*+")
 #: Kinds of characters, and those that may follow each; a blank is between words alone.
 _OTHER, _LETTER, _N, _DIGIT, _POINT, _SIGN, _BLANK, _END = range(8)
 _KINDS = bytearray(256)
@@ -42,6 +42,12 @@ _DIGITS, _POWERS = 15, 10.0 ** np.arange(16)
 _M = (3, 4, 5, 7, 8, 9)
 
 
+def _blanked(found: re.Match[bytes]) -> bytes:
+    """A comment as blanks; a bracket that never closes is none and stays."""
+    whole = found[0]
+    return whole if whole[:1] == b"(" and whole[-1:] != b")" else b" " * len(whole)
+
+
 class Lines:
     """A block of whole lines (the last byte is a line feed), taken apart into words once.
 
@@ -50,7 +56,7 @@ class Lines:
 
     def __init__(self, block: bytes, printer: bool) -> None:
         if b"(" in block or b";" in block:
-            block = _COMMENT.sub(lambda comment: b" " * len(comment[0]), block)
+            block = _COMMENT.sub(_blanked, block)
         kinds = np.frombuffer(block.translate(_KINDS), dtype=np.uint8)
         ends = np.flatnonzero(kinds == _END)
         lengths = np.diff(ends, prepend=-1)

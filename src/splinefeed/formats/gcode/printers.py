@@ -28,11 +28,11 @@ _SPINDLE = frozenset((3, 4, 5))
 #: Klipper's commands that set something and move nothing; what is not among them is a macro of the printer's owner.
 _SETTINGS = ("SET_", "EXCLUDE_OBJECT", "M117", "RESPOND", "SAVE_GCODE_STATE", "ACTIVATE_EXTRUDER", "TURN_OFF_HEATERS")
 
-_NUMBER = re.compile(r"\s*N\s*[0-9]+", re.IGNORECASE)
+_NUMBER = re.compile(r"(?<!\s)\s*+N\s*+[0-9]++", re.IGNORECASE)
 _CHECKSUM = re.compile(r"\*\s*[0-9]+\s*$")
 _COMMAND = re.compile(r"\s*([GMT])\s*([0-9]+)(?:\.([0-9]))?(?![0-9.])", re.IGNORECASE)
 _OTHER = re.compile(r"\s*(?:@|T[?xc]\s*$|(?P<name>[A-Z_][A-Z_][A-Z0-9_]*)(?:\s|$))", re.IGNORECASE)
-_WORD = re.compile(r"\s*([A-Z])\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?![0-9.]))?", re.IGNORECASE)
+_WORD = re.compile(r"(?:(?<!\s)\s++|(?!\s))([A-Z])\s*+([-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?![0-9.]))?", re.IGNORECASE)
 #: Letters that G codes of `_READ` have; others are lamps, lasers and the like.
 _LETTERS = frozenset("XYZABCUVWIJKRPQFES")
 

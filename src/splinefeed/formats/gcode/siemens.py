@@ -36,7 +36,9 @@ _IGNORED = frozenset(
 )  # fmt: skip
 #: Variables of the user's: where they are declared, where they get a number, and where they stand for one.
 _DECLARED = re.compile(r"(?:N[0-9]+\s+)?DEF\s+(?:REAL|INT)\s+(.+)")
-_GIVEN = re.compile(r"([A-Z_][A-Z0-9_]+)\s*=\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?![0-9A-Z.\[(*/+-])")
+_GIVEN = re.compile(
+    r"(?<![A-Z0-9_])([A-Z_][A-Z0-9_]++)\s*+=\s*+([-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++))(?![0-9A-Z.\[(*/+-])"
+)
 _USED = re.compile(r"(=\s*[-+]?)([A-Z_][A-Z0-9_]+)(?![A-Z0-9_\[(])")
 #: Words that shift the zero point.
 _FRAMES = {"TRANS", "ATRANS"}
@@ -46,11 +48,11 @@ _CORNERS = {"RND": ",R", "CHR": ",C", "CHF": ",L"}
 #: A cycle, and its parameters.
 _Call = tuple[str, dict[str, float]]
 #: Coordinates that say by themselves whether they are absolute or steps.
-_OWN_WAY = re.compile(r"([A-Z])\s*=\s*(AC|IC)\s*\(\s*([-+]?[0-9]*\.?[0-9]+|[-+]?[0-9]+\.)\s*\)")
+_OWN_WAY = re.compile(r"([A-Z])\s*=\s*(AC|IC)\s*\(\s*([-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++))\s*+\)")
 _DISTANCES = re.compile(r"(?<![A-Z0-9.])G9([01])(?![0-9.])")
 _WORD = re.compile(
-    r"\s*(?:(?P<name>[A-Z_]+[0-9]*)\s*=\s*(?P<text>\"[^\"]*\"|[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:EX[-+]?[0-9]+)?)"
-    r"|(?P<letter>[A-Z])\s*(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))"
+    r"\s*(?:(?P<name>[A-Z_]++[0-9]*+)\s*+=\s*+(?P<text>\"[^\"]*\"|[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:EX[-+]?[0-9]+)?)"
+    r"|(?P<letter>[A-Z])\s*(?P<number>[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++))"
     r"|(?P<key>[A-Z_][A-Z_0-9]*)(?:\s*\((?P<inside>[^)]*)(?P<closed>\)?))?)"
 )
 

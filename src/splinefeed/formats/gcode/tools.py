@@ -21,7 +21,7 @@ from splinefeed.records import Array
 
 #: Most tools of a table, and its largest size, bytes.
 MAX_TOOLS, MAX_BYTES = 10_000, 2**20
-_WORD = re.compile(r"([TPDXYZABCUVWIJQ])\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))\s*", re.IGNORECASE)
+_WORD = re.compile(r"([TPDXYZABCUVWIJQ])\s*([-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++))\s*", re.IGNORECASE)
 
 
 @dataclass(frozen=True)

@@ -101,15 +101,15 @@ def _sections(text: str, source: str, depth: int = 0) -> Sections:
     found: Sections = {}
     section = ""
     for line in text.splitlines():
-        line = re.sub(r"\s*#.*|\s+;.*|^;.*", "", line)
+        line = re.sub(r"(?<!\s)(?:\s*+#|\s++;).*|^;.*", "", line)
         if not line.strip() or line[0].isspace():  # the latter goes on with the value of the line before
             continue
-        if match := re.match(r"\[\s*([^\]]*?)\s*\]", line):
+        if match := re.match(r"\[([^\]]*+)\]", line):
             section = " ".join(match[1].split()).lower()
             if section.startswith("include "):
                 if depth >= _DEEPEST:
                     raise FormatError(f"{source}: files are included in each other more than {_DEEPEST} deep")
-                _include(found, match[1].split(None, 1)[1], source, depth)
+                _include(found, match[1].split(None, 1)[1].strip(), source, depth)
             else:
                 found.setdefault(section, {})
         elif (match := re.match(r"([^:=]+)[:=]\s*(.*)", line)) and section in found:

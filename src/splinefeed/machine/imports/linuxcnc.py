@@ -62,8 +62,8 @@ def _sections(text: str, source: str, depth: int = 0) -> Sections:
     for line in _lines(text, source, depth):
         if line[:1] in ("", "#", ";"):
             continue
-        if match := re.match(r"\[\s*([^\]]*?)\s*\]", line):
-            section = match[1].upper()
+        if match := re.match(r"\[([^\]]*+)\]", line):
+            section = match[1].strip().upper()
             found.setdefault(section, {})
         elif "=" in line and section:
             key, _, value = line.partition("=")

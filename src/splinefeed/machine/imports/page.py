@@ -12,7 +12,7 @@ from splinefeed.errors import FormatError
 AXES = "xyzabcuvw"
 #: Axes that turn.
 TURNS = "abc"
-_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_NUMBER = re.compile(r"[-+]?(?:\d++\.?\d*+|\.\d++)(?:[eE][-+]?\d++)?")
 
 
 class Plain(str):
