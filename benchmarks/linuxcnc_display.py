@@ -4,7 +4,8 @@
 Runs in LinuxCNC's own Python, which has the modules `linuxcnc` and `hal`. Arguments: the program, the name of what is
 recorded, what HAL's sampler samples (letters), and the most seconds that the program may take. Writes NAME.f64, one row
 of doubles a tick, and NAME.json. Instead of a program `-`: it homes, switches the machine off, writes NAME.ready, and
-records the second sampler until there is a NAME.stop.
+records the second sampler until there is a NAME.stop. A file `actions` beside NAME.json has what the operator does, and
+when, s from its start: 1.5:feed=50,2:rapid=25,3:pause,3.5:resume,4:most=10,5:probe,6:abort
 """
 
 import array
@@ -54,6 +55,39 @@ class Machine:
     def __init__(self) -> None:
         self.command, self.status, self.channel = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
         self.said = []
+        self.todo, self.acted, self.begin = [], [], 0.0
+        self.count = lambda: 0  # samples so far
+
+    def act(self) -> None:
+        """Do what the operator does by now."""
+        command, now = self.command, time.monotonic() - self.begin
+        while self.todo and self.todo[0][0] <= now:
+            what = self.todo.pop(0)[1]
+            word, _, value = what.partition("=")
+            if word == "feed":
+                command.feedrate(float(value) / 100.0)
+            elif word == "rapid":
+                command.rapidrate(float(value) / 100.0)
+            elif word == "most":
+                command.maxvel(float(value))
+            elif word == "pause":
+                command.auto(linuxcnc.AUTO_PAUSE)
+            elif word == "resume":
+                command.auto(linuxcnc.AUTO_RESUME)
+            elif word == "step":
+                command.auto(linuxcnc.AUTO_STEP)
+            elif word == "abort":
+                command.abort()
+            elif word == "probe":
+                hal.set_p("motion.probe-input", value or "1")
+            elif word == "mdi":
+                command.mode(linuxcnc.MODE_MDI)
+                command.wait_complete()
+                command.mdi(value)
+            elif word == "file":
+                with open(value, "w", encoding="ascii"):
+                    pass
+            self.acted.append((self.count(), what))
 
     def wait(self, done, seconds: float, what: str) -> None:
         """Until done(status) or LinuxCNC complains; SystemExit after so many seconds."""
@@ -67,9 +101,11 @@ class Machine:
             message = self.channel.poll()
             if message:
                 self.said.append(str(message[1]).strip())
+            if self.begin:
+                self.act()
             if done(self.status) or self.said:
                 return
-            time.sleep(0.01)
+            time.sleep(0.002 if self.todo else 0.01)
         raise SystemExit(f"no answer after {seconds:g} s: {what}")
 
     def prepare(self) -> None:
@@ -108,10 +144,11 @@ class Machine:
     def play(self, seconds: float) -> float:
         """Run the program to its end; the seconds that took."""
         idle = linuxcnc.INTERP_IDLE
-        begin = time.monotonic()
+        self.begin = begin = time.monotonic()
         self.command.auto(linuxcnc.AUTO_RUN, 0)
         self.wait(lambda status: status.interp_state != idle, PATIENCE, "start of the program")
-        self.wait(lambda s: s.interp_state == idle and s.inpos and s.queue == 0, seconds, "end of the program")
+        over = lambda s: s.interp_state == idle and s.inpos and s.queue == 0 and not self.todo  # noqa: E731
+        self.wait(over, seconds, "end of the program")
         return time.monotonic() - begin
 
 
@@ -121,6 +158,13 @@ def main() -> None:
     watched = program == "-"
     recorder, machine = Recorder(sampled, int(watched)), Machine()
     recorder.start()
+    machine.count = lambda: len(recorder.rows) // len(sampled)
+    orders = os.path.join(os.path.dirname(name), "actions")
+    if os.path.exists(orders):
+        with open(orders, encoding="utf-8") as stream:
+            for each in filter(None, stream.read().strip().split(",")):
+                at, _, what = each.partition(":")
+                machine.todo.append((float(at), what))
     machine.prepare()
     if not watched:
         machine.load(program)
@@ -134,7 +178,8 @@ def main() -> None:
     with open(f"{name}.f64", "wb") as stream:
         recorder.rows.tofile(stream)
     with open(f"{name}.json", "w", encoding="utf-8") as stream:
-        json.dump({"wall_s": wall, "lost": recorder.lost, "said": machine.said, "version": linuxcnc.version}, stream)
+        told = {"wall_s": wall, "lost": recorder.lost, "said": machine.said, "acted": machine.acted}
+        json.dump({**told, "version": linuxcnc.version}, stream)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 """LinuxCNC's own planner, headless: a program goes in, every joint's command at each servo tick comes out.
 
 `recorded(program, machine)` runs all of LinuxCNC (uspace, no real-time kernel, no screen) on a simulated machine whose
-axes have these limits, and gives what HAL's sampler saw. LinuxCNC 2.9 has no limit of jerk.
+axes have these limits, and gives what HAL's sampler saw. LinuxCNC 2.9 has no limit of jerk. A machine with one is
+planned by splinefeed: the module of linuxcnc/ in place of LinuxCNC's own, and the planner process beside it.
 """
 
 from __future__ import annotations
@@ -11,11 +12,12 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,6 +31,9 @@ from splinefeed.live.linuxcnc_sink import LinuxcncError, as_nobody, installed
 #: Servo period, s; how far the axes may travel to either side, mm or deg; what LinuxCNC may take to start and end, s.
 PERIOD, TRAVEL, AROUND = 1e-3, 1e4, 60.0
 DISPLAY = Path(__file__).with_name("linuxcnc_display.py")
+#: The planner module, and where LinuxCNC looks for it.
+MODULE = Path(__file__).parents[1] / "linuxcnc" / "splinefeed_tp.c"
+MODULES = Path("/usr/lib/linuxcnc/modules")
 
 HAL = """\
 loadrt {kinematics}
@@ -68,7 +73,7 @@ TOOL_TABLE = mill.tbl
 [HAL]
 HALFILE = mill.hal
 [TRAJ]
-COORDINATES = {letters}
+{module}COORDINATES = {letters}
 LINEAR_UNITS = mm
 ANGULAR_UNITS = degree
 DEFAULT_LINEAR_VELOCITY = {velocity}
@@ -109,20 +114,22 @@ class Mill:
     """A simulated machine: LinuxCNC's name of its kinematics, its axes, and their limits, mm or deg, and s.
 
     velocity, acceleration  of each axis; those of the path are those of the first one
+    jerk  of each axis; where it is given, splinefeed plans, and its nanoseconds a tick are sampled behind all else
     """
 
     velocity: tuple[float, ...]
     acceleration: tuple[float, ...]
     axes: str = "xyz"
     kinematics: str = "trivkins"
+    jerk: tuple[float, ...] = ()
 
     @property
     def sampled(self) -> str:
         """What HAL samples at every tick: each joint, feed, line of the program."""
-        return "f" * len(self.axes) + "fs"
+        return "f" * len(self.axes) + "fs" + ("u" if self.jerk else "")
 
-    def files(self, program: str, folder: Path, seconds: float) -> dict[str, str]:
-        """The files of its configuration by name."""
+    def files(self, program: str, folder: Path, seconds: float, actions: str = "") -> dict[str, str]:
+        """The files of its configuration by name; actions as linuxcnc_display.py takes them."""
         count = len(self.axes)
         values = {
             "kinematics": self.kinematics,
@@ -149,17 +156,76 @@ class Mill:
             f"net {axis} joint.{k}.motor-pos-cmd joint.{k}.motor-pos-fb sampler.0.pin.{k}"
             for k, axis in enumerate(self.axes)
         )
+        if self.jerk:
+            nets += f"\nnet spent splinefeed-tp.ns sampler.0.pin.{count + 2}"
+            lines = joints.splitlines(keepends=True)
+            at = [k for k, line in enumerate(lines) if line.startswith("[AXIS_")]
+            for k, jerk in zip(at[::-1], self.jerk[::-1], strict=True):
+                lines.insert(k + 1, f"MAX_JERK = {jerk}\n")
+            joints = "".join(lines)
         return {
             "job.ngc": program,
             "mill.hal": HAL.format(joints=nets, **values),
-            "mill.ini": INI.format(folder=folder, seconds=seconds, **values) + joints,
+            "mill.ini": INI.format(
+                folder=folder, seconds=seconds, module="TPMOD = splinefeed_tp\n" * bool(self.jerk), **values
+            )
+            + joints,
             "mill.tbl": "T1 P1 D1\n",
         }
 
 
-def mill(velocity: float, acceleration: float) -> Mill:
-    """A simulated XYZ mill with one velocity, mm/s, and one acceleration, mm/s^2, of path and of each axis."""
-    return Mill((velocity,) * 3, (acceleration,) * 3)
+def mill(velocity: float, acceleration: float, jerk: float | None = None) -> Mill:
+    """A simulated XYZ mill with one velocity, mm/s, acceleration and jerk of path and of each axis."""
+    return Mill((velocity,) * 3, (acceleration,) * 3, jerk=() if jerk is None else (jerk,) * 3)
+
+
+def module_missing() -> str:
+    """Why splinefeed's planner module cannot be used here, with the mend; builds and installs it where it can."""
+    if not installed() or shutil.which("linuxcnc") is None:
+        return "no LinuxCNC; on Debian 12: apt-get install linuxcnc-uspace linuxcnc-uspace-dev"
+    target = MODULES / "splinefeed_tp.so"
+    sources = [*MODULE.parent.glob("*.c"), *MODULE.parent.glob("*.h")]
+    if target.exists() and target.stat().st_mtime > max(source.stat().st_mtime for source in sources):
+        return ""
+    if shutil.which("halcompile") is None:
+        return "no halcompile; on Debian 12: apt-get install linuxcnc-uspace-dev"
+    if not os.access(MODULES, os.W_OK):
+        return (
+            f"{target} is not there or older than its source; in linuxcnc/: sudo halcompile --install splinefeed_tp.c"
+        )
+    with tempfile.TemporaryDirectory(prefix="splinefeed-tp-") as name:
+        for source in sources:
+            shutil.copy(source, name)
+        done = subprocess.run(
+            ["halcompile", "--install", MODULE.name],
+            cwd=name,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+    return "" if done.returncode == 0 else f"halcompile: {done.stdout.strip()}"
+
+
+@contextmanager
+def planned_by_us(folder: Path, options: tuple[str, ...] = ()) -> Iterator[subprocess.Popen[bytes]]:
+    """The planner process of the mill.ini in a folder, warmed up; it is ended behind the block."""
+    with open(folder / "planner.txt", "w+b") as said:
+        words = [sys.executable, "-m", "splinefeed", "linuxcnc", "planner", "--ini", "mill.ini", *options]
+        child = subprocess.Popen(
+            words, cwd=folder, stdin=subprocess.DEVNULL, stdout=said, stderr=said,
+            env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+        )  # fmt: skip
+        try:
+            end = time.monotonic() + AROUND
+            while b"ready" not in (folder / "planner.txt").read_bytes():
+                if child.poll() is not None or time.monotonic() > end:
+                    text = (folder / "planner.txt").read_text(encoding="utf-8", errors="replace")
+                    raise LinuxcncError(f"the planner does not start: {text.strip()}")
+                time.sleep(0.05)
+            yield child
+        finally:
+            child.send_signal(signal.SIGINT)
+            child.wait()
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,6 +235,7 @@ class Recording:
     position  (n, axes) of joints, mm or deg; feed  (n,) mm/s, as LinuxCNC says; line  (n,) of the program
     period   s
     wall_s    how long the program ran; version  of LinuxCNC
+    spent_ns  (n,) of splinefeed's part of each tick; acted  ticks of the actions and what they were
     """
 
     position: NDArray[np.float64]
@@ -177,6 +244,9 @@ class Recording:
     period: float
     wall_s: float
     version: str
+    spent_ns: NDArray[np.int64]
+    acted: list[tuple[int, str]]
+    said: list[str]
 
     def moving(self, first_line: int = 0) -> NDArray[np.float64]:
         """The rows from the last at rest before anything moves in `first_line` or behind it, to the first at rest."""
@@ -188,17 +258,24 @@ class Recording:
         return self.position[begin + moves[0] : begin + moves[-1] + 2]
 
 
-def recorded(program: str, machine: Mill, seconds: float = 600.0) -> Recording:
+def recorded(
+    program: str, machine: Mill, seconds: float = 600.0, actions: str = "", *, complains: bool = False,
+    options: tuple[str, ...] = (), planner: bool = True,
+) -> Recording:  # fmt: skip
     """Run a G-code program (its text) on a machine.
 
     seconds  the most that the program may take. One LinuxCNC runs at a time; others wait for it.
-    Raises LinuxcncError where LinuxCNC is not installed, does not start, complains, or misses a sample.
+    actions  what the operator does, as linuxcnc_display.py takes it; options  of the planner, which is there or not
+    Raises LinuxcncError where LinuxCNC is not installed, does not start, complains (unless it may), or misses a sample.
     """
     if not installed() or shutil.which("linuxcnc") is None:
         raise LinuxcncError("LinuxCNC is not installed here: on Debian, apt-get install linuxcnc-uspace")
     with alone(), tempfile.TemporaryDirectory(prefix="splinefeed-linuxcnc-") as name:
-        folder = Path(name)
-        rows, told = session(folder, machine.files(program, folder, seconds), seconds, len(machine.sampled))
+        folder, files = Path(name), machine.files(program, Path(name), seconds)
+        (folder / "mill.ini").write_text(files["mill.ini"], encoding="utf-8")
+        files["actions"] = actions
+        with planned_by_us(folder, options) if machine.jerk and planner else nullcontext():
+            rows, told = session(folder, files, seconds, len(machine.sampled), complains=complains)
         count = len(machine.axes)
         return Recording(
             np.ascontiguousarray(rows[:, :count]),
@@ -207,6 +284,9 @@ def recorded(program: str, machine: Mill, seconds: float = 600.0) -> Recording:
             PERIOD,
             told["wall_s"],
             told["version"],
+            rows[:, count + 2].astype(np.int64) if machine.jerk else np.zeros(0, dtype=np.int64),
+            [(int(row), str(what)) for row, what in told.get("acted", [])],
+            told["said"],
         )
 
 
@@ -260,7 +340,7 @@ def watched(
 
 
 def session(
-    folder: Path, files: dict[str, str], seconds: float, columns: int
+    folder: Path, files: dict[str, str], seconds: float, columns: int, *, complains: bool = False
 ) -> tuple[NDArray[np.float64], dict[str, Any]]:
     """Run LinuxCNC in a folder with the files of a configuration; what was sampled, (n, columns), and what was told."""
     for file, text in files.items():
@@ -295,7 +375,7 @@ def session(
     if not (folder / "out.json").exists():
         raise LinuxcncError(f"LinuxCNC recorded nothing; it said: {'; '.join(lines[-5:])}")
     told: dict[str, Any] = json.loads((folder / "out.json").read_text(encoding="utf-8"))
-    if told["said"]:
+    if told["said"] and not complains:
         raise LinuxcncError(f"LinuxCNC complained: {'; '.join(told['said'])}")
     if told["lost"]:
         raise LinuxcncError(f"{told['lost']} samples were lost: the machine is too busy")

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from functools import partial
 from typing import Any
+
+import click
 
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers, group
@@ -25,9 +29,10 @@ FERROR = {axis.following:.17g}
 
 @group
 def linuxcnc() -> None:
-    """Prepare LinuxCNC's HAL for streams.
+    """Prepare LinuxCNC's HAL for streams, or plan its motion.
 
     Examples:
+      splinefeed linuxcnc planner --ini mill.ini
       splinefeed linuxcnc init --machine router
       splinefeed linuxcnc init --machine my-table.toml -o mill --axes x,y,z
       splinefeed linuxcnc init --machine xytheta --json
@@ -99,4 +104,37 @@ def init(say: Say, output: str, motion: bool, **given: Any) -> Page:
     return {"files": list(texts), "axes": list(names), "start": start, "stream": play, "stop": stop}
 
 
+@answers(lambda page: [])
+@options.table("""
+--ini           FILE             INI file of the machine, with TPMOD = splinefeed_tp in its [TRAJ].
+--reserve       NUMBER =0.05     Share of the acceleration, and twice that of the jerk, kept for pause and override.
+--window        COUNT =60        Cells that are looked ahead over.
+""")
+def planner(say: Say, ini: str, reserve: float, window: int) -> Page:
+    """Plan the motion of a LinuxCNC whose [TRAJ] has TPMOD = splinefeed_tp. Ends with Ctrl-C.
+
+    Examples:
+      splinefeed linuxcnc planner --ini mill.ini
+      splinefeed linuxcnc planner --ini mill.ini --reserve 0.1
+    """
+    from splinefeed.live.linuxcnc_limits import mill_of
+    from splinefeed.live.linuxcnc_planner import serve, warm_up
+    from splinefeed.live.linuxcnc_sink import PYTHON
+
+    if not ini:
+        raise InputError("--ini is missing: give the INI file of the machine")
+    if not 0.0 < reserve < 0.4:
+        raise InputError(f"--reserve is {reserve:g}; it must lie between 0 and 0.4")
+    mill = mill_of(ini)
+    tell = partial(click.echo, err=True)
+    for note in mill.notes:
+        tell(note)
+    say("getting ready")
+    warm_up(mill)
+    with suppress(KeyboardInterrupt):
+        serve(mill, reserve, PYTHON, tell, lambda: False, window=window)
+    return {}
+
+
 linuxcnc.add_command(init, "init")
+linuxcnc.add_command(planner, "planner")

@@ -15,15 +15,15 @@ from splinefeed.kinematics import KINDS
 from splinefeed.machine.imports.page import AXES, TURNS, Page, no_times, number, positive, short
 
 #: Values of LINEAR_UNITS and ANGULAR_UNITS: the unit, and how many of it the file's unit is.
-_LINEAR = {"mm": ("mm", 1.0), "metric": ("mm", 1.0), "in": ("in", 1.0), "inch": ("in", 1.0), "imperial": ("in", 1.0)}
-_ANGULAR = {
+LINEAR = {"mm": ("mm", 1.0), "metric": ("mm", 1.0), "in": ("in", 1.0), "inch": ("in", 1.0), "imperial": ("in", 1.0)}
+ANGULAR = {
     "deg": ("deg", 1.0), "degree": ("deg", 1.0), "rad": ("rad", 1.0), "radian": ("rad", 1.0), "grad": ("deg", 0.9),
     "gon": ("deg", 0.9),
 }  # fmt: skip
 #: Files that may be included in each other.
 _DEEPEST = 8
 #: Kinematics whose joints are the axes themselves.
-_TRIVIAL = "trivkins"
+TRIVIAL = "trivkins"
 #: A tolerance for G64 without P: beyond every block.
 _WIDE = 1000.0
 
@@ -32,17 +32,17 @@ Sections = dict[str, dict[str, str]]
 
 def read(text: str, source: str) -> Page:
     """The page of a machine file from the text of an INI file; FormatError for what is missing or wrong."""
-    ini = _sections(text, source)
+    ini = sections(text, source)
     page = Page(source, "LinuxCNC")
     traj = ini.get("TRAJ", {})
     if "TRAJ" not in ini:
         raise FormatError(f"{source}: no section [TRAJ]; is it the INI file of a LinuxCNC machine?")
     page.title = f"{ini.get('EMC', {}).get('MACHINE', Path(source).stem)}, LinuxCNC"
-    linear = _unit(traj.get("LINEAR_UNITS", ""), _LINEAR, "mm", source, page)
-    angular = _unit(traj.get("ANGULAR_UNITS", "degree"), _ANGULAR, "deg", source, page)
-    module, *arguments = (ini.get("KINS", {}).get("KINEMATICS") or _TRIVIAL).split()
-    letters, joints = _axes(ini, arguments, source)
-    trivial = module == _TRIVIAL
+    linear = _unit(traj.get("LINEAR_UNITS", ""), LINEAR, "mm", source, page)
+    angular = _unit(traj.get("ANGULAR_UNITS", "degree"), ANGULAR, "deg", source, page)
+    module, *arguments = (ini.get("KINS", {}).get("KINEMATICS") or TRIVIAL).split()
+    letters, joints = axes_of(ini, arguments, source)
+    trivial = module == TRIVIAL
     jerks = number(traj.get("PLANNER_TYPE", "0"), source, "[TRAJ]PLANNER_TYPE")[1] == 1.0
     _control(ini, linear, jerks, source, page)
     _kinematics(module, letters, page)
@@ -55,7 +55,7 @@ def read(text: str, source: str) -> Page:
     return page
 
 
-def _sections(text: str, source: str, depth: int = 0) -> Sections:
+def sections(text: str, source: str, depth: int = 0) -> Sections:
     """Sections of an INI file, the first of equal keys; files that `#INCLUDE` names are read in its place."""
     found: Sections = {}
     section = ""
@@ -101,7 +101,7 @@ def _unit(text: str, known: dict[str, tuple[str, float]], base: str, source: str
     return base, 1.0 / per
 
 
-def _axes(ini: Sections, arguments: list[str], source: str) -> tuple[list[str], dict[str, list[int]]]:
+def axes_of(ini: Sections, arguments: list[str], source: str) -> tuple[list[str], dict[str, list[int]]]:
     """Letters of the axes in order, and the joints of each, those of a gantry two."""
     said = next((each.partition("=")[2] for each in arguments if each.lower().startswith("coordinates=")), "")
     order = re.sub(r"[\s,]", "", said or ini["TRAJ"].get("COORDINATES", "")).lower()
@@ -215,7 +215,7 @@ def _blending(startup: str, unit: str, size: float, source: str, page: Page) -> 
 
 def _kinematics(module: str, letters: list[str], page: Page) -> None:
     """The section of kinematics where splinefeed knows the module and the machine has its axes."""
-    if module == _TRIVIAL:
+    if module == TRIVIAL:
         return
     kind = module.removesuffix("-kins")
     if kind in KINDS and {*KINDS[kind].joints.split()} <= {*letters}:

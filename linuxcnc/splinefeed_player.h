@@ -1,0 +1,346 @@
+/* SPDX-License-Identifier: MIT
+   The player: motion that a planner process has computed, checked piece by piece and played at each servo tick.
+
+   It computes no motion. Every batch ends at rest; the next one branches off behind one of its pieces. Where none comes
+   in time the player runs into the stop. A newer batch replaces all before it from its branch on. Pause, feed hold,
+   abort and lower overrides slow the time along the motion, within what each piece has left of the limits.
+   Nothing here needs LinuxCNC: tests compile this file alone. */
+#ifndef SPLINEFEED_PLAYER_H
+#define SPLINEFEED_PLAYER_H
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include "splinefeed_wire.h"
+#ifndef PLAYER_API
+#define PLAYER_API static
+#endif
+
+#define PLAYER_COPIES 8        /* pieces that are checked at one tick */
+#define PLAYER_CLOSE 1e-6      /* units at a joint, and share of the limits of velocity and acceleration */
+#define PLAYER_OVER 1.001      /* times a limit */
+#define PLAYER_JUMP 1.5        /* steps of acceleration, times jerk limit and period: what third differences allow */
+#define PLAYER_SILENT 1.0      /* s without a beat of the planner */
+
+#define PUBLISH(field, value) __atomic_store_n(&(field), value, __ATOMIC_RELEASE)
+#define LOOK(field) __atomic_load_n(&(field), __ATOMIC_ACQUIRE)
+
+typedef struct {
+    wire *w;
+    double period;
+    /* limits that LinuxCNC has, for each axis */
+    double vmax[WIRE_AXES], amax[WIRE_AXES], pmin[WIRE_AXES], pmax[WIRE_AXES];
+    int there[WIRE_AXES];          /* whether the machine has it */
+    /* what is played */
+    double at[WIRE_AXES], speed;   /* where it is, and how fast x y z (else the others) go */
+    int moving, stopping;
+    unsigned long long piece, segment;
+    unsigned int piece_i;
+    double t, rate, rate_v;        /* time in the piece, rate of time and its derivative */
+    /* what is known */
+    unsigned long long next;       /* batch that is looked at next: those before are played or dropped */
+    unsigned long long seen;       /* batches that are copied whole */
+    unsigned int part;             /* pieces of batch `seen` that are copied */
+    unsigned long long playing, session, beat, fault;
+    double silent;                 /* s since the planner's last beat */
+    int faulty;                    /* 1 the planner is silent, 2 it says that it cannot go on */
+    wire_batch batch[WIRE_BATCHES];
+    wire_piece ring[WIRE_PIECES];
+} player;
+
+static wire_piece *player_piece(player *p, unsigned long long k) { return &p->ring[k % WIRE_PIECES]; }
+static wire_batch *player_batch(player *p, unsigned long long k) { return &p->batch[k % WIRE_BATCHES]; }
+
+PLAYER_API void player_begin(player *p, wire *w, double period)
+{
+    memset(p, 0, sizeof(*p));
+    p->w = w, p->period = period, p->rate = 1;
+    memset(w, 0, sizeof(*w));
+    w->protocol = WIRE_PROTOCOL, w->size = sizeof(wire), w->epoch = 1, w->period = period;
+    PUBLISH(w->magic, WIRE_MAGIC);
+}
+PLAYER_API unsigned long player_size(void) { return sizeof(player); }
+PLAYER_API unsigned long player_wire_size(void) { return sizeof(wire); }
+
+static void player_epoch(player *p, unsigned int why)
+{
+    p->w->why = why;
+    p->next = p->seen = LOOK(p->w->batch_head), p->part = 0;
+    p->w->batch_seen = p->seen;
+    if (p->seen) p->w->piece_seen = p->w->batch[(p->seen - 1) % WIRE_BATCHES].piece + p->w->batch[(p->seen - 1) % WIRE_BATCHES].n;
+    PUBLISH(p->w->epoch, p->w->epoch + 1);
+}
+
+static int player_refuse(player *p, char const *why, int axis)
+{
+    char const *name = axis < 0 ? "" : &"X\0Y\0Z\0A\0B\0C\0U\0V\0W"[2 * axis];
+    snprintf(p->w->said, WIRE_TEXT, "%s%s%s", why, axis < 0 ? "" : ": axis ", name);
+    p->w->refused++;
+    player_epoch(p, WIRE_WHY_REFUSED);
+    return -1;
+}
+
+static void player_state(double const c[6], double t, double x[3])
+{
+    x[0] = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))));
+    x[1] = c[1] + t * (2 * c[2] + t * (3 * c[3] + t * (4 * c[4] + t * 5 * c[5])));
+    x[2] = 2 * c[2] + t * (6 * c[3] + t * (12 * c[4] + t * 20 * c[5]));
+}
+
+/* The largest |value| that a polynomial of degree n can have on [0, 1]: that of its Bernstein coefficients. */
+static double player_most(double const a[], int n)
+{
+    static double const over[5][5] = {{1}, {1, 1}, {1, 2, 1}, {1, 3, 3, 1}, {1, 4, 6, 4, 1}};
+    double most = 0;
+    int i, k;
+    for (i = 0; i <= n; i++) {
+        double b = 0, ways = 1; /* binomial(i, k) */
+        for (k = 0; k <= i; k++) b += ways / over[n][k] * a[k], ways = ways * (i - k) / (k + 1);
+        most = fmax(most, fabs(b));
+    }
+    return most;
+}
+
+/* Whether a piece may be played behind `before`, or from rest where that is none; the end of a stop: `last`. */
+static int player_check(player *p, wire_piece const *g, wire_piece const *before, double rate, int last)
+{
+    double h = g->span, T = p->period;
+    int i, k;
+    if (!(h > 1e-9 && h < 10) || !(g->rate_acc > 0 && g->rate_acc < 1e9) || !(g->rate_jerk > 0 && g->rate_jerk < 1e12)
+        || !(g->scale > 0 && g->scale < 1e3)) return player_refuse(p, "a piece without a time", -1);
+    if (g->segment < p->w->seg_clear || g->segment >= p->w->seg_head) return player_refuse(p, "a piece on no move", -1);
+    for (i = 0; i < WIRE_AXES; i++) {
+        double const *c = g->c[i];
+        double x[3], y[3] = {0}, J = p->w->jerk[i], v, a;
+        for (k = 0; k < 6; k++)
+            if (!(fabs(c[k]) < 1e15)) return player_refuse(p, "a piece that is not finite", i);
+        if (!p->there[i]) {
+            for (k = 1; k < 6; k++)
+                if (c[k] != 0) return player_refuse(p, "a piece moves an axis that the machine lacks", i);
+            continue;
+        }
+        if (!(J > 0)) return player_refuse(p, "the planner gives no limit of jerk", i);
+        double dv = PLAYER_CLOSE * p->vmax[i] + J * T * T, da = PLAYER_CLOSE * p->amax[i] + PLAYER_JUMP * J * T;
+        player_state(c, 0, x);
+        if (before) {
+            player_state(before->c[i], before->span, y);
+            y[1] *= rate, y[2] *= rate * rate;
+            if (fabs(x[0] - y[0]) > PLAYER_CLOSE) return player_refuse(p, "a jump of the position", i);
+        }
+        if (fabs(x[1] - y[1]) > dv) return player_refuse(p, "a jump of the velocity", i);
+        if (fabs(x[2] - y[2]) > da) return player_refuse(p, "a jump of the acceleration", i);
+        double vs[5] = {c[1], 2 * c[2] * h, 3 * c[3] * h * h, 4 * c[4] * h * h * h, 5 * c[5] * h * h * h * h};
+        double as[4] = {2 * c[2], 6 * c[3] * h, 12 * c[4] * h * h, 20 * c[5] * h * h * h};
+        v = player_most(vs, 4), a = player_most(as, 3);
+        if (v > PLAYER_OVER * p->vmax[i] + 1e-9) return player_refuse(p, "faster than the limit of velocity", i);
+        if (a > PLAYER_OVER * p->amax[i] + 1e-9) return player_refuse(p, "more than the limit of acceleration", i);
+        player_state(c, h, x);
+        if (fmax(fabs(x[0] - p->pmax[i]), fabs(x[0] - p->pmin[i])) > p->pmax[i] - p->pmin[i] + PLAYER_CLOSE)
+            return player_refuse(p, "beyond the travel", i);
+        if (last && (fabs(x[1]) > dv || fabs(x[2]) > da)) return player_refuse(p, "a batch that does not end at rest", i);
+    }
+    return 0;
+}
+
+/* Copy and check what the planner sent, some pieces a tick: nobody changes it any more behind our back. */
+static void player_take(player *p)
+{
+    wire *w = p->w;
+    unsigned long long head = LOOK(w->batch_head);
+    int room = PLAYER_COPIES;
+    if (head < p->seen || head - p->seen > WIRE_BATCHES) { player_refuse(p, "a count of batches that is not one", -1); return; }
+    while (p->seen < head && room > 0) {
+        wire_batch *b = player_batch(p, p->seen);
+        if (!p->part) {
+            *b = w->batch[p->seen % WIRE_BATCHES];
+            if (b->epoch == w->epoch
+                && (b->n < 1 || b->sure < 1 || b->sure > b->n || b->n > WIRE_PIECES / 2 || !(b->rate >= 0 && b->rate <= 1)
+                    || !(b->vlimit > 0) || b->done > w->seg_head || b->piece + b->n - p->piece > WIRE_PIECES)) {
+                player_refuse(p, "a batch that cannot be one", -1);
+                return;
+            }
+        }
+        if (b->epoch == w->epoch) {
+            for (; p->part < b->n && room > 0; p->part++, room--) {
+                unsigned long long k = b->piece + p->part;
+                wire_piece *g = player_piece(p, k);
+                wire_piece *before = p->part ? player_piece(p, k - 1) : b->from_rest ? NULL : player_piece(p, b->after);
+                *g = w->piece[k % WIRE_PIECES];
+                if (player_check(p, g, before, !p->part && b->rate > 0 ? b->rate : 1, p->part + 1 == b->n)) return;
+            }
+            if (p->part < b->n) break;
+            w->piece_seen = b->piece + b->n;
+        }
+        p->part = 0;
+        PUBLISH(w->batch_seen, ++p->seen);
+    }
+}
+
+/* The newest batch that branches off here, or that begins here at rest, into `found`. */
+static int player_find(player *p, unsigned long long *found)
+{
+    wire *w = p->w;
+    unsigned long long k = p->seen;
+    int i, late = 0;
+    while (k-- > p->next) {
+        wire_batch *b = player_batch(p, k);
+        if (b->epoch != w->epoch) continue;
+        if (!p->moving) {
+            late |= !b->from_rest; /* it was to follow what has come to rest */
+            if (b->from_rest != 1 && !(b->from_rest && b->after == p->piece)) continue;
+            for (i = 0; i < WIRE_AXES; i++)
+                if (p->there[i] && fabs(player_piece(p, b->piece)->c[i][0] - p->at[i]) > PLAYER_CLOSE)
+                    return player_refuse(p, "a motion that begins elsewhere", i), 0;
+        } else {
+            if (b->from_rest || b->after > p->piece) continue;
+            if (b->after < p->piece || (b->rate > 0 && (fabs(b->rate - p->rate) > 1e-6 * b->rate || p->rate_v != 0)))
+                return player_epoch(p, WIRE_WHY_LATE), 0; /* too late, or the override was turned once more */
+        }
+        *found = k;
+        return 1;
+    }
+    if (late) player_epoch(p, WIRE_WHY_LATE);
+    return 0;
+}
+
+/* Go on with that batch; what lies before it is dropped. */
+static int player_next(player *p)
+{
+    unsigned long long k;
+    wire_batch *b;
+    if (!player_find(p, &k)) return 0;
+    b = player_batch(p, k);
+    if (p->moving && b->rate > 0) p->rate = 1;
+    p->next = k + 1, p->playing = k, p->w->batch_now = k;
+    p->piece = b->piece, p->piece_i = 0;
+    return 1;
+}
+
+/* The rate of time towards `want`, without jumps of its derivative. */
+static void player_rate(player *p, double want, double acc, double jerk)
+{
+    double dt = p->period, e = want - p->rate, to = fmin(sqrt(1.8 * jerk * fabs(e)), acc);
+    if (e < 0) to = -to;
+    p->rate_v = fmin(fmax(to, p->rate_v - jerk * dt), p->rate_v + jerk * dt);
+    if (fabs(e) < 0.6 * jerk * dt * dt && fabs(p->rate_v) <= 1.1 * jerk * dt) p->rate = want, p->rate_v = 0;
+    else p->rate = fmin(fmax(p->rate + p->rate_v * dt, 0), 1);
+}
+
+static void player_place(player *p)
+{
+    wire_piece const *g = player_piece(p, p->piece);
+    double v[3] = {0};
+    int i;
+    for (i = 0; i < WIRE_AXES; i++) {
+        double x[3];
+        if (!p->there[i]) continue;
+        player_state(g->c[i], p->t, x);
+        p->at[i] = x[0], v[i / 3] += x[1] * x[1];
+    }
+    p->speed = p->rate * sqrt(v[0] > 0 ? v[0] : v[2] > 0 ? v[2] : v[1]);
+    p->segment = g->segment;
+}
+
+static void player_rest(player *p)
+{
+    memcpy(p->w->rest, p->at, sizeof(p->at));
+    p->moving = p->stopping = 0, p->t = p->rate_v = p->speed = 0, p->rate = 1;
+    PUBLISH(p->w->state, WIRE_REST);
+}
+
+/* Forget every move and all that was planned; it stands. */
+PLAYER_API void player_drop(player *p)
+{
+    player_rest(p);
+    p->faulty = 0;
+    p->w->seg_clear = p->w->seg_done = p->segment = p->w->seg_head;
+    player_epoch(p, WIRE_WHY_DROPPED);
+}
+
+PLAYER_API void player_set(player *p, double const at[])
+{
+    memcpy(p->at, at, sizeof(p->at));
+    if (!p->moving) player_rest(p);
+}
+
+/* 1 where the planner has gone silent or says that it cannot go on: look at `faulty`; 0 elsewhere. */
+PLAYER_API int player_listen(player *p)
+{
+    wire *w = p->w;
+    unsigned long long beat = LOOK(w->beat), session = LOOK(w->session), fault = LOOK(w->fault);
+    p->silent = beat != p->beat ? 0 : p->silent + p->period;
+    p->beat = beat;
+    if (session != p->session) { /* another planner: nothing of the last one counts */
+        p->session = session, p->fault = fault, p->seen = p->next = 0, p->part = 0;
+        player_epoch(p, WIRE_WHY_LATE);
+    }
+    if (p->faulty) return 0;
+    if (fault != p->fault) p->fault = fault, p->faulty = 2;
+    else if (session && p->silent > PLAYER_SILENT && (p->moving || w->seg_head != w->seg_done)) p->faulty = 1;
+    if (p->faulty) player_epoch(p, WIRE_WHY_LATE);
+    return p->faulty != 0;
+}
+PLAYER_API int player_planner_there(player *p) { return p->session != 0 && p->silent <= PLAYER_SILENT; }
+
+/* Whether motion from rest is there to begin, on which move: it then begins at the next player_tick. */
+PLAYER_API int player_ready(player *p, unsigned long long *segment)
+{
+    unsigned long long k;
+    player_take(p);
+    if (p->moving || !player_find(p, &k)) return 0;
+    *segment = player_piece(p, player_batch(p, k)->piece)->segment;
+    return 1;
+}
+
+/* One tick of motion; hold: come to rest on the path. 1 while it moves, 0 when it has come to its end at rest. */
+PLAYER_API int player_tick(player *p, int hold, double net_scale, double vlimit)
+{
+    wire *w = p->w;
+    double before, want;
+    wire_batch *b;
+    wire_piece *g;
+    if (!p->moving) {
+        if (!player_next(p)) return 0;
+        p->moving = 1, p->stopping = 0, p->t = p->rate_v = 0, p->rate = -1;
+        PUBLISH(w->state, WIRE_MOVES);
+    } else player_take(p);
+    b = player_batch(p, p->playing), g = player_piece(p, p->piece);
+    want = hold || net_scale <= 0 ? 0 : fmin(net_scale / g->scale, 1);
+    if (vlimit < b->vlimit) want = fmin(want, fmax(vlimit, 0) / b->vlimit);
+    if (p->rate < 0) p->rate = want; /* it begins at rest: no jump */
+    before = p->rate;
+    player_rate(p, want, g->rate_acc, g->rate_jerk);
+    p->t += (before + p->rate) / 2 * p->period;
+    while (p->t >= player_piece(p, p->piece)->span) {
+        double over = p->t - player_piece(p, p->piece)->span, rate = p->rate;
+        if (player_next(p)) {
+            b = player_batch(p, p->playing), p->stopping = 0;
+            p->t = b->rate > 0 ? over / rate : over; /* what is left of the tick, in its time */
+            continue;
+        }
+        if (p->piece_i + 1 == b->n) { /* it ends here, at rest */
+            p->t = player_piece(p, p->piece)->span;
+            player_place(p);
+            w->seg_done = b->sure == b->n ? b->done : p->segment;
+            player_rest(p);
+            w->piece_now = p->piece, w->piece_i = p->piece_i;
+            return 0;
+        }
+        p->t = over, p->piece++, p->piece_i++;
+        if (p->piece_i == b->sure) w->late++, p->stopping = 1; /* nothing came in time: the stop begins */
+    }
+    player_place(p);
+    w->seg_done = p->segment;
+    w->piece_now = p->piece, w->piece_i = p->piece_i, w->rate = p->rate;
+    PUBLISH(w->state, p->stopping ? WIRE_STOPS : WIRE_MOVES);
+    return 1;
+}
+
+/* Whether it stands in mid-motion because it was told to. */
+PLAYER_API int player_held(player *p) { return p->moving && p->rate == 0 && p->rate_v == 0; }
+
+/* "2.9..." is what this is written for; NULL, unknown, passes. */
+PLAYER_API int player_version_fits(char const *version)
+{
+    return !version || !*version || (!strncmp(version, "2.9", 3) && !(version[3] >= '0' && version[3] <= '9'));
+}
+#endif

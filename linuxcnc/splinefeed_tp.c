@@ -1,0 +1,396 @@
+/* splinefeed_tp: a trajectory planner module for LinuxCNC 2.9 that hands the moves to a planner process (splinefeed
+   linuxcnc planner) and plays what comes back.
+
+   Copyright (C) the splinefeed authors.
+   This program is free software; you can redistribute it and/or modify it under the terms of the GNU General Public
+   License as published by the Free Software Foundation; either version 2 of the License, or (at your option) any later
+   version. It comes WITHOUT ANY WARRANTY; see COPYING in this folder.
+
+   Build: halcompile --install splinefeed_tp.c       Use: [TRAJ] TPMOD = splinefeed_tp
+
+   Written from LinuxCNC's public headers and from what motmod asks of a planner module: 29 tp functions and tcqFull.
+   motmod owns the TP_STRUCT and reads its reverse_run and queue; all else of it is kept here. */
+#include <stdlib.h>
+#include "rtapi.h"
+#include "rtapi_app.h"
+#include "hal.h"
+#include "motion.h"
+#include "motion_types.h"
+#include "tp.h"
+#include "splinefeed_player.h"
+
+MODULE_LICENSE("GPL");
+MODULE_DESCRIPTION("plays the motion that splinefeed's planner process computes");
+
+#define MARGIN 24       /* moves: task learns some cycles late that the queue is full */
+#define DEPTH 2000      /* moves that task may queue */
+#define SAY(...) rtapi_print_msg(RTAPI_MSG_ERR, "splinefeed_tp: " __VA_ARGS__)
+
+typedef struct { int id, canon, atspeed, indexer; unsigned char enables; EmcPose to; struct state_tag_t tag; syncdio_t sync; } move_t;
+static struct {
+    hal_u32_t *late, *refused, *ns, *ns_max;
+    hal_float_t *rate;
+    hal_bit_t *moving, *fault, *planner;
+} *pin;
+static emcmot_status_t *stat;
+static emcmot_config_t *conf;
+static void (*dio_write)(int, char);
+static void (*aio_write)(int, double);
+static void (*rotary_unlock)(int, int);
+static int (*rotary_is_unlocked)(int);
+static double (*axis_vmax)(int);
+static double (*axis_amax)(int);
+static wire *w;
+static player me;
+static move_t moves[WIRE_SEGMENTS];
+static int comp, shm, started, told; /* started: the move `begun` has begun; told: the planner's absence */
+static unsigned long long begun;
+static unsigned int refused;
+static double uu_per_rev;
+
+static move_t *move(unsigned long long k) { return &moves[k % WIRE_SEGMENTS]; }
+
+static void pose_get(EmcPose const *p, double x[WIRE_AXES])
+{
+    x[0] = p->tran.x, x[1] = p->tran.y, x[2] = p->tran.z;
+    x[3] = p->a, x[4] = p->b, x[5] = p->c, x[6] = p->u, x[7] = p->v, x[8] = p->w;
+}
+static void pose_set(EmcPose *p, double const x[WIRE_AXES])
+{
+    p->tran.x = x[0], p->tran.y = x[1], p->tran.z = x[2];
+    p->a = x[3], p->b = x[4], p->c = x[5], p->u = x[6], p->v = x[7], p->w = x[8];
+}
+static void sync_clear(syncdio_t *s) { memset(s, 0, sizeof(*s)); }
+static void sync_write(syncdio_t *s)
+{
+    int i;
+    if (!s->anychanged) return;
+    for (i = 0; i < conf->numDIO; i++)
+        if (s->dio_mask & (1ull << i)) dio_write(i, s->dios[i] > 0);
+    for (i = 0; i < conf->numAIO; i++)
+        if (s->aio_mask & (1ull << i)) aio_write(i, s->aios[i]);
+    s->anychanged = 0;
+}
+static void idle(TP_STRUCT *tp) /* nothing queued, at rest */
+{
+    tp->done = 1, tp->depth = tp->activeDepth = 0, tp->aborting = tp->pausing = 0, tp->execId = 0, tp->motionType = 0;
+    tp->goalPos = tp->currentPos;
+    stat->distance_to_go = stat->current_vel = stat->requested_vel = 0;
+    stat->enables_queued = stat->enables_new, stat->spindleSync = 0;
+}
+static void limits(void) /* those that LinuxCNC has now */
+{
+    int i;
+    for (i = 0; i < WIRE_AXES; i++) {
+        double v = axis_vmax(i), a = axis_amax(i);
+        me.there[i] = v > 0 && a > 0 && w->jerk[i] > 0; /* the planner says which axes there are */
+        me.vmax[i] = v, me.amax[i] = a;
+        me.pmin[i] = stat->axis_status[i].min_pos_limit, me.pmax[i] = stat->axis_status[i].max_pos_limit;
+    }
+}
+
+/* --- moves ------------------------------------------------------------------------------------------------------ */
+
+static int append(TP_STRUCT *tp, wire_segment *g, EmcPose const *end, struct state_tag_t tag)
+{
+    unsigned long long k = w->seg_head;
+    move_t *o = move(k);
+    int line = tag.fields[GM_FIELD_LINE_NUMBER], i;
+    if (tp->aborting || me.faulty) return TP_ERR_FAIL;
+    if (!player_planner_there(&me)) {
+        SAY("no planner answers: start it with  splinefeed linuxcnc planner --ini YOUR.ini\n");
+        return TP_ERR_FAIL;
+    }
+    if (tp->synchronized) {
+        SAY("line %d: motion in step with the spindle (G33, G76, G95) is not supported\n", line);
+        return TP_ERR_FAIL;
+    }
+    if (k - w->seg_done >= WIRE_SEGMENTS - 1) return TP_ERR_FAIL;
+    limits();
+    g->id = tp->nextId, g->line = line, g->term = tp->termCond, g->tolerance = tp->tolerance;
+    pose_get(&tp->goalPos, g->from), pose_get(end, g->to);
+    for (i = 0; i < WIRE_AXES; i++)
+        if (!me.there[i] && fabs(g->to[i] - g->from[i]) > PLAYER_CLOSE) {
+            SAY("line %d: the move is along an axis that the planner does not know: %c\n", line, "XYZABCUVW"[i]);
+            return TP_ERR_FAIL;
+        }
+    w->segment[k % WIRE_SEGMENTS] = *g;
+    o->id = g->id, o->canon = g->canon, o->atspeed = g->atspeed, o->indexer = g->indexer, o->enables = g->enables;
+    o->tag = tag, o->to = *end, o->sync = tp->syncdio;
+    sync_clear(&tp->syncdio);
+    tp->goalPos = *end, tp->done = 0, tp->depth = k + 1 - w->seg_done;
+    PUBLISH(w->seg_head, k + 1);
+    return 0;
+}
+
+int tpAddLine(TP_STRUCT *const tp, EmcPose end, int canon, double vel, double top, double acc, unsigned char enables,
+              char atspeed, int indexer, struct state_tag_t tag)
+{
+    wire_segment g = {.kind = WIRE_LINE, .canon = canon, .feed = vel, .top = top, .enables = enables,
+                      .atspeed = atspeed, .indexer = indexer};
+    double a[WIRE_AXES], b[WIRE_AXES], far = 0;
+    int i;
+    (void)acc;
+    pose_get(&tp->goalPos, a), pose_get(&end, b);
+    for (i = 0; i < WIRE_AXES; i++) far = fmax(far, fabs(b[i] - a[i]));
+    return far < TP_POS_EPSILON ? TP_ERR_ZERO_LENGTH : append(tp, &g, &end, tag);
+}
+int tpAddCircle(TP_STRUCT *const tp, EmcPose end, PmCartesian c, PmCartesian n, int turn, int canon, double vel,
+                double top, double acc, unsigned char enables, char atspeed, struct state_tag_t tag)
+{
+    wire_segment g = {.kind = WIRE_ARC, .canon = canon, .turn = turn, .feed = vel, .top = top, .enables = enables,
+                      .atspeed = atspeed, .indexer = -1, .centre = {c.x, c.y, c.z}, .normal = {n.x, n.y, n.z}};
+    (void)acc;
+    return append(tp, &g, &end, tag);
+}
+int tpAddRigidTap(TP_STRUCT *const tp, EmcPose end, double vel, double top, double acc, unsigned char enables,
+                  double scale, struct state_tag_t tag)
+{
+    (void)tp, (void)end, (void)vel, (void)top, (void)acc, (void)enables, (void)scale, (void)tag;
+    SAY("rigid tapping (G33.1) is not supported\n"); /* motmod says the line */
+    return TP_ERR_FAIL;
+}
+
+/* --- each tick -------------------------------------------------------------------------------------------------- */
+
+static void drop_all(TP_STRUCT *tp) /* at rest: forget every move and all that was planned */
+{
+    player_drop(&me);
+    begun = w->seg_head, started = 0, told = 0;
+    idle(tp);
+}
+
+static int may_begin(unsigned long long k) /* 0 while the spindle or an indexer is not ready */
+{
+    move_t *o = move(k);
+    int n;
+    if (started && k == begun) return 1;
+    if (o->atspeed)
+        for (n = 0; n < conf->numSpindles; n++)
+            if (!stat->spindle_status[n].at_speed) return 0;
+    if (o->indexer != -1) {
+        rotary_unlock(o->indexer, 1);
+        if (!rotary_is_unlocked(o->indexer)) return 0;
+    }
+    return 1;
+}
+
+static void begin(TP_STRUCT *tp, unsigned long long k) /* outputs of every move up to this one; none is skipped */
+{
+    move_t *o = move(k);
+    unsigned long long i;
+    if (started && k == begun) return;
+    for (i = started ? begun + 1 : begun; i <= k; i++) {
+        sync_write(&move(i)->sync);
+        if (started && i > begun && move(i - 1)->indexer != -1) rotary_unlock(move(i - 1)->indexer, 0);
+    }
+    begun = k, started = 1;
+    tp->execTag = o->tag, tp->execId = o->id, tp->motionType = o->canon, stat->enables_queued = o->enables;
+}
+
+static void ended(void) /* at the end of motion: the moves that are complete */
+{
+    unsigned long long i;
+    if (w->seg_done <= begun) return; /* it stopped in mid-move */
+    for (i = begun + 1; i < w->seg_done; i++) sync_write(&move(i)->sync);
+    if (started && move(begun)->indexer != -1) rotary_unlock(move(begun)->indexer, 0);
+    begun = w->seg_done, started = 0;
+}
+
+static void say_faults(void)
+{
+    static char text[WIRE_TEXT];
+    if (player_listen(&me)) {
+        memcpy(text, w->text, WIRE_TEXT - 1);
+        if (me.faulty == 1)
+            SAY("the planner has been silent for %g s: the machine stops on its path. Abort, and start it again\n", PLAYER_SILENT);
+        else SAY("%s. Abort to go on\n", text);
+    }
+    if (w->refused != refused) {
+        refused = w->refused;
+        memcpy(text, w->said, WIRE_TEXT - 1);
+        SAY("motion from the planner refused, %s\n", text);
+    }
+}
+
+static void run(TP_STRUCT *const tp)
+{
+    int hold = tp->pausing || tp->aborting || me.faulty;
+    unsigned long long k;
+    w->feed_scale = stat->feed_scale, w->rapid_scale = stat->rapid_scale, w->vlimit = tp->vLimit;
+    w->stepping = stat->stepping;
+    say_faults();
+    if (!me.moving) {
+        if (tp->aborting) { drop_all(tp); return; }
+        if (w->seg_done == w->seg_head) { idle(tp); return; }
+        tp->done = 0, tp->depth = w->seg_head - w->seg_done, stat->current_vel = 0;
+        if (!player_ready(&me, &k) || hold || stat->net_feed_scale <= 0) return;
+        if (!may_begin(k)) return;
+        begin(tp, k);
+    }
+    if (tp->aborting && player_held(&me)) { drop_all(tp); return; }
+    if (me.faulty && player_held(&me)) { player_rest(&me); stat->current_vel = 0; return; }
+    if (!player_tick(&me, hold, stat->net_feed_scale, tp->vLimit)) {
+        pose_set(&tp->currentPos, me.at);
+        stat->current_vel = 0, tp->depth = w->seg_head - w->seg_done;
+        ended();
+        return;
+    }
+    begin(tp, me.segment);
+    pose_set(&tp->currentPos, me.at);
+    tp->activeDepth = 1, tp->depth = w->seg_head - w->seg_done;
+    EmcPose *to = &move(begun)->to;
+    double x = to->tran.x - me.at[0], y = to->tran.y - me.at[1], z = to->tran.z - me.at[2];
+    stat->current_vel = me.speed;
+    stat->requested_vel = w->segment[begun % WIRE_SEGMENTS].feed;
+    stat->distance_to_go = sqrt(x * x + y * y + z * z);
+    stat->dtg.tran.x = x, stat->dtg.tran.y = y, stat->dtg.tran.z = z;
+    stat->dtg.a = to->a - me.at[3], stat->dtg.b = to->b - me.at[4], stat->dtg.c = to->c - me.at[5];
+    stat->dtg.u = to->u - me.at[6], stat->dtg.v = to->v - me.at[7], stat->dtg.w = to->w - me.at[8];
+}
+
+int tpRunCycle(TP_STRUCT *const tp, long period)
+{
+    long long from = rtapi_get_time();
+    (void)period;
+    run(tp);
+    w->cycles++;
+    *pin->rate = me.moving ? me.rate : 0, *pin->moving = me.moving, *pin->late = w->late, *pin->refused = w->refused;
+    *pin->fault = me.faulty != 0, *pin->planner = player_planner_there(&me);
+    *pin->ns = rtapi_get_time() - from;
+    if (me.moving && *pin->ns > *pin->ns_max) *pin->ns_max = *pin->ns;
+    return 0;
+}
+
+/* --- settings and reports ----------------------------------------------------------------------------------------- */
+
+void tpMotFunctions(void (*d)(int, char), void (*a)(int, double), void (*u)(int, int), int (*g)(int),
+                    double (*v)(int), double (*c)(int))
+{
+    dio_write = d, aio_write = a, rotary_unlock = u, rotary_is_unlocked = g, axis_vmax = v, axis_amax = c;
+}
+void tpMotData(emcmot_status_t *s, emcmot_config_t *c) { stat = s, conf = c; }
+int tpSetCycleTime(TP_STRUCT *const tp, double s)
+{
+    if (s <= 0) return TP_ERR_FAIL;
+    tp->cycleTime = me.period = w->period = s;
+    return 0;
+}
+int tpSetVmax(TP_STRUCT *const tp, double v, double ini)
+{
+    if (v <= 0 || ini <= 0) return TP_ERR_FAIL;
+    tp->vMax = v, tp->ini_maxvel = ini;
+    return 0;
+}
+int tpSetVlimit(TP_STRUCT *const tp, double v) { tp->vLimit = v < 0 ? 0 : v; return 0; }
+int tpSetAmax(TP_STRUCT *const tp, double a) { if (a <= 0) return TP_ERR_FAIL; tp->aMax = a; return 0; }
+int tpSetId(TP_STRUCT *const tp, int id) { tp->nextId = id; return 0; }
+int tpGetExecId(TP_STRUCT *const tp) { return tp->execId; }
+struct state_tag_t tpGetExecTag(TP_STRUCT *const tp) { return tp->execTag; }
+int tpSetTermCond(TP_STRUCT *const tp, int c, double tolerance) { tp->termCond = c, tp->tolerance = tolerance; return 0; }
+int tpGetPos(TP_STRUCT const *const tp, EmcPose *const p) { *p = tp->currentPos; return 0; }
+int tpIsDone(TP_STRUCT *const tp) { return tp->done; }
+int tpQueueDepth(TP_STRUCT *const tp) { return tp->depth; }
+int tpActiveDepth(TP_STRUCT *const tp) { return tp->activeDepth; }
+int tpGetMotionType(TP_STRUCT *const tp) { return tp->motionType; }
+int tpPause(TP_STRUCT *const tp) { tp->pausing = 1; return 0; }
+int tpResume(TP_STRUCT *const tp) { tp->pausing = 0; return 0; }
+int tpAbort(TP_STRUCT *const tp) { tp->aborting = tp->pausing = 1; sync_clear(&tp->syncdio); return 0; }
+int tpSetPos(TP_STRUCT *const tp, EmcPose const *const p)
+{
+    double x[WIRE_AXES];
+    tp->currentPos = tp->goalPos = *p;
+    pose_get(p, x);
+    player_set(&me, x);
+    return 0;
+}
+int tpSetRunDir(TP_STRUCT *const tp, tc_direction_t d)
+{
+    (void)tp;
+    if (d == TC_DIR_FORWARD) return 0;
+    SAY("reverse run is not supported\n");
+    return TP_ERR_FAIL;
+}
+int tpSetSpindleSync(TP_STRUCT *const tp, int spindle, double sync, int velocity)
+{
+    tp->synchronized = sync == 0 ? TC_SYNC_NONE : velocity ? TC_SYNC_VELOCITY : TC_SYNC_POSITION;
+    tp->spindle.spindle_num = spindle, uu_per_rev = tp->uu_per_rev = sync;
+    return 0;
+}
+int tpSetAout(TP_STRUCT *const tp, unsigned char i, double start, double end)
+{
+    (void)end;
+    tp->syncdio.anychanged = 1, tp->syncdio.aio_mask |= 1ull << i, tp->syncdio.aios[i] = start;
+    return 0;
+}
+int tpSetDout(TP_STRUCT *const tp, int i, unsigned char start, unsigned char end)
+{
+    (void)end;
+    tp->syncdio.anychanged = 1, tp->syncdio.dio_mask |= 1ull << i, tp->syncdio.dios[i] = start ? 1 : -1;
+    return 0;
+}
+int tcqFull(TC_QUEUE_STRUCT const *const q) { (void)q; return w->seg_head - w->seg_done >= DEPTH - MARGIN; }
+int tpClear(TP_STRUCT *const tp)
+{
+    pose_get(&tp->currentPos, me.at);
+    drop_all(tp);
+    tp->nextId = 0, tp->termCond = TC_TERM_COND_PARABOLIC, tp->tolerance = 0, tp->synchronized = 0, tp->reverse_run = 0;
+    stat->motionFlag |= EMCMOT_MOTION_INPOS_BIT;
+    sync_clear(&tp->syncdio);
+    return 0;
+}
+int tpCreate(TP_STRUCT *const tp, int size, int id)
+{
+    double zero[WIRE_AXES] = {0};
+    (void)size, (void)id;
+    if (!tp || !stat || !w) return TP_ERR_FAIL;
+    pose_set(&tp->currentPos, zero);
+    tp->vLimit = 0, tp->reverse_run = TC_DIR_FORWARD;
+    tp->spindle.waiting_for_index = tp->spindle.waiting_for_atspeed = MOTION_INVALID_ID; /* later 2.9 looks at these */
+    return tpClear(tp);
+}
+
+int rtapi_app_main(void)
+{
+    char const *version = getenv("LINUXCNCVERSION");
+    int bad = 0;
+    if (!version) version = getenv("EMC2VERSION");
+    if (!player_version_fits(version)) {
+        SAY("made for LinuxCNC 2.9, and this is %s: its planner functions take other arguments\n", version);
+        return -1;
+    }
+    if ((comp = hal_init("splinefeed_tp")) < 0) return comp;
+    if ((shm = rtapi_shmem_new(WIRE_KEY, comp, sizeof(wire))) < 0 || rtapi_shmem_getptr(shm, (void **)&w) < 0) {
+        SAY("no shared memory of %lu bytes: another program holds key 0x%x; see ipcs -m\n", (unsigned long)sizeof(wire), WIRE_KEY);
+        goto fail;
+    }
+    player_begin(&me, w, 1e-3);
+    if (!(pin = hal_malloc(sizeof(*pin)))) goto fail;
+    bad |= hal_pin_u32_newf(HAL_OUT, &pin->late, comp, "splinefeed-tp.late");
+    bad |= hal_pin_u32_newf(HAL_OUT, &pin->refused, comp, "splinefeed-tp.refused");
+    bad |= hal_pin_u32_newf(HAL_OUT, &pin->ns, comp, "splinefeed-tp.ns");
+    bad |= hal_pin_u32_newf(HAL_OUT, &pin->ns_max, comp, "splinefeed-tp.ns-max");
+    bad |= hal_pin_float_newf(HAL_OUT, &pin->rate, comp, "splinefeed-tp.rate");
+    bad |= hal_pin_bit_newf(HAL_OUT, &pin->moving, comp, "splinefeed-tp.moving");
+    bad |= hal_pin_bit_newf(HAL_OUT, &pin->fault, comp, "splinefeed-tp.fault");
+    bad |= hal_pin_bit_newf(HAL_OUT, &pin->planner, comp, "splinefeed-tp.planner");
+    if (bad) goto fail;
+    return hal_ready(comp);
+fail:
+    hal_exit(comp);
+    return -1;
+}
+void rtapi_app_exit(void)
+{
+    w->magic = 0;
+    rtapi_shmem_delete(shm, comp);
+    hal_exit(comp);
+}
+EXPORT_SYMBOL(tpMotFunctions); EXPORT_SYMBOL(tpMotData); EXPORT_SYMBOL(tpAbort); EXPORT_SYMBOL(tpActiveDepth);
+EXPORT_SYMBOL(tpAddCircle); EXPORT_SYMBOL(tpAddLine); EXPORT_SYMBOL(tpAddRigidTap); EXPORT_SYMBOL(tpClear);
+EXPORT_SYMBOL(tpCreate); EXPORT_SYMBOL(tpGetExecId); EXPORT_SYMBOL(tpGetExecTag); EXPORT_SYMBOL(tpGetMotionType);
+EXPORT_SYMBOL(tpGetPos); EXPORT_SYMBOL(tpIsDone); EXPORT_SYMBOL(tpPause); EXPORT_SYMBOL(tpQueueDepth);
+EXPORT_SYMBOL(tpResume); EXPORT_SYMBOL(tpRunCycle); EXPORT_SYMBOL(tpSetAmax); EXPORT_SYMBOL(tpSetAout);
+EXPORT_SYMBOL(tpSetCycleTime); EXPORT_SYMBOL(tpSetDout); EXPORT_SYMBOL(tpSetId); EXPORT_SYMBOL(tpSetPos);
+EXPORT_SYMBOL(tpSetRunDir); EXPORT_SYMBOL(tpSetSpindleSync); EXPORT_SYMBOL(tpSetTermCond);
+EXPORT_SYMBOL(tpSetVlimit); EXPORT_SYMBOL(tpSetVmax); EXPORT_SYMBOL(tcqFull);

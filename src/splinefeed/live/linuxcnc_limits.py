@@ -1,0 +1,97 @@
+"""What a LinuxCNC machine allows, from its INI file: axes, units, limits of each axis and of the path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from splinefeed.errors import FormatError
+from splinefeed.formats.source import read_text
+from splinefeed.machine.imports.linuxcnc import ANGULAR, LINEAR, TRIVIAL, axes_of, sections
+from splinefeed.machine.imports.page import positive
+from splinefeed.records import ROTARY_AXES, Array, Limits
+
+#: Axes of LinuxCNC in the order of its poses.
+LETTERS = "xyzabcuvw"
+#: Jerk of an axis without MAX_JERK: so many times its acceleration, a second.
+JERK_TIMES = 20.0
+
+
+@dataclass(frozen=True, eq=False)
+class Mill:
+    """The machine of an INI file.
+
+    axes      its axes, linear ones first; columns  their places in a pose of LinuxCNC, (axes,)
+    units     (9,) mm or rad of one unit of each axis of a pose; linear  mm of a linear unit
+    velocity, acceleration, jerk  of each axis (axes,), mm and rad
+    feed      more than any path allows, mm/s;  notes  what was assumed, one sentence each
+    """
+
+    axes: tuple[str, ...]
+    columns: Array
+    units: Array
+    linear: float
+    velocity: Array
+    acceleration: Array
+    jerk: Array
+    feed: float
+    notes: list[str] = field(default_factory=list)
+
+    def limits(self, reserve: float) -> Limits:
+        """The limits to plan under: the reserve is a share of the acceleration, twice that of the jerk."""
+        return Limits(
+            feed=self.feed,
+            axis_velocity=dict(zip(self.axes, self.velocity.tolist(), strict=True)),
+            axis_acceleration=dict(zip(self.axes, ((1.0 - reserve) * self.acceleration).tolist(), strict=True)),
+            axis_jerk=dict(zip(self.axes, ((1.0 - 2.0 * reserve) * self.jerk).tolist(), strict=True)),
+        )
+
+
+def mill_of(file: str) -> Mill:
+    """The machine of an INI file; FormatError for what is missing, and for kinematics that cannot be planned."""
+    text = read_text(Path(file), "a configuration")
+    ini = sections(text, file)
+    if "TRAJ" not in ini:
+        raise FormatError(f"{file}: no section [TRAJ]; is it the INI file of a LinuxCNC machine?")
+    traj, notes = ini["TRAJ"], []
+    if traj.get("TPMOD", "").split() != ["splinefeed_tp"]:
+        notes.append("[TRAJ]TPMOD is not splinefeed_tp: LinuxCNC plans itself until it is")
+    module, *arguments = (ini.get("KINS", {}).get("KINEMATICS") or TRIVIAL).split()
+    if module != TRIVIAL:
+        raise FormatError(f"{file}: [KINS]KINEMATICS = {module}: only {TRIVIAL} can be planned; leave TPMOD out")
+    linear = _unit(traj.get("LINEAR_UNITS", "mm"), LINEAR, {"mm": 1.0, "in": 25.4}, f"{file}: [TRAJ]LINEAR_UNITS")
+    degrees = {"deg": np.pi / 180.0, "rad": 1.0}
+    angular = _unit(traj.get("ANGULAR_UNITS", "degree"), ANGULAR, degrees, f"{file}: [TRAJ]ANGULAR_UNITS")
+    letters, joints = axes_of(ini, arguments, file)
+    axes = tuple(sorted(letters, key=lambda axis: (axis in ROTARY_AXES, LETTERS.index(axis))))
+    units = np.array([angular if axis in ROTARY_AXES else linear for axis in LETTERS])
+    found = np.zeros((3, len(axes)))
+    for k, axis in enumerate(axes):
+        names = [f"AXIS_{axis.upper()}", *(f"JOINT_{joint}" for joint in joints[axis])]
+        for i, key in enumerate(("MAX_VELOCITY", "MAX_ACCELERATION", "MAX_JERK")):
+            said = [positive(ini[n][key], file, f"[{n}]{key}")[1] for n in names if key in ini.get(n, {})]
+            if said:
+                found[i, k] = min(said)
+            elif i == 2:
+                found[i, k] = JERK_TIMES * found[1, k]
+                notes.append(
+                    f"[AXIS_{axis.upper()}]MAX_JERK is missing: {found[i, k]:g}, {JERK_TIMES:g} times the acceleration "
+                    "a second"
+                )
+            else:
+                raise FormatError(f"{file}: {key} of axis {axis.upper()} is missing; add it to [AXIS_{axis.upper()}]")
+    columns = np.array([LETTERS.index(axis) for axis in axes])
+    found *= units[columns]
+    rotary = np.array([axis in ROTARY_AXES for axis in axes])
+    feed = float(np.linalg.norm(np.where(rotary, np.degrees(found[0]), found[0])))  # no axis allows more
+    return Mill(axes, columns, units, linear, found[0], found[1], found[2], feed, notes)
+
+
+def _unit(text: str, known: dict[str, tuple[str, float]], size: dict[str, float], where: str) -> float:
+    name = text.split()[0].lower() if text.split() else ""
+    if name not in known:
+        raise FormatError(f"{where} is {text!r}; give one of {', '.join(known)}")
+    base, count = known[name]
+    return size[base] * count

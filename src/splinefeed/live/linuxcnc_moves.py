@@ -1,0 +1,80 @@
+"""Moves that LinuxCNC's task hands to its trajectory planner, as curves with feeds and tolerances."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from splinefeed.formats.gcode.arcs import Arcs, arc_curve
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.live.linuxcnc_limits import Mill
+from splinefeed.live.linuxcnc_wire import LINE
+from splinefeed.records import Array
+
+#: LinuxCNC's numbers: a rapid move; how a move ends: at rest (G61.1), exactly (G61), blended (G64).
+TRAVERSE = 1
+STOP, EXACT, BLEND = 0, 1, 2
+#: Bit of `enables`: whether feed override counts (M48, M50).
+OVERRIDE = 2
+#: Ends of an arc nearer than this, mm, make it a full circle; a shorter move is none.
+SAME_PLACE, POINT = 1e-6, 2e-6
+
+
+def curve_of(move: Any, mill: Mill) -> NurbsCurve:
+    """A move (a row of wire.SEGMENT) as a curve over the machine's axes, mm and rad."""
+    start, end = move["from"] * mill.units, move["to"] * mill.units
+    if move["kind"] == LINE:
+        return NurbsCurve.bezier([start[mill.columns], end[mill.columns]])
+    # in a frame whose third axis is the arc's, where any plane is that of x and y
+    centre = move["centre"] * mill.linear
+    turn = int(move["turn"])
+    axis = move["normal"] / np.linalg.norm(move["normal"])
+    k = int(np.argmax(np.abs(axis)))
+    u = np.eye(3)[(k + 1) % 3]
+    u = u - (u @ axis) * axis
+    u /= np.linalg.norm(u)
+    frame = np.array([u, np.cross(axis, u), axis])
+    p, q = start.copy(), end.copy()
+    p[:3], q[:3] = frame @ (start[:3] - centre), frame @ (end[:3] - centre)
+    ccw = turn >= 0
+    sweep = math.atan2(p[0] * q[1] - p[1] * q[0], p[0] * q[0] + p[1] * q[1])
+    sweep = (sweep if ccw else -sweep) % (2.0 * math.pi)
+    if sweep == 0.0 or math.hypot(p[0] - q[0], p[1] - q[1]) < SAME_PLACE:
+        sweep = 2.0 * math.pi
+    sweep += 2.0 * math.pi * (turn if ccw else -1 - turn)
+    arcs = Arcs(
+        np.zeros(1, dtype=np.int64), np.array([[0, 1]]), np.zeros((1, 2)), np.array([math.hypot(p[0], p[1])]),
+        np.array([math.hypot(q[0], q[1])]), np.array([math.atan2(p[1], p[0])]), np.array([sweep if ccw else -sweep]),
+    )  # fmt: skip
+    local = arc_curve(p, q, arcs, 0, np.arange(9))
+    points = np.array(local.control_points)
+    points[:, :3] = points[:, :3] @ frame + centre
+    points[0], points[-1] = start, end
+    return NurbsCurve(local.degree, local.knots, points[:, mill.columns], local.weights)
+
+
+def size_of(move: Any, mill: Mill) -> float:
+    """How far a move goes, mm and rad: 0 for one that is none."""
+    if move["kind"] != LINE:
+        return math.inf
+    return float(np.max(np.abs((move["to"] - move["from"]) * mill.units)))
+
+
+def feeds_of(moves: Any, mill: Mill, feed_scale: float, rapid_scale: float, vlimit: float) -> tuple[Array, Array]:
+    """Feeds (n,), mm/s, of moves under overrides and the largest velocity, and the override of each, (n,).
+
+    LinuxCNC counts a feed along x, y and z, else along u, v and w, else in degrees; a path counts all its linear axes.
+    """
+    step = np.abs(moves["to"] - moves["from"])
+    arc = moves["kind"] != LINE
+    xyz, uvw = np.linalg.norm(step[:, :3], axis=1), np.linalg.norm(step[:, 6:], axis=1)
+    straight = np.where(arc | (xyz == 0.0), 1.0, np.hypot(xyz, uvw) / np.where(xyz > 0.0, xyz, 1.0))
+    linear = arc | (xyz > 0.0) | (uvw > 0.0)
+    unit = np.where(linear, mill.linear, 1.0)
+    scale = np.where(moves["canon"] == TRAVERSE, rapid_scale, feed_scale)
+    scale = np.where(moves["enables"] & OVERRIDE, scale, 1.0)
+    feeds = np.minimum(moves["feed"] * scale, moves["top"])
+    feeds = np.where(linear, np.minimum(feeds, vlimit), feeds)
+    return np.maximum(feeds * unit * straight, 1e-6), scale

@@ -1,0 +1,210 @@
+"""Motion along smooth curves as what LinuxCNC's player takes: quintics of each axis, and how much they may be slowed.
+
+A time law s(t) along curves r(s) becomes, between places near each other, the quintics that meet position, velocity
+and acceleration of r(s(t)) at both ends.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.geometry.path import Path
+from splinefeed.records import LAW_COEFFICIENTS, Array, IntArray
+
+#: A piece takes so long, s, or so much of the path, mm, but never longer than the third, s; a shorter one is rounding.
+LONGEST, LONGEST_WAY, NEVER_LONGER, SHORTEST = 0.010, 0.5, 0.050, 1e-7
+#: How far ahead a piece knows how much of the limits is used, s: as long as a stop takes.
+HORIZON = 0.4
+#: Shares of what the limits leave that the rate of time may use: ticks are not infinitely short.
+ACCELERATION, JERK = 0.95, 0.65
+
+
+@dataclass(frozen=True, eq=False)
+class Quintics:
+    """Pieces: times (n,), s; coefficients (n, axes, 6), mm and rad; s, feed and acceleration at their ends, (n, 3).
+
+    middle  place on the track in the middle of each, mm
+    """
+
+    span: Array
+    c: Array
+    ends: Array
+    middle: Array
+
+    def __len__(self) -> int:
+        return len(self.span)
+
+
+class Track:
+    """Smooth paths in a row since motion began at rest: places by length, and the move that each is on.
+
+    first  number of the move that it begins with
+    """
+
+    def __init__(self, first: int) -> None:
+        self.first = self.pushed = first
+        self.parts: list[Path] = []
+        self.moves: list[IntArray] = []  # of each part the move that each of its curves begins on
+        self.starts: list[float] = []
+        self.curves: list[int] = []  # before each part
+        self.count, self.length = 0, 0.0
+        self._size: list[float] = []  # of each move that was pushed
+        self._marks: list[tuple[float, int]] = []  # where moves begin, and their numbers
+
+    def push(self, sizes: Array) -> None:
+        """Note moves before they are smoothed: their lengths (n,), mm."""
+        self._size += sizes.tolist()
+        self.pushed += len(sizes)
+
+    def add(self, path: Path, origins: IntArray) -> None:
+        """Add a smooth path; origins (curves,) of the moves pushed, from 0, as `Smoother.origins` counts."""
+        self.parts.append(path)
+        self.starts.append(self.length)
+        self.curves.append(self.count)
+        self.moves.append(origins)
+        lengths, begins = np.diff(path.curve_starts), self.length + path.curve_starts[:-1]
+        following = np.append(origins[1:], origins[-1] + 1)
+        for begin, length, one, other in zip(
+            begins.tolist(), lengths.tolist(), origins.tolist(), following.tolist(), strict=True
+        ):
+            inner = self._size[one : max(other, one + 1)]
+            if len(inner) < 2 and other <= one + 1 and one + 1 < len(self._size) and length > 1.5 * inner[0]:
+                many = int(np.searchsorted(np.cumsum(self._size[one:]), length * (1.0 - 1e-6))) + 1
+                inner = self._size[one : one + many]  # a spline over several, the last curve of a part
+            share = length / sum(inner)
+            for k, size in enumerate(inner):
+                if not self._marks or one + k > self._marks[-1][1]:
+                    self._marks.append((begin, one + k))
+                begin += share * size
+        self.count += len(path.curves)
+        self.length += path.length
+
+    def segments(self, s: Array) -> IntArray:
+        """The number of the move at each place (n,), mm."""
+        places, numbers = np.array(self._marks).T
+        at = np.clip(np.searchsorted(places, s + 1e-9, side="right") - 1, 0, None)
+        return self.first + np.asarray(numbers[at], dtype=np.int64)
+
+    def part_at(self, s: float) -> int:
+        """Which part a place is on."""
+        return max(int(np.searchsorted(self.starts, s, side="right")) - 1, 0)
+
+    def place(self, curve: int, offset: float) -> float:
+        """The place of an offset, mm, from the start of a curve, counted from the first of the track."""
+        part = int(np.searchsorted(self.curves, curve, side="right")) - 1
+        return self.starts[part] + float(self.parts[part].curve_starts[curve - self.curves[part]]) + offset
+
+    def cuts(self, low: float, high: float) -> Array:
+        """Starts of curves strictly between two places."""
+        found = [
+            start + path.curve_starts[:-1]
+            for start, path in zip(self.starts, self.parts, strict=True)
+            if start < high and start + path.length > low
+        ]
+        places = np.concatenate([*found, [-1.0]])
+        return places[(places > low + 1e-9) & (places < high - 1e-9)]
+
+    def derivatives(self, s: Array, middle: Array) -> Array:
+        """r and its derivatives by length (n, 4, axes) at places s (n,), on the curves that `middle` (n,) lie on."""
+        out = np.empty((len(s), 4, len(self.parts[0].axes)))
+        part = np.clip(np.searchsorted(self.starts, middle, side="right") - 1, 0, None)
+        for k in np.unique(part).tolist():
+            path, mine = self.parts[k], np.flatnonzero(part == k)
+            curve, _ = path.locate(np.clip(middle[mine] - self.starts[k], 0.0, path.length))
+            at, u = path.locate(np.clip(s[mine] - self.starts[k], 0.0, path.length))
+            low, high = path.flat.domains[curve].T
+            u = np.where(at > curve, high, np.where(at < curve, low, u))
+            for left in (False, True):
+                some = (u == high) == left
+                if some.any():
+                    out[mine[some]] = path.by_length(curve[some], u[some], side="left" if left else "right")
+        return out
+
+
+def value(c: Array, t: Array, order: int) -> Array:
+    """A derivative of polynomials (n, ..., 6) at t (n,) or as wide."""
+    out = np.zeros(np.broadcast_shapes(c.shape[:-1], t.shape))
+    for k in range(LAW_COEFFICIENTS - 1, order - 1, -1):
+        out = out * t + c[..., k] * math.perm(k, order)
+    return out
+
+
+def quintics(track: Track, begin: float, spans: Array, c: Array) -> Quintics:
+    """Pieces of every axis for a motion s(t): spans (m,), s, coefficients (m, 6); s from `begin` on the track."""
+    good = spans > SHORTEST
+    spans, c = spans[good], c[good]
+    stop = begin + value(c, spans, 0)
+    rows, wanted = [], []
+    for k, (low, high) in enumerate(zip((begin + c[:, 0]).tolist(), stop.tolist(), strict=True)):
+        places = track.cuts(low, high).tolist()
+        rows += [k] * len(places)
+        wanted += places
+    a, b = np.zeros(len(rows)), spans[rows]
+    for _ in range(48 if len(rows) else 0):  # when the motion passes from curve to curve
+        middle = 0.5 * (a + b)
+        before = begin + value(c[rows], middle, 0) < np.array(wanted)
+        a, b = np.where(before, middle, a), np.where(before, b, middle)
+    edges = [[0.0] for _ in spans]
+    for k, t in zip(rows, b.tolist(), strict=True):
+        edges[k].append(t)
+    of, first, last = [], [], []
+    for k, (inner, span) in enumerate(zip(edges, spans.tolist(), strict=True)):
+        inner = [t for t in sorted(inner) if t < span - SHORTEST]
+        inner = [t for t, after in zip(inner, [*inner[1:], span], strict=True) if after - t > SHORTEST or t == 0.0]
+        for low, high in zip(inner, [*inner[1:], span], strict=True):
+            way = float(value(c[k], np.array(high), 0) - value(c[k], np.array(low), 0))
+            parts = max(min((high - low) / LONGEST, way / LONGEST_WAY), (high - low) / NEVER_LONGER)
+            n = max(math.ceil(parts - 1e-9), 1)
+            edge = np.linspace(low, high, n + 1).tolist()
+            of += [k] * n
+            first += edge[:-1]
+            last += edge[1:]
+    t0, t1, law = np.array(first), np.array(last), c[of]
+    middle = begin + value(law, 0.5 * (t0 + t1), 0)
+    ends, states = [], []
+    for t in (t0, t1):
+        s, v, a = (value(law, t, k) for k in range(3))
+        d = track.derivatives(begin + s, middle)
+        states.append(np.stack([begin + s, v, a], axis=1))
+        v, a = v[:, None], a[:, None]
+        ends.append((d[:, 0], d[:, 1] * v, d[:, 2] * v * v + d[:, 1] * a))
+    (p0, v0, a0), (p1, v1, a1) = ends
+    h = (t1 - t0)[:, None]
+    dp, dv, da = p1 - p0 - h * (v0 + 0.5 * h * a0), h * (v1 - v0 - h * a0), h * h * (a1 - a0)
+    terms = [
+        p0, v0, 0.5 * a0, (10.0 * dp - 4.0 * dv + 0.5 * da) / h**3, (-15.0 * dp + 7.0 * dv - da) / h**4,
+        (6.0 * dp - 3.0 * dv + 0.5 * da) / h**5,
+    ]  # fmt: skip
+    return Quintics(h[:, 0], np.stack(terms, axis=2), states[1], middle)
+
+
+def rates(h: Array, c: Array, acceleration: Array, jerk: Array) -> tuple[Array, Array]:
+    """How fast the rate of time may change in each piece, 1/s^2 and 1/s^3, (n,) each.
+
+    With x(tau), dtau/dt = r from 0 to 1: |x'' r^2 + x' r'| <= A and |x''' r^3 + 3 x'' r r' + x' r''| <= J, with the
+    least of what pieces within HORIZON leave. h (n,), c (n, axes, 6); limits (axes,).
+    """
+    room = np.full((2, len(h)), np.inf)
+    for share in (0.0, 0.5, 1.0):
+        t = (share * h)[:, None]
+        v, a, j = (np.abs(value(c, t, k)) for k in (1, 2, 3))
+        v = np.maximum(v, 1e-6 * acceleration)
+        spare = np.maximum(jerk - j, 0.0)
+        quick = np.minimum((acceleration - a) / v, 0.5 * spare / np.maximum(3.0 * a, 1e-9)).min(axis=1)
+        room[0] = np.minimum(room[0], quick)
+        room[1] = np.minimum(room[1], ((spare - 3.0 * a * np.maximum(quick, 0.0)[:, None]) / v).min(axis=1))
+    begin = np.cumsum(h) - h
+    ends = np.searchsorted(begin, begin + h + HORIZON, side="right")
+    least = np.array([room[1, i:k].min() for i, k in enumerate(ends.tolist())])
+    jerks = np.clip(JERK * least, 1.0, 1e9)
+    # a smaller rate further on is reached by then, at half of that jerk
+    quick = np.array(
+        [
+            np.min(room[0, i:k] + 0.5 * jerks[i] * np.maximum(begin[i:k] - begin[i] - h[i], 0.0))
+            for i, k in enumerate(ends)
+        ]
+    )
+    return np.clip(ACCELERATION * quick, 0.1, 1e6), jerks

@@ -1,0 +1,531 @@
+"""LinuxCNC's trajectory planner in a process of its own: moves come from its task, motion goes to its real-time side.
+
+Moves become smooth curves, look-ahead plans them, and every block of motion leaves with the stop behind it: a batch.
+The player (linuxcnc/splinefeed_player.h) checks and plays it; where no other batch comes in time it plays the stop.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from splinefeed.errors import SplinefeedError
+from splinefeed.feed.stream import Block, LookAhead
+from splinefeed.feed.window import State
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.path import Marker, Path
+from splinefeed.geometry.smoothing import Smoother
+from splinefeed.live import linuxcnc_wire as wires
+from splinefeed.live.linuxcnc_limits import Mill
+from splinefeed.live.linuxcnc_moves import BLEND, POINT, STOP, curve_of, feeds_of, size_of
+from splinefeed.live.linuxcnc_pieces import Quintics, Track, quintics, rates
+from splinefeed.live.linuxcnc_wire import Wire
+from splinefeed.records import Array
+
+#: Moves that are taken at once; how long to wait for others that come with one, s.
+AT_ONCE, SETTLE = 200, 0.003
+#: Without news from the task, so long a silence is the end of what comes, s.
+SILENCE = 0.050
+#: Motion that is planned ahead, s: what a change of the override throws away.
+AHEAD = 2.0
+#: A change of the override is planned from a place so far ahead, s, when it has not changed for so long, s.
+BRANCH, STEADY = 0.10, 0.02
+#: Cells of a window, and curves that the smoother looks at in one go.
+WINDOW, SMOOTH = 60, 200
+#: The main loop is taken for dead after this, s.
+DEAD = 8.0
+
+
+@dataclass(eq=False)
+class Batch:
+    """What was sent: its pieces of certain motion, from number `piece` on, on which track, and under what."""
+
+    track: Track
+    piece: int
+    sure: Quintics
+    stop: float  # where its last piece ends, mm
+    scale: Array  # of each piece
+
+
+class Run:
+    """Moves that are one motion from rest to rest: smoothed and planned as they come.
+
+    first  number of its first move; closed  whether all of them have come
+    """
+
+    def __init__(self, first: int, planner: Planner) -> None:
+        self.planner, self.first = planner, first
+        self.track = Track(first)
+        self.smoother = Smoother("program", planner.mill.axes, corners="round", window=planner.smooth)
+        self.closed = False
+        self.moves: list[Any] = []  # all of them: an override that changes changes their feeds
+        self.look = planner.look_ahead()
+        self.base = 0  # curves of the track before the first that `look` knows
+        self.coming: Iterator[Block] | None = None
+        self.planned = False  # all that came is planned to its end
+        self.begins = True  # the next batch is the first one from rest
+
+    def push(self, moves: Any) -> None:
+        """Take moves (rows of wire.SEGMENT); those that are none count as ends of the ones before."""
+        mill = self.planner.mill
+        curves = [curve_of(move, mill) for move in moves]
+        sizes = np.array([curve.length if size_of(move, mill) > POINT else 0.0
+                          for curve, move in zip(curves, moves, strict=True)])  # fmt: skip
+        feeds = np.array(feeds_of(moves, mill, 1.0, 1.0, math.inf)[0])
+        blends = np.where(moves["tolerance"] > 0.0, moves["tolerance"] * mill.linear, math.inf)
+        tolerances = np.where(moves["term"] == BLEND, blends, 0.0)
+        markers = [Marker(k + 1) for k in np.flatnonzero(moves["term"] == STOP).tolist() if k + 1 < len(curves)]
+        if self.moves and self.moves[-1]["term"] == STOP:
+            markers.insert(0, Marker(0))
+        self.track.push(sizes)
+        self.moves += list(moves)
+        path = Path(curves, mill.axes, feeds=feeds, tolerances=tolerances, markers=markers, tolerance=POINT)
+        self._give(self.smoother.push(path))
+
+    def close(self) -> None:
+        """No other moves follow: what is left leads to rest."""
+        self._give(self.smoother.finish())
+        self.closed = True
+
+    def _give(self, paths: list[Path]) -> None:
+        for path, origins in zip(paths, self.smoother.origins, strict=True):
+            self.track.add(path, origins)
+            self.look.take(self.at_feeds(path, origins))
+        self.planned = False
+
+    def at_feeds(self, path: Path, origins: Any) -> Path:
+        """A part under the feeds that hold now."""
+        moves = np.array([self.moves[k] for k in origins.tolist()])
+        planner = self.planner
+        feeds, _ = feeds_of(moves, planner.mill, planner.feed_scale, planner.rapid_scale, planner.vlimit)
+        return path.with_feeds(feeds)
+
+    def restart(self, s: float, state: State) -> None:
+        """Plan again from a place on the track, mm, in a state there."""
+        track = self.track
+        first = track.part_at(s)
+        self.look = self.planner.look_ahead(State(state.feed, state.acceleration, max(s - track.starts[first], 0.0)))
+        self.base, self.coming, self.planned = track.curves[first], None, False
+        for path, origins in zip(track.parts[first:], track.moves[first:], strict=True):
+            self.look.take(self.at_feeds(path, origins))
+
+    def block(self) -> Block | None:
+        """The next block of motion, None where nothing more can be planned yet."""
+        if self.planned:
+            return None
+        self.coming = self.coming or self.look.blocks(whole=self.closed)
+        block = next(self.coming, None)
+        if block is None:
+            self.coming, self.planned = None, True
+        return block
+
+
+class Planner:
+    """Plans for one LinuxCNC as long as it runs.
+
+    mill, limits  of the machine; reserve  share of the acceleration that is kept for pause and override
+    say  takes each message; waits  whether LinuxCNC's task waits for motion, None where nobody knows
+    """
+
+    def __init__(
+        self, wire: Wire, mill: Mill, reserve: float, *, window: int = WINDOW, smooth: int = SMOOTH,
+        say: Callable[[str], None] = print, waits: Callable[[], bool | None] = lambda: None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:  # fmt: skip
+        self.wire, self.mill, self.window, self.smooth, self.say, self.waits = wire, mill, window, smooth, say, waits
+        self.clock = clock
+        self.limits, self.reserve = mill.limits(reserve), reserve
+        self.period = float(wire.period)
+        self.inverse = 1.0 / mill.units[mill.columns]
+        self.session = time.time_ns() & 0x7FFFFFFFFFFFFFFF
+        self.run: Run | None = None
+        self.sent: dict[int, Batch] = {}
+        self.head, self.piece = int(wire.batch_head), int(wire.piece_seen)
+        self.after = 0
+        self.read = int(wire.seg_done)
+        self.epoch = -1
+        self.stranded = False  # real time plays a stop, behind which to go on
+        self.feed_scale, self.rapid_scale, self.vlimit = 1.0, 1.0, math.inf
+        self.changed, self.wanted = 0.0, (1.0, 1.0, math.inf)
+        self.news = self.alive = self.clock()
+        self.blocks = 0
+        jerk = np.zeros(wires.AXES)
+        jerk[mill.columns] = mill.jerk * self.inverse
+        wire.store("jerk", jerk)
+        wire.store("session", self.session)
+
+    def look_ahead(self, start: State | None = None) -> LookAhead:
+        """A look-ahead for this machine."""
+        return LookAhead(self.limits, self.period, self.mill.axes, self.window, start=start)
+
+    @property
+    def there(self) -> bool:
+        """Whether LinuxCNC still is what this planner has greeted."""
+        return int(self.wire.magic) == wires.MAGIC and int(self.wire.session) == self.session
+
+    def step(self) -> bool:
+        """Do what there is to do; whether there was anything."""
+        self.alive = self.clock()
+        try:
+            return self._step()
+        except SplinefeedError as error:
+            self.fault(str(error))
+        except (ArithmeticError, ValueError, IndexError, AssertionError) as error:  # a fault of ours: no motion
+            self.fault(f"internal fault of the planner, {type(error).__name__}: {error}")
+        return True
+
+    def fault(self, text: str) -> None:
+        """Tell LinuxCNC why motion cannot go on; the player stops, and waits for an abort."""
+        self.say(text)
+        self.wire.store("text", " ".join(text.split()).encode("ascii", "replace")[: wires.TEXT - 1])
+        self.wire.store("fault", int(self.wire.fault) + 1)
+        self.run, self.read = None, int(self.wire.seg_head)
+
+    def _step(self) -> bool:
+        wire = self.wire
+        if int(wire.epoch) != self.epoch:
+            self._begin_again()
+        if self.stranded:
+            self._go_on_at_rest()
+            return not self.stranded
+        self._overrides()
+        fresh = self._take()
+        run = self.run
+        if run is None:
+            return fresh
+        if fresh:
+            self.news = self.clock()
+        elif not run.closed and self._ended():
+            run.close()
+        if run.planned or self.ahead() > AHEAD:
+            return fresh
+        block = run.block()
+        if block is not None:
+            self._send(run, block)
+        return True
+
+    # --- what comes -------------------------------------------------------------------------------------------------
+
+    def _take(self) -> bool:
+        """Moves into the run that is open; into another one when that has been played to its end."""
+        wire = self.wire
+        head = int(wire.seg_head)
+        if head == self.read:
+            return False
+        if self.run is not None and self.run.closed:
+            if int(wire.state) != wires.REST or int(wire.seg_done) < self.read:
+                return False
+            self.run = None
+        if self.run is None:
+            time.sleep(SETTLE)  # a program comes line by line
+            head = int(wire.seg_head)
+        count = min(head - self.read, AT_ONCE)
+        moves = np.array([wire.segment[k % wires.SEGMENTS] for k in range(self.read, self.read + count)])
+        waits = (moves["atspeed"] != 0) | (moves["indexer"] >= 0)  # such a move begins at rest
+        ends = np.flatnonzero(waits)
+        if self.run is None:
+            ends = ends[ends > 0]
+            self._settled()
+            self.run = Run(self.read, self)
+        if len(ends):
+            moves = moves[: int(ends[0])]
+        if len(moves):
+            self.read += len(moves)
+            self.run.push(moves)
+        if len(ends):
+            self.run.close()
+        return True
+
+    def _ended(self) -> bool:
+        """Whether nothing else comes before motion is over."""
+        silent = self.clock() - self.news
+        waits = self.waits()
+        if waits is None:
+            full = int(self.wire.seg_head) - int(self.wire.seg_done) > 900
+            return silent > SILENCE and not full
+        return waits and silent > SETTLE
+
+    # --- overrides --------------------------------------------------------------------------------------------------
+
+    def _now(self) -> tuple[float, float, float]:
+        wire, last = self.wire, (self.feed_scale, self.rapid_scale)
+        scales = [
+            now if now > 0.0 else before for now, before in zip((wire.feed_scale, wire.rapid_scale), last, strict=True)
+        ]
+        vlimit = float(wire.vlimit)
+        return scales[0], scales[1], vlimit if vlimit > 0.0 else self.vlimit
+
+    def _settled(self) -> None:
+        self.feed_scale, self.rapid_scale, self.vlimit = self.wanted = self._now()
+
+    def _overrides(self) -> None:
+        """Plan again where an override or the largest velocity has changed, and stays."""
+        now = self._now()
+        if now != self.wanted:
+            self.wanted, self.changed = now, self.clock()
+        if now == (self.feed_scale, self.rapid_scale, self.vlimit) or self.run is None:
+            return
+        if self.clock() - self.changed < STEADY:
+            return
+        wire, run = self.wire, self.run
+        if int(wire.state) == wires.STOPS:
+            return
+        if int(wire.state) == wires.REST:
+            if not run.track.parts or (int(wire.batch_now) in self.sent and int(wire.batch_now) + 1 == self.head):
+                self._settled()
+            return
+        batch = self.sent.get(int(wire.batch_now))
+        if batch is None or batch.track is not run.track:
+            return
+        self._branch(batch, now)
+
+    def _branch(self, batch: Batch, now: tuple[float, float, float]) -> None:
+        """Plan from a piece somewhat ahead, in the state that the motion has there at the rate that it has now."""
+        wire, run = self.wire, self.run
+        assert run is not None
+        rate = float(wire.rate)
+        piece = int(wire.piece_now)
+        old = (self.feed_scale, self.rapid_scale, self.vlimit)
+        here = piece - batch.piece
+        if not 0 <= here < len(batch.sure) or rate <= 0.05:
+            return
+        lowest = min(1.0, *(a / b for a, b in zip(now, old, strict=True) if math.isfinite(b)))
+        if abs(rate - 1.0) > 1e-9 and abs(rate - lowest) > 1e-6:
+            return  # it is still slowing down, or this kind of move does not heed the override that has changed
+        ahead = np.cumsum(batch.sure.span[here:]) / rate
+        at = here + int(np.searchsorted(ahead, BRANCH))
+        if at >= len(batch.sure) - 1:
+            return  # too near to the end of what is certain: the next batch
+        s, feed, acceleration = batch.sure.ends[at].tolist()
+        self.feed_scale, self.rapid_scale, self.vlimit = now
+        try:
+            run.restart(s, State(feed * rate, acceleration * rate * rate))
+            run.coming = run.look.blocks(whole=run.closed)
+            block = next(run.coming, None)
+        except SplinefeedError:
+            block = None
+        if block is None:  # the motion of before goes on, slower where it must
+            self.feed_scale, self.rapid_scale, self.vlimit = old
+            self.changed = self.clock() + 10 * STEADY
+            self._go_on(run, batch)
+            return
+        self.after = batch.piece + at
+        self._send(run, block, rate=rate if rate < 1.0 - 1e-9 else 1.0)
+
+    def _go_on(self, run: Run, batch: Batch) -> None:
+        """Plan again behind the last batch that was sent."""
+        last = self.sent[self.head - 1]
+        s, feed, acceleration = last.sure.ends[-1].tolist()
+        with suppress(SplinefeedError):
+            run.restart(s, State(feed, acceleration if feed > 0.0 else 0.0))
+        self.after = last.piece + len(last.sure) - 1
+
+    # --- what goes --------------------------------------------------------------------------------------------------
+
+    def ahead(self) -> float:
+        """Certain motion that the player has not played, s."""
+        now = int(self.wire.batch_now)
+        total = sum(float(batch.sure.span.sum()) for k, batch in self.sent.items() if k > now)
+        if int(self.wire.state) == wires.MOVES and now in self.sent:
+            batch = self.sent[now]
+            total += float(batch.sure.span[max(int(self.wire.piece_now) - batch.piece, 0) :].sum())
+        return total
+
+    def _quintics(self, run: Run, block: Block) -> Quintics:
+        law = block.law
+        begin = run.track.place(run.base + block.curve, block.offset)
+        return quintics(run.track, begin, np.diff(law.breaks), law.coefficients)
+
+    def _send(self, run: Run, block: Block, rate: float = 0.0) -> None:
+        """A block of certain motion, and the stop behind it."""
+        wire, track = self.wire, run.track
+        sure, stop = self._quintics(run, block), run.look.stop
+        parts = [sure] if stop is None or not len(stop.law.coefficients) else [sure, self._quintics(run, stop)]
+        h, c = np.concatenate([part.span for part in parts]), np.concatenate([part.c for part in parts])
+        middle = np.concatenate([part.middle for part in parts])
+        n, end = len(h), float(parts[-1].ends[-1, 0])
+        if self.piece + n - int(wire.piece_now) > wires.PIECES:
+            raise SplinefeedError(f"{n} pieces of motion at once are more than the player holds")
+        numbers = track.segments(middle)
+        acceleration, jerk = rates(h, c, self.mill.acceleration, self.mill.jerk)
+        moves = np.array([run.moves[k] for k in (numbers - run.first).tolist()])
+        scale = feeds_of(moves, self.mill, self.feed_scale, self.rapid_scale, self.vlimit)[1]
+        at = (self.piece + np.arange(n)) % wires.PIECES
+        rows = wire.piece
+        rows["c"][at] = 0.0
+        rows["c"][at[:, None], self.mill.columns] = c * self.inverse[:, None]
+        rest = np.setdiff1d(np.arange(wires.AXES), self.mill.columns)
+        rows["c"][at[:, None], rest, 0] = wire.rest[rest]
+        for name, values in (("span", h), ("rate_acc", acceleration), ("rate_jerk", jerk), ("scale", scale),
+                             ("segment", numbers)):  # fmt: skip
+            rows[name][at] = values
+        row = wire.batch[self.head % wires.BATCHES : self.head % wires.BATCHES + 1]
+        whole = len(parts) == 1 and run.closed and end > track.length - 1e-6
+        row["piece"], row["n"], row["sure"], row["epoch"] = self.piece, n, len(sure), self.epoch
+        still = rate == 0.0 and block.law.coefficients[0, 1] == 0.0
+        row["from_rest"] = (1 if run.begins else 2) if still else 0
+        row["after"], row["rate"], run.begins = max(self.after, 0), rate, False
+        row["done"] = self.read if whole else int(track.segments(np.array([end]))[0])
+        row["vlimit"] = self.vlimit if math.isfinite(self.vlimit) else 1e9
+        self.sent[self.head] = Batch(track, self.piece, sure, end, scale)
+        for k in [k for k in self.sent if k < int(wire.batch_now) - 1]:
+            del self.sent[k]
+        self.head += 1
+        wire.store("batch_head", self.head)
+        self.after = self.piece + len(sure) - 1
+        self.piece += n
+        self.blocks += 1
+
+    # --- what went wrong --------------------------------------------------------------------------------------------
+
+    def _begin_again(self) -> None:
+        """Real time counts nothing of what was sent: an abort, or a batch that came too late or was refused."""
+        wire = self.wire
+        why = int(wire.why)
+        self.epoch = int(wire.epoch)
+        if why == wires.WHY_REFUSED and self.run is not None:
+            raise SplinefeedError(f"the player refused the motion, {wire.said.decode('ascii', 'replace')}")
+        if why == wires.WHY_LATE and self.run is not None and not int(wire.seg_clear) > self.run.first:
+            self.stranded = True
+            return
+        self.stranded = False
+        self.read = max(self.read, int(wire.seg_clear))
+        if why == wires.WHY_DROPPED or self.run is not None:
+            self.run = None
+        self.sent.clear()
+
+    def _go_on_at_rest(self) -> None:
+        """Where the stop has been played, plan on from there."""
+        wire, run = self.wire, self.run
+        assert run is not None
+        self.stranded = int(wire.state) != wires.REST
+        if self.stranded:
+            return
+        batch = self.sent.get(int(wire.batch_now))
+        s = 0.0 if batch is None or batch.track is not run.track else batch.stop
+        self._settled()
+        self.sent.clear()
+        run.restart(s, State())
+        run.begins = True
+
+
+class Heart:
+    """Beats for the planner from a thread of its own, while its main loop lives."""
+
+    def __init__(self, planner: Planner) -> None:
+        self._planner, self._ends = planner, threading.Event()
+        self._thread = threading.Thread(target=self._beat, daemon=True)
+        self._thread.start()
+
+    def _beat(self) -> None:
+        planner = self._planner
+        while not self._ends.wait(0.02):
+            if planner.clock() - planner.alive < DEAD:
+                planner.wire.store("beat", int(planner.wire.beat) + 1)
+
+    def stop(self) -> None:
+        """Stop beating, before the memory goes."""
+        self._ends.set()
+        self._thread.join()
+
+
+class Task:
+    """Whether LinuxCNC's task waits for motion to end, as a child in LinuxCNC's Python sees it."""
+
+    def __init__(self, python: str) -> None:
+        self.waiting: bool | None = None
+        program = files("splinefeed.live").joinpath("linuxcnc_task.py").read_text(encoding="utf-8")
+        self._child = None
+        if os.path.exists(python):
+            self._child = subprocess.Popen(
+                [python, "-c", program],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                text=True,
+            )
+            threading.Thread(target=self._listen, daemon=True).start()
+
+    def _listen(self) -> None:
+        assert self._child is not None
+        assert self._child.stdout is not None
+        for line in self._child.stdout:
+            self.waiting = line.strip() == "waits"
+        self.waiting = None
+
+    def stop(self) -> None:
+        """End the child."""
+        if self._child is not None:
+            assert self._child.stdin is not None
+            self._child.stdin.close()
+            self._child.wait()
+
+
+def warm_up(mill: Mill, period: float = 1e-3) -> None:
+    """Make the first calls of everything, which take seconds, before motion needs them."""
+    n = len(mill.axes)
+    points = np.zeros((40, n))
+    points[:, 0] = np.linspace(0.0, 3.0, 40)
+    points[:, 1:] = 0.1 * np.sin(points[:, :1])
+    lines = [NurbsCurve.bezier(points[k : k + 2]) for k in range(len(points) - 1)]
+    far = points[-1] + np.arange(1, n + 1) * 9.0
+    for tolerance in (0.01, 0.0):
+        curves = [*lines, NurbsCurve.bezier([points[-1], far])]
+        count = len(curves)
+        path = Path(curves, mill.axes, feeds=[50.0] * count, tolerances=[tolerance] * count)
+        smoother = Smoother("program", mill.axes, corners="round", window=20)
+        look, track = LookAhead(mill.limits(0.05), period, mill.axes, 40), Track(0)
+        track.push(np.ones(count))
+        for each in [*smoother.push(path), *smoother.finish()]:
+            track.add(each, np.zeros(len(each.curves), dtype=np.int64))
+            look.take(each)
+        for block in look.blocks(whole=True):
+            made = quintics(
+                track, track.place(block.curve, block.offset), np.diff(block.law.breaks), block.law.coefficients
+            )
+            rates(made.span, made.c, mill.acceleration, mill.jerk)
+
+
+def serve(
+    mill: Mill, reserve: float, python: str, say: Callable[[str], None], ends: Callable[[], bool], **how: Any
+) -> None:
+    """Plan for every LinuxCNC that comes, one after the other, until `ends`."""
+    waiting = False
+    while not ends():
+        ident = wires.found()
+        wire = None if ident is None else wires.attached(ident)
+        if wire is None:
+            if not waiting:
+                say("ready: start LinuxCNC")
+            waiting = True
+            time.sleep(0.05)
+            continue
+        task = Task(python)
+        planner = Planner(wire, mill, reserve, say=say, waits=lambda task=task: task.waiting, **how)  # type: ignore[misc]
+        heart = Heart(planner)
+        say("LinuxCNC is here")
+        try:
+            looked = time.monotonic()
+            while planner.there and not ends():
+                if not planner.step():
+                    time.sleep(0.001)
+                if time.monotonic() - looked > 0.5:
+                    looked = time.monotonic()
+                    if wires.found() != wire.ident:
+                        break
+        finally:
+            heart.stop()
+            task.stop()
+            wires.detach(wire)
+        waiting = False
+        say("LinuxCNC has ended")

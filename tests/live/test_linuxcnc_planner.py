@@ -1,0 +1,104 @@
+"""Debian's LinuxCNC, headless, with splinefeed as its trajectory planner: every servo tick of ordinary programs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from benchmarks.linuxcnc_planner import PERIOD, Recording, mill, module_missing, recorded
+
+from splinefeed.records import Array
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.linuxcnc,
+    pytest.mark.skipif(bool(missing := module_missing()), reason=missing),
+]
+VELOCITY, ACCELERATION, JERK = 60.0, 1000.0, 50_000.0
+OURS, STOCK = mill(VELOCITY, ACCELERATION, JERK), mill(VELOCITY, ACCELERATION)
+LINES = "".join(f"G1 X{0.3 * k:.4f} Y{4 * np.sin(0.08 * k):.4f}\n" for k in range(1, 301))
+PROGRAM = f"""G21 G90 G17 G61
+F3000
+G0 X10 Y0 Z5
+G1 X40 Y0 Z0
+G2 X60 Y20 I0 J20
+G3 X60 Y20 I-10 J0
+G3 X50 Y30 Z2 I-10 J0
+G64 P0.01
+G1 X0 Y0 Z5
+{LINES}G4 P0.1
+M62 P0
+G0 X0 Y0
+M63 P0
+M2
+"""
+
+
+def shares(found: Recording) -> list[float]:
+    """The largest velocity, acceleration and jerk of a joint at any tick, as shares of the limits."""
+    limits = (VELOCITY, ACCELERATION, JERK)
+    return [
+        float(np.abs(np.diff(found.position, n=n, axis=0)).max() / PERIOD**n / limit)
+        for n, limit in enumerate(limits, 1)
+    ]
+
+
+def apart(points: Array, polyline: Array) -> float:
+    keep = np.append(True, np.any(np.diff(polyline, axis=0) != 0.0, axis=1))
+    line = polyline[keep]
+    a, ab = line[:-1], np.diff(line, axis=0)
+    square = np.einsum("ij,ij->i", ab, ab)
+    worst = 0.0
+    for x in points:
+        t = np.clip(np.einsum("ij,ij->i", x - a, ab) / square, 0.0, 1.0)
+        worst = max(worst, float(np.min(np.linalg.norm(a + t[:, None] * ab - x, axis=1))))
+    return worst
+
+
+def test_an_ordinary_program_keeps_the_limits_and_stocks_path():
+    ours, stock = recorded(PROGRAM, OURS), recorded(PROGRAM, STOCK)
+    assert max(shares(ours)) <= 1.0
+    assert shares(stock)[2] > 2.0
+    np.testing.assert_allclose(ours.position[-1], stock.position[-1], atol=1e-6)
+    one, other = ours.moving(), stock.moving()
+    assert apart(one[::20], other) <= 0.02 and apart(other[::20], one) <= 0.02  # both leave it by up to 0.01 mm
+    assert set(ours.line.tolist()) >= {3, 4, 5, 6, 7, 9}
+
+
+def test_an_operator_turns_and_pauses_within_the_limits():
+    actions = (
+        "1:feed=50,1.8:feed=150,2.6:pause,3.2:resume,3.8:most=20,4.6:most=60,5.2:rapid=50,5.5:feed=30,6.5:feed=100"
+    )
+    found = recorded(PROGRAM, OURS, actions=actions)
+    assert len(found.acted) == 9
+    assert max(shares(found)) <= 1.0
+    np.testing.assert_allclose(found.position[-1], [0, 0, 5], atol=1e-6)
+    still = np.flatnonzero(np.all(np.diff(found.position, axis=0) == 0.0, axis=1))
+    pause, resume = (next(row for row, what in found.acted if what == name) for name in ("pause", "resume"))
+    assert np.any((still > pause) & (still < resume))
+
+
+def test_an_abort_stops_on_the_path_and_mdi_goes_on():
+    found = recorded(PROGRAM, OURS, actions="2:abort,3:mdi=G0 X1 Y2 Z3,5:mdi=G0 X2")
+    assert max(shares(found)) <= 1.0
+    np.testing.assert_allclose(found.position[-1], [2, 2, 3], atol=1e-6)
+
+
+def test_a_probe_trips():
+    program = "G21 G90 F300\nG38.2 X60\nG1 X2 F1200\nM2\n"
+    found = recorded(program, OURS, actions="1:probe")
+    assert max(shares(found)) <= 1.0
+    assert 3.0 < found.position[:, 0].max() < 8.0 and found.position[-1, 0] == pytest.approx(2.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("program", "planner", "said"),
+    [
+        ("G21 G90\nG0 X5\nM2\n", False, "no planner answers: start it with  splinefeed linuxcnc planner"),
+        ("G21 G90\nM3 S100\nG33 X5 K1\nM2\n", True, "line 3: motion in step with the spindle"),
+        ("G21 G90\nM3 S100\nG33.1 Z-5 K1\nM2\n", True, "rigid tapping (G33.1) is not supported"),
+    ],
+)
+def test_what_is_not_there_is_said_on_the_screen_and_nothing_moves(program: str, planner: bool, said: str):
+    found = recorded(program, OURS, planner=planner, complains=True)
+    assert any(said in text for text in found.said), found.said
+    assert np.all(found.position == 0.0)

@@ -1,0 +1,336 @@
+"""LinuxCNC's planner and player without LinuxCNC: moves in, every tick checked by third differences."""
+
+from __future__ import annotations
+
+from pathlib import Path as File
+
+import numpy as np
+import pytest
+
+import splinefeed as sf
+from linuxcnc_machine import GCC, Machine, mill
+from splinefeed.live import linuxcnc_wire as wires
+from splinefeed.live.linuxcnc_limits import mill_of
+from splinefeed.live.linuxcnc_moves import curve_of, feeds_of
+from splinefeed.records import Array
+
+needs_gcc = pytest.mark.skipif(GCC is None, reason="no C compiler; on Debian: apt-get install gcc")
+NEAR = 1e-6
+
+
+def wavy(machine: Machine, count: int, feed: float = 60.0) -> None:
+    for k in range(1, count + 1):
+        machine.line(0.4 * k, 2.0 * np.sin(0.15 * k), 0.0, feed=feed)
+
+
+def kept(machine: Machine) -> bool:
+    velocity, acceleration, jerk = machine.differences()
+    return velocity <= 1.0 + NEAR and acceleration <= 1.0 + NEAR and jerk <= 1.0 + NEAR
+
+
+def distance(points: Array, polyline: Array) -> float:
+    """How far points (n, 3) are from the lines between others (m, 3), mm."""
+    a, ab = polyline[:-1], np.diff(polyline, axis=0)
+    t = np.einsum("nmj,mj->nm", points[:, None] - a, ab) / np.einsum("mj,mj->m", ab, ab)
+    off = a + np.clip(t, 0.0, 1.0)[:, :, None] * ab - points[:, None]
+    return float(np.linalg.norm(off, axis=2).min(axis=1).max())
+
+
+@needs_gcc
+def test_the_layout_is_that_of_the_header():
+    machine = Machine()
+    assert machine.lib.player_wire_size() == wires.WIRE.itemsize
+    assert (machine.wire.magic, machine.wire.protocol, machine.wire.size) == (
+        wires.MAGIC, wires.PROTOCOL, wires.WIRE.itemsize,
+    )  # fmt: skip
+
+
+@needs_gcc
+@pytest.mark.parametrize("term", [0, 1, 2])
+def test_exact_stops_exact_paths_and_blends_keep_limits_and_path(term):
+    machine = Machine()
+    places = np.array([[0, 0, 0], [10, 0, 5], [40, 0, 0], [40.0, 20, 0], [39, 21, 0]], dtype=float)
+    for place in places[1:]:
+        machine.line(*place, term=term, tolerance=0.02)
+    machine.run()
+    assert machine.said == [] and machine.wire.seg_done == 4 and machine.wire.late == 0
+    np.testing.assert_allclose(machine.at[:3], places[-1], atol=1e-9)
+    assert kept(machine)
+    rows = np.array(machine.rows)[:, :3]
+    assert distance(rows, places) <= (0.02 if term == 2 else 1e-6)
+    at_corner = np.linalg.norm(rows - places[2], axis=1).min()
+    assert at_corner <= 1e-9 if term < 2 else at_corner > 1e-4
+
+
+@needs_gcc
+def test_overrides_up_and_down_are_planned_anew_within_the_limits():
+    machine = Machine(mill(velocity=200.0))
+    wavy(machine, 600, feed=30.0)
+    machine.run(1500)
+    for scale in (1.5, 0.4, 2.0, 0.5, 1.0):
+        machine.feed_scale = scale
+        machine.run(600)
+        assert machine.player["speed"][0] == pytest.approx(30.0 * scale, rel=0.01)
+    machine.vlimit = 10.0
+    machine.run(600)
+    assert machine.player["speed"][0] <= 10.0 * (1 + NEAR)
+    machine.vlimit = 1e3
+    machine.run()
+    assert machine.said == [] and machine.wire.seg_done == 600
+    assert kept(machine)
+
+
+@needs_gcc
+def test_a_pause_a_hold_and_an_abort_stop_on_the_path():
+    machine = Machine()
+    wavy(machine, 600)
+    lines = np.array([[0.4 * k, 2.0 * np.sin(0.15 * k), 0.0] for k in range(601)])
+    for how in ("pausing", "feed_scale"):
+        machine.run(700)
+        before = getattr(machine, how)
+        setattr(machine, how, how == "pausing")
+        if how == "feed_scale":
+            machine.feed_scale = 0.0
+        machine.run(1000, until=lambda: bool(machine.lib.player_held(machine.me)))
+        assert machine.lib.player_held(machine.me)
+        place = machine.at.copy()
+        machine.run(50)
+        np.testing.assert_array_equal(machine.at, place)
+        setattr(machine, how, before)
+    machine.run(700)
+    machine.aborting = True
+    machine.run()
+    assert not machine.aborting and machine.wire.seg_done == 600 and not machine.moving
+    machine.line(0.0, 0.0, 10.0)
+    machine.run()
+    np.testing.assert_allclose(machine.at[:3], [0, 0, 10], atol=1e-9)
+    assert kept(machine) and machine.said == []
+    assert distance(np.array(machine.rows)[:2000, :3], lines) <= 0.011
+
+
+@needs_gcc
+def test_a_planner_that_comes_late_costs_a_stop_and_nothing_else():
+    machine = Machine()
+    wavy(machine, 600)
+    machine.run(1000)
+    planner, machine.planner = machine.planner, None
+    for _ in range(20_000):
+        machine.wire.store("beat", int(machine.wire.beat) + 1)
+        machine.tick()
+        if not machine.moving:
+            break
+    assert machine.wire.late == 1 and machine.wire.seg_done < 600
+    machine.planner = planner
+    machine.run()
+    assert machine.wire.seg_done == 600 and machine.said == []
+    np.testing.assert_allclose(machine.at[:2], [240.0, 2.0 * np.sin(90.0)], atol=1e-9)
+    assert kept(machine)
+
+
+@needs_gcc
+def test_a_silent_planner_is_a_fault_with_a_stop_and_another_one_goes_on_after_an_abort():
+    machine = Machine()
+    wavy(machine, 600)
+    machine.run(1000)
+    machine.run(3000, until=lambda: not machine.moving, beat=False)
+    machine.run(1500, beat=False)
+    assert "fault 1" in machine.said
+    assert kept(machine)
+    machine.aborting = True
+    machine.run()
+    machine.said.clear()
+    machine.greet()
+    machine.line(1.0, 1.0, 1.0)
+    machine.run()
+    assert machine.said == []
+    np.testing.assert_allclose(machine.at[:3], 1.0, atol=1e-9)
+    assert kept(machine)
+
+
+def spoilt(field: str, value: float, which: int = 3) -> Machine:
+    """A machine whose planner sends a piece with something wrong in it."""
+    machine = Machine()
+    wavy(machine, 40)
+    planner = machine.planner
+    assert planner is not None
+    send = planner.wire.store
+
+    def store(name: str, given: object) -> None:
+        if name == "batch_head":
+            row = machine.wire.piece[which]
+            if field == "span":
+                row["span"] = value
+            else:
+                row["c"][0, int(field)] += value
+        send(name, given)
+
+    planner.wire.store = store  # type: ignore[method-assign]
+    machine.run(400)
+    return machine
+
+
+@needs_gcc
+@pytest.mark.parametrize(
+    ("field", "value", "said"),
+    [
+        ("0", np.nan, "a piece that is not finite: axis X"),
+        ("0", 1e-4, "a jump of the position: axis X"),
+        ("1", 1.0, "a jump of the velocity: axis X"),
+        ("2", 200.0, "a jump of the acceleration: axis X"),
+        ("4", 1e9, "more than the limit of acceleration: axis X"),
+        ("span", np.inf, "a piece without a time"),
+        ("span", -1.0, "a piece without a time"),
+    ],
+)
+def test_a_wrong_piece_is_refused_before_it_moves_anything(field, value, said):
+    machine = spoilt(field, value)
+    assert machine.wire.refused >= 1
+    assert any(said in text for text in machine.said), machine.said
+    assert not machine.moving and np.all(np.array(machine.rows) == 0.0)
+
+
+@needs_gcc
+def test_motion_beyond_the_travel_is_refused():
+    machine = Machine(travel=5.0)
+    machine.line(4.0, 0.0, 0.0)
+    machine.line(9.0, 0.0, 0.0)
+    machine.run(500)
+    assert any("beyond the travel: axis X" in text for text in machine.said)
+    assert np.array(machine.rows)[:, 0].max() <= 5.0
+
+
+@needs_gcc
+def test_a_move_that_waits_for_the_spindle_begins_at_rest():
+    machine = Machine()
+    machine.line(20.0, 0.0, 0.0)
+    machine.line(40.0, 0.0, 0.0, atspeed=1)
+    machine.run()
+    rows = np.array(machine.rows)[:, 0]
+    still = rows[1:][np.diff(rows) == 0.0]
+    assert np.any(np.abs(still - 20.0) < 1e-9) and rows[-1] == pytest.approx(40.0)
+    assert kept(machine)
+
+
+@needs_gcc
+def test_nine_axes_move_together_within_their_limits():
+    machine = Machine(mill(axes="xyzabcuvw"))
+    rng = np.random.default_rng(3)
+    for _ in range(6):
+        end = machine.goal + rng.uniform(-8.0, 8.0, 9)
+        machine.move(end, kind=wires.LINE, feed=20.0, tolerance=0.05)
+    machine.move(machine.goal + np.r_[np.zeros(3), 30.0, np.zeros(5)], kind=wires.LINE, feed=20.0)  # a alone
+    machine.run()
+    assert machine.said == []
+    np.testing.assert_allclose(machine.at, machine.goal, atol=1e-9)
+    assert kept(machine)
+
+
+def moves(rows: list[dict[str, object]]) -> Array:
+    out = np.zeros(len(rows), wires.SEGMENT)
+    for k, row in enumerate(rows):
+        for name, value in row.items():
+            out[name][k] = value
+    return out
+
+
+@pytest.mark.parametrize(
+    ("turn", "angle"), [(0, 0.5 * np.pi), (1, 2.5 * np.pi), (-1, -1.5 * np.pi), (-2, -3.5 * np.pi)]
+)
+@pytest.mark.parametrize("normal", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, 1, 0), (0.6, 0.0, 0.8)])
+def test_arcs_turn_as_their_numbers_say(turn, angle, normal):
+    machine = mill(axes="xyzu")
+    axis = np.array(normal, dtype=float)
+    u = np.cross(axis, [0.3, 0.9, 0.1])
+    u /= np.linalg.norm(u)
+    w, centre, r, rise = np.cross(axis, u), np.array([1.0, 2, 3]), 5.0, 4.0
+
+    def at(share: float) -> Array:
+        t = share * angle
+        place = np.zeros(9)
+        place[:3] = centre + r * (np.cos(t) * u + np.sin(t) * w) + share * rise * axis
+        place[6] = 2.0 * share
+        return place
+
+    row = moves([{"kind": wires.ARC, "turn": turn, "centre": centre, "normal": axis, "from": at(0.0), "to": at(1.0)}])
+    curve = curve_of(row[0], machine)
+    path = sf.Path([curve], machine.axes)
+    for share in (0.0, 0.2, 0.5, 0.9, 1.0):
+        wanted = at(share)[machine.columns]
+        np.testing.assert_allclose(path(share * path.length), wanted, atol=2e-7)
+
+
+def test_feeds_count_as_linuxcnc_counts_them():
+    machine = mill(axes="xyzau")
+    rows = moves(
+        [
+            {"kind": 1, "canon": 2, "enables": 15, "feed": 10.0, "top": 99.0, "to": [3, 4, 0, 0, 0, 0, 0, 0, 0]},
+            {"kind": 1, "canon": 2, "enables": 15, "feed": 10.0, "top": 99.0, "to": [3, 4, 0, 0, 0, 0, 12, 0, 0]},
+            {"kind": 1, "canon": 2, "enables": 13, "feed": 10.0, "top": 99.0, "to": [3, 4, 0, 9, 0, 0, 0, 0, 0]},
+            {"kind": 1, "canon": 1, "enables": 15, "feed": 80.0, "top": 80.0, "to": [3, 4, 0, 0, 0, 0, 0, 0, 0]},
+            {"kind": 1, "canon": 2, "enables": 15, "feed": 70.0, "top": 99.0, "to": [0, 0, 0, 9, 0, 0, 0, 0, 0]},
+        ]
+    )
+    feeds, scales = feeds_of(rows, machine, 1.5, 0.5, 30.0)
+    np.testing.assert_allclose(feeds, [15.0, 15.0 * 13 / 5, 10.0, 30.0, 99.0])
+    np.testing.assert_allclose(scales, [1.5, 1.5, 1.0, 0.5, 1.5])
+
+
+INI = """\
+[TRAJ]
+TPMOD = splinefeed_tp
+COORDINATES = X Z A
+LINEAR_UNITS = inch
+ANGULAR_UNITS = degree
+[KINS]
+KINEMATICS = trivkins coordinates=XZA
+[AXIS_X]
+MAX_VELOCITY = 2
+MAX_ACCELERATION = 20
+[JOINT_0]
+MAX_VELOCITY = 1.5
+MAX_JERK = 700
+[AXIS_Z]
+MAX_VELOCITY = 1
+MAX_ACCELERATION = 10
+[AXIS_A]
+MAX_VELOCITY = 90
+MAX_ACCELERATION = 900
+MAX_JERK = 9000
+"""
+
+
+def test_the_machine_comes_from_the_ini_file(tmp_path: File):
+    file = tmp_path / "mill.ini"
+    file.write_text(INI)
+    found = mill_of(str(file))
+    assert found.axes == ("x", "z", "a") and found.columns.tolist() == [0, 2, 3]
+    np.testing.assert_allclose(found.velocity, [1.5 * 25.4, 25.4, np.pi / 2])
+    np.testing.assert_allclose(found.acceleration, [20 * 25.4, 254.0, 5 * np.pi])
+    np.testing.assert_allclose(found.jerk, [700 * 25.4, 20 * 254.0, 50 * np.pi])
+    assert found.notes == ["[AXIS_Z]MAX_JERK is missing: 200, 20 times the acceleration a second"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("trivkins coordinates=XZA", "5axiskins", r"KINEMATICS = 5axiskins: only trivkins can be planned"),
+        ("MAX_ACCELERATION = 10\n", "", r"MAX_ACCELERATION of axis Z is missing; add it to \[AXIS_Z\]"),
+        ("LINEAR_UNITS = inch", "LINEAR_UNITS = furlong", r"\[TRAJ\]LINEAR_UNITS is 'furlong'"),
+        ("MAX_JERK = 700", "MAX_JERK = -700", r"\[JOINT_0\]MAX_JERK: -700; must be greater than 0"),
+        ("[TRAJ]", "[TRAY]", r"no section \[TRAJ\]"),
+    ],
+)
+def test_an_ini_file_that_cannot_be_planned_is_one_line(tmp_path: File, old: str, new: str, said: str):
+    file = tmp_path / "mill.ini"
+    file.write_text(INI.replace(old, new))
+    with pytest.raises(sf.errors.FormatError, match=said):
+        mill_of(str(file))
+
+
+@needs_gcc
+@pytest.mark.parametrize(
+    ("version", "fits"),
+    [(b"2.9.0~pre1", 1), (b"2.9.4", 1), (b"2.10.0~pre0", 0), (b"2.8.4", 0), (b"2.91", 0), (None, 1)],
+)
+def test_the_module_is_for_one_version_of_linuxcnc(version, fits):
+    assert bool(Machine().lib.player_version_fits(version)) == bool(fits)
