@@ -5,6 +5,8 @@ from __future__ import annotations
 import itertools
 import json
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -112,9 +114,21 @@ def test_compare_in_words(splinefeed):
     result = splinefeed("compare", "smooth.json")
     lines = result.stdout.splitlines()
     head = next(i for i, line in enumerate(lines) if line.startswith("method"))
-    for title in ("ripple max", "ripple rms", "drift at end", "chord error", "ns a tick"):
+    for title in ("ripple max", "rms", "drift (mm)", "chord (mm)", "ns"):
         assert title in lines[head]
+    assert max(map(len, lines)) <= 80
     assert [line.split()[0] for line in lines[head + 1 :]] == list(sf.methods())
+
+
+def test_a_minus_reads_standard_input():
+    program = "G21 G90 G17\nG0 X0 Y0 Z0\nG1 X40 F600\nY30\nX0\nY0\nM30\n"
+    words = [sys.executable, "-m", "splinefeed", "info", "-", "--json"]
+    found = subprocess.run(words, input=program, capture_output=True, text=True, check=True)
+    assert json.loads(found.stdout)["paths"][0]["length_mm"] == pytest.approx(140.0)
+
+
+def test_corners_that_are_alike_are_counted(splinefeed, square):
+    assert "    at 10 mm: turns by 90 deg, and " in splinefeed("info", square).stdout
 
 
 def test_info(splinefeed, square):

@@ -62,6 +62,42 @@ def test_a_bare_path_is_drawn_coloured_by_curvature(tmp_path):
     assert "z (mm)" in (tmp_path / "space.svg").read_text()
 
 
+@pytest.fixture(scope="module")
+def served():
+    return sf.run(sf.shapes.butterfly(), sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000), machine="xytheta")
+
+
+def test_what_the_report_draws_is_a_line_of_python(run, served, tmp_path):
+    joints = sf.plot.joints(run)
+    assert [panel.y.label.split(" (")[0] for panel in joints.panels] == [
+        "axis position", "axis velocity", "axis acceleration", "axis jerk",
+    ]  # fmt: skip
+    assert sf.plot.ripple(run).panels[0].note == f"at most {run.ripple.max:.2g}"
+    traces = list(sf.compare(run.path, run.law, methods=["taylor-2", "arc-length"]))
+    assert [panel.y.label for panel in sf.plot.compare(traces).panels] == ["taylor-2", "arc-length"]
+    most = 1e3 * served.served.response.contour_error.max()
+    assert f"at most {most:.3g} µm" in sf.plot.errors(served).panels[0].note
+    assert sf.plot.errors(served.served.response).panels[0].note == sf.plot.errors(served).panels[0].note
+    assert f"contour error at most {most:.3g} µm" in sf.plot.contour(served).title
+    tuned = sf.tune(sf.Machine.load("xytheta").servo_axis("x"), "margins", period=1e-3)
+    assert "phase margin" in sf.plot.bode(tuned, "xytheta").title
+    file = tmp_path / "part.nc"
+    file.write_text("G21 G90 G0 X0 Y0 Z1\nG1 X30 F600\nG0 Y20\nG1 X0 F300\nM30\n")
+    time, planned = sf.cycle_time(file, "hurco-04"), sf.run(sf.read(file), sf.Limits(feed=60, axis_acceleration=500))
+    for figure, label in ((sf.plot.program(time), "operation"), (sf.plot.program(planned), "programmed feed (mm/min)")):
+        (coloured, *_) = figure.panels[0].marks
+        assert next(iter(coloured.shades.values())).label == label
+    for call, message in [
+        (lambda: sf.plot.errors(run), "plot.errors: the run has no machine that followed"),
+        (lambda: sf.plot.contour(run), "plot.contour: the run has no machine that followed"),
+        (lambda: sf.plot.compare([]), "plot.compare: expected what sf.compare gives"),
+        (lambda: sf.plot.program(run), "plot.program: butterfly is no path of a program"),
+        (lambda: sf.plot.bode(run), "plot.bode: expected TunedAxis first"),
+    ]:
+        with pytest.raises(sf.errors.InputError, match=message):
+            call()
+
+
 def test_what_cannot_be_drawn_is_said(run):
     line = sf.Path([sf.NurbsCurve.bezier([[0.0], [1.0]])], name="slide")
     for call, message in [

@@ -60,9 +60,13 @@ def _path_lines(path: Mapping[str, Any]) -> list[str]:
     others = f", {counted(more, 'other stop')} of the program" if (more := path["stops"] - sharp) > 0 else ""
     jumps = counted(path["corners"] - sharp, "jump")
     lines.append(f"  {counted(sharp, 'corner')} to stop at, {jumps} of curvature{others}")
-    for corner in path["corner_places"][:MOST_LISTED]:
+    alike: dict[str, list[float]] = {}
+    for corner in path["corner_places"]:
         what = f"turns by {number(corner['angle_deg'])} deg" if corner["stop"] else "curvature jumps"
-        lines.append(f"    at {number(corner['s_mm'], 6)} {unit}: {what}")
+        alike.setdefault(what, []).append(corner["s_mm"])
+    for what, places in sorted(alike.items(), key=lambda each: -len(each[1]))[:MOST_LISTED]:
+        more = f", and {len(places) - 1} more alike" if len(places) > 1 else ""
+        lines.append(f"    at {number(places[0], 6)} {unit}: {what}{more}")
     if path["gaps"]:
         lines.append(f"  {counted(path['gaps'], 'gap')}, the largest {number(path['largest_gap_mm'])} {unit}")
     return lines

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
+import sys
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, TypeVar
@@ -139,10 +142,22 @@ def table(text: str) -> Callable[[F], F]:
                 function = click.option(*names.split(), help=words, **more, **kind)(function)
             else:
                 many = -1 if takes.endswith("...") else 1
+                kind["callback"] = _from_standard_input
                 function = click.argument(names, required=takes[0] != "[", nargs=many, **kind)(function)
         return function
 
     return decorate
+
+
+def _from_standard_input(ctx: click.Context, parameter: click.Parameter, value: Any) -> Any:
+    """What an argument says; for `-` a file with all of standard input, which goes when the command ends."""
+    if value != "-":
+        return value
+    folder = ctx.with_resource(tempfile.TemporaryDirectory(prefix="splinefeed-"))
+    file = os.path.join(folder, "standard-input")
+    with open(file, "wb") as stream:
+        shutil.copyfileobj(sys.stdin.buffer, stream)
+    return file
 
 
 as_json = table("--json as_json  -  Print one JSON object, and nothing else, on stdout.")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -25,7 +27,15 @@ def print_json(numbers: Mapping[str, Any]) -> None:
 
 def print_blocks(blocks: Iterable[Block]) -> None:
     """Blocks on stdout, an empty line between two; harmless to a terminal: a line break in a name is shown as one."""
-    print("\n\n".join("\n".join(map(visible, block)) for block in blocks if block))
+    colour = sys.stdout.isatty() and not os.environ.get("NO_COLOR")
+    lines = (map(_coloured if colour else str, map(visible, block)) for block in blocks if block)
+    print("\n\n".join("\n".join(each) for each in lines))
+
+
+def _coloured(line: str) -> str:
+    """A line in the colour of what it says: whether limits hold."""
+    good, bad = line.startswith("checked: "), line.startswith(("NOT KEPT", "problem "))
+    return f"\x1b[{32 if good else 31}m{line}\x1b[0m" if good or bad else line
 
 
 def table(columns: Sequence[str], rows: Iterable[Sequence[str]], *, texts: int = 1) -> list[str]:

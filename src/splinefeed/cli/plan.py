@@ -110,8 +110,8 @@ def _motion(law: sf.TimeLaw, t: Array) -> tuple[Array, Array, Array, Array]:
 
 def _show_compared(page: Page) -> list[Block]:
     floor = f"rounding alone makes a ripple of {page['ripple_floor']:.1e}"
-    head = f"{summary.motion_sentence(page)}, {page['ticks']} setpoints; {floor}"
-    return [[head, *notes(page["notes"])], summary.methods(page)]
+    head = f"{summary.motion_sentence(page)}, {page['ticks']} setpoints"
+    return [[head, floor, *notes(page["notes"])], summary.methods(page)]
 
 
 @answers(_show_compared)
@@ -130,7 +130,7 @@ def compare(say: Say, source: str | None, names: tuple[str, ...] | None, **given
     ripple       error of each step's length against the planned one, relative
     drift        how far the method is ahead of the law at the end of the path
     chord error  largest distance of the path from the line between setpoints
-    ns a tick    time of one setpoint on this machine
+    ns           time of one setpoint on this machine
 
     Without SOURCE: the paper's airfoil.
 

@@ -16,7 +16,7 @@ COMPILING = "compiling kernels for this machine, once, up to half a minute"
 #: ... and where there is no compiler for work that is worth one.
 PLAIN = "running as plain Python; pip install 'splinefeed[sim]' brings Numba, which makes this many times faster"
 #: Where stderr is not a terminal, work that lasts less than this, s, is not spoken of, and longer work not more often.
-PATIENCE = 5.0
+PATIENCE = 2.0
 #: Kernels are spoken of sooner, s, but not before a mistake in the input would have ended the program.
 FIRST_WORD = 1.5
 #: Time between two pictures of a terminal, s.
@@ -32,12 +32,14 @@ def busy() -> Iterator[Say]:
 
     def speak() -> None:
         said, remarked, began = "starting", "", time.monotonic()
+        start = began
         while not ended.wait(LOOK if terminal else FIRST_WORD):
             remark = _remark()
             if terminal:
-                line = visible(f"{doing} ({remark})" if doing and remark else doing)[
-                    : shutil.get_terminal_size().columns - 1
-                ]
+                spent = time.monotonic() - start
+                words = f"{spent:.0f} s  {doing}" if doing and spent > PATIENCE else doing
+                line = visible(f"{words} ({remark})" if doing and remark else words)
+                line = line[: shutil.get_terminal_size().columns - 1]
                 print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
                 continue
             if remark != remarked:
@@ -45,7 +47,7 @@ def busy() -> Iterator[Say]:
                 print(f"splinefeed: {remark}", file=sys.stderr, flush=True)
             if doing and doing != said and time.monotonic() - began >= PATIENCE:
                 said, began = doing, time.monotonic()
-                print(f"splinefeed: {visible(said)}", file=sys.stderr, flush=True)
+                print(f"splinefeed: {visible(said)} ({began - start:.0f} s)", file=sys.stderr, flush=True)
         if terminal:
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 

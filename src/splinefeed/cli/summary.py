@@ -101,16 +101,16 @@ def methods(page: Page) -> Block:
     rows = [
         {
             **each,
-            "drift": f"{each['drift_mm']:+.1e} {unit}",
-            "chord": f"{each['chord_error_mm']:.2e} mm",
+            "drift": f"{each['drift_mm']:+.1e}",
+            "chord": f"{each['chord_error_mm']:.2e}",
             "ns": f"{each['ns_per_tick'] or 0.0:.0f}",
         }
         for each in compared
     ]
-    heads = "method, ripple max=ripple_max, ripple rms=ripple_rms, drift at end=drift, chord error=chord"
+    heads = f"method, ripple max=ripple_max, rms=ripple_rms, drift ({unit})=drift, chord ({unit})=chord"
     said = "{method}: {replaced} steps gave no finite number; the arc length was taken"
     found = [said.format(**each) for each in compared if each["replaced"]]
-    return [*listed(rows, heads + ", ns a tick=ns" * timed), *notes(found)]
+    return [*listed(rows, heads + ", ns" * timed), *notes(found)]
 
 
 def servo(page: Page) -> list[Block]:

@@ -72,7 +72,12 @@ class Verdict:
         return not self.problems and all(result.holds for result in self.limits.values())
 
     def __str__(self) -> str:
-        rows = [f"  {name}: {words}" for name, words in self._rows().items()]
+        found = [(name, *words.split(" of ", 1)) for name, words in self._rows().items()]
+        wide = [max((len(row[k]) for row in found), default=0) for k in range(2)]
+        rows = [
+            f"  {name:<{wide[0]}}  {worst:>{wide[1]}} of {limit}{'' if self.limits[name].holds else '  OVER'}"
+            for name, worst, limit in found
+        ]
         problems = [f"problem: {each}" for each in self.problems]
         return "\n".join([self.summary, *rows, *problems, *(f"note: {each}" for each in self.notes)])
 

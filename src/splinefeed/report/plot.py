@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
 from splinefeed.errors import InputError, expect
 from splinefeed.geometry.path import Path
+from splinefeed.pipeline.compare import MethodTrace
+from splinefeed.pipeline.cycle_time import CycleTime
+from splinefeed.pipeline.follow import Servo
 from splinefeed.pipeline.result import Run
-from splinefeed.records import Limits, TimeLaw
-from splinefeed.report.figure import Figure
-from splinefeed.report.motion_figures import JERK, axis_panels, law_panels, motion, tip_panels
-from splinefeed.report.path_figures import binding, limits, path_figure, still_figure
+from splinefeed.records import Limits, Response, TimeLaw
+from splinefeed.report import theme
+from splinefeed.report.figure import Axis, Figure, Level, Line, Mark, Panel
+from splinefeed.report.motion_figures import JERK, TIME, axis_panels, law_panels, motion, ripple_figure, tip_panels
+from splinefeed.report.path_figures import binding, contour_figure, limits, path_figure, still_figure
+from splinefeed.report.servo_figures import bode_figure, errors_figure
+from splinefeed.report.time_figures import program_figure
+from splinefeed.simulation.tuning import TunedAxis
 
-__all__ = ["Figure", "binding", "law", "limits", "motion", "overview", "path"]
+__all__ = [
+    "Figure", "binding", "bode", "compare", "contour", "errors", "joints", "law", "limits", "motion", "overview",
+    "path", "program", "ripple",
+]  # fmt: skip
 
 
 def __dir__() -> list[str]:
@@ -62,3 +73,98 @@ def law(law: TimeLaw, limits: Limits) -> Figure:
     """
     expect("plot.law(law, limits)", (law, TimeLaw), (limits, Limits))
     return Figure(law.strategy, tuple(law_panels(law, limits)))
+
+
+def joints(run: Run) -> Figure:
+    """Draw position, velocity, acceleration and jerk of each axis over time with its limits; mm and degrees.
+
+    Raises InputError for anything but a Run. Source: `report.motion_figures`.
+    Example: `sf.plot.joints(sf.run(sf.shapes.butterfly()))`
+    """
+    expect("plot.joints(run)", (run, Run))
+    return Figure(f"{theme.words(run.path.name)}: axes over time, {run.strategy}", tuple(axis_panels(run)))
+
+
+def ripple(run: Run) -> Figure:
+    """Draw the feed ripple of the setpoints over time, relative: |step / planned step - 1| from tick to tick.
+
+    Raises InputError for anything but a Run. Source: docs/math/interpolators.md.
+    Example: `sf.plot.ripple(sf.run(sf.shapes.butterfly()))`
+    """
+    expect("plot.ripple(run)", (run, Run))
+    found = run.ripple
+    marks: list[Mark] = [Line(found.t, found.relative, "feed ripple", stretch=run.stretch)]
+    marks += [Level(sign * found.floor, "rounding alone" * (sign > 0), theme.GREEN, always=True) for sign in (1, -1)]
+    panel = Panel(TIME, Axis("feed ripple (relative)"), tuple(marks), note=f"at most {found.max:.2g}", height=220)
+    return Figure(f"{theme.words(run.path.name)}: feed ripple, {run.kept.method}", (panel,))
+
+
+def compare(traces: Iterable[MethodTrace], name: str = "methods") -> Figure:
+    """Draw the feed ripple of methods over time, one panel each, relative, on one logarithmic scale.
+
+    traces  what `sf.compare` gives; name  that of the path, for the title
+    Raises InputError for anything else, or for none. Source: `report.motion_figures`.
+    Example: `sf.plot.compare(sf.compare(path, law, methods=["taylor-2", "arc-length"]))`
+    """
+    found = list(traces)
+    if not found or not all(isinstance(each, MethodTrace) for each in found):
+        raise InputError("plot.compare: expected what sf.compare gives: one trace a method, at least one")
+    return ripple_figure(found, name)
+
+
+def errors(what: Run | Response) -> Figure:
+    """Draw contour error and following error of each axis over time, µm, rotary axes in degrees (fig. 5 of the paper).
+
+    what  a run with a machine, or the response of `sf.follow`
+    Raises InputError for anything else, and for a run without a machine. Source: `report.servo_figures`.
+    Example: `sf.plot.errors(sf.follow(points, sf.Machine.load("xytheta"), path=path))`
+    """
+    if isinstance(what, Response):
+        return errors_figure({what.settings.get("method", "setpoints"): what})
+    expect("plot.errors(run)", (what, Run))
+    return errors_figure({what.kept.method: _served(what, "errors").response}, what.path.name)
+
+
+def contour(run: Run) -> Figure:
+    """Draw where the machine of a run is beside the true path, its distance from it enlarged and as colour, µm.
+
+    Raises InputError for anything but a Run with a machine. Source: `report.path_figures`.
+    Example: `sf.plot.contour(sf.run(sf.shapes.butterfly(), machine="xytheta"))`
+    """
+    expect("plot.contour(run)", (run, Run))
+    served = _served(run, "contour")
+    beside = served.deviation()
+    if beside is None:
+        raise InputError(f"plot.contour: {run.path.name} has no contour error: its path has one linear axis, or none")
+    return contour_figure(beside, run.path.name, served.machine.name)
+
+
+def _served(run: Run, what: str) -> Servo:
+    if run.served is None or not len(run.served.response):
+        raise InputError(f"plot.{what}: the run has no machine that followed; give run(..., machine=...) one")
+    return run.served
+
+
+def bode(tuned: TunedAxis, machine: str = "") -> Figure:
+    """Draw gain (dB) and phase (deg) of an axis's loop over frequency (Hz) before and after tuning, with its margins.
+
+    tuned  what `sf.tune` gives for an axis; machine  its name, for the title
+    Raises InputError for anything else. Source: docs/tune.md.
+    Example: `sf.plot.bode(sf.tune(sf.Machine.load("xytheta").servo_axis("x"), "margins", period=1e-3))`
+    """
+    expect("plot.bode(tuned)", (tuned, TunedAxis))
+    return bode_figure(tuned, machine)
+
+
+def program(what: CycleTime | Run) -> Figure:
+    """Draw a program: as a control runs it, by operation, or a run of it, by its programmed feeds, mm/min.
+
+    Rapid moves are dashed. Raises InputError for anything but a CycleTime, or a Run of a program with feeds.
+    Source: `report.time_figures`. Example: `sf.plot.program(sf.cycle_time("part.nc", "hurco-04"))`
+    """
+    if isinstance(what, CycleTime):
+        return program_figure(what)
+    expect("plot.program(run)", (what, Run))
+    if what.path.lines is None or what.path.feeds is None:
+        raise InputError(f"plot.program: {what.path.name} is no path of a program; plot.path(run) draws it")
+    return path_figure(what, colour="programmed feed")
