@@ -29,7 +29,7 @@ PUBLIC = {
     "splinefeed.formats": "BitPattern PathParts read_parts",
     "splinefeed.geometry": "Fit Smoother smooth_stream",
     "splinefeed.live": "Block LawCourse LookAhead Override Ticks stream_setpoints with_reserve",
-    "splinefeed.plot": "Figure binding law limits motion overview path",
+    "splinefeed.plot": "Figure binding bode compare contour errors joints law limits motion overview path program ripple",
     "splinefeed.robots": "Arm Payload",
     "splinefeed.simulation": """
         AxisTuning Bound Margins PathTuning Tuning UltimatePoint margins tune_on_path
