@@ -1,6 +1,6 @@
 """What strangers' files cost: small ones that ask for much, and changed ones by the thousand, as tables for the docs.
 
-    python tests/hostile.py --count 1000 --seed 1 --write
+    python tests/hostile.py --asked --kills 125 --count 1000 --seed 1 --write
 
 Each file is read by a process of its own with SECONDS and MEMORY. It has to end by an answer or by one line that
 names the file: exit code 0, 1 or 2. `--write` puts the tables into docs/security.md.
@@ -9,12 +9,14 @@ names the file: exit code 0, 1 or 2. `--write` puts the tables into docs/securit
 from __future__ import annotations
 
 import argparse
+import fcntl
+import json
 import re
 import resource
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from benchmarks.tables import Column, Table, write_into  # noqa: E402 - found from here only
 
+import command_kills  # noqa: E402
 import fuzzing  # noqa: E402
 
 PAGE = ROOT / "docs" / "security.md"
@@ -150,30 +153,54 @@ def asked(folder: Path) -> Table:
 MANY = ("mat", "h5", "parquet", "step", "iges", "3dm")
 
 
-def counted(kinds: Sequence[str], seed: int, count: int, before: str) -> Table:
-    """The table of changed files: how many were read and refused, and what took longest.
+def counted(kind: str, seed: int, count: int) -> tuple[Any, ...]:
+    """What came of changed files of one kind: how many were read and refused, and what took longest."""
+    asked = count * 10 if kind in MANY else count
+    words = [sys.executable, str(ROOT / "tests" / "fuzzing.py"), kind, str(seed), str(asked)]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    found = re.search(r"(\d+) inputs, (\d+) read, the slowest ([\d.]+) s, peak (\d+) MB", done.stdout)
+    if found is None:
+        print(done.stderr[-600:], file=sys.stderr)
+        return (kind, asked, None, None, 1, None, None, seed)
+    inputs, read = int(found[1]), int(found[2])
+    return (kind, inputs, read, inputs - read, 0, float(found[3]), int(found[4]), seed)
 
-    Kinds that are not counted now keep the row that they have in `before`.
-    """
-    old = {row[0]: row for row in rows_of(before, "reader")}
-    for kind in kinds:
-        asked = count * 10 if kind in MANY else count
-        words = [sys.executable, str(ROOT / "tests" / "fuzzing.py"), kind, str(seed), str(asked)]
-        done = subprocess.run(words, capture_output=True, text=True, check=False)
-        found = re.search(r"(\d+) inputs, (\d+) read, the slowest ([\d.]+) s, peak (\d+) MB", done.stdout)
-        if found is None:
-            print(done.stderr[-600:], file=sys.stderr)
-            old[kind] = (kind, asked, None, None, 1, None, None, seed)
-            continue
-        inputs, read = int(found[1]), int(found[2])
-        old[kind] = (kind, inputs, read, inputs - read, 0, float(found[3]), int(found[4]), seed)
-        print(*old[kind], file=sys.stderr, flush=True)
-    rows = tuple(old[kind] for kind in fuzzing.SUFFIXES if kind in old)
-    total = sum(int(row[1] or 0) for row in rows)
+
+def counts(rows: dict[str, tuple[Any, ...]]) -> Table:
+    """The table of changed files by kind."""
+    known = tuple(rows[kind] for kind in fuzzing.SUFFIXES if kind in rows)
+    total = sum(int(row[1] or 0) for row in known)
     columns = (Column("reader"), Column("files", ",d"), Column("read", ",d"), Column("refused in one line", ",d"),
                Column("anything else", "d"), Column("slowest, s", ".1f"), Column("MB", "d"),
                Column("from seed", "d"))  # fmt: skip
-    return Table(f"{total:,} changed files: what came of them.", columns, rows)
+    return Table(f"{total:,} changed files: what came of them.", columns, known)
+
+
+def killed(seed: int, count: int) -> Table:
+    """The table of commands that signals ended."""
+    rows = []
+    for name in command_kills.COMMANDS:
+        words = [sys.executable, str(ROOT / "tests" / "command_kills.py"), str(seed), str(count), name]
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        seen = json.loads(done.stdout.split(" ", 1)[1]) if done.returncode == 0 else {}
+        if done.returncode:
+            print(done.stderr[-2000:], file=sys.stderr)
+        rows.append(
+            (name, *(seen.get(each.name, 0) for each in command_kills.SIGNALS), int(done.returncode != 0), seed)
+        )
+    columns = (Column("command"), *(Column(each.name, "d") for each in command_kills.SIGNALS),
+               Column("with a file that is not whole, or a row lost", "d"), Column("from seed", "d"))  # fmt: skip
+    total = sum(sum(row[1:4]) for row in rows)
+    return Table(f"{total:,} commands ended by a signal at a random moment.", columns, tuple(rows))
+
+
+def put(name: str, make: Callable[[str], Table]) -> Table:
+    """Put a table, made from the page as it is, into docs/security.md; others that do so wait."""
+    with PAGE.open("r+", encoding="utf-8") as stream:
+        fcntl.flock(stream, fcntl.LOCK_EX)
+        table = make(PAGE.read_text(encoding="utf-8"))
+        assert write_into(PAGE, name, table.markdown(), "tests/hostile.py"), f"{PAGE} has no place for {name}"
+    return table
 
 
 def rows_of(page: str, first: str) -> list[tuple[Any, ...]]:
@@ -190,21 +217,30 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=1000, help="changed files of each kind (1000)")
     parser.add_argument("--kind", choices=fuzzing.SUFFIXES, action="append", help="these kinds alone; the others stay")
+    parser.add_argument("--asked", action="store_true", help="try the small files that ask for much, too")
+    parser.add_argument("--kills", type=int, default=0, help="end so many of each command by signals (0)")
     parser.add_argument("--seed", type=int, default=1, help="of the changes (1)")
     parser.add_argument("--write", action="store_true", help="put the tables into docs/security.md")
     given = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        tables = {"much": asked(Path(folder))}
-    print(tables["much"].markdown())
-    if given.count:
-        before = PAGE.read_text(encoding="utf-8")
-        tables["counted"] = counted(given.kind or list(fuzzing.SUFFIXES), given.seed, given.count, before)
-        print(tables["counted"].markdown())
-    if given.write:
-        for name, table in tables.items():
-            assert write_into(PAGE, name, table.markdown(), "tests/hostile.py"), f"{PAGE} has no place for {name}"
-    bad = [row for row in tables["much"].rows if row[2] not in (0, 1, 2)]
-    bad += [row for row in tables["counted"].rows if row[4]] if "counted" in tables else []
+    tables: list[Table] = []
+    bad = False
+    if given.asked:
+        with tempfile.TemporaryDirectory() as folder:
+            tables.append(asked(Path(folder)))
+        bad |= any(row[2] not in (0, 1, 2) for row in tables[-1].rows)
+        _ = given.write and put("much", lambda page: tables[-1])
+    if given.kills:
+        tables.append(killed(given.seed, given.kills))
+        bad |= any(row[4] for row in tables[-1].rows)
+        _ = given.write and put("killed", lambda page: tables[-1])
+    rows: dict[str, tuple[Any, ...]] = {}
+    for kind in (given.kind or list(fuzzing.SUFFIXES)) if given.count else []:
+        rows[kind] = row = counted(kind, given.seed, given.count)
+        print(*row, file=sys.stderr, flush=True)
+        if given.write:  # each as it comes; kinds that are not counted now keep their rows
+            put("counted", lambda page, row=row: counts({each[0]: each for each in [*rows_of(page, "reader"), row]}))
+        bad |= bool(row[4])
+    print("\n\n".join(each.markdown() for each in [*tables, *([counts(rows)] if rows else [])]))
     return 1 if bad else 0
 
 
