@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from splinefeed.cli import failures
 from splinefeed.cli.progress import COMPILING
 
 ENVIRONMENT = {**os.environ, "PYTHONWARNINGS": "error"}
@@ -200,3 +201,13 @@ def test_progress_on_a_terminal_stays_on_stderr(folder):
     assert result.returncode == 0
     assert json.loads(result.stdout)["ok"] is True
     assert seen
+
+
+@pytest.mark.parametrize(("given", "code"), [(KeyboardInterrupt(), 130), (SystemExit(143), 143)])
+def test_an_interruption_while_a_class_is_made_is_one(given: BaseException, code: int, capsys) -> None:
+    class Field:
+        def __set_name__(self, owner: type, name: str) -> None:
+            raise given
+
+    assert failures.guarded(lambda: type("Record", (), {"linear": Field()})) == code
+    assert "internal fault" not in capsys.readouterr().err

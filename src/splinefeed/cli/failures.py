@@ -43,7 +43,12 @@ def guarded(call: Callable[[], Any]) -> int:
 
 def _exit_code(call: Callable[[], Any]) -> int:
     try:
-        code = call()
+        try:
+            code = call()
+        except Exception as error:
+            if (interruption := _interruption(error)) is None:
+                raise
+            raise interruption from error
     except click.ClickException as error:
         return _say(usage_text(error), error.exit_code)
     except click.exceptions.Exit as end:
@@ -64,6 +69,13 @@ def _exit_code(call: Callable[[], Any]) -> int:
         place = f"{type(error).__name__}: {error}"
         return _say(f"internal fault: {place}; {DEBUG}=1 shows where, please report it", INTERNAL, error)
     return code if isinstance(code, int) else DONE
+
+
+def _interruption(error: BaseException | None) -> BaseException | None:
+    """The Ctrl-C or SIGTERM behind an error: Python 3.11 names one anew that comes while a class is made."""
+    while error is not None and not isinstance(error, KeyboardInterrupt | SystemExit):
+        error = error.__cause__
+    return error
 
 
 def _system_error(error: OSError) -> str:
