@@ -176,7 +176,9 @@ def test_what_cannot_be_held_is_refused_by_name() -> None:
     def plan(model: Any, most: dict[str, float], **given: Any) -> Any:
         return sf.plan(ARM, sf.Limits(feed=100, torque=sf.Torque(model, most)), period=PERIOD, **given)
 
-    with pytest.raises(PlanError, match=r"standing still takes 16\.\d+ of a, whose torque is at most 16"):
+    with pytest.raises(
+        PlanError, match=r"standing still takes 16\.\d+ of a, whose torque is at most 16; only momentum"
+    ):
         plan(arm, {"a": 16.0, "b": 6.5})
     with pytest.raises(LimitsError, match="it has friction"):
         plan(lambda q, v, a: arm(q, v, a) + 0.3 * v, MOST)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +15,6 @@ import random_motions
 import splinefeed as sf
 from splinefeed.analysis.check_law import limits_along
 from splinefeed.feed.stream import Block, LookAhead
-from splinefeed.geometry.path import Path
 
 PERIOD = 1e-3
 
@@ -86,8 +87,8 @@ def test_a_state_of_an_own_law_is_one_to_go_on_from(seed: int, t: float) -> None
     assert [name for name, each in found.items() if not each.holds] == []
 
 
-def line(length: float) -> Path:
-    return Path([sf.NurbsCurve.bezier([[0.0], [length]])], axes=("q",))
+def line(length: float) -> sf.Path:
+    return sf.Path([sf.NurbsCurve.bezier([[0.0], [length]])], axes=("q",))
 
 
 @pytest.mark.parametrize(
@@ -115,16 +116,40 @@ def test_a_state_at_its_limits_is_one_to_go_on_from(length, v, limits, start) ->
     assert np.max(np.abs(law.jerk(t))) <= limits[1] * (1.0 + 1e-6)
 
 
+STATES = json.loads((Path(__file__).parents[1] / "data/states/ruckig.json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("k", range(len(STATES)))
+def test_states_on_a_line_are_planned_or_refused_as_ruckig_does(k: int) -> None:
+    """Ruckig's own time from the state to rest at the end, and whether it neither turns back nor is over a limit."""
+    case = STATES[k]
+    path = line(case["L"])
+    limits = sf.Limits(axis_velocity=case["V"], axis_acceleration=case["A"], axis_jerk=case["J"])
+    start = sf.State(case["v0"], case["a0"])
+    if case["mono"]:
+        law = sf.plan(path, limits, start=start)
+        assert case["T"] * (1.0 - 1e-6) <= law.duration <= 1.01 * case["T"]
+        return
+    with pytest.raises(sf.errors.PlanError) as caught:
+        sf.plan(path, limits, start=start)
+    sf.plan(path, limits, start=nearest(caught.value))
+
+
+def nearest(error: Exception) -> sf.State:
+    """The state that a refusal names."""
+    said = re.search(r"they allow is a state of (\S+) mm/s and (\S+) mm/s\^2 at s = (\S+) mm", str(error))
+    assert said is not None, error
+    feed, acceleration, s = map(float, said.groups())
+    assert feed > 0.0
+    return sf.State(feed, acceleration, s)
+
+
 @pytest.mark.parametrize("start", [(0.5, -3.0, 0.0), (0.9, 5.0, 2.0), (0.05, -1.9, 1.0)])
 def test_the_nearest_state_that_a_refusal_names_is_accepted(start: tuple[float, float, float]) -> None:
     limits = sf.Limits(axis_velocity=1.0, axis_acceleration=2.0, axis_jerk=20.0)
     with pytest.raises(sf.errors.PlanError) as caught:
         sf.plan(line(4.0), limits, start=sf.State(*start))
-    said = re.search(r"they allow is a state of (\S+) mm/s and (\S+) mm/s\^2", str(caught.value))
-    assert said is not None
-    feed, acceleration = map(float, said.groups())
-    assert feed > 0.0
-    sf.plan(line(4.0), limits, start=sf.State(feed, acceleration, start[2]))
+    sf.plan(line(4.0), limits, start=nearest(caught.value))
 
 
 @pytest.mark.parametrize(
@@ -162,7 +187,7 @@ def waves(count: int, first: int = 0) -> list[sf.NurbsCurve]:
     return [sf.NurbsCurve.bezier([[x, 0], [x + 3, y], [x + 7, y], [x + 10, 0]]) for x, y in ends]
 
 
-def setpoints(blocks: list[Block], path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def setpoints(blocks: list[Block], path: sf.Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Time, arc length and position at every tick of blocks that follow each other."""
     end = blocks[-1].time + blocks[-1].law.duration
     t = np.arange(math.floor(end / PERIOD + 1e-9) + 1) * PERIOD
@@ -178,7 +203,7 @@ def setpoints(blocks: list[Block], path: Path) -> tuple[np.ndarray, np.ndarray, 
 
 
 def test_a_feed_hold_stops_soon_and_the_motion_goes_on_from_there() -> None:
-    path = Path(waves(20))
+    path = sf.Path(waves(20))
     planner = LookAhead(LIMITS, PERIOD, ("x", "y"), 40)
     blocks = planner.push(path)
     assert blocks
@@ -198,14 +223,14 @@ def test_a_feed_hold_stops_soon_and_the_motion_goes_on_from_there() -> None:
 
 
 def test_other_limits_hold_from_where_they_can() -> None:
-    path = Path(waves(30))
+    path = sf.Path(waves(30))
     planner = LookAhead(LIMITS, PERIOD, ("x", "y"), 40)
     blocks = planner.push(path)
     slow = sf.Limits(feed=15.0, axis_velocity=15.0, axis_acceleration=300.0, axis_jerk=8000.0)
     blocks += planner.change_limits(slow)
-    blocks += planner.push(Path(waves(10, 30)))
+    blocks += planner.push(sf.Path(waves(10, 30)))
     blocks += planner.finish()
-    whole = Path(waves(40))
+    whole = sf.Path(waves(40))
     _, s, points = setpoints(blocks, whole)
     assert over(points, LIMITS) <= 1.0 + 1e-6
     assert s[-1] == pytest.approx(whole.length, abs=1e-9)
@@ -218,13 +243,13 @@ def test_other_limits_hold_from_where_they_can() -> None:
 
 def test_another_path_behind_the_window_without_a_stop() -> None:
     planner = LookAhead(LIMITS, PERIOD, ("x", "y"), 40)
-    blocks = planner.push(Path(waves(30)))
+    blocks = planner.push(sf.Path(waves(30)))
     kept = planner.reroute()
     assert 1 < kept < 30
     other = [sf.NurbsCurve.bezier([[10.0 * kept, 0], [10.0 * kept + 3, 2.0 * (-1) ** kept], [10.0 * kept + 9, 8]])]
-    blocks += planner.push(Path(other))
+    blocks += planner.push(sf.Path(other))
     blocks += planner.finish()
-    path = Path([*waves(kept), *other])
+    path = sf.Path([*waves(kept), *other])
     _, s, points = setpoints(blocks, path)
     assert over(points, LIMITS) <= 1.0 + 1e-6
     assert s[-1] == pytest.approx(path.length, abs=1e-9)
@@ -233,7 +258,7 @@ def test_another_path_behind_the_window_without_a_stop() -> None:
 
 
 def test_a_stream_begins_in_a_state() -> None:
-    path = Path(waves(20))
+    path = sf.Path(waves(20))
     law = sf.plan(path, LIMITS, strategy="look-ahead", period=PERIOD)
     start = state_of(law, 700 * PERIOD)
     planner = LookAhead(LIMITS, PERIOD, ("x", "y"), 60, start=start)

@@ -7,7 +7,6 @@ and a profile of seven phases goes on from there. The audit has the last word on
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -72,12 +71,13 @@ def plan_from(
 
     Where cubics find none: with a beginning in closed form, then with finer cells. Raises PlanError as `plan_window`.
     """
-    if over_at(setting, low, start) > 1.0 + 2.0 * KEPT:
+    openings = _openings(setting, low, high, start, stop)
+    if openings is None or over_at(setting, low, start) > 1.0 + 2.0 * KEPT:
         still = np.array([[low, start.feed, 0.5 * start.acceleration, 0.0, 0.0, 0.0]])
         return Plan(Pieces(np.zeros(1), still), 0.0, np.inf)
     found = [plan_window(setting, low, high, start, stop, mode, exact=True, known=known)]
     if found[0].over > 1.0 + KEPT:
-        for opening in _openings(setting, low, high, start, stop):
+        for opening in openings:
             with suppress(PlanError):
                 found.append(_continued(setting, opening, high, stop, mode))
                 if found[-1].over <= 1.0 + KEPT:
@@ -96,10 +96,16 @@ def over_at(setting: Setting, place: float, state: State) -> float:
     return float(np.max(rows.by_kind(shares)[:2]))
 
 
-def _openings(setting: Setting, low: float, high: float, start: State, stop: State) -> Iterator[Opening]:
-    if start.feed > 0.0:
-        yield from _last_bit(setting, low, high, start)
-        yield from _on_a_line(setting, low, high, start, stop)
+def _openings(setting: Setting, low: float, high: float, start: State, stop: State) -> list[Opening] | None:
+    """Beginnings in closed form, the best first; None if the straight line ahead has no motion from there."""
+    if start.feed == 0.0:
+        return []
+    end, limits = straight_ahead(setting, low, high)
+    found = _last_bit(setting, low, high, start)
+    if not end > low:
+        return found
+    on_line = _on_a_line(_Line(low, end, *limits.tolist()), high, start, stop, _near(setting, low, high))
+    return None if on_line is None else found + on_line
 
 
 def _continued(setting: Setting, opening: Opening, high: float, stop: State, mode: Mode) -> Plan:
@@ -111,49 +117,48 @@ def _continued(setting: Setting, opening: Opening, high: float, stop: State, mod
     return Plan(joined([opening.pieces, rest.pieces]), 0.0, max(own, rest.over))
 
 
-def _last_bit(setting: Setting, low: float, high: float, start: State) -> Iterator[Opening]:
+def _last_bit(setting: Setting, low: float, high: float, start: State) -> list[Opening]:
     """To rest at `high` by one quintic, where that takes about as long as under the jerk of a last bit."""
     v, a = start.feed, start.acceleration
     if a < 0.0 and abs(-2.0 * v * v / (3.0 * a) - (high - low)) < LAST_BIT * (high - low):
         spans = -2.0 * v / a * np.linspace(1.0 - LAST_BIT, 1.0 + LAST_BIT, TRIED)
         ends = np.array([low, high]), np.array([v, 0.0]), np.array([a, 0.0])
         tried = [Opening(Pieces(t[None], quintics(*ends, t[None])), high, REST) for t in spans]
-        yield min(tried, key=lambda each: float(np.max(worst_shares(setting, each.pieces, high)[0])))
+        return [min(tried, key=lambda each: float(np.max(worst_shares(setting, each.pieces, high)[0])))]
+    return []
 
 
-def _on_a_line(setting: Setting, low: float, high: float, start: State, stop: State) -> Iterator[Opening]:
-    """On the straight line ahead: the acceleration released at once, or behind a brake."""
-    end, limits = straight_ahead(setting, low, high)
-    if not end > low:
-        return
-    line, v, a = _Line(low, end, *limits.tolist()), start.feed, start.acceleration
-    whole, near = end == high, _near(setting, low, high)
-    jerk = _releasing(v, a, line)
-    if jerk > 0.0:
-        t = abs(a) / jerk
-        found, place, feed = _phases(low, v, [(a, -jerk if a > 0.0 else jerk, t)])
-        feed = 0.0 if feed < ALMOST * v else feed
-        if whole and place < high:
-            rest = line.profile(place, feed, stop.feed, max(line.feed, feed))
-            if rest is not None:
-                yield Opening(joined([found, rest]), high, stop)
-        if len(found) and place < end:
-            yield Opening(found, place, State(feed))
-    if whole and a <= 0.0:
-        yield from _braked(line, v, -a, stop, near)
+def _on_a_line(line: _Line, high: float, start: State, stop: State, near: float) -> list[Opening] | None:
+    """On a straight line: the acceleration released at once, or behind a brake; None if the line is too short for both.
 
-
-def _releasing(v: float, a: float, line: _Line) -> float:
-    """The jerk that takes the acceleration away before the feed is at its limit, or at rest; 0 if none does."""
+    near  what a place may round by, mm
+    """
+    v, a, whole, found = start.feed, start.acceleration, line.end == high, []
     most, room = (line.jerk, line.feed - v) if a > 0.0 else (line.jerk_down, v)
-    least = 0.5 * a * a / max(room, SAME * v)
+    least = 0.5 * a * a / max(room, SAME * v)  # the jerk that takes it away just when the feed is at its limit, or 0
     if least > most * (1.0 + OVER):
-        return 0.0
-    return least if least > most * (1.0 - ALMOST) else most
+        way = 2.0 * max(line.feed, v) * room / abs(a)
+        return None if line.low + way < line.end else []
+    jerk = least if least > most * (1.0 - ALMOST) else most
+    if jerk > 0.0:
+        opening, place, feed = _phases(line.low, v, [(a, -jerk if a > 0.0 else jerk, abs(a) / jerk)])
+        feed = 0.0 if feed < ALMOST * v else feed
+        rest = line.profile(place, feed, stop.feed, max(line.feed, feed)) if whole else None
+        if rest is not None:
+            found.append(Opening(joined([opening, rest]), high, stop))
+        if len(opening) and place < line.end:
+            found.append(Opening(opening, place, State(feed)))
+    if whole and a <= 0.0 and v >= stop.feed:
+        braked = _braked(line, v, -a, stop, near)
+        return None if braked is None else found + braked
+    return found
 
 
-def _braked(line: _Line, v: float, a: float, stop: State, near: float) -> Iterator[Opening]:
-    """Slowing down further, from v and deceleration a, to the fastest feed from which the end is in reach; to there."""
+def _braked(line: _Line, v: float, a: float, stop: State, near: float) -> list[Opening] | None:
+    """Slowing down further, from v and deceleration a, to the fastest feed from which the end is in reach; to there.
+
+    None if there is no room even for the shortest brake.
+    """
     down, jerk = line.down * (1.0 + OVER), line.jerk_down * (1.0 + OVER)
 
     def brake(feed: float) -> tuple[Pieces, float]:
@@ -168,8 +173,10 @@ def _braked(line: _Line, v: float, a: float, stop: State, near: float) -> Iterat
         return 0.5 * (feed + stop.feed) * float(ramp(feed - stop.feed, down, jerk)[0])
 
     least, most = stop.feed, v - 0.5 * a * a / jerk
-    if brake(least)[1] > line.end + near or most < least:
-        return
+    if most < least:
+        return []
+    if brake(least)[1] > line.end + near:
+        return None
     for _ in range(HALVINGS):
         middle = 0.5 * (least + most)
         if brake(middle)[1] + needed(middle) * (1.0 + OVER) + near <= line.end:
@@ -178,13 +185,11 @@ def _braked(line: _Line, v: float, a: float, stop: State, near: float) -> Iterat
             most = middle
     found, place = brake(least)
     if place > line.end - near:
-        yield Opening(found, line.end, stop)
-        return
+        return [Opening(found, line.end, stop)]
     rest = replace(line, down=down, jerk_down=jerk).profile(
         place, least, stop.feed, least if least > 0.0 else line.feed
     )
-    if rest is not None:
-        yield Opening(joined([found, rest]), line.end, stop)
+    return [] if rest is None else [Opening(joined([found, rest]), line.end, stop)]
 
 
 def _phases(low: float, v: float, phases: list[tuple[float, float, float]]) -> tuple[Pieces, float, float]:
