@@ -142,7 +142,7 @@ class Torque(Modelled):
             raise PlanError(
                 f"at s = {s[place]:.6g} mm standing still takes {max(high[place, k], -low[place, k]):.6g} of "
                 f"{self.axes[k]}, whose torque is at most {most[k]:.6g}; only momentum could carry it past there, and "
-                "that is not planned, as the motion must be able to rest wherever it is: raise the torque or move the path"
+                "that is not planned: the motion must be able to rest wherever it is; raise the torque or move the path"
             )
         some = np.isfinite(most)
         a, b, low, high, most = a[:, some], b[:, some], low[:, some], high[:, some], most[some]
