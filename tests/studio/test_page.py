@@ -19,6 +19,7 @@ def test_a_dxf_is_dropped_a_limit_moved_and_the_numbers_are_those_of_the_api(ope
     page = opened()
     file = data_dir / "dxf" / "trimesh_spline.DXF"
     rest(page, lambda: page.set_input_files("#file", str(file)))
+    rest(page, lambda: page.select_option("#which", "1"))
     limits = {"feed": 60.0, "axis_acceleration": 500.0, "axis_jerk": 20000.0}
     path = sf.read(file, path=1)
     made = sf.run(path, sf.Limits(**limits))
@@ -91,3 +92,26 @@ def test_what_is_wrong_is_said_beside_its_field(opened, tmp_path):
     words = page.inner_text("#error-source")
     assert "part.dxf" in words
     assert "/" not in words.replace("and/or", "")
+
+
+def test_a_drawing_of_several_contours_is_planned_and_drawn_as_one_motion(opened, tmp_path):
+    page = opened()
+    file = tmp_path / "holes.dxf"
+    holes = [sf.shapes.from_text("circle?radius=4").transformed([[1, 0], [0, 1]], [x, 0]) for x in (-10, 10)]
+    sf.write(holes, file)
+    rest(page, lambda: page.set_input_files("#file", str(file)))
+    made = sf.run(sf.read(file), sf.Limits(feed=60.0, axis_acceleration=500.0, axis_jerk=20000.0))
+    assert value(page, "duration_s") == made.law.duration
+    assert "2 contours are one motion" in page.inner_text("#notes")
+    inside = (
+        "picture.points.x.every((x, k) => { const [px, py] = picture.at(k); return !Number.isFinite(x)"
+        " || (px > 0 && py > 0 && px < picture.width && py < picture.height); })"
+    )
+    assert page.evaluate(inside)
+    dashed = "picture.rapid && Array.from(picture.rapid.x).filter(Number.isFinite).length"
+    assert page.evaluate(dashed) == 2
+    rest(page, lambda: (page.fill("#clearance", "5 mm"), page.press("#clearance", "Enter")))
+    made = sf.run(sf.read(file).job(clearance=5.0), sf.Limits(feed=60.0, axis_acceleration=500.0, axis_jerk=20000.0))
+    assert value(page, "duration_s") == made.law.duration
+    rest(page, lambda: page.select_option("#which", "2"))
+    assert value(page, "length_mm") == sf.read(file, path=2).length

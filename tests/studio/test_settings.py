@@ -182,3 +182,53 @@ def test_a_tool_path_is_planned_in_the_joints_of_its_machine(tmp_path, data_dir)
     assert page["limits"]["orientation_error"]["limit"] == pytest.approx(0.1)
     assert found["result"]["path"]["space"]
     assert found["result"]["path"]["thread"]  # the tool axis beside the tip
+
+
+@pytest.fixture
+def plate(tmp_path):
+    """A plate of two holes as an upload: its source, and its file."""
+    square = sf.shapes.from_text("circle?radius=40")
+    holes = [sf.shapes.from_text("circle?radius=4").transformed([[1, 0], [0, 1]], [x, 0]) for x in (-10, 10)]
+    place = tmp_path / ("1" * 32)
+    place.mkdir()
+    sf.write([square, *holes], place / "plate.dxf")
+    return {"file": place.name}, place / "plate.dxf"
+
+
+def test_a_drawing_of_several_contours_is_one_motion_as_run_plans_it(plate, tmp_path):
+    source, file = plate
+    wanted = resolve({"source": source, "limits": {"feed": "20", "axis_acceleration": "500"}}, tmp_path)
+    expected = sf.read(file).job(feed=20.0)
+    assert wanted.path.order == expected.order
+    assert sorted(wanted.path.order[:2]) == [1, 2]  # the holes before the plate
+    assert wanted.path.findings == expected.findings
+    assert (wanted.path.feeds == expected.feeds).all()
+    assert wanted.path.length == expected.length
+    assert dict(wanted.reading) == {"cut_feed": 20.0}
+    assert wanted.limits.feed == 20.0
+    page = plan(
+        {"settings": {"source": source, "limits": {"feed": "20", "axis_acceleration": "500"}}},
+        Bench(tmp_path, tmp_path, NoMail()),
+        at_once=False,
+    )
+    assert any("3 contours are one motion" in note for note in page["result"]["numbers"]["notes"])
+    assert page["result"]["path"]["rapid"] is not None  # drawn dashed
+
+
+def test_how_contours_are_linked_is_the_machines_or_what_the_page_says(plate, tmp_path):
+    source, file = plate
+    text = sf.Machine.load("plain-mill").to_text()
+    machine = {"name": "mill", "toml": 'clearance = "12mm"\n' + text}
+    with_lift = resolve({"source": source, "machine": machine}, tmp_path)
+    assert with_lift.path.linking.clearance == 12.0
+    said = resolve({"source": {**source, "clearance": "3 mm", "keep_order": True}, "machine": machine}, tmp_path)
+    assert said.path.linking.clearance == 3.0
+    assert said.path.order == (0, 1, 2)
+    assert dict(said.reading) == {"clearance": 3.0, "cut_feed": 60.0, "keep_order": True}
+    one = resolve({"source": {**source, "which": 2}}, tmp_path)
+    assert one.path.length == sf.read(file, path=2).length
+    for wrong, words in (("high", "rapids at z: 'high'"), (-1, "must be above the contours")):
+        with pytest.raises(SettingsError, match=words):
+            resolve({"source": {**source, "clearance": wrong}}, tmp_path)
+    with pytest.raises(SettingsError, match="neither true nor false"):
+        resolve({"source": {**source, "keep_order": "yes"}}, tmp_path)

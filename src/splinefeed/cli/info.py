@@ -104,6 +104,7 @@ def info(say: Say, source: str, every: bool, **given: Any) -> Page:
     """
     from splinefeed.formats import registry
     from splinefeed.formats.gcode.overview import summary
+    from splinefeed.geometry.tables import fit_together
 
     say(f"reading {source}")
     reading, more = options.reading_from(given), {}
@@ -114,6 +115,7 @@ def info(say: Say, source: str, every: bool, **given: Any) -> Page:
         if sum(found.moves.values()) > FEW:  # from its moves: a hundred megabytes take seconds
             return {**found.page(source), "format": "G-code", **more}
     paths = read_contents(source, reading)
+    fit_together([path.joined[0] for path in paths if len(path.joined) == 1])
     return {
         "paths": [_path(path) for path in paths],
         "curves": [_curve(path, i, k) for k, path in enumerate(paths, start=1) for i in range(len(path.curves))],

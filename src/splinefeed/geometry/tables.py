@@ -354,6 +354,40 @@ def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: st
     Raises CurveError for a curve without length, or one that would need too many pieces,
     which begins with `where`, filled in with the number of the curve.
     """
+    return _placed(*_fitted(flat, shape, curves, where, speed), shape)
+
+
+def fit_together(curves: Sequence[NurbsCurve]) -> None:
+    """Fit the arc lengths of many curves in one go; each keeps its own as `NurbsCurve.arc`, to the bit.
+
+    The CurveError of a curve without length comes when that curve is used.
+    """
+    kinds: dict[Shape, list[NurbsCurve]] = {}
+    for curve in {id(each): each for each in curves if "arc" not in vars(each)}.values():
+        kinds.setdefault(curve._shape, []).append(curve)
+    for shape, some in kinds.items():
+        if len(some) == 1:
+            continue
+        try:
+            table, rows = _fitted(Flat.of(some), shape, some, "", speed)
+        except CurveError:
+            continue
+        for curve, (first, last) in zip(some, rows.tolist(), strict=True):
+            own = read_only(np.array([[0, last - first]]))
+            vars(curve)["arc"] = _placed(table[first : last + 1].copy(), own, shape)
+
+
+def _placed(table: Array, rows: IntArray, shape: Shape) -> Pieces:
+    """Pieces of curves one behind the other, of a table whose column START holds their lengths."""
+    lengths = table[:, START].copy()
+    starts = compensated_sums(lengths)
+    table[:, START] = starts[:-1]
+    starts[-1] = starts[-2] + lengths[-1]  # the length is S at the end, to the bit
+    return Pieces(read_only(table), shape, rows, read_only(starts[np.append(rows[:, 0], len(table))]))
+
+
+def _fitted(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: str, speed: Speed) -> tuple[Array, IntArray]:
+    """Pieces of all curves with their lengths in the column START, and first and last row of each; see `arc_pieces`."""
     groups = Spans.of(flat)
     curved = np.flatnonzero((flat.degrees > 1) | (flat.rational > 0))
     totals = rough_lengths(groups, shape, speed)
@@ -380,9 +414,5 @@ def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: st
 
     check(curved, totals[curved])
     table, rows = _table(groups, shape, holds)
-    lengths = table[:, START].copy()
-    check(np.arange(len(flat)), np.add.reduceat(lengths, rows[:, 0]))
-    starts = compensated_sums(lengths)
-    table[:, START] = starts[:-1]
-    starts[-1] = starts[-2] + lengths[-1]  # the length is S at the end, to the bit
-    return Pieces(read_only(table), shape, rows, read_only(starts[np.append(rows[:, 0], len(table))]))
+    check(np.arange(len(flat)), np.add.reduceat(table[:, START], rows[:, 0]))
+    return table, rows

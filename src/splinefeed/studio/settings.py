@@ -17,7 +17,7 @@ from splinefeed.formats import limits_toml
 from splinefeed.formats.source import toml_of
 from splinefeed.interpolation import registry as methods
 from splinefeed.pipeline.run import MotionJob, carry_out
-from splinefeed.pipeline.settings import PAPER_PERIOD, limited
+from splinefeed.pipeline.settings import PAPER_LIMITS, PAPER_PERIOD, limited
 from splinefeed.records import BY_AXIS
 from splinefeed.studio import sources
 from splinefeed.workers import Mail
@@ -158,8 +158,9 @@ def resolve(given: object, folder: File) -> Wanted:
     if machine is not None and not machine.axes:
         problems["machine"] = f"{machine.name} has a control but no axes; choose another machine"
     found = tried(
-        "source", sources.path_of, settings["source"], folder, smooth=smooth, tangential=settings["tangential"]
-    )
+        "source", sources.path_of, settings["source"], folder, smooth=smooth, tangential=settings["tangential"],
+        unsaid=_unsaid(settings["limits"], machine),
+    )  # fmt: skip
     if found is None:
         raise SettingsError(problems)
     path, origin, reading = found
@@ -227,6 +228,16 @@ def _limits(given: Mapping[str, Any], path: sf.Path, machine: sf.Machine | None)
             known = name in limits_toml.KINDS or name == "travel"
             problems[f"limits.{name}" if known else "limits.feed"] = problem.partition(": ")[2] or problem
         raise SettingsError(problems) from error
+
+
+def _unsaid(limits: Mapping[str, Any], machine: sf.Machine | None) -> dict[str, Any]:
+    """How contours are linked to one motion where the source does not say it: as `splinefeed run` links them."""
+    linking = {} if machine is None or machine.clearance is None else {"clearance": machine.clearance}
+    try:
+        feed = _quantity(limits.get("feed"), "feed")
+    except InputError:  # the field of the limit says so
+        feed = None
+    return {**linking, "feed": PAPER_LIMITS.feed if feed is None else feed}
 
 
 @dataclass

@@ -13,9 +13,11 @@ from pathlib import Path as File
 from typing import Any
 
 import splinefeed as sf
+from splinefeed import units
 from splinefeed.errors import InputError, ProblemsError, SplinefeedError
 from splinefeed.formats import json_curve, registry
 from splinefeed.formats.contents import Contents
+from splinefeed.geometry.jobs import Job
 from splinefeed.geometry.tangential import tangential as with_theta
 from splinefeed.pipeline.settings import smooth as smoothed
 
@@ -69,39 +71,77 @@ def upload(name: object, folder: File) -> File:
 
 
 def path_of(
-    source: Mapping[str, Any], folder: File, *, smooth: float | None, tangential: bool
+    source: Mapping[str, Any],
+    folder: File,
+    *,
+    smooth: float | None,
+    tangential: bool,
+    unsaid: Mapping[str, Any],
 ) -> tuple[sf.Path, dict[str, str], dict[str, Any]]:
     """The path that `source` means, smoothed, with theta behind if the settings say so; folder: where uploads are.
 
-    And what a record says of its source, and how it was read, as a command line says it. Raises InputError for what is
-    not a source, and what the readers raise.
+    And what a record says of its source, and how it was read, as a command line says it. Several contours of which none
+    is chosen are one motion, linked as `unsaid` says where the source does not (`geometry.jobs.job`). Raises InputError
+    for what is not a source, and what the readers raise.
     """
-    path, origin, reading = _plain_path(json.dumps(source, sort_keys=True), folder)
-    if smooth is not None:
-        path, reading = smoothed(path, {"smooth": smooth}), {**reading, "smooth": smooth}
-    if tangential:
-        path, reading = with_theta(path), {**reading, "tangential": True}
-    return path, origin, reading
+    text, how = json.dumps(source, sort_keys=True), (("smooth", smooth), ("tangential", tangential))
+    paths, origin, reading = _plain_paths(text, folder)
+    if len(paths) == 1:
+        path = _shaped(paths[0], *how)
+    else:
+        linking = {**unsaid, **_linking(source)}
+        path = _one_motion(text, folder, how, tuple(sorted(linking.items())))
+        said = {"clearance": path.linking.clearance, "cut_feed": path.linking.feed}
+        reading = {**reading, **{name: value for name, value in said.items() if value is not None}}
+        reading |= {"keep_order": True} if path.linking.keep_order else {}
+    return path, origin, {**reading, **{name: value for name, value in how if value}}
+
+
+def _linking(source: Mapping[str, Any]) -> dict[str, Any]:
+    """How a page links several contours: the height of rapid moves, and their order."""
+    said: dict[str, Any] = {}
+    if source.get("clearance") not in (None, ""):
+        try:
+            said["clearance"] = units.parse(source["clearance"], "length")
+        except InputError as error:
+            raise InputError(f"rapids at z: {error}") from error
+    if source.get("keep_order") not in (None, False):
+        if source["keep_order"] is not True:
+            raise InputError(f"keep_order: {str(source['keep_order'])[:40]!r} is neither true nor false")
+        said["keep_order"] = True
+    return said
+
+
+def _shaped(path: sf.Path, *how: tuple[str, Any]) -> sf.Path:
+    """The path smoothed, with theta behind, where the settings say so."""
+    said = dict(how)
+    if said["smooth"] is not None:
+        path = smoothed(path, said)
+    return with_theta(path) if said["tangential"] else path
+
+
+@lru_cache(maxsize=2)
+def _one_motion(text: str, folder: File, how: tuple[tuple[str, Any], ...], linking: tuple[tuple[str, Any], ...]) -> Job:
+    paths, origin, _ = _plain_paths(text, folder)
+    return registry.as_job([_shaped(each, *how) for each in paths], origin["text"], **dict(linking))
 
 
 @lru_cache(maxsize=8)
-def _plain_path(text: str, folder: File) -> tuple[sf.Path, dict[str, str], dict[str, Any]]:
+def _plain_paths(text: str, folder: File) -> tuple[tuple[sf.Path, ...], dict[str, str], dict[str, Any]]:
     source = json.loads(text)
     if "shape" in source:
         shape = source["shape"]
         if not isinstance(shape, str) or not sf.shapes.is_shape(shape):
             raise InputError(f"{str(shape)[:80]!r} is not a shape; there are {', '.join(sf.shapes.names())}")
-        return sf.shapes.from_text(shape), {"text": shape}, {}
+        return (sf.shapes.from_text(shape),), {"text": shape}, {}
     if "curves" in source:
         content, path = _edited(source["curves"])
-        return path, _origin(f"{path.name}.json", content), {}
+        return (path,), _origin(f"{path.name}.json", content), {}
     contents, file = contents_of(source, folder)
     which = source.get("which")
-    if len(contents) > 1 and which is None:
-        raise InputError(f"{file.name} holds {len(contents)} paths; choose one")
-    path = contents[0] if which is None else registry.choose(contents, which, file.name)
+    paths = contents if which is None else [registry.choose(contents, which, file.name)]
     reading = {name: source[name] for name in (*READING, "which") if source.get(name) is not None}
-    return path, _origin(file.name, file.read_bytes()), reading
+    return tuple(paths), _origin(file.name, file.read_bytes()), reading
 
 
 def _origin(name: str, content: bytes) -> dict[str, str]:

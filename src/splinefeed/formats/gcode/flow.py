@@ -155,17 +155,21 @@ class Text:
 
     def label(self, number: int, at: int) -> int:
         """Line that begins with N and the number: the next one behind line `at`, else the first of its program."""
+        heads = sorted(each.at for (kind, _), each in self.subs.items() if not kind)
+        low = max((each for each in heads if each <= at), default=0)
+        high = min((each for each in heads if each > at), default=self.count)
+        lines = [line for line in self.lines_of(number) if low <= line < high]
+        refuse(not lines, f"GOTO {number}: no line of the program begins with N{number}")
+        return next((line for line in lines if line > at), lines[0])
+
+    def lines_of(self, number: int) -> list[int]:
+        """Lines that begin with N and the number."""
         if self._labels is None:
             self._labels = {}
             for found in _LABEL.finditer(self.text):
                 line = int(np.searchsorted(self.begins, found.start(1), "right")) - 1
                 self._labels.setdefault(int(found[1]), []).append(line)
-        heads = sorted(each.at for (kind, _), each in self.subs.items() if not kind)
-        low = max((each for each in heads if each <= at), default=0)
-        high = min((each for each in heads if each > at), default=self.count)
-        lines = [line for line in self._labels.get(number, []) if low <= line < high]
-        refuse(not lines, f"GOTO {number}: no line of the program begins with N{number}")
-        return next((line for line in lines if line > at), lines[0])
+        return self._labels.get(number, [])
 
     def _link(self) -> None:
         """Find the lines of each statement, which have one label; labels within a sub are its own."""
@@ -209,6 +213,33 @@ class Text:
     def between(self, low: int, high: int) -> bytes:
         """Some lines in a row."""
         return self.text[self.begins[low] : self.begins[high]]
+
+
+class Walk:
+    """A way through a file of lines, of which some lead elsewhere; `arrives` is called with the number of one of them.
+
+    Once from its beginning to its end, and a million lines beside that: an endless loop is refused.
+    """
+
+    shown = 0
+
+    def __init__(self, text: Text, ended: Callable[[], bool], arrives: Callable[[int], None]) -> None:
+        self.text, self._ended, self._arrives = text, ended, arrives
+        self._steps = 0
+
+    def plain(self, low: int, high: int, size: int) -> Iterator[tuple[bytes, int]]:
+        """Lines that do not jump, `size` bytes or so at a time, and the number before each part."""
+        self._count(high - low)
+        begins = self.text.begins
+        while low < high:
+            end = max(low + 1, min(high, int(np.searchsorted(begins, begins[low] + size, "right")) - 1))
+            yield self.text.between(low, end), low
+            low = end
+
+    def _count(self, lines: int) -> None:
+        self._steps += lines
+        if self._steps > MAX_STEPS + self.text.count:
+            raise LineError(f"more than {MAX_STEPS} lines are executed; is there an endless loop near here?")
 
 
 @dataclass

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from splinefeed.formats.gcode.expressions import LineError, refuse
-from splinefeed.formats.gcode.flow import MAX_STEPS, Text
+from splinefeed.formats.gcode.flow import Text, Walk
 
 _NUMBER = r"(?:[0-9]++[.,]?[0-9]*+|[.,][0-9]++)"
 _LABEL = r"(?:\"(?P<{0}>[^\"]*)\"|(?P<{1}>[0-9]+))"
@@ -134,13 +134,12 @@ class Quantities:
         return float(token.replace(",", "."))
 
 
-class KlartextFlow:
+class KlartextFlow(Walk):
     """Where a program is; `arrives` is called with the number of a line before it jumps."""
 
-    shown = 0
-
     def __init__(self, text: Text, quantities: Quantities, ended: Callable[[], bool], arrives: Callable[[int], None]):
-        self.text, self._quantities, self._ended, self._arrives = text, quantities, ended, arrives
+        super().__init__(text, ended, arrives)
+        self._quantities = quantities
         self._jumps: dict[int, re.Match[str] | None] = {}
         self._labels: dict[str, int] = {}
         self._ends = set[int]()
@@ -157,18 +156,13 @@ class KlartextFlow:
         self._order = [*sorted(self._jumps), text.count]
         self._returns: list[tuple[int, str]] = []
         self._left: dict[int, int] = {}
-        self._steps = 0
 
     def blocks(self, size: int) -> Iterator[tuple[bytes, int]]:
         """Lines in the order in which they are carried out, without those that jump, and the number before each."""
         text, at = self.text, 0
         while not self._ended():
             high = self._order[bisect_left(self._order, at)]
-            self._count(high - at)
-            while at < high:
-                end = max(at + 1, min(high, int(np.searchsorted(text.begins, text.begins[at] + size, "right")) - 1))
-                yield text.between(at, end), at
-                at = end
+            yield from self.plain(at, high, size)
             if high == text.count or self._ended():
                 break
             if high in self._ends:
@@ -180,11 +174,6 @@ class KlartextFlow:
             self._arrives(high + 1)
             self._count(1)
             at = self._jump(high)
-
-    def _count(self, lines: int) -> None:
-        self._steps += lines
-        if self._steps > MAX_STEPS:
-            raise LineError(f"more than {MAX_STEPS} lines are executed; is there an endless loop near here?")
 
     def _jump(self, at: int) -> int:
         """The line that follows a line that jumps."""

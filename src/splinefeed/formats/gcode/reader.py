@@ -24,6 +24,7 @@ from splinefeed.formats.gcode.moves import AXES, MAX_LINE, STATED, Findings, Mov
 from splinefeed.formats.gcode.offsets import Offsets
 from splinefeed.formats.gcode.printers import Printer
 from splinefeed.formats.gcode.siemens import Siemens
+from splinefeed.formats.gcode.siemens_flow import SiemensFlow
 from splinefeed.formats.gcode.state import State
 from splinefeed.formats.gcode.tools import Tools
 from splinefeed.formats.source import check_file, check_size, head_text, read_bytes, read_head
@@ -76,7 +77,7 @@ class Reading:
     file: pathlib.Path = pathlib.Path()
     _resumed: bool = False  # or there is nothing to resume
     _line: int = 0  # of the file, that is carried out
-    _flow: Flow | KlartextFlow | None = None
+    _flow: Flow | KlartextFlow | SiemensFlow | None = None
 
     def moves(self, file: str | os.PathLike[str]) -> Iterator[Moves]:
         """The moves of a program, in the order of the file; FormatError that names file and line."""
@@ -172,10 +173,12 @@ class Reading:
             with file.open("rb") as stream:
                 yield from blocks_of(stream, BLOCK)
         else:
-            jumps = run.jumps and not isinstance(run, Heidenhain)
+            jumps = run.jumps and not isinstance(run, Heidenhain | Siemens)
             text = Text(without_leader(read_bytes(file)), file, jumps, run.dialect.of_fanuc)
             if isinstance(run, Heidenhain):
                 self._flow = KlartextFlow(text, run.quantities, lambda: run.ended, lambda line: self._arrive(line, run))
+            elif isinstance(run, Siemens):
+                self._flow = SiemensFlow(text, run.values, lambda: run.ended, lambda line: self._arrive(line, run))
             else:
                 self._flow = Flow(text, run, file.parent, lambda line: self._arrive(line, run))
             for block, before in self._flow.blocks(BLOCK):

@@ -17,6 +17,7 @@ from splinefeed.formats.gcode.cycles import SIEMENS, parameters, siemens
 from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.moves import AXES, LETTERS
+from splinefeed.formats.gcode.siemens_flow import HEAD, Values, without_remarks
 from splinefeed.formats.gcode.spline_words import BSPLINE, order_of
 
 DEFAULT_DEGREE = 3
@@ -34,12 +35,6 @@ _IGNORED = frozenset(
      "CUT2D", "CFIN", "CFTCP", "CFC", "FNORM", "FLIN", "ORIAXES", "ORIVECT", "ORIMKS", "ORIWKS", "RTLION", "RTLIOF",
      "CYCLE832", "MSG", "WORKPIECE", "FGROUP", "DISPLOF", "SETMS")
 )  # fmt: skip
-#: Variables of the user's: where they are declared, where they get a number, and where they stand for one.
-_DECLARED = re.compile(r"(?:N[0-9]+\s+)?DEF\s+(?:REAL|INT)\s+(.+)")
-_GIVEN = re.compile(
-    r"(?<![A-Z0-9_])([A-Z_][A-Z0-9_]++)\s*+=\s*+([-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++))(?![0-9A-Z.\[(*/+-])"
-)
-_USED = re.compile(r"(=\s*[-+]?)([A-Z_][A-Z0-9_]+)(?![A-Z0-9_\[(])")
 #: Words that shift the zero point.
 _FRAMES = {"TRANS", "ATRANS"}
 #: Values that a line has beside its words, and values that say nothing here: tools by name, corrections, tolerances.
@@ -67,16 +62,18 @@ class Siemens(Interpreter):
         self.state.geometry_alone = True
         self._shift, self._fine_shift = np.zeros(AXES), np.zeros(AXES)  # of TRANS and G58, of G59
         self._degree = DEFAULT_DEGREE
-        self._variables: dict[str, float] = {}  # by name, not a number until they are given one
+        self.values = Values()
         self._modal_call: _Call | None = None  # of MCALL: behind each line that moves
 
     def run(self, text: str, line: int) -> None:
         """One line: translated, or taken as a control point."""
         self.line = line
-        text = text.partition(";")[0].strip().upper()
-        if text.startswith("%") or re.match(r"MSG\s*\(", text):
+        text = without_remarks(text).strip().upper()
+        head = HEAD.match(text)
+        text = text[head.end() :] if head else text
+        if text.startswith("%") or re.match(r"MSG\s*\(", text) or self.values.declare(text):
             text = ""
-        text = self._without_variables(text)
+        text = self.values.filled(text)
         said = _DISTANCES.findall(text)
         relative = said[-1] == "1" if said else self.state.relative
         text = _OWN_WAY.sub(lambda match: self._in_force(match, relative), text).rstrip()
@@ -105,29 +102,6 @@ class Siemens(Interpreter):
             call = call or self._modal_call
         if call is not None and "MCALL" not in keys:
             siemens(*call, self.state, line, self.findings)
-
-    def _without_variables(self, text: str) -> str:
-        """The line with numbers in place of variables that DEF declares, without what declares or sets them."""
-        if declared := _DECLARED.fullmatch(text):
-            for each in declared[1].split(","):
-                name, _, value = (part.strip() for part in each.partition("="))
-                refuse(
-                    not re.fullmatch(r"[A-Z_][A-Z0-9_]+", name), f"DEF {each.strip()[:20]}: arrays are not supported"
-                )
-                self._variables[name] = _number_of(name, value) if value else 0.0  # as the control begins
-            return ""
-        if not self._variables:
-            return text
-        for name, value in _GIVEN.findall(text):
-            if name in self._variables:
-                self._variables[name] = float(value)
-        text = _GIVEN.sub(lambda given: "" if given[1] in self._variables else given[0], text)
-
-        def value_of(used: re.Match[str]) -> str:
-            known = self._variables.get(used[2])
-            return used[0] if known is None else f"{used[1]}{known:.17f}".replace("--", "").replace("+-", "-")
-
-        return _USED.sub(value_of, text).strip()
 
     def end(self) -> None:
         """The file is at its end."""
@@ -200,13 +174,6 @@ class Siemens(Interpreter):
             self.findings.say("BSPLINE is read as the manual describes it; it was not checked on a control")
             splines.end()
         self._degree = DEFAULT_DEGREE
-
-
-def _number_of(name: str, value: str) -> float:
-    try:
-        return float(value)
-    except ValueError:
-        raise LineError(f"DEF {name}={value[:20]}: only a number is read") from None
 
 
 def _translated(text: str) -> tuple[list[str], dict[str, float], set[str], _Call | None]:

@@ -181,7 +181,7 @@ let tools = {};
 const read = (source) => { reading = source; link.send({ do: "job", kind: "read", title: source.name, source }); };
 const opened = (found) => {
   const source = { ...reading, name: found.name, format: found.format };
-  if (found.paths.length > 1) Object.assign(source, { which: 1, paths: found.paths.map((each) => `${each.name} (${each.curves} curves)`) });
+  if (found.paths.length > 1) Object.assign(source, { paths: found.paths.map((each) => `${each.name} (${each.curves} curves)`) });
   if (found.format === "G-code" && settings.value.source.file !== source.file) settings.byControl(true);
   settings.value.source = source;
   settings.touched(false);

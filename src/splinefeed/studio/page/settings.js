@@ -59,7 +59,12 @@ export class Settings {
     const on = (id, event, change) => $(id).addEventListener(event, () => { change($(id)); this.touched(false); });
     on("shapes", "change", (e) => { if (e.value) this.value.source = { shape: e.value }; });
     on("shape", "change", (e) => { if (e.value.trim()) this.value.source = { shape: e.value.trim() }; });
-    on("which", "change", (e) => { this.value.source = { ...this.value.source, which: Number(e.value) }; });
+    on("which", "change", (e) => {
+      const { which, ...source } = this.value.source;
+      this.value.source = e.value ? { ...source, which: Number(e.value) } : source;
+    });
+    on("clearance", "change", (e) => { this.value.source = { ...this.value.source, clearance: e.value.trim() || undefined }; });
+    on("keep-order", "change", (e) => { this.value.source = { ...this.value.source, keep_order: e.checked || undefined }; });
     on("chord", "change", (e) => {
       const { chord, ...source } = this.value.source;
       this.value.source = e.value ? { ...source, chord: Number(e.value) } : source;
@@ -167,8 +172,12 @@ export class Settings {
     const named = source.curves ? "edited curve" : source.name;
     show($("source-name"), Boolean(named));
     $("source-name").textContent = [named, source.table].filter(Boolean).join(", tools of ");
-    show($("which-field"), (source.paths ?? []).length > 1);
-    if ((source.paths ?? []).length > 1) options($("which"), source.paths.map((name, k) => [String(k + 1), name]), String(source.which ?? 1));
+    const many = (source.paths ?? []).length;
+    show($("which-field"), many > 1);
+    if (many > 1) options($("which"), [["", `all ${many} as one motion`], ...source.paths.map((name, k) => [String(k + 1), name])], String(source.which ?? ""));
+    for (const name of ["clearance-field", "keep-order-field"]) show($(name), many > 1 && !source.which);
+    $("clearance").value = source.clearance ?? "";
+    $("keep-order").checked = Boolean(source.keep_order);
     show($("chord-field"), /\.dat$/i.test(source.name ?? ""));
     $("chord").value = source.chord ?? "";
     for (const name of ["control-field", "offsets-field"]) show($(name), source.format === "G-code");
