@@ -19,6 +19,7 @@
 #define PLAYER_CLOSE 1e-6      /* units at a joint, and share of the limits of velocity and acceleration */
 #define PLAYER_OVER 1.001      /* times a limit */
 #define PLAYER_JUMP 1.5        /* steps of acceleration, times jerk limit and period: what third differences allow */
+#define PLAYER_HALVINGS 3      /* times that a piece is halved before it counts as over a limit */
 #define PLAYER_SILENT 1.0      /* s without a beat of the planner */
 
 #define PUBLISH(field, value) __atomic_store_n(&(field), value, __ATOMIC_RELEASE)
@@ -100,6 +101,21 @@ static double player_most(double const a[], int n)
     return most;
 }
 
+/* Whether a polynomial of degree n stays within a limit on [0, 1]: halves are looked at where the bound is not enough. */
+static int player_within(double const a[], int n, double limit, int halvings)
+{
+    double left[5], right[5];
+    int i, k;
+    if (player_most(a, n) <= limit) return 1;
+    if (!halvings) return 0;
+    for (k = 0; k <= n; k++) left[k] = a[k] * ldexp(1, -k);
+    for (k = 0; k <= n; k++) { /* left(1 + t) */
+        double ways = 1; /* binomial(i, k) */
+        for (right[k] = 0, i = k; i <= n; i++) right[k] += ways * left[i], ways = ways * (i + 1) / (i + 1 - k);
+    }
+    return player_within(left, n, limit, halvings - 1) && player_within(right, n, limit, halvings - 1);
+}
+
 /* Whether a piece may be played behind `before`, or from rest where that is none; the end of a stop: `last`. */
 static int player_check(player *p, wire_piece const *g, wire_piece const *before, double rate, int last)
 {
@@ -110,7 +126,7 @@ static int player_check(player *p, wire_piece const *g, wire_piece const *before
     if (g->segment < p->w->seg_clear || g->segment >= p->w->seg_head) return player_refuse(p, "a piece on no move", -1);
     for (i = 0; i < WIRE_AXES; i++) {
         double const *c = g->c[i];
-        double x[3], y[3] = {0}, J = p->w->jerk[i], v, a;
+        double x[3], y[3] = {0}, J = p->w->jerk[i];
         for (k = 0; k < 6; k++)
             if (!(fabs(c[k]) < 1e15)) return player_refuse(p, "a piece that is not finite", i);
         if (!p->there[i]) {
@@ -130,9 +146,10 @@ static int player_check(player *p, wire_piece const *g, wire_piece const *before
         if (fabs(x[2] - y[2]) > da) return player_refuse(p, "a jump of the acceleration", i);
         double vs[5] = {c[1], 2 * c[2] * h, 3 * c[3] * h * h, 4 * c[4] * h * h * h, 5 * c[5] * h * h * h * h};
         double as[4] = {2 * c[2], 6 * c[3] * h, 12 * c[4] * h * h, 20 * c[5] * h * h * h};
-        v = player_most(vs, 4), a = player_most(as, 3);
-        if (v > PLAYER_OVER * p->vmax[i] + 1e-9) return player_refuse(p, "faster than the limit of velocity", i);
-        if (a > PLAYER_OVER * p->amax[i] + 1e-9) return player_refuse(p, "more than the limit of acceleration", i);
+        if (!player_within(vs, 4, PLAYER_OVER * p->vmax[i] + 1e-9, PLAYER_HALVINGS))
+            return player_refuse(p, "faster than the limit of velocity", i);
+        if (!player_within(as, 3, PLAYER_OVER * p->amax[i] + 1e-9, PLAYER_HALVINGS))
+            return player_refuse(p, "more than the limit of acceleration", i);
         player_state(c, h, x);
         if (fmax(fabs(x[0] - p->pmax[i]), fabs(x[0] - p->pmin[i])) > p->pmax[i] - p->pmin[i] + PLAYER_CLOSE)
             return player_refuse(p, "beyond the travel", i);

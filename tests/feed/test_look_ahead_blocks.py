@@ -98,3 +98,20 @@ def test_smooth_curves_know_which_curves_they_stand_for():
     assert first[0] == 0 and first[-1] == 61 and np.all(np.diff(first) >= 0)
     feeds = np.concatenate([path.feeds for path in paths])
     np.testing.assert_array_equal(feeds, np.r_[[40.0] * 60, 20.0, 30.0][first])
+
+
+def test_motion_that_cannot_wait_is_planned_early_and_goes_on_as_more_comes():
+    points = np.column_stack([np.arange(61), 2.0 * np.sin(0.4 * np.arange(61))])
+    path = sf.Path.polyline(points, feeds=[40.0] * 60).smoothed(0.02, corners="round")
+    half = len(path.curves) // 2
+    parts = [sf.Path(path.curves[a:b], feeds=path.feeds[a:b]) for a, b in ((0, half), (half, len(path.curves)))]
+    planner = LookAhead(LIMITS, PERIOD, path.axes, 400)
+    planner.take(parts[0])
+    assert list(planner.blocks()) == []
+    early = list(planner.blocks(early=True))
+    assert len(early) == 1 and planner.stop is not None
+    assert early[0].law.feed(early[0].law.duration) > 1.0
+    planner.take(parts[1])
+    rest = list(planner.blocks(whole=True))
+    length = sum(block.law.length for block in [*early, *rest])
+    assert length == pytest.approx(path.length, rel=1e-9)

@@ -334,3 +334,20 @@ def test_an_ini_file_that_cannot_be_planned_is_one_line(tmp_path: File, old: str
 )
 def test_the_module_is_for_one_version_of_linuxcnc(version, fits):
     assert bool(Machine().lib.player_version_fits(version)) == bool(fits)
+
+
+@needs_gcc
+def test_a_program_longer_than_the_queue_is_planned_while_its_task_has_more():
+    machine = Machine()
+    machine.waits = False
+    for k in range(1, 1901):
+        machine.line(0.3 * k, 0.5 * np.sin(0.05 * k), 0.0)
+    machine.run(4000)
+    assert machine.at[0] > 150.0 and machine.wire.late == 0
+    for k in range(1901, 2500):
+        machine.line(0.3 * k, 0.5 * np.sin(0.05 * k), 0.0)
+    machine.run(2000)
+    machine.waits = True
+    machine.run()
+    assert machine.wire.seg_done == 2499 and machine.said == []
+    assert kept(machine)

@@ -221,12 +221,15 @@ class LookAhead:
         self._waiting = []
         return self._path
 
-    def blocks(self, *, whole: bool = False) -> Iterator[Block]:
-        """Plan on while there is enough ahead, or with `whole` to the end; each block as soon as it is final."""
+    def blocks(self, *, whole: bool = False, early: bool = False) -> Iterator[Block]:
+        """Plan on while there is enough ahead, or with `whole` to the end; each block as soon as it is final.
+
+        With `early` one block at most, also where a window is not full: for motion that cannot wait for more path.
+        """
         ahead = sum(path.length for path in self._waiting) if not whole else 0.0
         if self._path is not None:
             ahead += self._path.length - self._windows.low
-        if not whole and ahead < self._looked and self.rows < self._looked_curves:
+        if not (whole or early) and ahead < self._looked and self.rows < self._looked_curves:
             return
         path = self._known()
         if path is None:
@@ -250,9 +253,11 @@ class LookAhead:
             if pieces is not None:
                 self._begun, self._looked = True, 0.0
                 yield self._block(path, pieces, begin, waits)
+                if early:
+                    break
                 continue
             near = windows.reach(setting, self._mode, high)
-            if not last and near == high:
+            if not last and near == high and not early:
                 self._looked = (path.length - windows.low) * max(1.0 + OPEN, (1.0 - OPEN) / windows.ahead)
                 self._looked_curves = AGAIN * len(path.curves)  # length alone tells little behind a long line
                 break
@@ -260,6 +265,8 @@ class LookAhead:
             pieces = windows.advance(setting, self._mode, near, end, ends_here=last and near == high)
             self._begun, self._looked = True, 0.0
             yield self._block(path, pieces, begin, waits)
+            if early:
+                break
         self._forget(path)
 
     def _block(

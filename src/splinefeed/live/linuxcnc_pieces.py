@@ -14,8 +14,12 @@ import numpy as np
 from splinefeed.geometry.path import Path
 from splinefeed.records import LAW_COEFFICIENTS, Array, IntArray
 
-#: A piece takes so long, s, or so much of the path, mm, but never longer than the third, s; a shorter one is rounding.
-LONGEST, LONGEST_WAY, NEVER_LONGER, SHORTEST = 0.010, 0.5, 0.050, 1e-7
+#: A piece takes so long, s, or so much of the path, mm, but never longer than the third, s.
+LONGEST, LONGEST_WAY, NEVER_LONGER = 0.010, 0.5, 0.050
+#: In a shorter piece rounding of positions is an acceleration, s; a shorter span of a law is rounding itself, s.
+SHORTEST, TINY = 2e-5, 1e-9
+#: A place this far from the curve that it should lie on, mm, lies on another one.
+OFF = 1e-9
 #: How far ahead a piece knows how much of the limits is used, s: as long as a stop takes.
 HORIZON = 0.4
 #: Shares of what the limits leave that the rate of time may use: ticks are not infinitely short.
@@ -116,7 +120,11 @@ class Track:
             curve, _ = path.locate(np.clip(middle[mine] - self.starts[k], 0.0, path.length))
             at, u = path.locate(np.clip(s[mine] - self.starts[k], 0.0, path.length))
             low, high = path.flat.domains[curve].T
-            u = np.where(at > curve, high, np.where(at < curve, low, u))
+            begin, end = path.curve_starts[curve], path.curve_starts[curve + 1]
+            away = np.maximum(begin - s[mine] + self.starts[k], s[mine] - self.starts[k] - end)
+            own = away > OFF
+            u = np.where(at > curve, np.where(own, u, high), np.where(at < curve, np.where(own, u, low), u))
+            curve = np.where(own, at, curve)
             for left in (False, True):
                 some = (u == high) == left
                 if some.any():
@@ -134,7 +142,7 @@ def value(c: Array, t: Array, order: int) -> Array:
 
 def quintics(track: Track, begin: float, spans: Array, c: Array) -> Quintics:
     """Pieces of every axis for a motion s(t): spans (m,), s, coefficients (m, 6); s from `begin` on the track."""
-    good = spans > SHORTEST
+    good = spans > TINY
     spans, c = spans[good], c[good]
     stop = begin + value(c, spans, 0)
     rows, wanted = [], []
@@ -147,22 +155,29 @@ def quintics(track: Track, begin: float, spans: Array, c: Array) -> Quintics:
         middle = 0.5 * (a + b)
         before = begin + value(c[rows], middle, 0) < np.array(wanted)
         a, b = np.where(before, middle, a), np.where(before, b, middle)
-    edges = [[0.0] for _ in spans]
-    for k, t in zip(rows, b.tolist(), strict=True):
-        edges[k].append(t)
-    of, first, last = [], [], []
-    for k, (inner, span) in enumerate(zip(edges, spans.tolist(), strict=True)):
-        inner = [t for t in sorted(inner) if t < span - SHORTEST]
-        inner = [t for t, after in zip(inner, [*inner[1:], span], strict=True) if after - t > SHORTEST or t == 0.0]
-        for low, high in zip(inner, [*inner[1:], span], strict=True):
-            way = float(value(c[k], np.array(high), 0) - value(c[k], np.array(low), 0))
-            parts = max(min((high - low) / LONGEST, way / LONGEST_WAY), (high - low) / NEVER_LONGER)
-            n = max(math.ceil(parts - 1e-9), 1)
-            edge = np.linspace(low, high, n + 1).tolist()
-            of += [k] * n
-            first += edge[:-1]
-            last += edge[1:]
-    t0, t1, law = np.array(first), np.array(last), c[of]
+    starts = np.concatenate([[0.0], np.cumsum(spans)])
+    cuts = np.sort(starts[rows] + b)
+    cuts = cuts[(cuts > SHORTEST) & (cuts < starts[-1] - SHORTEST)]
+    cuts = cuts[np.append(True, np.diff(cuts) > SHORTEST)[: len(cuts)]]
+    around = np.concatenate([[-1.0], cuts, [starts[-1] + 1.0]])
+    next_one = np.searchsorted(around, starts)  # a break of the law next to one of the path is that one
+    free = np.minimum(starts - around[next_one - 1], around[next_one] - starts) > SHORTEST
+    free[[0, -1]] = True
+    edges = np.sort(np.concatenate([starts[free], cuts]))
+    edges = edges[np.append(np.diff(edges) > SHORTEST, True) | (edges == 0.0)]
+    low, high = edges[:-1], edges[1:]
+    row = np.clip(np.searchsorted(starts, 0.5 * (low + high), side="right") - 1, 0, len(spans) - 1)
+    way = np.abs(value(c[row], high - starts[row], 0) - value(c[row], low - starts[row], 0))
+    parts = np.maximum(np.minimum((high - low) / LONGEST, way / LONGEST_WAY), (high - low) / NEVER_LONGER)
+    n = np.maximum(np.ceil(parts - 1e-9), 1.0).astype(int)
+    at = np.repeat(np.arange(len(n)), n)
+    share = np.arange(len(at)) - np.repeat(np.cumsum(n) - n, n)
+    step = ((high - low) / n)[at]
+    t0, t1 = low[at] + share * step, np.where(share + 1 == n[at], high[at], low[at] + (share + 1) * step)
+    row = np.clip(np.searchsorted(starts, 0.5 * (t0 + t1), side="right") - 1, 0, len(spans) - 1)
+    law, origin = c[row], starts[row]
+    h = (t1 - t0)[:, None]
+    t0, t1 = t0 - origin, t1 - origin
     middle = begin + value(law, 0.5 * (t0 + t1), 0)
     ends, states = [], []
     for t in (t0, t1):
@@ -172,7 +187,6 @@ def quintics(track: Track, begin: float, spans: Array, c: Array) -> Quintics:
         v, a = v[:, None], a[:, None]
         ends.append((d[:, 0], d[:, 1] * v, d[:, 2] * v * v + d[:, 1] * a))
     (p0, v0, a0), (p1, v1, a1) = ends
-    h = (t1 - t0)[:, None]
     dp, dv, da = p1 - p0 - h * (v0 + 0.5 * h * a0), h * (v1 - v0 - h * a0), h * h * (a1 - a0)
     terms = [
         p0, v0, 0.5 * a0, (10.0 * dp - 4.0 * dv + 0.5 * da) / h**3, (-15.0 * dp + 7.0 * dv - da) / h**4,

@@ -38,6 +38,8 @@ AT_ONCE, SETTLE = 200, 0.003
 SILENCE = 0.050
 #: Motion that is planned ahead, s: what a change of the override throws away.
 AHEAD = 2.0
+#: With less certain motion than this ahead, s, what is known is planned, however little it is.
+HUNGRY = 0.4
 #: A change of the override is planned from a place so far ahead, s, when it has not changed for so long, s.
 BRANCH, STEADY = 0.10, 0.02
 #: Cells of a window, and curves that the smoother looks at in one go.
@@ -73,6 +75,7 @@ class Run:
         self.base = 0  # curves of the track before the first that `look` knows
         self.coming: Iterator[Block] | None = None
         self.planned = False  # all that came is planned to its end
+        self.since = planner.clock()
         self.begins = True  # the next batch is the first one from rest
 
     def push(self, moves: Any) -> None:
@@ -119,15 +122,21 @@ class Run:
         for path, origins in zip(track.parts[first:], track.moves[first:], strict=True):
             self.look.take(self.at_feeds(path, origins))
 
-    def block(self) -> Block | None:
-        """The next block of motion, None where nothing more can be planned yet."""
-        if self.planned:
-            return None
-        self.coming = self.coming or self.look.blocks(whole=self.closed)
-        block = next(self.coming, None)
-        if block is None:
-            self.coming, self.planned = None, True
-        return block
+    def block(self, hungry: bool) -> Block | None:
+        """The next block of motion, None where nothing more can be planned yet; hungry: not even a full window."""
+        if self.planned and self.coming is None:
+            if not hungry or self.closed or not self.track.parts:
+                return None
+            return next(self.look.blocks(early=True), None)
+        while True:
+            if self.coming is None:
+                self.coming, self.planned = self.look.blocks(whole=self.closed), True  # until more is given
+            block = next(self.coming, None)
+            if block is not None:
+                return block
+            self.coming = None
+            if self.planned:
+                return None
 
 
 class Planner:
@@ -207,12 +216,13 @@ class Planner:
             self.news = self.clock()
         elif not run.closed and self._ended():
             run.close()
-        if run.planned or self.ahead() > AHEAD:
+        ahead = self.ahead()
+        if ahead > AHEAD:
             return fresh
-        block = run.block()
+        block = run.block(ahead < HUNGRY and self.clock() - run.since > SILENCE)
         if block is not None:
             self._send(run, block)
-        return True
+        return fresh or block is not None
 
     # --- what comes -------------------------------------------------------------------------------------------------
 
