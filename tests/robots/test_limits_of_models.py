@@ -105,3 +105,20 @@ def test_friction_and_rates_that_cannot_be_are_refused(given, message):
 def test_what_stands_still_must_carry_its_friction_and_its_weight():
     with pytest.raises(sf.errors.PlanError, match="standing still takes"):
         planned(sf.robot(FILE, payload=4.5, limits={"torque": [60, 25]}, friction={"coulomb": [40.0, 1.0]}))
+
+
+def test_a_straight_move_counts_what_models_add():
+    """One joint from end to end, without gravity: its torque is inertia and friction, and no closed form has it."""
+    text = """<robot name="r"><link name="a"/><link name="b"><inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1"/></inertial></link><joint name="turn" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>
+</robot>"""
+    limits = {"velocity": 10.0, "acceleration": 10.0, "jerk": 1000.0, "torque": 12.0, "torque_rate": 200.0}
+    arm = sf.robot(text, limits=limits, friction={"viscous": 2.0})
+    path = arm.through([[0.0], [3.0]])
+    law = sf.plan(path, arm.limits, period=PERIOD)
+    points = sf.interpolate(path, law)
+    assert sf.check(points, path, arm.limits, law=law).ok
+    q = np.concatenate([np.ones(3) * points.position[0], points.position[:, 0], np.ones(3) * points.position[-1]])
+    v, a = (q[2:] - q[:-2]) / (2 * PERIOD), np.diff(q, 2) / PERIOD**2
+    assert 0.98 * 12 < np.max(np.abs(a + 2 * v)) <= 12 * (1 + 1e-6)
+    assert np.max(np.abs(np.diff(a))) / PERIOD <= 200 * (1 + 1e-6)

@@ -11,7 +11,7 @@ import numpy as np
 from splinefeed.analysis.spans import PathSpans, SpanPlaces, chunks, spans_of
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
-from splinefeed.records import AXIS_LIMITS, KEPT, Array, BoolArray, IntArray, LimitResult, Limits
+from splinefeed.records import AXIS_LIMITS, KEPT, Array, BoolArray, IntArray, LimitResult, Limits, named
 
 #: How far a setpoint may be from the curve, and an end from the path's, mm (rotary axes rad), by default.
 TOLERANCE = 1e-9
@@ -238,9 +238,9 @@ class Bounds:
             rows += [
                 (n, most.get(a, LAW), 0, k + 1) for n, a, k in zip(model.names(), model.axes, columns, strict=True)
             ]
-        rows += [(f"{STEP}.{axes[k]}", v, 0, k + 1) for k, v in enumerate(limits.of_axes(STEP, axes).tolist())]
+        rows += [(named(STEP, axes[k]), v, 0, k + 1) for k, v in enumerate(limits.of_axes(STEP, axes).tolist())]
         for axis, (low, high) in limits.travel_of(axes).items():
-            rows.append((f"travel.{axis}", 0.5 * (high - low), 0, axes.index(axis) + 1))
+            rows.append((named("travel", axis), 0.5 * (high - low), 0, axes.index(axis) + 1))
         of = (None, *axes, *((None,) * len(self.weights)))  # whose each column is
         return {
             name: Worst(LimitResult(limit=limit, worst=0.0, at_s=0.0, at_t=0.0, axis=of[column]), order, column)

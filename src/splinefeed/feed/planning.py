@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.errors import CurveError, InputError, LimitsError, expect
+from splinefeed.errors import CurveError, InputError, LimitsError, PlanError, expect
 from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL, plan_in_mode
 from splinefeed.feed.seven_phase import STRATEGY as SEVEN_PHASE
 from splinefeed.feed.seven_phase import Stretched, plan_seven_phase
@@ -22,12 +23,24 @@ from splinefeed.feed.window import State
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.kinematics import JointPath
-from splinefeed.records import TABLE, TRAVEL_ENDS, Limits, TimeLaw, axes_without_limits, field_of, positive
+from splinefeed.records import (
+    TABLE,
+    TRAVEL_ENDS,
+    Joint,
+    Limits,
+    TimeLaw,
+    axes_without_limits,
+    field_of,
+    positive,
+    unit_along,
+)
 
 #: Fields of Limits that bound the motion along the path, whatever its shape.
 SHAPELESS = frozenset({"feed", "acceleration", "jerk", "deceleration", "deceleration_jerk"})
 #: Those that every strategy holds: the ends of the path, and travel, which `plan` looks after itself.
 ENDS = frozenset({"start_feed", "end_feed", *TRAVEL_ENDS})
+#: The unit of lengths along a path as messages say it: along joints of an arm it is another.
+_MM = re.compile(r"\bmm\b")
 #: Places along a path at which its joints are looked at to see which of them move.
 JOINT_PLACES = 257
 #: Axes up to which a lower bound of the time is cheap.
@@ -112,6 +125,24 @@ def plan(
     Source: docs/math/planner.md, docs/math/seven-phase.md.
     Example: `sf.plan(path, limits, period=1e-3).duration`
     """
+    try:
+        return _plan(path, limits, strategy, period, start, bound=bound)
+    except (LimitsError, PlanError) as error:
+        along = unit_along(getattr(path, "axes", ("x",)))
+        if isinstance(path, Path) and any(isinstance(axis, Joint) for axis in path.axes) and along != "mm":
+            raise type(error)(_MM.sub(along, str(error))) from None
+        raise
+
+
+def _plan(
+    path: Path | JointPath | Stretched,
+    limits: Limits,
+    strategy: str | None,
+    period: float | None,
+    start: State | None,
+    *,
+    bound: bool,
+) -> TimeLaw:
     expect("plan(path, limits)", (path, (Path, JointPath, Stretched)), (limits, Limits))
     if isinstance(path, ToolPath):
         raise InputError(

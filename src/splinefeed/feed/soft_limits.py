@@ -8,7 +8,7 @@ from splinefeed.errors import LimitsError
 from splinefeed.feed.numbers import KEPT
 from splinefeed.geometry.differential import extremes
 from splinefeed.geometry.path import Path
-from splinefeed.records import ROTARY_AXES, Limits
+from splinefeed.records import ROTARY_AXES, Limits, unit_of_axis
 
 
 def check_travel(path: Path, limits: Limits) -> None:
@@ -37,7 +37,7 @@ def check_travel(path: Path, limits: Limits) -> None:
         furthest = u[np.argmax(points[:, k] if upwards else -points[:, k])]
         s = float(path.tip_length(path.arc_length(index, furthest)))
         axis = path.axes[columns[k]]
-        unit, factor = ("deg", np.degrees(1.0)) if axis in ROTARY_AXES else ("mm", 1.0)
+        unit, factor = unit_of_axis(axis), np.degrees(1.0) if axis in ROTARY_AXES else 1.0
         side = "most" if upwards else "least"
         raise LimitsError(
             f"the path goes to {axis} = {factor * position:.6g} {unit} at s = {s:.6g} mm (curve {index}); "

@@ -77,6 +77,11 @@ def _along(setting: Setting, edges: Array) -> Array:
             found.append((np.sqrt(rows.top), up, down, 0.5 / np.max(np.abs(rows.jerk[:, 2]), axis=0, initial=0.0)))
     bent = np.max(np.abs(d[:, 2]), axis=1) * np.repeat(length, len(LOOKED))
     bent += rows.top * np.max(np.abs(rows.linear[:, 0]), axis=0, initial=0.0)
+    if rows.root is not None:
+        bent += np.sqrt(rows.top) * np.max(np.abs(rows.root), axis=0, initial=0.0)
+    own = slice(rows.jerks, None)  # limits of jerk of models have more than q''
+    bent += np.max(np.abs(rows.jerk[own, :2]), axis=(0, 1), initial=0.0) * rows.top
+    bent += np.max(np.abs(rows.jump[:, 0, own]), axis=(0, 1), initial=0.0)
     values = np.minimum(np.stack([*found[0], found[-1][3], *d[:, 1].T]), NO_LIMIT).reshape(-1, *s.shape)
     size = np.abs(values[:, :, 0])
     size[5:] = 1.0

@@ -19,10 +19,13 @@ from splinefeed.records import (
     STREAM_COLUMNS,
     Array,
     IntArray,
+    Joint,
     Response,
     Setpoints,
     check_finite,
     positive,
+    unit_along,
+    unit_of_axis,
 )
 
 #: Raised by one when a file written by this version could no longer be read by the one before.
@@ -46,7 +49,7 @@ _ROWS_AT_ONCE = 2000
 
 def axis_units(axes: Iterable[str], rotary: str) -> list[str]:
     """The unit of each axis, with `rotary` ("rad" or "deg") for those that turn."""
-    return [rotary if axis in ROTARY_AXES else "mm" for axis in axes]
+    return [rotary if axis in ROTARY_AXES else unit_of_axis(axis) for axis in axes]
 
 
 def to_degrees(position: Array, axes: Sequence[str]) -> Array:
@@ -108,7 +111,7 @@ def description(first: Setpoints, rotary: str) -> dict[str, Any]:
         "method": first.method,
         "period_s": first.period,
         "axes": first.axes,
-        "units": {**COLUMNS, "position": axis_units(first.axes, rotary)},
+        "units": {**units_of(first.axes), "position": axis_units(first.axes, rotary)},
         "settings": json.loads(to_json(first.settings)),
     }
 
@@ -123,7 +126,7 @@ def described(columns: Mapping[str, Any], said: Any) -> Setpoints:
             raise InputError(f"{name}: is missing or of the wrong type")
     points = Setpoints(
         **columns,
-        axes=tuple(map(str, said["axes"])),
+        axes=axes_of(said),
         period=positive(said.get("period_s"), "period"),
         method=said["method"],
         settings=said["settings"],
@@ -132,10 +135,29 @@ def described(columns: Mapping[str, Any], said: Any) -> Setpoints:
     return points
 
 
+def units_of(axes: Sequence[str]) -> dict[str, str]:
+    """COLUMNS with the unit of lengths along a path of these axes: that of joints, which is not mm."""
+    along = unit_along(axes)
+    along = along if any(isinstance(axis, Joint) for axis in axes) else "mm"
+    return {**COLUMNS, "s": along, "feed": f"{along}/s"}
+
+
+def axes_of(said: Mapping[str, Any]) -> tuple[str, ...]:
+    """The axes that a description names; one in rad that is no rotary axis is a joint, as are all beside it."""
+    names = tuple(map(str, said["axes"]))
+    units = said.get("units")
+    own = units.get("position") if isinstance(units, dict) else None
+    if not isinstance(own, list) or len(own) != len(names):
+        return names
+    arm = any(unit == "rad" and name not in ROTARY_AXES for name, unit in zip(names, own, strict=True))
+    return tuple(Joint(name, str(unit)) if arm else name for name, unit in zip(names, own, strict=True))
+
+
 def column_names(axes: Sequence[str], rotary: str) -> list[str]:
     """Names of the columns of a table, each with its unit."""
     positions = [f"{axis}_{unit}" for axis, unit in zip(axes, axis_units(axes, rotary), strict=True)]
-    return ["t_s", "curve", "u", "s_mm", "feed_mm_s", *positions]
+    along = units_of(axes)["s"].strip("()").replace(" ", "_")
+    return ["t_s", "curve", "u", f"s_{along}", f"feed_{along}_s", *positions]
 
 
 def columns_of(points: Setpoints) -> list[Array | IntArray]:

@@ -12,7 +12,17 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.formats import mat5
 from splinefeed.formats.mat5 import MOST_UNPACKED, NO_HARM_BYTES
-from splinefeed.formats.metadata import COLUMNS, Sink, axis_units, by_name, column_names, columns_of, description
+from splinefeed.formats.metadata import (
+    COLUMNS,
+    Sink,
+    axes_of,
+    axis_units,
+    by_name,
+    column_names,
+    columns_of,
+    description,
+    units_of,
+)
 from splinefeed.formats.native_process import ask
 from splinefeed.formats.rows_parquet import libraries
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
@@ -95,7 +105,10 @@ def write_parquet(file: Path) -> Sink[Setpoints]:
         writer: Any = None
         while (chunk := (yield)) is not None:
             if writer is None:
-                names, units = column_names(chunk.axes, "rad"), [*COLUMNS.values(), *axis_units(chunk.axes, "rad")]
+                names, units = (
+                    column_names(chunk.axes, "rad"),
+                    [*units_of(chunk.axes).values(), *axis_units(chunk.axes, "rad")],
+                )
                 kinds = [pyarrow.int64() if name == "curve" else pyarrow.float64() for name in names]
                 fields = [
                     pyarrow.field(name, kind, nullable=False, metadata={"unit": unit})
@@ -126,7 +139,7 @@ def parquet_contents(file: Path) -> tuple[Any, dict[str, Any]]:
         if metadata is None:
             raise InputError("has no metadata of splinefeed; was this written by it?")
         said = json.loads(metadata)
-        names = column_names(said["axes"], "rad")
+        names = column_names(axes_of(said), "rad")
         if source.schema_arrow.names != names or len(said["axes"]) > MAX_AXES:
             raise InputError(f"expected the columns {', '.join(names)}")
         if source.metadata.num_rows > MAX_TICKS:

@@ -13,7 +13,16 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import InputError
-from splinefeed.formats.metadata import Sink, axis_units, by_name, column_names, columns_of, description, write_rows
+from splinefeed.formats.metadata import (
+    Sink,
+    axes_of,
+    axis_units,
+    by_name,
+    column_names,
+    columns_of,
+    description,
+    write_rows,
+)
 from splinefeed.formats.sizes import MAX_TICKS
 from splinefeed.formats.table_text import OURS
 from splinefeed.records import Array, IntArray, Setpoints
@@ -55,7 +64,7 @@ def read_csv(file: Path) -> tuple[dict[str, Any], Any]:
         if not line.startswith(_METADATA):
             raise InputError(f"line 2: expected {_METADATA!r}")
         said = json.loads(line.removeprefix(_METADATA))
-        names = column_names(said["axes"], "deg")
+        names = column_names(axes_of(said), "deg")
         if stream.readline().strip() != ",".join(names):
             raise InputError(f"line 3: expected the column names {','.join(names)}")
         if end is None or int(end[1]) > MAX_TICKS:

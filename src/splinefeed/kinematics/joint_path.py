@@ -17,7 +17,7 @@ from splinefeed.geometry.resolution import RESOLUTION
 from splinefeed.geometry.tool_path import ANGLES, ToolPath
 from splinefeed.kinematics.chains import Kinematics
 from splinefeed.kinematics.jets import Jet, root
-from splinefeed.records import ROTARY_AXES, Array, IntArray, Setpoints
+from splinefeed.records import ROTARY_AXES, Array, IntArray, Setpoints, unit_of_axis
 
 if TYPE_CHECKING:
     from scipy.interpolate import KroghInterpolator
@@ -425,7 +425,7 @@ class JointPath:
             beyond = self(closer)[:, k]
             out = np.maximum(low - beyond, beyond - high)
             if np.max(out) > LEFT:
-                unit, factor = ("deg", 180.0 / math.pi) if name in ROTARY_AXES else ("mm", 1.0)
+                unit, factor = unit_of_axis(name), 180.0 / math.pi if name in ROTARY_AXES else 1.0
                 reached = np.append(joints[:, k], beyond)
                 ends = reached.min(), reached.max(), low, high
                 least, most, bottom, top = (f"{factor * end:.6g}" for end in ends)

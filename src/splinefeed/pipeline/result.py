@@ -17,7 +17,7 @@ from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.pipeline.follow import Servo
 from splinefeed.pipeline.meters import MOTION
-from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along, view
+from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along, unit_of_axis, view
 
 #: A picture of a tool path shows the tool axis at so many places, so long as a share of the path's size.
 TOOLS_DRAWN, TOOL_DRAWN = 41, 0.2
@@ -230,11 +230,11 @@ class Run:
         own = self.own_limits()
         peaks: dict[str, dict[str, float | str]] = {}
         for i, axis in enumerate(self.axes):
-            rotary = i >= self.linear
-            factor = 180.0 / np.pi if rotary else 1.0
+            unit = unit_of_axis(axis)
+            rotary, factor = unit != "mm", 180.0 / np.pi if unit == "deg" else 1.0
             each = {name: factor * float(np.max(np.abs(getattr(self.motion, name)[:, i]))) for name in MOTION}
             shares = {} if rotary else {f"{name}_share": each[name] / limit for name, limit in own.items()}
-            peaks[axis] = {"unit": "deg" if rotary else "mm", **each, **shares}
+            peaks[axis] = {"unit": unit, **each, **shares}
         return peaks
 
     def own_limits(self) -> dict[str, float]:

@@ -16,12 +16,15 @@ from splinefeed.records.limit_table import ORDERS as ORDERS
 from splinefeed.records.limit_table import ROTARY_AXES as ROTARY_AXES
 from splinefeed.records.limit_table import TABLE as TABLE
 from splinefeed.records.limit_table import TRAVEL_ENDS as TRAVEL_ENDS
+from splinefeed.records.limit_table import Joint as Joint
 from splinefeed.records.limit_table import field_of as field_of
+from splinefeed.records.limit_table import named as named
 from splinefeed.records.limit_table import order_of as order_of
 from splinefeed.records.limit_table import raised as raised
 from splinefeed.records.limit_table import shown_by as shown_by
 from splinefeed.records.limit_table import unit_along as unit_along
 from splinefeed.records.limit_table import unit_of as unit_of
+from splinefeed.records.limit_table import unit_of_axis as unit_of_axis
 from splinefeed.records.limit_table import words_of as words_of
 from splinefeed.records.limits import AxisBounds as AxisBounds
 from splinefeed.records.limits import Combination as Combination

@@ -10,6 +10,33 @@ from dataclasses import dataclass
 #: Names of rotary axes: rad inside, degrees at the edges. Every other axis is linear.
 ROTARY_AXES = ("a", "b", "c", "theta")
 
+
+class Joint(str):
+    """The name of a joint of an arm, which knows its unit: rad, or mm of one that slides. It is equal to its text.
+
+    Names of axes (k,) that are Joints have figures, files and messages say that unit. Raises nothing.
+    Source: docs/readers/robots.md.
+    Example: `sf.robots.Joint("elbow", "rad").unit`
+    """
+
+    unit: str
+
+    def __new__(cls, name: str, unit: str) -> Joint:
+        """A name and its unit."""
+        found = super().__new__(cls, name)
+        found.unit = unit
+        return found
+
+    def __reduce__(self) -> tuple[type[Joint], tuple[str, str]]:
+        return Joint, (str(self), self.unit)
+
+
+def named(kind: str, axis: str) -> str:
+    """The name of a limit of one axis, axis_jerk.x; that of a joint knows its unit as the joint does."""
+    text = f"{kind}.{axis}"
+    return Joint(text, axis.unit) if isinstance(axis, Joint) else text
+
+
 #: What a limit bounds: the motion along the path, its ends, what lies between two setpoints, each axis, each axis at
 #: corners and over its travel, weighted sums of axes, and what a model gives of axes, such as torques.
 PATH, ENDS, TICKS, AXES, CORNERS, TRAVEL, SUMS, MODELS = (
@@ -107,9 +134,20 @@ def words_of(name: str) -> str:
     return " ".join([KINDS[kind].words if kind in KINDS else kind.replace("_", " "), *rest])
 
 
+def unit_of_axis(axis: str) -> str:
+    """Unit of an axis for people: deg of a rotary one, that of a joint of an arm, else mm."""
+    return "deg" if axis in ROTARY_AXES else axis.unit if isinstance(axis, Joint) else "mm"
+
+
 def unit_along(axes: Iterable[str]) -> str:
-    """Unit of arc length along a path of these axes, for people: "mm", or "deg" where all of them are rotary."""
-    return "deg" if all(axis in ROTARY_AXES for axis in axes) else "mm"
+    """Unit of arc length along a path of these axes, for people: "mm", or what all of them are in, "deg" or "rad".
+
+    Where some joints turn and others slide it is (rad or mm).
+    """
+    found = list(dict.fromkeys(map(unit_of_axis, axes)))
+    if len(found) <= 1:
+        return found[0] if found else "deg"
+    return "(rad or mm)" if "rad" in found else "mm"
 
 
 def unit_of(name: str, along: str = "mm") -> str:
@@ -119,14 +157,20 @@ def unit_of(name: str, along: str = "mm") -> str:
     """
     kind, _, axis = name.partition(".")
     if kind in KINDS and KINDS[kind].of_force:
-        return ("N m" if axis in ROTARY_AXES else "N") + _PER[order_of(name)]
+        return ("N m" if axis in ROTARY_AXES or _own_unit(name) == "rad" else "N") + _PER[order_of(name)]
     if IN_ORDER.fullmatch(name):
         base = "(mm or rad)"
     elif axis in ROTARY_AXES or kind in ANGLES:
         base = "deg"
+    elif isinstance(name, Joint):
+        base = name.unit
     else:
         base = "mm" if axis or kind.startswith("axis_") else along
     return base + _PER[order_of(name)]
+
+
+def _own_unit(name: str) -> str:
+    return name.unit if isinstance(name, Joint) else ""
 
 
 def shown_by(name: str, axis: str | None) -> float:

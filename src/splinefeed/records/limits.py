@@ -21,11 +21,12 @@ from splinefeed.records.limit_table import (
     ORDERS,
     ROTARY_AXES,
     TRAVEL_ENDS,
+    named,
     raised,
     shown_by,
     unit_of,
 )
-from splinefeed.records.modelled import Modelled, check_bounds
+from splinefeed.records.modelled import Modelled, axis_name, check_bounds
 from splinefeed.records.torque import Torque
 
 #: An axis that moves by no more roundings than this, of its positions, does not move.
@@ -239,7 +240,7 @@ class Limits:
         """
         sums = self.combinations or {}
         names = tuple(
-            (*(f"{name}.{axis}" for axis in axes), *(f"combinations.{label}.{kind}" for label in sums))
+            (*(named(name, axis) for axis in axes), *(f"combinations.{label}.{kind}" for label in sums))
             for name, kind in zip(AXIS_LIMITS, BOUNDED, strict=True)
         )
         bounds = [
@@ -253,8 +254,8 @@ class Limits:
         """These limits with lists of values by the names of `axes`; LimitsError for a limit that does not fit them."""
         said = dict.fromkeys(TRAVEL_ENDS, "travel")
         given = {name: getattr(self, name) for name in (*BY_AXIS, *TRAVEL_ENDS)}
-        named: dict[str, Any] = {name: by_name(said.get(name, name), value, axes) for name, value in given.items()}
-        changed = {name: value for name, value in named.items() if isinstance(given[name], tuple)}
+        found: dict[str, Any] = {name: by_name(said.get(name, name), value, axes) for name, value in given.items()}
+        changed = {name: value for name, value in found.items() if isinstance(given[name], tuple)}
         return replace(self, **changed) if changed else self
 
     def as_dict(self) -> dict[str, float]:
@@ -272,7 +273,7 @@ class Limits:
             bounds = {f"{place}.{kind}": float(getattr(each, kind)) for kind in BOUNDED}
             flat |= {key: bound for key, bound in bounds.items() if bound < math.inf}
         for model in self.models:
-            flat |= {f"{model.kind}.{axis}": most for axis, most in model.numbers().items()}
+            flat |= {named(model.kind, axis): most for axis, most in model.numbers().items()}
         return flat
 
     def _repr_html_(self) -> str:
@@ -312,8 +313,8 @@ def _checked(value: Any, name: str, check: Callable[[object, str], float]) -> An
         return check(value, name)
     names = list(value.keys()) if hasattr(value, "keys") else []  # a Series of pandas has them too
     if isinstance(value, Mapping) or any(isinstance(each, str) for each in names):
-        named = {str(axis): check(each, f"{name}.{axis}") for axis, each in value.items()}
-        return MappingProxyType(named) if named else None
+        found = {axis_name(axis): check(each, f"{name}.{axis}") for axis, each in value.items()}
+        return MappingProxyType(found) if found else None
     if isinstance(value, str) or (not np.ndim(value) and name not in TRAVEL_ENDS):
         return check(value, name)
     if np.ndim(value) != 1 or not len(value):
@@ -326,7 +327,7 @@ def _flat(name: str, value: Any) -> dict[str, float]:
     if value is None or value == math.inf:
         return {}
     if isinstance(value, Mapping):
-        return {f"{name}.{axis}": limit for axis, limit in value.items()}
+        return {named(name, axis): limit for axis, limit in value.items()}
     return {f"{name}[{k}]": each for k, each in enumerate(value)} if isinstance(value, tuple) else {name: value}
 
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from splinefeed.errors import LimitsError
 from splinefeed.records.arrays import Array
+from splinefeed.records.limit_table import Joint, named
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ class Modelled(ABC):
 
     def names(self) -> list[str]:
         """Names of its limits, one an axis."""
-        return [f"{self.kind}.{axis}" for axis in self.axes]
+        return [named(self.kind, axis) for axis in self.axes]
 
     def rounding(self, position: Array, period: float, each: Array) -> Array:
         """What roundings of setpoints, (axes,), can make of each value by differences, (n - span + 1, axes)."""
@@ -97,3 +98,8 @@ def check_bounds(what: str, bounds: Mapping[str, float]) -> None:
     """LimitsError for bounds that are not all positive, or all infinite."""
     if not all(bound > 0.0 for bound in bounds.values()) or min(bounds.values(), default=math.inf) == math.inf:
         raise LimitsError(f"{what} are {dict(bounds)}; one at least is needed, and all must be positive")
+
+
+def axis_name(axis: object) -> str:
+    """A name of an axis as a key: that of a joint keeps its unit."""
+    return axis if isinstance(axis, Joint) else str(axis)

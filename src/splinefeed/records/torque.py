@@ -10,7 +10,7 @@ import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
 from splinefeed.records.arrays import Array
-from splinefeed.records.modelled import Modelled, ModelRows, check_bounds
+from splinefeed.records.modelled import Modelled, ModelRows, axis_name, check_bounds
 
 #: A torque that differs from that of the form of rigid bodies by more than this share has friction in its model.
 ALMOST = 1e-9
@@ -47,11 +47,11 @@ class Torque(Modelled):
     def __post_init__(self) -> None:
         if not callable(self.model):
             raise LimitsError("the model of torques is a function of positions, velocities and accelerations")
-        most = {str(axis): float(limit) for axis, limit in self.most.items()}
+        most = {axis_name(axis): float(limit) for axis, limit in self.most.items()}
         check_bounds("torque limits", most)
         object.__setattr__(self, "most", MappingProxyType(most))
         for name in ("coulomb", "viscous"):
-            own = {str(axis): float(each) for axis, each in (getattr(self, name) or {}).items()}
+            own = {axis_name(axis): float(each) for axis, each in (getattr(self, name) or {}).items()}
             for axis, value in own.items():
                 if axis not in most or not 0.0 <= value < np.inf:
                     raise LimitsError(f"torque: {name} of {axis} is {value:g}; give a joint of `most` 0 or more")

@@ -10,7 +10,7 @@ import numpy as np
 
 from splinefeed.errors import LimitsError
 from splinefeed.records.arrays import Array
-from splinefeed.records.modelled import Modelled, ModelRows, check_bounds
+from splinefeed.records.modelled import Modelled, ModelRows, axis_name, check_bounds
 from splinefeed.records.torque import Model, Torque
 
 #: How far joints go, rad or mm, and a motion, s, in the central differences of torques along it.
@@ -42,7 +42,7 @@ class TorqueRate(Modelled):
     def __post_init__(self) -> None:
         if not callable(self.model):
             raise LimitsError("the model of torques is a function of positions, velocities and accelerations")
-        most = {str(axis): float(limit) for axis, limit in self.most.items()}
+        most = {axis_name(axis): float(limit) for axis, limit in self.most.items()}
         check_bounds("limits of the rate of torque", most)
         object.__setattr__(self, "most", MappingProxyType(most))
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from splinefeed.errors import LimitsError
 from splinefeed.records.arrays import Array
-from splinefeed.records.modelled import Modelled, ModelRows, check_bounds
+from splinefeed.records.modelled import Modelled, ModelRows, axis_name, check_bounds
 
 #: A velocity limit is never below this, rad/s or mm/s: there is no motion where it is 0.
 LEAST = 1e-6
@@ -109,7 +109,7 @@ class Approach(Modelled):
     kind, span, power = "axis_approach", 3, 2
 
     def __post_init__(self) -> None:
-        rate = {str(axis): float(each) for axis, each in self.rate.items()}
+        rate = {axis_name(axis): float(each) for axis, each in self.rate.items()}
         check_bounds("rates of approach", rate)
         if set(rate) != set(self.velocity.axes):
             raise LimitsError("axis_approach: give a rate for each joint that has a law of velocity")

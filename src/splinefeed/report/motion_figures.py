@@ -11,7 +11,7 @@ from splinefeed.errors import expect
 from splinefeed.geometry.path import Path
 from splinefeed.pipeline.compare import MethodTrace
 from splinefeed.pipeline.result import Run
-from splinefeed.records import Array, Limits, TimeLaw, unit_along
+from splinefeed.records import Array, Limits, TimeLaw, unit_along, unit_of_axis
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Figure, Level, Line, Mark, Panel, peak
 
@@ -107,13 +107,15 @@ def _panels(
 
 
 def axis_panels(run: Run) -> list[Panel]:
-    """A panel for position, velocity, acceleration and jerk of the linear axes, and of the rotary ones.
+    """A panel for position, velocity, acceleration and jerk of the axes in each unit.
 
     With the limit of each axis, in its colour where they differ.
     """
     panels = []
-    for columns, factor in ((range(run.linear), 1.0), (range(run.linear, len(run.axes)), 180.0 / np.pi)):
-        for quantity in _QUANTITIES if columns else ():
+    units = list(map(unit_of_axis, run.axes))
+    for own in dict.fromkeys(units):
+        columns, factor = [k for k, each in enumerate(units) if each == own], 180.0 / np.pi if own == "deg" else 1.0
+        for quantity in _QUANTITIES:
             kept = run.kept if quantity == "position" else run.motion
             values = factor * getattr(kept, quantity)
             unit = theme.of_axis(quantity, run.axes[columns[0]])
@@ -135,7 +137,7 @@ def axis_panels(run: Run) -> list[Panel]:
     return panels
 
 
-def _limits_of_axes(run: Run, quantity: str, columns: range, factor: float, unit: str) -> list[Level]:
+def _limits_of_axes(run: Run, quantity: str, columns: list[int], factor: float, unit: str) -> list[Level]:
     """A line at each limit of these axes, with the axes that have it; all have one colour where they share it."""
     tops = factor * run.limits.of_axes(f"axis_{quantity}", run.axes)
     found: dict[float, list[int]] = {}

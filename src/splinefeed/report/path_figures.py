@@ -13,7 +13,7 @@ from splinefeed.geometry.differential import curvatures
 from splinefeed.geometry.path import Path
 from splinefeed.pipeline.follow import Deviation
 from splinefeed.pipeline.result import Run
-from splinefeed.records import TABLE, Array, IntArray, Response, field_of, unit_along, words_of
+from splinefeed.records import TABLE, Array, IntArray, Response, field_of, unit_along, unit_of_axis, words_of
 from splinefeed.records.limit_table import MODELS
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Line, Mark, Panel, Shades
@@ -84,10 +84,11 @@ def still_figure(path: Path) -> Figure:
     curve, u = path.locate(s)
     found = path.evaluate(curve, u, 2)
     place = _flat(found[:, 0, : min(path.linear, 3)])
-    shades = {"curvature": _curvature(path, found)}
-    mark = Coloured(place, shades, np.column_stack([s, u]), ("s (mm)", "u"), place)
-    title = f"{theme.words(path.name)}: {theme.short(path.tip_end)} mm"
-    return _picture(path, title, mark, [f"{theme.words(axis, 12)} (mm)" for axis in path.axes], curve)
+    shades, unit = {"curvature": _curvature(path, found)}, unit_along(path.axes)
+    mark = Coloured(place, shades, np.column_stack([s, u]), (f"s ({unit})", "u"), place)
+    title = f"{theme.words(path.name)}: {theme.short(path.tip_end)} {unit}"
+    labels = [f"{theme.words(axis, 12)} ({unit_of_axis(axis)})" for axis in path.axes]
+    return _picture(path, title, mark, labels, curve)
 
 
 def _picture(path: Path, title: str, mark: Coloured, labels: list[str], curve: IntArray | None) -> Figure:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from splinefeed.errors import FormatError, InputError, nearest
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import Path
-from splinefeed.records import Array
+from splinefeed.records import Array, Joint
 from splinefeed.records.limits import Limits
 from splinefeed.robots.arm_path import AT_START, TURNED_AT_START, ArmPath, orientation_of, tip_of
 from splinefeed.robots.description import FIXED, MOVING, JointDescription, read_description
@@ -267,10 +267,12 @@ def robot(
             notes.append(f"{len(without)} link(s) have a shape but no <inertial> and weigh nothing: {names}")
     elif carried.mass > 0.0:
         raise InputError("payload: it counts for torque alone, and torque=False is given; leave one of them out")
+    units = ("rad" if turns else "mm" for turns in frames.turns)
+    called = tuple(Joint(joint.name, unit) for joint, unit in zip(moving, units, strict=True))
     found, own_notes = joint_limits(moving, tuple(description.joints), limits, torque=torque)
     return Arm(
         name=description.name,
-        joints=tuple(joint.name for joint in moving),
+        joints=called,
         turns=frames.turns,
         base=way[0].parent,
         tip=tip,
@@ -283,7 +285,7 @@ def robot(
         jerk=found["jerk"],
         most_torque=found["torque"],
         torque_rate=found["torque_rate"],
-        friction=friction_of(friction, [joint.name for joint in moving]),
+        friction=friction_of(friction, called),
         notes=tuple([*notes, *own_notes]),
     )
 
