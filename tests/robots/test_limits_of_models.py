@@ -110,8 +110,8 @@ def test_what_stands_still_must_carry_its_friction_and_its_weight():
 def test_a_straight_move_counts_what_models_add():
     """One joint from end to end, without gravity: its torque is inertia and friction, and no closed form has it."""
     text = """<robot name="r"><link name="a"/><link name="b"><inertial><mass value="1"/>
-<inertia ixx="1" iyy="1" izz="1"/></inertial></link><joint name="turn" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>
-</robot>"""
+<inertia ixx="1" iyy="1" izz="1"/></inertial></link>
+<joint name="turn" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint></robot>"""
     limits = {"velocity": 10.0, "acceleration": 10.0, "jerk": 1000.0, "torque": 12.0, "torque_rate": 200.0}
     arm = sf.robot(text, limits=limits, friction={"viscous": 2.0})
     path = arm.through([[0.0], [3.0]])

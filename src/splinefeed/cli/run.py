@@ -15,7 +15,7 @@ import splinefeed as sf
 from splinefeed.cli import options, summary
 from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Page, Say
-from splinefeed.cli.source import AFTER_READING, check_rotary, job_of, read_path
+from splinefeed.cli.source import AFTER_READING, check_rotary, job_of, job_of_robot, read_path
 from splinefeed.errors import InputError
 
 #: Most ticks of a motion on which methods are compared: each is held as a whole.
@@ -38,6 +38,7 @@ POINTS_TOLERANCE = 1e-3
 source          [SOURCE]
 --method        NAME    The method.  [default: arc-length; the paper's without SOURCE]
 --format formats  hdf5|csv|mat|npz|parquet|halstreamer|pvt* =hdf5  Format of the setpoints; may be repeated.
+--robot         FILE    A URDF: SOURCE is a motion of that arm, JSON with waypoints or along, its limits too.
 --tip           -       Tool paths: write tip and tool axis at each setpoint too, tip.csv.
 -o --output     DIR     Folder to write to.  [default: splinefeed-NAME]
 """)
@@ -69,6 +70,7 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
       splinefeed run section.dat --chord 150mm --feed 3600mm/min --format hdf5 --format csv
       splinefeed run mould.nc --machine router --smooth program
       splinefeed run flank.json --machine trunnion --feed 100 --period 2ms
+      splinefeed run panda.json --robot panda.urdf
     """
     from splinefeed.interpolation import registry
     from splinefeed.pipeline import compare
@@ -84,7 +86,10 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
     method = given["method"] or (compare.PAPER_METHODS[-1] if of_paper else registry.DEFAULT_METHOD)
     registry.method(method)
     # the paper's experiment has the paper's limits, whatever the machine
-    what = job_of(say, source, given, None if of_paper else machine, read=partial(_read, given))
+    if given["robot"] is not None:
+        what = job_of_robot(say, source, given)
+    else:
+        what = job_of(say, source, given, None if of_paper else machine, read=partial(_read, given))
     compared = of_paper if given["compare"] is None else given["compare"]
     path: Any = what.path
     corrections, formats, reading = given["corrections"], given["formats"], what.reading

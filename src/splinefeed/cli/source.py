@@ -12,6 +12,7 @@ import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.output import Say
 from splinefeed.errors import InputError, nearest
+from splinefeed.records import field_of
 
 if TYPE_CHECKING:
     from splinefeed.formats.contents import Contents
@@ -55,6 +56,29 @@ def job_of(
         notes = (*notes, *_smoothing_note(path))
     period = PAPER_PERIOD if given["period"] is None else given["period"]
     return MotionJob(path, limits, machine, period, given["strategy"], source=source, reading=reading, notes=notes)
+
+
+def job_of_robot(say: Say, source: str | None, given: Mapping[str, Any]) -> MotionJob:
+    """What a file of a motion of an arm means, along with its URDF; InputError for options that are not an arm's."""
+    from splinefeed.pipeline.run import MotionJob
+    from splinefeed.pipeline.settings import PAPER_PERIOD
+    from splinefeed.robots.motion_file import read_motion
+
+    if source is None:
+        raise InputError("--robot: give a motion too: splinefeed run MOTION.json --robot ROBOT.urdf")
+    said = options.said_limits(given, {})
+    feed = said.pop("feed", None)
+    refused = [*(field_of(name) for name in said), *options.reading_from(given)]
+    refused += [name for name in ("machine", "compare", "tip") if given[name]]
+    if refused:
+        option = refused[0].replace("_", "-")
+        raise InputError(f"--{option}: an arm has its limits and motion from its own files; leave it out")
+    say(f"reading {source}")
+    arm, path, limits = read_motion(source, given["robot"], feed=feed)
+    period = PAPER_PERIOD if given["period"] is None else given["period"]
+    reading = {"robot": given["robot"], **({} if feed is None else {"feed": feed})}
+    how: dict[str, Any] = {"source": source, "reading": reading, "notes": arm.notes}
+    return MotionJob(path, limits, None, period, given["strategy"], **how)
 
 
 def _smoothing_note(path: sf.Path) -> list[str]:

@@ -19,7 +19,7 @@ def unit_of_path(page: Page) -> str:
     """The unit of arc length; a run by windows is along linear axes."""
     from splinefeed.records import unit_along
 
-    return unit_along(page["axes"]) if "axes" in page else "mm"
+    return str(page.get("unit") or (unit_along(page["axes"]) if "axes" in page else "mm"))
 
 
 def motion_sentence(page: Page) -> str:
@@ -74,7 +74,8 @@ def limits(page: Page, *, checked: bool = False) -> Block:
 
     unit, rows = unit_of_path(page), []
     for name, each in page["limits"].items():
-        values = [f"{number(each[key], 6 if checked else 4)} {unit_of(name, unit)}" for key in ("worst", "limit")]
+        own = each.get("unit") or unit_of(name, unit)
+        values = [f"{number(each[key], 6 if checked else 4)} {own}" for key in ("worst", "limit")]
         row = [name, *values, f"{each['share']:.{6 if checked else 1}%}", f"{number(each['at_s'])} {unit}"]
         if checked:
             holds = "holds" if each["ok"] else "OVER"

@@ -204,6 +204,7 @@ class Run:
             "duration_s": self.duration,
             "lower_bound_s": self.lower_bound,
             "length_mm": self.length,
+            "unit": unit_along(self.path.axes),
             "ticks": self.ticks,
             "period_s": setpoints.period,
             "method": setpoints.method,

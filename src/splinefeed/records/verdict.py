@@ -112,6 +112,7 @@ class Verdict:
                 "at_s": result.at_s,
                 "at_t_s": result.at_t,
                 "axis": result.axis,
+                "unit": unit_of(name, self.along),
                 "floor": unit * result.floor,
                 "by": result.by,
                 "over": result.over,

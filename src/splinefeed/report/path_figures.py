@@ -135,8 +135,9 @@ def _place(run: Run) -> tuple[Array, list[str]]:
     names = [theme.words(axis, 12) for axis in run.path.axes]
     if linear <= 1:
         first = setpoints.position[:, 0] if linear else np.degrees(setpoints.position[:, 0])
-        return np.column_stack([setpoints.t, first]), [TIME.label, f"{names[0]} ({'mm' if linear else 'deg'})"]
-    return run.place if run.joints is not None else _flat(run.place), [f"{name} (mm)" for name in names]
+        return np.column_stack([setpoints.t, first]), [TIME.label, f"{names[0]} ({unit_of_axis(run.path.axes[0])})"]
+    labels = [f"{name} ({unit_of_axis(axis)})" for name, axis in zip(names, run.path.axes, strict=True)]
+    return run.place if run.joints is not None else _flat(run.place), labels
 
 
 def _flat(place: Array) -> Array:

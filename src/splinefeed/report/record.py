@@ -152,7 +152,12 @@ def command(
 
     Without source: the paper's experiment, whose limits are not those of its machine.
     """
-    words = ["splinefeed", "run", *([] if source is None else [source]), *_limit_words(settings["limits"])]
+    words = [
+        "splinefeed",
+        "run",
+        *([] if source is None else [source]),
+        *([] if "robot" in reading else _limit_words(settings["limits"])),
+    ]
     if machine is not None:
         words += ["--machine", machine]
     said = {name: settings[name] for name in ("period", "strategy", "method", "corrections") if name in settings}

@@ -1,0 +1,116 @@
+"""A motion of an arm as a JSON file, which `splinefeed run FILE --robot URDF` plans: waypoints, or a curve.
+
+    {"tip": "tool0", "limits": {"acceleration": 15, "jerk": 500}, "payload": 2.0,
+     "waypoints": [[0, -1.6, 1.9, -1.9, -1.57, 0], [0.4, -1.2, 1.5, -1.9, -1.57, 0.3]]}
+
+In place of waypoints "along" has what `arm.along` takes; its curve is a file of x, y, z, mm, or a NURBS curve itself:
+
+    "along": {"curve": "seam.json", "start": [0, -1.6, 1.9, -1.9, -1.57, 0], "feed": 200}
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path as FilePath
+from typing import Any
+
+from splinefeed.errors import FormatError, InputError, SplinefeedError, nearest
+from splinefeed.formats import registry
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.path import Path
+from splinefeed.kinematics import JointPath
+from splinefeed.records import Limits
+from splinefeed.robots.arm import Arm, robot
+
+#: Keys of the file: what `sf.robot` takes, one of MOTIONS, and a name; keys of a curve.
+ARM = ("tip", "base", "limits", "payload", "torque", "friction", "gravity")
+MOTIONS = ("waypoints", "along")
+ALONG = ("curve", "start", "orientation", "hold", "feed")
+CURVE = ("degree", "knots", "control_points", "weights")
+#: Largest file, bytes.
+MAX_BYTES = 64 * 2**20
+
+
+def read_motion(
+    file: str | os.PathLike[str], urdf: str | os.PathLike[str], *, feed: float | None = None
+) -> tuple[Arm, Path | JointPath, Limits]:
+    """The arm, its path and its limits from a file of a motion and a URDF; feed, mm/s, along a curve of the tip.
+
+    Files that it names lie beside it. Raises FormatError naming file, key and mend, and all that `robot`, `through` and
+    `along` raise.
+    """
+    name = os.fspath(file)
+    said = _read(name)
+    _known(said, (*ARM, *MOTIONS, "name"), name)
+    motion = [key for key in MOTIONS if key in said]
+    if len(motion) != 1:
+        raise FormatError(f"{name}: has {' and '.join(motion) or 'no motion'}; give either waypoints or along")
+    how = {key: said[key] for key in ARM if key in said}
+    if isinstance(how.get("limits"), str):
+        how["limits"] = FilePath(name).parent / how["limits"]
+    arm = robot(os.fspath(urdf), **how)
+    title = str(said.get("name") or FilePath(name).stem)
+    try:
+        path: Path | JointPath
+        if "waypoints" in said:
+            if feed is not None:
+                raise InputError("waypoints: a path of joints has no feed in mm/s; leave --feed out")
+            path = arm.through(said["waypoints"])
+            path = Path(path.curves, path.axes, name=title)
+        else:
+            path = _along(arm, said["along"], name, title, feed)
+    except SplinefeedError as error:
+        raise type(error)(f"{name}: {error}") from None
+    return arm, path, replace(arm.limits)
+
+
+def _along(arm: Arm, said: Any, name: str, title: str, feed: float | None) -> JointPath:
+    if not isinstance(said, Mapping):
+        raise InputError("along: expected a table with curve and start")
+    _known(said, ALONG, "along")
+    for key in ("curve", "start"):
+        if key not in said:
+            raise InputError(f"along: there is no {key}; give it")
+    curve = said["curve"]
+    if isinstance(curve, str):
+        curve = registry.read(FilePath(name).parent / curve)
+    elif isinstance(curve, Mapping):
+        _known(curve, CURVE, "along.curve")
+        try:
+            curve = NurbsCurve(**curve)
+        except TypeError as error:
+            raise InputError(f"along.curve: {error}; it has {', '.join(CURVE)}") from None
+    else:
+        raise InputError("along: curve is neither the name of a file nor a table of degree, knots and control_points")
+    tip = Path([curve], name=title) if isinstance(curve, NurbsCurve) else curve
+    how = {key: said[key] for key in ("orientation", "hold", "feed") if key in said}
+    if feed is not None:
+        how["feed"] = feed
+    return arm.along(tip, start=said["start"], **how)
+
+
+def _read(name: str) -> dict[str, Any]:
+    try:
+        with open(name, "rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise FormatError(f"{name}: cannot be read: {error.strerror or error}") from None
+    if len(content) > MAX_BYTES:
+        raise FormatError(f"{name}: is larger than {MAX_BYTES // 2**20} MB; that is no motion of an arm")
+    try:
+        said = json.loads(content)
+    except (ValueError, RecursionError) as error:
+        place = f"line {error.lineno}: " if isinstance(error, json.JSONDecodeError) else ""
+        raise FormatError(f"{name}: {place}is not JSON; give waypoints or along, see the page on robots") from None
+    if not isinstance(said, dict):
+        raise FormatError(f"{name}: expected a table with waypoints or along")
+    return said
+
+
+def _known(said: Mapping[str, Any], keys: tuple[str, ...], where: str) -> None:
+    for key in said:
+        if key not in keys:
+            raise FormatError(f"{where}: {key!r} is not known; {nearest(str(key), keys)}")

@@ -1,0 +1,83 @@
+"""`splinefeed run MOTION.json --robot ROBOT.urdf`: from a shell, in units of joints, refused in one line."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import splinefeed as sf
+from docs_pages import ROOT
+from six_joints import LIMITS, START, urdf
+from splinefeed.cli.main import command_line
+
+FILE = str(ROOT / "tests/data/two-link.urdf")
+WAYPOINTS = [[0, 0.5], [0.8, -0.4], [1.5, 0.9], [0, 0.5]]
+
+
+def ran(*words):
+    return CliRunner().invoke(command_line, ["run", *words])
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "six.urdf").write_text(urdf())
+    return tmp_path
+
+
+def test_waypoints_from_a_shell_and_no_joint_is_in_mm(folder):
+    (folder / "arm.json").write_text(json.dumps({"waypoints": WAYPOINTS, "payload": 2.0}))
+    found = ran("arm.json", "--robot", FILE, "--format", "csv", "--format", "hdf5")
+    assert found.exit_code == 0, found.output
+    assert not re.search(r"\bmm\b", found.stdout), found.stdout
+    assert "rad/s^2" in found.stdout
+    assert "N m" in found.stdout
+    head = (folder / "splinefeed-arm/setpoints.csv").read_text().splitlines()[:3]
+    assert head[2] == "t_s,curve,u,s_rad,feed_rad_s,shoulder_rad,elbow_rad"
+    for name in ("setpoints.csv", "setpoints.h5"):
+        again = sf.load(f"splinefeed-arm/{name}")
+        assert again.axes == ("shoulder", "elbow")
+    assert [axis.unit for axis in sf.load("splinefeed-arm/setpoints.csv").axes] == ["rad", "rad"]
+    for name in ("motion.svg", "binding.svg", "report.html"):
+        text = re.sub(r"<(script|style).*?</\1>", "", (folder / "splinefeed-arm" / name).read_text(), flags=re.DOTALL)
+        assert name == "binding.svg" or "rad" in text
+        assert not re.findall(r">[^<]*\bmm\b[^<]*<", text), name
+
+
+def test_a_curve_of_the_tip_from_a_shell(folder):
+    place = sf.robot(urdf(), limits=LIMITS).forward(START)[0]
+    net = place + np.array([[0, 0, 0], [0, 60, 0], [80, 60, 30], [80, -60, 0], [0, 0, 0]])
+    curve = {"degree": 4, "knots": [0] * 5 + [1] * 5, "control_points": net.tolist()}
+    along = {"curve": curve, "start": START, "feed": 200}
+    (folder / "seam.json").write_text(json.dumps({"limits": LIMITS, "along": along}))
+    found = ran("seam.json", "--robot", "six.urdf", "--json")
+    assert found.exit_code == 0, found.output
+    page = json.loads(found.stdout)
+    assert page["ok"]
+    assert page["unit"] == "mm"
+    assert page["feed_max_mm_s"] <= 200 * (1 + 1e-9)
+    assert page["limits"]["axis_jerk.elbow"]["unit"] == "rad/s^3"
+
+
+@pytest.mark.parametrize(
+    ("said", "words", "message"),
+    [
+        ({"waypoints": WAYPOINTS, "speed": 1}, (), "arm.json: 'speed' is not known; "),
+        ({"limits": {}}, (), "arm.json: has no motion; give either waypoints or along"),
+        ({"waypoints": [[0, 0]]}, (), "arm.json: waypoints have shape (1, 2)"),
+        ({"along": {"start": [0, 0]}}, (), "arm.json: along: there is no curve; give it"),
+        ({"waypoints": WAYPOINTS}, ("--jerk", "5"), "--jerk: an arm has its limits and motion from its own files"),
+        ({"waypoints": WAYPOINTS}, ("--feed", "5"), "arm.json: waypoints: a path of joints has no feed in mm/s"),
+        ([1], (), "arm.json: expected a table with waypoints or along"),
+    ],
+)
+def test_what_is_no_motion_is_refused_in_one_line(folder, said, words, message):
+    (folder / "arm.json").write_text(json.dumps(said))
+    found = ran("arm.json", "--robot", FILE, *words)
+    assert found.exit_code == 2
+    assert message in found.stderr
+    assert len(found.stderr.strip().splitlines()) <= 2
