@@ -15,7 +15,7 @@ import numpy as np
 from splinefeed import units
 from splinefeed.pipeline.compare import MethodResult
 from splinefeed.pipeline.result import Run
-from splinefeed.records import ROTARY_AXES, unit_along, words_of
+from splinefeed.records import unit_along, unit_of_axis, words_of
 from splinefeed.records.verdict import ALLOWED
 from splinefeed.report import interactive, library, program, theme
 from splinefeed.report.detail import Store
@@ -157,7 +157,7 @@ def _cards(run: Run, record: Mapping[str, Any]) -> str:
         rms = record.get("contour_error_rms_mm")
         cards.append(("contour error", _length(record["contour_error_max_mm"]), f"rms {_length(rms)}" if rms else ""))
     for axis, value in (record.get("tracking_error_max") or {}).items():
-        cards.append((f"following error {axis}", _length(value, "deg" if axis in ROTARY_AXES else "mm"), "largest"))
+        cards.append((f"following error {axis}", _length(value, unit_of_axis(axis)), "largest"))
     return "".join(
         f"<div><dt>{text_of(name)}</dt><dd>{text_of(value)}<small>{text_of(small)}</small></dd></div>"
         for name, value, small in cards
@@ -165,9 +165,11 @@ def _cards(run: Run, record: Mapping[str, Any]) -> str:
 
 
 def _length(value: float, along: str = "mm") -> str:
-    """A length in the unit that suits it, or degrees."""
+    """A length in the unit that suits it, or what is no length in its own."""
     if along == "deg":
         return f"{value:.3g}°"
+    if along != "mm":
+        return f"{value:.3g} {along}"
     for unit, factor, least in (("mm", 1.0, 1.0), ("µm", 1e3, 1e-3), ("nm", 1e6, 1e-6)):
         if abs(value) >= least:
             return f"{value * factor:.3g} {unit}"
