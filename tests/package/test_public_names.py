@@ -29,7 +29,9 @@ PUBLIC = {
     "splinefeed.formats": "BitPattern PathParts read_parts",
     "splinefeed.geometry": "Fit Smoother smooth_stream",
     "splinefeed.live": "Block LawCourse LookAhead Override Ticks stream_setpoints with_reserve",
-    "splinefeed.plot": "Figure binding bode compare contour errors joints law limits motion overview path program ripple",
+    "splinefeed.plot": """
+        Figure binding bode compare contour errors joints law limits motion overview path program ripple
+    """,
     "splinefeed.robots": "Arm Joint JointTrajectory Payload joint_trajectory motion_at",
     "splinefeed.simulation": """
         AxisTuning Bound Margins PathTuning Tuning UltimatePoint margins tune_on_path
