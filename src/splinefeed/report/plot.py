@@ -86,7 +86,7 @@ def joints(run: Run) -> Figure:
 
 
 def ripple(run: Run) -> Figure:
-    """Draw the feed ripple of the setpoints over time, relative: |step / planned step - 1| from tick to tick.
+    """Draw the feed ripple of the setpoints over time, s, relative: |step / planned step - 1| from tick to tick.
 
     Raises InputError for anything but a Run. Source: docs/math/interpolators.md.
     Example: `sf.plot.ripple(sf.run(sf.shapes.butterfly()))`
@@ -100,7 +100,7 @@ def ripple(run: Run) -> Figure:
 
 
 def compare(traces: Iterable[MethodTrace], name: str = "methods") -> Figure:
-    """Draw the feed ripple of methods over time, one panel each, relative, on one logarithmic scale.
+    """Draw the feed ripple of methods over time, s, one panel each, relative, on one logarithmic scale.
 
     traces  what `sf.compare` gives; name  that of the path, for the title
     Raises InputError for anything else, or for none. Source: `report.motion_figures`.
@@ -113,11 +113,11 @@ def compare(traces: Iterable[MethodTrace], name: str = "methods") -> Figure:
 
 
 def errors(what: Run | Response) -> Figure:
-    """Draw contour error and following error of each axis over time, µm, rotary axes in degrees (fig. 5 of the paper).
+    """Draw contour and following errors of the axes over time, s, in µm, rotary axes in deg (fig. 5 of the paper).
 
     what  a run with a machine, or the response of `sf.follow`
     Raises InputError for anything else, and for a run without a machine. Source: `report.servo_figures`.
-    Example: `sf.plot.errors(sf.follow(points, sf.Machine.load("xytheta"), path=path))`
+    Example: `sf.plot.errors(sf.run(sf.shapes.butterfly(), machine="xytheta"))`
     """
     if isinstance(what, Response):
         return errors_figure({what.settings.get("method", "setpoints"): what})
@@ -126,7 +126,7 @@ def errors(what: Run | Response) -> Figure:
 
 
 def contour(run: Run) -> Figure:
-    """Draw where the machine of a run is beside the true path, its distance from it enlarged and as colour, µm.
+    """Draw where the machine of a run is beside the true path, path in mm, its distance from it enlarged and as colour, µm.
 
     Raises InputError for anything but a Run with a machine. Source: `report.path_figures`.
     Example: `sf.plot.contour(sf.run(sf.shapes.butterfly(), machine="xytheta"))`
@@ -160,7 +160,13 @@ def program(what: CycleTime | Run) -> Figure:
     """Draw a program: as a control runs it, by operation, or a run of it, by its programmed feeds, mm/min.
 
     Rapid moves are dashed. Raises InputError for anything but a CycleTime, or a Run of a program with feeds.
-    Source: `report.time_figures`. Example: `sf.plot.program(sf.cycle_time("part.nc", "hurco-04"))`
+    Source: `report.time_figures`.
+
+    Example:
+        >>> from pathlib import Path
+        >>> import splinefeed as sf
+        >>> _ = Path("part.nc").write_text("G21 G90 G1 X60 F600")
+        >>> figure = sf.plot.program(sf.cycle_time("part.nc", "hurco-04"))
     """
     if isinstance(what, CycleTime):
         return program_figure(what)
