@@ -1,14 +1,9 @@
-"""The butterfly, as fast as its axes allow: 500 mm/s^2 and 20000 mm/s^3 on each, coloured by feed."""
-
-from __future__ import annotations
+"""How fast can a curve be followed? The butterfly under limits of the axes alone, coloured by feed."""
 
 import splinefeed as sf
-from splinefeed.report.figure import Figure
-from splinefeed.report.path_figures import path_figure
 
+limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)  # mm/s, mm/s^2, mm/s^3
+run = sf.run(sf.shapes.butterfly(), limits)
 
-def picture() -> Figure:
-    """Plan under the limits of the axes, and draw where the tool is how fast."""
-    limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
-    run = sf.run(sf.shapes.butterfly(), limits, strategy="look-ahead")
-    return path_figure(run)
+figure = sf.plot.path(run)
+assert abs(run.duration - 7.711) < 0.005

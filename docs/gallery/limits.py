@@ -1,13 +1,10 @@
-"""Which limit binds: an ellipse under limits of feed, chord error and axes, and the share of each over time."""
-
-from __future__ import annotations
+"""Which limit holds my machine back? Feed under its bound, and the share of each limit over time."""
 
 import splinefeed as sf
-from splinefeed.report.figure import Figure
 
+limits = sf.Limits(feed=60, axis_velocity=55, axis_acceleration=500, axis_jerk=20000)
+run = sf.run(sf.shapes.butterfly(), limits)
 
-def picture() -> Figure:
-    """Plan an ellipse and draw feed, binding limit and shares."""
-    limits = sf.Limits(feed=120, chord_error=2e-4, axis_acceleration=1500, axis_jerk=60000)
-    run = sf.run(sf.shapes.ellipse(a=30, b=8), limits, strategy="time-optimal")
-    return sf.plot.limits(run)
+figure = sf.plot.limits(run)
+shares = [each.share for each in run.verdict.limits.values()]
+assert 0.999 < max(shares) < 1.000001

@@ -1,15 +1,10 @@
-"""Feed ripple of four methods on the butterfly at 60 mm/s and 1 ms: Milne-Simpson rings, the anchored one is silent."""
-
-from __future__ import annotations
+"""Which interpolator rings? Feed ripple of four methods along one motion, on one scale."""
 
 import splinefeed as sf
-from splinefeed.report.figure import Figure
-from splinefeed.report.motion_figures import ripple_figure
 
+path = sf.shapes.naca("0025", perimeter=33)
+law = sf.plan(path, sf.Limits(feed=60, acceleration=50, jerk=2000), period=1e-3)
+traces = list(sf.compare(path, law, methods=["taylor-2", "milne-simpson", "milne-simpson-anchored", "arc-length"]))
 
-def picture() -> Figure:
-    """Run the methods on one motion and draw the error of each step."""
-    path = sf.shapes.butterfly()
-    law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), period=1e-3)
-    names = ["taylor-2", "runge-kutta-4", "milne-simpson", "milne-simpson-anchored"]
-    return ripple_figure(list(sf.compare(path, law, methods=names)), "butterfly")
+figure = sf.plot.compare(traces, "NACA 0025")
+assert traces[1].result.ripple_max > 100.0 * traces[3].result.ripple_max

@@ -126,7 +126,7 @@ def errors(what: Run | Response) -> Figure:
 
 
 def contour(run: Run) -> Figure:
-    """Draw where the machine of a run is beside the true path, path in mm, its distance from it enlarged and as colour, µm.
+    """Draw where the machine of a run is beside the true path, mm, the distance enlarged and as colour, µm.
 
     Raises InputError for anything but a Run with a machine. Source: `report.path_figures`.
     Example: `sf.plot.contour(sf.run(sf.shapes.butterfly(), machine="xytheta"))`

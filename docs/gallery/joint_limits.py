@@ -1,0 +1,13 @@
+"""Which joint is the slow one? The share of each joint's limits over time."""
+
+import numpy as np
+
+import splinefeed as sf
+
+points = np.cumsum(np.random.default_rng(3).normal(size=(9, 6)), axis=0)
+path = sf.Path([sf.NurbsCurve(3, [0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 6, 6, 6], points)])
+run = sf.run(path, sf.Limits(axis_velocity=[3, 3, 3, 2, 2, 2], axis_acceleration=8, axis_jerk=100))
+
+figure = sf.plot.limits(run)
+part = run.use.time_bound_by()
+assert sum(part.values()) > 0.9
