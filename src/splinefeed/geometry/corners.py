@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from splinefeed.geometry.differential import curvatures, unit_tangents
 from splinefeed.geometry.pieces import chunks
+from splinefeed.geometry.track import Measured
 from splinefeed.kernels.layout import HIGH, LOW
 from splinefeed.records import Array, BoolArray, IntArray
-
-if TYPE_CHECKING:
-    from splinefeed.geometry.path import Path
 
 #: A tangent that turns by more than this at one point, rad, is a corner. Below it is the rounding of CAD files.
 CORNER_ANGLE = 1e-6
@@ -94,7 +91,7 @@ class Corners:
         return (self[i] for i in range(len(self)))
 
 
-def find_corners(path: Path) -> Corners:
+def find_corners(path: Measured) -> Corners:
     """Points inside the path where the tangent of all axes or the curvature jumps."""
     flat = path.flat
     sizes = flat.scaled(path.weights).sizes() / np.diff(flat.domains)[:, 0]
@@ -121,7 +118,7 @@ def find_corners(path: Path) -> Corners:
 
 
 def _jumps(
-    path: Path, sizes: Array, before: tuple[IntArray, Array], after: tuple[IntArray, Array], rough: BoolArray
+    path: Measured, sizes: Array, before: tuple[IntArray, Array], after: tuple[IntArray, Array], rough: BoolArray
 ) -> tuple[Array, Array, BoolArray]:
     """Angle between the tangents and jump of the curvature of points (n,), and whether each is a corner.
 
@@ -140,7 +137,7 @@ def _jumps(
     return angle, np.where(still, np.inf, jump), corner
 
 
-def _turn(path: Path, sizes: Array, curve: IntArray, u: Array, side: str) -> tuple[Array, Array]:
+def _turn(path: Measured, sizes: Array, curve: IntArray, u: Array, side: str) -> tuple[Array, Array]:
     """Unit tangents of all axes and curvature vectors of those that make the length, (n, axes) each.
 
     The latter are no numbers (NaN) where C' = 0.
@@ -159,7 +156,7 @@ def _turn(path: Path, sizes: Array, curve: IntArray, u: Array, side: str) -> tup
     return tangents, np.where(still[:, None], np.nan, bends)
 
 
-def sharp_bends(path: Path) -> tuple[Array, Array]:
+def sharp_bends(path: Measured) -> tuple[Array, Array]:
     """Arc lengths (k,) of sharp bends, mm, and their curvature, 1/mm.
 
     Arc-length pieces are short where |C'| bends, so that samples of each see where the curvature peaks; a parabola
@@ -216,7 +213,7 @@ def sharp_bends(path: Path) -> tuple[Array, Array]:
     return tips[apart, 0], tips[apart, 1]
 
 
-def _rise(path: Path, curve: IntArray, u: Array, dip: IntArray, at: Array, radius: Array, least: Array) -> Array:
+def _rise(path: Measured, curve: IntArray, u: Array, dip: IntArray, at: Array, radius: Array, least: Array) -> Array:
     """The way w, mm, over which curvature k rises to its peak at `at` (n,) and falls: k (1 - d^2/w^2) at d beside."""
     s = path.arc_length(curve, at)
     ways = []
@@ -227,7 +224,7 @@ def _rise(path: Path, curve: IntArray, u: Array, dip: IntArray, at: Array, radiu
     return np.maximum(*ways)
 
 
-def _slowest(path: Path, curve: IntArray, u: Array, low: Array, high: Array) -> Array:
+def _slowest(path: Measured, curve: IntArray, u: Array, low: Array, high: Array) -> Array:
     """Parameters (n,) between `low` and `high` at which |C'| is least: Newton's steps on C' . C'' = 0 from u (n,)."""
     step = np.full(len(u), np.inf)
     for _ in range(STEPS):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,12 +11,12 @@ from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry import differential, editing
 from splinefeed.geometry.editing import MAX_AXES as MAX_AXES
 from splinefeed.geometry.editing import MAX_DEGREE as MAX_DEGREE
+from splinefeed.geometry.flat import Flat
+from splinefeed.geometry.nearest import Nearest
 from splinefeed.geometry.pieces import Pieces, clipped, is_left
+from splinefeed.geometry.tables import arc_pieces, span_pieces
 from splinefeed.kernels.layout import Shape
 from splinefeed.records import Array, BoolArray, Points, check_finite, frozen_array, view
-
-if TYPE_CHECKING:
-    from splinefeed.geometry.nearest import Nearest
 
 #: Greatest coordinate, knot and weight, and one over the least size, knot span and weight: beyond, powers overflow.
 LARGEST = 1e30
@@ -246,8 +245,6 @@ class NurbsCurve:
 
     @cached_property
     def _pieces(self) -> Pieces:
-        from splinefeed.geometry.tables import Flat, span_pieces
-
         return span_pieces(Flat.of([self]), self._shape)
 
     tangent = differential.unit_tangents
@@ -262,8 +259,6 @@ class NurbsCurve:
     @cached_property
     def arc(self) -> Pieces:
         """The arc-length pieces of this curve, all axes linear, to 1e-13 of its length."""
-        from splinefeed.geometry.tables import Flat, arc_pieces
-
         return arc_pieces(Flat.of([self]), self._shape, [self])
 
     @property
@@ -287,8 +282,6 @@ class NurbsCurve:
 
     @cached_property
     def _nearest(self) -> Nearest:
-        from splinefeed.geometry.nearest import Nearest
-
         return Nearest(self.arc.table, self.arc.shape)
 
     # --- the same curve in other forms ------------------------------------------------------------------------------

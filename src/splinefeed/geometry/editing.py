@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
+from splinefeed.geometry.spline import Spline
 from splinefeed.records import Array, IntArray, check_finite, frozen_array
 
-if TYPE_CHECKING:
-    from splinefeed.geometry.curve import NurbsCurve
-
+Curve = TypeVar("Curve", bound=Spline)
 MAX_DEGREE = 12
 #: X Y Z A B C U V W of a control, and the seven joints of an arm.
 MAX_AXES = 9
 
 
-def _homogeneous(curve: NurbsCurve) -> tuple[Array, Array]:
+def _homogeneous(curve: Spline) -> tuple[Array, Array]:
     """(w (P - origin), w) as rows (n, axes + 1), or P - origin (n, axes) if polynomial; and the origin (axes,).
 
     About a point near by, the products keep the digits that a part far from the machine's zero would lose.
@@ -32,7 +31,7 @@ def _homogeneous(curve: NurbsCurve) -> tuple[Array, Array]:
 
 
 def _from_homogeneous(
-    curve: NurbsCurve, degree: int, knots: Array, points: Array, origin: Array
+    curve: Spline, degree: int, knots: Array, points: Array, origin: Array
 ) -> tuple[Array, Array | None]:
     """Control points and weights of the same curve over other knots."""
     weights = None if curve.weights is None else points[:, -1]
@@ -44,7 +43,7 @@ def _from_homogeneous(
     return places, weights
 
 
-def _refined(curve: NurbsCurve, new_knots: Array) -> tuple[Array, Array | None]:
+def _refined(curve: Spline, new_knots: Array) -> tuple[Array, Array | None]:
     """Control points and weights over more knots, or over those of a part of the curve."""
     points, origin = _homogeneous(curve)
     # control points next to the ends of an unclamped curve are seen from spans before its first knots: more of those,
@@ -56,7 +55,7 @@ def _refined(curve: NurbsCurve, new_knots: Array) -> tuple[Array, Array | None]:
     return _from_homogeneous(curve, p, new_knots, out, origin)
 
 
-def section(curve: NurbsCurve, low: float, high: float) -> NurbsCurve:
+def section(curve: Curve, low: float, high: float) -> Curve:
     """The clamped piece of a curve between two parameters of its domain, low < high."""
     p = curve.degree
     inner = curve.knots[(curve.knots > low) & (curve.knots < high)]
@@ -64,7 +63,7 @@ def section(curve: NurbsCurve, low: float, high: float) -> NurbsCurve:
     return type(curve)(p, knots, *_refined(curve, knots))
 
 
-def clamped(curve: NurbsCurve) -> NurbsCurve:
+def clamped(curve: Curve) -> Curve:
     """The same curve with end knots of multiplicity p + 1."""
     start, end = curve.domain
     if curve.clamped and curve.knots[0] == start and curve.knots[-1] == end:
@@ -72,7 +71,7 @@ def clamped(curve: NurbsCurve) -> NurbsCurve:
     return section(curve, start, end)
 
 
-def with_knots(curve: NurbsCurve, *parameters: float) -> NurbsCurve:
+def with_knots(curve: Curve, *parameters: float) -> Curve:
     """The same curve with the given inner knots inserted; repeat one to raise its multiplicity, at most to p.
 
     Raises InputError for a parameter that is not inside the domain, CurveError for too high a multiplicity.
@@ -117,7 +116,7 @@ def unbroken(
     ]
 
 
-def split(curve: NurbsCurve, *parameters: float) -> list[NurbsCurve]:
+def split(curve: Curve, *parameters: float) -> list[Curve]:
     """Clamped pieces between the domain's ends and the given inner parameters, in order."""
     cuts = np.unique(curve.check_parameters(np.array(parameters, dtype=np.float64)))
     start, end = curve.domain
@@ -133,7 +132,7 @@ def split(curve: NurbsCurve, *parameters: float) -> list[NurbsCurve]:
     return [type(curve)(curve.degree, *piece) for piece in pieces]
 
 
-def elevated(curve: NurbsCurve, times: int = 1) -> NurbsCurve:
+def elevated(curve: Curve, times: int = 1) -> Curve:
     """The same curve at degree p + times; InputError beyond degree 12."""
     if not isinstance(times, (int, np.integer)) or times < 0 or curve.degree + times > MAX_DEGREE:
         raise InputError(f"degree {curve.degree} raised {times} times; degrees up to {MAX_DEGREE} are possible")
@@ -149,7 +148,7 @@ def elevated(curve: NurbsCurve, times: int = 1) -> NurbsCurve:
     return type(curve)(degree, knots, *_from_homogeneous(whole, degree, knots, points, origin))
 
 
-def reversed_curve(curve: NurbsCurve) -> NurbsCurve:
+def reversed_curve(curve: Curve) -> Curve:
     """The same curve traversed from its end to its start, on the same domain."""
     start, end = curve.domain
     weights = None if curve.weights is None else frozen_array(curve.weights[::-1], "weights", 1)
@@ -160,7 +159,7 @@ def reversed_curve(curve: NurbsCurve) -> NurbsCurve:
     return curve.trusted(curve.degree, knots, points, weights, clamped=curve.clamped)
 
 
-def transformed(curve: NurbsCurve, matrix: ArrayLike, offset: ArrayLike | None = None) -> NurbsCurve:
+def transformed(curve: Curve, matrix: ArrayLike, offset: ArrayLike | None = None) -> Curve:
     """The affine image of the curve: its control points by `moved_points`; weights stay.
 
     Source: The NURBS Book, 2nd ed., property P4.2.

@@ -9,7 +9,7 @@ import numpy as np
 
 from splinefeed.geometry.corners import CORNER_ANGLE, CURVATURE_JUMP
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.curves import Flat, Packed
+from splinefeed.geometry.curves import Flat, Packed, curve_of
 from splinefeed.geometry.differential import angles
 from splinefeed.geometry.editing import section
 from splinefeed.geometry.path import Marker, Path
@@ -116,7 +116,7 @@ class Assembly:
         whole, lines, bent = (np.flatnonzero(left & each) for each in (~cut, cut & straight, cut & ~straight))
         parts = [(4 * whole, flat.chosen(whole)), (4 * lines, Flat.beziers(ends[lines]))]
         if len(bent):
-            curves = zip(map(flat.curve, bent.tolist()), us[bent].tolist(), strict=True)
+            curves = zip((curve_of(flat, i) for i in bent.tolist()), us[bent].tolist(), strict=True)
             parts.append((4 * bent, Flat.of([section(curve, *(at_knot(curve, x) for x in u)) for curve, u in curves])))
         led = np.flatnonzero(reached[:, 1])
         quintics = points[led + 1]

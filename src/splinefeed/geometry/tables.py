@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from splinefeed.errors import CurveError
-from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.curves import Flat as Flat
+from splinefeed.geometry.flat import Flat as Flat
 from splinefeed.geometry.pieces import Pieces, arc, chunks, coefficients, speed
+from splinefeed.geometry.spline import Spline
 from splinefeed.kernels.layout import ARC, ARC_TERMS, HIGH, LOW, MIDDLE, ORIGIN, SCALE, START, Shape, width
 from splinefeed.records import Array, BoolArray, IntArray
 from splinefeed.records.arrays import read_only
@@ -347,7 +347,7 @@ def rough_lengths(groups: list[Spans], shape: Shape, speed: Speed = speed) -> Ar
     return total
 
 
-def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: str = "", speed: Speed = speed) -> Pieces:
+def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[Spline], where: str = "", speed: Speed = speed) -> Pieces:
     """Arc-length pieces of all curves.
 
     curves  the same as `flat`;  speed  what the length is the integral of

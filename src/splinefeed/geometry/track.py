@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
+from splinefeed.geometry.flat import Flat
+from splinefeed.records import Array, IntArray
+
 
 class Track(Protocol):
     """What all rooms may ask of a `Path`, a `ToolPath`, joints of a machine (`JointPath`) and a path in parts.
@@ -34,3 +37,38 @@ class Track(Protocol):
 
     @property
     def linking(self) -> Any: ...  # noqa: D102
+
+
+class Measured(Protocol):
+    """What finding corners asks of a path; see `Path`, which has it."""
+
+    @property
+    def flat(self) -> Flat: ...  # noqa: D102
+
+    @property
+    def joined(self) -> Any: ...  # noqa: D102
+
+    @property
+    def length(self) -> float: ...  # noqa: D102
+
+    @property
+    def size(self) -> float: ...  # noqa: D102
+
+    @property
+    def table(self) -> Array: ...  # noqa: D102
+
+    @property
+    def units(self) -> Array: ...  # noqa: D102
+
+    @property
+    def weights(self) -> Array: ...  # noqa: D102
+
+    @property
+    def curve_rows(self) -> IntArray: ...  # noqa: D102
+
+    @property
+    def curve_starts(self) -> Array: ...  # noqa: D102
+
+    def arc_length(self, curve: Any, u: Any) -> Array: ...  # noqa: D102
+
+    def evaluate(self, curve: IntArray, u: Array, order: int = 1, *, side: str = "right") -> Array: ...  # noqa: D102

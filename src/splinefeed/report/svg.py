@@ -9,13 +9,13 @@ import zlib
 
 import numpy as np
 
-from splinefeed.report.figure import Figure
 from splinefeed.report.layout import DASH, Box, Dot, Picture, Stroke, Text, layout
+from splinefeed.report.marks import Drawing
 
 FONT = "DejaVu Sans, Verdana, Arial, sans-serif"
 
 
-def to_text(figure: Figure) -> str:
+def to_text(figure: Drawing) -> str:
     """The figure as the text of an SVG file."""
     sheet = layout(figure)
     clips: dict[Box, str] = {}

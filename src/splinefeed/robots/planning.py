@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,14 +15,45 @@ from splinefeed.records.limits import Limits
 from splinefeed.records.torque import Torque
 from splinefeed.records.torque_rate import TorqueRate
 
-if TYPE_CHECKING:
-    from splinefeed.robots.arm import Arm
-
 #: Degree of the spline through waypoints: its jerk, and the rate of its torque, have no steps.
 DEGREE = 5
 
 
-def limits_of(arm: Arm) -> Limits:
+class Jointed(Protocol):
+    """What is asked of an arm: its joints with their limits, (joints,), in rad or mm, and its bodies."""
+
+    @property
+    def joints(self) -> tuple[str, ...]: ...  # noqa: D102
+
+    @property
+    def units(self) -> Any: ...  # noqa: D102
+
+    @property
+    def minimum(self) -> Array: ...  # noqa: D102
+
+    @property
+    def maximum(self) -> Array: ...  # noqa: D102
+
+    @property
+    def velocity(self) -> Array: ...  # noqa: D102
+
+    @property
+    def acceleration(self) -> Array: ...  # noqa: D102
+
+    @property
+    def jerk(self) -> Array: ...  # noqa: D102
+
+    @property
+    def bodies(self) -> Any: ...  # noqa: D102
+
+    @property
+    def torque(self) -> Any: ...  # noqa: D102
+
+    @property
+    def most_torque(self) -> Array: ...  # noqa: D102
+
+
+def limits_of(arm: Jointed) -> Limits:
     """The limits of every joint of an arm, by name, and of its torques."""
 
     def by_joint(values: Array) -> dict[str, float]:
@@ -44,7 +75,7 @@ def limits_of(arm: Arm) -> Limits:
     )
 
 
-def path_through(arm: Arm, waypoints: ArrayLike) -> Path:
+def path_through(arm: Jointed, waypoints: ArrayLike) -> Path:
     """The spline of degree 5 (fewer for less than 6 waypoints) through joint waypoints (n, joints), as a path.
 
     Its parameter grows from one waypoint to the next by the root of their distance, each joint measured by its velocity
