@@ -133,7 +133,7 @@ class LawCourse:
         count, ending = len(begin), np.flatnonzero(~smooth)
         part = np.concatenate([np.arange(count), np.arange(count), ending])
         t = np.concatenate([begin, middle, end[ending]])
-        if isinstance(self.path, JointPath):
+        if self.path.joint_path is not None:
             t += INSIDE * (middle[part] - t)
         c, tau = law.coefficients[piece[part]], t - law.breaks[piece[part]]
         s, v, a, j = (derivative(c, tau, order)[:, None] for order in range(4))
@@ -145,7 +145,7 @@ class LawCourse:
         q[0, :, :-1] = r[:, 1] * v
         q[1, :, :-1] = r[:, 2] * (v * v) + r[:, 1] * a
         q[2, :, :-1] = r[:, 3] * (v * v * v) + r[:, 2] * (3.0 * v * a) + r[:, 1] * j
-        s1, s2, s3 = self.path.tip(r)[:, :, None] if isinstance(self.path, Path) else (1.0, 0.0, 0.0)
+        s1, s2, s3 = self.path.tip_path.tip(r)[:, :, None] if self.path.joint_path is None else (1.0, 0.0, 0.0)
         tip = s1 * v, s1 * a + s2 * v * v, s1 * j + 3.0 * s2 * v * a + s3 * v * v * v
         q[:, :, -1:] = np.where(known[:, None], tip, 0.0)
         first, inner, last = q[:, :count], q[:, count : 2 * count], np.roll(q[:, :count], -1, axis=1)
@@ -177,15 +177,16 @@ class LawCourse:
     @property
     def _breaks(self) -> Array:
         """Where the path may jump, mm."""
-        return self.path.breaks if isinstance(self.path, JointPath) else self.path.arc_pieces.starts
+        joints = self.path.joint_path
+        return self.path.tip_path.arc_pieces.starts if joints is None else joints.breaks
 
     def _derivatives(self, row: IntArray, s: Array, t: Array) -> Array:
         """Axes and their derivatives by s, (n, 4, axes), at s (n,), mm, and times t (n,), between breaks `row` (n,)."""
-        path = self.path
-        if isinstance(path, JointPath):
+        path, joints = self.path, self.path.joint_path
+        if joints is not None:
             s = _beside_stops(self.law, np.asarray(path.stops), t, BESIDE * path.length)
-            return path.derivatives(np.clip(s, 0.0, path.length))[:, :, 3:]
-        return path.derivatives(s, row)
+            return joints.derivatives(np.clip(s, 0.0, path.length))[:, :, 3:]
+        return path.tip_path.derivatives(s, row)
 
     def bend_share(self, limits: Limits) -> float:
         """Share of the limits that hold for the feed on a bend, at rate 1: the square root of what it asks for."""

@@ -45,15 +45,14 @@ SOUGHT = 6
 
 def setting_of(path: Path | JointPath, limits: Limits, period: float | None) -> Setting:
     """What a motion along the path is planned under; joints are axes over the arc length of the tip, behind its own."""
-    curves: Path
     track: Track
-    own = limits
-    if isinstance(path, JointPath):
-        curves, passed, track = path.tool, (np.zeros(0), np.zeros(0)), JointTrack(path)
-        own = _by_axis(limits, path)
+    own, curves, joints = limits, path.tip_path, path.joint_path
+    if joints is not None:
+        passed, track = (np.zeros(0), np.zeros(0)), JointTrack(joints)
+        own = _by_axis(limits, joints)
     else:
         refuse_orientation(limits, path.name)
-        curves, passed, track = path, passed_corners(path, limits, period), PathTrack(path)
+        passed, track = passed_corners(curves, limits, period), PathTrack(curves)
     feeds = curve_feeds(curves, limits)
     changes = np.flatnonzero(np.diff(feeds) != 0.0) + 1
     steps = curves.curve_starts[changes], feeds[np.concatenate([[0], changes])]
@@ -91,8 +90,8 @@ def plan_in_mode(
     """
     check_limits(limits, path.axes, strategy)
     mode = replace(MODES[strategy], bounded=bound)
-    if isinstance(path, Path):
-        _check_jumps(path, limits, period)
+    if path.joint_path is None:
+        _check_jumps(path.tip_path, limits, period)
     else:
         mode = replace(mode, cell=0.5 * mode.cell)  # joints bend where the tip does not
         if limits.axis_velocity_step is not None:

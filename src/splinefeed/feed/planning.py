@@ -21,7 +21,6 @@ from splinefeed.feed.soft_limits import check_travel
 from splinefeed.feed.stretches import check_ends, with_dwells
 from splinefeed.feed.window import State
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.kinematics import JointPath
 from splinefeed.records import (
     TABLE,
@@ -144,18 +143,20 @@ def _plan(
     bound: bool,
 ) -> TimeLaw:
     expect("plan(path, limits)", (path, (Path, JointPath, Stretched)), (limits, Limits))
-    if isinstance(path, ToolPath):
+    # what is no more than a length with stops is neither
+    curves, joints = getattr(path, "tip_path", None), getattr(path, "joint_path", None)
+    if joints is None and curves is not None and curves.tool_path is not None:
         raise InputError(
-            f"{path.name}: has a tool axis, which only a machine can follow; plan JointPath(tool_path, kinematics), or "
-            "give run a machine"
+            f"{curves.name}: has a tool axis, which only a machine can follow; plan JointPath(tool_path, kinematics), "
+            "or give run a machine"
         )
-    if isinstance(path, (Path, JointPath)):
-        limits = limits.on(path.axes)
+    if curves is not None:
+        limits = limits.on(path.axes)  # type: ignore[union-attr]
     if start is not None and strategy is None:
         strategy = TIME_OPTIMAL
-    if strategy is None and not isinstance(path, Path):
-        strategy = TIME_OPTIMAL if isinstance(path, JointPath) else SEVEN_PHASE
-    if isinstance(path, Path) and path.mixed:
+    if strategy is None and (joints is not None or curves is None):
+        strategy = SEVEN_PHASE if joints is None else TIME_OPTIMAL
+    if joints is None and curves is not None and curves.mixed:
         if strategy == SEVEN_PHASE:
             raise LimitsError(
                 f"{SEVEN_PHASE} cannot plan linear and rotary axes together, whose tip does not move as the path's "
@@ -172,24 +173,24 @@ def _plan(
                     f"{name}: needs the servo period, because it is measured from tick to tick; give period"
                 )
     _check_path(path)
-    if isinstance(path, Path):
-        check_travel(path, limits)
-        check_ends(path, limits)
-    elif isinstance(path, JointPath):
-        check_ends(path.tool, limits)
-        path.check_travel(limits.travel_of(path.axes))
+    if joints is not None:
+        check_ends(joints.tip_path, limits)
+        joints.check_travel(limits.travel_of(joints.axes))
+    elif curves is not None:
+        check_travel(curves, limits)
+        check_ends(curves, limits)
     elif limits.axis_minimum is not None:
         raise LimitsError("travel: the path has no axes, only a length; give a Path")
     if start is not None:
         _check_start(path, strategy, start)
-    if isinstance(path, JointPath) and strategy == SEVEN_PHASE:
+    if joints is not None and strategy == SEVEN_PHASE:
         raise LimitsError(f"{SEVEN_PHASE} cannot plan joints; choose {TIME_OPTIMAL} or {LOOK_AHEAD} for a tool path")
     given: dict[str, Any] = {} if start is None else {"start": start}
     if bound and strategy == TIME_OPTIMAL:
         given["bound"] = True
     law = STRATEGIES[strategy].make(path, limits, period, **given)
-    if strategy == SEVEN_PHASE and isinstance(path, Path):
-        law = with_dwells(law, path.dwells, path.length)
+    if strategy == SEVEN_PHASE and curves is not None:
+        law = with_dwells(law, curves.dwells, path.length)
     return dataclasses.replace(
         law,
         notes=(*law.notes, *_without_limits(path, limits)),
@@ -199,13 +200,12 @@ def _plan(
 
 def _without_limits(path: Stretched | JointPath, limits: Limits) -> list[str]:
     """A sentence for each kind of limit that some axes of `path` have and others that move do not."""
-    if isinstance(path, JointPath):
-        places = path(np.linspace(0.0, path.length, JOINT_PLACES))
-    elif isinstance(path, Path):
-        places = path.flat.points
-    else:
+    curves, joints = getattr(path, "tip_path", None), getattr(path, "joint_path", None)
+    if curves is None:
         return []
-    return axes_without_limits(limits, path.axes, places.min(axis=0), places.max(axis=0))
+    places = curves.flat.points if joints is None else joints(np.linspace(0.0, path.length, JOINT_PLACES))
+    axes: tuple[str, ...] = path.axes  # type: ignore[union-attr]
+    return axes_without_limits(limits, axes, places.min(axis=0), places.max(axis=0))
 
 
 def cheap_to_bound(path: Path | JointPath, limits: Limits) -> bool:
@@ -215,7 +215,7 @@ def cheap_to_bound(path: Path | JointPath, limits: Limits) -> bool:
 
 def _check_start(path: Stretched | JointPath, strategy: str, start: State) -> None:
     """Raise InputError for a start that is not on the path, or that the strategy cannot begin at."""
-    if strategy == SEVEN_PHASE or not isinstance(path, Path):
+    if strategy == SEVEN_PHASE or getattr(path, "tip_path", None) is not path:
         raise InputError(f"start: the {strategy} strategy begins at the start of a path; choose {TIME_OPTIMAL}")
     if not start.s < path.length:
         raise InputError(f"start is {start}; the path ends at {path.length:.6g} mm")

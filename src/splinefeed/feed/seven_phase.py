@@ -48,7 +48,8 @@ def plan_seven_phase(path: Stretched, limits: Limits, period: float | None) -> T
     """
     marks = _apart(np.array([0.0, *path.stops, path.length]))
     feed, *along, start_feed, end_feed = _along(limits)
-    feeds = _least_feeds(path, limits, marks) if isinstance(path, Path) else np.full(len(marks) - 1, feed)
+    curves: Path | None = getattr(path, "tip_path", None)
+    feeds = np.full(len(marks) - 1, feed) if curves is None else _least_feeds(curves, limits, marks)
     start, end = np.zeros(len(feeds)), np.zeros(len(feeds))
     start[0], end[-1] = start_feed, end_feed
     found = profiles.solve_in_row(np.diff(marks), feeds, *along, start, end)
@@ -65,7 +66,7 @@ def plan_seven_phase(path: Stretched, limits: Limits, period: float | None) -> T
             f"choose a period of at most {_outward(total * (1.0 + ROUNDING), ROUND_FLOOR)} s"
         )
     law = _law(marks, found, period)
-    return replace(law, notes=law.notes + _slowed(path, limits, marks, feeds)) if isinstance(path, Path) else law
+    return law if curves is None else replace(law, notes=law.notes + _slowed(curves, limits, marks, feeds))
 
 
 def _least_feeds(path: Path, limits: Limits, marks: Array, sign: float = 1.0) -> Array:

@@ -81,7 +81,8 @@ def _over(
         np.append(limits.of_axes(name, axes), [getattr(each, kind) for each in sums])
         for name, kind in zip(AXIS_LIMITS, BOUNDED, strict=True)
     ]
-    mixed = isinstance(path, Path) and path.mixed  # then the tip's arc length is one more coordinate
+    moved, curves = path.joint_path, path.tip_path
+    mixed = moved is None and curves.mixed  # then the tip's arc length is one more coordinate
     if mixed:
         slowing, slowing_jerk = limits.deceleration or 0.0, limits.deceleration_jerk or 0.0
         along = (np.inf, max(limits.acceleration, slowing), max(limits.jerk, slowing_jerk))
@@ -111,8 +112,8 @@ def _over(
         own = path(s)
         rounding = _rounding(path, s, own)
         r, rounded = own @ weights.T, np.abs(weights) @ rounding
-        if mixed and isinstance(path, Path):
-            r = np.column_stack([r, path.tip_length(s)])
+        if mixed:
+            r = np.column_stack([r, curves.tip_length(s)])
             rounded = np.append(rounded, ROUNDINGS * np.spacing(path.length))
         for order, bound in enumerate(bounds, start=1):
             if len(t) <= order:
@@ -135,14 +136,14 @@ def _over(
             by_model = np.maximum((np.abs(found - still) - floor) / room, 0.0) ** (2.0 / model.power)
             worst_axis = np.array(columns)[np.argmax(by_model, axis=1)]
             note(np.max(by_model, axis=1), t[at_tick], s[at_tick], worst_axis)
-        if limits.orientation_error is not None and isinstance(path, JointPath) and len(t) > 1:
-            tilted = _tips(path, s, own)[1] / (limits.orientation_error * (1.0 + KEPT))
+        if limits.orientation_error is not None and moved is not None and len(t) > 1:
+            tilted = _tips(moved, s, own)[1] / (limits.orientation_error * (1.0 + KEPT))
             note(tilted, t[:-1], s[:-1], np.full(len(tilted), CHORD))
         if limits.chord_error is not None and len(t) > 1:
-            if isinstance(path, Path):
-                at, away = _chords(path, s, own, breaks)
+            if moved is None:
+                at, away = _chords(curves, s, own, breaks)
             else:
-                at, away = np.arange(len(t) - 1), _tips(path, s, own)[0]
+                at, away = np.arange(len(t) - 1), _tips(moved, s, own)[0]
             away = (away - ROUNDINGS * np.spacing(np.max(np.abs(own)))) / (limits.chord_error * (1.0 + KEPT))
             note(away, t[at], s[at], np.full(len(at), CHORD))
     return over, worst
@@ -151,8 +152,9 @@ def _over(
 def _rounding(path: Path | JointPath, s: Array, r: Array) -> Array:
     """How far rounding can move setpoints r (n, axes) at s (n,) on each axis, (axes,); joints eps (|q| + |dq/ds| L)."""
     size = np.max(np.abs(r), axis=0)
-    if isinstance(path, Path):
-        size[: path.linear] = np.maximum(size[: path.linear], path.length)
+    if path.joint_path is None:
+        linear = path.tip_path.linear
+        size[:linear] = np.maximum(size[:linear], path.length)
         return np.asarray(ROUNDINGS * np.spacing(size))
     moved = np.diff(s)
     moving = moved > MOVING * np.max(moved, initial=0.0)

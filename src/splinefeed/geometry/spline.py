@@ -1,4 +1,4 @@
-"""What is asked of a curve by what tabulates, edits and measures it: a `NurbsCurve` has it."""
+"""What tabulating, editing and measuring need of a curve: a `NurbsCurve` has it."""
 
 from __future__ import annotations
 

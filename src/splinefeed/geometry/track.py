@@ -9,9 +9,9 @@ from splinefeed.records import Array, IntArray
 
 
 class Track(Protocol):
-    """What all rooms may ask of a `Path`, a `ToolPath`, joints of a machine (`JointPath`) and a path in parts.
+    """What all rooms may use of a `Path`, a `ToolPath`, joints of a machine (`JointPath`) and a path in parts.
 
-    A path says what it is by what it has: nobody asks for its class.
+    A path says what it is by what it has: no class is tested.
 
     name         in files and figures; axes  names of the axes that move
     tool_path    itself, where a machine has to make joints of it, as it has a tool axis; else None
@@ -40,7 +40,7 @@ class Track(Protocol):
 
 
 class Measured(Protocol):
-    """What finding corners asks of a path; see `Path`, which has it."""
+    """What finding corners needs of a path; see `Path`, which has it."""
 
     @property
     def flat(self) -> Flat: ...  # noqa: D102

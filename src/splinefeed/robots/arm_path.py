@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -265,16 +265,17 @@ def tip_of(curve: object, feed: float | None) -> Path:
     """The curve of a tip as a path of x, y, z, mm, with a feed that its curves ask for, mm/s."""
     from splinefeed.geometry.curve import NurbsCurve
 
-    path = Path([curve]) if isinstance(curve, NurbsCurve) else curve
-    if not isinstance(path, Path) or path.axes != ("x", "y", "z"):
-        axes = getattr(path, "axes", type(path).__name__)
+    path: Any = Path([curve]) if isinstance(curve, NurbsCurve) else curve
+    axes = getattr(path, "axes", type(path).__name__)
+    if axes != ("x", "y", "z") or not hasattr(path, "tip_path"):
         raise InputError(f"along: the curve of the tip has {axes}; expected a Path or NurbsCurve of x, y, z, mm")
+    tip: Path = path
     if feed is None:
-        return path
+        return tip
     if isinstance(feed, bool) or not np.isfinite(feed) or not feed > 0.0:
         raise InputError(f"feed is {feed!r}; expected mm/s, greater than 0")
-    said = {**path._said(), "feeds": np.full(len(path.curves), float(feed))}
-    return Path(path.curves, path.axes, **said)
+    said = {**tip._said(), "feeds": np.full(len(tip.curves), float(feed))}
+    return Path(tip.curves, tip.axes, **said)
 
 
 def orientation_of(given: ArrayLike | None, start: Array, frames: Frames, length: float) -> Orientation:

@@ -20,7 +20,7 @@ DEGREE = 5
 
 
 class Jointed(Protocol):
-    """What is asked of an arm: its joints with their limits, (joints,), in rad or mm, and its bodies."""
+    """What planning needs of an arm: its joints with their limits, (joints,), in rad or mm, and its bodies."""
 
     @property
     def joints(self) -> tuple[str, ...]: ...  # noqa: D102
@@ -48,6 +48,12 @@ class Jointed(Protocol):
 
     @property
     def torque(self) -> Any: ...  # noqa: D102
+
+    @property
+    def friction(self) -> Any: ...  # noqa: D102
+
+    @property
+    def torque_rate(self) -> Any: ...  # noqa: D102
 
     @property
     def most_torque(self) -> Array: ...  # noqa: D102
