@@ -48,6 +48,9 @@ class Spline(Protocol):
     @property
     def table(self) -> tuple[Array, Shape]: ...  # noqa: D102
 
+    @property
+    def _shape(self) -> Shape: ...
+
     def __call__(self, u: ArrayLike) -> Array: ...  # noqa: D102
 
     def derivatives(self, u: ArrayLike, order: int = 1, *, side: str = "right") -> Array: ...  # noqa: D102

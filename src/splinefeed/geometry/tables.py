@@ -357,12 +357,12 @@ def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[Spline], where: str = 
     return _placed(*_fitted(flat, shape, curves, where, speed), shape)
 
 
-def fit_together(curves: Sequence[NurbsCurve]) -> None:
+def fit_together(curves: Sequence[Spline]) -> None:
     """Fit the arc lengths of many curves in one go; each keeps its own as `NurbsCurve.arc`, to the bit.
 
     The CurveError of a curve without length comes when that curve is used.
     """
-    kinds: dict[Shape, list[NurbsCurve]] = {}
+    kinds: dict[Shape, list[Spline]] = {}
     for curve in {id(each): each for each in curves if "arc" not in vars(each)}.values():
         kinds.setdefault(curve._shape, []).append(curve)
     for shape, some in kinds.items():
@@ -386,7 +386,7 @@ def _placed(table: Array, rows: IntArray, shape: Shape) -> Pieces:
     return Pieces(read_only(table), shape, rows, read_only(starts[np.append(rows[:, 0], len(table))]))
 
 
-def _fitted(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: str, speed: Speed) -> tuple[Array, IntArray]:
+def _fitted(flat: Flat, shape: Shape, curves: Sequence[Spline], where: str, speed: Speed) -> tuple[Array, IntArray]:
     """Pieces of all curves with their lengths in the column START, and first and last row of each; see `arc_pieces`."""
     groups = Spans.of(flat)
     curved = np.flatnonzero((flat.degrees > 1) | (flat.rational > 0))
