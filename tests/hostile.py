@@ -1,6 +1,6 @@
 """What strangers' files cost: small ones that ask for much, and changed ones by the thousand, as tables for the docs.
 
-    python tests/hostile.py --asked --kills 125 --count 1000 --seed 1 --write
+    python tests/hostile.py --small --kills 125 --count 1000 --seed 1 --write
 
 Each file is read by a process of its own with SECONDS and MEMORY. It has to end by an answer or by one line that
 names the file: exit code 0, 1 or 2. `--write` puts the tables into docs/security.md.
@@ -217,14 +217,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=1000, help="changed files of each kind (1000)")
     parser.add_argument("--kind", choices=fuzzing.SUFFIXES, action="append", help="these kinds alone; the others stay")
-    parser.add_argument("--asked", action="store_true", help="try the small files that ask for much, too")
+    parser.add_argument("--small", action="store_true", help="try the small files that ask for much, too")
     parser.add_argument("--kills", type=int, default=0, help="end so many of each command by signals (0)")
     parser.add_argument("--seed", type=int, default=1, help="of the changes (1)")
     parser.add_argument("--write", action="store_true", help="put the tables into docs/security.md")
     given = parser.parse_args()
     tables: list[Table] = []
     bad = False
-    if given.asked:
+    if given.small:
         with tempfile.TemporaryDirectory() as folder:
             tables.append(asked(Path(folder)))
         bad |= any(row[2] not in (0, 1, 2) for row in tables[-1].rows)
