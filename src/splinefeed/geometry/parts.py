@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.geometry.curves import Flat, Lines, Packed
+from splinefeed.geometry.editing import split
 from splinefeed.geometry.path import Path
+from splinefeed.records import IntArray
 
 
 def cut(path: Path, first: int, last: int) -> Path:
@@ -26,6 +28,44 @@ def cut(path: Path, first: int, last: int) -> Path:
         tolerance=path.tolerance,
         by_tip=path.by_tip,
     )
+
+
+def cut_at_corners(path: Path) -> tuple[Path, IntArray]:
+    """The same path with a curve of its own between any two corners: polylines as lines, others cut where they turn.
+
+    And how many curves stand for each, (curves,). Feeds, tolerances and lines go with each part, markers stay at their
+    places. The path itself where no curve has a corner inside.
+    """
+    flat = path.flat
+    owner, _, times = flat.inner_knots()
+    counts = np.ones(len(flat), dtype=np.int64)
+    if not np.any(times >= flat.degrees[owner] - 1):
+        return path, counts
+    corners = path.corners
+    inside = corners.u < flat.domains[corners.curve, 1]
+    at, places = corners.curve[inside], corners.u[inside]
+    whole = (flat.degrees == 1) & (flat.rational == 0)
+    polyline = whole & (np.diff(flat.point_starts) > 2)
+    concerned = np.unique(np.concatenate([at, np.flatnonzero(polyline)])).tolist()
+    if not concerned:
+        return path, counts
+    made, done = list[Flat](), 0
+    for i in concerned:
+        made += [flat.part(done, i)] if i > done else []
+        if polyline[i]:
+            points = flat.points[flat.point_starts[i] : flat.point_starts[i + 1]]
+            points = points[np.append(True, np.any(np.diff(points, axis=0) != 0.0, axis=1))]
+            made.append(Flat.beziers(np.stack([points[:-1], points[1:]], axis=1)))
+        else:
+            made.append(Flat.of(split(path.joined[i], *places[at == i].tolist())))
+        counts[i], done = len(made[-1]), i + 1
+    made += [flat.part(done, len(flat))] if done < len(flat) else []
+    starts = np.concatenate([[0], np.cumsum(counts)]).tolist()
+    said = path._said()
+    for name in ("feeds", "tolerances", "lines"):
+        said[name] = None if said[name] is None else np.repeat(said[name], counts)
+    said["markers"] = [replace(marker, before=starts[marker.before]) for marker in path.markers]
+    return Path(Packed(Flat.joined(made)), path.axes, **said), counts
 
 
 def joined(parts: Sequence[Path]) -> Path:

@@ -11,6 +11,7 @@ import numpy as np
 
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.curves import Flat, Packed
+from splinefeed.geometry.parts import cut_at_corners
 from splinefeed.geometry.path import Marker, Path, checked_axes
 from splinefeed.geometry.resolution import long_curves
 from splinefeed.geometry.smoothing_joints import Assembly, Done
@@ -49,7 +50,8 @@ def smoothed(
 
     Runs of short lines become splines of degree 5 (least squares, knots where the error is); at the remaining joints,
     of any curves, quintics blend them. What they leave of long lines and of arcs stays as it is. Feeds, tolerances and
-    markers stay at their places; rapid moves, stops and moves of rotary axes alone stay exact.
+    markers stay at their places; rapid moves, stops and moves of rotary axes alone stay exact. Corners inside a curve
+    are joints, too: it is cut there first.
     Raises InputError for arguments that cannot be used. See docs/smoothing.md.
     """
     smoother = Smoother(
@@ -58,8 +60,11 @@ def smoothed(
     value = smoother.tolerance
     if value != PROGRAM and float(value) > path.size > 0.0:
         raise InputError(f"tolerance is {value:g} mm, more than the whole path, {path.size:.4g} mm; give a smaller one")
+    given = path
+    path, counts = cut_at_corners(path)
+    share = None if share is None else np.repeat(share, counts)
     if not _loose(path, value, share)[1].any():
-        return path
+        return given
     smooth = smoother._path(
         [*smoother._taken(path, share), *smoother._rest()],
         name=path.name,
@@ -85,7 +90,8 @@ class Smoother:
     axes  names of the axes of all that comes; all else as for `smoothed`
     window  curves that are looked at in one go; no more than these and some hundreds are held
 
-    However the path is cut into pieces, the result is the same to the bit, and that of `smoothed`. Raises InputError
+    However the path is cut into pieces, the result is the same to the bit, and that of `smoothed` where no curve has a
+    corner inside. Raises InputError
     for arguments that cannot be used, CurveError for pieces that do not follow each other.
     tolerance in mm. Source: docs/smoothing.md.
     Example: `smoother = sf.geometry.Smoother(0.01, path.axes); [*smoother.push(path), *smoother.finish()]`

@@ -14,6 +14,7 @@ import numpy as np
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.meetings import meetings
+from splinefeed.geometry.parts import cut_at_corners
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.pieces import chunks, coefficients, taylor
 from splinefeed.geometry.smoothing import ANGULAR_TOLERANCE, UNBOUNDED_TOLERANCE, allowed, lines_along, smoothed
@@ -130,11 +131,13 @@ def proven(
     Raises CurveError if it is over its tolerance nevertheless, which is not known to happen, and InputError as
     `smoothed`.
     """
+    given = path
+    path, _ = cut_at_corners(path)
     share, largest = np.full(len(path.flat), use), use * largest_tolerance(path, tolerance)
     for attempt in range(ROUNDS + 2):
         result = smoothed(path, tolerance, angular_tolerance=angular_tolerance, share=share, **how)
         if result is path:
-            return Proof(path, Order(0.0, 0.0), largest, angular_tolerance, 0)
+            return Proof(given, Order(0.0, 0.0), largest, angular_tolerance, 0)
         found = order(path, result, largest, angular_tolerance, PRECISION)
         if not len(found.crossings) or attempt > ROUNDS:
             break
