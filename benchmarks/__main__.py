@@ -32,6 +32,7 @@ NAMES = (
     "rows",
     "tool",
     "tool_controller",
+    "robots",
     "smooth",
     "paths",
     "cad",
@@ -64,6 +65,9 @@ PACKAGES = (
     "copp-py",
     "ruckig",
     "toppra",
+    "pin",
+    "example-robot-data",
+    "pylibfranka",
     "distributed",
 )
 #: Programs beside the packages, and the command that prints the version of each.

@@ -22,6 +22,7 @@ PACKAGES: dict[str, dict[str, str]] = {
     "cad": {"cadquery-ocp-novtk": "OCCT (cadquery-ocp-novtk)", "rhino3dm": "rhino3dm"},
     "drawings": {"ezdxf": "ezdxf", "svgelements": "svgelements"},
     "controller": {"linuxcnc": "LinuxCNC"},
+    "robots": {"pin": "pinocchio", "example-robot-data": "example-robot-data", "pylibfranka": "pylibfranka"},
     "smooth": {"linuxcnc": "LinuxCNC"},
     "live": {"linuxcnc": "LinuxCNC"},
     "sweeps": {"distributed": "Dask"},

@@ -10,9 +10,13 @@ import numpy as np
 from splinefeed.errors import LimitsError
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
-from splinefeed.records import Array, BoolArray, IntArray, Limits, TimeLaw, positive
+from splinefeed.records import Array, BoolArray, IntArray, Limits, TimeLaw, Torque, positive
 from splinefeed.records.motion import derivative
 
+#: Highest rate, where the limits allow it, if nobody says else.
+HIGHEST = 2.0
+#: What weight and friction leave of a torque is never taken to be less than this share of it.
+LEAST_ROOM = 1e-6
 #: A law that is over its limits by less than this is at them.
 AT_LIMITS = 1e-6
 #: A jump of q'' counts for so many periods before and behind it, a little less than the one that plans leave room for,
@@ -75,6 +79,8 @@ class LawCourse:
             )
         self.path, self.law, self.period = path, law, positive(wanted, "period")
         self.axes, self.duration = path.axes, law.duration
+        #: The torques that an override keeps, each a column behind the others.
+        self.torque: Torque | None = None
 
     def asked(self, first: int, count: int, sums: Array = NO_SUMS) -> Array:
         """As `Course` says, from the exact derivatives of path and law.
@@ -148,6 +154,8 @@ class LawCourse:
         s1, s2, s3 = self.path.tip_path.tip(r)[:, :, None] if self.path.joint_path is None else (1.0, 0.0, 0.0)
         tip = s1 * v, s1 * a + s2 * v * v, s1 * j + 3.0 * s2 * v * a + s3 * v * v * v
         q[:, :, -1:] = np.where(known[:, None], tip, 0.0)
+        if self.torque is not None:
+            q = np.concatenate([q, _of_torque(self.torque, r[:, 0], q, self.torque.columns(self.axes))], axis=2)
         first, inner, last = q[:, :count], q[:, count : 2 * count], np.roll(q[:, :count], -1, axis=1)
         last[:, ending] = q[:, 2 * count :]
         most, least = (each(each(first, inner), last) for each in (np.maximum, np.minimum))
@@ -201,6 +209,22 @@ class LawCourse:
                 "the law was not planned under the limits of centripetal acceleration, chord or orientation error"
             )
         return max(shares, default=0.0)
+
+
+def _of_torque(torque: Torque, position: Array, q: Array, columns: list[int]) -> Array:
+    """Torques as three columns of derivatives each, (3, n, joints), with a limit of 1 on the second.
+
+    At the rate r of the law torques are c + r^2 (tau - c) + M q' dr/dt, in the form of accelerations, for the weight c;
+    what weight and friction leave of the limit is the unit. Viscous friction goes with r, and counts as at HIGHEST.
+    """
+    at, v, a = position[:, columns], q[0][:, columns], q[1][:, columns]
+    none = np.zeros_like(at)
+    still = torque.of(at, none, none)
+    coulomb, viscous = torque.dry
+    most = np.array(list(torque.most.values()))
+    room = np.maximum(most - np.abs(still) - coulomb - HIGHEST * viscous * np.abs(v), LEAST_ROOM * most)
+    found = np.stack([torque.of(at, none, v) - still, torque.of(at, v, a) - still, none])
+    return np.asarray(np.where(np.isfinite(most), found / room, 0.0))
 
 
 def _beside_stops(law: TimeLaw, stops: Array, t: Array, away: float) -> Array:

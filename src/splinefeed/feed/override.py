@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.ndimage import maximum_filter1d
 
 from splinefeed.errors import LimitsError
-from splinefeed.feed.course import AT_LIMITS, Course
+from splinefeed.feed.course import AT_LIMITS, HIGHEST, Course, LawCourse
 from splinefeed.feed.reserve import ACCELERATION_SHARE, JERK_SHARE, MOST_RATE
 from splinefeed.kernels import override as kernels
 from splinefeed.records import TABLE, Array, Limits
@@ -23,8 +23,6 @@ from splinefeed.records import TABLE, Array, Limits
 #: end lies within the first; a rate that does not keep the limits everywhere is taken only where the way back from it
 #: lies within one of them.
 WINDOWS = (128, 256, 512, 1024)
-#: Highest rate, where the limits allow it, if nobody says else.
-HIGHEST = 2.0
 #: Ticks of the law whose needs are in memory at a time.
 BLOCK = 4096
 #: What is seen at instants may be so much more between them.
@@ -61,8 +59,9 @@ class Override:
 
     top   highest rate that keeps the limits everywhere. A higher one is run where and while they allow it: what
           programmed feeds of the path (F) ask for is 100 %, `limits.feed` is a limit.
+    Torques are kept, too, of a `LawCourse`: M q' dr/dt and r^2 of what motion takes, at ticks and between them.
     Raises LimitsError for a course without reserve, for corners passed at speed (axis_velocity_step), and for limits
-    of torques.
+    that models give but torques.
     Source: docs/math/override.md.
     Example: `sf.live.Override(sf.live.LawCourse(path, slow, 1e-3), limits).run(np.full(100, 0.5))`
     """
@@ -80,7 +79,9 @@ class Override:
             raise LimitsError(f"the highest override is {highest:g}; it must be above 0 and at most {MOST_RATE:g}")
         self.course, self.limits, self.period = course, limits, course.period
         beyond = [each.name for each in TABLE if not each.held and getattr(limits, each.name) is not None]
-        beyond += [model.kind for model in limits.models]
+        beyond += [model.kind for model in limits.modelled]
+        if limits.torque is not None and not isinstance(course, LawCourse):
+            beyond.append("torque")
         if beyond:
             raise LimitsError(f"{', '.join(beyond)}: cannot be overridden; plan without, or run the law as planned")
         axes = course.axes
@@ -91,6 +92,12 @@ class Override:
         )
         bounded = limits.axis_bounds(axes)
         self._limit, self._sums = np.column_stack([bounded.bounds, along]), bounded.weights
+        if isinstance(course, LawCourse):
+            course.torque = limits.torque
+        if limits.torque is not None:
+            joints = len(limits.torque.most)
+            own = np.repeat([[math.inf], [1.0], [math.inf]], joints, axis=1)
+            self._limit = np.ascontiguousarray(np.concatenate([self._limit, own], axis=1))
         columns = self._limit.shape[1]
         self._cells = math.ceil(course.duration / self.period)
         self._windows = np.array(WINDOWS, dtype=np.int64)

@@ -22,6 +22,8 @@ def with_reserve(
 
     V / top,  share_a A / top^2,  share_j J / top^3;  centripetal, chord and orientation error / top^2
 
+    Of a torque what motion takes is held to share_a / top^2 of what weight and friction leave.
+
     acceleration, jerk  the shares. Raises LimitsError for shares that are not in (0, 1) and a top below 1.
     V is a feed in mm/s, A and J in mm/s^2 and mm/s^3. Source: docs/math/override.md.
     Example: `sf.plan(path, sf.live.with_reserve(limits), period=1e-3)`
@@ -43,6 +45,8 @@ def with_reserve(
             name: replace(each, **{kind: getattr(each, kind) * factor for kind, factor in factors.items()})
             for name, each in limits.combinations.items()
         }
+    if limits.torque is not None:
+        changed["torque"] = limits.torque.reserved(acceleration / top**2)
     return replace(limits, **changed)
 
 

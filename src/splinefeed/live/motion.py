@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinefeed.feed.course import LawCourse
-from splinefeed.feed.override import HIGHEST, Override
+from splinefeed.feed.course import HIGHEST, LawCourse
+from splinefeed.feed.override import Override
 from splinefeed.feed.planning import plan
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.feed.rows_course import RowsCourse

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -14,6 +14,8 @@ from splinefeed.records.modelled import Modelled, ModelRows, axis_name, check_bo
 
 #: A torque that differs from that of the form of rigid bodies by more than this share has friction in its model.
 ALMOST = 1e-9
+#: The rate at which a reserve counts viscous friction, and a side of a row that never binds.
+RESERVED, FREE = 2.0, 1e9
 
 Model = Callable[[Array, Array, Array], Array]
 
@@ -25,6 +27,7 @@ class Torque(Modelled):
     model  inverse dynamics tau(q, q', q''), each (n, joints), rad (linear joints mm) by s, to torques (n, joints),
            N m (N): M(q) q'' + C(q, q') q' + g(q), without friction
     most   the largest torque of every joint by axis name, in the order of the model's columns; inf for none
+    share  how much of what weight and friction leave motion may take: a reserve to slow down with
     coulomb, viscous  friction by axis name, N m and N m s/rad (N, N s/mm), at least 0; default none
 
     Along a path r(s) the torques are a(s) s'' + b(s) s'^2 + c(s), with a = M r', b = M r'' + C(r, r') r' and c = g; see
@@ -41,6 +44,7 @@ class Torque(Modelled):
     most: Mapping[str, float]
     coulomb: Mapping[str, float] | None = None
     viscous: Mapping[str, float] | None = None
+    share: float = 1.0
 
     kind, span, power = "torque", 3, 2
 
@@ -56,6 +60,10 @@ class Torque(Modelled):
                 if axis not in most or not 0.0 <= value < np.inf:
                     raise LimitsError(f"torque: {name} of {axis} is {value:g}; give a joint of `most` 0 or more")
             object.__setattr__(self, name, MappingProxyType(own))
+
+    def reserved(self, share: float) -> Torque:
+        """The same limits, of which motion takes no more than this share of what weight and friction leave."""
+        return replace(self, share=share * self.share)
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -95,8 +103,7 @@ class Torque(Modelled):
     def seen(self, position: Array, period: float) -> tuple[Array, Array]:
         """f(q_k, (q_{k+1} - q_{k-1}) / 2T, (q_{k+1} - 2 q_k + q_{k-1}) / T^2), and the bounds."""
         v, a = (position[2:] - position[:-2]) / (2.0 * period), np.diff(position, 2, axis=0) / period**2
-        found = self.whole(position[1:-1], v, a)
-        return found, np.broadcast_to(list(self.most.values()), found.shape)
+        return self.along(position[1:-1], v, a, a)
 
     def rounding(self, position: Array, period: float, each: Array) -> Array:
         """What roundings of setpoints, (joints,), make of the torques: those of accelerations 4 e / T^2."""
@@ -112,8 +119,21 @@ class Torque(Modelled):
 
     def along(self, position: Array, velocity: Array, acceleration: Array, jerk: Array) -> tuple[Array, Array]:
         """Torques and their bounds."""
-        found = self.whole(position, velocity, acceleration)
-        return found, np.broadcast_to(list(self.most.values()), found.shape)
+        most = np.array(list(self.most.values()))
+        if self.share == 1.0:
+            found = self.whole(position, velocity, acceleration)
+            return found, np.broadcast_to(most, found.shape)
+        none = np.zeros_like(position)
+        still = self.of(position, none, none)
+        coulomb, viscous = self.dry
+        room = most - np.abs(still) - coulomb - RESERVED * viscous * np.abs(velocity)
+        return self.of(position, velocity, acceleration) - still, np.maximum(self.share * room, ALMOST * most)
+
+    def still(self, position: Array) -> Array:
+        """Torques at rest; 0 of what motion takes alone."""
+        if self.share < 1.0:
+            return np.zeros_like(position)
+        return super().still(position)
 
     def rows(self, s: Array, d: Array) -> ModelRows:
         """Rows |a q'/2 + b q + c + coulomb sign(r') + viscous r' sqrt(q)| <= most.
@@ -148,6 +168,17 @@ class Torque(Modelled):
         a, b, low, high, most = a[:, some], b[:, some], low[:, some], high[:, some], most[some]
         linear = np.stack([b / most, 0.5 * a / most], axis=1).transpose(2, 1, 0)
         root = (viscous * r1)[:, some] / most if np.any(viscous) else None
+        if self.share < 1.0:  # either way of it, and viscous friction at a higher rate
+            room = self.share * (1.0 - np.abs(c[:, some]) / most - coulomb[some] / most)
+            if root is None:
+                return ModelRows(linear=linear, low=-room.T, high=room.T)
+            both = np.abs(root.T) * self.share * RESERVED
+            return ModelRows(
+                linear=np.concatenate([linear, -linear]),
+                low=np.full((2 * len(both), len(r)), -FREE),
+                high=np.concatenate([room.T, room.T]),
+                root=np.concatenate([both, both]),
+            )
         return ModelRows(
             linear=linear, low=(-1.0 - low / most).T, high=(1.0 - high / most).T, root=None if root is None else root.T
         )

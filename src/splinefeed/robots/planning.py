@@ -76,7 +76,9 @@ def limits_of(arm: Jointed) -> Limits:
         axis_jerk=by_joint(arm.jerk),
         axis_minimum=by_joint(np.where(ended, arm.minimum, np.inf)),
         axis_maximum=by_joint(np.where(ended, arm.maximum, np.inf)),
-        torque=None if arm.bodies is None else Torque(arm.torque, each_joint(arm.most_torque), **arm.friction),
+        torque=None
+        if arm.bodies is None
+        else Torque(arm.torque, each_joint(arm.most_torque), arm.friction.get("coulomb"), arm.friction.get("viscous")),
         modelled=[TorqueRate(arm.torque, each_joint(arm.torque_rate))] if arm.bodies is not None and rated else [],
     )
 
