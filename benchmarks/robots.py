@@ -77,7 +77,7 @@ def measure() -> Report:
     rows = [row for each in measures for row in _guarded(each)]
     columns = (Column("measure"), Column("found"), Column("must be"), Column("holds"))
     notes = (
-        "Panda, UR5 and xArm7 of example-robot-data; 1 kHz; TCP paths are the butterfly at twice its size and a loop of "
+        "Panda, UR5, xArm7 of example-robot-data; 1 kHz; TCP paths are the butterfly at twice its size and a loop of "
         "0.9 m whose orientation turns by 0.5 rad and back, feed 500 mm/s. Shares are by differences of setpoints with "
         "rest outside. FR3: libfranka's own `limitRate` from the wheel pylibfranka, velocity by position. A row whose "
         "packages are missing says which.",

@@ -57,8 +57,8 @@ REFUSED = {
     + ("2 control point(s) for degree 2; expected at least 3",),
     "no length": (2, KNOTS, [[3, 4]] * 3, None) + ("all 3 control points are the same: the curve has no length",),
     "no points": (2, KNOTS, [], None) + ("control_points: expected 2 dimension(s), got shape (0,)",),
-    "points of no axes": (2, KNOTS, [[], [], []], None) + ("control_points have 0 axes; 1 to 9 are possible",),
-    "ten axes": (2, KNOTS, np.ones((3, 10)), None) + ("control_points have 10 axes; 1 to 9 are possible",),
+    "points of no axes": (2, KNOTS, [[], [], []], None) + ("control_points have 0 axes; 1 to 16 are possible",),
+    "too many axes": (2, KNOTS, np.ones((3, 17)), None) + ("control_points have 17 axes; 1 to 16 are possible",),
     "points of one dimension": (2, KNOTS, [0, 1, 2], None)
     + ("control_points: expected 2 dimension(s), got shape (3,)",),
 }

@@ -185,7 +185,7 @@ def test_lines_without_length():
         ([[0.0, 0.0], [np.nan, 1.0]], "points[1, 0] is nan; every value must be finite"),
         ([[0.0, 0.0], [1.0, -1e31]], "points[1, 1] is -1e+31; values up to 1e+30 are possible"),
         ([0.0, 1.0], "points: expected 2 dimension(s), got shape (2,)"),
-        (np.zeros((3, 10)), "points have 10 axes; 1 to 9 are possible"),
+        (np.zeros((3, 17)), "points have 17 axes; 1 to 16 are possible"),
         ([["a", "b"]], "points: expected numbers in 2 dimension(s), got list"),
     ],
 )

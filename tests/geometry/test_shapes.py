@@ -339,8 +339,8 @@ REFUSED = {
     "point for a line": (lambda: shapes.line((1, 2), (1, 2)), "start and end of the line are the same point: "
                          "it has no length"),
     "line of two kinds": (lambda: shapes.line((1, 2), (1, 2, 3)), "end has 3 coordinates; 2 are needed"),
-    "line of no axes": (lambda: shapes.line((), ()), "start has 0 coordinates; 1 to 9 are possible"),
-    "line of ten axes": (lambda: shapes.line([0] * 10, [1] * 10), "start has 10 coordinates; 1 to 9 are possible"),
+    "line of no axes": (lambda: shapes.line((), ()), "start has 0 coordinates; 1 to 16 are possible"),
+    "line of 17 axes": (lambda: shapes.line([0] * 17, [1] * 17), "start has 17 coordinates; 1 to 16 are possible"),
     "no eight": (lambda: shapes.figure_eight(0.0), "width is 0 mm; it must be greater than 0"),
     "no height": (lambda: shapes.figure_eight(1.0, -1.0), "height is -1 mm; it must be greater than 0"),
     "scale": (lambda: shapes.butterfly(0), "scale is 0; it must be greater than 0"),

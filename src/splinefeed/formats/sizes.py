@@ -20,7 +20,7 @@ MAX_DRAWING_POINTS = 2_000_000
 #: Largest coordinate, mm: a thousand kilometres is not a workpiece, and beyond it squares and cubes begin to overflow.
 MAX_COORDINATE = 1e9
 #: Most axes of a curve or of setpoints.
-MAX_AXES = 9
+MAX_AXES = 16
 #: Most ticks in one file of setpoints: eighteen hours at 1 ms.
 MAX_TICKS = 2**26
 #: Most ticks in an HDF5 file, which is written and can be read chunk by chunk: above eleven days at 1 ms.

@@ -14,8 +14,8 @@ from splinefeed.records import Array, IntArray, check_finite, frozen_array
 
 Curve = TypeVar("Curve", bound=Spline)
 MAX_DEGREE = 12
-#: X Y Z A B C U V W of a control, and the seven joints of an arm.
-MAX_AXES = 9
+#: X Y Z A B C U V W of a control, and the seven joints of each of two arms.
+MAX_AXES = 16
 
 
 def _homogeneous(curve: Spline) -> tuple[Array, Array]:
