@@ -127,8 +127,9 @@ def plan(
     try:
         return _plan(path, limits, strategy, period, start, bound=bound)
     except (LimitsError, PlanError) as error:
-        along = unit_along(getattr(path, "axes", ("x",)))
-        if isinstance(path, Path) and any(isinstance(axis, Joint) for axis in path.axes) and along != "mm":
+        axes: tuple[str, ...] = getattr(path, "axes", ("x",))
+        along, own = unit_along(axes), getattr(path, "tip_path", None) is path
+        if own and any(isinstance(axis, Joint) for axis in axes) and along != "mm":
             raise type(error)(_MM.sub(along, str(error))) from None
         raise
 

@@ -55,7 +55,7 @@ def motion_at(path: Path | JointPath, law: TimeLaw, t: ArrayLike) -> tuple[Array
     s = np.clip(law(times), 0.0, path.length)
     v, a, j = (each(times)[:, None] for each in (law.feed, law.acceleration, law.jerk))
     d = path.derivatives(s)
-    if isinstance(path, JointPath):
+    if path.joint_path is not None:
         d = d[:, :, 3:]
     q, r1, r2, r3 = np.moveaxis(d, 1, 0)
     return q, r1 * v, r2 * v * v + r1 * a, r3 * v**3 + 3.0 * r2 * v * a + r1 * j
