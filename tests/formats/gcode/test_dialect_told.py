@@ -66,3 +66,22 @@ def test_a_code_that_is_not_known_names_the_controls_that_have_it(tmp_path: Path
 )
 def test_macros_show_a_fanuc(line: str) -> None:
     assert detect(f"G1 X1\n{line}\n".encode()).name == "fanuc"
+
+
+def test_repeats_of_a_cycle_are_no_places_without_a_point(tmp_path: Path) -> None:
+    begin = ["O0109", "G21 G17 G90", "G0 X0. Y0. Z50.", "G99 G81 X10. Y0. Z-20. R2. F120.", "G91 X10. K3", "G80", "M30"]
+    assert not [each for each in path_of(tmp_path, *begin).findings if "without a decimal point" in each]
+    arc = ["O0109", "G21 G18 G90", "G0 X0. Y0. Z0.", "G2 X10. Z0. I5. K0 F100.", "G2 X0. Z0. I-5. K0", "G1 X5", "M30"]
+    assert [each for each in path_of(tmp_path, *arc).findings if "as X5," in each]
+
+
+def test_a_code_that_the_control_has_and_that_is_not_read_is_said_so(tmp_path: Path) -> None:
+    said = refusal(tmp_path, "G21 G90", "G70 I25. J0 L6", dialect="haas")
+    assert said == "line 2: G70 is a code of Haas that is not read; let the CAM system write its moves"
+
+
+def test_a_short_number_where_a_program_begins_is_a_fanucs() -> None:
+    for text in ("%\nO77\nG0 X1\n", "O5 (PART)\nG0 X1\n", "\r\n%\r\no12\r\nG0 X1\r\n"):
+        assert detect(text.encode()).name == "fanuc", text
+    for text in ("O77 sub\nO77 endsub\n", "G0 X1\nO77\n", "O<a> call\n", "o10 if [1]\n"):
+        assert detect(text.encode()).name == "linuxcnc", text

@@ -71,4 +71,4 @@ def test_what_is_undefined_is_ignored_as_a_word(tmp_path: Path) -> None:  # pp. 
 
 @pytest.mark.parametrize("line", ["G12 I5. F100.", "G13 I5. F100.", "G47 P0", "G150 X1. Y1. P1", "G70 I5. J0. L4"])
 def test_pockets_text_and_rows_of_holes_are_refused(tmp_path: Path, line: str) -> None:
-    assert "is not known in the dialect Haas" in refusal(tmp_path, *HEAD, line)
+    assert "is a code of Haas that is not read" in refusal(tmp_path, *HEAD, line)

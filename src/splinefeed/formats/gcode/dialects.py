@@ -99,7 +99,9 @@ _SIGNS = {
     "linuxcnc": r"^(?>[^\n]*?\bG0?6\.2\b)[^\n]*Q\s*[123]\b|^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b"
     r"|\bM6[78][ \t]*E\d|\bM6[2-5][ \t]*P\d",
     "haas": r"\bhaas\b|\bG154[ \t]*P\d|\bG187\b|\bG103[ \t]*P\d",
-    "fanuc": r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?![ \t]*[a-z\[#])|^[ \t]*//|\bG0?5\.1\s*Q[013]\b"
+    # a number of four digits, or of fewer where the program begins
+    "fanuc": r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?![ \t]*[a-z\[#])|\A[%\s]*+O\d{1,3}\b(?![ \t]*[a-z\[#<])"
+    r"|^[ \t]*//|\bG0?5\.1\s*Q[013]\b"
     r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b|\bG43\.[45]\b|\bG234\b|^(?>[^\n]*?\bIF[ \t]*\[)[^\n]*\b(?:GOTO|THEN)"
     r"|^(?>[^\n]*?\bWHILE[ \t]*\[)[^\n]*\][ \t]*DO[ \t]*[123]\b|\bG65[ \t]*P\d",
     "mach3": r"\bmach\s?[34]\b|^[ \t]*M1[01]\s*P[0-3]\b",
@@ -132,6 +134,8 @@ _IN_COMMENTS = ("mach3", "grbl", "haas")
 #: Axis words with a decimal point and without, and how many of these are counted.
 _POINTED = re.compile(r"(?<![A-Z#\[])[XYZUVWABCIJKR][-+]?[0-9]*\.", re.IGNORECASE)
 _WHOLE = re.compile(r"(?<![A-Z#\[])[XYZUVWABCIJKR]([-+]?[0-9]+)(?![0-9.])", re.IGNORECASE)
+#: What makes K of a line a place: arcs and threads; elsewhere it counts the repeats of a cycle.
+_WITH_K = re.compile(r"[IJ]|G0?[235](?![0-9])|G33|G76|G6\.2|G87", re.IGNORECASE)
 _MOST_WHOLE = 1000
 
 #: A line of a program, for telling one from other text: words, or a comment, or %.
@@ -201,8 +205,18 @@ def _place(text: str, found: re.Match[str]) -> str:
 def whole_numbers(text: str) -> tuple[str, list[int]]:
     """The first axis word without a decimal point of a program that has others with one, and the lines of them all."""
     code = re.sub(r"\([^()\n]*\)|;.*", "", text)
-    whole = [each for each in _WHOLE.finditer(code) if float(each[1])] if _POINTED.search(code) else []
+    whole = [
+        each
+        for each in (_WHOLE.finditer(code) if _POINTED.search(code) else ())
+        if float(each[1]) and (each[0][0] not in "Kk" or _WITH_K.search(_line_of(code, each.start())))
+    ]
     return (whole[0][0] if whole else ""), [code.count("\n", 0, each.start()) + 1 for each in whole[:_MOST_WHOLE]]
+
+
+def _line_of(text: str, at: int) -> str:
+    """The line of a text in which a letter stands."""
+    end = text.find("\n", at)
+    return text[text.rfind("\n", 0, at) + 1 : end if end >= 0 else len(text)]
 
 
 def holds(head: bytes) -> bool:

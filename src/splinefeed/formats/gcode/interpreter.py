@@ -220,6 +220,8 @@ class Interpreter:
             elsewhere = code in (700, 710) and self.dialect.name not in _UNITS_BY_70
             if elsewhere or (code not in codes.GROUP_OF and code not in codes.WITHOUT_EFFECT):
                 others = [each for each, there in codes.ELSEWHERE.items() if code in there]
+                own = f"{name} is a code of {self.dialect.title} that is not read; let the CAM system write its moves"
+                refuse(self.dialect.name in others, own)
                 hint = f"it is a code of {' and '.join(others)}" if others else "the program may be another control's"
                 hint += ": name the control (option dialect)"
                 raise LineError(f"{name} is not known in the dialect {self.dialect.title}; {hint}")
