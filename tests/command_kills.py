@@ -15,6 +15,8 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 
 import folder_kills
@@ -62,6 +64,8 @@ def command(words: list[str], place: Path, number: int = 0, at: int = 0, seconds
         except KeyboardInterrupt:  # before the command began
             code = 130
         finally:
+            if not number:
+                Path("../modules").write_text("\n".join(sys.modules))
             os._exit(code if isinstance(code, int) else 1)
     if number and not at:
         time.sleep(seconds)
@@ -167,6 +171,11 @@ def kills(place: Path, seed: int, count: int, names: tuple[str, ...] = tuple(COM
         folder = place / name
         folder.mkdir()
         kind = COMMANDS[name](folder)
+        assert command(kind.words(draw), folder) == 0, (place / "said").read_text()
+        kind.judge(0)
+        for module in (place / "modules").read_text().split():  # so that each command begins at once
+            with suppress(ImportError):
+                import_module(module)
         begin = time.monotonic()
         assert command(kind.words(draw), folder) == 0, (place / "said").read_text()
         took = time.monotonic() - begin
