@@ -4,7 +4,10 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 # Python compiles what it imports, when it imports it: pip need not compile everything first.
-PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install --no-compile --constraint constraints.txt
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install --no-compile
+# What a set of constraints.txt names, each file of it compared with its hash, and the project beside it.
+INSTALL = grep -E '^[^\#].*\# (.* )?$(1)( |$$)' constraints.txt > $@.txt && $(PIP) --require-hashes --requirement $@.txt \
+	&& $(PIP) --no-deps --no-build-isolation --editable . && rm $@.txt
 RECIPE_OF_VENV := pyproject.toml constraints.txt
 PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal -q
 # What the user adds to the command, e.g. make run ARGS="wing.dat --feed 3600mm/min"
@@ -63,17 +66,17 @@ $(BIN)/python:
 
 # One stamp for each set of packages: nothing is installed again until the project's recipe changes.
 $(VENV)/.installed: $(RECIPE_OF_VENV) | $(BIN)/python
-	$(PIP) --editable '.[plots]'
+	@$(call INSTALL,run)
 	@touch $@
 
 $(VENV)/.installed-dev: $(RECIPE_OF_VENV) | $(BIN)/python
-	$(PIP) --editable '.[dev,cad,parquet,plots,robots,sim,studio]'
+	@$(call INSTALL,dev)
 	@touch $@ $(VENV)/.installed
 
 $(VENV)/.installed-all: $(RECIPE_OF_VENV) | $(BIN)/python
-	$(PIP) --editable '.[dev,slow,docs,all,mpi]'
+	@$(call INSTALL,all)
 	@touch $@ $(VENV)/.installed $(VENV)/.installed-dev
 
 $(VENV)/.installed-bench: $(RECIPE_OF_VENV) | $(BIN)/python
-	$(PIP) --editable '.[bench,cad,sim]'
+	@$(call INSTALL,bench)
 	@touch $@ $(VENV)/.installed

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from docs_pages import ROOT
+from package.pins import BUILD, FILE, SETS, pins
 from package.test_dependencies import PROJECT
 
 #: The first of each; Debian 12 has 3.11.2.
@@ -30,8 +30,19 @@ def plain(name: str) -> str:
 
 def constraints() -> dict[str, str]:
     """Package to version, as constraints.txt has them."""
-    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
-    return {plain(name): version for name, _, version in (line.partition("==") for line in lines if line[0] != "#")}
+    return {plain(name): version for name, version in pins().items()}
+
+
+def test_every_package_has_hashes_and_every_set_what_its_extras_ask_for() -> None:
+    lines = [line for line in FILE.read_text(encoding="utf-8").splitlines() if line[0] != "#"]
+    line = re.compile(r"([\w.-]+)==[\w.]+( ; [^#]*?)?(?: --hash=sha256:[0-9a-f]{64})+  # ((?:\w+ ?)+)")
+    found = [line.fullmatch(each) for each in lines]
+    assert all(found) and {each[1] for each in found if each} == pins().keys()
+    for name, extras in SETS.items():
+        there = {plain(each[1]) for each in found if each and name in each[3].split()}
+        own = [of_all(f"splinefeed[{extra}]") for extra in extras]
+        asked = [*BUILD, *PROJECT["dependencies"], *(line for lines in own for line in lines)]
+        assert {plain(re.split(r"[<>=!\[; ]", line)[0]) for line in asked} <= there, name
 
 
 @pytest.mark.slow
@@ -43,6 +54,8 @@ def test_an_extra_resolves_to_the_constraints(extra: str | None, version: str, t
         pytest.skip("no wheels yet")
     asked = [*PROJECT["dependencies"], *(EXTRAS[extra] if extra else ())]
     asked = [each for line in asked for each in (of_all(line) if line.startswith("splinefeed[") else [line])]
+    known = tmp_path / "known.txt"  # of versions alone: with hashes pip takes no names without
+    known.write_text("".join(f"{name}=={version}\n" for name, version in constraints().items()))
     words = [
         *(
             sys.executable,
@@ -56,7 +69,7 @@ def test_an_extra_resolves_to_the_constraints(extra: str | None, version: str, t
             "-",
         ),
         *("--ignore-installed", "--only-binary=:all:", "--python-version", version, "--target", tmp_path),
-        *("--constraint", ROOT / "constraints.txt", *asked),
+        *("--constraint", known, *asked),
     ]
     done = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0, done.stderr[-2000:]

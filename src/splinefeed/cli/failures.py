@@ -72,9 +72,7 @@ def _exit_code(call: Callable[[], Any]) -> int:
 
 
 def _interruption(error: BaseException | None) -> BaseException | None:
-    """The Ctrl-C or SIGTERM behind an error: Python 3.11 names one anew that comes while a class is made, HDF5 while it
-    closes a file.
-    """
+    """The Ctrl-C or SIGTERM behind an error: Python 3.11 and HDF5 make errors of their own of one."""
     while error is not None and not isinstance(error, KeyboardInterrupt | SystemExit):
         error = error.__cause__ or error.__context__
     return error
