@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any
+from typing import Any, NoReturn
 
 import click
 
@@ -23,6 +24,8 @@ INTERNAL = 70
 #: What a shell reports for a program ended by Ctrl-C, and by a pipe whose reader went away.
 INTERRUPTED = 130
 NO_READER = 141
+#: The signals that this command got: a library may make an error of its own of what `on_signal` raises within it.
+signalled: list[int] = []
 
 
 def guarded(call: Callable[[], Any]) -> int:
@@ -41,20 +44,27 @@ def guarded(call: Callable[[], Any]) -> int:
     return code
 
 
+def on_signal(number: int, frame: object) -> NoReturn:
+    """Unwind, so that files begun are taken away: what SIGINT and SIGTERM do to a command."""
+    signalled.append(number)
+    if number == signal.SIGINT:
+        raise KeyboardInterrupt
+    sys.exit(128 + number)
+
+
+def _interrupted() -> int:
+    return _say("interrupted; no half-written file is left", INTERRUPTED)
+
+
 def _exit_code(call: Callable[[], Any]) -> int:
     try:
-        try:
-            code = call()
-        except Exception as error:
-            if (interruption := _interruption(error)) is None:
-                raise
-            raise interruption from error
+        code = call()
     except click.ClickException as error:
         return _say(usage_text(error), error.exit_code)
     except click.exceptions.Exit as end:
         return end.exit_code
     except KeyboardInterrupt:
-        return _say("interrupted; no half-written file is left", INTERRUPTED)
+        return _interrupted()
     except BrokenPipeError:
         return NO_READER
     except SystemExit as end:  # by SIGTERM
@@ -66,16 +76,11 @@ def _exit_code(call: Callable[[], Any]) -> int:
     except OSError as error:
         return _say(_system_error(error), BAD_INPUT, error)
     except Exception as error:
+        if signalled:
+            return _interrupted() if signalled[0] == signal.SIGINT else 128 + signalled[0]
         place = f"{type(error).__name__}: {error}"
         return _say(f"internal fault: {place}; {DEBUG}=1 shows where, please report it", INTERNAL, error)
     return code if isinstance(code, int) else DONE
-
-
-def _interruption(error: BaseException | None) -> BaseException | None:
-    """The Ctrl-C or SIGTERM behind an error: Python 3.11 and HDF5 make errors of their own of one."""
-    while error is not None and not isinstance(error, KeyboardInterrupt | SystemExit):
-        error = error.__cause__ or error.__context__
-    return error
 
 
 def _system_error(error: OSError) -> str:
