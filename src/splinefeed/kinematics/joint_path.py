@@ -184,6 +184,10 @@ class JointPath:
         """Arc lengths, mm, where something else than tip and tool axis may have jumps of derivatives."""
         return np.zeros(0)
 
+    def drawn(self, places: int) -> Array | None:
+        """What moves, as lines (k, points, 3), mm, evenly along the path; None where that is the tool axis."""
+        return None
+
     def standing(self, curve: IntArray, u: Array) -> Array | None:
         """How the tool shall stand at places (n,), as `kinematics.forward` says it, where no tool axis says it."""
         return None

@@ -246,8 +246,11 @@ class Run:
 
 
 def _tools(joints: JointPath) -> Array:
-    """Lines along the tool axis, for a picture, (m, 3), mm, each behind a row of NaN; evenly along the path."""
+    """Lines along the tool axis, or an arm, for a picture, (m, 3), mm, each behind a row of NaN."""
+    arm = joints.drawn(TOOLS_DRAWN)
+    if arm is not None:
+        return np.concatenate([np.full_like(arm[:, :1], np.nan), arm], axis=1).reshape(-1, 3)
     s = np.linspace(0.0, joints.length, TOOLS_DRAWN)
     tip, axis = joints.kinematics.forward(joints(s))
-    far = tip + TOOL_DRAWN * max(joints.tool.size, 1e-9) * axis[:, -3:]  # of an arm the last of three columns
+    far = tip + TOOL_DRAWN * max(joints.tool.size, 1e-9) * axis
     return np.stack([np.full_like(tip, np.nan), tip, far], axis=1).reshape(-1, 3)

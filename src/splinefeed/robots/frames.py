@@ -98,6 +98,12 @@ class Frames:
             found[:, 3:, k] = z if turns else 0.0
         return tip, np.stack([each.value.T for each in columns], axis=-1), found
 
+    def sticks(self, q: Array) -> Array:
+        """The arm as lines: base, each joint and the tip, (n, joints + 2, 3), mm, for joints q (n, joints)."""
+        place, _, _, origins = self._walk(q[None])
+        points = [np.zeros_like(place.value), *(each.value for each in origins), place.value]
+        return np.stack([each.T for each in points], axis=1)
+
     def _walk(self, q: Array) -> tuple[Jet, list[Jet], list[Jet], list[Jet]]:
         """Place of the tip, columns of its rotation, and axis and origin of every joint, jets of (3, n)."""
         order, n = len(q), q.shape[1]
