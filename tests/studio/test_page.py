@@ -114,4 +114,5 @@ def test_a_drawing_of_several_contours_is_planned_and_drawn_as_one_motion(opened
     made = sf.run(sf.read(file).job(clearance=5.0), sf.Limits(feed=60.0, axis_acceleration=500.0, axis_jerk=20000.0))
     assert value(page, "duration_s") == made.law.duration
     rest(page, lambda: page.select_option("#which", "2"))
-    assert value(page, "length_mm") == sf.read(file, path=2).length
+    made = sf.run(sf.read(file, path=2), sf.Limits(feed=60.0, axis_acceleration=500.0, axis_jerk=20000.0))
+    assert value(page, "duration_s") == made.law.duration
