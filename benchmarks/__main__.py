@@ -41,6 +41,7 @@ NAMES = (
     "sweeps",
     "live",
     "controller",
+    "linuxcnc_motion",
     "pages",
 )
 RESULTS = Path(__file__).with_name("results.json")

@@ -279,12 +279,13 @@ PLAYER_API void player_set(player *p, double const at[])
     if (!p->moving) player_rest(p);
 }
 
-/* 1 where the planner has gone silent or says that it cannot go on: look at `faulty`; 0 elsewhere. */
-PLAYER_API int player_listen(player *p)
+/* 1 where the planner has gone silent or says that it cannot go on: look at `faulty`; 0 elsewhere. elapsed: s since it
+   was called last; a long one is a machine that stood still, planner and all, and counts little. */
+PLAYER_API int player_listen(player *p, double elapsed)
 {
     wire *w = p->w;
     unsigned long long beat = LOOK(w->beat), session = LOOK(w->session), fault = LOOK(w->fault);
-    p->silent = beat != p->beat ? 0 : p->silent + p->period;
+    p->silent = beat != p->beat ? 0 : p->silent + fmin(elapsed, 10 * p->period);
     p->beat = beat;
     if (session != p->session) { /* another planner: nothing of the last one counts */
         p->session = session, p->fault = fault, p->seen = p->next = 0, p->part = 0;
@@ -292,7 +293,8 @@ PLAYER_API int player_listen(player *p)
     }
     if (p->faulty) return 0;
     if (fault != p->fault) p->fault = fault, p->faulty = 2;
-    else if (session && p->silent > PLAYER_SILENT && (p->moving || w->seg_head != w->seg_done)) p->faulty = 1;
+    else if (!p->moving && w->seg_head == w->seg_done) p->silent = 0; /* nothing is to be planned */
+    else if (p->silent > PLAYER_SILENT) p->faulty = 1;
     if (p->faulty) player_epoch(p, WIRE_WHY_LATE);
     return p->faulty != 0;
 }

@@ -89,6 +89,31 @@ static void limits(void) /* those that LinuxCNC has now */
     }
 }
 
+static void say_faults(void)
+{
+    static char text[WIRE_TEXT];
+    static long long before;
+    long long now = rtapi_get_time();
+    double elapsed = before ? 1e-9 * (now - before) : 0;
+    before = now;
+    unsigned long long session = me.session;
+    int fault = player_listen(&me, elapsed);
+    if (me.session != session) limits(); /* the planner says which axes it knows */
+    if (fault) {
+        memcpy(text, w->text, WIRE_TEXT - 1);
+        if (me.faulty == 1 && !me.session)
+            SAY("no planner answers: start it with  splinefeed linuxcnc planner --ini YOUR.ini, and abort\n");
+        else if (me.faulty == 1)
+            SAY("the planner has been silent for %g s: the machine stops on its path. Abort, and start it again\n", PLAYER_SILENT);
+        else SAY("%s. Abort to go on\n", text);
+    }
+    if (w->refused != refused) {
+        refused = w->refused;
+        memcpy(text, w->said, WIRE_TEXT - 1);
+        SAY("motion from the planner refused, %s\n", text);
+    }
+}
+
 /* --- moves ------------------------------------------------------------------------------------------------------ */
 
 static int append(TP_STRUCT *tp, wire_segment *g, EmcPose const *end, struct state_tag_t tag)
@@ -96,11 +121,8 @@ static int append(TP_STRUCT *tp, wire_segment *g, EmcPose const *end, struct sta
     unsigned long long k = w->seg_head;
     move_t *o = move(k);
     int line = tag.fields[GM_FIELD_LINE_NUMBER], i;
+    say_faults();
     if (tp->aborting || me.faulty) return TP_ERR_FAIL;
-    if (!player_planner_there(&me)) {
-        SAY("no planner answers: start it with  splinefeed linuxcnc planner --ini YOUR.ini\n");
-        return TP_ERR_FAIL;
-    }
     if (tp->synchronized) {
         SAY("line %d: motion in step with the spindle (G33, G76, G95) is not supported\n", line);
         return TP_ERR_FAIL;
@@ -110,7 +132,7 @@ static int append(TP_STRUCT *tp, wire_segment *g, EmcPose const *end, struct sta
     g->id = tp->nextId, g->line = line, g->term = tp->termCond, g->tolerance = tp->tolerance;
     pose_get(&tp->goalPos, g->from), pose_get(end, g->to);
     for (i = 0; i < WIRE_AXES; i++)
-        if (!me.there[i] && fabs(g->to[i] - g->from[i]) > PLAYER_CLOSE) {
+        if (me.session && !me.there[i] && fabs(g->to[i] - g->from[i]) > PLAYER_CLOSE) {
             SAY("line %d: the move is along an axis that the planner does not know: %c\n", line, "XYZABCUVW"[i]);
             return TP_ERR_FAIL;
         }
@@ -195,22 +217,6 @@ static void ended(void) /* at the end of motion: the moves that are complete */
     for (i = begun + 1; i < w->seg_done; i++) sync_write(&move(i)->sync);
     if (started && move(begun)->indexer != -1) rotary_unlock(move(begun)->indexer, 0);
     begun = w->seg_done, started = 0;
-}
-
-static void say_faults(void)
-{
-    static char text[WIRE_TEXT];
-    if (player_listen(&me)) {
-        memcpy(text, w->text, WIRE_TEXT - 1);
-        if (me.faulty == 1)
-            SAY("the planner has been silent for %g s: the machine stops on its path. Abort, and start it again\n", PLAYER_SILENT);
-        else SAY("%s. Abort to go on\n", text);
-    }
-    if (w->refused != refused) {
-        refused = w->refused;
-        memcpy(text, w->said, WIRE_TEXT - 1);
-        SAY("motion from the planner refused, %s\n", text);
-    }
 }
 
 static void run(TP_STRUCT *const tp)

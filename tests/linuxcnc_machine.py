@@ -36,7 +36,8 @@ def library() -> ctypes.CDLL:
     found.player_begin.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double]
     for name in ("player_size", "player_wire_size"):
         getattr(found, name).restype = ctypes.c_ulong
-    for name in ("drop", "listen", "held", "planner_there"):
+    found.player_listen.argtypes = [ctypes.c_void_p, ctypes.c_double]
+    for name in ("drop", "held", "planner_there"):
         getattr(found, f"player_{name}").argtypes = [ctypes.c_void_p]
     found.player_ready.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
     found.player_set.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
@@ -107,7 +108,7 @@ class Machine:
             self.wire, self.mill, self.reserve, say=self.said.append, waits=lambda: self.waits,
             clock=lambda: PERIOD * len(self.rows),
         )  # fmt: skip
-        self.lib.player_listen(self.me)
+        self.lib.player_listen(self.me, PERIOD)
 
     def _tell(self) -> None:
         self.wire.store("feed_scale", self.feed_scale)
@@ -138,7 +139,7 @@ class Machine:
         if beat and self.planner is not None:
             wire.store("beat", int(wire.beat) + 1)
             self.planner.step()
-        if lib.player_listen(self.me):
+        if lib.player_listen(self.me, PERIOD):
             self.said.append(f"fault {self.player['faulty'][0]}")
         hold = self.pausing or self.aborting or bool(self.player["faulty"][0])
         canon = int(wire.segment[int(self.player["segment"][0]) % wires.SEGMENTS]["canon"])

@@ -34,8 +34,8 @@ from splinefeed.records import Array
 
 #: Moves that are taken at once; how long to wait for others that come with one, s.
 AT_ONCE, SETTLE = 200, 0.003
-#: Without news from the task, so long a silence is the end of what comes, s.
-SILENCE = 0.050
+#: So long a silence is the end of what comes, s, unless so many moves are queued that the task may wait for room.
+SILENCE, MANY = 0.050, 900
 #: Motion that is planned ahead, s: what a change of the override throws away.
 AHEAD = 2.0
 #: With less certain motion than this ahead, s, what is known is planned, however little it is.
@@ -259,11 +259,10 @@ class Planner:
     def _ended(self) -> bool:
         """Whether nothing else comes before motion is over."""
         silent = self.clock() - self.news
-        waits = self.waits()
-        if waits is None:
-            full = int(self.wire.seg_head) - int(self.wire.seg_done) > 900
-            return silent > SILENCE and not full
-        return waits and silent > SETTLE
+        if self.waits() and silent > SETTLE:
+            return True
+        full = int(self.wire.seg_head) - int(self.wire.seg_done) > MANY
+        return silent > SILENCE and not full
 
     # --- overrides --------------------------------------------------------------------------------------------------
 
@@ -531,7 +530,7 @@ def serve(
                     time.sleep(0.001)
                 if time.monotonic() - looked > 0.5:
                     looked = time.monotonic()
-                    if wires.found() != wire.ident:
+                    if wires.users(wire.ident) < 2:  # we alone
                         break
         finally:
             heart.stop()

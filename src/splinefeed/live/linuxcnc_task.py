@@ -32,7 +32,7 @@ def main() -> None:
         try:
             status = status or linuxcnc.stat()
             status.poll()
-        except linuxcnc.error:
+        except (linuxcnc.error, SystemError):  # it has not begun, or has ended
             status = None
             time.sleep(AWAY)
             continue

@@ -105,14 +105,14 @@ def _libc() -> Any:
 
 
 def found() -> int | None:
-    """The number of the shared memory that LinuxCNC has made; None where it does not run with the module.
+    """The number of the shared memory that a running LinuxCNC has; None where none runs with the module.
 
     Raises WireError where another program, another version, or another user has it.
     """
     libc = _libc()
     ident = int(libc.shmget(KEY, ctypes.c_size_t(WIRE.itemsize), 0))
     if ident >= 0:
-        return ident
+        return ident if users(ident) else None
     reason = ctypes.get_errno()
     if reason == errno.ENOENT:
         return None
@@ -122,6 +122,17 @@ def found() -> int | None:
         f"the shared memory of key {KEY:#x} has another size: it is of another version of splinefeed_tp; "
         "build it again (halcompile --install splinefeed_tp.c), or remove what another program left (ipcs -m, ipcrm -M)"
     )
+
+
+def users(ident: int) -> int:
+    """How many processes have the shared memory of this number; 0 for what an ended LinuxCNC left behind."""
+    with open("/proc/sysvipc/shm", encoding="ascii") as lines:
+        names = next(lines).split()
+        for line in lines:
+            row = dict(zip(names, line.split(), strict=True))
+            if int(row["shmid"]) == ident:
+                return int(row["nattch"])
+    return 0
 
 
 def attached(ident: int) -> Wire | None:
