@@ -15,7 +15,7 @@ from splinefeed.live.linuxcnc_sink import LinuxcncError
 VELOCITY, ACCELERATION, JERK = 60.0, 1000.0, 50_000.0
 
 
-def pocket(rings: int = 6) -> str:
+def pocket(rings: int = 4) -> str:
     """Rings with rounded corners, as a CAM program leaves them, in G64 P0.01."""
     lines = ["G21 G90 G17 G64 P0.01", "F3000", "G0 X5 Y0 Z2", "G1 Z0"]
     for k in range(1, rings + 1):
@@ -27,9 +27,9 @@ def pocket(rings: int = 6) -> str:
     return "\n".join([*lines, "G1 X0 Y0", "G0 Z5", "M2", ""])
 
 
-def spiral(lines: int = 1500) -> str:
+def spiral(lines: int = 1000) -> str:
     """Short lines of a spiral that rises and falls, in G64 P0.01."""
-    t = np.linspace(0.0, 12.0 * np.pi, lines + 1)[1:]
+    t = np.linspace(0.0, 8.0 * np.pi, lines + 1)[1:]
     r = 20.0 - 12.0 * t / t[-1]
     rows = np.column_stack([r * np.cos(t), r * np.sin(t), 0.5 * np.sin(3.0 * t)])
     text = "\n".join(f"G1 X{x:.5f} Y{y:.5f} Z{z:.5f}" for x, y, z in rows.tolist())
@@ -94,7 +94,7 @@ def measure() -> Report:
     programs = {
         "lines, arcs, helix, G61": exact(),
         "pocket, G64 P0.01": pocket(),
-        "1,500 short lines, G64 P0.01": spiral(),
+        "1,000 short lines, G64 P0.01": spiral(),
         "tangent lines and small arcs": tangents(),
     }
     ours, stock = mill(VELOCITY, ACCELERATION, JERK), mill(VELOCITY, ACCELERATION)
