@@ -78,7 +78,7 @@ def test_an_operator_turns_and_pauses_within_the_limits():
 
 
 def test_an_abort_stops_on_the_path_and_mdi_goes_on():
-    found = recorded(PROGRAM, OURS, actions="2:abort,3:mdi=G0 X1 Y2 Z3,5:mdi=G0 X2")
+    found = recorded(PROGRAM, OURS, actions="2:abort,3:mdi=G0 X1 Y2 Z3,5:mdi=G0 X2,8:feed=100")
     assert max(shares(found)) <= 1.0
     np.testing.assert_allclose(found.position[-1], [2, 2, 3], atol=1e-6)
 
