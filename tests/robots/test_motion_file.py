@@ -81,3 +81,11 @@ def test_what_is_no_motion_is_refused_in_one_line(folder, said, words, message):
     assert found.exit_code == 2
     assert message in found.stderr
     assert len(found.stderr.strip().splitlines()) <= 2
+
+
+def test_a_run_of_an_arm_is_made_again_and_not_read(folder):
+    (folder / "arm.json").write_text(json.dumps({"waypoints": WAYPOINTS}))
+    assert ran("arm.json", "--robot", FILE, "-o", "out").exit_code == 0
+    found = CliRunner().invoke(command_line, ["report", "out"])
+    assert found.exit_code == 2
+    assert "is a motion of an arm, whose torques a file does not hold; make the run again" in found.stderr

@@ -57,6 +57,8 @@ def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) ->
         text = os.path.join(os.path.dirname(file), text)
     if (digest := source.get("sha256")) is not None and source_of(text).get("sha256") != digest:
         raise InputError(f"{file}: its path was read from {text}, which has changed since or is gone; give --path")
+    if "--robot" in str(settings.get("command", "")).split():
+        raise InputError(f"{file}: is a motion of an arm, whose torques a file does not hold; make the run again")
     return read_path(text, options.reading_from(options_of(settings))), text
 
 

@@ -145,7 +145,7 @@ def _cards(run: Run, record: Mapping[str, Any]) -> str:
     if run.path.lines is None:  # who runs a program asks for neither; run.json has both
         cards.append(("feed ripple", f"{run.ripple.max:.2g}", f"rounding alone {run.ripple.floor:.2g}"))
         cards.append(("end error", _length(run.end_error_mm, along), ""))
-        if run.path.linear:
+        if run.path.linear and along == "mm":
             cards.append(("chord error", _length(run.chord_error_mm), "largest, between setpoints"))
     else:
         found = program.operations(run)
