@@ -9,7 +9,8 @@ from splinefeed.report.figure import Axis, Figure, Line, Panel
 square = sf.Path.polyline([[0, 0], [30, 0], [30, 30], [0, 30], [0, 0]], axes=("x", "y"))
 limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
 
-marks, seconds = [], []
+marks: list[Line] = []
+seconds: list[float] = []
 for number, (name, path) in enumerate(
     {"stops": square, "within 0.05 mm": square.smoothed(0.05, corners="round")}.items()
 ):

@@ -9,9 +9,10 @@ from splinefeed.report.figure import Axis, Figure, Line, Panel
 path, limits = sf.shapes.ellipse(a=30, b=15), sf.Limits(feed=60, acceleration=500, jerk=20000)
 periods = np.array([4e-3, 2e-3, 1e-3, 5e-4])
 
-lines, slopes = [], {}
+lines: list[Line] = []
+slopes: dict[str, float] = {}
 for number, method in enumerate(["taylor-1", "taylor-2", "runge-kutta-4"]):
-    ripple = []
+    ripple: list[float] = []
     for period in periods.tolist():
         law = sf.plan(path, limits, period=period)
         points = sf.interpolate(path, law, method=method, period=period)

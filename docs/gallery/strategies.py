@@ -9,7 +9,8 @@ from splinefeed.report.figure import Axis, Figure, Line, Panel
 path = sf.shapes.butterfly()
 limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
 
-lines, seconds = [], {}
+lines: list[Line] = []
+seconds: dict[str, float] = {}
 for number, strategy in enumerate(["look-ahead", "time-optimal"]):
     law = sf.plan(path, limits, period=1e-3, strategy=strategy)
     t = np.linspace(0.0, law.duration, 4000)

@@ -97,6 +97,7 @@ class House:
         words = ("splinefeed.studio.tasks:open_bench", str(self.uploads), str(self.made))
         self.front, self.back, self.player = (Worker(*words, memory=MOST_MEMORY) for _ in range(3))
         self.playing: str | None = None
+        self._planning: str | None = None  # whose plan the front works on
         self.tabs: dict[str, Callable[..., None]] = {}  # how to tell something to each open page, by its name
         self.ready = "warming up"
         self.jobs: list[Job] = []
@@ -218,8 +219,13 @@ class House:
             if self._plans.get(tab) is not said:
                 return
             request = {"task": "plan", "settings": given, "look": said.get("look")}
+            self._planning = tab
             head, body = await ask(self.front, request, deadline=QUICK)
-            if head.get("late"):
+            self._planning = None
+            if self._plans.get(tab) is not said:  # stopped, or asked for with other settings meanwhile
+                if "error" in head:
+                    await ask(self.front, {"task": "warm"})
+            elif head.get("late"):
                 self._tell_one(tab, "planned", n=n, body=LATER)
                 await ask(self.front, {"task": "warm"})  # the next worker begins again
             elif "error" in head:
@@ -228,6 +234,15 @@ class House:
                 self._tell_one(tab, "planned", n=n, body=body)
                 if said.get("rest"):
                     self._remember(given, head.get("entry"))
+
+    def do_stop(self, tab: str, said: Said) -> None:
+        """Stop planning for a tab, by ending the worker that does, and what it has in the queue."""
+        self._plans.pop(tab, None)
+        if self._planning == tab:
+            self.front.stop()
+        for job in self._open():
+            if job.kind == "settle" and job.tab == tab:
+                self._cancel(job)
 
     def _remember(self, given: Mapping[str, Any], entry: Mapping[str, Any] | None) -> None:
         """Put a plan into the history."""

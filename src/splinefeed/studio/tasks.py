@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import threading
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path as File
 from typing import Any
@@ -30,7 +31,7 @@ from splinefeed.pipeline.run import on_machine
 from splinefeed.pipeline.settings import PAPER_LIMITS
 from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE, TunedMachine, by_rule, tune_on_path
 from splinefeed.report import interactive
-from splinefeed.report.servo_figures import errors_figure, step_figure
+from splinefeed.report.servo_figures import bode_figure, errors_figure, step_figure
 from splinefeed.report.time_figures import program_figure, time_figure
 from splinefeed.studio import results, sources
 from splinefeed.studio.settings import PATHS, Bench, SettingsError, complete, field_of, from_toml, machine_of, resolve
@@ -206,7 +207,13 @@ def tune(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     after = serve(wanted.path, run.law, run.points, found.machine)
     bench.say("drawing")
     old, new = before.tally.numbers(), after.tally.numbers()
-    figures = {"tuning": step_figure(list(found.axes.values()), machine.name)}
+    steps = step_figure(list(found.axes.values()), machine.name)
+    loops = [
+        replace(panel, y=replace(panel.y, label=f"{axis}: {panel.y.label}"))
+        for axis, each in found.axes.items()
+        for panel in bode_figure(each, machine.name).panels
+    ]
+    figures = {"tuning": replace(steps, panels=(*steps.panels, *loops))}
     if len(before.response) and len(after.response):
         figures["errors"] = errors_figure({"old gains": before.response, "new gains": after.response})
     page = {

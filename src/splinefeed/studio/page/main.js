@@ -33,6 +33,38 @@ const downloads = new Downloads(link, settings);
 clock.on((t) => { if (!play.on) picture.when(t); program.when(t); });
 timeBar(clock, $("time"), () => (document.body.dataset.view === "program" ? program.said() : ""));
 
+// what is being done, since when, and how to stop it; the numbers of before are dimmed meanwhile
+const doing = {
+  timer: 0,
+  begin(kind, words) {
+    if (document.body.dataset.busy === undefined) this.since = performance.now();
+    document.body.dataset.busy = kind;
+    this.words = words;
+    clearInterval(this.timer);
+    this.timer = setInterval(() => this.show(), 100);
+  },
+  show() {
+    const seconds = (performance.now() - this.since) / 1000;
+    show($("doing"), seconds > 0.3); // most end sooner
+    const job = [...jobs.known.values()].find((each) => each.kind === "settle" && each.tab === link.tab);
+    $("doing-words").textContent = `${job?.words || this.words}: ${seconds.toFixed(1)} s`;
+  },
+  end() {
+    delete document.body.dataset.busy;
+    clearInterval(this.timer);
+    show($("doing"), false);
+  },
+  stop() {
+    link.send({ do: "stop" });
+    planner.halt();
+    this.end();
+    $("verdict").className = "verdict bad";
+    $("verdict").textContent = "Stopped: the numbers below are of the settings before.";
+    document.body.dataset.shown = "stopped";
+  },
+};
+$("stop-plan").addEventListener("click", () => doing.stop());
+
 // one plan at a time is asked for, always the latest; when nothing moves any more, the final one
 const planner = {
   number: 0, asked: null, wanted: false, timer: 0,
@@ -50,13 +82,18 @@ const planner = {
     // while something moves, what is looked at is enough
     const look = rest ? null : { figure: figures.chosen, colour: $("colour").value };
     link.send({ do: "plan", n: this.number, settings: settings.value, rest, look });
-    document.body.dataset.busy = "plan";
+    doing.begin("plan", `planning ${settings.value.by_control ? settings.value.source.name : settings.value.strategy || "by the limits"}`);
   },
   rest() {
     if (this.asked) { this.resting = true; return; }
     this.resting = false;
     settings.keep();
     this.ask(true);
+  },
+  halt() {
+    clearTimeout(this.timer);
+    this.asked = null;
+    this.wanted = this.resting = false;
   },
   answered(n) {
     if (this.asked?.n !== n) return null;
@@ -147,15 +184,15 @@ link.on("planned", (message) => {
   const { final, shown, result } = message.answer;
   if (result) render(result, shown, final, asked.rest);
   document.body.dataset.took = String(Math.round(performance.now() - asked.at));
-  delete document.body.dataset.busy;
+  doing.end();
   if (!final && asked.rest && !planner.asked) {
     link.send({ do: "job", kind: "settle", title: settings.value.by_control ? settings.value.source.name : settings.value.strategy ?? "", settings: settings.value });
-    document.body.dataset.busy = "settle";
+    doing.begin("settle", `planning ${settings.value.by_control ? settings.value.source.name : settings.value.strategy || "by the limits"}`);
   }
 });
 link.on("refused", (message) => {
   planner.answered(message.n);
-  delete document.body.dataset.busy;
+  doing.end();
   settings.problems(message.error.fields);
   $("verdict").className = "verdict bad";
   $("verdict").textContent = "These settings cannot be run; see the messages beside them.";
@@ -165,14 +202,14 @@ link.on("done", (message) => {
   if (kind === "settle" && JSON.stringify(message.settings) === JSON.stringify(settings.value)) {
     const { result, shown, final } = message.answer;
     render(result, shown, final);
-    delete document.body.dataset.busy;
+    doing.end();
   }
   if (kind === "make") downloads.fetch(message.answer);
   if (kind === "tune") tune.show(message.answer);
   if (kind === "read") opened(message.answer);
 });
 link.on("failed", (message) => {
-  delete document.body.dataset.busy;
+  doing.end();
   settings.problems(message.error.fields);
 });
 
