@@ -43,7 +43,9 @@ def test_all_views_of_the_studio_have_one_time(opened):
     assert "mm" in page.locator("#figure").inner_text()
     page.get_by_label("speed", exact=True).select_option("20")
     page.click(".time-play")
-    page.wait_for_function("clock.t === clock.end && !clock.playing")
+    page.wait_for_selector(".time-play:has-text('Pause')")
+    page.wait_for_selector(".time-play:has-text('Play')")
+    assert page.evaluate("clock.t === clock.end")
 
 
 def test_on_a_telephone_the_settings_are_a_link_away(opened):

@@ -21,6 +21,7 @@ const percent = (share, count = 4) => `${digits(100 * share, count)} %`;
 // title, key of the page of numbers, text, and words below
 const cardsOf = (n, words) => {
   const cards = [["cycle time", "duration_s", `${digits(n.duration_s)} s`, `${n.ticks} setpoints`]];
+  if (Object.values(n.axes)[0]?.unit === "mm") cards.push(["path length", "length_mm", `${digits(n.length_mm)} mm`, ""]);
   if (n.lower_bound_s) cards.push(["lower bound", "lower_bound_s", `${digits(n.lower_bound_s)} s`, "no motion within these limits is faster"]);
   const top = worst(n);
   if (top) cards.push(["largest share", "share", percent(top[1].share), words[top[0]] ?? top[0]]);
