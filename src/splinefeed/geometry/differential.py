@@ -7,7 +7,7 @@ from numpy.polynomial import polynomial as poly
 from numpy.typing import ArrayLike
 
 from splinefeed.geometry.pieces import coefficients, taylor
-from splinefeed.geometry.spline import Spline
+from splinefeed.geometry.spline import AnySpline
 from splinefeed.kernels import layout as pieces
 from splinefeed.records import Array, IntArray
 
@@ -76,7 +76,7 @@ def angles(before: Array, behind: Array) -> Array:
     return np.asarray(np.nan_to_num(angle))
 
 
-def unit_tangents(curve: Spline, u: ArrayLike, linear: Axes = None, side: str = "right") -> Array:
+def unit_tangents(curve: AnySpline, u: ArrayLike, linear: Axes = None, side: str = "right") -> Array:
     """Unit tangents (..., linear) at u (...), over the axes `linear`.
 
     Where C' = 0, the limit: by the first derivative that is not 0. With side="left", and at the end of the domain, the
@@ -95,7 +95,7 @@ def unit_tangents(curve: Spline, u: ArrayLike, linear: Axes = None, side: str = 
     return out.reshape(*given.shape, out.shape[1])
 
 
-def _limit_direction(curve: Spline, u: float, linear: Axes, backwards: bool) -> Array:
+def _limit_direction(curve: AnySpline, u: float, linear: Axes, backwards: bool) -> Array:
     """The direction (linear,) of the curve as it leaves u, or arrives there if `backwards`; zero if it does not move.
 
     Where C - C(u) = sum_k c_k x^k, x = t - t(u), the first c_k that is not 0 points along x^k, and with x < 0
@@ -116,7 +116,7 @@ def _limit_direction(curve: Spline, u: float, linear: Axes, backwards: bool) -> 
     return np.zeros(curve.axes)[_columns(linear)]
 
 
-def extremes(curve: Spline) -> Array:
+def extremes(curve: AnySpline) -> Array:
     """Parameters (k,) at which a coordinate may be least or greatest: ends of pieces and where its derivative is 0.
 
     x' = 0 where A' w - A w' = 0, a polynomial of degree 2p - 1 at most on every piece.
@@ -124,7 +124,7 @@ def extremes(curve: Spline) -> Array:
     return np.concatenate([curve.breaks, _turns(curve, np.arange(len(curve.table[0])))])
 
 
-def _turns(curve: Spline, rows: IntArray) -> Array:
+def _turns(curve: AnySpline, rows: IntArray) -> Array:
     """Parameters (k,) on some pieces at which the derivative of a coordinate is 0."""
     table, (degree, axes, _, rational) = curve.table
     found = [np.zeros(0)]
@@ -135,7 +135,7 @@ def _turns(curve: Spline, rows: IntArray) -> Array:
     return np.concatenate(found)
 
 
-def bounding_box(curve: Spline) -> tuple[Array, Array]:
+def bounding_box(curve: AnySpline) -> tuple[Array, Array]:
     """Least and greatest coordinates (axes,), mm.
 
     Only pieces whose control points go beyond the ends of all pieces are searched: no other goes further. Source: The

@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
-from splinefeed.geometry.spline import Spline
+from splinefeed.geometry.spline import AnySpline
 from splinefeed.records import Array, IntArray, check_finite, frozen_array
 
-Curve = TypeVar("Curve", bound=Spline)
+Curve = TypeVar("Curve", bound=AnySpline)
 MAX_DEGREE = 12
 #: X Y Z A B C U V W of a control, and the seven joints of each of two arms.
 MAX_AXES = 16
 
 
-def _homogeneous(curve: Spline) -> tuple[Array, Array]:
+def _homogeneous(curve: AnySpline) -> tuple[Array, Array]:
     """(w (P - origin), w) as rows (n, axes + 1), or P - origin (n, axes) if polynomial; and the origin (axes,).
 
     About a point near by, the products keep the digits that a part far from the machine's zero would lose.
@@ -31,7 +31,7 @@ def _homogeneous(curve: Spline) -> tuple[Array, Array]:
 
 
 def _from_homogeneous(
-    curve: Spline, degree: int, knots: Array, points: Array, origin: Array
+    curve: AnySpline, degree: int, knots: Array, points: Array, origin: Array
 ) -> tuple[Array, Array | None]:
     """Control points and weights of the same curve over other knots."""
     weights = None if curve.weights is None else points[:, -1]
@@ -43,7 +43,7 @@ def _from_homogeneous(
     return places, weights
 
 
-def _refined(curve: Spline, new_knots: Array) -> tuple[Array, Array | None]:
+def _refined(curve: AnySpline, new_knots: Array) -> tuple[Array, Array | None]:
     """Control points and weights over more knots, or over those of a part of the curve."""
     points, origin = _homogeneous(curve)
     # control points next to the ends of an unclamped curve are seen from spans before its first knots: more of those,

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from splinefeed.geometry.spline import Spline
+from splinefeed.geometry.spline import AnySpline
 from splinefeed.records import Array, IntArray
 
 
@@ -38,7 +38,7 @@ class Flat:
         return cls(degrees, rational, _starts(counts + degrees + 1), knots, _starts(counts), points, weights)
 
     @classmethod
-    def of(cls, curves: Sequence[Spline]) -> Flat:
+    def of(cls, curves: Sequence[AnySpline]) -> Flat:
         """The arrays of curves that have the same number of axes."""
         return cls.made(
             np.array([curve.degree for curve in curves], dtype=np.int64),
@@ -97,7 +97,7 @@ class Flat:
         spread = np.maximum.reduceat(points, starts) - np.minimum.reduceat(points, starts)
         return np.asarray(np.linalg.norm(spread, axis=1))
 
-    def ends(self, curves: Sequence[Spline]) -> Array:
+    def ends(self, curves: Sequence[AnySpline]) -> Array:
         """First and last point of each of these curves, (n, 2, axes): their control points, if they are clamped."""
         first, last = self.point_starts[:-1], self.point_starts[1:] - 1
         ends = np.stack([self.points[first], self.points[last]], axis=1)

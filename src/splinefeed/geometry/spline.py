@@ -10,7 +10,7 @@ from splinefeed.kernels.layout import Shape
 from splinefeed.records import Array, Points
 
 
-class Spline(Protocol):
+class AnySpline(Protocol):
     """A rational B-spline: degree, knots (k,), control points (n, axes), mm, weights (n,) or None; see `NurbsCurve`."""
 
     degree: int

@@ -11,7 +11,7 @@ import numpy as np
 from splinefeed.errors import CurveError
 from splinefeed.geometry.flat import Flat as Flat
 from splinefeed.geometry.pieces import Pieces, arc, chunks, coefficients, speed
-from splinefeed.geometry.spline import Spline
+from splinefeed.geometry.spline import AnySpline
 from splinefeed.kernels.layout import ARC, ARC_TERMS, HIGH, LOW, MIDDLE, ORIGIN, SCALE, START, Shape, width
 from splinefeed.records import Array, BoolArray, IntArray
 from splinefeed.records.arrays import read_only
@@ -347,7 +347,7 @@ def rough_lengths(groups: list[Spans], shape: Shape, speed: Speed = speed) -> Ar
     return total
 
 
-def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[Spline], where: str = "", speed: Speed = speed) -> Pieces:
+def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[AnySpline], where: str = "", speed: Speed = speed) -> Pieces:
     """Arc-length pieces of all curves.
 
     curves  the same as `flat`;  speed  what the length is the integral of
@@ -357,12 +357,12 @@ def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[Spline], where: str = 
     return _placed(*_fitted(flat, shape, curves, where, speed), shape)
 
 
-def fit_together(curves: Sequence[Spline]) -> None:
+def fit_together(curves: Sequence[AnySpline]) -> None:
     """Fit the arc lengths of many curves in one go; each keeps its own as `NurbsCurve.arc`, to the bit.
 
     The CurveError of a curve without length comes when that curve is used.
     """
-    kinds: dict[Shape, list[Spline]] = {}
+    kinds: dict[Shape, list[AnySpline]] = {}
     for curve in {id(each): each for each in curves if "arc" not in vars(each)}.values():
         kinds.setdefault(curve._shape, []).append(curve)
     for shape, some in kinds.items():
@@ -386,7 +386,7 @@ def _placed(table: Array, rows: IntArray, shape: Shape) -> Pieces:
     return Pieces(read_only(table), shape, rows, read_only(starts[np.append(rows[:, 0], len(table))]))
 
 
-def _fitted(flat: Flat, shape: Shape, curves: Sequence[Spline], where: str, speed: Speed) -> tuple[Array, IntArray]:
+def _fitted(flat: Flat, shape: Shape, curves: Sequence[AnySpline], where: str, speed: Speed) -> tuple[Array, IntArray]:
     """Pieces of all curves with their lengths in the column START, and first and last row of each; see `arc_pieces`."""
     groups = Spans.of(flat)
     curved = np.flatnonzero((flat.degrees > 1) | (flat.rational > 0))

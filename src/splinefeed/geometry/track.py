@@ -8,7 +8,7 @@ from splinefeed.geometry.flat import Flat
 from splinefeed.records import Array, IntArray
 
 
-class Track(Protocol):
+class AnyPath(Protocol):
     """What all rooms may use of a `Path`, a `ToolPath`, joints of a machine (`JointPath`) and a path in parts.
 
     A path says what it is by what it has: no class is tested.

@@ -248,7 +248,7 @@ def windows(paths: Iterable[Path], limits: Limits, period: float, chunk: int = C
         yield walk.held.chunk(around, first, own)
 
 
-class Reading:
+class PartReader:
     """A file that is read part by part, each smoothed as it comes, and how far that is.
 
     how       `smooth`, the tolerance, mm, or PROGRAM; without it the path stays; `corners`; `corner_angle`, degrees

@@ -23,7 +23,7 @@ from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
 from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.fold import CHUNK, Chunk, Meter, fold, on_one_path
-from splinefeed.pipeline.long_path import METHOD, Reading, windows
+from splinefeed.pipeline.long_path import METHOD, PartReader, windows
 from splinefeed.pipeline.meters import CheckMeter, ChordMeter, RippleMeter, ServoMeter, UseMeter
 from splinefeed.pipeline.result import MOST_TICKS, Run
 from splinefeed.pipeline.settings import PAPER_LIMITS, PAPER_PERIOD
@@ -148,7 +148,7 @@ def _in_parts(
                 f"{name} {given}: needs the whole path; a path in parts is planned by {only}: leave it out"
             )
     check, ticks = Check(job.limits), 0
-    reading = Reading(source, job.reading, check.part)
+    reading = PartReader(source, job.reading, check.part)
 
     def counted(chunks: Iterable[Chunk]) -> Iterator[Chunk]:
         nonlocal ticks

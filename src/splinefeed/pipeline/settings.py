@@ -11,6 +11,7 @@ from splinefeed.errors import InputError
 from splinefeed.formats import limits_toml
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.track import AnyPath
 from splinefeed.machine.machine import Machine
 from splinefeed.records import BY_AXIS, Limits, by_name, field_of
 
@@ -22,7 +23,7 @@ PAPER_SHAPE = "naca:0025?perimeter=33"
 ANY_FEED = 1e9
 
 
-def planned_axes(path: Path | PathParts, machine: Machine | None) -> tuple[str, ...]:
+def planned_axes(path: AnyPath, machine: Machine | None) -> tuple[str, ...]:
     """The axes that limits are for: those of a path, joints of the machine for a path with a tool axis."""
     if path.tool_path is not None and machine is not None and machine.kinematics is not None:
         return machine.kinematics.joints

@@ -12,7 +12,7 @@ from splinefeed.formats.atomic import atomic_write, write_text
 from splinefeed.report.marks import Axis as Axis
 from splinefeed.report.marks import Coloured as Coloured
 from splinefeed.report.marks import Dots as Dots
-from splinefeed.report.marks import Drawing as Drawing
+from splinefeed.report.marks import FigureData as FigureData
 from splinefeed.report.marks import Heat as Heat
 from splinefeed.report.marks import Level as Level
 from splinefeed.report.marks import Line as Line
@@ -29,7 +29,7 @@ EXTRA = 'pip install "splinefeed[plots]"'
 
 
 @dataclass(frozen=True, eq=False)
-class Figure(Drawing):
+class Figure(FigureData):
     """Panels below each other, or in columns; those with the same x label share that axis and its cursor.
 
     legend  curves of one name in all panels are one, and the page has a legend to choose from

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from splinefeed.analysis.thinning import envelope, runs
 from splinefeed.records import Array
 from splinefeed.report import theme
-from splinefeed.report.marks import Axis, Coloured, Dots, Drawing, Heat, Level, Line, Mark, Panel, Shades
+from splinefeed.report.marks import Axis, Coloured, Dots, FigureData, Heat, Level, Line, Mark, Panel, Shades
 
 #: Room left of a panel, right of it without and with a colour bar, above its first line of words, below its x axis.
 LEFT, RIGHT, BAR, FOOT = 62.0, 16.0, 92.0, 40.0
@@ -137,7 +137,7 @@ class _Scale:
         return [(self.at(value), theme.tick_text(value)) for value in values]
 
 
-def layout(figure: Drawing) -> Sheet:
+def layout(figure: FigureData) -> Sheet:
     """The figure on paper."""
     sheet = Sheet(float(figure.width))
     panels = tuple(_flattened(panel) if panel.z else panel for panel in figure.panels)

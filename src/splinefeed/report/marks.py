@@ -167,7 +167,7 @@ class Panel:
 
 
 @dataclass(frozen=True, eq=False)
-class Drawing:
+class FigureData:
     """Panels below each other, or in columns; those with the same x label share that axis and its cursor.
 
     legend  curves of one name in all panels are one, and the page has a legend to choose from

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure as Paper
 from matplotlib.patches import Rectangle
 
 from splinefeed.report.layout import DASH, Dot, Picture, Stroke, Text, layout
-from splinefeed.report.marks import Drawing
+from splinefeed.report.marks import FigureData
 
 #: Pixels of a sheet in an inch, points in an inch, and pixels of a PNG.
 PIXELS, POINTS, DPI = 96.0, 72.0, 120
@@ -21,7 +21,7 @@ _SAID: dict[str, dict[str, str | None]] = {"png": {"Software": "splinefeed"}, "p
 _SIDES = {"start": "left", "middle": "center", "end": "right"}
 
 
-def write(figure: Drawing, file: str | os.PathLike[str], form: str) -> None:
+def write(figure: FigureData, file: str | os.PathLike[str], form: str) -> None:
     """Write the figure to `file` as "png" or "pdf"; the same figure gives the same file."""
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it would talk of fonts and cache folders on stderr
     sheet = layout(figure)

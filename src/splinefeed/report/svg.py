@@ -10,12 +10,12 @@ import zlib
 import numpy as np
 
 from splinefeed.report.layout import DASH, Box, Dot, Picture, Stroke, Text, layout
-from splinefeed.report.marks import Drawing
+from splinefeed.report.marks import FigureData
 
 FONT = "DejaVu Sans, Verdana, Arial, sans-serif"
 
 
-def to_text(figure: Drawing) -> str:
+def to_text(figure: FigureData) -> str:
     """The figure as the text of an SVG file."""
     sheet = layout(figure)
     clips: dict[Box, str] = {}
