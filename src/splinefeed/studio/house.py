@@ -222,7 +222,7 @@ class House:
             self._planning = tab
             head, body = await ask(self.front, request, deadline=QUICK)
             self._planning = None
-            if self._plans.get(tab) is not said:  # stopped, or asked for with other settings meanwhile
+            if self._plans.get(tab) is not said:  # stopped, or newer settings came meanwhile
                 if "error" in head:
                     await ask(self.front, {"task": "warm"})
             elif head.get("late"):
