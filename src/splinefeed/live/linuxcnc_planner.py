@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.errors import SplinefeedError
+from splinefeed.errors import PlanError, SplinefeedError
 from splinefeed.feed.stream import Block, LookAhead
 from splinefeed.feed.window import State
 from splinefeed.geometry.curve import NurbsCurve
@@ -187,6 +187,12 @@ class Planner:
         self.alive = self.clock()
         try:
             return self._step()
+        except (
+            PlanError
+        ) as error:  # from its state the motion finds no way on: the stop is played, and it begins at rest
+            if self.run is None or self.stranded or int(self.wire.state) == wires.REST:
+                self.fault(str(error))
+            self.stranded = self.run is not None
         except SplinefeedError as error:
             self.fault(str(error))
         except (ArithmeticError, ValueError, IndexError, AssertionError) as error:  # a fault of ours: no motion
