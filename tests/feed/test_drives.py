@@ -9,8 +9,6 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.errors import LimitsError, PlanError
-from splinefeed.feed.course import LawCourse
-from splinefeed.feed.override import Override
 from splinefeed.kinematics import kinematics
 from splinefeed.records import Array
 from tool_paths import random_tool_path
@@ -193,5 +191,3 @@ def test_what_cannot_be_held_is_refused_by_name() -> None:
     given = sf.Limits(feed=100, combinations={"sum": sf.Combination(weights={"a": 1.0, "b": 1.0}, jerk=100.0)})
     with pytest.raises(LimitsError, match="combinations: the seven-phase strategy cannot hold it"):
         sf.plan(ARM, given, strategy="seven-phase", period=PERIOD)
-    with pytest.raises(LimitsError, match="torque: cannot be overridden; plan without"):
-        Override(LawCourse(ARM, plan(arm, MOST)), sf.Limits(feed=100, torque=sf.Torque(arm, MOST)))
