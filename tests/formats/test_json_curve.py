@@ -123,10 +123,10 @@ BAD = [
     (changed(knots=[0, 0, 1]), "3 knots for 2 control points of degree 1; exactly 4 (points + degree + 1) expected"),
     (changed(knots=[0, 1, 0, 1]), "knots decrease from knots[1] = 1 to knots[2] = 0"),
     (changed(control_points=[]), "control_points: is not a list of 1 to 200000 points"),
-    (changed(control_points=[1, 2]), "control_points[0]: expected a list of 1 to 9 numbers"),
+    (changed(control_points=[1, 2]), "control_points[0]: expected a list of 1 to 16 numbers"),
     (changed(control_points=[[0, 0], [1]]), "control_points[1]: expected 2 numbers as in the first point"),
     (changed(control_points=[[0, 0], [1, None]]), "control_points[1][1]: null is not a number"),
-    (changed(control_points=[[0] * 10, [1] * 10]), "control_points[0]: expected a list of 1 to 9 numbers"),
+    (changed(control_points=[[0] * 17, [1] * 17]), "control_points[0]: expected a list of 1 to 16 numbers"),
     (
         changed(control_points=[[0] * 7, [1] * 7], axes=list("xyzabc")),
         "axes: has 6 names for control points of 7 columns; give one for each",

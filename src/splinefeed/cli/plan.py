@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import splinefeed as sf
 from splinefeed import units
@@ -10,8 +10,9 @@ from splinefeed.cli import options, summary
 from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Block, Page, Say, notes, number, table
 from splinefeed.cli.source import job_of
-from splinefeed.feed.planning import cheap_to_bound
-from splinefeed.records import Array
+
+if TYPE_CHECKING:
+    from splinefeed.records import Array
 
 #: Decimals of the table: what is below is the rounding of the law.
 ROUNDED = 9
@@ -64,6 +65,8 @@ def plan(say: Say, source: str | None, **given: Any) -> Page:
       splinefeed plan butterfly --start-feed 60 --end-feed 60 --json
     """
     from splinefeed.analysis.check_law import limits_along
+    from splinefeed.feed.planning import cheap_to_bound
+    from splinefeed.records import unit_along
 
     what = job_of(say, source, given, sf.Machine.load(given["machine"]) if given["machine"] else None)
     path: Any = what.path
@@ -71,7 +74,7 @@ def plan(say: Say, source: str | None, **given: Any) -> Page:
     law = sf.plan(
         path, what.limits, strategy=what.strategy, period=what.period, bound=cheap_to_bound(path, what.limits)
     )
-    verdict = sf.Verdict(limits=limits_along(law, path, what.limits), problems=())
+    verdict = sf.Verdict(limits=limits_along(law, path, what.limits), problems=(), along=unit_along(path.axes))
     if given["output"]:
         sf.save(law, given["output"])
     starts, ends = law.breaks[:-1], law.breaks[1:]

@@ -12,7 +12,6 @@ import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.output import Say
 from splinefeed.errors import InputError, nearest
-from splinefeed.records import field_of
 
 if TYPE_CHECKING:
     from splinefeed.formats.contents import Contents
@@ -62,6 +61,7 @@ def job_of_robot(say: Say, source: str | None, given: Mapping[str, Any]) -> Moti
     """What a file of a motion of an arm means, along with its URDF; InputError for options that are not an arm's."""
     from splinefeed.pipeline.run import MotionJob
     from splinefeed.pipeline.settings import PAPER_PERIOD
+    from splinefeed.records import field_of
     from splinefeed.robots.motion_file import read_motion
 
     if source is None:

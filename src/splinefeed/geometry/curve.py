@@ -31,7 +31,7 @@ class NurbsCurve:
 
     degree          p, 1 to 12
     knots           (n + p + 1,), not decreasing; clamped, unclamped or periodic; inner multiplicity at most p
-    control_points  (n, axes), 1 to 9 axes, mm (rotary axes rad)
+    control_points  (n, axes), 1 to 16 axes, mm (rotary axes rad)
     weights         (n,), positive; None for a polynomial curve
 
     All axes count as linear for its arc length; a `Path` knows which of its axes are rotary.

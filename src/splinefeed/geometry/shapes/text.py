@@ -27,7 +27,7 @@ _SHAPES: dict[str, tuple[Callable[..., Path], str, str]] = {
     "ellipse": (ellipse, "a full ellipse by its half axes", "ellipse?a=20&b=10&angle=30deg"),
     "figure-eight": (figure_eight, "a closed curve that crosses itself", "figure-eight?width=60"),
     "helix": (helix, "a helix about z", "helix?radius=10&pitch=5&turns=3"),
-    "line": (line, "a straight line, 1 to 9 axes", "line?start=0,0&end=100,50"),
+    "line": (line, "a straight line, 1 to 16 axes", "line?start=0,0&end=100,50"),
 }
 #: Kinds of the arguments of shapes; those that are not here are lengths.
 _KINDS = {
