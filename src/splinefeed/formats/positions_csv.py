@@ -93,6 +93,7 @@ def _decimals(sample: list[list[str]], column: int) -> int:
     return min(_FULL, max(len(text.partition(".")[2]) for text in texts))
 
 
+@np.errstate(over="ignore")  # what overflows goes beyond the bounds, which is said
 def _setpoints(
     rows: Array, names: dict[str, tuple[int, float]], sample: list[list[str]], period: float | None, path: object
 ) -> tuple[Setpoints, list[str]]:
