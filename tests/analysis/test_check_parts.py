@@ -102,3 +102,17 @@ def test_a_smoothed_path_is_judged_as_it_was_made():
     whole = sf.check(points, smooth, limits)
     assert whole.ok, whole.problems
     same(judged(smooth, points, 5, limits, chunk=700), whole)
+
+
+@pytest.mark.parametrize("length", [10.0, 1e3, 1e6])
+def test_a_curve_whose_spans_hang_on_the_length_of_the_path_keeps_its_ticks(length, monkeypatch):
+    """A curve is parted until its speed is a polynomial to the rounding of the path: less finely once more is known."""
+    monkeypatch.setattr(import_module("splinefeed.analysis.check"), "BLOCK", 61)
+    wave = sf.NurbsCurve.bezier([[0, 0], [2, 9], [5, -9], [8, 9], [10, 0]])
+    way = np.array([2.0, -9.0]) / np.hypot(2.0, 9.0)
+    path = sf.Path([wave, sf.NurbsCurve.bezier([[10.0, 0.0], np.array([10.0, 0.0]) + length * way])], feeds=[20, 1e5])
+    limits = sf.Limits(feed=1e5, axis_acceleration=1e4, axis_jerk=1e6)
+    points = sf.interpolate(path, sf.plan(path, limits, period=PERIOD))
+    whole = sf.check(points, path, limits)
+    assert whole.ok, whole.problems
+    same(judged(path, points, 1, limits), whole)

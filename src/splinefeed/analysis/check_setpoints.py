@@ -118,12 +118,15 @@ class Judge:
     def move_on(self, bounds: Bounds, left: int) -> None:
         """Go on with a path that lacks the first `left` curves and goes on further."""
         assert self._tail is not None
-        rows, start = self.rows, self._placer
-        gone, row = float(rows.curve_starts[left]), int(rows.curves[left, 0])
+        rows, start, tail = self.rows, self._placer, self._tail
+        gone = float(rows.curve_starts[left])
         self.gone += float(rows.tip.curve_starts[left])
         self._know(bounds)
         self._placer.go_on(start, gone)
-        self._tail = replace(self._tail, row=self._tail.row - row, s=self._tail.s - gone)
+        # a curve may have other spans than before: how finely it is parted hangs on the length of the path
+        row, u = self.rows.find(rows.curve[tail.row] - left, tail.u)
+        ahead = self.rows.ahead(row, SpanPlaces(self.rows, row).t(u))
+        self._tail = replace(tail, row=row, s=self.rows.start[row] + ahead, ahead=ahead)
 
     def see(self, setpoints: Setpoints, last: bool) -> None:
         """The next setpoints; `last` says that they are the last one, alone."""
