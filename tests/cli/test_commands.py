@@ -127,6 +127,17 @@ def test_a_minus_reads_standard_input():
     assert json.loads(found.stdout)["paths"][0]["length_mm"] == pytest.approx(140.0)
 
 
+def test_standard_input_without_an_end_is_refused():
+    code = (
+        "from splinefeed.cli import main, options\n"
+        "options.MAX_STANDARD_INPUT_BYTES = 2**20\n"
+        "main.command_line.main(['info', '-'])\n"
+    )
+    found = subprocess.run([sys.executable, "-c", code], input="G1 X1\n" * 2**18, capture_output=True, text=True)
+    assert found.returncode == 2
+    assert "standard input is longer than 1 MB; give the name of a file" in found.stderr
+
+
 def test_corners_that_are_alike_are_counted(splinefeed, square):
     assert "    at 10 mm: turns by 90 deg, and " in splinefeed("info", square).stdout
 

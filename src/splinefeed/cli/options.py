@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -16,6 +15,7 @@ import click
 import splinefeed as sf
 from splinefeed import units
 from splinefeed.errors import InputError
+from splinefeed.formats.sizes import MAX_STANDARD_INPUT_BYTES
 from splinefeed.numbers import finite
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -155,8 +155,15 @@ def _from_standard_input(ctx: click.Context, parameter: click.Parameter, value: 
         return value
     folder = ctx.with_resource(tempfile.TemporaryDirectory(prefix="splinefeed-"))
     file = os.path.join(folder, "standard-input")
+    left = MAX_STANDARD_INPUT_BYTES
     with open(file, "wb") as stream:
-        shutil.copyfileobj(sys.stdin.buffer, stream)
+        while block := sys.stdin.buffer.read(2**20):
+            left -= len(block)
+            if left < 0:
+                raise InputError(
+                    f"standard input is longer than {MAX_STANDARD_INPUT_BYTES / 2**20:g} MB; give the name of a file"
+                )
+            stream.write(block)
     return file
 
 

@@ -6,6 +6,8 @@ from __future__ import annotations
 MAX_FILE_BYTES = 64 * 2**20
 #: Largest file of a CAD system, whose curves may stand among many solids, bytes.
 MAX_CAD_BYTES = 256 * 2**20
+#: Most that is taken from standard input, bytes.
+MAX_STANDARD_INPUT_BYTES = 2**30
 #: Most moves of G-code, or points of a table, of a path that is held as a whole.
 MAX_MOVES = 1_000_000
 #: Most control points of all curves in one file together.

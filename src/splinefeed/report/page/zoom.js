@@ -292,7 +292,8 @@ export class Stack {
       const rows = detail?.low !== undefined ? ["low", "high"] : ["y"];
       const values = detail ? rows.map((row) => at(curves.get(detail.x), curves.get(detail[row]), t)) : [at(trace.x, trace.y, t)];
       if (values.some((value) => value === undefined || Number.isNaN(value))) return null;
-      return `${traces.length > 1 ? `${trace.name.split(" ")[0] === "A:" ? "A: " : ""}${shortName(trace, traces)} ` : ""}${values.map(three).join(" to ")}`;
+      const least = 1e-9 * Math.max(...values.map(Math.abs)); // beside the other end less is rounding
+      return `${traces.length > 1 ? `${trace.name.split(" ")[0] === "A:" ? "A: " : ""}${shortName(trace, traces)} ` : ""}${values.map((value) => three(Math.abs(value) < least ? 0 : value)).join(" to ")}`;
     });
     return found.filter(Boolean).join("   ");
   }
