@@ -38,7 +38,7 @@ MODES = {
 #: A motion over a limit is slowed down as a whole: a note says so where that is by more than this, as a factor on q.
 POOR = 1.2
 #: Shares of the limits, as factors on q, that are left to slow a motion down by less than a period.
-SPARES = (1e-4, 1e-3, 1e-2, 0.1)
+SPARES = (1e-4, 1e-3, 1e-2)
 #: Halvings in which the nearest state is sought that limits allow.
 SOUGHT = 6
 
@@ -239,7 +239,8 @@ def _slowed(
 ) -> tuple[Plan, int]:
     """Motion slowed down by less than a period between its ends, so that it lasts whole ones; as it is if none can.
 
-    That takes of the limits, so that motions that leave a share of them are tried, too.
+    That takes of the limits at some places, so that motions that leave a share of them, up to a hundredth, are tried,
+    too: those last longer by up to half of that share.
     """
     tried = plan
     for spare in (*SPARES, None):
