@@ -58,7 +58,7 @@ def check(
     A limit holds if worst <= limit (1 + 1e-9) + floor at every place. Of a difference the floor is what the rounding of
     its own setpoints makes of it: up to 2^k r / T^k at order k,
 
-        r = eps max(length of the path, |u| |C'(u)|)             along the path
+        r = eps max(length of the path, |u| |C'(u)|) + eps t v   along the path, at time t and feed v
         r = |dx/ds| that + eps X + resolution / 2                on an axis, X as large as the numbers x is made of
 
     What the limits bound is measured as k! times the divided difference of the setpoints: a mean of the derivative over

@@ -2,7 +2,8 @@
 
 Every number that is measured has its rounding beside it. A setpoint is known to
 
-    along the path   d = eps max(L, |u| |C'(u)|)            of arc lengths, up to the path's, and of the parameter
+    along the path   d = eps max(L, |u| |C'(u)|) + eps t v  of arc lengths, up to the path's, of the parameter, and
+                                                            of its time t at the feed v
     on an axis       |dx/ds| d + eps X + resolution / 2     X the numbers that its position is made of
 
 and what differences make of that, through their own stencil, is the floor of each of them: there is no other allowance.
@@ -168,7 +169,7 @@ class Judge:
             most = np.where(curve[1:] == curve[:-1], feeds[1:], most)
         moved = np.diff(known.values, axis=1)
         steps = np.concatenate([travelled[None], moved, bounds.weights @ moved, of_tip[None]])
-        rounding = self._rounding(known, travelled)
+        rounding = self._rounding(known, travelled, moved)
         rounding = np.concatenate([rounding, np.abs(bounds.weights) @ rounding[1:], rounding[:1]])
         errors = np.where(known.still[1:] | known.still[:-1], 0.0, rounding[:, :-1] + rounding[:, 1:])
         if self.short is None:
@@ -260,8 +261,11 @@ class Judge:
                 self._fault("tilted", tilted > self.allowed, tilted, t, s)
         return place, place.position if self.tool is None else setpoints.position.T
 
-    def _rounding(self, place: Ticks, travelled: Array) -> Array:
-        """How far rounding alone can move ticks along the path and on each axis, (1 + axes, n), mm or rad."""
+    def _rounding(self, place: Ticks, travelled: Array, moved: Array) -> Array:
+        """How far rounding alone can move ticks along the path and on each axis, (1 + axes, n), mm or rad.
+
+        travelled (n - 1,), moved (axes, n - 1): the steps between them, mm or rad
+        """
         rows, path, digit = self.rows, self.bounds.path, 0.5 * self.bounds.resolution
         along = EPSILON * np.maximum(rows.length, rows.parameters[place.row] * place.speed)
         of_axes = EPSILON * rows.sizes[:, place.row] + digit
@@ -272,7 +276,12 @@ class Judge:
             known = known + np.max(EPSILON * rows.sizes[: path.linear or None, place.row], axis=0)
         self.scale = max(self.scale, float(np.fmax.reduce(along, initial=0.0)) / EPSILON)
         each = share * along + of_axes if self.tool is None else self.tool.rounding(place.values, travelled)
-        return np.concatenate([known[None], each])
+        feeds = np.abs(np.concatenate([travelled[None], moved])) / place.dt[1:]
+        beside = np.pad(feeds, ((0, 0), (1, 1)))
+        late = EPSILON * np.abs(place.t)  # the time of a tick, a product, and where the law's pieces begin, a sum
+        with np.errstate(invalid="ignore"):
+            out: Array = np.concatenate([known[None], each]) + late * np.fmax(beside[:, 1:], beside[:, :-1])
+        return out
 
     def _check_end(self, kind: str, place: Ticks) -> None:
         """Whether the first or last tick is the path's, by position and, for closed paths, by arc length."""
