@@ -162,6 +162,32 @@ def test_a_signal_leaves_no_file(folder, number, code):
     assert [each.name for each in folder.iterdir()] == ["smooth.json"]
 
 
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_while_an_object_is_taken_away_ends_the_command(folder, number, code):
+    script = (
+        "import os, time\n"
+        "from splinefeed.report import files\n"
+        "from splinefeed.cli.main import main\n"
+        "class Gone:\n"
+        "    def __del__(self):\n"
+        f"        os.kill(os.getpid(), {int(number)})\n"
+        "        time.sleep(0.01)\n"  # here Python calls the handler, and drops what it raises
+        "def save(*words):\n"
+        "    Gone()\n"
+        "    time.sleep(30)\n"
+        "files.save = save\n"
+        "import sys; sys.argv = ['splinefeed', 'run', 'smooth.json']\n"
+        "main()\n"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", script], env=ENVIRONMENT, capture_output=True, text=True, check=False, timeout=25
+    )
+    assert result.returncode == code
+    assert "Traceback" not in result.stderr
+    assert [each.name for each in folder.iterdir()] == ["smooth.json"]
+
+
 def test_a_terminal_without_unicode(folder):
     curve = json.loads((folder / "smooth.json").read_text())
     (folder / "odd.json").write_text(json.dumps({**curve, "name": "Flügel 飛"}), encoding="utf-8")

@@ -479,6 +479,8 @@ def test_an_hour_of_ticks_is_written_in_little_memory(tmp_path: Path) -> None:
     ("changed", "reason"),
     [
         ({"position": np.full((3, 2), 1.1e9)}, "Setpoints.position: goes beyond 1e\\+09 mm or rad; is the unit right"),
+        ({"feed": np.full(3, 1e308)}, "Setpoints.feed: goes beyond 1e\\+100; is the unit right"),
+        ({"t": np.array([-1e101, 0.0, 1.0])}, "Setpoints.t: goes beyond"),
         ({"period": 1e-10}, "period: 1e-10 s is not from 1e-09 to 1e\\+06 s"),
         ({"period": 1e7}, "period: 1e\\+07 s is not from"),
     ],

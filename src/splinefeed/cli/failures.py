@@ -26,6 +26,8 @@ INTERRUPTED = 130
 NO_READER = 141
 #: The signals that this command got: a library may make an error of its own of what `on_signal` raises within it.
 signalled: list[int] = []
+#: Time after which a signal that came to nothing is sent again, s.
+AGAIN = 1e-3
 
 
 def guarded(call: Callable[[], Any]) -> int:
@@ -50,6 +52,18 @@ def on_signal(number: int, frame: object) -> NoReturn:
     if number == signal.SIGINT:
         raise KeyboardInterrupt
     sys.exit(128 + number)
+
+
+def on_unraisable(given: Any) -> None:
+    """Send a signal again that came where Python can raise nothing, as while an object is taken away.
+
+    Anything else goes to Python's own hook.
+    """
+    if signalled and isinstance(given.exc_value, KeyboardInterrupt | SystemExit):
+        signal.signal(signal.SIGALRM, lambda number, frame: on_signal(signalled[0], frame))
+        signal.setitimer(signal.ITIMER_REAL, AGAIN)
+    else:
+        sys.__unraisablehook__(given)
 
 
 def _interrupted() -> int:

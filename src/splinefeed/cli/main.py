@@ -14,7 +14,7 @@ import click
 from click.shell_completion import shell_complete
 
 from splinefeed import __version__
-from splinefeed.cli.failures import guarded, on_signal
+from splinefeed.cli.failures import guarded, on_signal, on_unraisable
 from splinefeed.errors import nearest
 
 #: Every command in the order of the help, with its one line there: the file of a command is imported when it is used.
@@ -116,6 +116,7 @@ def main() -> NoReturn:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # a terminal that lacks a letter is no reason to stop
     if os.name == "posix":
+        sys.unraisablehook = on_unraisable
         signal.signal(signal.SIGTERM, on_signal)
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # else a shell's background ignores it
             signal.signal(signal.SIGINT, on_signal)

@@ -14,6 +14,7 @@ from splinefeed.errors import FormatError, InputError, SplinefeedError
 from splinefeed.formats.plain import plain
 from splinefeed.formats.sizes import MAX_AXES, MAX_COORDINATE
 from splinefeed.formats.source import in_brief
+from splinefeed.numbers import MOST
 from splinefeed.records import (
     ROTARY_AXES,
     STREAM_COLUMNS,
@@ -22,6 +23,7 @@ from splinefeed.records import (
     Joint,
     Response,
     Setpoints,
+    TimeLaw,
     check_finite,
     positive,
     unit_along,
@@ -39,7 +41,7 @@ Sink: TypeAlias = Generator[None, Part | None, None]
 _ALIKE = ("axes", "period", "method")
 #: Columns that not every response has.
 MAYBE = ("contour_error", *STREAM_COLUMNS)
-_FINITE = ("t", "u", "s", "feed", "position", "command", "measured", "output")
+_FINITE = ("t", "u", "s", "feed", "position", "command", "measured", "output", "breaks", "coefficients")
 _PLACES = ("position", "command", "measured")
 #: Shortest and longest period of setpoints, s.
 PERIODS = (1e-9, 1e6)
@@ -217,15 +219,18 @@ class PartCheck:
             raise FormatError(f"{self.path}: there are no ticks to save")
 
 
-def check_columns(part: Setpoints | Response) -> None:
+def check_columns(part: Setpoints | Response | TimeLaw) -> None:
     """InputError naming the first value that is NaN, infinite or too large, and for a period that no control has."""
     kind = type(part).__name__
-    for name in _FINITE:
-        if name in vars(part):
-            check_finite(getattr(part, name), f"{kind}.{name}")
-    for name in _PLACES:
-        if name in vars(part) and np.max(np.abs(getattr(part, name)), initial=0.0) > MAX_COORDINATE:
-            raise InputError(f"{kind}.{name}: goes beyond {MAX_COORDINATE:g} mm or rad; is the unit right?")
+    for name in (*_FINITE, "contour_error"):
+        values = vars(part).get(name)
+        if values is None:
+            continue
+        if name in _FINITE:
+            check_finite(values, f"{kind}.{name}")
+        most, unit = (MAX_COORDINATE, " mm or rad") if name in _PLACES else (MOST, "")
+        if np.any(np.abs(values) > most):
+            raise InputError(f"{kind}.{name}: goes beyond {most:g}{unit}; is the unit right?")
     if (period := getattr(part, "period", None)) is not None:  # a law may have none
         check_period(period)
 

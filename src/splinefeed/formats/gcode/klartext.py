@@ -20,7 +20,7 @@ from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.flow import Text, Walk
 
 _NUMBER = r"(?:[0-9]++[.,]?[0-9]*+|[.,][0-9]++)"
-_LABEL = r"(?:\"(?P<{0}>[^\"]*)\"|(?P<{1}>[0-9]+))"
+_LABEL = r"(?:\"(?P<{0}>[^\"]+)\"|(?P<{1}>[0-9]+))"
 _JUMP = re.compile(
     rf"(?:LBL\s*{_LABEL.format('name', 'number')}|CALL\s+LBL\s*{_LABEL.format('called', 'call')}"
     rf"(?:\s*REP\s*(?P<rep>[0-9]+)(?:/[0-9]+)?)?|(?:FN\s*(?P<fn>[0-9]+)\s*:\s*)?IF\s*+"
