@@ -50,6 +50,7 @@ def command(words: list[str], place: Path, number: int = 0, at: int = 0, seconds
                     os.kill(os.getpid(), number)
 
         code: object = 1
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background would ignore it
         try:
             os.chdir(place)
             said = os.open("../said", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
