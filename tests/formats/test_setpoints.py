@@ -496,7 +496,9 @@ def test_numbers_that_no_machine_has_are_refused(tmp_path: Path, changed: dict[s
         ("t,x\n0,1e308\n1,-1e308\n", "row 1 of the numbers: goes beyond 1e\\+09 mm"),
         ("t,x\n0,1\n1,inf\n", "row 2 of the numbers: goes beyond"),
         ("t,x\n0,1\n1e-320,2\n2e-320,2\n", "period: .* is not from 1e-09 to 1e\\+06 s"),
-        ("t,x\n0,1\n1e308,2\n", "period: 1e\\+308 s is not from"),
+        ("t,x\n0,1\n1e308,2\n", "row 2 of the numbers: goes beyond"),
+        ("t,x\n0,1\n1e308,2\n2,2\n-1e308,1\n", "row 2 of the numbers: goes beyond"),
+        ("t,x\n0,1\n1e98,2\n", "period: 1e\\+98 s is not from"),
         ("t,x\n0,1\n# a remark\n0.001,2\n", ""),
     ],
 )

@@ -16,6 +16,7 @@ from splinefeed.formats.metadata import check_period, naming
 from splinefeed.formats.sizes import MAX_COORDINATE, MAX_TICKS
 from splinefeed.formats.source import check_file, count_lines
 from splinefeed.formats.table_text import AXES, OURS
+from splinefeed.numbers import MOST
 from splinefeed.records import Array, Setpoints
 
 #: Lines that are looked at for names of columns and how many digits numbers have.
@@ -93,12 +94,14 @@ def _decimals(sample: list[list[str]], column: int) -> int:
     return min(_FULL, max(len(text.partition(".")[2]) for text in texts))
 
 
-@np.errstate(over="ignore")  # what overflows goes beyond the bounds, which is said
 def _setpoints(
     rows: Array, names: dict[str, tuple[int, float]], sample: list[list[str]], period: float | None, path: object
 ) -> tuple[Setpoints, list[str]]:
     notes = []
     n = len(rows)
+    beyond = np.any(np.abs(rows) > MOST, axis=1)  # of such numbers no periods and places can be made
+    if beyond.any():
+        raise FormatError(f"{path}: {_far(int(np.argmax(beyond)))}")
     if n < 2 and period is None:
         raise FormatError(f"{path}: a single setpoint gives no period; give --period")
     column, factor = names.pop("t")
@@ -116,8 +119,7 @@ def _setpoints(
         check_period(period)
         far = ~(np.abs(position) <= MAX_COORDINATE) & ~np.isnan(position)
         if far.any() or not np.abs(t[~np.isnan(t)]).max(initial=0.0) <= LATEST:
-            row = int(np.argmax(far.any(axis=1))) + 1
-            raise InputError(f"row {row} of the numbers: goes beyond {MAX_COORDINATE:g} mm or rad, or {LATEST:g} s")
+            raise InputError(_far(int(np.argmax(far.any(axis=1)))))
     decimals = min(_decimals(sample, names[axis][0]) for axis in axes)
     if decimals < _FULL:
         notes.append(
@@ -130,6 +132,10 @@ def _setpoints(
         method="another program", settings={"file": os.fspath(str(path))},
     )  # fmt: skip
     return points, notes
+
+
+def _far(row: int) -> str:
+    return f"row {row + 1} of the numbers: goes beyond {MAX_COORDINATE:g} mm or rad, or {LATEST:g} s"
 
 
 def _period(t: Array, digit: float, path: object) -> float:
