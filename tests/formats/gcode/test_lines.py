@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from splinefeed.errors import FormatError
+from splinefeed.formats.gcode.dialects import named
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.lines import Lines
 from splinefeed.formats.gcode.moves import Moves, joined
@@ -60,11 +61,11 @@ RIGHT = st.tuples(MOTION, st.sampled_from("XYZA"), NUMBERS).map(lambda each: f"{
 PROGRAMS = st.lists(st.one_of(LINES, RIGHT, RIGHT, RIGHT), min_size=1, max_size=12)
 
 
-def both(file: Path, repair: bool) -> list[tuple[Moves | None, str, list[str]]]:
+def both(file: Path, repair: bool, dialect: str = "") -> list[tuple[Moves | None, str, list[str]]]:
     """Moves, error and findings with and without arrays."""
     found = []
     for fast in (True, False):
-        reading = Reading(fast=fast, repair=repair)
+        reading = Reading(named(dialect) if dialect else None, fast=fast, repair=repair)
         parts: list[Moves] = []
         message = ""
         with pytest.MonkeyPatch.context() as patch:
@@ -83,9 +84,9 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("kernel") / "part.ngc"
 
 
-def agree(file: Path, text: str, repair: bool = False) -> Moves:
+def agree(file: Path, text: str, repair: bool = False, dialect: str = "") -> Moves:
     file.write_bytes(text.encode())
-    (moves, message, findings), (again, other, others) = both(file, repair)
+    (moves, message, findings), (again, other, others) = both(file, repair, dialect)
     assert message == other and findings == others
     assert moves is not None and again is not None
     assert moves.rows.tobytes() == again.rows.tobytes()
@@ -96,6 +97,56 @@ def agree(file: Path, text: str, repair: bool = False) -> Moves:
 @given(PROGRAMS, st.booleans())
 def test_both_read_the_same(file: Path, lines: list[str], repair: bool) -> None:
     agree(file, "\n".join(["N1 G1 F5", *lines]), repair)
+
+
+#: Lines of Siemens that `run` alone reads, beside those that arrays read, too.
+OF_SIEMENS = st.sampled_from(
+    ["R1=3", "X=R1 Y=2", "X3 ;(a) R", "MSG(\"X1 ; \")", "G1 X1 (Y2)", "G3 X1 Y1 CR=5", "G1 X2 RND=0.2", "MCALL",
+     "MCALL CYCLE81(5,0,1,-1)", "G70", "G71", "G700", "G710", "TRANS X1", "BSPLINE X1 Y2 PL=1", "M17", "N5 A: X2",
+     "X=IC(2)", "R5", "G1 R5 X1", "D1", "T1 D1", "TRAORI", "X1 A3=0 B3=0 C3=1", "G64"]
+)  # fmt: skip
+
+
+@given(st.lists(st.one_of(OF_SIEMENS, LINES, RIGHT, RIGHT), min_size=1, max_size=12))
+def test_both_read_the_same_of_siemens(file: Path, lines: list[str]) -> None:
+    agree(file, "\n".join(["G0 X0 Y0 Z0 F5", *lines]), dialect="siemens")
+
+
+PLACE = st.tuples(
+    st.sampled_from("XYZAC"), st.sampled_from(["+", "-", ""]), st.sampled_from(["1.5", "2", ".25", "1,5"])
+)
+WAYS = st.sampled_from(["L ", "5 L ", "/6 L ", "LP ", "", "C ", "CT ", "CC "])
+RADII = st.sampled_from(["", "R0", "RL", "DR+", "DR-"])
+FEEDS = st.sampled_from(["", "F500", "FMAX", "F AUTO", "F MAX"])
+BLOCKS = st.one_of(
+    st.tuples(
+        WAYS, st.lists(PLACE.map("".join), max_size=3).map(" ".join), RADII, FEEDS,
+        st.sampled_from(["", "M3", "; a", "~", "\r"]),
+    ).map(" ".join),
+    st.sampled_from(["CT X+1 Y+2", "RND R0.1", "CC X+0 Y+0", "Q1 = 2", "L X+Q1", "LBL 1", "TOOL CALL 1 Z S500", ""]),
+)  # fmt: skip
+LINE_OF_L = st.tuples(st.sampled_from(["", "7 "]), PLACE, PLACE, st.sampled_from(["", " R0 F100", " FMAX"])).map(
+    lambda each: f"{each[0]}L {''.join(each[1])} {''.join(each[2])}{each[3]}"
+)
+
+
+@given(st.lists(st.one_of(BLOCKS, LINE_OF_L, LINE_OF_L, LINE_OF_L), min_size=1, max_size=14))
+def test_both_read_the_same_of_heidenhain(file: Path, lines: list[str]) -> None:
+    agree(file, "\n".join(["BEGIN PGM A MM", "L X+0 Y+0 Z+1 R0 F100", *lines]), dialect="heidenhain")
+
+
+@pytest.mark.parametrize(
+    ("dialect", "line"), [("siemens", "N{0} G1 X{0}.5 Y-2"), ("heidenhain", "{0} L X+{0} Y-2.5 R0")]
+)
+def test_plain_lines_of_siemens_and_heidenhain_are_read_by_arrays(
+    file: Path, dialect: str, line: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said: list[int] = []
+    run = Interpreter.run
+    monkeypatch.setattr(Interpreter, "run", lambda self, text, line: (said.append(line), run(self, text, line)))
+    file.write_text("\n".join([*(line.format(k) for k in range(100)), "", ""]))
+    assert len(joined(list(Reading(named(dialect)).moves(file)))) == 100
+    assert said == ([] if dialect == "siemens" else [100]), "the last one, to which a next may be tangent"
 
 
 @pytest.mark.slow

@@ -18,6 +18,7 @@ import numpy as np
 from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.klartext import BLOCK, Quantities
+from splinefeed.formats.gcode.lines import UNKNOWN
 from splinefeed.formats.gcode.moves import LETTERS
 from splinefeed.records import Array
 
@@ -41,6 +42,12 @@ _WITH_PLACES = re.compile(rf"(?:{_MOVE.pattern}|TOOL\s+CALL)[^\"]*Q")
 _TOOL = re.compile(r"TOOL\s+CALL\s*(?P<name>[0-9]+|\"[^\"]*\")?\s*(?P<axis>[XYZUVW])?(?P<rest>.*)")
 #: Cycles that are in force without a call (mirror, turn, scale, plane), and the value that ends them.
 _AT_ONCE = {8: 0.0, 10: 0.0, 11: 1.0, 19: 0.0, 26: 1.0}
+#: A line of L that says all of itself: places, R0, F or FMAX.
+_PLACES = rb"(?P<places>(?:[ \t]*+[XYZABC][-+]?+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++))++)"
+_LINE = re.compile(
+    rb"[ \t]*+(?:[0-9]++[ \t]++)?+L" + _PLACES + rb"(?:[ \t]++R0)?+"
+    rb"(?:[ \t]++F(?:(?P<max>MAX)|(?P<feed>[0-9]++\.?+[0-9]*+)))?+[ \t\r]*+"
+)
 #: M codes that change nothing of the path, and those of planes and tips, which do.
 _NO_PLACE, _TURNED = 91, frozenset((92, 114, 120, 128, 136, 138, 144))
 _REFUSED = {
@@ -51,8 +58,6 @@ _REFUSED = {
 
 class Heidenhain(Interpreter):
     """Turns every block into words of LinuxCNC; a block that goes over several lines ends them with ~."""
-
-    takes_plain_lines = False
 
     def __init__(self, *arguments: object, **options: bool) -> None:
         super().__init__(*arguments, **options)  # type: ignore[arg-type]
@@ -82,6 +87,18 @@ class Heidenhain(Interpreter):
             self._define(int(cycle[1]), self.quantities.filled(cycle[3]) if int(cycle[2] or 0) else "")
         elif not (_IGNORED.match(plain) or self.quantities.take(plain)):
             self._do_block(self.quantities.filled(plain) if _WITH_PLACES.match(plain) else plain)
+
+    def plain_lines(self, block: bytes) -> bytes:
+        """L as G0 and G1; not the last one before another block, which may go on tangent to it, nor behind ~."""
+        texts = block.split(b"\n")[:-1]
+        plain = [_as_words(text) for text in texts]
+        for i in range(len(plain)):
+            if texts[i - 1].rstrip().endswith(b"~") if i else self._open:
+                plain[i] = UNKNOWN
+        ends = [i for i, after in enumerate([*plain[1:], UNKNOWN]) if after == UNKNOWN]
+        for i in ends:
+            plain[i] = UNKNOWN
+        return b"\n".join([*plain, b""])
 
     def _do_block(self, plain: str) -> None:
         """A block that moves, or switches something."""
@@ -260,6 +277,15 @@ class Heidenhain(Interpreter):
         if self._pole is None:
             raise LineError(f"{name} needs its centre, CC, before it")
         return self._pole
+
+
+def _as_words(text: bytes) -> bytes:
+    """A line of L as words of G0 or G1; `UNKNOWN` for all else."""
+    said = _LINE.fullmatch(text)
+    if said is None:
+        return UNKNOWN
+    feed = said["feed"]
+    return (b"G0" if said["max"] else b"G1") + said["places"] + (b"F" + feed if feed else b"")
 
 
 def _value(text: str) -> float:

@@ -64,12 +64,7 @@ MAX_TURNS = 1_000
 
 
 class Interpreter:
-    """Runs lines one after the other on a `State`; `ended` is set by M2, M30 and the like.
-
-    takes_plain_lines  whether `Lines` reads lines of G0 to G3 as this interpreter does
-    """
-
-    takes_plain_lines = True
+    """Runs lines one after the other on a `State`; `ended` is set by M2, M30 and the like."""
 
     def __init__(self, state: State, dialect: Dialect, findings: Findings, *, repair: bool = False) -> None:
         self.state, self.dialect, self.findings, self.repair = state, dialect, findings, repair
@@ -116,6 +111,15 @@ class Interpreter:
             self._do(block)
         for key, value in block.settings:
             self.parameters.set(key, value)
+
+    @property
+    def busy(self) -> bool:
+        """Whether what goes over several lines is under way, so that `run` must have every line."""
+        return self.splines.open or self.cutter.busy or self.corners.open
+
+    def plain_lines(self, block: bytes) -> bytes:
+        """The lines of a block as `Lines` may read them; `UNKNOWN` in those that are for `run` alone."""
+        return block
 
     @property
     def unfinished(self) -> tuple[int, str]:

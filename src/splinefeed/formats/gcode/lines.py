@@ -15,6 +15,8 @@ from splinefeed.formats.gcode.moves import LARGEST, LETTERS, MAX_LINE, STATED, F
 from splinefeed.formats.gcode.state import State
 from splinefeed.records import Array, BoolArray, IntArray
 
+#: A character that no line has which is read here.
+UNKNOWN = b"?"
 _WORDS = "GNXYZABCUVWIJKRFSME"
 _COMMENT = re.compile(rb"\([^)\n]*+\)|;[^\n]*+|\([^;\n]*+")
 #: Kinds of characters, and those that may follow each; a blank is between words alone.
@@ -137,7 +139,7 @@ class Lines:
         if not done:
             return 0
         at = np.flatnonzero(moves[:done])
-        feed = _last(np.full(len(mode), np.nan) if inverse else rate * (state.scale[0] * state.rate), state.feed)
+        feed = _last(np.full(len(mode), np.nan) if inverse else rate * (state.feed_unit * state.rate), state.feed)
         speaks = np.flatnonzero(~(np.isnan(get["M"]) & np.isnan(get["S"]))[:done])
         before = np.searchsorted(at, speaks) + state.count
         rows = state.room(len(at))

@@ -139,7 +139,7 @@ class Reading:
         run = interpreter(state, dialect, self.findings, repair=self.repair)
         run.increments = self.increments and dialect.of_fanuc
         run.untold = self.dialect_by is NOTHING_TELLS
-        self.fast &= interpreter.takes_plain_lines and not run.increments
+        self.fast &= not run.increments
         try:
             for block in self._blocks(file, run):
                 yield from self._lines(block, run)
@@ -211,10 +211,10 @@ class Reading:
         state, texts = run.state, block.split(b"\n")[:-1]
         shown = self._flow.shown if self._flow else 0  # the line that they are said to be of, if not their own
         fast = self.fast and not shown and len(texts) >= PLAIN
-        lines = Lines(block, run.dialect.extruder) if fast else None
+        lines = Lines(run.plain_lines(block), run.dialect.extruder) if fast else None
         at, size = 0, _MOST
         while at < len(texts) and not run.ended:
-            if lines is not None and not (run.splines.open or run.cutter.busy or run.corners.open):
+            if lines is not None and not run.busy:
                 high = min(int(lines.next_odd[at]), at + size)
                 if self._line < self.from_line:
                     high = min(high, at + self.from_line - 1 - self._line)

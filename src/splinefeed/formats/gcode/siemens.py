@@ -16,11 +16,13 @@ import numpy as np
 from splinefeed.formats.gcode.cycles import SIEMENS, parameters, siemens
 from splinefeed.formats.gcode.expressions import LineError, refuse
 from splinefeed.formats.gcode.interpreter import Interpreter
+from splinefeed.formats.gcode.lines import UNKNOWN
 from splinefeed.formats.gcode.moves import AXES, LETTERS
 from splinefeed.formats.gcode.siemens_flow import HEAD, Values, without_remarks
 from splinefeed.formats.gcode.spline_words import BSPLINE, order_of
 
 DEFAULT_DEGREE = 3
+_NOT_PLAIN = bytes.maketrans(b"(Rr", 3 * UNKNOWN)
 #: Components of the tool axis, from the tip to the spindle.
 _TOOL_AXIS = ("A3", "B3", "C3")
 #: What LinuxCNC calls what Siemens calls otherwise: exact stop, continuous path, cancelled offsets, units with feeds.
@@ -54,8 +56,6 @@ _WORD = re.compile(
 
 class Siemens(Interpreter):
     """Turns every line into words of LinuxCNC, but for splines, which it collects itself."""
-
-    takes_plain_lines = False
 
     def __init__(self, *arguments: object, **options: bool) -> None:
         super().__init__(*arguments, **options)  # type: ignore[arg-type]
@@ -102,6 +102,15 @@ class Siemens(Interpreter):
             call = call or self._modal_call
         if call is not None and "MCALL" not in keys:
             siemens(*call, self.state, line, self.findings)
+
+    @property
+    def busy(self) -> bool:
+        """Also where MCALL drills behind every line that moves."""
+        return super().busy or self._modal_call is not None
+
+    def plain_lines(self, block: bytes) -> bytes:
+        """Brackets are no comments here, and R is no radius."""
+        return block.translate(_NOT_PLAIN)
 
     def end(self) -> None:
         """The file is at its end."""
