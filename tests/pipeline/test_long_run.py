@@ -100,7 +100,7 @@ def test_the_command_writes_a_long_run_and_its_report_again(tmp_path, monkeypatc
         )
     assert ended.value.code == 0
     page = json.loads(capsys.readouterr().out)
-    assert any(note.startswith("more than 3000 ticks: figures show the peaks") for note in page["notes"])
+    assert any(note.startswith("more than 3000 ticks: figures over time are areas") for note in page["notes"])
     assert len(sf.load("out/response.h5", sf.Response)) == page["ticks"]
     assert page["contour_error_max_mm"] > 0.0
     assert "methods" not in page

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
+from splinefeed.pipeline import run as runs
+from splinefeed.report import html
 from splinefeed.report.detail import Store
+from splinefeed.report.figure import Axis, Figure, Line, Panel
 from splinefeed.report.files import of_run
 from splinefeed.report.html import page
 from splinefeed.report.layout import Stroke, layout
@@ -82,45 +85,91 @@ def columns(x: np.ndarray, y: np.ndarray, wide: float) -> tuple[np.ndarray, np.n
     return low, high
 
 
+#: Motions by name: a path, limits, and the time at which it is looked at closely, s.
+MOTIONS = {
+    "short": (sf.shapes.butterfly, sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000), 3.0),
+    "slow": (sf.shapes.butterfly, sf.Limits(feed=2, axis_acceleration=500, axis_jerk=20000), 48.7),
+    "long": (sf.shapes.butterfly, sf.Limits(feed=1.2, axis_acceleration=500, axis_jerk=20000), 81.2),
+    "in space": (sf.shapes.helix, sf.Limits(feed=1.5, acceleration=400, jerk=20000), 100.0),
+}
+
+
 @pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.timeout(900)
-def test_what_is_drawn_is_what_is_real_at_three_zooms(run, chromium, tmp_path):
+@pytest.mark.parametrize("name", MOTIONS)
+def test_what_is_drawn_is_what_is_real_at_three_zooms(name, chromium, tmp_path, monkeypatch):
+    make, limits, close = MOTIONS[name]
+    run = sf.run(make(), limits)
+    assert run.whole == (name != "long")
+    end = run.duration
     file = tmp_path / "report.html"
-    said = record(run, about(run.settings, "butterfly", {}, ["hdf5"]))
+    said = record(run, about(run.settings, name, {}, ["hdf5"]))
     file.write_text(page(run, said, of_run(run)), encoding="utf-8")
+    monkeypatch.setattr(runs, "LONG", 10**9)
+    every = run if run.whole else sf.run(make(), limits)
+    block = 0.0 if run.whole else float(np.diff(run.bands["feed"].edges[:2])[0])
+    assert block < end / 30_000
     shown = chromium.new_page(viewport={"width": 1280, "height": 900})
     shown.set_default_timeout(PATIENCE)
     shown.goto(file.as_uri())
     shown.wait_for_selector("html[data-ready=yes]")
     inner = run.law.breaks[1:-1]
-    at = np.unique(np.concatenate([run.points.t, inner, np.nextafter(inner, 0.0)]))
+    at = np.unique(np.concatenate([every.points.t, inner, np.nextafter(inner, 0.0)]))
     real = {
         "feed": (at, run.law.feed(at)),
         "jerk": (at, run.law.jerk(at)),
-        "x jerk": (run.motion.t, run.motion.jerk[:, 0]),
-        "y velocity": (run.motion.t, run.motion.velocity[:, 1]),
+        "x jerk": (every.motion.t, every.motion.jerk[:, 0]),
+        "y velocity": (every.motion.t, every.motion.velocity[:, 1]),
     }
-    for zoom in (None, (40.0, 60.0), (48.7, 48.78)):
+
+    for zoom in (None, (close - 0.03 * end, close + 0.03 * end), (close, close + 0.08)):
         if zoom:
             shown.evaluate("([a, b]) => Plotly.relayout('motion', {'xaxis.range[0]': a, 'xaxis.range[1]': b})", zoom)
             shown.wait_for_function(
                 "(a) => document.getElementById('limits')._fullLayout.xaxis.range[0] === a", arg=zoom[0]
             )
-        for name, (t, values) in real.items():
-            drawn = shown.evaluate(DRAWN, name)
-            (start, end), (bottom, top) = drawn["seen"], drawn["at"]
-            x = (t - start) / (end - start) * drawn["wide"]
+        for curve, (t, values) in real.items():
+            drawn = shown.evaluate(DRAWN, curve)
+            (start, stop), (bottom, top) = drawn["seen"], drawn["at"]
+            x = (t - start) / (stop - start) * drawn["wide"]
             y = (top - values) / (top - bottom) * drawn["tall"]
             near = (x > -drawn["wide"]) & (x < 2.0 * drawn["wide"])
             truth = columns(x[near], y[near], drawn["wide"])
             seen = columns(*(np.array(drawn[each], dtype=np.float64) for each in ("x", "y")), drawn["wide"])
-            inside = slice(2, len(truth[0]) - 2)  # the picture's edge has no neighbour
-            for own, other in ((truth, seen), (seen, truth)):
-                wider = [np.minimum.reduce([np.roll(other[0], k) for k in (-1, 0, 1)])]
-                wider.append(np.maximum.reduce([np.roll(other[1], k) for k in (-1, 0, 1)]))
-                assert np.all(own[0][inside] >= wider[0][inside] - 1.0), (name, zoom)
-                assert np.all(own[1][inside] <= wider[1][inside] + 1.0), (name, zoom)
+            beside = 1 + int(np.ceil(block / (stop - start) * drawn["wide"]))  # a block is told as an area, whole
+            inside = slice(beside + 1, len(truth[0]) - beside - 1)  # the picture's edge has no neighbour
+            for own, other, far in ((truth, seen, 1), (seen, truth, beside)):
+                shifts = range(-far, far + 1)
+                low = np.minimum.reduce([np.roll(other[0], k) for k in shifts])
+                high = np.maximum.reduce([np.roll(other[1], k) for k in shifts])
+                assert np.all(own[0][inside] >= low[inside] - 1.0), (curve, zoom)
+                assert np.all(own[1][inside] <= high[inside] + 1.0), (curve, zoom)
     told = shown.locator("#motion + .told").inner_text()
-    assert "every one is drawn" in told
+    assert ("this page has nothing finer" if block else "every one is drawn") in told
     shown.close()
+
+
+@pytest.mark.slow
+def test_the_page_of_an_hour_is_within_its_size_and_says_from_where_on_it_is_an_area(tmp_path):
+    run = sf.run(sf.shapes.butterfly(), sf.Limits(feed=0.0915, axis_acceleration=500, axis_jerk=20000))
+    assert run.ticks > 3_600_000
+    sf.report(run, tmp_path / "hour")
+    assert (tmp_path / "hour/report.html").stat().st_size < 8e6
+    assert np.diff(run.bands["feed"].edges[:2])[0] == pytest.approx(0.064)
+    assert "blocks of ticks: the area is from the least" in (tmp_path / "hour/motion.svg").read_text()
+
+
+def test_a_page_of_more_than_its_size_keeps_fewer_stretches(monkeypatch):
+    rng = np.random.default_rng(0)
+    t = np.arange(20_000) * 1e-3
+    lines = tuple(Line(t, rng.normal(size=len(t)), f"{k}") for k in range(8))
+    figure = Figure("noise", (Panel(Axis("time (s)"), Axis("y"), lines),))
+    whole = html._within({"noise": figure})[1]
+    monkeypatch.setattr(html, "MOST_BYTES", 100_000)
+    plain, store = html._within({"noise": figure})
+    assert len(whole.text()) > 300_000 > 100_000 > len(store.text()) > 50_000
+    detail = plain["noise"]["data"][0]["detail"]
+    low, high = (taken(store.text(), store.series, detail[name]) for name in ("low", "high"))
+    assert low.min() == pytest.approx(lines[0].y.min(), abs=1e-3)
+    assert high.max() == pytest.approx(lines[0].y.max(), abs=1e-3)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
+from splinefeed.analysis.bands import Band, Bands
 from splinefeed.records import Array, IntArray
 
 #: Columns of pixels that a curve over time is thinned to; two points are kept in each.
@@ -74,19 +76,35 @@ class Kept:
     """Rows of columns that come piece by piece, thinned to those that a figure needs.
 
     Of each `block` of rows those stay at which a quantity is least or greatest, and both ends; 1: all. Where more than
-    `most` rows would stay, `block` becomes longer.
+    `most` rows would stay, `block` becomes longer. `bands` has what figures over time show where rows are left out.
     """
 
     def __init__(self, block: int = 1, most: float = math.inf) -> None:
         self.block, self._most, self._count = block, most, 0
         self._parts: dict[str, list[Array]] = {}
+        self._bands = Bands()
 
-    def see(self, columns: Mapping[str, Array], quantities: Sequence[Array]) -> None:
-        """The next rows of every column (n, ...), with the quantities (n,) of which no peak is lost."""
-        if self.block == 1 and self._most == math.inf:  # all are kept, and no quantity is needed
+    @property
+    def whole(self) -> bool:
+        """Whether all rows are kept, however many come."""
+        return self.block == 1 and self._most == math.inf
+
+    def see(
+        self,
+        columns: Mapping[str, Array],
+        quantities: Mapping[str, Array],
+        between: Mapping[str, tuple[Array, Array]] = MappingProxyType({}),
+    ) -> None:
+        """The next rows of every column (n, ...), with the quantities (n,) or (n, k) of which no peak is lost.
+
+        between  the least and the greatest of some of them from each row to the next, where rows do not say it
+        """
+        if self.whole:  # no quantity is needed
             self._put(columns)
             return
-        self._add({**columns, "": np.column_stack(quantities)}, self.block)
+        pairs = {name: (values, values) for name, values in quantities.items()}
+        self._bands.see(columns["t"], {**pairs, **between})
+        self._add({**columns, "": np.column_stack(list(quantities.values()))}, self.block)
         while self._count > self._most:
             rows = {name: self.column(name) for name in self._parts}
             width = 4 * (rows[""].shape[1] + 1)  # twice the extremes of a block
@@ -105,6 +123,10 @@ class Kept:
     def _put(self, rows: Mapping[str, Array]) -> None:
         for name, values in rows.items():
             self._parts.setdefault(name, []).append(values)
+
+    def bands(self) -> dict[str, Band]:
+        """The least and the greatest of every quantity over time; empty where all rows are kept."""
+        return {} if self.block == 1 else self._bands.finish()
 
     def take(self, name: str) -> Array:
         """As `column`, and forget them, so that they are in memory once."""

@@ -86,7 +86,7 @@ def follow(say: Say, setpoints: str, **given: Any) -> Page:
         names = [files.RESPONSE]
         if drawing:
             say("drawing")
-            drawn = {"errors": errors_figure({first.method: servo.response}, name, machine.name)}
+            drawn = {"errors": errors_figure({first.method: servo.response}, name, machine.name, servo.bands)}
             if (beside := servo.deviation()) is not None:
                 drawn["contour"] = contour_figure(beside, name, machine.name)
             names += files.save_figures(drawn.items(), stage, drawing)

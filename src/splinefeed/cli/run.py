@@ -21,7 +21,10 @@ from splinefeed.errors import InputError
 #: Most ticks of a motion on which methods are compared: each is held as a whole.
 MOST_COMPARED = 4_000_000
 #: What is not kept of a motion of more than so many ticks.
-LONG_NOTE = "more than {} ticks: figures show the peaks, and spectra of following errors are left out"
+LONG_NOTE = (
+    "more than {} ticks: figures over time are areas from the least to the greatest of every {:.4g} ms, and spectra of "
+    "following errors are left out"
+)
 #: Said where --compare asks for what is left out.
 NOT_COMPARED = "methods are compared on motions of at most four million ticks along paths without a tool axis: left out"
 #: What a path that is too long to be held lacks.
@@ -137,7 +140,7 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
             say("comparing methods")
             traces += sf.compare(path, result.law, methods=compare.BESIDE_A_RUN, corrections=corrections, timed=False)
         page = record(result, described(result.settings), traces, servo)
-        long = [] if result.whole else [LONG_NOTE.format(LONG)]
+        long = [] if result.whole else [LONG_NOTE.format(LONG, 1e3 * _block(result))]
         page["notes"] = [*job.notes, *page["notes"], *long, *([PARTS_NOTE] if parts else [])]
         page["notes"] += [*([NOT_COMPARED] if compared and not possible else []), *files.missing(drawing)]
         say("drawing")
@@ -146,6 +149,12 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
             tip=given["tip"],
         )  # fmt: skip
     return {**page, "files": [os.path.join(folder, name) for name in page["files"]]}
+
+
+def _block(result: sf.Run) -> float:
+    """How long, s, the blocks are that figures over time show the least and the greatest of."""
+    edges = result.bands["feed"].edges
+    return float(edges[1] - edges[0])
 
 
 def _progress(say: Say, parts: Any) -> Callable[[int, int], None]:

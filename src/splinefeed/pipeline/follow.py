@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from splinefeed.analysis.bands import Band
 from splinefeed.analysis.following import ContourMeter, ErrorTally
 from splinefeed.analysis.place import Placer
 from splinefeed.analysis.thinning import Kept
@@ -143,8 +145,8 @@ class Servo:
                 self.off_law = max(self.off_law, float(np.max(away, initial=0.0)))
         self.tally.see(response, s)
         if self._keep is not None and count:
-            errors = [*response.tracking_error.T, *response.saturated.T]
-            errors += [] if response.contour_error is None else [response.contour_error]
+            errors = {"tracking_error": response.tracking_error, "saturated": response.saturated.astype(np.float64)}
+            errors |= {} if response.contour_error is None else {"contour_error": response.contour_error}
             self._keep.see(response.columns | more, errors)
         self._last = response
         return response
@@ -155,6 +157,11 @@ class Servo:
         assert self._keep is not None
         columns: dict[str, Any] = {name: self._keep.column(name) for name in self._last.columns}
         return replace(self._last, **columns) if len(columns["t"]) else self._last
+
+    @cached_property
+    def bands(self) -> dict[str, Band]:
+        """The bands of the errors over time, by axis, where samples of the response are left out; else empty."""
+        return {} if self._keep is None else self._keep.bands()
 
     def deviation(self) -> Deviation | None:
         """Where the machine was beside the first two linear axes of the path.

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from splinefeed.analysis.bands import Band
 from splinefeed.analysis.check import Check
 from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple, TipMotion, chord_errors, feed_ripple, limit_use
 from splinefeed.analysis.thinning import Kept
@@ -16,7 +17,7 @@ from splinefeed.formats.setpoints import Writer
 from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.fold import Chunk
 from splinefeed.pipeline.follow import Servo
-from splinefeed.records import IntArray, Limits, Setpoints, Verdict
+from splinefeed.records import Array, IntArray, Limits, Setpoints, Verdict
 
 #: What the axes do at a tick.
 MOTION = ("velocity", "acceleration", "jerk")
@@ -27,14 +28,15 @@ class UseMeter:
 
     rows     what keeps these ticks
     kept     the setpoints there; motion, use, tip  what axes and tip do there; use counts over all ticks
-    column   ticks of which they have the least and the greatest of each quantity
+    bands    of each quantity over time where ticks are left out: `tip` (s, feed, acceleration, jerk along the path),
+             `feed`, `top`, and by axis or limit `position`, `velocity`, `acceleration`, `jerk`, `share`
     """
 
     kept: Setpoints
     motion: AxisMotion
     use: LimitUse
     tip: TipMotion
-    column: int
+    bands: dict[str, Band]
 
     def __init__(self, limits: Limits, rows: Kept) -> None:
         self._limits, self._rows = limits, rows
@@ -54,21 +56,42 @@ class UseMeter:
         self._names, self._last = use.names, own
         columns = own.columns | {name: getattr(motion, name)[inner] for name in MOTION}
         columns |= {"share": use.share[inner], "top": use.top[inner]}
-        t, law = around.t[inner], chunk.law
-        tip = chunk.path.tip_path.of_tip(law(t), law.feed(t), law.acceleration(t), law.jerk(t))
-        columns |= {"along": np.column_stack(tip[2:])}
-        peaked = [own.feed, *tip[2:], columns["top"]]
-        self._rows.see(columns, peaked + [each for name in ("position", "share", *MOTION) for each in columns[name].T])
+        tip = _of_tip(chunk, around.t[inner])
+        columns |= {"along": tip[:, 2:]}
+        quantities = {"tip": tip, **{name: columns[name] for name in ("feed", "top", "position", "share", *MOTION)}}
+        self._rows.see(columns, quantities, {} if self._rows.whole else {"tip": _between(chunk, tip)})
 
     def finish(self) -> None:
         """Make records of what is kept."""
-        of, self.column = self._rows.take, self._rows.block
+        of, self.bands = self._rows.take, self._rows.bands()
         along = of("along")
         said: dict[str, Any] = {name: of(name) for name in self._last.columns}
         self.kept = replace(self._last, **said)
         self.motion = AxisMotion(self.kept.t, *map(of, MOTION))
         self.tip = TipMotion(self.kept.t, *along.T)
         self.use = LimitUse(self._names, self.kept.t, self.kept.s, of("share"), of("top"), self._bound)
+
+
+def _of_tip(chunk: Chunk, t: Array) -> Array:
+    """Arc length from the motion's start, feed, acceleration and jerk of the tip at times of a chunk's law, (n, 4)."""
+    law = chunk.law
+    s, *rates = chunk.path.tip_path.of_tip(law(t), law.feed(t), law.acceleration(t), law.jerk(t))
+    return np.column_stack([s + (chunk.own.s[0] - chunk.around.s[chunk.first]), *rates])
+
+
+def _between(chunk: Chunk, tip: Array) -> tuple[Array, Array]:
+    """The least and the greatest of `tip` from each tick to the next: on both sides of each break of the law, too."""
+    t, end = chunk.around.t[chunk.inner], chunk.around.t[chunk.inner.stop : chunk.inner.stop + 1]
+    breaks = chunk.law.breaks[slice(*np.searchsorted(chunk.law.breaks, np.append(t, end)[[0, -1]]))]
+    if not len(breaks):
+        return tip, tip
+    tick = np.searchsorted(t, breaks, "right") - 1
+    sides = [_of_tip(chunk, each) for each in (breaks, np.nextafter(breaks, 0.0))]
+    low, high = tip.copy(), tip.copy()
+    for side in sides:
+        np.fmin.at(low, tick, side)
+        np.fmax.at(high, tick, side)
+    return low, high
 
 
 class RippleMeter:
@@ -78,6 +101,7 @@ class RippleMeter:
     """
 
     ripple: Ripple
+    bands: dict[str, Band]
 
     def __init__(self, rows: Kept, top: float | None = None) -> None:
         self._rows, self._top, self._known = rows, top or 0.0, top is not None
@@ -99,10 +123,11 @@ class RippleMeter:
             relative = ripple.relative[here]
             self._squares, self._steps = self._squares + float(np.sum(relative**2)), self._steps + len(relative)
             self._floor = max(self._floor, ripple.floor)
-            self._rows.see({"t": ripple.t[here] + (own.t[0] - begin), "relative": relative}, [relative])
+            self._rows.see({"t": ripple.t[here] + (own.t[0] - begin), "relative": relative}, {"ripple": relative})
 
     def finish(self) -> None:
         """Make a record of what is kept."""
+        self.bands = self._rows.bands()
         rms = math.sqrt(self._squares / self._steps) if self._steps else 0.0
         self.ripple = Ripple(self._rows.take("t"), self._rows.take("relative"), self._floor, rms)
 

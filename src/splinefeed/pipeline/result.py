@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import Any
 
 import numpy as np
 
+from splinefeed.analysis.bands import Band
 from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple, TipMotion
 from splinefeed.errors import LimitsError
 from splinefeed.geometry.path import Path
@@ -42,7 +43,7 @@ class Run:
     joints  the path on a machine, of which `path` is that of the tool tip; None where the axes are the path's own
     served  what a machine did that followed the setpoints, or None
     remarks  what was left out of the run, one sentence each
-    column  ticks of which the least and the greatest of each quantity are among those kept
+    bands   the least and the greatest of what figures show over time where ticks are left out; see `UseMeter`
     Lengths in mm, times in s, arrays (n,) or (n, axes) of n ticks. Source: docs/code-overview.md.
     Example: `sf.run(path, limits).numbers()["duration_s"]`
     """
@@ -62,17 +63,12 @@ class Run:
     served: Servo | None = None
     remarks: tuple[str, ...] = ()
     tip: TipMotion | None = None
-    column: int = 1
+    bands: Mapping[str, Band] = field(default_factory=dict)
 
     @property
     def whole(self) -> bool:
         """Whether every tick is kept."""
         return len(self.kept) == self.ticks
-
-    @property
-    def stretch(self) -> float:
-        """Time, s, of which the kept ticks show the least and the greatest of each quantity; 0: all are kept."""
-        return 0.0 if self.whole else self.column * self.kept.period
 
     @property
     def points(self) -> Setpoints:

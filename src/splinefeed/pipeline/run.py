@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from splinefeed.analysis.bands import Band
 from splinefeed.analysis.check import Check
 from splinefeed.analysis.thinning import Kept
 from splinefeed.errors import InputError, LimitsError, expect
@@ -31,8 +32,8 @@ from splinefeed.records import Limits, Setpoints, TimeLaw
 
 #: Most ticks of a motion that is made in chunks, above ten days at 1 ms.
 MOST_IN_CHUNKS = 1_000_000_000
-#: Of motions of at most so many ticks every tick is kept. Of a longer one: stretches of time of which the least and the
-#: greatest of every quantity are kept.
+#: Of motions of at most so many ticks every tick is kept; of a longer one those at which a quantity is least or
+#: greatest, in so many columns of time. Figures over time have bands, which are finer.
 LONG, COLUMNS = 250_000, 1200
 #: Of a path in parts, whose ticks nobody knows beforehand: most ticks that are kept.
 MOST_KEPT = 100_000
@@ -177,7 +178,7 @@ def _in_parts(
         served=None if made.servo is None else made.servo.servo,
         remarks=tuple(reading.findings),
         tip=use.tip,
-        column=use.column,
+        bands=made.bands,
     )
 
 
@@ -198,6 +199,11 @@ class _Folded:
     chord: ChordMeter
     check: CheckMeter
     servo: ServoMeter | None
+
+    @property
+    def bands(self) -> dict[str, Band]:
+        """Of all that figures show over time."""
+        return self.use.bands | self.ripple.bands | ({} if self.servo is None else self.servo.servo.bands)
 
 
 def _folded(
@@ -248,7 +254,7 @@ def measured(
         verdict=verdict,
         chord_error_mm=made.chord.largest if joints is None else float(verdict.numbers["chord_error_max_mm"]),
         chunks=again,
-        column=column,
+        bands=made.bands,
         joints=joints,
         served=None if made.servo is None else made.servo.servo,
     )

@@ -26,42 +26,37 @@ class Store:
     """Curves by number in one row of bytes.
 
     most  points of a curve; of a longer one the least and the greatest of equally many points each are kept
-    seen  ends of x that are wanted, with the next point on both sides
     """
 
-    def __init__(self, most: int = MOST, seen: tuple[float, float] | None = None) -> None:
-        self._most, self._seen = most, seen
+    def __init__(self, most: int = MOST) -> None:
+        self._most = most
         self._bytes = bytearray()
+        self._text: str | None = None
         self._known: dict[tuple[Any, ...], int] = {}
         self._held: list[Array] = []  # an array that is gone may leave its number to another
         self.series: list[dict[str, Any]] = []
 
-    def curve(self, x: Array, y: Array, width: float = 0.0) -> dict[str, Any]:
+    def curve(self, x: Array, y: Array, high: Array | None = None) -> dict[str, Any]:
         """A curve over a rising x (n,) for a trace: numbers of its series `x` and `y`, or `x`, `low` and `high`.
 
-        The latter where only the least and the greatest of stretches are kept, or known: width  of those, 0 if y (n,)
-        has every point. `count`: how many points it has.
+        The latter where only the least and the greatest of stretches are kept, or known: high (n,)  of a band between
+        edges x (n + 1,), of which y is the least. `count`: how many points or stretches it has.
         """
-        first, last = 0, len(x)
-        if self._seen is not None:
-            first = max(int(np.searchsorted(x, self._seen[0])) - 1, 0)
-            last = min(int(np.searchsorted(x, self._seen[1], "right")) + 1, len(x))
-        x, y = x[first:last], y[first:last]
-        if not width and len(x) <= self._most:
+        if high is None and len(x) <= self._most:
             return {"x": self._once("x", x, self._put_times), "y": self._once("y", y, self._put), "count": len(x)}
-        if width:
-            column = np.floor(x / width)
-            starts = np.flatnonzero(np.diff(column, prepend=-1.0)).astype(np.int64)
-            edges = np.append(column[starts] * width, x[-1])
-        else:
-            starts = np.arange(0, len(x), -(-len(x) // self._most))
-            edges = np.append(x[starts], x[-1])
-        low, high = least_and_greatest(y, starts)
-        pair = {
-            "low": self._once("low", y, lambda _: self._put(low)),
-            "high": self._once("high", y, lambda _: self._put(high)),
+        count = len(y) if high is None else len(high)
+        starts = np.arange(0, count, -(-count // self._most))
+        edges = np.append(x[starts], x[-1])
+        top = y if high is None else high
+        least, greatest = least_and_greatest(y[:count], starts)[0], least_and_greatest(top, starts)[1]
+        if high is None:  # up to the first point of the next stretch
+            least[:-1], greatest[:-1] = np.fmin(least[:-1], y[starts[1:]]), np.fmax(greatest[:-1], y[starts[1:]])
+        return {
+            "x": self._once("edges", x, lambda _: self._put_times(edges)),
+            "low": self._once("low", y, lambda _: self._put(least)),
+            "high": self._once("high", top, lambda _: self._put(greatest)),
+            "count": count,
         }
-        return {"x": self._once("edges", x, lambda _: self._put_times(edges)), **pair, "count": len(x)}
 
     def _once(self, kind: str, values: Array, put: Callable[[Array], int]) -> int:
         """The number of a series that is put in once, however many curves have it."""
@@ -97,8 +92,19 @@ class Store:
     def _add(self, said: dict[str, Any], data: bytes) -> int:
         self.series.append({**said, "at": len(self._bytes)})
         self._bytes += data
+        self._text = None
         return len(self.series) - 1
+
+    @property
+    def longest(self) -> int:
+        """Points or stretches of the longest curve."""
+        return max((each["n"] for each in self.series), default=0)
 
     def text(self) -> str:
         """All bytes through gzip, in base64; zoom.js unpacks them."""
+        if self._text is None:
+            self._text = self._packed()
+        return self._text
+
+    def _packed(self) -> str:
         return base64.b64encode(gzip.compress(bytes(self._bytes), 6, mtime=0)).decode()

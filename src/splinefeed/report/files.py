@@ -75,7 +75,7 @@ def of_run(
     if run.use.names:
         found["limits"] = plot.limits(run)
     if own is not None:
-        found["errors"] = errors_figure(followed, run.path.name, machine)
+        found["errors"] = errors_figure(followed, run.path.name, machine, run.bands)
         if has_spectra(run, own):
             found["spectra"] = spectra_figure(own)
     if not _ALONG.issuperset(run.use.names):

@@ -35,8 +35,7 @@ def page(
     sections = [section(name, *SECTIONS[name]) for name in SECTIONS if name in shown]
     if results:
         sections.append(_methods(results, unit_along(run.path.axes)))
-    store = Store()
-    plain = {name: interactive.to_plain(figure, store) for name, figure in shown.items()}
+    plain, store = _within(shown)
     text, said = "", {}
     if run.path.lines is not None:
         text, (begin, line) = program.text_of_program(record), program.starts(run)
@@ -62,6 +61,20 @@ def page(
         command=text_of(record.get("command", "")),
         settings=_settings(record),
     )
+
+
+#: Base64 of the points of long curves at the most; the page is some 2 MB more.
+MOST_BYTES = 5_500_000
+
+
+def _within(figures: Mapping[str, Figure]) -> tuple[dict[str, interactive.Plain], Store]:
+    """Figures as plain data with the points of their long curves: as many of each as leave the page within its size."""
+    store = Store()
+    plain = {name: interactive.to_plain(figure, store) for name, figure in figures.items()}
+    while (size := len(store.text())) > MOST_BYTES:
+        store = Store(most=int(0.95 * MOST_BYTES / size * store.longest))
+        plain = {name: interactive.to_plain(figure, store) for name, figure in figures.items()}
+    return plain, store
 
 
 #: Figures below those of path and motion: title, and what a screen reader says.

@@ -113,7 +113,7 @@ def _line(mark: Line, store: Store) -> Plain:
     line = {"color": mark.colour, "width": 0 if mark.fill else mark.width, "dash": "dash" if mark.dash else "solid"}
     filled = {"fill": "toself", "hoverinfo": "name"} if mark.fill else {}
     if len(mark.x) > FEW and mark.rising:
-        through = {"type": "scatter", "detail": store.curve(mark.x, mark.y, mark.stretch)}
+        through = {"type": "scatter", "detail": store.curve(mark.x, mark.y, mark.high)}
     else:
         through = _through(mark.x, mark.y)
     return {**through, "mode": "lines", "name": mark.name, "line": line, **filled}
@@ -147,11 +147,11 @@ def _level(level: Level, axes: Mapping[str, str]) -> Plain:
 
 
 def _heat(heat: Heat, store: Store) -> Plain:
-    tall = 26 * len(heat.rows)
+    tall, band = 26 * len(heat.rows), len(heat.x) > len(heat.share)
     shares = np.ascontiguousarray(np.round(100.0 * heat.share, 1).T)
     return {
         "type": "heatmap",
-        "detail": {"strips": [store.curve(heat.x, each, heat.stretch) for each in shares]},
+        "detail": {"strips": [store.curve(heat.x, each, each if band else None) for each in shares]},
         "y": list(heat.rows),
         "zmin": 0,
         "zmax": 100,

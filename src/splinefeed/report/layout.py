@@ -28,7 +28,7 @@ AROUND, WORDED, ASIDE, PICTURE = 0.08, 0.2, 0.01, 0.06
 #: column of them; how much of the paper's white that area has; and colours along a path.
 DENSE, WHITE, COLOURS = 3.0, 0.62, 64
 #: What a figure with such a curve says below it.
-ENVELOPE = "{} points: the area is from the least to the greatest of each column of pixels"
+ENVELOPE = "{}: the area is from the least to the greatest of each column of pixels"
 #: Share of a picture behind which a word stands on the right of its point; on the left as far from the other side.
 OUTER = 0.7
 #: Most labels of powers of ten along an axis.
@@ -166,14 +166,26 @@ def layout(figure: FigureData) -> Sheet:
     long = [mark for panel in panels for mark in panel.of(Line) if dense(mark, width)]
     if long:
         y += LINE
-        sheet.text(10.0, y, ENVELOPE.format(f"{max(len(mark.x) for mark in long):,}"), colour=theme.FAINT)
+        count, bands = max(len(mark.x) for mark in long), any(mark.high is not None for mark in long)
+        sheet.text(
+            10.0, y, ENVELOPE.format(f"{count:,} {'blocks of ticks' if bands else 'points'}"), colour=theme.FAINT
+        )
     sheet.height = math.ceil(y + 4.0)
     return sheet
 
 
 def dense(mark: Line, width: float) -> bool:
-    """Whether a curve has so many points that its envelope is drawn."""
-    return len(mark.x) > DENSE * width and mark.rising
+    """Whether a curve has so many points that its envelope is drawn, or is a band."""
+    return mark.high is not None or (len(mark.x) > DENSE * width and mark.rising)
+
+
+def _envelope(mark: Line, x: _Scale, y: _Scale, edges: Array) -> tuple[Array, Array, Array]:
+    """Middles of the columns of pixels between edges that a curve or band is seen in, and its ends there, pixels."""
+    if mark.high is None:
+        return envelope(x(mark.x), y(mark.y), edges)
+    sides = np.repeat(x(mark.x), 2)[1:-1]  # both edges of each block
+    (middle, least, _), (_, _, most) = (envelope(sides, np.repeat(y(each), 2), edges) for each in (mark.high, mark.y))
+    return middle, least, most
 
 
 def _whole(there: NDArray[np.bool_]) -> list[slice]:
@@ -204,15 +216,15 @@ def _panel(
         _axes(sheet, panel, box, x, y, footed)
     for mark in panel.marks:
         if isinstance(mark, Line):
-            points = np.column_stack([x(mark.x), y(mark.y)])
             if dense(mark, width):
-                middle, least, most = envelope(points[:, 0], points[:, 1], np.linspace(left, left + width, int(width)))
+                middle, least, most = _envelope(mark, x, y, np.linspace(left, left + width, int(width)))
                 for part in _whole(np.isfinite(least)):
                     edge = np.column_stack([np.tile(middle[part], 2), np.concatenate([least[part], most[part]])])
                     edge[len(edge) // 2 :] = edge[: len(edge) // 2 - 1 : -1]
                     sheet.stroke(edge, theme.paler(mark.colour, WHITE), 0.0, clip=box, fill=True)
                     sheet.stroke(np.append(edge, edge[:1], axis=0), mark.colour, 0.6 * mark.width, clip=box)
             else:
+                points = np.column_stack([x(mark.x), y(mark.y)])
                 sheet.stroke(points, mark.colour, mark.width, dash=mark.dash, clip=box, fill=mark.fill)
         elif isinstance(mark, Coloured):
             points, thread = (np.column_stack([x(each[:, 0]), y(each[:, 1])]) for each in (mark.place, mark.thread))
@@ -392,7 +404,7 @@ def _range(panel: Panel, axis: Axis, *, along: bool) -> tuple[float, float]:
     values = [np.array([level.value for level in panel.levels() if level.upright is along])]
     for mark in panel.marks:
         if isinstance(mark, Line | Dots):
-            values.append(mark.x if along else mark.y)
+            values.append(mark.x if along else mark.values)
         elif isinstance(mark, Coloured):
             values += [mark.place[:, column], mark.thread[:, column]]
         elif isinstance(mark, Heat) and along:

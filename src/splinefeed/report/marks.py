@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,7 @@ class Line:
     """A curve through x, y (n,); a NaN breaks it. `named`: its name stands in the legend, or that shorter one.
 
     fill  the area within it, on paper
-    stretch  width of stretches of x of which the points are but the least and the greatest; 0: they are all there are
+    high  (n,) of a band, the least and the greatest between edges x (n + 1,), of which y is the least
     """
 
     x: Array
@@ -41,7 +41,16 @@ class Line:
     dash: bool = False
     named: bool | str = False
     fill: bool = False
-    stretch: float = 0.0
+    high: Array | None = None
+
+    def through(self, function: Callable[[Array], Array]) -> Line:
+        """The same of a function of y that never falls."""
+        return replace(self, y=function(self.y), high=None if self.high is None else function(self.high))
+
+    @property
+    def values(self) -> Array:
+        """All that it reaches."""
+        return self.y if self.high is None else np.concatenate([self.y, self.high])
 
     @property
     def rising(self) -> bool:
@@ -62,6 +71,11 @@ class Dots:
     named: bool | str = False
     z: tuple[Array, ...] = ()
     hover: tuple[str, ...] = ()
+
+    @property
+    def values(self) -> Array:
+        """All that they reach."""
+        return self.y
 
 
 @dataclass(frozen=True)
@@ -108,14 +122,13 @@ class Coloured:
 class Heat:
     """A strip of colour for each row: share (n, rows) from 0 to 1 at x (n,); of more than pixels the greatest counts.
 
-    stretch  as of a Line
+    Of a band the greatest share between edges x (n + 1,).
     """
 
     x: Array
     rows: tuple[str, ...]
     share: Array
     label: str
-    stretch: float = 0.0
 
     def columns(self, count: int) -> tuple[Array, Array]:
         """Edges (k + 1,) of at most so many even columns of x, and the greatest share (rows, k) in each.
@@ -124,7 +137,7 @@ class Heat:
         """
         x, count = self.x, max(min(count, len(self.x) - 1), 1)
         edges = np.linspace(x[0], x[-1], count + 1)
-        column = np.clip(np.searchsorted(edges, x, "right") - 1, 0, count - 1)
+        column = np.clip(np.searchsorted(edges, x[: len(self.share)], "right") - 1, 0, count - 1)
         starts = np.flatnonzero(np.diff(column, prepend=-1))
         greatest = np.maximum.reduceat(self.share, starts, axis=0)
         return edges, greatest[np.searchsorted(column[starts], np.arange(count), "right") - 1].T
@@ -159,7 +172,7 @@ class Panel:
 
     def levels(self, *, drawn: bool = True) -> list[Level]:
         """The levels that are drawn, near the data; or upper limits that are too far out for that."""
-        near = FARTHEST_LIMIT * max((peak(mark.y)[1] for mark in self.of(Line | Dots)), default=0)
+        near = FARTHEST_LIMIT * max((peak(mark.values)[1] for mark in self.of(Line | Dots)), default=0)
         found = [level for level in self.of(Level) if np.isfinite(level.value)]
         if drawn:
             return [each for each in found if each.always or abs(each.value) <= near]

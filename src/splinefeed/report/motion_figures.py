@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from splinefeed.errors import expect
 from splinefeed.geometry.path import Path
 from splinefeed.pipeline.compare import MethodTrace
+from splinefeed.pipeline.meters import MOTION
 from splinefeed.pipeline.result import Run
 from splinefeed.records import Array, Limits, TimeLaw, unit_along, unit_of_axis
 from splinefeed.report import theme
@@ -35,21 +37,44 @@ def motion(run: Run) -> Figure:
     Example: `sf.plot.motion(sf.run(sf.shapes.butterfly()))`
     """
     expect("plot.motion(run)", (run, Run))
-    t, path = run.kept.t, run.path
-    top = np.minimum(run.use.top, HEADROOM * float(np.max(run.kept.feed)))
-    above = Line(t, top, "maximum velocity", theme.PALE, 1.0, named=True, stretch=run.stretch)
-    panels = (*tip_panels(run, above), *axis_panels(run))
-    return Figure(f"{theme.words(path.name)}: motion over time, {run.strategy}", panels)
+    panels = (*tip_panels(run, maximum_velocity(run)), *axis_panels(run))
+    return Figure(f"{theme.words(run.path.name)}: motion over time, {run.strategy}", panels)
+
+
+def over_time(run: Run, quantity: str, k: int = 0, **how: Any) -> Line:
+    """A quantity of a run over time, as `UseMeter` calls them: at every tick, or its band where ticks are left out.
+
+    k  of its axes or limits; how  it is drawn
+    """
+    if quantity in run.bands:
+        band = run.bands[quantity]
+        return Line(band.edges, band.low[:, k], high=band.high[:, k], **how)
+    if quantity == "ripple":
+        return Line(run.ripple.t, run.ripple.relative, **how)
+    of = run.motion if quantity in MOTION else run.use if quantity in ("top", "share") else run.kept
+    values = getattr(of, quantity)
+    return Line(run.kept.t, values if values.ndim == 1 else values[:, k], **how)
+
+
+def maximum_velocity(run: Run) -> Line:
+    """The maximum-velocity curve, a little above the highest feed at the most."""
+    high = HEADROOM * float(np.max(run.kept.feed))
+    line = over_time(run, "top", name="maximum velocity", colour=theme.PALE, width=1.0, named=True)
+    return line.through(lambda top: np.minimum(top, high))
 
 
 def tip_panels(run: Run, above: Line | None = None) -> list[Panel]:
-    """The panels of `law_panels` for a run: from its law, or from what is kept of it where the path came in parts."""
+    """The panels of `law_panels` for a run: from its law, or from what is kept where ticks are left out."""
     along = unit_along(run.path.axes)
-    if run.planned is not None:
-        return law_panels(run.law, run.limits, along, run.kept.t, above, run.path, run.stretch)
-    assert run.tip is not None
-    values = (run.kept.s, run.kept.feed, run.tip.acceleration, run.tip.jerk)
-    return _panels(run.kept.t, values, run.limits, along, above, run.stretch, run.path)
+    if run.planned is not None and not run.bands:
+        return law_panels(run.law, run.limits, along, run.kept.t, above, run.path)
+    if run.bands:
+        lines = [over_time(run, "tip", k) for k in range(4)]
+    else:
+        assert run.tip is not None
+        values = (run.kept.s, run.kept.feed, run.tip.acceleration, run.tip.jerk)
+        lines = [Line(run.kept.t, each) for each in values]
+    return _panels(lines, run.limits, along, above, run.path)
 
 
 def law_panels(
@@ -59,36 +84,28 @@ def law_panels(
     t: Array | None = None,
     above: Line | None = None,
     path: Path | None = None,
-    stretch: float = 0.0,
 ) -> list[Panel]:
     """s, feed, acceleration and jerk of the tip over time with their limits (fig. 1 of the paper).
 
     along  the unit of s; t  (n,) instants, s, else a thousand even ones; both sides of the breaks of the law are
-    added, where the jerk jumps; above  a curve behind the feed; stretch  as of a `Line`
+    added, where the jerk jumps; above  a curve behind the feed
     """
     inner = law.breaks[1:-1]
     even = np.linspace(0.0, law.duration, EVEN) if t is None else t
     at = np.unique(np.concatenate([even, inner, np.nextafter(inner, 0.0)]))
     values = law(at), law.feed(at), law.acceleration(at), law.jerk(at)
-    return _panels(at, values if path is None else path.of_tip(*values), limits, along, above, stretch, path)
+    lines = [Line(at, each) for each in (values if path is None else path.of_tip(*values))]
+    return _panels(lines, limits, along, above, path)
 
 
-def _panels(
-    at: Array,
-    values: tuple[Array, Array, Array, Array],
-    limits: Limits,
-    along: str,
-    above: Line | None,
-    stretch: float,
-    path: Path | None,
-) -> list[Panel]:
-    """Panels of s, feed, acceleration and jerk (n,) of the tip at instants (n,), s, with their limits."""
-    s, feed, acceleration, jerk = values
+def _panels(lines: Sequence[Line], limits: Limits, along: str, above: Line | None, path: Path | None) -> list[Panel]:
+    """Panels of s, feed, acceleration and jerk of the tip over time, with their limits."""
+    s, feed, acceleration, jerk = lines
     slowing = np.inf if limits.deceleration is None else limits.deceleration
     jerks = [("J", limits.jerk), ("-J", -limits.jerk)]
     if (slow := limits.deceleration_jerk) not in (None, limits.jerk):
         jerks += [("slowing J", slow), ("slowing -J", -slow)]
-    rows: tuple[tuple[str, Array, list[tuple[str, float]]], ...] = (
+    rows: tuple[tuple[str, Line, list[tuple[str, float]]], ...] = (
         ("s", s, []),
         ("feed", feed, [("limit", limits.feed)]),
         ("acceleration", acceleration, [("A", limits.acceleration), ("-D", -slowing)]),
@@ -99,11 +116,16 @@ def _panels(
         factor, unit = theme.of_feed(path, along) if name == "feed" else (1.0, theme.unit(name, along))
         marks: list[Mark] = []
         if name == "feed" and above is not None:
-            marks.append(replace(above, y=factor * above.y))
-        marks.append(Line(at, factor * each, name, stretch=stretch))
+            marks.append(_times(factor, above))
+        marks.append(replace(_times(factor, each), name=name))
         marks += [Level(factor * value, f"{symbol} = {theme.short(factor * value)} {unit}") for symbol, value in levels]
         panels.append(Panel(TIME, Axis(f"{name} ({unit})"), tuple(marks)))
     return panels
+
+
+def _times(factor: float, line: Line) -> Line:
+    """The same in another unit, by a factor above 0."""
+    return line if factor == 1.0 else line.through(lambda y: factor * y)
 
 
 def axis_panels(run: Run) -> list[Panel]:
@@ -116,20 +138,20 @@ def axis_panels(run: Run) -> list[Panel]:
     for own in dict.fromkeys(units):
         columns, factor = [k for k, each in enumerate(units) if each == own], 180.0 / np.pi if own == "deg" else 1.0
         for quantity in _QUANTITIES:
-            kept = run.kept if quantity == "position" else run.motion
-            values = factor * getattr(kept, quantity)
             unit = theme.of_axis(quantity, run.axes[columns[0]])
             marks: list[Mark] = []
+            most = 0.0
             for k in columns:
                 name = theme.words(run.axes[k], 12)
-                line = Line(kept.t, values[:, k], f"{name} {quantity}", theme.colour(k), named=name)
-                marks.append(replace(line, dash=k >= len(theme.COLOURS), stretch=run.stretch))
-            most = max(peak(values[:, k])[1] for k in columns)
+                how = {"colour": theme.colour(k), "named": name, "dash": k >= len(theme.COLOURS)}
+                line = _times(factor, over_time(run, quantity, k, name=f"{name} {quantity}", **how))
+                marks.append(line)
+                most = max(most, peak(line.values)[1])
             label, note = (
                 Axis(f"axis {quantity} {unit if unit.endswith(')') else f'({unit})'}"),
                 f"at most {theme.short(most)} {unit}",
             )
-            if kept is run.kept:
+            if quantity == "position":
                 note = ""
             else:
                 marks += _limits_of_axes(run, quantity, columns, factor, unit)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from splinefeed.analysis.check_law import times_at
 from splinefeed.analysis.measures import BINDS, LimitUse
 from splinefeed.analysis.thinning import cells
 from splinefeed.errors import InputError, expect
@@ -17,7 +18,7 @@ from splinefeed.records import TABLE, Array, IntArray, Response, field_of, unit_
 from splinefeed.records.limit_table import MODELS
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Line, Mark, Panel, Shades
-from splinefeed.report.motion_figures import HEADROOM, TIME
+from splinefeed.report.motion_figures import TIME, maximum_velocity, over_time
 from splinefeed.simulation.curves import rounded_down
 
 #: Points of a path, and of the true path in the picture of its errors, at most.
@@ -71,9 +72,23 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
     thread = run.thread[:, : place.shape[1]] if path.linear > 1 else place[kept]
     title = f"{theme.words(path.name)}: {theme.short(run.length)} {unit} in {theme.short(run.duration)} s, "
     title += f"top feed {theme.short(factor * float(np.max(setpoints.feed)))} {per}"
-    mark = Coloured(place[kept], shades, hover, names, thread, run.whole, track=(setpoints.t, place))
+    mark = Coloured(place[kept], shades, hover, names, thread, run.whole, track=_track(run, place))
     # of a path that came in parts there is only a line through the ticks kept, which says no stops and no rapid moves
     return _picture(path, title, mark, labels, None if run.planned is None else setpoints.curve[kept])
+
+
+def _track(run: Run, place: Array) -> tuple[Array, Array]:
+    """Times, s, and where the tool is then: at every tick, or where ticks are left out as often as bands have edges."""
+    path, kept = run.path, run.kept
+    if not run.bands or run.planned is None or path.linear <= 1:
+        return kept.t, place
+    edges = run.bands["tip"].edges
+    at, edge = run.law(edges), path.curve_starts[1:-1]
+    if len(edge) < len(edges):  # no corner is cut
+        t = np.concatenate([edges, times_at(run.law, edge)])
+        order = np.argsort(t, kind="stable")
+        edges, at = t[order], np.concatenate([at, edge])[order]
+    return edges, path(at)[:, : place.shape[1]]
 
 
 def still_figure(path: Path) -> Figure:
@@ -197,27 +212,18 @@ def limits(run: Run) -> Figure:
     Example: `sf.plot.limits(sf.run(sf.shapes.butterfly()))`
     """
     expect("plot.limits(run)", (run, Run))
-    use, setpoints = run.use, run.kept
-    high = HEADROOM * float(np.max(setpoints.feed))
-    factor, unit = theme.of_feed(run.path, unit_along(setpoints.axes))
-    lines = (
-        Line(
-            use.t,
-            factor * np.minimum(use.top, high),
-            "maximum velocity",
-            theme.PALE,
-            1.0,
-            named=True,
-            stretch=run.stretch,
-        ),
-        Line(setpoints.t, factor * setpoints.feed, "feed", named=True, stretch=run.stretch),
-    )
+    use = run.use
+    factor, unit = theme.of_feed(run.path, unit_along(run.axes))
+    drawn = maximum_velocity(run), over_time(run, "feed", name="feed", named=True)
+    lines = tuple(line.through(lambda y: factor * y) for line in drawn)
     parts = ", ".join(f"{kind} {part:.0%}" for kind, part in _parts(use) if part >= 0.005)
     y = Axis(f"feed ({unit})", low=0.0)
     feed = Panel(TIME, y, lines, note=f"of the time: {parts}", height=190)
-    shares = Heat(use.t, tuple(words_of(name) for name in use.names), use.share, "share of limit", run.stretch)
-    share = Panel(TIME, Axis("limit"), (shares,), height=26 * max(len(use.names), 1))
-    return Figure(f"{theme.words(run.path.name)}: which limit binds", (feed, share))
+    band = run.bands.get("share")
+    x, share = (use.t, use.share) if band is None else (band.edges, band.high)
+    shares = Heat(x, tuple(words_of(name) for name in use.names), share, "share of limit")
+    below = Panel(TIME, Axis("limit"), (shares,), height=26 * max(len(use.names), 1))
+    return Figure(f"{theme.words(run.path.name)}: which limit binds", (feed, below))
 
 
 def binding(run: Run) -> Figure:

@@ -15,8 +15,17 @@ from splinefeed.pipeline.follow import Servo
 from splinefeed.pipeline.result import Run
 from splinefeed.records import Limits, Response, TimeLaw
 from splinefeed.report import theme
-from splinefeed.report.figure import Axis, Figure, Level, Line, Mark, Panel
-from splinefeed.report.motion_figures import JERK, TIME, axis_panels, law_panels, motion, ripple_figure, tip_panels
+from splinefeed.report.figure import Axis, Figure, Level, Mark, Panel
+from splinefeed.report.motion_figures import (
+    JERK,
+    TIME,
+    axis_panels,
+    law_panels,
+    motion,
+    over_time,
+    ripple_figure,
+    tip_panels,
+)
 from splinefeed.report.path_figures import binding, contour_figure, limits, path_figure, still_figure
 from splinefeed.report.servo_figures import bode_figure, errors_figure
 from splinefeed.report.time_figures import program_figure
@@ -93,7 +102,7 @@ def ripple(run: Run) -> Figure:
     """
     expect("plot.ripple(run)", (run, Run))
     found = run.ripple
-    marks: list[Mark] = [Line(found.t, found.relative, "feed ripple", stretch=run.stretch)]
+    marks: list[Mark] = [over_time(run, "ripple", name="feed ripple")]
     marks += [Level(sign * found.floor, "rounding alone" * (sign > 0), theme.GREEN, always=True) for sign in (1, -1)]
     panel = Panel(TIME, Axis("feed ripple (relative)"), tuple(marks), note=f"at most {found.max:.2g}", height=220)
     return Figure(f"{theme.words(run.path.name)}: feed ripple, {run.kept.method}", (panel,))
@@ -122,7 +131,8 @@ def errors(what: Run | Response) -> Figure:
     if isinstance(what, Response):
         return errors_figure({what.settings.get("method", "setpoints"): what})
     expect("plot.errors(run)", (what, Run))
-    return errors_figure({what.kept.method: _served(what, "errors").response}, what.path.name)
+    served = _served(what, "errors")
+    return errors_figure({what.kept.method: served.response}, what.path.name, bands=served.bands)
 
 
 def contour(run: Run) -> Figure:

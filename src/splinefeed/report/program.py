@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from splinefeed.analysis.check_law import times_at
 from splinefeed.pipeline.result import Run
 from splinefeed.records import Array, IntArray
 
@@ -17,6 +18,8 @@ from splinefeed.records import Array, IntArray
 MOST_SHOWN = 2_000_000
 #: A change of tools, and the tool in its words.
 _CHANGE, _TOOL = re.compile(r"\bM0?6\b"), re.compile(r"\bT\d+\b")
+#: Of two lines that meet at a time, within so many s, the one that begins there has it.
+TINY = 1e-9
 #: mm/min in mm/s.
 MINUTE = 60.0
 
@@ -40,14 +43,16 @@ def line_at(run: Run, t: float) -> int | None:
     """The line of the program at a time, s; None where the path is of none."""
     if run.path.lines is None:
         return None
-    at = min(int(np.searchsorted(run.kept.t, t)), len(run.kept) - 1)
-    return int(run.path.lines[min(int(run.kept.curve[at]), len(run.path.lines) - 1)])
+    begin, lines = starts(run)
+    return int(lines[max(int(np.searchsorted(begin, t + TINY, "right")) - 1, 0)])
 
 
 def starts(run: Run) -> tuple[Array, IntArray]:
-    """When each curve begins, s, to the tick, and its line, (curves,) each."""
+    """When each curve begins, s, and its line, (curves,) each; to the tick of those kept where there is no law."""
     lines = run.path.lines
     assert lines is not None
+    if run.planned is not None:
+        return times_at(run.law, run.path.curve_starts[:-1]), lines
     first = np.searchsorted(run.kept.curve, np.arange(len(lines)))
     t: Array = np.append(run.kept.t, run.duration)[np.minimum(first, len(run.kept))]
     return np.maximum.accumulate(t), lines

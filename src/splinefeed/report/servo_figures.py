@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from splinefeed.analysis.bands import Band
 from splinefeed.analysis.following import LEAST_SAMPLES, tracking_spectra
 from splinefeed.pipeline.contour_feed import FeedTuning
 from splinefeed.pipeline.result import Run
-from splinefeed.records import ROTARY_AXES, Array, BoolArray, Response
+from splinefeed.records import ROTARY_AXES, Array, Response
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Dots, Figure, Level, Line, Mark, Panel, peak
 from splinefeed.report.motion_figures import TIME
@@ -22,37 +24,54 @@ DEPTH = 60.0
 PHASES = (-300.0, -30.0)
 
 
-def errors_figure(responses: Mapping[str, Response], name: str = "", machine: str = "") -> Figure:
+def errors_figure(
+    responses: Mapping[str, Response], name: str = "", machine: str = "", bands: Mapping[str, Band] | None = None
+) -> Figure:
     """Contour error and the following error of each axis over time, one colour a method (fig. 5 of the paper).
 
     Where the output of an axis is at its limit that is marked; the notes tell of the first method.
+    bands  of the errors of the first method, where its response has but the samples with peaks
     """
     own = next(iter(responses.values()))
-    shown: list[tuple[str, str, dict[str, Array], BoolArray]] = []
+    shown: list[tuple[str, str, dict[str, Array], Line | None, Line | None]] = []
     if own.contour_error is not None:
         errors = {key: 1e3 * each.contour_error for key, each in responses.items() if each.contour_error is not None}
-        shown.append(("contour error", "µm", errors, np.zeros(len(own), dtype=np.bool_)))
+        area = _band(bands, "contour_error", 0, 1e3)
+        shown.append(("contour error", "µm", errors, None, area))
     for column, axis in enumerate(own.axes):
         factor, unit = shown_in(axis in ROTARY_AXES)
         errors = {key: factor * each.tracking_error[:, column] for key, each in responses.items()}
-        shown.append((f"{theme.words(axis, 12)} following error", unit, errors, own.saturated[:, column]))
+        area = _band(bands, "tracking_error", column, factor)
+        full = _band(bands, "saturated", column, 1.0) or Line(own.t, own.saturated[:, column].astype(np.float64))
+        at_limit = full.through(lambda each: np.where(each > 0.0, 0.0, np.nan)) if full.values.any() else None
+        shown.append((f"{theme.words(axis, 12)} following error", unit, errors, at_limit, area))
     panels = []
-    for label, unit, errors, at_limit in shown:
+    for label, unit, errors, at_limit, area in shown:
+        lines = [Line(responses[method].t, each) for method, each in errors.items()]
+        if area is not None:
+            lines[0] = area
         marks: list[Mark] = [
-            Line(responses[method].t, each, theme.words(method, 30), theme.colour(k), named=len(errors) > 1)
-            for k, (method, each) in enumerate(errors.items())
+            replace(line, name=theme.words(method, 30), colour=theme.colour(k), named=len(errors) > 1)
+            for k, (method, line) in enumerate(zip(errors, lines, strict=True))
         ]
         (at, most), *others = (peak(each) for each in errors.values())
         note = f"at most {theme.short(most)} {unit} at {theme.short(float(own.t[at]))} s" if most > 0.0 else "none"
         note += f"; {', '.join(theme.short(each) for _, each in others)}" if others else ""
-        if at_limit.any():
-            line = np.where(at_limit, 0.0, np.nan)
-            marks.append(Line(own.t, line, "output at its limit", theme.VERMILION, 4.0, named=True))
+        if at_limit is not None:
+            marks.append(replace(at_limit, name="output at its limit", colour=theme.VERMILION, width=4.0, named=True))
         if own.stopped is not None and len(own):
             marks.append(Level(float(own.t[-1]), "stopped", upright=True, always=True))
         panels.append(Panel(TIME, Axis(f"{label} ({unit})"), tuple(marks), note=note))
     title = f"{theme.words(name)} on {theme.words(machine)}: errors over time" if name else "errors over time"
     return Figure(title, tuple(panels), legend=True)
+
+
+def _band(bands: Mapping[str, Band] | None, quantity: str, k: int, factor: float) -> Line | None:
+    """A curve of the bands of a quantity in another unit, None where there are none."""
+    if not bands or quantity not in bands:
+        return None
+    band = bands[quantity]
+    return Line(band.edges, factor * band.low[:, k], high=factor * band.high[:, k])
 
 
 def shown_in(rotary: bool) -> tuple[float, str]:

@@ -52,7 +52,7 @@ def result(wanted: Wanted, run: sf.Run, look: Mapping[str, Any] | None = None) -
     if run.use.names and (look is None or seen == "binding"):
         figures["binding"] = plot.limits(run)
     if response is not None and len(response):
-        figures["errors"] = errors_figure({run.kept.method: response})
+        figures["errors"] = errors_figure({run.kept.method: response}, bands=run.bands)
         if has_spectra(run, response):
             figures["spectra"] = spectra_figure(response)
     return {

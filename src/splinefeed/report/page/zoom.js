@@ -182,9 +182,9 @@ const toldWords = (told) => {
   if (!told) return "";
   const count = told.count.toLocaleString("en");
   if (told.how === "points") return told.stretch ? "" : `${count} points, every one is drawn`;
-  const stretch = told.stretch ? `; this page keeps the least and the greatest of every ${Number(told.stretch.toPrecision(3))} s, nothing finer` : "";
-  if (told.how === "stretches") return `the areas show where the motion is, not how${stretch}`;
-  return `${count} ${told.stretch ? "stretches" : "points"}: areas from the least to the greatest in each column of pixels${told.stretch ? stretch : "; zoom in for every point"}`;
+  const block = `${Number((1000 * told.stretch).toPrecision(3))} ms`;
+  if (told.how === "stretches") return `areas from the least to the greatest of every ${block}: this page has nothing finer`;
+  return `${count} ${told.stretch ? `blocks of ${block}` : "points"}: areas from the least to the greatest in each column of pixels; zoom in for every ${told.stretch ? "block" : "point"}`;
 };
 
 // the value of a curve at x: between its points on the line, behind its ends none
@@ -214,10 +214,10 @@ export class Stack {
     this.seen = null; // the ends of time that are seen, null: the whole
   }
 
-  // draw a figure in a place; finer: gives better curves for these ends of time, where the figure has not all itself
-  async draw(place, figure, curves, { size = {}, finer = null } = {}) {
+  // draw a figure in a place
+  async draw(place, figure, curves, { size = {} } = {}) {
     const before = this.shown.get(place);
-    const each = { readouts: [], ...before, figure, curves, size, finer, ranges: before?.ranges ?? {} };
+    const each = { readouts: [], ...before, figure, curves, size, ranges: before?.ranges ?? {} };
     this.shown.set(place, each);
     await this.paint(place);
     if (!before) {
@@ -274,13 +274,13 @@ export class Stack {
     panels.forEach(({ y, traces }, k) => {
       const out = each.readouts[k];
       out.hidden = !seen;
-      out.textContent = seen ? this.values(each, traces, t) : "";
+      out.textContent = seen ? this.values(each, traces, t, y) : "";
       Object.assign(out.style, { top: `${y._offset - 17}px`, right: `${Math.max(place.clientWidth - x._offset - x._length, 4)}px` });
     });
   }
 
   // curves at a time, each by its name where there are some
-  values(each, traces, t) {
+  values(each, traces, t, y) {
     const found = traces.filter((trace) => trace.visible !== "legendonly").map((trace) => {
       const { detail, own } = each.figure.data[trace.index] ?? {};
       const curves = own ?? each.curves;
@@ -292,8 +292,9 @@ export class Stack {
       const rows = detail?.low !== undefined ? ["low", "high"] : ["y"];
       const values = detail ? rows.map((row) => at(curves.get(detail.x), curves.get(detail[row]), t)) : [at(trace.x, trace.y, t)];
       if (values.some((value) => value === undefined || Number.isNaN(value))) return null;
-      const least = 1e-9 * Math.max(...values.map(Math.abs)); // beside the other end less is rounding
-      return `${traces.length > 1 ? `${trace.name.split(" ")[0] === "A:" ? "A: " : ""}${shortName(trace, traces)} ` : ""}${values.map((value) => three(Math.abs(value) < least ? 0 : value)).join(" to ")}`;
+      const least = y.type === "log" ? 0 : 1e-6 * Math.max(...y.range.map(Math.abs)); // less is rounding
+      const words = values.map((value) => three(Math.abs(value) < least ? 0 : value));
+      return `${traces.length > 1 ? `${trace.name.split(" ")[0] === "A:" ? "A: " : ""}${shortName(trace, traces)} ` : ""}${words[0] === words.at(-1) ? words[0] : words.join(" to ")}`;
     });
     return found.filter(Boolean).join("   ");
   }
