@@ -6,12 +6,14 @@ arc of no sweep); SVG 2, "Painting"; DXF Reference, LAYER group 70 and 62, entit
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import ezdxf
 import pytest
 import rhino3dm
 
+import splinefeed as sf
 from splinefeed.formats.registry import read_all
 
 SAID = "not shown in the drawing, left out (option hidden): "
@@ -134,3 +136,54 @@ def test_a_blanked_entity_of_iges_is_left_out(data_dir: Path) -> None:
     (path,) = read_all(file)
     assert path.length == pytest.approx(50.0) and path.findings == (f"{SAID}1 blanked entity",)
     assert len(read_all(file, hidden=True)) == 2
+
+
+INVISIBLE = """#57=DRAUGHTING_PRE_DEFINED_CURVE_FONT('continuous');
+#58=DRAUGHTING_PRE_DEFINED_COLOUR('red');
+#50=CURVE_STYLE('',#57,POSITIVE_LENGTH_MEASURE(0.1),#58);
+#51=PRESENTATION_STYLE_ASSIGNMENT((#50));
+#52=STYLED_ITEM('',(#51),{styled});
+#53=PRESENTATION_LAYER_ASSIGNMENT('construction','',({on_layer}));
+#54=INVISIBILITY(({unseen}));
+ENDSEC;
+END-ISO"""
+
+
+@pytest.mark.parametrize(
+    ("styled", "on_layer", "unseen", "lengths", "said"),
+    [
+        (1, "2", "#52", [10.0, 30.0], "1 invisible item"),
+        (1, "2", "#53", [10.0, 20.0], "1 item on layer 'construction', off"),
+        (1, "0 2", "#52,#53", [], "2 item on layer 'construction', off, 1 invisible item"),
+        ("set", "2", "#52", [], "1 invisible item"),
+        ("shape", "2", "#52", [], "1 invisible item"),
+    ],
+)
+def test_what_step_calls_invisible_is_left_out(tmp_path: Path, styled, on_layer, unseen, lengths, said) -> None:
+    lines = [sf.Path.polyline([[0, y, 0], [y + 10, y, 0]]) for y in (0, 10, 20)]
+    sf.write(lines, file := tmp_path / "a.step")
+    text = file.read_text()
+    curves = re.findall(r"(#\d+)=B_SPLINE_CURVE_WITH_KNOTS", text)
+    number = {"set": "#15", "shape": "#16", **dict(enumerate(curves))}
+    said_of = {"styled": number[styled], "on_layer": ",".join(curves[int(k)] for k in on_layer.split())}
+    more = INVISIBLE.format(**said_of, unseen=unseen)
+    file.write_text(text.replace("ENDSEC;\nEND-ISO", re.sub(r"#5(\d)", r"#905\1", more)))
+    every = read_all(file, hidden=True)
+    assert sorted(path.length for path in every) == pytest.approx([10.0, 20.0, 30.0])
+    assert f"read all the same: {said}" in every[0].findings[-1]
+    if lengths:
+        shown = read_all(file)
+        assert [path.length for path in shown] == pytest.approx(lengths) and shown[0].findings == (SAID + said,)
+    else:
+        with pytest.raises(sf.errors.InputError, match=re.escape(f"holds no curves ({SAID}{said})")):
+            read_all(file)
+
+
+def test_an_invisible_body_of_step_has_no_edges(data_dir: Path, tmp_path: Path) -> None:
+    text = (data_dir / "step" / "trimesh_featuretype.STEP").read_text()
+    at = text.rindex("ENDSEC;")
+    file = tmp_path / "a.step"
+    file.write_text(text[:at] + "#90001=STYLED_ITEM('',(),#551);\n#90002=INVISIBILITY((#90001));\n" + text[at:])
+    with pytest.raises(sf.errors.InputError, match=r"holds no curves .*1 invisible item"):
+        read_all(file)
+    assert read_all(file, hidden=True)

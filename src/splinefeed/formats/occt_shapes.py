@@ -23,6 +23,13 @@ from OCP.Interface import Interface_Static
 from OCP.Message import Message, Message_Gravity, Message_PrinterOStream
 from OCP.STEPControl import STEPControl_Reader
 from OCP.StepData import StepData_LFalse
+from OCP.StepGeom import StepGeom_Axis2Placement3d
+from OCP.StepShape import StepShape_GeometricSet, StepShape_GeometricSetSelect, StepShape_ShapeRepresentation
+from OCP.StepVisual import (
+    StepVisual_Invisibility,
+    StepVisual_PresentationLayerAssignment,
+    StepVisual_StyledItem,
+)
 from OCP.TopAbs import TopAbs_COMPOUND, TopAbs_EDGE, TopAbs_REVERSED, TopAbs_VERTEX, TopAbs_WIRE
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS, TopoDS_Iterator
@@ -222,25 +229,68 @@ def _record_end(text: bytes, delimiter: bytes) -> int:
 
 
 def _look_for_hidden(reader: Any, gathered: Gathered, kind: str) -> None:
-    """Blanked entities of IGES are left out; what STEP calls invisible is said, as OCCT reads it with all else."""
+    """What the file does not show, blanked entities of IGES and invisible items of STEP, is left out and counted."""
     model = reader.WS().Model()
-    if kind == "iges" and (scale := model.GlobalSection().Scale()) not in (0.0, 1.0):
+    every = (model.Value(number) for number in range(1, model.NbEntities() + 1))
+    if kind == "step":
+        _leave_out_invisible(model, [each for each in every if isinstance(each, StepVisual_Invisibility)], gathered)
+        return
+    if (scale := model.GlobalSection().Scale()) not in (0.0, 1.0):
         gathered.findings.append(
             f"the file has a model scale of {scale:g}: places are read as they are written; in the real world they are "
             f"{1.0 / scale:g} times as large"
         )
-    every = (model.Value(number) for number in range(1, model.NbEntities() + 1))
-    if kind == "step":
-        said = sum(each.NbInvisibleItems() for each in every if type(each).__name__ == "StepVisual_Invisibility")
-        if said:
-            gathered.findings.append(
-                f"{said} item(s) are invisible in the file (INVISIBILITY) and are read all the same"
-            )
-        return
     blank = sum(each.BlankStatus() == 1 and each.SubordinateStatus() == 0 for each in every)
     if blank:
         gathered.unshown["blanked entity"] += blank
         reader.SetReadVisible(not gathered.task["hidden"])
+
+
+def _leave_out_invisible(model: Any, said: list[Any], gathered: Gathered) -> None:
+    """Take items that INVISIBILITY names, by their style or layer, out of the shapes and sets of curves that list them.
+
+    Source: ISO 10303-46, 4.4 "invisibility": styled items and layers of which nothing is to be shown.
+    """
+    unseen: list[tuple[Any, str]] = []
+    for each in (
+        entry.InvisibleItemsValue(i).Value() for entry in said for i in range(1, entry.NbInvisibleItems() + 1)
+    ):
+        if isinstance(each, StepVisual_StyledItem):
+            unseen.append((each.ItemAP242().Value() or each.Item(), "invisible item"))
+        elif isinstance(each, StepVisual_PresentationLayerAssignment):
+            why = f"item on layer {each.Name().ToCString()[:40]!r}, off"
+            items = (each.AssignedItemsValue(i).Value() for i in range(1, each.NbAssignedItems() + 1))
+            unseen += [(item.Item() if isinstance(item, StepVisual_StyledItem) else item, why) for item in items]
+    why_of = {id(item): why for item, why in unseen}  # OCP hands out one object for one entity, while it is kept
+    found = set[int]()
+    for number in range(1, model.NbEntities() + 1) if why_of else ():
+        holder = model.Value(number)
+        if isinstance(holder, StepShape_GeometricSet):
+            listed = [holder.ElementsValue(i) for i in range(1, holder.NbElements() + 1)]
+            ids = [id(each.Value()) for each in listed]
+        elif isinstance(holder, StepShape_ShapeRepresentation):
+            listed = [holder.ItemsValue(i) for i in range(1, holder.NbItems() + 1)]
+            ids = [id(each) for each in listed]
+        else:
+            continue
+        found |= why_of.keys() & {id(holder), *ids}
+        shown = [each for each, key in zip(listed, ids, strict=True) if gathered.reads(why_of.get(key, ""))]
+        whole = id(holder) in why_of and isinstance(holder, StepShape_ShapeRepresentation)
+        if whole and not gathered.reads(why_of[id(holder)]):
+            shown = []
+        if len(shown) < len(listed):
+            of_set = isinstance(holder, StepShape_GeometricSet)
+            old = holder.Elements() if of_set else holder.Items()
+            new = type(old)(1, max(len(shown), 1))
+            for i, each in enumerate(shown, start=1):
+                new.SetValue(i, each)
+            if not shown:  # a place alone is no shape
+                new.SetValue(1, StepShape_GeometricSetSelect() if of_set else StepGeom_Axis2Placement3d())
+            (holder.SetElements if of_set else holder.SetItems)(new)
+    if others := len(why_of.keys() - found):
+        gathered.findings.append(
+            f"{others} item(s) within a body or an assembly are invisible, and are read all the same"
+        )
 
 
 def _said(checks: Any, warning: str = "") -> list[str]:

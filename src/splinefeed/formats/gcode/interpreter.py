@@ -115,7 +115,7 @@ class Interpreter:
     @property
     def busy(self) -> bool:
         """Whether what goes over several lines is under way, so that `run` must have every line."""
-        return self.splines.open or self.cutter.busy or self.corners.open
+        return bool(self.splines.open or self.cutter.busy or self.corners.open)
 
     def plain_lines(self, block: bytes) -> bytes:
         """The lines of a block as `Lines` may read them; `UNKNOWN` in those that are for `run` alone."""
