@@ -63,6 +63,7 @@ class Machine:
         command, now = self.command, time.monotonic() - self.begin
         while self.todo and self.todo[0][0] <= now:
             what = self.todo.pop(0)[1]
+            self.acted.append((self.count(), what))
             word, _, value = what.partition("=")
             if word == "feed":
                 command.feedrate(float(value) / 100.0)
@@ -87,7 +88,6 @@ class Machine:
             elif word == "file":
                 with open(value, "w", encoding="ascii"):
                     pass
-            self.acted.append((self.count(), what))
 
     def wait(self, done, seconds: float, what: str) -> None:
         """Until done(status) or LinuxCNC complains; SystemExit after so many seconds."""

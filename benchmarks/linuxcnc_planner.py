@@ -57,6 +57,7 @@ VERSION = 1.1
 MACHINE = splinefeed-bench
 [DISPLAY]
 DISPLAY = {folder}/display.py {folder}/job.ngc {folder}/out {sampled} {seconds}
+MAX_FEED_OVERRIDE = 2.0
 [TASK]
 TASK = milltask
 CYCLE_TIME = 0.001

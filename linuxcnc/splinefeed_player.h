@@ -3,7 +3,8 @@
 
    It computes no motion. Every batch ends at rest; the next one branches off behind one of its pieces. Where none comes
    in time the player runs into the stop. A newer batch replaces all before it from its branch on. Pause, feed hold,
-   abort and lower overrides slow the time along the motion, within what each piece has left of the limits.
+   abort and lower overrides slow the time along the motion: the rate of time goes to another one by a cubic, over the
+   shortest of some spans in which acceleration and jerk keep their limits along the pieces that lie ahead.
    Nothing here needs LinuxCNC: tests compile this file alone. */
 #ifndef SPLINEFEED_PLAYER_H
 #define SPLINEFEED_PLAYER_H
@@ -21,6 +22,11 @@
 #define PLAYER_JUMP 1.5        /* steps of acceleration, times jerk limit and period: what third differences allow */
 #define PLAYER_HALVINGS 3      /* times that a piece is halved before it counts as over a limit */
 #define PLAYER_SILENT 1.0      /* s without a beat of the planner */
+#define PLAYER_TURNS 3         /* spans of a change of rate that are looked at at one tick */
+#define PLAYER_LOOKS 128       /* places along the motion that are looked at for one of them */
+#define PLAYER_LONGER 1.12     /* each span is so many times the one before; so many there are */
+#define PLAYER_SPANS 48
+#define PLAYER_KEPT 0.995      /* share of the jerk that a change of rate may use: it is looked at at places */
 
 #define PUBLISH(field, value) __atomic_store_n(&(field), value, __ATOMIC_RELEASE)
 #define LOOK(field) __atomic_load_n(&(field), __ATOMIC_ACQUIRE)
@@ -44,6 +50,11 @@ typedef struct {
     unsigned long long playing, session, beat, fault;
     double silent;                 /* s since the planner's last beat */
     int faulty;                    /* 1 the planner is silent, 2 it says that it cannot go on */
+    /* a change of the rate of time under way: a cubic of time from its start */
+    int turning;
+    double turn[4], turn_t, turn_span, turn_to;
+    unsigned int turn_try;         /* spans that were looked at in vain */
+    unsigned long long turn_seen;  /* batches that were known when it was found */
     wire_batch batch[WIRE_BATCHES];
     wire_piece ring[WIRE_PIECES];
 } player;
@@ -87,15 +98,17 @@ static void player_state(double const c[6], double t, double x[3])
     x[2] = 2 * c[2] + t * (6 * c[3] + t * (12 * c[4] + t * 20 * c[5]));
 }
 
-/* The largest |value| that a polynomial of degree n can have on [0, 1]: that of its Bernstein coefficients. */
+/* The largest |value| that a polynomial of degree n, 3 or 4, can have on [0, 1]: that of its Bernstein coefficients. */
 static double player_most(double const a[], int n)
 {
-    static double const over[5][5] = {{1}, {1, 1}, {1, 2, 1}, {1, 3, 3, 1}, {1, 4, 6, 4, 1}};
+    static double const share[2][5][5] = { /* binomial(i, k) / binomial(n, k) */
+        {{1}, {1, 1 / 3.0}, {1, 2 / 3.0, 1 / 3.0}, {1, 1, 1, 1}},
+        {{1}, {1, 1 / 4.0}, {1, 1 / 2.0, 1 / 6.0}, {1, 3 / 4.0, 1 / 2.0, 1 / 4.0}, {1, 1, 1, 1, 1}}};
     double most = 0;
     int i, k;
     for (i = 0; i <= n; i++) {
-        double b = 0, ways = 1; /* binomial(i, k) */
-        for (k = 0; k <= i; k++) b += ways / over[n][k] * a[k], ways = ways * (i - k) / (k + 1);
+        double b = 0;
+        for (k = 0; k <= i; k++) b += share[n - 3][i][k] * a[k];
         most = fmax(most, fabs(b));
     }
     return most;
@@ -121,8 +134,7 @@ static int player_check(player *p, wire_piece const *g, wire_piece const *before
 {
     double h = g->span, T = p->period;
     int i, k;
-    if (!(h > 1e-9 && h < 10) || !(g->rate_acc > 0 && g->rate_acc < 1e9) || !(g->rate_jerk > 0 && g->rate_jerk < 1e12)
-        || !(g->scale > 0 && g->scale < 1e3)) return player_refuse(p, "a piece without a time", -1);
+    if (!(h > 1e-9 && h < 10) || !(g->scale > 0 && g->scale < 1e3)) return player_refuse(p, "a piece without a time", -1);
     if (g->segment < p->w->seg_clear || g->segment >= p->w->seg_head) return player_refuse(p, "a piece on no move", -1);
     for (i = 0; i < WIRE_AXES; i++) {
         double const *c = g->c[i];
@@ -192,6 +204,100 @@ static void player_take(player *p)
     }
 }
 
+/* --- changes of the rate of time ---------------------------------------------------------------------------------- */
+
+typedef struct { unsigned long long playing, next, piece; unsigned int piece_i; double t; } player_spot;
+
+static double player_turned(double const c[4], double t) { return c[0] + t * (c[1] + t * (c[2] + t * c[3])); }
+static double player_turned_way(double const c[4], double t)
+{
+    return t * (c[0] + t * (c[1] / 2 + t * (c[2] / 3 + t * c[3] / 4)));
+}
+
+/* On to the next piece, by what is known now; 0 where it ends. */
+static int player_ahead(player *p, player_spot *s)
+{
+    unsigned long long k = p->seen;
+    while (k-- > s->next) {
+        wire_batch *b = player_batch(p, k);
+        if (b->epoch != p->w->epoch || b->from_rest || b->after != s->piece || b->rate > 0) continue;
+        s->playing = k, s->next = k + 1, s->piece = b->piece, s->piece_i = 0;
+        return 1;
+    }
+    if (s->piece_i + 1 >= player_batch(p, s->playing)->n) return 0;
+    s->piece++, s->piece_i++;
+    return 1;
+}
+
+/* Whether a change of rate, from its time `from` on, keeps acceleration and jerk along the motion ahead of a place:
+   x''r^2 + x'r' and x'''r^3 + 3x''rr' + x'r''. */
+static int player_may(player *p, player_spot s, double const c[4], double from, double span)
+{
+    int n = (int)fmin(ceil((span - from) / p->period), PLAYER_LOOKS), i, k;
+    double step = (span - from) / (n < 1 ? 1 : n), way = player_turned_way(c, from);
+    for (k = 0; k <= n; k++) {
+        double t = from + k * step, r = player_turned(c, t), now = player_turned_way(c, t);
+        double rv = c[1] + t * (2 * c[2] + t * 3 * c[3]), ra = 2 * c[2] + 6 * c[3] * t;
+        if (r < -1e-9 || r > 1 + 1e-9) return 0;
+        s.t += now - way, way = now;
+        while (s.t >= player_piece(p, s.piece)->span) {
+            double over = s.t - player_piece(p, s.piece)->span;
+            if (!player_ahead(p, &s)) return 1; /* it comes to rest before */
+            s.t = over;
+        }
+        for (i = 0; i < WIRE_AXES; i++) {
+            double x[3], x3;
+            double const *g = player_piece(p, s.piece)->c[i];
+            if (!p->there[i]) continue;
+            player_state(g, s.t, x);
+            x3 = 6 * g[3] + s.t * (24 * g[4] + s.t * 60 * g[5]);
+            if (fabs(x[2] * r * r + x[1] * rv) > p->amax[i]) return 0;
+            if (fabs(x3 * r * r * r + 3 * x[2] * r * rv + x[1] * ra) > PLAYER_KEPT * p->w->jerk[i]) return 0;
+        }
+    }
+    return 1;
+}
+
+/* Look for a change of the rate to `want`, and for a shorter one while one goes on; that stays until one is found. */
+static void player_seek(player *p, double want)
+{
+    double most = p->turning && p->turn_to == want ? p->turn_span - p->turn_t - p->period : INFINITY;
+    player_spot s = {p->playing, p->next, p->piece, p->piece_i, p->t};
+    double gap = fabs(want - p->rate), least = 4 * p->period, d = want - p->rate;
+    int i, k;
+    for (i = 0; i < WIRE_AXES; i++) {
+        double x[3];
+        if (!p->there[i] || !(p->w->jerk[i] > 0)) continue;
+        player_state(player_piece(p, p->piece)->c[i], p->t, x);
+        least = fmax(least, fmax(1.5 * gap * fabs(x[1]) / p->amax[i], sqrt(6 * gap * fabs(x[1]) / p->w->jerk[i])));
+    }
+    for (k = 0; k < PLAYER_TURNS; k++) {
+        double T = least * pow(PLAYER_LONGER, p->turn_try);
+        double c[4] = {p->rate, p->rate_v, 3 * d / (T * T) - 2 * p->rate_v / T, -2 * d / (T * T * T) + p->rate_v / (T * T)};
+        p->turn_try = T < most ? (p->turn_try + 1) % PLAYER_SPANS : 0;
+        if (T >= most) return;
+        if (!player_may(p, s, c, 0, T)) continue;
+        memcpy(p->turn, c, sizeof(c));
+        p->turning = 1, p->turn_t = 0, p->turn_span = T, p->turn_to = want, p->turn_seen = p->seen, p->turn_try = 0;
+        return;
+    }
+}
+
+/* One tick of the rate of time towards `want`: how far time goes, s. */
+static double player_rate(player *p, double want)
+{
+    double before, after, way, left;
+    if (p->turning || p->rate != want) player_seek(p, want);
+    if (!p->turning) return p->rate * p->period;
+    before = p->turn_t, after = fmin(before + p->period, p->turn_span), left = before + p->period - after;
+    way = player_turned_way(p->turn, after) - player_turned_way(p->turn, before) + left * p->turn_to;
+    p->turn_t = after;
+    p->rate = fmin(fmax(player_turned(p->turn, after), 0), 1);
+    p->rate_v = p->turn[1] + after * (2 * p->turn[2] + after * 3 * p->turn[3]);
+    if (after >= p->turn_span) p->turning = 0, p->rate = p->turn_to, p->rate_v = 0;
+    return fmax(way, 0);
+}
+
 /* The newest batch that branches off here, or that begins here at rest, into `found`. */
 static int player_find(player *p, unsigned long long *found)
 {
@@ -209,7 +315,9 @@ static int player_find(player *p, unsigned long long *found)
                     return player_refuse(p, "a motion that begins elsewhere", i), 0;
         } else {
             if (b->from_rest || b->after > p->piece) continue;
-            if (b->after < p->piece || (b->rate > 0 && (fabs(b->rate - p->rate) > 1e-6 * b->rate || p->rate_v != 0)))
+            player_spot s = {k, k + 1, b->piece, 0, 0};
+            if (b->after < p->piece || (b->rate > 0 && (fabs(b->rate - p->rate) > 1e-6 * b->rate || p->turning))
+                || (p->turning && k >= p->turn_seen && !player_may(p, s, p->turn, p->turn_t, p->turn_span)))
                 return player_epoch(p, WIRE_WHY_LATE), 0; /* too late, or the override was turned once more */
         }
         *found = k;
@@ -232,16 +340,6 @@ static int player_next(player *p)
     return 1;
 }
 
-/* The rate of time towards `want`, without jumps of its derivative. */
-static void player_rate(player *p, double want, double acc, double jerk)
-{
-    double dt = p->period, e = want - p->rate, to = fmin(sqrt(1.8 * jerk * fabs(e)), acc);
-    if (e < 0) to = -to;
-    p->rate_v = fmin(fmax(to, p->rate_v - jerk * dt), p->rate_v + jerk * dt);
-    if (fabs(e) < 0.6 * jerk * dt * dt && fabs(p->rate_v) <= 1.1 * jerk * dt) p->rate = want, p->rate_v = 0;
-    else p->rate = fmin(fmax(p->rate + p->rate_v * dt, 0), 1);
-}
-
 static void player_place(player *p)
 {
     wire_piece const *g = player_piece(p, p->piece);
@@ -260,7 +358,7 @@ static void player_place(player *p)
 static void player_rest(player *p)
 {
     memcpy(p->w->rest, p->at, sizeof(p->at));
-    p->moving = p->stopping = 0, p->t = p->rate_v = p->speed = 0, p->rate = 1;
+    p->moving = p->stopping = p->turning = 0, p->turn_try = 0, p->t = p->rate_v = p->speed = 0, p->rate = 1;
     PUBLISH(p->w->state, WIRE_REST);
 }
 
@@ -314,7 +412,7 @@ PLAYER_API int player_ready(player *p, unsigned long long *segment)
 PLAYER_API int player_tick(player *p, int hold, double net_scale, double vlimit)
 {
     wire *w = p->w;
-    double before, want;
+    double want;
     wire_batch *b;
     wire_piece *g;
     if (!p->moving) {
@@ -326,9 +424,7 @@ PLAYER_API int player_tick(player *p, int hold, double net_scale, double vlimit)
     want = hold || net_scale <= 0 ? 0 : fmin(net_scale / g->scale, 1);
     if (vlimit < b->vlimit) want = fmin(want, fmax(vlimit, 0) / b->vlimit);
     if (p->rate < 0) p->rate = want; /* it begins at rest: no jump */
-    before = p->rate;
-    player_rate(p, want, g->rate_acc, g->rate_jerk);
-    p->t += (before + p->rate) / 2 * p->period;
+    p->t += player_rate(p, want);
     while (p->t >= player_piece(p, p->piece)->span) {
         double over = p->t - player_piece(p, p->piece)->span, rate = p->rate;
         if (player_next(p)) {
@@ -355,7 +451,7 @@ PLAYER_API int player_tick(player *p, int hold, double net_scale, double vlimit)
 }
 
 /* Whether it stands in mid-motion because it was told to. */
-PLAYER_API int player_held(player *p) { return p->moving && p->rate == 0 && p->rate_v == 0; }
+PLAYER_API int player_held(player *p) { return p->moving && p->rate == 0 && !p->turning; }
 
 /* "2.9..." is what this is written for; NULL, unknown, passes. */
 PLAYER_API int player_version_fits(char const *version)

@@ -2,13 +2,13 @@
    The shared memory between LinuxCNC's real-time side (splinefeed_tp.c) and the planner process (splinefeed linuxcnc
    planner). It includes nothing. Each field has one writer. 64-bit counters only grow; the place in a ring is the
    counter modulo its size. A counter is stored, with release, after what it counts. All fields are naturally aligned;
-   src/splinefeed/live/wire.py has the same layout. Lengths are machine units, angles degrees, times s. */
+   src/splinefeed/live/linuxcnc_wire.py has the same layout. Lengths are machine units, angles degrees, times s. */
 #ifndef SPLINEFEED_WIRE_H
 #define SPLINEFEED_WIRE_H
 
 #define WIRE_KEY 0x53504c46
 #define WIRE_MAGIC 0x53465450
-#define WIRE_PROTOCOL 1
+#define WIRE_PROTOCOL 2
 #define WIRE_AXES 9      /* x y z a b c u v w */
 #define WIRE_SEGMENTS 4096
 #define WIRE_PIECES 8192
@@ -27,7 +27,6 @@ typedef struct {                   /* a move, as tpAddLine or tpAddCircle got it
 
 typedef struct {                   /* a quintic of each axis over a time */
     double span;                   /* s */
-    double rate_acc, rate_jerk;    /* how fast the rate of time may change in it, 1/s^2 and 1/s^3 */
     double scale;                  /* feed or rapid override that it is planned for */
     unsigned long long segment;    /* that it is on */
     double c[WIRE_AXES][6];        /* coefficients of t^0 to t^5 from its start */

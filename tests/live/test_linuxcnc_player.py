@@ -109,6 +109,39 @@ def test_a_pause_a_hold_and_an_abort_stop_on_the_path():
 
 
 @needs_gcc
+def test_a_pause_in_a_curve_at_its_highest_feed_takes_hardly_longer_than_on_a_line():
+    machine = Machine()
+    centre = np.array([3.9, 0.0, 0.0])  # 60 mm/s there is 0.92 of the acceleration
+    for k in range(16):
+        machine.move(np.r_[7.8 * (k % 2 == 0), np.zeros(8)], kind=wires.ARC, feed=60.0, centre=centre, normal=[0, 0, 1])
+    taken = []
+    for k in range(8):
+        machine.run(250 + 17 * k)
+        assert machine.player["speed"][0] > 58.0
+        machine.pausing, before = True, len(machine.rows)
+        machine.run(1000, until=lambda: bool(machine.lib.player_held(machine.me)))
+        taken.append(len(machine.rows) - before)
+        machine.pausing = False
+    assert max(taken) <= 120
+    assert kept(machine) and machine.said == []
+
+
+@needs_gcc
+def test_an_override_that_never_rests_keeps_the_limits():
+    machine = Machine()
+    wavy(machine, 600)
+    rng = np.random.default_rng(5)
+    for _ in range(300):
+        machine.feed_scale = float(rng.choice([rng.uniform(0.0, 1.0), 0.0, 1.0, 2.0]))
+        machine.pausing = bool(rng.random() < 0.2)
+        machine.run(int(rng.integers(1, 60)))
+    machine.feed_scale, machine.pausing = 1.0, False
+    machine.run()
+    assert machine.wire.seg_done == 600 and machine.said == []
+    assert kept(machine)
+
+
+@needs_gcc
 def test_a_planner_that_comes_late_costs_a_stop_and_nothing_else():
     machine = Machine()
     wavy(machine, 600)

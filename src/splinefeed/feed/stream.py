@@ -249,7 +249,9 @@ class LookAhead:
             high = float(stop[0]) if len(stop) else path.length
             last = whole or len(stop) > 0
             begin = windows.low
-            pieces = windows.straight(setting, np.append(begin, stop))
+            end = State(setting.speed_at(high, self.limits.end_feed)) if whole and not len(stop) else REST
+            marks = np.append(begin, stop) if len(stop) or not whole or end.feed > 0.0 else np.array([begin, high])
+            pieces = windows.straight(setting, marks)
             if pieces is not None:
                 self._begun, self._looked = True, 0.0
                 yield self._block(path, pieces, begin, waits)
@@ -261,7 +263,6 @@ class LookAhead:
                 self._looked = (path.length - windows.low) * max(1.0 + OPEN, (1.0 - OPEN) / windows.ahead)
                 self._looked_curves = AGAIN * len(path.curves)  # length alone tells little behind a long line
                 break
-            end = State(setting.speed_at(high, self.limits.end_feed)) if whole and not len(stop) else REST
             pieces = windows.advance(setting, self._mode, near, end, ends_here=last and near == high)
             self._begun, self._looked = True, 0.0
             yield self._block(path, pieces, begin, waits)

@@ -1,4 +1,4 @@
-"""Motion along smooth curves as what LinuxCNC's player takes: quintics of each axis, and how much they may be slowed.
+"""Motion along smooth curves as what LinuxCNC's player takes: quintics of each axis.
 
 A time law s(t) along curves r(s) becomes, between places near each other, the quintics that meet position, velocity
 and acceleration of r(s(t)) at both ends.
@@ -20,10 +20,6 @@ LONGEST, LONGEST_WAY, NEVER_LONGER = 0.010, 0.5, 0.050
 SHORTEST, TINY = 2e-5, 1e-9
 #: A place this far from the curve that it should lie on, mm, lies on another one.
 OFF = 1e-9
-#: How far ahead a piece knows how much of the limits is used, s: as long as a stop takes.
-HORIZON = 0.4
-#: Shares of what the limits leave that the rate of time may use: ticks are not infinitely short.
-ACCELERATION, JERK = 0.95, 0.65
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,32 +189,3 @@ def quintics(track: Track, begin: float, spans: Array, c: Array) -> Quintics:
         (6.0 * dp - 3.0 * dv + 0.5 * da) / h**5,
     ]  # fmt: skip
     return Quintics(h[:, 0], np.stack(terms, axis=2), states[1], middle)
-
-
-def rates(h: Array, c: Array, acceleration: Array, jerk: Array) -> tuple[Array, Array]:
-    """How fast the rate of time may change in each piece, 1/s^2 and 1/s^3, (n,) each.
-
-    With x(tau), dtau/dt = r from 0 to 1: |x'' r^2 + x' r'| <= A and |x''' r^3 + 3 x'' r r' + x' r''| <= J, with the
-    least of what pieces within HORIZON leave. h (n,), c (n, axes, 6); limits (axes,).
-    """
-    room = np.full((2, len(h)), np.inf)
-    for share in (0.0, 0.5, 1.0):
-        t = (share * h)[:, None]
-        v, a, j = (np.abs(value(c, t, k)) for k in (1, 2, 3))
-        v = np.maximum(v, 1e-6 * acceleration)
-        spare = np.maximum(jerk - j, 0.0)
-        quick = np.minimum((acceleration - a) / v, 0.5 * spare / np.maximum(3.0 * a, 1e-9)).min(axis=1)
-        room[0] = np.minimum(room[0], quick)
-        room[1] = np.minimum(room[1], ((spare - 3.0 * a * np.maximum(quick, 0.0)[:, None]) / v).min(axis=1))
-    begin = np.cumsum(h) - h
-    ends = np.searchsorted(begin, begin + h + HORIZON, side="right")
-    least = np.array([room[1, i:k].min() for i, k in enumerate(ends.tolist())])
-    jerks = np.clip(JERK * least, 1.0, 1e9)
-    # a smaller rate further on is reached by then, at half of that jerk
-    quick = np.array(
-        [
-            np.min(room[0, i:k] + 0.5 * jerks[i] * np.maximum(begin[i:k] - begin[i] - h[i], 0.0))
-            for i, k in enumerate(ends)
-        ]
-    )
-    return np.clip(ACCELERATION * quick, 0.1, 1e6), jerks

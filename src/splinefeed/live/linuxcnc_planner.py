@@ -28,7 +28,7 @@ from splinefeed.geometry.smoothing import Smoother
 from splinefeed.live import linuxcnc_wire as wires
 from splinefeed.live.linuxcnc_limits import Mill
 from splinefeed.live.linuxcnc_moves import BLEND, POINT, STOP, curve_of, feeds_of, size_of
-from splinefeed.live.linuxcnc_pieces import Quintics, Track, quintics, rates
+from splinefeed.live.linuxcnc_pieces import Quintics, Track, quintics
 from splinefeed.live.linuxcnc_wire import Wire
 from splinefeed.records import Array
 
@@ -372,7 +372,6 @@ class Planner:
         if self.piece + n - int(wire.piece_now) > wires.PIECES:
             raise SplinefeedError(f"{n} pieces of motion at once are more than the player holds")
         numbers = track.segments(middle)
-        acceleration, jerk = rates(h, c, self.mill.acceleration, self.mill.jerk)
         moves = np.array([run.moves[k] for k in (numbers - run.first).tolist()])
         scale = feeds_of(moves, self.mill, self.feed_scale, self.rapid_scale, self.vlimit)[1]
         at = (self.piece + np.arange(n)) % wires.PIECES
@@ -381,8 +380,7 @@ class Planner:
         rows["c"][at[:, None], self.mill.columns] = c * self.inverse[:, None]
         rest = np.setdiff1d(np.arange(wires.AXES), self.mill.columns)
         rows["c"][at[:, None], rest, 0] = wire.rest[rest]
-        for name, values in (("span", h), ("rate_acc", acceleration), ("rate_jerk", jerk), ("scale", scale),
-                             ("segment", numbers)):  # fmt: skip
+        for name, values in (("span", h), ("scale", scale), ("segment", numbers)):
             rows[name][at] = values
         row = wire.batch[self.head % wires.BATCHES : self.head % wires.BATCHES + 1]
         whole = len(parts) == 1 and run.closed and end > track.length - 1e-6
@@ -505,10 +503,7 @@ def warm_up(mill: Mill, period: float = 1e-3) -> None:
             track.add(each, np.zeros(len(each.curves), dtype=np.int64))
             look.take(each)
         for block in look.blocks(whole=True):
-            made = quintics(
-                track, track.place(block.curve, block.offset), np.diff(block.law.breaks), block.law.coefficients
-            )
-            rates(made.span, made.c, mill.acceleration, mill.jerk)
+            quintics(track, track.place(block.curve, block.offset), np.diff(block.law.breaks), block.law.coefficients)
 
 
 def serve(

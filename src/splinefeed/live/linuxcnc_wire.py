@@ -16,7 +16,7 @@ import numpy as np
 
 from splinefeed.errors import SplinefeedError
 
-KEY, MAGIC, PROTOCOL, AXES = 0x53504C46, 0x53465450, 1, 9
+KEY, MAGIC, PROTOCOL, AXES = 0x53504C46, 0x53465450, 2, 9
 SEGMENTS, PIECES, BATCHES, TEXT = 4096, 8192, 512, 240
 #: Values of `kind`, `why` and `state`.
 LINE, ARC = 1, 2
@@ -28,10 +28,7 @@ SEGMENT = np.dtype(
     + [(name, "<f8") for name in ["feed", "top", "tolerance"]]
     + [("from", "<f8", AXES), ("to", "<f8", AXES), ("centre", "<f8", 3), ("normal", "<f8", 3)]
 )
-PIECE = np.dtype(
-    [(name, "<f8") for name in ["span", "rate_acc", "rate_jerk", "scale"]]
-    + [("segment", "<u8"), ("c", "<f8", (AXES, 6))]
-)
+PIECE = np.dtype([(name, "<f8") for name in ["span", "scale"]] + [("segment", "<u8"), ("c", "<f8", (AXES, 6))])
 BATCH = np.dtype(
     [(name, "<u8") for name in ["piece", "after", "done"]]
     + [(name, "<u4") for name in ["n", "sure", "epoch", "from_rest"]]
