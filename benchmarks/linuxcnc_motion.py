@@ -133,10 +133,10 @@ def measure() -> Report:
     )
     notes = (
         "LinuxCNC 2.9, headless, without a real-time kernel, on a computer that did other work. Times from first "
-        "to last motion, all waits of the planner included; LinuxCNC 2.9 knows no jerk. Turned: feed and rapid override "
-        "(20 to 150 %) and pauses at random. Off: largest distance between the ticks and the programmed path, either way, "
-        "linear axes; G64 P0.01 allows 10 um (and as much again for LinuxCNC's joining of short lines), P0.1 100 um, "
-        "G64 without P any in LinuxCNC, in splinefeed 10 um.",
+        "to last motion, all waits of the planner included; LinuxCNC 2.9 knows no jerk. Turned: feed and rapid "
+        "override (20 to 150 %) and pauses at random. Off: largest distance between the ticks and the programmed "
+        "path, either way, linear axes; G64 P0.01 allows 10 um (and as much again for LinuxCNC's joining of short "
+        "lines), P0.1 100 um, G64 without P any in LinuxCNC, in splinefeed 10 um.",
         *failed,
     )
     ticks = np.concatenate(spent)
