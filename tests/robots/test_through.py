@@ -47,11 +47,35 @@ def test_torque_slows_an_arm_that_lifts_as_much_as_it_can():
     assert max(verdict.limits[f"torque.{name}"].share for name in loaded.joints) > 0.95
 
 
+def test_an_arm_passes_waypoints_when_it_is_wanted_and_keeps_its_torques():
+    from splinefeed.feed.timed import times_at
+
+    arm = sf.robot(FILE, payload=2.0)
+    wanted = [0, 0.9, np.nan, 2.4, 3.6, 5.0]
+    path = arm.through(WAYPOINTS, times=wanted)
+    law = sf.plan(path, arm.limits, period=PERIOD)
+    assert sf.check(sf.interpolate(path, law), path, arm.limits, law=law).ok
+    at = times_at(law, path.curve_starts)
+    assert np.nanmax(np.abs(at - wanted)) <= 1.5 * PERIOD
+    assert law.duration == 5.0
+    with pytest.raises(sf.errors.PlanError, match=r"the motion takes at least \d\.\d+ s within its limits; 0\.5 s"):
+        sf.plan(arm.through(WAYPOINTS, duration=0.5), arm.limits, period=PERIOD)
+
+
+def test_an_arm_near_its_waypoints_is_faster():
+    arm = sf.robot(FILE, payload=2.0)
+    exact, near = arm.through(WAYPOINTS), arm.through(WAYPOINTS, near=[0.05, 0.02])
+    assert np.max(np.abs(near(near.curve_starts) - WAYPOINTS), axis=0) == pytest.approx([0.05, 0.02])
+    laws = [sf.plan(path, arm.limits, period=PERIOD) for path in (exact, near)]
+    assert laws[1].duration < laws[0].duration
+    assert repr(laws[0]).endswith(f"rad in {laws[0].duration:.6g} s)")
+
+
 @pytest.mark.parametrize(
     ("waypoints", "message"),
     [
-        ([[0, 0]], "waypoints have shape (1, 2); expected 2 or more rows of 2 finite joints: shoulder, elbow"),
-        ([[0, 0], [0, np.nan]], "waypoints have shape (2, 2); expected 2 or more rows of 2 finite joints"),
+        ([[0, 0]], "waypoints have shape (1, 2); expected 2 or more rows of 2 numbers: shoulder, elbow"),
+        ([[0, 0], [0, np.nan]], "waypoint 2 has nan for elbow; give finite numbers"),
         ([[0, 0], [1, 1], [1, 1]], "waypoints 2 and 3 are the same; leave one out, or plan two paths for a stop"),
         ([[0, 0], [1, 2.7]], "waypoint 2 has elbow at 2.7 rad; its limits are -2.6 to 2.6"),
     ],

@@ -26,7 +26,7 @@ from splinefeed.feed.window import REST, Mode, Plan, State
 from splinefeed.feed.windows import OutOfReachError, Windows, plan_stretch
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
-from splinefeed.records import AXIS_LIMITS, LAW_COEFFICIENTS, BoolArray, Limits, TimeLaw, refuse_orientation
+from splinefeed.records import AXIS_LIMITS, LAW_COEFFICIENTS, Array, BoolArray, Limits, TimeLaw, refuse_orientation
 from splinefeed.workers import spread
 
 #: What the modes are called.
@@ -43,8 +43,11 @@ SPARES = (1e-4, 1e-3, 1e-2)
 SOUGHT = 6
 
 
-def setting_of(path: Path | JointPath, limits: Limits, period: float | None) -> Setting:
-    """What a motion along the path is planned under; joints are axes over the arc length of the tip, behind its own."""
+def setting_of(path: Path | JointPath, limits: Limits, period: float | None, paces: Array | None = None) -> Setting:
+    """What a motion along the path is planned under; joints are axes over the arc length of the tip, behind its own.
+
+    paces (curves,)  share of the limits that the motion may use on each curve, as a factor on q
+    """
     track: Track
     own, curves, joints = limits, path.tip_path, path.joint_path
     if joints is not None:
@@ -58,7 +61,10 @@ def setting_of(path: Path | JointPath, limits: Limits, period: float | None) -> 
     steps = curves.curve_starts[changes], feeds[np.concatenate([[0], changes])]
     stops = np.array([*path.stops, *(s for s, _ in path.dwells)])
     rests = np.unique(stops[(stops > 0.0) & (stops < path.length) & ~np.isin(stops, passed[0])])
-    return Setting(track, own, period, steps, passed, rests)
+    if paces is None:
+        return Setting(track, own, period, steps, passed, rests)
+    slower = np.flatnonzero(np.diff(paces) != 0.0) + 1
+    return Setting(track, own, period, steps, passed, rests, (curves.curve_starts[slower], paces[np.append(0, slower)]))
 
 
 def _by_axis(limits: Limits, path: JointPath) -> Limits:
@@ -80,8 +86,9 @@ def plan_in_mode(
     *,
     strategy: str,
     bound: bool = False,
+    paces: Array | None = None,
 ) -> TimeLaw:
-    """The motion in one of MODES.
+    """The motion in one of MODES, which on each curve may use a share `paces` of the limits, see `setting_of`.
 
     The law rests at the stops, and each stretch lasts whole periods. Raises LimitsError for limits that leave
     acceleration and jerk free, and for curvature jumps under an axis jerk without a period; PlanError for ends in
@@ -97,7 +104,7 @@ def plan_in_mode(
         if limits.axis_velocity_step is not None:
             raise LimitsError("axis_velocity_step: a tool stops at the corners of its path; leave it out")
     with np.errstate(all="ignore"):  # what is not a number is not a motion to take
-        setting = setting_of(path, limits, period)
+        setting = setting_of(path, limits, period, paces)
         begin = State(setting.speed_at(0.0, limits.start_feed)) if start is None else start
         law = motion(setting, strategy, mode, begin)
         law = with_dwells(law, [(s, wait) for s, wait in path.dwells if s >= begin.s], path.length)

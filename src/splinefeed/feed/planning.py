@@ -19,6 +19,7 @@ from splinefeed.feed.seven_phase import STRATEGY as SEVEN_PHASE
 from splinefeed.feed.seven_phase import Stretched, plan_seven_phase
 from splinefeed.feed.soft_limits import check_travel
 from splinefeed.feed.stretches import check_ends, with_dwells
+from splinefeed.feed.timed import in_time
 from splinefeed.feed.window import State
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
@@ -189,13 +190,38 @@ def _plan(
     given: dict[str, Any] = {} if start is None else {"start": start}
     if bound and strategy == TIME_OPTIMAL:
         given["bound"] = True
-    law = STRATEGIES[strategy].make(path, limits, period, **given)
+    if curves is not None and curves.times is not None:
+        law = _in_time(path, curves, limits, strategy, period, start)
+    else:
+        law = STRATEGIES[strategy].make(path, limits, period, **given)
     if strategy == SEVEN_PHASE and curves is not None:
         law = with_dwells(law, curves.dwells, path.length)
     return dataclasses.replace(
         law,
         notes=(*law.notes, *_without_limits(path, limits)),
-        settings={**law.settings, "limits": limits.as_dict(), "strategy": strategy, "period": period},
+        settings={**law.settings, "limits": limits.as_dict(), "strategy": strategy, "period": period, **_unit(path)},
+    )
+
+
+def _unit(path: Any) -> dict[str, str]:
+    """The unit of lengths along a path of joints; nothing where it is mm."""
+    own = path is not None and getattr(path, "tip_path", None) is path
+    found = unit_along(path.axes) if own else "mm"
+    return {} if found == "mm" else {"unit": found}
+
+
+def _in_time(
+    path: Any, curves: Path, limits: Limits, strategy: str, period: float | None, start: State | None
+) -> TimeLaw:
+    """The law at the times that a path wants; see `timed`."""
+    if start is not None:
+        raise LimitsError("times: a motion with wanted times begins at the start of its path; leave start out")
+    if strategy == SEVEN_PHASE:
+        if np.count_nonzero(~np.isnan(curves.times)) > 1:  # type: ignore[arg-type]
+            raise LimitsError(f"times: {SEVEN_PHASE} slows a motion down as a whole; choose {TIME_OPTIMAL}")
+        return in_time(lambda _: plan_seven_phase(path, limits, period), curves, limits, period)
+    return in_time(
+        lambda paces: plan_in_mode(path, limits, period, strategy=strategy, paces=paces), curves, limits, period
     )
 
 

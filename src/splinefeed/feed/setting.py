@@ -34,6 +34,8 @@ class Setting:
     feed_steps  (k,), (k + 1,)  arc lengths, mm, at which the feed that the path asks for changes, and the feeds, mm/s
     passed      (p,), (p,)      arc lengths of corners that are passed in motion, mm, and the largest feed there, mm/s
     rests       (r,)            arc lengths strictly inside at which the motion stops, mm
+    paces       (k,), (k + 1,)  arc lengths, mm, at which the share of the limits changes that the motion may use, and
+                these shares, as factors on q
     """
 
     track: Track
@@ -42,6 +44,7 @@ class Setting:
     feed_steps: tuple[Array, Array]
     passed: tuple[Array, Array]
     rests: Array
+    paces: tuple[Array, Array] = (np.zeros(0), np.ones(1))
 
     @cached_property
     def at(self) -> Coordinates:
@@ -52,7 +55,7 @@ class Setting:
     @cached_property
     def breaks(self) -> Array:
         """Where derivatives may jump and rows change, mm; places that differ by rounding are one."""
-        given = np.unique(np.concatenate([self.feed_steps[0], self.passed[0], self.rests]))
+        given = np.unique(np.concatenate([self.feed_steps[0], self.passed[0], self.rests, self.paces[0]]))
         known = np.concatenate([[-np.inf], given, [np.inf]])
         own = self.track.breaks
         next_one = np.searchsorted(known, own)
@@ -163,6 +166,9 @@ class Setting:
         for own, is_plain in sorted(zip(given, plain, strict=True), key=lambda each: not each[1]):
             if is_plain or not smooth:
                 rows = rows.joined(own, smooth=is_plain)
+        steps, shares = self.paces
+        if np.any(shares != 1.0):
+            rows = rows.tightened(np.tile(shares[np.searchsorted(steps, s, side="right")], (3, 1)))
         return rows
 
     def _steps(self, d: Array, x: Array, turn: Array) -> list[Array]:

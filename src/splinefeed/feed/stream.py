@@ -128,6 +128,10 @@ class LookAhead:
         if path.axes != self.axes:
             raise CurveError(f"the path has axes {path.axes}; the motion has {self.axes}")
         check_travel(path, self.limits)
+        if path.times is not None:
+            raise CurveError(
+                "times: a motion that is planned as its path comes has no wanted times; plan it as a whole"
+            )
         if self._parts:
             last = self._parts[-1]
             gap = float(np.max(np.abs(last.ends[-1, 1] - path.ends[0, 0])))

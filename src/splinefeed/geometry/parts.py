@@ -64,6 +64,7 @@ def cut_at_corners(path: Path) -> tuple[Path, IntArray]:
     said = path._said()
     for name in ("feeds", "tolerances", "lines"):
         said[name] = None if said[name] is None else np.repeat(said[name], counts)
+    said["times"] = None
     said["markers"] = [replace(marker, before=starts[marker.before]) for marker in path.markers]
     return Path(Packed(Flat.joined(made)), path.axes, **said), counts
 

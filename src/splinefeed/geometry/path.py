@@ -38,7 +38,7 @@ from splinefeed.records import (
 from splinefeed.records.arrays import read_only
 
 #: What is said of each curve.
-_OF_EACH = ("feeds", "tolerances", "lines")
+_OF_EACH = ("feeds", "tolerances", "lines", "times")
 #: Places of every piece at which its curvature is sampled, in t.
 CURVATURE_PLACES = np.linspace(-1.0, 1.0, 33)
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
@@ -82,6 +82,8 @@ class Path:
     tolerances  (curves,) how far smoothing may leave each curve, mm (G64 P), 0 for exact; None if nothing is said
     markers     events that are not motion, with their places, in order
     lines       (curves,) line of a program that each curve stands on; None where it is of none
+    times       (curves,) wanted time when each curve ends, s, NaN where any will do; None if nothing is wanted. `plan`
+                slows the motion down to it; paths made from this one do not have it
     by_tip      whether the linear axes alone make the length, as rotary ones never move alone: see `tangential`
 
     Features below the resolution, 1 nm, are decided once, here (`geometry.resolution`): a curve shorter than that
@@ -117,6 +119,7 @@ class Path:
         tolerances: ArrayLike | None = None,
         markers: Iterable[Marker] = (),
         lines: ArrayLike | None = None,
+        times: ArrayLike | None = None,
         by_tip: bool = False,
     ) -> None:
         try:
@@ -149,6 +152,7 @@ class Path:
         self.tolerances = _of_curves(tolerances, count, "tolerances", "0 or more", lambda values: values >= 0.0)
         of_each = _of_curves(lines, count, "lines", "0 or more", lambda values: values >= 0.0)
         self.lines = None if of_each is None else read_only(of_each.astype(np.int64))
+        self.times = _of_times(times, count)
         self.markers = tuple(sorted(markers, key=lambda marker: marker.before))
         for marker in self.markers:
             if not 0 <= marker.before <= count:
@@ -203,6 +207,7 @@ class Path:
             "tolerances": self.tolerances,
             "markers": self.markers,
             "lines": self.lines,
+            "times": self.times,
             "tolerance": self.tolerance,
             "by_tip": self.by_tip,
         }
@@ -224,6 +229,52 @@ class Path:
         dropped = f"{len(given) - 1 - len(kept)} line(s) without length left out, the first between points"
         said["findings"] = (*said.get("findings", ()), f"{dropped} {first} and {first + 1}")
         return cls(Lines(given[np.append(kept, kept[-1] + 1)]), axes, **_kept(said, kept))
+
+    @classmethod
+    def through(
+        cls,
+        waypoints: ArrayLike,
+        axes: Sequence[str] | None = None,
+        *,
+        near: ArrayLike = 0.0,
+        weights: ArrayLike | None = None,
+        times: ArrayLike | None = None,
+        duration: float | None = None,
+        **said: Any,
+    ) -> Path:
+        """One smooth path through waypoints (n, axes), mm, rotary axes rad, that stops only at its ends.
+
+        A spline of degree 5 (through fewer than 6 waypoints, of lower degree), a curve from each waypoint to the next:
+        `path.curve_starts` are the lengths at which it passes them.
+
+        near      how far each axis may pass beside a waypoint, mm or rad, one number or one an axis: the motion is
+                  smoother. The first and the last waypoint are met
+        weights   what a unit of each axis counts in the distance of two waypoints, (axes,); default as in the length
+        times     wanted time at each waypoint, s, the first 0, NaN where any will do;  duration  of all, s
+        said      name, findings, ... as for `Path`
+
+        Where it turns back on itself it has to stop: `findings` say so. Raises CurveError for waypoints that are no
+        numbers, or the same; InputError for near, times or duration that cannot be.
+        Source: E. T. Y. Lee, Computer-Aided Design 21(6), 1989. Example: `sf.Path.through([[0, 0], [40, 9], [60, 0]])`
+        """
+        from splinefeed.geometry.waypoints import checked_waypoints, through
+
+        points = checked_waypoints(waypoints, axes)
+        names = default_axes(points.shape[1]) if axes is None else tuple(axes)
+        linear = checked_axes(names, len(names))
+        counted = metric_of(len(names), linear) if weights is None else frozen_array(weights, "weights", 1)
+        if counted.shape != (len(names),) or not np.all((counted > 0.0) & (counted < np.inf)):
+            raise InputError(f"weights have shape {counted.shape}; expected {len(names)} numbers greater than 0")
+        if times is not None and duration is not None:
+            raise InputError("times and duration are given; the last of times is the duration: leave one out")
+        if duration is not None:
+            times = [0.0, *[math.nan] * (len(points) - 2), duration]
+        if times is not None:
+            times = _of_waypoints(times, len(points))
+        made = cls(through(points, counted, near), names, times=times, **said)
+        stops = np.searchsorted(made.curve_starts, np.array(made.stops) * (1.0 - 1e-9))
+        more = [f"the motion stops near waypoint {k + 1}, where the path turns back on itself" for k in stops.tolist()]
+        return made.with_findings(*made.findings, *more) if more else made
 
     @cached_property
     def flat(self) -> Flat:
@@ -505,7 +556,7 @@ class Path:
     def reversed(self) -> Path:
         """The same path traversed from its end to its start, feeds and markers turned with it."""
         count = len(self.curves)
-        said = _kept(self._said(), np.arange(count)[::-1])
+        said = {**_kept(self._said(), np.arange(count)[::-1]), "times": None}
         said["markers"] = [dataclasses.replace(m, before=count - m.before) for m in reversed(self.markers)]
         curves: Iterable[NurbsCurve] = [c.reversed() for c in reversed(self.curves)]
         if isinstance(self.curves, Lines):
@@ -608,6 +659,33 @@ def _check_joints(ends: Array, tolerance: float) -> None:
             f"gap of {gaps[i]:.6g} mm between the end of curve {i} and the start of curve {i + 1}; "
             f"join them, or allow it with tolerance="
         )
+
+
+def _of_times(given: ArrayLike | None, count: int) -> Array | None:
+    """Wanted times (count,), read-only, NaN where there is none; InputError unless they grow from above 0."""
+    if given is None:
+        return None
+    try:
+        values = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        values = np.zeros(0)
+    if values.shape != (count,):
+        raise InputError(f"times have shape {values.shape}; expected one number for each of {count} curve(s)")
+    known = values[~np.isnan(values)]
+    if not np.all(np.diff(known, prepend=0.0) > 0.0) or np.any(np.isinf(known)):
+        raise InputError(f"times are {known.tolist()} s; they must be finite, greater than 0, and increase")
+    return read_only(values) if len(known) else None
+
+
+def _of_waypoints(times: ArrayLike, count: int) -> Array:
+    """Times at waypoints (count,) as those at the ends of curves, (count - 1,)."""
+    try:
+        values = np.array(times, dtype=np.float64)
+    except (TypeError, ValueError):
+        values = np.zeros(0)
+    if values.shape != (count,) or values[0] != 0.0:
+        raise InputError(f"times have shape {values.shape}; expected one for each of {count} waypoints, the first 0 s")
+    return values[1:]
 
 
 def _of_curves(

@@ -82,7 +82,8 @@ class TimeLaw:
         return self._derivative(t, 3)
 
     def __repr__(self) -> str:
-        return f"TimeLaw({self.strategy!r}, {self.length:.6g} mm in {self.duration:.6g} s)"
+        unit = self.settings.get("unit", "mm")
+        return f"TimeLaw({self.strategy!r}, {self.length:.6g} {unit} in {self.duration:.6g} s)"
 
     def _repr_html_(self) -> str:
         feed = self.feed(np.linspace(0.0, self.duration, SAMPLES))

@@ -78,13 +78,27 @@ class Arm:
         """What `sf.plan` and `sf.check` take: velocity, acceleration, jerk and travel of each joint, and its torque."""
         return limits_of(self)
 
-    def through(self, waypoints: ArrayLike) -> Path:
+    def through(
+        self,
+        waypoints: ArrayLike,
+        *,
+        near: ArrayLike = 0.0,
+        duration: float | None = None,
+        times: ArrayLike | None = None,
+        name: str = "path",
+    ) -> Path:
         """One smooth path through joint waypoints (n, joints), rad and mm, that stops only at its ends.
 
-        A spline of degree 5 through all of them (of fewer than 6, of lower degree). Figures and messages print joints
-        in mm; they are in rad, sliding ones in mm. Raises CurveError for waypoints that are the same or out of limits.
+        A spline of degree 5 (of fewer than 6 waypoints, of lower degree), a curve from each waypoint to the next.
+
+        near      how far each joint may pass beside a waypoint, rad or mm, one number or one a joint; ends are met
+        duration  wanted of the whole motion, s: `sf.plan` slows it down as a whole
+        times     wanted at each waypoint, s, the first 0, NaN where any will do: `sf.plan` slows down what is too early
+
+        Raises CurveError for waypoints that are the same or out of limits; `sf.plan` PlanError for times that are too
+        short, with the shortest. Source: E. T. Y. Lee, Computer-Aided Design 21(6), 1989.
         """
-        return path_through(self, waypoints)
+        return path_through(self, waypoints, near=near, duration=duration, times=times, name=name)
 
     def along(
         self,

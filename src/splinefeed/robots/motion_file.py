@@ -3,7 +3,8 @@
     {"tip": "tool0", "limits": {"acceleration": 15, "jerk": 500}, "payload": 2.0,
      "waypoints": [[0, -1.6, 1.9, -1.9, -1.57, 0], [0.4, -1.2, 1.5, -1.9, -1.57, 0.3]]}
 
-In place of waypoints "along" has what `arm.along` takes; its curve is a file of x, y, z, mm, or a NURBS curve itself:
+Beside waypoints "near", "duration" and "times" (null where any will do) are what `arm.through` takes. In place of
+waypoints "along" has what `arm.along` takes; its curve is a file of x, y, z, mm, or a NURBS curve itself:
 
     "along": {"curve": "seam.json", "start": [0, -1.6, 1.9, -1.9, -1.57, 0], "feed": 200}
 """
@@ -25,9 +26,10 @@ from splinefeed.kinematics import JointPath
 from splinefeed.records import Limits
 from splinefeed.robots.arm import Arm, robot
 
-#: Keys of the file: what `sf.robot` takes, one of MOTIONS, and a name; keys of a curve.
+#: Keys of the file: what `sf.robot` takes, one of MOTIONS, what goes with waypoints, and a name; keys of a curve.
 ARM = ("tip", "base", "limits", "payload", "torque", "friction", "gravity")
 MOTIONS = ("waypoints", "along")
+THROUGH = ("near", "duration", "times")
 ALONG = ("curve", "start", "orientation", "hold", "feed")
 CURVE = ("degree", "knots", "control_points", "weights")
 #: Largest file, bytes.
@@ -44,7 +46,7 @@ def read_motion(
     """
     name = os.fspath(file)
     said = _read(name)
-    _known(said, (*ARM, *MOTIONS, "name"), name)
+    _known(said, (*ARM, *MOTIONS, *THROUGH, "name"), name)
     motion = [key for key in MOTIONS if key in said]
     if len(motion) != 1:
         raise FormatError(f"{name}: has {' and '.join(motion) or 'no motion'}; give either waypoints or along")
@@ -58,9 +60,10 @@ def read_motion(
         if "waypoints" in said:
             if feed is not None:
                 raise InputError("waypoints: a path of joints has no feed in mm/s; leave --feed out")
-            path = arm.through(said["waypoints"])
-            path = Path(path.curves, path.axes, name=title)
+            path = arm.through(said["waypoints"], name=title, **{key: said[key] for key in THROUGH if key in said})
         else:
+            for key in (each for each in THROUGH if each in said):
+                raise InputError(f"{key}: is of waypoints; leave it out beside along")
             path = _along(arm, said["along"], name, title, feed)
     except SplinefeedError as error:
         raise type(error)(f"{name}: {error}") from None

@@ -8,15 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError
-from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.waypoints import checked_waypoints
 from splinefeed.records import Array
 from splinefeed.records.limits import Limits
 from splinefeed.records.torque import Torque
 from splinefeed.records.torque_rate import TorqueRate
-
-#: Degree of the spline through waypoints: its jerk, and the rate of its torque, have no steps.
-DEGREE = 5
 
 
 class Jointed(Protocol):
@@ -83,24 +80,12 @@ def limits_of(arm: Jointed) -> Limits:
     )
 
 
-def path_through(arm: Jointed, waypoints: ArrayLike) -> Path:
-    """The spline of degree 5 (fewer for less than 6 waypoints) through joint waypoints (n, joints), as a path.
+def path_through(arm: Jointed, waypoints: ArrayLike, **how: Any) -> Path:
+    """The path through joint waypoints (n, joints), as `Path.through` makes it.
 
-    Its parameter grows from one waypoint to the next by the root of their distance, each joint measured by its velocity
-    limit: so joints in rad and in mm count alike. Source: E. T. Y. Lee, Computer-Aided Design 21(6),
-    1989, the centripetal choice.
+    Each joint is measured by its velocity limit: so joints in rad and in mm count alike.
     """
-    from scipy.interpolate import make_interp_spline
-
-    try:
-        points = np.asarray(waypoints, dtype=np.float64)
-    except (TypeError, ValueError):
-        points = np.zeros(0)
-    if points.ndim != 2 or points.shape[1] != len(arm.joints) or len(points) < 2 or not np.all(np.isfinite(points)):
-        raise CurveError(
-            f"waypoints have shape {points.shape}; expected 2 or more rows of {len(arm.joints)} finite joints: "
-            f"{', '.join(arm.joints)}"
-        )
+    points = checked_waypoints(waypoints, arm.joints)
     out = np.maximum(arm.minimum - points, points - arm.maximum)
     row, joint = np.unravel_index(np.argmax(out), out.shape)
     if out[row, joint] > 0.0:
@@ -108,10 +93,4 @@ def path_through(arm: Jointed, waypoints: ArrayLike) -> Path:
             f"waypoint {row + 1} has {arm.joints[joint]} at {points[row, joint]:g} {arm.units[joint]}; its limits are "
             f"{arm.minimum[joint]:g} to {arm.maximum[joint]:g}"
         )
-    apart = np.sqrt(np.linalg.norm(np.diff(points, axis=0) / arm.velocity, axis=1))
-    if not np.all(apart > 0.0):
-        same = int(np.argmin(apart)) + 1
-        raise CurveError(f"waypoints {same} and {same + 1} are the same; leave one out, or plan two paths for a stop")
-    u = np.append(0.0, np.cumsum(apart))
-    spline = make_interp_spline(u / u[-1], points, min(DEGREE, len(points) - 1))
-    return Path([NurbsCurve(spline.k, spline.t, spline.c)], axes=arm.joints)
+    return Path.through(points, arm.joints, weights=1.0 / arm.velocity, **how)
