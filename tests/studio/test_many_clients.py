@@ -1,4 +1,4 @@
-"""Many tabs at once: each gets its plan, whatever the others do."""
+"""Many tabs at once: each gets its plan, whatever the others do, and waits for no other's."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import contextlib
 import http.client
 import json
 import secrets
+import time
 
 import pytest
 
@@ -15,8 +16,23 @@ pytest.importorskip("tornado", reason="the studio needs the extra [studio]")
 from tornado.httpclient import HTTPRequest
 from tornado.websocket import websocket_connect
 
+from splinefeed.studio.house import QUICK
+
 #: Tabs, the one that closes in the middle, and the one whose text would hang a reader; s that all may take.
 TABS, CLOSES, HANGS, PATIENCE = 20, 7, 11, 300.0
+#: Tabs whose plan takes longer than it may while sliders move, s: 36 million ticks.
+SLOW_TABS = (12, 13, 14)
+SLOW = {
+    "source": {"shape": "butterfly"},
+    "period": "0.1 ms",
+    "limits": {"feed": "0.1", "axis_acceleration": "500", "axis_jerk": "20000"},
+}
+
+
+def quick(k: int) -> dict:
+    """Settings of a plan that takes some ms, those of each tab other ones."""
+    limits = {"feed": str(20 + k), "axis_acceleration": "500", "axis_jerk": "20000"}
+    return {"source": {"shape": "circle"}, "limits": limits}
 
 
 async def tab(studio, cookie: str, k: int) -> dict | None:
@@ -28,8 +44,7 @@ async def tab(studio, cookie: str, k: int) -> dict | None:
         if k == HANGS:
             await connection.write_message(json.dumps({"do": "share", "text": "a=" + "[" * 5_000_000}))
         else:
-            given = {"source": {"shape": "circle"}, "limits": {"feed": str(20 + k), "axis_acceleration": "500",
-                                                               "axis_jerk": "20000"}}  # fmt: skip
+            given = SLOW if k in SLOW_TABS else quick(k)
             await connection.write_message(json.dumps({"do": "plan", "n": k, "settings": given}))
         if k == CLOSES:
             return None
@@ -38,7 +53,7 @@ async def tab(studio, cookie: str, k: int) -> dict | None:
             assert message is not None, f"the socket of tab {k} was closed"
             said = json.loads(message)
             if said["kind"] in ("planned", "refused"):
-                return said
+                return {**said, "at": time.monotonic()}
     finally:
         connection.close()
         with contextlib.suppress(TimeoutError):  # until the other side has closed, too: the loop then leaves no socket
@@ -46,7 +61,7 @@ async def tab(studio, cookie: str, k: int) -> dict | None:
                 pass
 
 
-def test_twenty_tabs_plan_at_once_and_one_closes_in_the_middle(studio):
+def test_twenty_tabs_plan_at_once_one_closes_in_the_middle_and_none_waits_for_another(studio):
     connection = http.client.HTTPConnection("127.0.0.1", studio.port, timeout=200)
     connection.request("GET", f"/?token={studio.token}")
     with connection.getresponse() as answer:
@@ -58,6 +73,7 @@ def test_twenty_tabs_plan_at_once_and_one_closes_in_the_middle(studio):
         every = asyncio.gather(*(tab(studio, cookie, k) for k in range(TABS)))
         return await asyncio.wait_for(every, PATIENCE)
 
+    begin = time.monotonic()
     found = asyncio.run(all_of_them())
     for k, said in enumerate(found):
         if k == CLOSES:
@@ -66,3 +82,6 @@ def test_twenty_tabs_plan_at_once_and_one_closes_in_the_middle(studio):
             assert said is not None and said["kind"] == "refused"
         else:
             assert said is not None and said["kind"] == "planned" and said["n"] == k
+    slow = [found[k]["at"] for k in SLOW_TABS]
+    assert all(not found[k]["answer"]["final"] for k in SLOW_TABS) and min(slow) - begin > QUICK - 1.0
+    assert max(said["at"] for k, said in enumerate(found) if said is not None and k not in SLOW_TABS) < min(slow)

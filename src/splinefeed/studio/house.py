@@ -7,10 +7,12 @@ import itertools
 import json
 import shutil
 import tempfile
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import AsyncIterator, Callable, Coroutine, Mapping
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from weakref import WeakValueDictionary
 
 from splinefeed.errors import InputError
 from splinefeed.studio import settings
@@ -24,7 +26,9 @@ QUICK = 20.0
 #: The answer to a plan that takes longer: a page at rest then asks for a job, which has time and can be cancelled.
 LATER = b'{"final":false,"shown":null}'
 COMPILING = "loading the kernels; the first time they are compiled for this machine, a minute or two"
-#: Jobs that may wait, of all tabs together, and ended ones whose answers are kept for a page that was reloaded.
+#: Workers for plans while sliders move, and for jobs: so many tabs are worked for at once.
+MOST_WORKERS = 4
+#: Jobs of a tab that may wait, and ended ones whose answers are kept for a page that was reloaded.
 MOST_WAITING, ANSWERS = 16, 8
 #: Most tabs at once, and requests of tabs that are remembered.
 MOST_TABS = 64
@@ -69,11 +73,37 @@ class Job:
     share: list[int] = field(default_factory=list)  # done and total, where the job can tell
     answer: Answer | None = None
     begun: float = 0.0
+    worker: Worker | None = None  # while it runs
     wanted: bool = True  # whether its page still wants the answer: neither had it nor replaced it by newer settings
 
     def shown(self) -> dict[str, Any]:
         """What pages show of it."""
         return {name: getattr(self, name) for name in ("id", "kind", "title", "tab", "state", "words", "share")}
+
+
+class Crew:
+    """Workers of a kind, each for one tab at a time: what hangs keeps the tab waiting that asked for it, no other.
+
+    A tab has one of them at most. Who was idle last works first, so that one tab alone always has the same.
+    """
+
+    def __init__(self, *words: str) -> None:
+        self.workers = [Worker(*words, memory=MOST_MEMORY) for _ in range(MOST_WORKERS)]  # they start when asked
+        self._idle = self.workers[::-1]
+        self._free = asyncio.Semaphore(MOST_WORKERS)
+        self._turns: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
+
+    @asynccontextmanager
+    async def one(self, tab: str) -> AsyncIterator[Worker]:
+        """A worker for a tab; those who wait come in their order."""
+        turn = self._turns.get(tab) or asyncio.Lock()
+        self._turns[tab] = turn
+        async with turn, self._free:
+            worker = self._idle.pop()
+            try:
+                yield worker
+            finally:
+                self._idle.append(worker)
 
 
 #: What each kind of job is called, and what it takes from the page.
@@ -95,15 +125,15 @@ class House:
             each.mkdir()
         self.history = None if history is None else History(history, self.uploads)
         words = ("splinefeed.studio.tasks:open_bench", str(self.uploads), str(self.made))
-        self.front, self.back, self.player = (Worker(*words, memory=MOST_MEMORY) for _ in range(3))
+        self.front, self.back = Crew(*words), Crew(*words)
+        self.player = Worker(*words, memory=MOST_MEMORY)
         self.playing: str | None = None
-        self._planning: str | None = None  # whose plan the front works on
+        self._planning: dict[str, Worker] = {}  # who works on the plan of each tab
         self.tabs: dict[str, Callable[..., None]] = {}  # how to tell something to each open page, by its name
         self.ready = "warming up"
         self.jobs: list[Job] = []
         self._numbers = itertools.count(1)
         self._plans: dict[str, dict[str, Any]] = {}  # the last request of each tab
-        self._at_front, self._at_back = asyncio.Lock(), asyncio.Lock()  # whose turn it is: first come, first served
         self._tasks: set[asyncio.Task[None]] = set()
 
     def open(self) -> None:
@@ -121,7 +151,7 @@ class House:
         """End all work and leave no file behind."""
         for task in list(self._tasks):
             task.cancel()
-        for worker in (self.front, self.back, self.player):
+        for worker in (*self.front.workers, *self.back.workers, self.player):
             await asyncio.to_thread(worker.stop)
         if self.history is not None:
             self.history.close()
@@ -159,8 +189,8 @@ class House:
             self.ready = words
             self.tell("state", words=words)
 
-        async with self._at_front:
-            await ask(self.front, {"task": "warm"}, lambda head: state(COMPILING))
+        async with self.front.one("") as worker:
+            await ask(worker, {"task": "warm"}, lambda head: state(COMPILING))
         state("ready")
         self.add("warm", "warming up", "", {"task": "warm", "all": True})  # not before: both would compile the same
         await ask(self.player, {"task": "warm", "play": True})
@@ -198,8 +228,8 @@ class House:
             self._tell_one(tab, "toml", text=settings.to_toml(dict(said["settings"])))
 
     async def _open_text(self, tab: str, n: Any, text: str) -> None:
-        async with self._at_front:
-            head, body = await ask(self.front, {"task": "opened", "text": text}, deadline=QUICK)
+        async with self.front.one(tab) as worker:
+            head, body = await ask(worker, {"task": "opened", "text": text}, deadline=QUICK)
         if "error" in head:
             self._tell_one(tab, "refused", n=n, error=head["error"])
         else:
@@ -215,19 +245,19 @@ class House:
         self._begin(self._plan(tab, int(said["n"]), dict(said["settings"]), said))
 
     async def _plan(self, tab: str, n: int, given: Said, said: Said) -> None:
-        async with self._at_front:
+        async with self.front.one(tab) as worker:
             if self._plans.get(tab) is not said:
                 return
             request = {"task": "plan", "settings": given, "look": said.get("look")}
-            self._planning = tab
-            head, body = await ask(self.front, request, deadline=QUICK)
-            self._planning = None
+            self._planning[tab] = worker
+            head, body = await ask(worker, request, deadline=QUICK)
+            del self._planning[tab]
             if self._plans.get(tab) is not said:  # stopped, or newer settings came meanwhile
                 if "error" in head:
-                    await ask(self.front, {"task": "warm"})
+                    await ask(worker, {"task": "warm"})
             elif head.get("late"):
                 self._tell_one(tab, "planned", n=n, body=LATER)
-                await ask(self.front, {"task": "warm"})  # the next worker begins again
+                await ask(worker, {"task": "warm"})  # the next worker begins again
             elif "error" in head:
                 self._tell_one(tab, "refused", n=n, error=head["error"])
             else:
@@ -238,8 +268,8 @@ class House:
     def do_stop(self, tab: str, said: Said) -> None:
         """Stop planning for a tab, by ending the worker that does, and what it has in the queue."""
         self._plans.pop(tab, None)
-        if self._planning == tab:
-            self.front.stop()
+        if (worker := self._planning.get(tab)) is not None:
+            worker.stop()
         for job in self._open():
             if job.kind == "settle" and job.tab == tab:
                 self._cancel(job)
@@ -273,7 +303,7 @@ class House:
             self.playing = None
         self._tell_one(tab, "played", **({"error": head["error"]} if "error" in head else {"body": body}))
 
-    # --- jobs, one at a time ---
+    # --- jobs, one at a time of each tab ---
 
     def _open(self) -> list[Job]:
         """Jobs that wait or run."""
@@ -288,7 +318,7 @@ class House:
             return
         if kind == "settle":
             self.replace(tab)
-        if len(self._open()) >= MOST_WAITING:
+        if sum(job.tab == tab for job in self._open()) >= MOST_WAITING:
             raise InputError(f"{MOST_WAITING} jobs are waiting; cancel one, or wait")
         job = Job(next(self._numbers), kind, title, tab, request)
         self.jobs.append(job)
@@ -314,8 +344,8 @@ class House:
         """Take a job out of the queue, or end it by ending its worker."""
         running, job.state = job.state == RUNNING, CANCELLED
         self._changed(job)
-        if running:
-            self.back.stop()
+        if running and job.worker is not None:
+            job.worker.stop()
 
     def _changed(self, job: Job) -> None:
         self.tell("job", job=job.shown())
@@ -326,11 +356,11 @@ class House:
             if job.state == RUNNING:
                 self._changed(job)
 
-        async with self._at_back:
+        async with self.back.one(job.tab) as job.worker:
             if job.state == WAITING:
                 job.state, job.begun = RUNNING, asyncio.get_running_loop().time()
                 self._changed(job)
-                head, body = await ask(self.back, job.request, heard, READING if job.kind == "read" else None)
+                head, body = await ask(job.worker, job.request, heard, READING if job.kind == "read" else None)
             if job.state == RUNNING:  # or it was cancelled
                 job.answer, job.state = (head, body), FAILED if "error" in head else DONE
                 self._changed(job)
