@@ -93,3 +93,21 @@ def test_thousands_of_holes_take_no_longer(tmp_path):
             space.add_circle((k % 50, k // 50), 0.3)
 
     assert said(tmp_path, grid) == (2000, "")
+
+
+def test_thousands_that_look_alike_are_not_compared_and_said(tmp_path: Path) -> None:
+    document = ezdxf.new("R2010", units=4)
+    for k in range(400):
+        document.modelspace().add_circle((0, 0), 5.0 + k * 1e-3)
+    document.saveas(file := tmp_path / "a.dxf")
+    paths = read_all(file)
+    assert len(paths) == 400
+    assert any("too many paths look alike" in each for each in paths[0].findings)
+
+
+def test_lines_of_other_ends_are_not_compared(tmp_path: Path) -> None:
+    document = ezdxf.new("R2010", units=4)
+    for k in range(600):
+        document.modelspace().add_line((0, 0), (100 + k * 1e-2, 100))
+    document.saveas(file := tmp_path / "a.dxf")
+    assert not any("too many paths look alike" in each for each in read_all(file)[0].findings)

@@ -167,7 +167,11 @@ class Drawing:
             )
         names = [f"{self.names[kept[each[0][0]]]}#{i}" for i, each in enumerate(chains, start=1)]
         first = [i for i, each in enumerate(chains) if not any(pools[kept[k]] for k, _ in each)]
-        if twice := [(first[i], first[k]) for i, k in on_others([runs[i] for i in first], self.tolerance)]:
+        twice = on_others([runs[i] for i in first], self.tolerance)
+        if twice is None:
+            self.findings.append("too many paths look alike to find those that lie on others")
+        twice = [(first[i], first[k]) for i, k in twice or []]
+        if twice:
             i, other = twice[0]
             fate = "left out" if self.repair else "each is a path of its own"
             self.findings.append(

@@ -13,24 +13,36 @@ from splinefeed.records import Array
 
 #: Places of each span at which contours are compared, and how much boxes of these may differ as a share of their size.
 PLACES, ALIKE = 9, 0.05
-#: Most contours that are compared.
-MOST = 20_000
+#: Most contours that are compared, and pairs of them whose boxes are alike: each takes a ms or two.
+MOST, MOST_PAIRS = 20_000, 5000
 Run = Sequence[NurbsCurve]
 
 
-def on_others(runs: Sequence[Run], tolerance: float) -> list[tuple[int, int]]:
+def on_others(runs: Sequence[Run], tolerance: float) -> list[tuple[int, int]] | None:
     """Number of each contour that lies within `tolerance`, mm, on an earlier one, as long as itself, and that one's.
 
-    Both lie on each other: places of either are nowhere farther from the other, by exact distances.
+    Both lie on each other: places of either are nowhere farther from the other, by exact distances. None where too
+    many would have to be compared.
     """
     from scipy.spatial import cKDTree
 
-    if not 2 <= len(runs) <= MOST:
+    if len(runs) < 2:
         return []
+    if len(runs) > MOST:
+        return None
     places = [_places(run) for run in runs]
     boxes = np.array([np.concatenate([each.min(axis=0), each.max(axis=0)]) for each in places])
     size = np.linalg.norm(boxes[:, boxes.shape[1] // 2 :] - boxes[:, : boxes.shape[1] // 2], axis=1)
-    near = cKDTree(boxes).query_ball_point(boxes, ALIKE * size + 2.0 * tolerance)
+    # those of lines are exact, those of places on curves are not
+    exact = np.array([all(curve.degree == 1 for curve in run) for run in runs])
+    reach = np.where(exact, 0.0, ALIKE * size) + np.sqrt(boxes.shape[1]) * tolerance
+    tree = cKDTree(boxes)
+    if np.sum(tree.query_ball_point(boxes, reach, return_length=True) - 1) > 2 * MOST_PAIRS:
+        return None
+    alike: list[set[int]] = [set() for _ in runs]  # of each contour the earlier ones
+    for i, others in enumerate(tree.query_ball_point(boxes, reach)):
+        for other in others:
+            alike[max(i, other)].add(min(i, other))
     made: dict[int, tuple[Path, Nearest]] = {}
 
     def track(i: int) -> tuple[Path, Nearest]:
@@ -43,8 +55,8 @@ def on_others(runs: Sequence[Run], tolerance: float) -> list[tuple[int, int]]:
         return bool(np.max(track(on)[1].find(places[i])[2]) <= tolerance)
 
     found: dict[int, int] = {}
-    for i, others in enumerate(near):
-        for other in sorted(each for each in others if each < i and each not in found):
+    for i, earlier in enumerate(alike):
+        for other in sorted(each for each in earlier if each < i and each not in found):
             if lies(i, other) and lies(other, i):
                 found[i] = other
                 break
