@@ -82,13 +82,14 @@ class Job:
 
 
 class Crew:
-    """Workers of a kind, each for one tab at a time: what hangs keeps the tab waiting that asked for it, no other.
+    """Workers of a kind, each for one tab at a time: what hangs keeps the tab waiting whose task it is, no other.
 
     A tab has one of them at most. Who was idle last works first, so that one tab alone always has the same.
     """
 
     def __init__(self, *words: str) -> None:
-        self.workers = [Worker(*words, memory=MOST_MEMORY) for _ in range(MOST_WORKERS)]  # they start when asked
+        # the process of each starts with its first task
+        self.workers = [Worker(*words, memory=MOST_MEMORY) for _ in range(MOST_WORKERS)]
         self._idle = self.workers[::-1]
         self._free = asyncio.Semaphore(MOST_WORKERS)
         self._turns: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
