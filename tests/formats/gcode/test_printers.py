@@ -143,3 +143,22 @@ def test_what_tells_a_dialect_is_said(tmp_path: Path) -> None:
 def test_text_beside_words_is_no_program() -> None:
     assert holds(b"START_PRINT BED=60\nG90\nSET_VELOCITY_LIMIT ACCEL=5\nG1 X1\n")
     assert not holds(b"START HERE\nthe quick brown fox\nM73 or not\n")
+
+
+def test_a_makerbot_has_its_filaments_on_a_and_b(tmp_path: Path) -> None:
+    """Sailfish's GPX programs: A and B are filaments, not rotary axes; G161 and G162 home."""
+    lines = "G162 X Y F3000\nG161 Z F1200\nM132 X Y Z A B\nG1 X10 Y10 Z0.2 F6000\nG1 X40 F3000 A3.5\nG1 Y50 B7"
+    file = tmp_path / "a.gcode"
+    file.write_text(lines)
+    path = sf.read(file, dialect="marlin", start=(10, 10, 0.2))
+    assert path.axes == ("x", "y", "z") and path.length == pytest.approx(70.0)
+    assert "(homing, levelling, retraction), left out with their time: G162 (1), G161 (1)" in "".join(path.findings)
+
+
+def test_macros_of_klipper_with_places_are_no_words_of_siemens(tmp_path: Path) -> None:
+    file = tmp_path / "a.gcode"
+    file.write_text("SET_KINEMATIC_POSITION X=0 Y=0\n_MOVE_TO X=10 Y=5\nG90\nG1 X10 F3000\nP0 S1 ; park\nM98 P5 X90")
+    assert detect(file.read_bytes()).name == "klipper"
+    path = sf.read(file, start=(0, 0, 0))
+    assert path.length == pytest.approx(10.0)
+    assert "left out with their moves and time: _MOVE_TO (1), P0 (1), M98 (1)" in "".join(path.findings)

@@ -108,7 +108,7 @@ _SIGNS = {
     "grbl": r"^[ \t]*\$(?:N?\d+[ \t]*=|J=|[$#GIXCH](?![A-Z0-9]))|\bgrbl\b|\bM0?[34][ \t]*S0\b",
     "marlin": r"^;FLAVOR:\s*Marlin",
     "klipper": r"^;FLAVOR:\s*Klipper|^[ \t]*(?:START_PRINT|PRINT_START|SET_VELOCITY_LIMIT|SET_PRESSURE_ADVANCE"
-    r"|EXCLUDE_OBJECT\w*|BED_MESH_\w+|SET_GCODE_OFFSET|SAVE_GCODE_STATE|SET_RETRACTION)\b",
+    r"|EXCLUDE_OBJECT\w*|BED_MESH_\w+|SET_GCODE_OFFSET|SAVE_GCODE_STATE|SET_RETRACTION|SET_KINEMATIC_POSITION)\b",
     "printer": r"^;FLAVOR:|^[ \t]*(?:N\d+[ \t]*)?"
     r"(?:G[0123]\b[^;(\nM]*\sE-?[\d.]|G92\s*E|G28\s+[WXYZ]\s*(?:[XYZ]\s*)*$"
     r"|M73\s+[PQR]|M(?:82|83|84|10[4679]|11[57]|140|190|20[1-5]|22[01]|400|486|555|862|900|906)\b)",
@@ -127,6 +127,9 @@ _KINDS = {
 _OF_KIND = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign in _KINDS.items()}
 #: Where G4's P is in s, where a whole P is in ms, and from which P on the dialect has to be known.
 IN_SECONDS, IN_MILLISECONDS, ASKED_FROM = ("linuxcnc", "mach3", "grbl"), ("fanuc", "haas", "marlin"), 100.0
+
+#: Klipper's macros, whose values may look like Siemens' words: PARK_AT X=10.
+_MACRO = re.compile(r"^[ \t]*(?=\w*_)[A-Z_]\w*[ \t]+\w+=.*", re.IGNORECASE | re.MULTILINE)
 
 #: Dialects that a comment may name.
 _IN_COMMENTS = ("mach3", "grbl", "haas")
@@ -174,7 +177,7 @@ def told(head: bytes) -> tuple[Dialect, str]:
     """The dialect of a program by its first bytes, and what tells it, with its line; "" where nothing does."""
     text, code = _text_and_code(head)
     for name, sign in _DETECTED.items():
-        looked_at = text if name in _IN_COMMENTS else code
+        looked_at = text if name in _IN_COMMENTS else _MACRO.sub("", code) if name == "siemens" else code
         if found := sign.search(looked_at):
             return DIALECTS[name], _place(looked_at, found)
     return DIALECTS["linuxcnc"], ""
@@ -185,7 +188,11 @@ def contradiction(head: bytes) -> str:
     _, code = _text_and_code(head)
     if _DETECTED["heidenhain"].search(code):
         return ""
-    kinds = {name: _place(code, found) for name, sign in _OF_KIND.items() if (found := sign.search(code))}
+    kinds = {
+        name: _place(code, found)
+        for name, sign in _OF_KIND.items()
+        if (found := sign.search(_MACRO.sub("", code) if name == "siemens" else code))
+    }
     said = " and ".join(f"{name} ({place})" for name, place in kinds.items())
     return f"shows {said} at once; name the control (option dialect: {', '.join(kinds)})" if len(kinds) > 1 else ""
 

@@ -20,7 +20,9 @@ _READ = frozenset(
     (0, 10, 20, 30, 40, 50, 170, 180, 190, 200, 210, 530, 540, 550, 560, 570, 580, 590, 591, 592, 593, 900, 910, 920)
 )
 #: G codes of the printer's own that move it: homing, levelling, parking, probing, and retraction by its own settings.
-_MOVE = frozenset((100, 110, 120, 260, 270, 280, 290, 300, 310, 320, 330, 340, 350, 420, 600, 610, 800))
+_MOVE = frozenset((100, 110, 120, 1610, 1620, 260, 270, 280, 290, 300, 310, 320, 330, 340, 350, 420, 600, 610, 800))
+#: Codes of MakerBot's, whose filaments are A and B (Sailfish, "Supported G-codes": G161, G162; M132 to M135).
+_OF_MAKERBOT, _M_OF_MAKERBOT = frozenset((1610, 1620)), frozenset(range(132, 136))
 #: M codes at which the printer waits until it rests.
 _WAITS = frozenset((0, 1, 25, 109, 116, 125, 190, 191, 192, 193, 226, 303, 400, 600, 601))
 #: The spindle or laser, for which Marlin waits, too, but not with I, its inline mode.
@@ -31,7 +33,7 @@ _SETTINGS = ("SET_", "EXCLUDE_OBJECT", "M117", "RESPOND", "SAVE_GCODE_STATE", "A
 _NUMBER = re.compile(r"(?<!\s)\s*+N\s*+[0-9]++", re.IGNORECASE)
 _CHECKSUM = re.compile(r"\*\s*[0-9]+\s*$")
 _COMMAND = re.compile(r"\s*([GMT])\s*([0-9]+)(?:\.([0-9]))?(?![0-9.])", re.IGNORECASE)
-_OTHER = re.compile(r"\s*(?:@|T[?xc]\s*$|(?P<name>[A-Z_][A-Z_][A-Z0-9_]*)(?:\s|$))", re.IGNORECASE)
+_OTHER = re.compile(r"\s*(?:@|\{%|T[?xc]\s*$|P\s*[0-9]+(?:\s|$)|(?P<name>[A-Z_][A-Z_][A-Z0-9_]*)(?:\s|$))", re.IGNORECASE)
 _WORD = re.compile(r"(?:(?<!\s)\s++|(?!\s))([A-Z])\s*+([-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?![0-9.]))?", re.IGNORECASE)
 #: Letters that G codes of `_READ` have; others are lamps, lasers and the like.
 _LETTERS = frozenset("XYZABCUVWIJKRPQFES")
@@ -44,6 +46,7 @@ class Printer(Interpreter):
         super().__init__(*arguments, **options)  # type: ignore[arg-type]
         self._settings, self._own, self._macros = Counter[str](), Counter[str](), Counter[str]()
         self._kept_rate = 1.0
+        self._filament = "E"  # and A and B, of a MakerBot
 
     def run(self, text: str, line: int) -> None:
         """One line: a command, or words that go on with the motion before them."""
@@ -88,7 +91,7 @@ class Printer(Interpreter):
                 self.findings.count(said, self.line)
                 break
             at = match.end()
-            if letter == "E" and match[2] is not None:
+            if letter in self._filament and match[2] is not None:
                 filament = float(match[2])
             elif match[2] is None and letter in _LETTERS:
                 raise LineError(f"{letter}: a number is missing")
@@ -114,6 +117,8 @@ class Printer(Interpreter):
         return rest
 
     def _own_code(self, code: int) -> str:
+        if code in _OF_MAKERBOT:
+            self._filament = "EAB"
         (self._own if code in _MOVE else self._settings)[g_name(code)] += 1
         return ""
 
@@ -130,6 +135,8 @@ class Printer(Interpreter):
             refuse(not 0.0 < rate <= 1e3, f"M220 S{100 * rate:g}: the part of the feed is a percentage above 0")
             state.feed, state.rate = state.feed * rate / state.rate, rate
             self.findings.count("M220 multiplies the feeds behind it", self.line)
-        self._settings[name] += 1
+        if code in _M_OF_MAKERBOT:
+            self._filament = "EAB"
+        (self._macros if code == 98 else self._settings)[name] += 1
         waits = code in _WAITS or (code in _SPINDLE and not re.search(r"\bI", text, re.IGNORECASE))
         state.say(self.line, " ".join(text.split())[:80], stop=waits)
