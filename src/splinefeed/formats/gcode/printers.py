@@ -33,7 +33,9 @@ _SETTINGS = ("SET_", "EXCLUDE_OBJECT", "M117", "RESPOND", "SAVE_GCODE_STATE", "A
 _NUMBER = re.compile(r"(?<!\s)\s*+N\s*+[0-9]++", re.IGNORECASE)
 _CHECKSUM = re.compile(r"\*\s*[0-9]+\s*$")
 _COMMAND = re.compile(r"\s*([GMT])\s*([0-9]+)(?:\.([0-9]))?(?![0-9.])", re.IGNORECASE)
-_OTHER = re.compile(r"\s*(?:@|\{%|T[?xc]\s*$|P\s*[0-9]+(?:\s|$)|(?P<name>[A-Z_][A-Z_][A-Z0-9_]*)(?:\s|$))", re.IGNORECASE)
+_OTHER = re.compile(
+    r"\s*(?:@|\{%|T[?xc]\s*$|P\s*[0-9]+(?:\s|$)|(?P<name>[A-Z_][A-Z_][A-Z0-9_]*)(?:\s|$))", re.IGNORECASE
+)
 _WORD = re.compile(r"(?:(?<!\s)\s++|(?!\s))([A-Z])\s*+([-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?![0-9.]))?", re.IGNORECASE)
 #: Letters that G codes of `_READ` have; others are lamps, lasers and the like.
 _LETTERS = frozenset("XYZABCUVWIJKRPQFES")
