@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from splinefeed.studio import house as rooms
+from splinefeed.studio.staff import Staff
 
 pytest.importorskip("tornado", reason="the studio needs the extra [studio]")
 
@@ -34,7 +35,10 @@ def test_a_plan_that_takes_too_long_is_left_to_a_job_and_the_next_worker_is_warm
         return {"error": {"fields": {"": "ended"}, "fault": False}, "late": True} if late else {}, b"{}"
 
     async def scene():
-        house = rooms.House(None)
+        with Staff() as staff:
+            return await plan(rooms.House(None, staff))
+
+    async def plan(house):
         monkeypatch.setattr(rooms, "ask", ask)
         house.add = lambda *words: None
         page = Page()

@@ -39,8 +39,6 @@ def studio(port: int, browser: bool, history: str | None, no_history: bool, as_j
 
     if not (find_spec("plotly") and find_spec("tornado")):
         raise InputError("the studio needs Tornado and Plotly: pip install 'splinefeed[studio]'")
-    from splinefeed.studio import server
-
     own = platformdirs.user_data_path("splinefeed", appauthor=False) / "studio.sqlite"
     file = None if no_history else Path(history or own)
 
@@ -51,5 +49,9 @@ def studio(port: int, browser: bool, history: str | None, no_history: bool, as_j
             print_blocks([[f"the studio is at {address}", "Ctrl-C ends it"]])
         sys.stdout.flush()
 
-    with suppress(KeyboardInterrupt):
-        asyncio.run(server.serve(port, file, browser=browser, say=say))
+    from splinefeed.studio.staff import Staff
+
+    with suppress(KeyboardInterrupt), Staff() as staff:
+        from splinefeed.studio import server  # while the first worker starts, too
+
+        asyncio.run(server.serve(port, file, staff, browser=browser, say=say))

@@ -5,33 +5,29 @@ from __future__ import annotations
 import asyncio
 import itertools
 import json
-import shutil
-import tempfile
-from collections.abc import AsyncIterator, Callable, Coroutine, Mapping
-from contextlib import asynccontextmanager
+from collections.abc import Callable, Coroutine, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from weakref import WeakValueDictionary
 
 from splinefeed.errors import InputError
 from splinefeed.studio import settings
 from splinefeed.studio.history import History
+from splinefeed.studio.staff import Staff
 from splinefeed.workers import Answer, LostError, Said, Worker
 
-#: Address space of a worker, bytes; the libraries alone take some GB of it, most never touched.
-MOST_MEMORY = 12 * 2**30
 #: Time that a plan may take while sliders move, s.
 QUICK = 20.0
 #: The answer to a plan that takes longer: a page at rest then asks for a job, which has time and can be cancelled.
 LATER = b'{"final":false,"shown":null}'
 COMPILING = "loading the kernels; the first time they are compiled for this machine, a minute or two"
-#: Workers for plans while sliders move, and for jobs: so many tabs are worked for at once.
-MOST_WORKERS = 4
 #: Jobs of a tab that may wait, and ended ones whose answers are kept for a page that was reloaded.
 MOST_WAITING, ANSWERS = 16, 8
 #: Most tabs at once, and requests of tabs that are remembered.
 MOST_TABS = 64
+#: Time that other workers wait for the first page to have its plan, s.
+FIRST = 10.0
 #: Time that reading an upload may take, s; other jobs say how far they are and can be cancelled.
 READING = 120.0
 #: A job that others replace is left to end by itself if it has run for less than this, s: a new worker takes longer.
@@ -81,32 +77,6 @@ class Job:
         return {name: getattr(self, name) for name in ("id", "kind", "title", "tab", "state", "words", "share")}
 
 
-class Crew:
-    """Workers of a kind, each for one tab at a time: what hangs keeps the tab waiting whose task it is, no other.
-
-    A tab has one of them at most. Who was idle last works first, so that one tab alone always has the same.
-    """
-
-    def __init__(self, *words: str) -> None:
-        # the process of each starts with its first task
-        self.workers = [Worker(*words, memory=MOST_MEMORY) for _ in range(MOST_WORKERS)]
-        self._idle = self.workers[::-1]
-        self._free = asyncio.Semaphore(MOST_WORKERS)
-        self._turns: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
-
-    @asynccontextmanager
-    async def one(self, tab: str) -> AsyncIterator[Worker]:
-        """A worker for a tab; those who wait come in their order."""
-        turn = self._turns.get(tab) or asyncio.Lock()
-        self._turns[tab] = turn
-        async with turn, self._free:
-            worker = self._idle.pop()
-            try:
-                yield worker
-            finally:
-                self._idle.append(worker)
-
-
 #: What each kind of job is called, and what it takes from the page.
 JOBS = {
     "settle": ("plan", "settings"),
@@ -117,17 +87,12 @@ JOBS = {
 
 
 class House:
-    """The parts of a studio and how they work together; `close` ends the workers and takes the files away."""
+    """The parts of a studio and how they work together, over its staff; `close` ends all work."""
 
-    def __init__(self, history: Path | None) -> None:
-        self.folder = Path(tempfile.mkdtemp(prefix="splinefeed-studio-"))
-        self.uploads, self.made = self.folder / "uploads", self.folder / "made"
-        for each in (self.uploads, self.made):
-            each.mkdir()
+    def __init__(self, history: Path | None, staff: Staff) -> None:
+        self.uploads, self.made = staff.uploads, staff.made
         self.history = None if history is None else History(history, self.uploads)
-        words = ("splinefeed.studio.tasks:open_bench", str(self.uploads), str(self.made))
-        self.front, self.back = Crew(*words), Crew(*words)
-        self.player = Worker(*words, memory=MOST_MEMORY)
+        self.front, self.back, self.player = staff.front, staff.back, staff.player
         self.playing: str | None = None
         self._planning: dict[str, Worker] = {}  # who works on the plan of each tab
         self.tabs: dict[str, Callable[..., None]] = {}  # how to tell something to each open page, by its name
@@ -135,6 +100,7 @@ class House:
         self.jobs: list[Job] = []
         self._numbers = itertools.count(1)
         self._plans: dict[str, dict[str, Any]] = {}  # the last request of each tab
+        self._shown = asyncio.Event()  # whether a page has a final plan
         self._tasks: set[asyncio.Task[None]] = set()
 
     def open(self) -> None:
@@ -149,14 +115,13 @@ class House:
         task.add_done_callback(self._tasks.discard)
 
     async def close(self) -> None:
-        """End all work and leave no file behind."""
+        """End all work."""
         for task in list(self._tasks):
             task.cancel()
         for worker in (*self.front.workers, *self.back.workers, self.player):
             await asyncio.to_thread(worker.stop)
         if self.history is not None:
             self.history.close()
-        shutil.rmtree(self.folder, ignore_errors=True)
 
     def welcome(self, tab: str, send: Callable[..., None]) -> None:
         """Say to a page what there is, how things stand, and what it has missed.
@@ -193,8 +158,10 @@ class House:
         async with self.front.one("") as worker:
             await ask(worker, {"task": "warm"}, lambda head: state(COMPILING))
         state("ready")
-        self.add("warm", "warming up", "", {"task": "warm", "all": True})  # not before: both would compile the same
-        await ask(self.player, {"task": "warm", "play": True})
+        with suppress(TimeoutError):  # the first plan, and what it leads to, has the processor for itself
+            await asyncio.wait_for(self._shown.wait(), FIRST)
+        await ask(self.player, {"task": "warm", "play": True})  # one after the other: a processor is left for sliders
+        self.add("warm", "warming up", "", {"task": "warm", "all": True})
 
     # --- what pages ask, each a method `do_...` ---
 
@@ -263,6 +230,8 @@ class House:
                 self._tell_one(tab, "refused", n=n, error=head["error"])
             else:
                 self._tell_one(tab, "planned", n=n, body=body)
+                if head.get("entry") is not None:  # final
+                    self._shown.set()
                 if said.get("rest"):
                     self._remember(given, head.get("entry"))
 
@@ -364,6 +333,7 @@ class House:
                 head, body = await ask(job.worker, job.request, heard, READING if job.kind == "read" else None)
             if job.state == RUNNING:  # or it was cancelled
                 job.answer, job.state = (head, body), FAILED if "error" in head else DONE
+                self._shown.set()
                 self._changed(job)
                 if job.kind == "settle" and job.state == DONE and job.wanted:
                     self._remember(job.request["settings"], head.get("entry"))

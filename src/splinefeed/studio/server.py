@@ -28,6 +28,7 @@ from splinefeed.numbers import finite, whole
 from splinefeed.report import library
 from splinefeed.studio import sources
 from splinefeed.studio.house import House
+from splinefeed.studio.staff import Staff
 
 #: Names that the loopback interface goes by.
 HOSTS = ("127.0.0.1", "localhost")
@@ -254,11 +255,11 @@ def parts() -> dict[str, bytes]:
     return found
 
 
-async def serve(port: int, history: Path | None, *, browser: bool, say: Any) -> None:
+async def serve(port: int, history: Path | None, staff: Staff, *, browser: bool, say: Any) -> None:
     """Serve until the process is terminated; `say` is called with the address."""
     sockets = bind_sockets(port, "127.0.0.1")
     guard = Guard(sockets[0].getsockname()[1])
-    house = House(history)
+    house = House(history, staff)
     strangers: dict[Any, None] = {}
     application = Application(
         [
@@ -291,7 +292,7 @@ async def serve(port: int, history: Path | None, *, browser: bool, say: Any) -> 
         house.open()
         say(guard.address)
         if browser:
-            await loop.run_in_executor(None, webbrowser.open, redirect(house.folder, guard.address))
+            await loop.run_in_executor(None, webbrowser.open, redirect(staff.folder, guard.address))
         await ended.wait()
     finally:
         server.stop()

@@ -124,16 +124,16 @@ def make(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
 
 
 def warm(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
-    """Load or compile the kernels: for moving sliders alone, for playing, or for everything else."""
+    """Load or compile the kernels, by the plan that a page asks for first, by playing, or by everything else, too."""
     usual = complete({})
     if request.get("play"):
         motion = motion_of({"settings": usual}, bench)[1]
         for _ in range(2):
             motion.take(8, 1.0)
         return {}
-    results.result(*bench.done({**usual, "strategy": LOOK_AHEAD}))
-    bench.done({**usual, "limits": PAPER_LIMITS.as_dict()})
+    plan({"settings": usual}, bench)
     if request.get("all"):
+        bench.done({**usual, "limits": PAPER_LIMITS.as_dict()})
         results.result(*bench.done({**usual, "machine": {"name": "xytheta"}}))
     return {}
 
