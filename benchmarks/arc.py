@@ -13,7 +13,7 @@ import splinefeed as sf
 from benchmarks import cases
 from benchmarks.tables import Column, Headline, Report, Table
 from benchmarks.timing import interleaved
-from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.curves.curve import NurbsCurve
 
 COUNT = 100_000
 #: Inversions by quad and brentq, each of which integrates the speed anew about ten times.

@@ -13,12 +13,12 @@ from benchmarks.hal_session import hal_session
 from benchmarks.linuxcnc_planner import PERIOD, mill, recorded
 from benchmarks.tables import Cell, Column, Headline, Report, Table
 from splinefeed.analysis.following import ContourMeter
-from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.hal_files import HalAxis, hal_text
 from splinefeed.live.linuxcnc_sink import LinuxcncSink, installed
 from splinefeed.live.motion import along
 from splinefeed.live.operator import Operator
 from splinefeed.live.stream import play
+from splinefeed.planner.override.reserve import with_reserve
 
 Array = NDArray[np.float64]
 #: Feed = axis velocity, mm/s; acceleration of each axis, mm/s^2; what G64 P allows, mm; rows kept ahead of HAL.

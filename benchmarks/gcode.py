@@ -84,7 +84,7 @@ def program(file: Path, lines: int, every: int) -> Path:
 
 def parse(file: Path) -> int:
     """Count the moves of a program."""
-    from splinefeed.formats.gcode.reader import Reading
+    from splinefeed.programs.gcode.reader import Reading
 
     return sum(len(part) for part in Reading().moves(file))
 
@@ -96,7 +96,7 @@ def plain(file: Path) -> int:
 
 def info(name: str) -> dict[str, Any]:
     """Seconds and peak bytes of a summary, in this process."""
-    from splinefeed.formats.gcode.overview import summary
+    from splinefeed.programs.gcode.overview import summary
 
     start = time.perf_counter()
     summary(name).page(name)

@@ -19,13 +19,13 @@ import splinefeed as sf
 from benchmarks import cases, child
 from benchmarks.hal_session import hal_session
 from benchmarks.tables import Column, Headline, Report, Table
-from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.hal_files import HalAxis, hal_text
 from splinefeed.live.linuxcnc_sink import LinuxcncSink, installed
 from splinefeed.live.motion import Motion, along
-from splinefeed.live.operator import Control, Operator
-from splinefeed.live.sinks import Rows, Taken, UdpSink
-from splinefeed.live.stream import State, play
+from splinefeed.live.operator import Operator, OperatorServer
+from splinefeed.live.sinks import SetpointRows, Taken, UdpSink
+from splinefeed.live.stream import StreamState, play
+from splinefeed.planner.override.reserve import with_reserve
 
 PERIOD, AHEAD = 1e-3, 300
 LIMITS = sf.Limits(feed=60.0, axis_acceleration=500.0, axis_jerk=20000.0)
@@ -46,7 +46,7 @@ class Nowhere:
     def open(self, axes: tuple[str, ...], period: float, start: Any) -> Any:
         return start
 
-    def write(self, rows: Rows) -> None:
+    def write(self, rows: SetpointRows) -> None:
         self.row = rows.first + len(rows) - 1
 
     def depth(self) -> int:
@@ -97,7 +97,7 @@ def throughput(text: bool) -> dict[str, float]:
     while rows < ROWS and not motion.done:
         points = motion.take(256, rng.uniform(0.3, 2.0))
         if text:
-            Rows(rows + 1, points.position, motion.axes).text()
+            SetpointRows(rows + 1, points.position, motion.axes).text()
         rows += len(points)
     return {"rows": rows, "seconds": time.process_time() - start}
 
@@ -112,7 +112,7 @@ def processor_share(linuxcnc: bool) -> dict[str, float]:
         own = resource.getrusage(resource.RUSAGE_SELF)
         return own.ru_utime + own.ru_stime + (_of_child(sink) if linuxcnc else 0.0)
 
-    def seen(state: State) -> None:
+    def seen(state: StreamState) -> None:
         if (not marks and state.confirmed > 1.0 / PERIOD) or (marks and state.confirmed > STREAMED / PERIOD):
             marks.append((time.monotonic(), used()))
         if len(marks) > 1:
@@ -193,7 +193,7 @@ def reactions(ahead: int, turns: int) -> dict[str, list[float]]:
         finally:
             operator.obey({"stop": True})
 
-    with Control(operator) as control:
+    with OperatorServer(operator) as control:
         thread = threading.Thread(target=turn)
         thread.start()
         play(motion, sink, operator, ahead)
@@ -209,7 +209,7 @@ def long_stream() -> dict[str, float]:
     hour = round(3600.0 / PERIOD)
     memory: list[int] = []
 
-    def seen(state: State) -> None:
+    def seen(state: StreamState) -> None:
         if state.row % 100_000 < 256:
             operator.obey({"override": rng.uniform(8.0, 12.0)})
         if state.row >= hour * (1 if not memory else HOURS) and len(memory) < 2:

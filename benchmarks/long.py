@@ -119,8 +119,8 @@ def by_windows(file: str) -> dict[str, Any]:
     """From a program to checked setpoints beside it; called in a process of its own."""
     import splinefeed as sf
     from splinefeed.formats.setpoints import Writer
-    from splinefeed.pipeline.meters import FileMeter
-    from splinefeed.pipeline.run import MotionJob, carry_out
+    from splinefeed.runs.meters import FileMeter
+    from splinefeed.runs.run import MotionJob, carry_out
 
     limits = sf.Limits(feed=LINE_FEED, axis_acceleration=1500, axis_jerk=5e4)
     seconds, made = 0.0, None

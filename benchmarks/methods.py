@@ -5,7 +5,7 @@ from __future__ import annotations
 import splinefeed as sf
 from benchmarks import cases
 from benchmarks.tables import Column, Report, Table
-from splinefeed.pipeline.settings import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE
+from splinefeed.runs.settings import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE
 
 COLUMNS = (
     Column("method"),

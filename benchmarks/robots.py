@@ -356,7 +356,7 @@ def _pause() -> list[tuple[Cell, ...]]:
     arm = arm_of("panda", payload=3.0)
     path = arm.through(WAYPOINTS)
     law = sf.plan(path, sf.live.with_reserve(arm.limits), period=PERIOD)
-    course = sf.live.LawCourse(path, law)
+    course = sf.live.LawSource(path, law)
     worst, longest = 0.0, 0
     for part in np.linspace(0.05, 0.95, 19):
         run = sf.live.Override(course, arm.limits)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import splinefeed as sf
-from splinefeed.geometry.differential import by_arc_length
+from splinefeed.curves.differential import by_arc_length
 
 Array = NDArray[np.float64]
 #: Slowed at most so often, until what is left over a limit is a hair.

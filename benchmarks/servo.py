@@ -16,7 +16,7 @@ from benchmarks.tables import Column, Headline, Report, Table
 from benchmarks.timing import interleaved
 from splinefeed.analysis.following import ContourMeter
 from splinefeed.kernels import mechanics
-from splinefeed.pipeline.follow import Servo, follow_chunks
+from splinefeed.runs.follow import Servo, follow_chunks
 from splinefeed.simulation.plant import SUB_STEPS, parameters, plant, step_table
 
 #: Ticks that are timed at once, few enough to pass between two other programs, and rounds; machine and axis.

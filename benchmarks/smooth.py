@@ -11,9 +11,9 @@ import splinefeed as sf
 from benchmarks import child
 from benchmarks.stream import peak_memory
 from benchmarks.tables import Cell, Column, Headline, Report, Table
+from splinefeed.curves.nearest import Nearest
 from splinefeed.errors import SplinefeedError
-from splinefeed.geometry.nearest import Nearest
-from splinefeed.geometry.smoothing_proven import proven
+from splinefeed.paths.smoothing_proven import proven
 from splinefeed.records import Array
 
 FOLDER = Path(__file__).parents[1] / "tests" / "data" / "gcode"
@@ -82,7 +82,7 @@ def measure() -> Report:
         "Lines smoothed a second of one core's time, corners rounded, each in a process of its own.",
         columns,
         tuple((words, how, each["lines"], each["rate"], each["peak_mb"]) for (words, how), each in found.items()),
-        ("Stream: `sf.geometry.Smoother`, pieces of 1,000 lines. Memory: about 150 MB are Python and the kernels.",),
+        ("Stream: `sf.paths.Smoother`, pieces of 1,000 lines. Memory: about 150 MB are Python and the kernels.",),
     )
     least = min(each["rate"] for each in found.values())
     return Report(
@@ -195,7 +195,7 @@ def rate(kind: str, count: int, how: str) -> dict[str, float]:
         path.smoothed(TOLERANCE, corners="round")
         spent = time.process_time() - start
     else:
-        smoother = sf.geometry.Smoother(TOLERANCE, ("x", "y", "z"), corners="round")
+        smoother = sf.paths.Smoother(TOLERANCE, ("x", "y", "z"), corners="round")
         for first in range(0, count, PIECE):
             piece = make(first, PIECE)
             start = time.process_time()

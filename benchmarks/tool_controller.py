@@ -13,13 +13,13 @@ import splinefeed as sf
 from benchmarks.linuxcnc_planner import PERIOD, Mill, recorded, watched
 from benchmarks.tables import Cell, Column, Headline, Report, Table
 from benchmarks.tool import flank, limits
-from splinefeed.feed.reserve import with_reserve
-from splinefeed.geometry.differential import by_arc_length
+from splinefeed.curves.differential import by_arc_length
 from splinefeed.live.hal_files import SAMPLES, HalAxis, hal_text, sampler_cfg
 from splinefeed.live.linuxcnc_sink import LinuxcncSink, installed
 from splinefeed.live.motion import along, approach
 from splinefeed.live.operator import Operator
 from splinefeed.live.stream import play
+from splinefeed.planner.override.reserve import with_reserve
 from splinefeed.records import AXIS_LIMITS, Limits
 
 Array = NDArray[np.float64]

@@ -22,7 +22,7 @@ MOMENTS = 120
 def run(folder: Path, feed: float, die_at: int) -> bool:
     """Make a run in a process that dies at a moment; whether it came to its end."""
     import splinefeed as sf
-    from splinefeed.report.folder import report
+    from splinefeed.reports.folder import report
 
     child = os.fork()
     if child == 0:
@@ -51,7 +51,7 @@ def run(folder: Path, feed: float, die_at: int) -> bool:
 def judged(folder: Path) -> str:
     """What a folder holds: "whole", "none" before the first run, "told" where the page does not fit the files."""
     import splinefeed as sf
-    from splinefeed.report import files, record
+    from splinefeed.reports import files, record
 
     if not (folder / files.RECORD).exists():
         return "none"

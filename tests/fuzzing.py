@@ -263,7 +263,7 @@ def seeds(kind: str, folder: Path) -> Iterator[bytes]:
 def kept(kind: str, folder: Path) -> bytes:
     """What a run or a sweep keeps in its folder, which is made here; the page of the run knows no digests."""
     import splinefeed as sf
-    from splinefeed.report.folder import report
+    from splinefeed.reports.folder import report
     from splinefeed.sweeps import store
 
     if kind in ("record", "folder"):

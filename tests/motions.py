@@ -9,7 +9,7 @@ from importlib.resources import files
 import numpy as np
 
 from splinefeed import Limits, NurbsCurve, Path, TimeLaw
-from splinefeed.feed.stream import WINDOW, Block, LookAhead
+from splinefeed.planner.stream import WINDOW, LookAhead, MotionBlock
 
 
 def butterfly() -> Path:
@@ -35,7 +35,7 @@ def constant(path: Path, feed: float) -> TimeLaw:
     return TimeLaw(breaks=[0.0, path.length / feed], coefficients=[[0, feed, 0, 0, 0, 0]], strategy="test")
 
 
-def look_ahead(paths: Iterable[Path], limits: Limits, period: float, window: int = WINDOW) -> Iterator[Block]:
+def look_ahead(paths: Iterable[Path], limits: Limits, period: float, window: int = WINDOW) -> Iterator[MotionBlock]:
     """Blocks of motion over paths that follow each other without end."""
     planner: LookAhead | None = None
     for path in paths:

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from splinefeed.feed import profiles, seven_phase
-from splinefeed.feed.profiles import Profile, each_field
+from splinefeed.planner import profiles, seven_phase
+from splinefeed.planner.profiles import Profile, each_field
 from splinefeed.records import Limits, TimeLaw, frozen_array, positive
 
 

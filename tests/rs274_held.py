@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from rs274_twin import ROUNDED, Canon, Run, run
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import FormatError
-from splinefeed.formats.gcode.arcs import arc_curve, find_arcs
-from splinefeed.formats.gcode.dialects import named
-from splinefeed.formats.gcode.moves import Flag, Kind, Moves, joined
-from splinefeed.formats.gcode.reader import Reading
-from splinefeed.formats.gcode.state import UNSAID
-from splinefeed.formats.gcode.tools import Tool, Tools, read_tools
-from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.programs.gcode.arcs import arc_curve, find_arcs
+from splinefeed.programs.gcode.dialects import named
+from splinefeed.programs.gcode.moves import Flag, MoveKind, Moves, joined
+from splinefeed.programs.gcode.reader import Reading
+from splinefeed.programs.gcode.state import UNSAID
+from splinefeed.programs.gcode.tools import Tool, Tools, read_tools
 
 #: A tool table in inches, as rs274 takes it without an INI file; ours is the same in mm.
 TOOLS = "T1 P1 Z2 D.25 ; a drill\nT2 P2 X.5 Z-.25 D1\nT7 P4 Z3\n"
@@ -68,20 +68,20 @@ def compare(moves: Moves, twin: Run, file: Path) -> None:
     columns = np.arange(3)
     # LinuxCNC leaves out moves that lead nowhere in some places and not in others
     shown = ROUNDED * np.where(moves.has(Flag.INCH), 25.4, 1.0)  # the least move that it prints
-    kept = [i for i in range(len(moves)) if i in number or moves["kind"][i] == Kind.SPLINE or step[i] > shown[i]]
+    kept = [i for i in range(len(moves)) if i in number or moves["kind"][i] == MoveKind.SPLINE or step[i] > shown[i]]
     place, theirs = np.zeros((1, 6)), []
     for canon in twin.moves:
         leads = np.all(np.any(np.abs(canon.end - place) > limits(canon), axis=1))
         if canon.middle is not None or canon.kind == "NURBS" or leads:
             theirs.append(canon)
         # where a spline ends it does not print
-        place = moves["end"][moves["kind"] == Kind.SPLINE][:, :6] if canon.kind == "NURBS" else canon.end[None]
+        place = moves["end"][moves["kind"] == MoveKind.SPLINE][:, :6] if canon.kind == "NURBS" else canon.end[None]
     assert len(kept) == len(theirs)
     for i, canon in zip(kept, theirs, strict=True):
         said = f"line {moves['line'][i]}"
-        spline = moves["kind"][i] == Kind.SPLINE and canon.middle is not None  # an arc across the plane of a turn
-        kind = "ARC" if i in number or spline else "NURBS" if moves["kind"][i] == Kind.SPLINE else "TRAVERSE"
-        kind = "FEED" if kind == "TRAVERSE" and moves["kind"][i] != Kind.RAPID else kind
+        spline = moves["kind"][i] == MoveKind.SPLINE and canon.middle is not None  # an arc across the plane of a turn
+        kind = "ARC" if i in number or spline else "NURBS" if moves["kind"][i] == MoveKind.SPLINE else "TRAVERSE"
+        kind = "FEED" if kind == "TRAVERSE" and moves["kind"][i] != MoveKind.RAPID else kind
         assert kind == canon.kind, said
         if kind != "NURBS":
             # the place, the offset of its system and that of G92 are rounded each

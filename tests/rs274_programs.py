@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from rs274_held import compare, ours, tool_table
 from rs274_twin import run
-from splinefeed.formats.gcode.tools import Tools
+from splinefeed.programs.gcode.tools import Tools
 
 #: Folders of LinuxCNC's repository that hold programs, and how their names end.
 FOLDERS, SUFFIXES = ("nc_files", "tests"), (".ngc", ".nc", ".tap")

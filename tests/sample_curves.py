@@ -7,7 +7,7 @@ from importlib import resources
 
 import numpy as np
 
-from splinefeed.geometry.curve import MAX_DEGREE, NurbsCurve
+from splinefeed.curves.curve import MAX_DEGREE, NurbsCurve
 
 KINDS = ("clamped", "unclamped", "periodic")
 ROOT_HALF = np.sqrt(0.5)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinefeed.curves.nearest import Nearest
 from splinefeed.errors import InputError
-from splinefeed.geometry.nearest import Nearest
-from splinefeed.geometry.path import Path
-from splinefeed.geometry.smoothing_proven import chords
+from splinefeed.paths.path import Path
+from splinefeed.paths.smoothing_proven import chords
 from splinefeed.records import Array, IntArray
 
 #: What chords cut off each path, which counts twice in a bound and twice in what it is compared with, and what bounds

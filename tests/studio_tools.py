@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.report.detail import BLOCK, GAP
+from splinefeed.reports.detail import BLOCK, GAP
 
 #: What a page waits for is there long before, however busy the machine is, ms.
 PATIENCE = 400_000

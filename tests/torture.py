@@ -89,8 +89,9 @@ def corners(seed: int) -> Outcome:
 
 def judged(draw: Callable[[], Motion]) -> Outcome:
     """Plan, interpolate and check a motion."""
-    import splinefeed as sf
     from feed.test_torture import REFUSALS
+
+    import splinefeed as sf
     from splinefeed.errors import CurveError, LimitsError, PlanError
 
     try:

@@ -26,7 +26,7 @@ from benchmarks.sampled import Array, Profile, stretched
 from benchmarks.suite.judge import judge
 from benchmarks.suite.make import PROBLEMS
 from benchmarks.tables import Column, Headline, Report, Table
-from splinefeed.feed.modes import MODES, TIME_OPTIMAL, plan_in_mode
+from splinefeed.planner.strategies import MODES, TIME_OPTIMAL, plan_in_mode
 
 #: A share up to here is the rounding of third differences at 1 ms.
 HELD = 1.0 + 1e-6

@@ -22,8 +22,8 @@ from marked import DOCS, rows, words, write
 
 from splinefeed.machine.control import AxisControl, Control, SpindleControl
 from splinefeed.machine.machine import Machine
-from splinefeed.pipeline.calibration import Calibration, Recorded, calibrate, compared, record
-from splinefeed.pipeline.cycle_time import cycle_time
+from splinefeed.programs.calibration import Calibration, Recorded, calibrate, compared, record
+from splinefeed.programs.cycle_time import cycle_time
 
 DATA = DOCS.parent / "tests" / "data" / "cycle-time"
 MACHINES = DOCS.parent / "src" / "splinefeed" / "machines"

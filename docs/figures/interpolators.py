@@ -10,8 +10,8 @@ from marked import rows, words, write
 
 import splinefeed as sf
 from splinefeed.analysis.measures import drift
-from splinefeed.report import theme
-from splinefeed.report.figure import Axis, Figure, Level, Line, Panel
+from splinefeed.reports import theme
+from splinefeed.reports.figure import Figure, Level, Line, Panel, PlotAxis
 
 put = partial(write, "math/interpolators.md", "interpolators")
 #: Milne's predictor on u' = lambda u without its factor h = lambda T: (4/3) (2 r^3 - r^2 + 2 r), highest power first.
@@ -111,13 +111,13 @@ def picture() -> Figure:
         Line(h, np.array([max(abs(roots(name, x)[0] / np.exp(x) - 1), 1e-9) for x in h]), name, colour, named=True)
         for name, colour in (one_step | styles).items()
     ]
-    step = Axis("h = λ T")
+    step = PlotAxis("h = λ T")
     panels = (
         Panel(
-            step, Axis("largest parasitic root |r|"), (*parasitic, Level(1.0, colour=theme.FAINT, always=True)),
+            step, PlotAxis("largest parasitic root |r|"), (*parasitic, Level(1.0, colour=theme.FAINT, always=True)),
             "above 1 it grows from tick to tick", height=190,
         ),
-        Panel(step, Axis("error of the true root, |r / exp(h) - 1|", 1e-8, 1.0, log=True), tuple(true), height=190),
+        Panel(step, PlotAxis("error of the true root, |r / exp(h) - 1|", 1e-8, 1.0, log=True), tuple(true), height=190),
     )  # fmt: skip
     return Figure("What one step makes of an error, u' = λ u", panels)
 

@@ -10,8 +10,8 @@ from marked import words, write
 
 import splinefeed as sf
 from splinefeed.analysis.measures import feed_ripple
-from splinefeed.report import theme
-from splinefeed.report.figure import Axis, Figure, Line, Panel
+from splinefeed.reports import theme
+from splinefeed.reports.figure import Figure, Line, Panel, PlotAxis
 
 put = partial(write, "math/milne-simpson.md", "milne_simpson")
 FEED, PERIOD = 60.0, 1e-3
@@ -48,8 +48,8 @@ def main() -> None:
         below.append(Line(time[after], size, "alternating part of u, measured", theme.PALE, 3.0, named=True))
         below.append(Line(time[after], law_of_it, "constant · |C'|^(1/3)", theme.INK, 1.0, dash=True, named=True))
     panels = (
-        Panel(Axis("time after the start (ms)"), Axis("feed ripple (%)"), tuple(above), height=190),
-        Panel(Axis("time (ms)"), Axis("size (1e-6 of u)"), tuple(below), height=190),
+        Panel(PlotAxis("time after the start (ms)"), PlotAxis("feed ripple (%)"), tuple(above), height=190),
+        Panel(PlotAxis("time (ms)"), PlotAxis("size (1e-6 of u)"), tuple(below), height=190),
     )
     title = "After a curvature jump: 60 mm/s, 1 ms, one correction\nit never dies: it follows |C'| to the power 1/3"
     Figure(title, panels).save(Path(__file__).with_suffix(".svg"))

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 import splinefeed as sf
-from splinefeed.geometry.differential import curvatures
-from splinefeed.report import theme
-from splinefeed.report.figure import Axis, Dots, Figure, Line, Panel
+from splinefeed.curves.differential import curvatures
+from splinefeed.reports import theme
+from splinefeed.reports.figure import Dots, Figure, Line, Panel, PlotAxis
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
 
@@ -34,8 +34,8 @@ def main() -> None:
         joints = path.curve_starts[1:-1:3]
         dots = Dots(joints, np.maximum(lines[::3], 1e-2), colour=theme.VERMILION, size=2.0)
         note = f"up to {lines.max():.3g}, then {bend.min():.3f} to {bend.max():.3f}"
-        y = Axis(name, 5e-2, 1e4, log=True)
-        panels.append(Panel(Axis("arc length (mm)"), y, (dots, Line(s[::50], bend[::50])), note, height=140))
+        y = PlotAxis(name, 5e-2, 1e4, log=True)
+        panels.append(Panel(PlotAxis("arc length (mm)"), y, (dots, Line(s[::50], bend[::50])), note, height=140))
         print(f"{name}: {len(path.curves)} lines, curvature up to {lines.max():.3g} / R; "
               f"{len(result.curves)} curves, {bend.min():.4f} / R to {bend.max():.4f} / R")  # fmt: skip
     title = "Curvature times radius: lines with the noises of CAM systems (dots), and the curves made of them"

@@ -10,9 +10,9 @@ from marked import rows, words, write
 
 import splinefeed as sf
 from splinefeed.errors import LimitsError
-from splinefeed.feed.course import LawCourse
-from splinefeed.feed.override import Override
-from splinefeed.feed.reserve import ACCELERATION_SHARE, JERK_SHARE, with_reserve
+from splinefeed.planner.override.override import Override
+from splinefeed.planner.override.reserve import ACCELERATION_SHARE, JERK_SHARE, with_reserve
+from splinefeed.planner.override.source import LawSource
 
 put = partial(write, "math/override.md", "override")
 PERIOD = 1e-3
@@ -54,7 +54,7 @@ def plans(name: str, path: sf.Path, reserves: tuple[tuple[float, float, float], 
     """Lines of the table: the plan without a reserve, then each of those with one."""
     whole = sf.plan(path, LIMITS, strategy="time-optimal", period=PERIOD)
     try:
-        Override(LawCourse(path, whole), LIMITS)
+        Override(LawSource(path, whole), LIMITS)
         raise AssertionError("a plan without a reserve can be held: the page says that it cannot")
     except LimitsError:
         lines = [(name, "no reserve", f"{whole.duration:.3f} s", "cannot be held", "", "", "")]
@@ -74,7 +74,7 @@ def plans(name: str, path: sf.Path, reserves: tuple[tuple[float, float, float], 
 def holds(path: sf.Path, law: sf.TimeLaw) -> tuple[np.ndarray, np.ndarray]:
     """Ticks from hold to rest and from resume to the full rate, (HOLDS,) each, of holds that end before the path."""
     rng = np.random.default_rng(SEED)
-    course, found = LawCourse(path, law), []
+    course, found = LawSource(path, law), []
     ticks = round(law.duration / PERIOD)
     while len(found) < HOLDS:
         at = int(rng.integers(ticks))
@@ -121,7 +121,7 @@ def faster(butterfly: sf.Path) -> str:
 def times(path: sf.Path, limits: sf.Limits, feed: float, strategy: str) -> tuple[float, float]:
     """How long a plan for that feed lasts, s, and how long it takes at the highest rate that its limits allow."""
     law = sf.plan(path, with_reserve(replace(limits, feed=feed)), strategy=strategy, period=PERIOD)
-    override = Override(LawCourse(path, law), limits, rate=FASTEST)
+    override = Override(LawSource(path, law), limits, rate=FASTEST)
     ran = override.run(np.full(round(law.duration / PERIOD) + 1, FASTEST))
     assert override.done
     return law.duration, len(ran) * PERIOD

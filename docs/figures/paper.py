@@ -11,13 +11,13 @@ from marked import rows, write
 from scipy.optimize import brentq
 
 import splinefeed as sf
-from splinefeed.machine.parts import Axis, Drive
-from splinefeed.pipeline.compare import PAPER_ERROR, PAPER_METHODS, comparison, serve_methods
-from splinefeed.pipeline.follow import Servo, follow
-from splinefeed.pipeline.settings import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE
-from splinefeed.report import theme
-from splinefeed.report.figure import Axis as Scale
-from splinefeed.report.figure import Dots, Figure, Level, Line, Mark, Panel
+from splinefeed.machine.parts import Drive, PlotAxis
+from splinefeed.reports import theme
+from splinefeed.reports.figure import Dots, Figure, Level, Line, Mark, Panel
+from splinefeed.reports.figure import PlotAxis as Scale
+from splinefeed.runs.compare import PAPER_ERROR, PAPER_METHODS, comparison, serve_methods
+from splinefeed.runs.follow import Servo, follow
+from splinefeed.runs.settings import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE
 from splinefeed.simulation.linear import margins
 
 HERE = Path(__file__).parent
@@ -45,7 +45,7 @@ def main() -> None:
     put("plants", plants(table, run.points))
 
 
-def run_words(run: sf.pipeline.run.Run) -> str:
+def run_words(run: sf.runs.run.Run) -> str:
     """Length, time, top feed, phases, and what the axes see."""
     law, path = run.law, run.path
     peaks = run.axis_peaks()
@@ -152,7 +152,7 @@ def heavier(table: sf.Machine) -> sf.Machine:
     x, y = (table.axes[name] for name in XY)
     ratio = y.controller.kp / x.controller.kp
     load = 1e3 * (ratio * (x.motor_inertia + x.load_inertia) - y.motor_inertia)
-    heavy: Axis = replace(y, load=replace(y.load, inertia=load))
+    heavy: PlotAxis = replace(y, load=replace(y.load, inertia=load))
     return replace(table, axes={**table.axes, "y": heavy})
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import splinefeed as sf
-from splinefeed.pipeline.compare import serve_methods
-from splinefeed.report.path_figures import contour_figure
-from splinefeed.report.servo_figures import errors_figure
+from splinefeed.reports.path_figures import contour_figure
+from splinefeed.reports.servo_figures import errors_figure
+from splinefeed.runs.compare import serve_methods
 
 HERE = Path(__file__).parent
 

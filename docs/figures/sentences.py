@@ -16,7 +16,7 @@ from marked import words, write
 import splinefeed as sf
 from splinefeed.errors import InputError
 from splinefeed.formats import bit_pattern
-from splinefeed.pipeline import pulses
+from splinefeed.runs import pulses
 
 from benchmarks import cases, curves  # isort: skip - marked knows where
 
@@ -40,7 +40,7 @@ def tells(name: str, page: str) -> Callable[[Callable[[], str]], Callable[[], st
     return entered
 
 
-def airfoil() -> sf.pipeline.run.Run:
+def airfoil() -> sf.runs.run.Run:
     """The paper's airfoil, planned as the paper does, with its setpoints."""
     return sf.run(sf.shapes.naca("0025", perimeter=33))
 

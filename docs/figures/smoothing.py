@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 import splinefeed as sf
-from splinefeed.geometry.differential import curvatures
-from splinefeed.report import theme
-from splinefeed.report.figure import Axis, Figure, Line, Panel
+from splinefeed.curves.differential import curvatures
+from splinefeed.reports import theme
+from splinefeed.reports.figure import Figure, Line, Panel, PlotAxis
 
 PROGRAM = Path(__file__).parents[2] / "tests" / "data" / "gcode" / "cncjs_tball.gcode"
 TOLERANCE = 0.01
@@ -34,7 +34,7 @@ def main() -> None:
     before = Line(np.repeat(joints, 3), stems, f"{PROGRAM.stem}: its lines, angle of each joint over the mean length "
                   "beside it", theme.VERMILION, 1.0, named=True)  # fmt: skip
     after = Line(s[inside], bend[inside], f"smoothed by {1e3 * TOLERANCE:g} µm", named=True)
-    along, curvature = Axis("arc length (mm)"), Axis("curvature (1/mm)", low=0.0)
+    along, curvature = PlotAxis("arc length (mm)"), PlotAxis("curvature (1/mm)", low=0.0)
     panels = tuple(Panel(along, curvature, (line,)) for line in (before, after))
     Figure("Curvature of a program before and after smoothing", panels).save(Path(__file__).with_suffix(".svg"))
 

@@ -11,8 +11,8 @@ from marked import rows, words, write
 
 import splinefeed as sf
 from splinefeed.machine.parts import ServoAxis
-from splinefeed.pipeline.tuning import PathTuning, tune_on_path
-from splinefeed.report.servo_figures import bode_figure, step_figure
+from splinefeed.reports.servo_figures import bode_figure, step_figure
+from splinefeed.runs.tuning import PathTuning, tune_on_path
 from splinefeed.simulation.curves import hunts, rest_swing
 from splinefeed.simulation.linear import Margins, margins
 from splinefeed.simulation.tuning import Tuning

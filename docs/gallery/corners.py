@@ -3,8 +3,8 @@
 import numpy as np
 
 import splinefeed as sf
-from splinefeed.report import theme
-from splinefeed.report.figure import Axis, Figure, Line, Panel
+from splinefeed.reports import theme
+from splinefeed.reports.figure import Figure, Line, Panel, PlotAxis
 
 square = sf.Path.polyline([[0, 0], [30, 0], [30, 30], [0, 30], [0, 0]], axes=("x", "y"))
 limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
@@ -19,6 +19,6 @@ for number, (name, path) in enumerate(
     marks.append(Line(law(t), law.feed(t), f"{name}: {law.duration:.3f} s", theme.colour(number), named=True))
     seconds.append(law.duration)
 
-panel = Panel(Axis("s (mm)"), Axis("feed (mm/s)", low=0.0), tuple(marks), height=240)
+panel = Panel(PlotAxis("s (mm)"), PlotAxis("feed (mm/s)", low=0.0), tuple(marks), height=240)
 figure = Figure("a square of 30 mm", (panel,))
 assert seconds[1] < seconds[0]

@@ -3,7 +3,7 @@
 import numpy as np
 
 import splinefeed as sf
-from splinefeed.report.figure import Axis, Figure, Line, Panel
+from splinefeed.reports.figure import Figure, Line, Panel, PlotAxis
 
 path = sf.shapes.butterfly()
 jerks = np.array([2e3, 5e3, 1e4, 2e4, 5e4, 1e5])  # mm/s^3
@@ -14,6 +14,8 @@ seconds = np.array(
     ]
 )
 
-panel = Panel(Axis("axis jerk (mm/s³)", log=True), Axis("time (s)"), (Line(jerks, seconds, "time"),), height=240)
+panel = Panel(
+    PlotAxis("axis jerk (mm/s³)", log=True), PlotAxis("time (s)"), (Line(jerks, seconds, "time"),), height=240
+)
 figure = Figure("the butterfly at 60 mm/s and 500 mm/s²", (panel,))
 assert np.all(np.diff(seconds) < 0.0)

@@ -3,8 +3,8 @@
 import numpy as np
 
 import splinefeed as sf
-from splinefeed.report import theme
-from splinefeed.report.figure import Axis, Figure, Line, Panel
+from splinefeed.reports import theme
+from splinefeed.reports.figure import Figure, Line, Panel, PlotAxis
 
 LIMITS = sf.Limits(feed=60, axis_velocity=60, axis_acceleration=500, axis_jerk=20000)
 PERIOD = 1e-3
@@ -15,19 +15,19 @@ path = sf.shapes.ellipse(a=30, b=8)
 law = sf.plan(path, sf.live.with_reserve(LIMITS), strategy="time-optimal", period=PERIOD)
 t = np.linspace(PERIOD, 20000 * PERIOD, 20000)
 starts, rates = np.array(OVERRIDE).T
-ran = sf.live.Override(sf.live.LawCourse(path, law), LIMITS).run(rates[np.searchsorted(starts, t, side="right") - 1])
+ran = sf.live.Override(sf.live.LawSource(path, law), LIMITS).run(rates[np.searchsorted(starts, t, side="right") - 1])
 t = t[: len(ran)]
 s = law(np.concatenate([[0.0], ran.tau]))
 feed = (s[1:] - s[:-1]) / PERIOD
 steps = np.repeat(np.array([*OVERRIDE, (float(t[-1]), OVERRIDE[-1][1])]), 2, axis=0)
-time = Axis("time (s)")
+time = PlotAxis("time (s)")
 rate = (
     Line(t, ran.rate, "rate", named=True),
     Line(steps[1:, 0], steps[:-1, 1], "commanded", theme.FAINT, 1.0, named=True),
 )
 panels = (
-    Panel(time, Axis("feed (mm/s)"), (Line(t, feed, "feed"),)),
-    Panel(time, Axis("feedrate override"), rate),
+    Panel(time, PlotAxis("feed (mm/s)"), (Line(t, feed, "feed"),)),
+    Panel(time, PlotAxis("feedrate override"), rate),
 )
 figure = Figure("An ellipse under the feedrate override", panels)
 assert 0.0 <= ran.rate.min() < 1e-9

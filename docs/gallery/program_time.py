@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import splinefeed as sf
-from splinefeed.report.time_figures import time_figure
+from splinefeed.reports.time_figures import time_figure
 
 Path("part.nc").write_text(
     "G21 G90 G17\nT1 M6\nS8000 M3\nG0 X0 Y0 Z5\nG1 Z-1 F200\n"

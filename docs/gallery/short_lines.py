@@ -3,8 +3,8 @@
 import numpy as np
 
 import splinefeed as sf
-from splinefeed.report import theme
-from splinefeed.report.figure import Axis, Figure, Line, Panel
+from splinefeed.reports import theme
+from splinefeed.reports.figure import Figure, Line, Panel, PlotAxis
 
 LIMITS = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
 
@@ -20,8 +20,8 @@ for path, colour, label in ((lines, theme.VERMILION, "lines"), (smooth, theme.BL
     crest = points.position[np.abs(points.position[:, 0] - 5.0) < 1.3]
     below.append(Line(crest[:, 0], crest[:, 1], label, colour, 1.0))
 panels = (
-    Panel(Axis("time (s)"), Axis("feed (mm/s)"), tuple(above)),
-    Panel(Axis("x (mm)"), Axis("the first crest: y (mm)"), tuple(below), height=190),
+    Panel(PlotAxis("time (s)"), PlotAxis("feed (mm/s)"), tuple(above)),
+    Panel(PlotAxis("x (mm)"), PlotAxis("the first crest: y (mm)"), tuple(below), height=190),
 )
 figure = Figure("The same wave as lines, and as curves within 10 µm of them", panels)
 assert len(lines.curves) == 80

@@ -3,8 +3,8 @@
 import numpy as np
 
 import splinefeed as sf
-from splinefeed.report import theme
-from splinefeed.report.figure import Axis, Figure, Line, Panel
+from splinefeed.reports import theme
+from splinefeed.reports.figure import Figure, Line, Panel, PlotAxis
 
 path = sf.shapes.butterfly()
 limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
@@ -18,6 +18,6 @@ for number, strategy in enumerate(["look-ahead", "time-optimal"]):
     words = f"{strategy}: {law.duration:.3f} s"
     lines.append(Line(law(t), law.feed(t), words, theme.colour(number), named=True))
 
-panel = Panel(Axis("s (mm)"), Axis("feed (mm/s)", low=0.0), tuple(lines), height=260)
+panel = Panel(PlotAxis("s (mm)"), PlotAxis("feed (mm/s)", low=0.0), tuple(lines), height=260)
 figure = Figure("the butterfly by two strategies", (panel,))
 assert seconds["time-optimal"] < seconds["look-ahead"]

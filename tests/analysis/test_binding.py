@@ -9,9 +9,9 @@ from scipy.optimize import linprog
 import splinefeed as sf
 from sample_curves import random_curve
 from splinefeed.analysis.measures import feed_limit, limit_use, maximum_velocity
-from splinefeed.geometry.differential import by_arc_length, curvatures
-from splinefeed.pipeline.run import run
+from splinefeed.curves.differential import by_arc_length, curvatures
 from splinefeed.records import Array
+from splinefeed.runs.run import run
 
 
 def top_of(derivatives: Array, path: sf.Path, limits: sf.Limits, feed: Array, period: float) -> Array:

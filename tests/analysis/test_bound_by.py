@@ -11,8 +11,8 @@ import splinefeed as sf
 from docs_pages import ROOT
 from splinefeed.analysis.measures import limit_use, maximum_velocity
 from splinefeed.cli import options
-from splinefeed.formats import limits_toml
-from splinefeed.geometry.differential import by_arc_length, curvatures
+from splinefeed.curves.differential import by_arc_length, curvatures
+from splinefeed.machine import limits_toml
 from splinefeed.records.limit_table import (
     AXES,
     CORNERS,
@@ -28,8 +28,8 @@ from splinefeed.records.limit_table import (
     unit_of,
     words_of,
 )
-from splinefeed.report.path_figures import KINDS as COLOURS
-from splinefeed.report.svg import to_text
+from splinefeed.reports.path_figures import KINDS as COLOURS
+from splinefeed.reports.svg import to_text
 
 PERIOD = 1e-3
 

@@ -12,8 +12,8 @@ from scipy.integrate import quad
 import motions
 import splinefeed as sf
 from splinefeed.analysis import measures
-from splinefeed.analysis.check_law import limits_along
-from splinefeed.analysis.spans import PathSpans
+from splinefeed.checks.law import limits_along
+from splinefeed.checks.spans import PathSpans
 
 
 def circle(radius: float = 10.0) -> sf.Path:

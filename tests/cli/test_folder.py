@@ -10,7 +10,7 @@ import pytest
 
 import folder_kills
 from splinefeed.errors import FormatError, InputError
-from splinefeed.report import folder as folders
+from splinefeed.reports import folder as folders
 
 RECORD = json.dumps({"program": "splinefeed 0.1.0", "files": ["setpoints.csv", "run.json", "../victim", "notes.txt"]})
 

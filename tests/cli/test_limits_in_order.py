@@ -117,7 +117,7 @@ def test_without_a_path_a_list_is_refused(splinefeed, folder):
 
 
 def test_rotary_values_of_a_list_are_in_degrees():
-    from splinefeed.formats import limits_toml
+    from splinefeed.machine import limits_toml
 
     text = 'axis_velocity = [60, 90]\naxis_jerk = ["1m/s^3", "2rad/s^3"]\n'
     limits = limits_toml.parse(text, axes=("x", "a"))

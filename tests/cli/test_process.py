@@ -142,7 +142,7 @@ def test_a_signal_leaves_no_file(folder, number, code):
     # The signal is sent from inside, when the first file of the run has just been written.
     script = (
         "import os, time\n"
-        "from splinefeed.report import files\n"
+        "from splinefeed.reports import files\n"
         "from splinefeed.cli.main import main\n"
         "real = files.save\n"
         "def save(*words):\n"
@@ -167,7 +167,7 @@ def test_a_signal_leaves_no_file(folder, number, code):
 def test_a_signal_while_an_object_is_taken_away_ends_the_command(folder, number, code):
     script = (
         "import os, time\n"
-        "from splinefeed.report import files\n"
+        "from splinefeed.reports import files\n"
         "from splinefeed.cli.main import main\n"
         "class Gone:\n"
         "    def __del__(self):\n"

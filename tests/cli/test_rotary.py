@@ -9,8 +9,8 @@ import re
 import pytest
 
 import splinefeed as sf
-from splinefeed.report.path_figures import path_figure
-from splinefeed.report.svg import to_text
+from splinefeed.reports.path_figures import path_figure
+from splinefeed.reports.svg import to_text
 
 LIMITS = ["--feed", "90", "--accel", "500", "--jerk", "20000"]
 MILLIMETRES = re.compile(r"\d mm\b|\bmm/s|\(mm|\(1/mm")

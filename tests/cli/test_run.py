@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.pipeline.compare import BESIDE_A_RUN
-from splinefeed.report import files, record
-from splinefeed.report.figure import Figure
+from splinefeed.reports import files, record
+from splinefeed.reports.figure import Figure
+from splinefeed.runs.compare import BESIDE_A_RUN
 
 LIMITS = ["--feed", "3600mm/min", "--accel", "0.5m/s^2", "--jerk", "20000"]
 

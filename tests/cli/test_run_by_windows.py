@@ -13,13 +13,13 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
+from splinefeed.formats.long_files import read_parts
 
 import splinefeed as sf
 from splinefeed.analysis.measures import chord_errors
 from splinefeed.formats import path_parts
-from splinefeed.formats.path_parts import read_parts
-from splinefeed.pipeline import fold, long_path
-from splinefeed.pipeline.run import MotionJob, carry_out
+from splinefeed.runs import fold, long_path
+from splinefeed.runs.run import MotionJob, carry_out
 
 
 def short_lines(file, count: int) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.pipeline.compare import PAPER_METHODS
+from splinefeed.runs.compare import PAPER_METHODS
 
 QUIET = ("--no-figures", "--no-compare")
 
@@ -99,7 +99,7 @@ def test_one_number_for_all_axes_leaves_theta_its_own(splinefeed, folder):
     words = ["plan", "circle?radius=10&tangential=true", "--machine", "xytheta", "--axis-accel", "300", "--json"]
     assert page_of(splinefeed(*words))["strategy"] == "time-optimal"
     from splinefeed.machine.machine import Machine
-    from splinefeed.pipeline.settings import completed
+    from splinefeed.runs.settings import completed
 
     flat = completed({"axis_acceleration": 300.0}, Machine.load("xytheta"), ("x", "y", "theta")).as_dict()
     assert flat["axis_acceleration.x"] == 300.0

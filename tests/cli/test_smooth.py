@@ -10,7 +10,7 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.cli import options, setpoints_file
-from splinefeed.report import record
+from splinefeed.reports import record
 
 RUN = ("--feed", "20", "--accel", "500", "--jerk", "20000", "--no-figures", "--json", "-o", "out")
 

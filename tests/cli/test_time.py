@@ -132,7 +132,7 @@ def test_bad_input_is_one_line(splinefeed, folder, words, said):
 
 def test_calibrate_writes_a_machine_file(splinefeed, folder):
     """From the mill itself with all but three numbers kept: the run moves them little."""
-    from splinefeed.pipeline.calibration import PRIORS
+    from splinefeed.programs.calibration import PRIORS
 
     fitted = ("tool_change", "spindle.start", "velocity_step")
     keep = [word for name in PRIORS if name not in fitted for word in ("--keep", name)]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.formats import limits_toml
+from splinefeed.machine import limits_toml
 
 LIMITS = ("--strategy", "look-ahead", "--accel", "500", "--jerk", "20000")
 WORDS = ("smooth.json", "--machine", "xytheta", *LIMITS)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from splinefeed.errors import FormatError, InputError, SplinefeedError
 from splinefeed.formats import airfoil
 from splinefeed.formats.registry import read
-from splinefeed.geometry.path import Path
+from splinefeed.paths.path import Path
 
 UPPER = [(1.0, 0.0), (0.75, 0.05), (0.5, 0.08), (0.25, 0.07), (0.05, 0.03)]
 LOWER = [(0.05, -0.02), (0.25, -0.04), (0.5, -0.04), (0.75, -0.02), (1.0, 0.0)]

@@ -22,10 +22,10 @@ from cad_makers import (
     write_iges,
     write_step,
 )
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import FormatError
 from splinefeed.formats import step
 from splinefeed.formats.registry import read, read_all
-from splinefeed.geometry.curve import NurbsCurve
 
 #: Digits that OCCT's writers leave, relative: 15 in STEP, 10 in IGES, and 9 in IGES in inches.
 STEP_DIGITS, IGES_DIGITS = 2e-12, 3e-9

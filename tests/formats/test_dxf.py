@@ -16,11 +16,11 @@ import pytest
 from ezdxf import disassemble
 from scipy.interpolate import BSpline
 
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import FormatError, InputError, SplinefeedError
 from splinefeed.formats import dxf_entities
-from splinefeed.formats.contents import Contents
 from splinefeed.formats.registry import read_all, write
-from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.paths.contents import Contents
 
 TRUTH = json.loads((Path(__file__).parents[1] / "data" / "drawings.json").read_text())
 MILLIMETRES = {None: 1.0, 1: 25.4, 4: 1.0, 5: 10.0}

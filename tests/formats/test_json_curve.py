@@ -12,11 +12,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import SplinefeedError
 from splinefeed.formats import json_curve
 from splinefeed.formats.registry import read, read_all, write
-from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.path import Path
+from splinefeed.paths.path import Path
 
 LINE = {"degree": 1, "knots": [0, 0, 1, 1], "control_points": [[0, 0], [3, 4]], "units": "mm"}
 

@@ -10,7 +10,7 @@ import pytest
 import splinefeed as sf
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import points as points_of_a_table
-from splinefeed.formats.gcode import to_path
+from splinefeed.programs.gcode import to_path
 
 DATA = pathlib.Path(__file__).parents[1] / "data"
 

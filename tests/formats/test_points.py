@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from splinefeed.formats.long_files import read_parts
 
 import splinefeed as sf
+from splinefeed.curves.nearest import Nearest
 from splinefeed.errors import FormatError
-from splinefeed.formats import table_text
-from splinefeed.formats.path_parts import read_parts
+from splinefeed.files import table_text
 from splinefeed.formats.registry import read_all
-from splinefeed.geometry.nearest import Nearest
 
 ANGLE = np.linspace(0.0, 2.0 * math.pi, 201)
 LOOP = np.round(np.column_stack([50.0 * np.cos(ANGLE), 30.0 * np.sin(ANGLE)]), 4)

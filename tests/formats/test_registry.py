@@ -14,9 +14,9 @@ import pytest
 
 import splinefeed
 from splinefeed.errors import FormatError, InputError
-from splinefeed.formats import source
+from splinefeed.files import source
 from splinefeed.formats.registry import FORMATS, read, read_all, write
-from splinefeed.geometry.jobs import Job
+from splinefeed.paths.jobs import Job
 
 EXPECTED = ", ".join(f"{each.title} ({' '.join(each.suffixes)})" for each in FORMATS)
 

@@ -12,7 +12,7 @@ import motions
 import splinefeed as sf
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats.setpoints import load_chunks
-from splinefeed.pipeline.follow import Servo, follow_chunks
+from splinefeed.runs.follow import Servo, follow_chunks
 
 COLUMNS = ("t", "command", "position", "measured", "output", "saturated", "contour_error")
 

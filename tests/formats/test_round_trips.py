@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from splinefeed.formats.registry import read_all
-from splinefeed.pipeline.convert import convert
+from splinefeed.runs.convert import convert
 
 SOURCES = [
     "dxf/trimesh_ae_r2000a.dxf", "svg/svgpathtools_transforms.svg", "iges/igesio_sample_curves.igs",

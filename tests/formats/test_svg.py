@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import svgelements
 
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import svg
-from splinefeed.formats.contents import Contents
 from splinefeed.formats.registry import read, read_all, write
-from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.shapes import butterfly, circle, ellipse
+from splinefeed.paths.contents import Contents
+from splinefeed.paths.shapes import butterfly, circle, ellipse
 
 TRUTH = json.loads((Path(__file__).parents[1] / "data" / "drawings.json").read_text())
 PIXEL = 25.4 / 96.0

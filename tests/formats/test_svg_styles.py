@@ -13,7 +13,7 @@ from splinefeed.errors import FormatError
 from splinefeed.formats import svg_tree
 from splinefeed.formats.registry import format_of, read, read_all, write
 from splinefeed.formats.svg_tree import read_tree
-from splinefeed.geometry.shapes import circle
+from splinefeed.paths.shapes import circle
 
 SPACES = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import rhino3dm as rhino
 
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import FormatError
 from splinefeed.formats.registry import read, read_all
-from splinefeed.geometry.curve import NurbsCurve
 
 RING = [(10.0 * math.cos(a), 6.0 * math.sin(a), 2.0 * math.sin(2.0 * a)) for a in np.arange(7) / 7.0 * 2.0 * math.pi]
 BENT = [(50.0 + 3.0 * i, 5.0 * math.sin(1.7 * i), float(i % 3)) for i in range(7)]

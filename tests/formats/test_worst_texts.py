@@ -7,9 +7,10 @@ import time
 import pytest
 
 from splinefeed.errors import FormatError
-from splinefeed.formats import json_values, svg_places
-from splinefeed.formats.gcode.expressions import LineError, mended
-from splinefeed.formats.source import toml_of
+from splinefeed.files import json_values
+from splinefeed.files.source import toml_of
+from splinefeed.formats import svg_places
+from splinefeed.programs.gcode.expressions import LineError, mended
 
 LENGTH = 100_000
 HALF = LENGTH // 2

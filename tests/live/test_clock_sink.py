@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.motion import Motion, along
 from splinefeed.live.operator import Operator
-from splinefeed.live.sinks import ClockSink, Rows
+from splinefeed.live.sinks import ClockSink, SetpointRows
 from splinefeed.live.stream import play
+from splinefeed.planner.override.reserve import with_reserve
 
 PERIOD = 2e-3
 LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000)
@@ -25,7 +25,7 @@ class Keep(ClockSink):
         super().__init__(fill=10**6)  # the clock starts with the last row: a machine that is busy must not come late
         self.kept: list[np.ndarray] = []
 
-    def write(self, rows: Rows) -> None:
+    def write(self, rows: SetpointRows) -> None:
         self.kept.append(rows.position)
         super().write(rows)
 
@@ -72,15 +72,15 @@ def test_a_hold_rests_on_the_path_and_goes_on() -> None:
 def test_where_a_row_is_missing_the_axes_wait_until_they_are_told_to_go_on() -> None:
     sink = ClockSink()
     sink.open(("x",), PERIOD, np.zeros(1))
-    sink.write(Rows(1, np.array([[1.0], [2.0]]), ("x",)))
+    sink.write(SetpointRows(1, np.array([[1.0], [2.0]]), ("x",)))
     time.sleep(5 * PERIOD)
     taken = sink.taken()
     assert (taken.row, taken.underruns, taken.dry) == (2, 1, True)
-    sink.write(Rows(3, np.array([[9.0]]), ("x",)))
+    sink.write(SetpointRows(3, np.array([[9.0]]), ("x",)))
     time.sleep(2 * PERIOD)
     assert sink.now()[1] == 2.0
     sink.restart()
     assert not sink.taken().dry
-    sink.write(Rows(3, np.array([[3.0]]), ("x",)))
+    sink.write(SetpointRows(3, np.array([[3.0]]), ("x",)))
     time.sleep(2 * PERIOD)
     assert sink.now() == (3, 3.0)

@@ -17,12 +17,12 @@ from click.testing import CliRunner
 import splinefeed as sf
 from live_rows import assert_limits
 from splinefeed.cli.main import command_line
-from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.hal_files import GAIN, LAG, VELOCITY, HalAxis, hal_text
 from splinefeed.live.linuxcnc_sink import LinuxcncError, LinuxcncSink, installed
 from splinefeed.live.motion import along
 from splinefeed.live.operator import Operator
-from splinefeed.live.stream import State, play
+from splinefeed.live.stream import StreamState, play
+from splinefeed.planner.override.reserve import with_reserve
 from splinefeed.records import Array
 
 pytestmark = [
@@ -60,7 +60,7 @@ def motion_of(source: str) -> tuple[sf.Path, sf.Limits, sf.TimeLaw]:
     return path, limits, sf.plan(path, with_reserve(limits), strategy="time-optimal", period=PERIOD)
 
 
-def played(source: str, depth: int = 4000) -> tuple[State, Array, Array]:
+def played(source: str, depth: int = 4000) -> tuple[StreamState, Array, Array]:
     """How it ended, what was sent (n, axes), and what HAL sampled (ticks, columns)."""
     motion = along(*_as_motion(source))
     with hal_session(hal_text((HalAxis("x"), HalAxis("y")), PERIOD, depth)) as home:
@@ -74,7 +74,7 @@ def _as_motion(source: str) -> tuple[sf.Path, sf.TimeLaw, sf.Limits]:
     return path, law, limits
 
 
-def assert_whole(state: State, sent: Array, samples: Array) -> None:
+def assert_whole(state: StreamState, sent: Array, samples: Array) -> None:
     """Every row arrived once, in order, bit for bit, and none was missed."""
     assert state.done
     assert state.underruns == 0
@@ -132,11 +132,11 @@ def halcmd(home: str, *words: str) -> None:
     assert code == 0, said
 
 
-def at_rows(orders: dict[int, Callable[[], object]]) -> Callable[[State], None]:
+def at_rows(orders: dict[int, Callable[[], object]]) -> Callable[[StreamState], None]:
     """Do each order once, when so many rows were confirmed."""
     waiting = dict(sorted(orders.items()))
 
-    def seen(state: State) -> None:
+    def seen(state: StreamState) -> None:
         for row in [row for row in waiting if state.confirmed >= row]:
             waiting.pop(row)()
 
@@ -155,12 +155,12 @@ def test_pins_of_hal_turn_the_feed_hold_go_back_and_go_on_within_the_limits() ->
             (2600, "override", "1"),
             (2800, "reverse", "0"),
         ]
-        orders = {row: partial(halcmd, home, "setp", f"splinefeed.feed-{pin}", value) for row, pin, value in pins}
+        orders = {row: partial(halcmd, home, "setp", f"splinefeed.planner-{pin}", value) for row, pin, value in pins}
         orders[4200] = partial(operator.obey, {"stop": True})
         rates: list[float] = []
         follow = at_rows(orders)
 
-        def seen(state: State) -> None:
+        def seen(state: StreamState) -> None:
             follow(state)
             rates.append(state.rate)
 
@@ -190,7 +190,7 @@ def test_a_stall_and_a_consumer_that_dies_cost_no_row_and_a_resume_goes_to_the_e
         assert_limits(position[held:])  # from where it was held
 
         sink = Keep(home)
-        confirmed: list[State] = []
+        confirmed: list[StreamState] = []
         killed = at_rows({200: lambda: sink._child.kill()})  # type: ignore[union-attr]
         shift = position[-1]  # the path begins where the axes are
         with pytest.raises(LinuxcncError, match=r"HAL stopped taking rows after row \d+"):

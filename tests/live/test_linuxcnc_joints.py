@@ -15,13 +15,13 @@ from benchmarks.tool_controller import off, streamed
 
 import splinefeed as sf
 from linuxcnc_kinematics import asked
-from splinefeed.feed.reserve import with_reserve
 from splinefeed.kinematics import kinematics
 from splinefeed.live.hal_files import HalAxis, hal_text
 from splinefeed.live.linuxcnc_sink import LinuxcncSink, installed
 from splinefeed.live.motion import along, approach
 from splinefeed.live.operator import Operator
 from splinefeed.live.stream import play
+from splinefeed.planner.override.reserve import with_reserve
 from splinefeed.records import Array
 from tool_paths import FLANK, FLANK_PERIOD, flank
 

@@ -16,11 +16,11 @@ import pytest
 import splinefeed as sf
 from live_rows import Datagrams, assert_limits
 from splinefeed.errors import InputError
-from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.motion import along, approach
-from splinefeed.live.operator import LONGEST_LINE, MOST_CLIENTS, Control, Operator
-from splinefeed.live.sinks import Rows, Taken, TextSink, UdpSink
-from splinefeed.live.stream import State, StreamError, play
+from splinefeed.live.operator import LONGEST_LINE, MOST_CLIENTS, Operator, OperatorServer
+from splinefeed.live.sinks import SetpointRows, Taken, TextSink, UdpSink
+from splinefeed.live.stream import StreamError, StreamState, play
+from splinefeed.planner.override.reserve import with_reserve
 from splinefeed.records import Array, Setpoints
 
 LIMITS = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
@@ -38,13 +38,13 @@ class Keeper:
     paced = False
 
     def __init__(self, at: int = 0, turn=lambda: None) -> None:  # type: ignore[no-untyped-def]
-        self.rows: list[Rows] = []
+        self.rows: list[SetpointRows] = []
         self._at, self._turn = at, turn
 
     def open(self, axes: tuple[str, ...], period: float, start: Array) -> Array:
         return start
 
-    def write(self, rows: Rows) -> None:
+    def write(self, rows: SetpointRows) -> None:
         self.rows.append(rows)
         if rows.first <= self._at < rows.first + len(rows):
             self._turn()
@@ -121,7 +121,7 @@ def test_datagrams_come_numbered_and_in_order() -> None:
 def test_a_producer_that_stalls_a_second_loses_no_row_and_goes_on_from_rest() -> None:
     stalls = [1.0]
 
-    def seen(state: State) -> None:
+    def seen(state: StreamState) -> None:
         if state.row > 400 and stalls:
             time.sleep(stalls.pop())
 
@@ -184,7 +184,7 @@ def test_a_flood_of_lines_and_clients_neither_stops_the_stream_nor_changes_the_o
             except OSError:
                 continue
 
-    with Datagrams() as there, Control(operator) as control:
+    with Datagrams() as there, OperatorServer(operator) as control:
         wrong = b'{"token": "0123456789abcdef", "override": 200}\n'
         lines = [wrong, b"[" * 900 + b"\n", b"x" * 5000, b'{"hold": true}\n', b"\xff\x00\n", wrong]
         threads = [threading.Thread(target=flood, args=(control.port, line)) for line in lines]
@@ -211,7 +211,7 @@ def test_a_flood_of_lines_and_clients_neither_stops_the_stream_nor_changes_the_o
 
 def test_two_clients_are_both_obeyed_and_the_last_word_counts() -> None:
     operator = Operator()
-    with Control(operator) as control:
+    with OperatorServer(operator) as control:
         token = control.token.encode()
         with (
             socket.create_connection(("127.0.0.1", control.port), 5.0) as one,
@@ -227,7 +227,7 @@ def test_two_clients_are_both_obeyed_and_the_last_word_counts() -> None:
         assert (operator.rate, operator.back, operator.held) == (0.7, True, True)
 
 
-def ask(control: Control, *lines: bytes) -> list[dict[str, object]]:
+def ask(control: OperatorServer, *lines: bytes) -> list[dict[str, object]]:
     with socket.create_connection(("127.0.0.1", control.port), 5.0) as client, client.makefile("rb") as answers:
         found = []
         for line in lines:
@@ -241,7 +241,7 @@ def ask(control: Control, *lines: bytes) -> list[dict[str, object]]:
 
 def test_the_socket_takes_commands_with_the_token_alone() -> None:
     operator = Operator()
-    with Control(operator) as control:
+    with OperatorServer(operator) as control:
         assert ask(control, b'{"hold": true}') == [{"ok": False, "error": "the token is missing or wrong"}]
         assert ask(control, b'{"token": "no", "stop": true}')[0]["ok"] is False
         assert not operator.held and not operator.stopping
@@ -260,7 +260,7 @@ def test_the_socket_takes_commands_with_the_token_alone() -> None:
 @pytest.mark.parametrize("line", [b"", b"[1]", b"{", b'{"token": 1}', b"\xff\xfe", b"[" * 2000, b'"' + b"x" * 3000])
 def test_lines_that_are_no_commands_change_nothing(line: bytes) -> None:
     operator = Operator()
-    with Control(operator) as control:
+    with OperatorServer(operator) as control:
         answers = ask(control, line)
         assert not answers or answers[0]["ok"] is False
         assert operator.wanted == 1.0
@@ -274,7 +274,7 @@ def test_an_override_out_of_range_is_refused() -> None:
 
 def test_silent_and_slow_connections_do_not_lock_the_operator_out() -> None:
     operator = Operator()
-    with Control(operator) as control, contextlib.ExitStack() as stack:
+    with OperatorServer(operator) as control, contextlib.ExitStack() as stack:
         there = "127.0.0.1", control.port
         silent = [stack.enter_context(socket.create_connection(there, 5.0)) for _ in range(100)]
         token = control.token.encode()

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.motion import along
+from splinefeed.planner.override.reserve import with_reserve
 from tool_paths import FLANK, FLANK_PERIOD, MACHINES, flank, random_limits, random_tool_path
 
 

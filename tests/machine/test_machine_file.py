@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from splinefeed.errors import FormatError, InputError, UnitError
-from splinefeed.formats import limits_toml
-from splinefeed.machine import Encoder, Machine, MachineError
+from splinefeed.machine import Encoder, Machine, MachineError, limits_toml
 from splinefeed.machine.quantities import KINDS, parse, show
 from splinefeed.machine.under import under
 from splinefeed.records import Limits

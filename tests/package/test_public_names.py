@@ -27,7 +27,7 @@ PUBLIC = {
     """,
     "splinefeed.analysis": "AxisMotion Contour LimitUse Ripple feed_ripple",
     "splinefeed.formats": "BitPattern PathParts read_parts",
-    "splinefeed.geometry": "Fit Smoother smooth_stream",
+    "splinefeed.paths": "Fit Smoother smooth_stream",
     "splinefeed.live": "Block LawCourse LookAhead Override Ticks stream_setpoints with_reserve",
     "splinefeed.plot": """
         Figure binding bode compare contour errors joints law limits motion overview path program ripple

@@ -44,9 +44,9 @@ one: sf.simulation.Tuning = sf.tune(machine.axes["x"], rule="tyreus-luyben")
 many: sf.simulation.PathTuning = sf.tune(machine, setpoints=points, path=path)
 traces: list[sf.MethodTrace] = list(sf.compare(path, law))
 results: list[sf.MethodResult] = [trace.result for trace in traces]
-blocks: list[sf.live.Block] = sf.live.LookAhead(limits, 1e-3, path.axes).push(path)
-ticks: sf.live.Ticks = sf.live.Override(sf.live.LawCourse(path, law), limits).run(np.ones(3))
-fitted: sf.geometry.Fit = sf.fit([[0, 0], [1, 0.2], (2, np.sqrt(2.0))], 0.1)
+blocks: list[sf.live.MotionBlock] = sf.live.LookAhead(limits, 1e-3, path.axes).push(path)
+ticks: sf.live.OverrideTicks = sf.live.Override(sf.live.LawSource(path, law), limits).run(np.ones(3))
+fitted: sf.paths.Fit = sf.fit([[0, 0], [1, 0.2], (2, np.sqrt(2.0))], 0.1)
 curves = [sf.NurbsCurve.bezier([np.zeros(2), (1, 0.2)]), sf.NurbsCurve(1, [0, 0, 1, 1], np.eye(2))]
 lines: sf.Path = sf.Path.polyline([[0, 0], [1, 0.2]])
 loaded: sf.Response = sf.load("x.h5", sf.Response)

@@ -48,7 +48,7 @@ def test_torque_slows_an_arm_that_lifts_as_much_as_it_can():
 
 
 def test_an_arm_passes_waypoints_when_it_is_wanted_and_keeps_its_torques():
-    from splinefeed.feed.timed import times_at
+    from splinefeed.planner.timed import times_at
 
     arm = sf.robot(FILE, payload=2.0)
     wanted = [0, 0.9, np.nan, 2.4, 3.6, 5.0]

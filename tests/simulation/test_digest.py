@@ -10,8 +10,8 @@ import pytest
 import splinefeed
 from simulation.axes import table, velocity_axis
 from splinefeed.machine import Machine
-from splinefeed.pipeline.follow import follow
 from splinefeed.records import Setpoints
+from splinefeed.runs.follow import follow
 
 
 @pytest.fixture(scope="module")

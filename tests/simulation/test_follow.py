@@ -16,8 +16,8 @@ from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
 from splinefeed.errors import InputError
 from splinefeed.kernels import mechanics
 from splinefeed.machine import Friction, Machine
-from splinefeed.pipeline.follow import follow
 from splinefeed.records import Response, Setpoints
+from splinefeed.runs.follow import follow
 from splinefeed.simulation.follow import Follower
 from splinefeed.simulation.plant import parameters
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import splinefeed as sf
-from splinefeed.report.record import documented
+from splinefeed.reports.record import documented
 from splinefeed.studio import results
 from splinefeed.studio.settings import resolve
 from studio_tools import rest, value

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from splinefeed.analysis.nearest import NearestOnPath
-from splinefeed.analysis.spans import spans_of
+from splinefeed.checks.nearest import NearestOnPath
+from splinefeed.checks.spans import spans_of
 from splinefeed.errors import InputError
-from splinefeed.geometry.path import Path
+from splinefeed.paths.path import Path
 from splinefeed.records import ROTARY_AXES, Array, Response, check_finite, positive, shown_by, unit_along
 
 #: A coordinate beyond this, mm, has a square that is not a number.

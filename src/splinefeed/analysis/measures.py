@@ -7,11 +7,11 @@ from itertools import combinations
 
 import numpy as np
 
-from splinefeed.analysis import between
-from splinefeed.analysis.spans import EPSILON, SpanPlaces, spans_of
-from splinefeed.geometry.corners import STOP_ANGLE
-from splinefeed.geometry.path import Path
+from splinefeed.checks import between
+from splinefeed.checks.spans import EPSILON, SpanPlaces, spans_of
 from splinefeed.kinematics import JointPath
+from splinefeed.paths.corners import STOP_ANGLE
+from splinefeed.paths.path import Path
 from splinefeed.records import Array, IntArray, Limits, Setpoints, TimeLaw
 
 #: A limit binds where at least this share of it is used.

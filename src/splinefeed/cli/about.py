@@ -175,7 +175,7 @@ def version(say: Say, verbose: bool) -> Page:
     import platform
     from importlib.metadata import PackageNotFoundError, requires
 
-    from splinefeed.analysis.certificate import versions
+    from splinefeed.checks.certificate import versions
     from splinefeed.kernels.jit import cache_directory
 
     try:

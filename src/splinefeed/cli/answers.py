@@ -93,8 +93,8 @@ def answers(
 def recorded(page: Page, names: list[str], folder: str, stage: Path, record: str) -> Page:
     """Write a page of numbers as the file `record` into a staged folder that has the files `names`; what to answer."""
     import splinefeed
-    from splinefeed.formats.atomic import write_page
-    from splinefeed.formats.plain import plain
+    from splinefeed.files.atomic import write_page
+    from splinefeed.files.plain import plain
 
     page = plain({**page, "program": f"splinefeed {splinefeed.__version__}"})
     names = [*names, record]

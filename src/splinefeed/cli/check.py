@@ -52,8 +52,8 @@ def check(say: Say, setpoints: str, **given: Any) -> Page:
       splinefeed check wing.h5 --path wing.json --limits machine.toml --certificate wing-check.json
       splinefeed check recorded.csv --path butterfly --feed 60 --axis-jerk x=20000,y=15000 --resolution 1um
     """
-    from splinefeed.analysis.certificate import certificate, write_certificate
-    from splinefeed.pipeline.settings import completed
+    from splinefeed.checks.certificate import certificate, write_certificate
+    from splinefeed.runs.settings import completed
 
     say(f"reading {setpoints}")
     points, guessed = read_setpoints(setpoints, given)

@@ -54,7 +54,7 @@ def convert(say: Say, source: str, target: str, **given: Any) -> Page:
       splinefeed convert wing.step wing.nc --to fanuc --as arcs --feed 1200mm/min
     """
     from splinefeed.formats import registry
-    from splinefeed.pipeline.convert import convert as write_and_read_back
+    from splinefeed.runs.convert import convert as write_and_read_back
 
     form_written = registry.format_to_write(target).title  # before anything long begins
     say(f"reading {source}")

@@ -70,7 +70,7 @@ def time(say: Say, program: str, **given: Any) -> Page:
       splinefeed time part.ngc --machine router --offsets "G28=0,0,80" --json
       splinefeed time part.nc --machine hurco-04 --from-line 120
     """
-    from splinefeed.report.time_figures import time_figure
+    from splinefeed.reports.time_figures import time_figure
 
     machine, said = options.machine_under(given, otherwise=True)
     say(f"reading {program}")
@@ -128,7 +128,7 @@ def calibrate(say: Say, runs: tuple[str, ...], **given: Any) -> Page:
       splinefeed calibrate part.nc=monday.csv part.nc=friday.csv --machine my-mill.toml -o calibrated.toml
       splinefeed calibrate part.nc=run.csv --machine my-mill.toml --keep home.z --json
     """
-    from splinefeed.pipeline import calibration
+    from splinefeed.programs import calibration
 
     machine = sf.Machine.load(given["machine"])
     for name in given["keep"]:

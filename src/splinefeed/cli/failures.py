@@ -98,7 +98,7 @@ def _exit_code(call: Callable[[], Any]) -> int:
 
 
 def _system_error(error: OSError) -> str:
-    from splinefeed.formats.atomic import reason_of
+    from splinefeed.files.atomic import reason_of
 
     return f"{error.filename or 'output'}: {reason_of(error)}"
 

@@ -47,12 +47,12 @@ def follow(say: Say, setpoints: str, **given: Any) -> Page:
     from pathlib import Path
 
     from splinefeed.analysis.thinning import Kept
-    from splinefeed.pipeline.fold import CHUNK
-    from splinefeed.pipeline.follow import MOST_SAMPLES, Servo, follow_chunks
-    from splinefeed.report import files
-    from splinefeed.report.folder import default_name, staged
-    from splinefeed.report.path_figures import contour_figure
-    from splinefeed.report.servo_figures import errors_figure
+    from splinefeed.reports import files
+    from splinefeed.reports.folder import default_name, staged
+    from splinefeed.reports.path_figures import contour_figure
+    from splinefeed.reports.servo_figures import errors_figure
+    from splinefeed.runs.fold import CHUNK
+    from splinefeed.runs.follow import MOST_SAMPLES, Servo, follow_chunks
 
     drawing = options.figure_formats(given)
     machine = sf.Machine.load(given["machine"])

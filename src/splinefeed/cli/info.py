@@ -102,9 +102,9 @@ def info(say: Say, source: str, every: bool, **given: Any) -> Page:
       splinefeed info part.json
       splinefeed info section.dat --chord 150mm --json
     """
+    from splinefeed.curves.tables import fit_together
     from splinefeed.formats import registry
-    from splinefeed.formats.gcode.overview import summary
-    from splinefeed.geometry.tables import fit_together
+    from splinefeed.programs.gcode.overview import summary
 
     say(f"reading {source}")
     reading, more = options.reading_from(given), {}
@@ -129,8 +129,8 @@ def info(say: Say, source: str, every: bool, **given: Any) -> Page:
 
 def _path(path: sf.Path) -> dict[str, Any]:
     """One path; lengths in mm, rotary axes and angles in degrees."""
-    from splinefeed.formats.metadata import axis_units, to_degrees
-    from splinefeed.geometry.path import JOIN_TOLERANCE
+    from splinefeed.files.metadata import axis_units, to_degrees
+    from splinefeed.paths.path import JOIN_TOLERANCE
 
     low, high = path.bounding_box()
     radius = path.minimum_radius()

@@ -68,7 +68,7 @@ def init(say: Say, output: str, motion: bool, **given: Any) -> Page:
     """
     import math
 
-    from splinefeed.formats.atomic import write_text
+    from splinefeed.files.atomic import write_text
     from splinefeed.live.hal_files import GAIN, VELOCITY, HalAxis, hal_text
     from splinefeed.machine import ServoAxis
     from splinefeed.records import ROTARY_AXES

@@ -56,7 +56,7 @@ def _command(kind: str) -> click.Command:
     title, example = _FROM[kind]
 
     def make(say: Say, file: str, **given: Any) -> Page:
-        from splinefeed.formats.atomic import write_text
+        from splinefeed.files.atomic import write_text
         from splinefeed.machine.imports import imported
 
         target = given["output"] or f"{Path(file).stem}.toml"

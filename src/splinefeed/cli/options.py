@@ -15,7 +15,7 @@ import click
 import splinefeed as sf
 from splinefeed import units
 from splinefeed.errors import InputError
-from splinefeed.formats.sizes import MAX_STANDARD_INPUT_BYTES
+from splinefeed.files.sizes import MAX_STANDARD_INPUT_BYTES
 from splinefeed.numbers import finite
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -58,7 +58,7 @@ def _of_axes(limit: str, text: str) -> dict[str, Any]:
 
     As `Limits.as_dict` has it; values in the path's order stay a list of texts until the axes are known.
     """
-    from splinefeed.formats import limits_toml
+    from splinefeed.machine import limits_toml
 
     if "=" in text:
         named = limits_toml.by_axis(text)
@@ -72,7 +72,7 @@ def _of_axes(limit: str, text: str) -> dict[str, Any]:
 
 def _travel(text: str) -> dict[str, float]:
     """Soft limits of axes, `x=0:500,theta=-90:90`, as `Limits.as_dict` has them."""
-    from splinefeed.formats.limits_toml import by_axis, travel_of
+    from splinefeed.machine.limits_toml import by_axis, travel_of
     from splinefeed.records import TRAVEL_ENDS
 
     found: dict[str, float] = {}
@@ -309,8 +309,8 @@ def said_limits(given: Mapping[str, Any], otherwise: Mapping[str, float]) -> dic
 
     Values in the path's order stay lists; `completed` names their axes.
     """
-    from splinefeed.formats import limits_toml
-    from splinefeed.formats.source import read_text, toml_of
+    from splinefeed.files.source import read_text, toml_of
+    from splinefeed.machine import limits_toml
     from splinefeed.records import field_of
 
     file, out = given["limits_file"], dict(otherwise)
@@ -329,7 +329,7 @@ def machine_under(given: Mapping[str, Any], *, otherwise: bool = False) -> tuple
 
     otherwise  whether the usual machine is taken where neither is given
     """
-    from splinefeed.formats import limits_toml
+    from splinefeed.machine import limits_toml
     from splinefeed.machine.under import under
     from splinefeed.machine.usual import usual
 
@@ -350,6 +350,6 @@ def limits_from(
     given: Mapping[str, Any], machine: sf.Machine | None = None, axes: Sequence[str] = ()
 ) -> tuple[sf.Limits, list[str]]:
     """Limits of `axes` from what the options of `limits` were `given`; see `completed`, and `limited` for a path."""
-    from splinefeed.pipeline.settings import completed
+    from splinefeed.runs.settings import completed
 
     return completed(said_limits(given, {}), machine, axes, assume=not given["limits_file"]), []

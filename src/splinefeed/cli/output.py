@@ -20,7 +20,7 @@ Say = Callable[[str], None]
 
 def print_json(numbers: Mapping[str, Any]) -> None:
     """One JSON object on stdout."""
-    from splinefeed.formats.plain import plain
+    from splinefeed.files.plain import plain
 
     print(json.dumps(plain(numbers), indent=2, allow_nan=False))
 

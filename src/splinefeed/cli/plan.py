@@ -64,8 +64,8 @@ def plan(say: Say, source: str | None, **given: Any) -> Page:
       splinefeed plan part.json --feed 3600mm/min --accel 0.5m/s^2 -o law.h5
       splinefeed plan butterfly --start-feed 60 --end-feed 60 --json
     """
-    from splinefeed.analysis.check_law import limits_along
-    from splinefeed.feed.planning import cheap_to_bound
+    from splinefeed.checks.law import limits_along
+    from splinefeed.planner.planning import cheap_to_bound
     from splinefeed.records import unit_along
 
     what = job_of(say, source, given, sf.Machine.load(given["machine"]) if given["machine"] else None)

@@ -63,8 +63,8 @@ def pulses(say: Say, file: str, **given: Any) -> Page:
       splinefeed pulses wing.h5 --pulses x=1000,y=1000 --clock 256kHz -o wing.bits
       splinefeed pulses wing.bits --decode -o wing-positions.csv
     """
-    from splinefeed.formats.metadata import axis_units
-    from splinefeed.pipeline.pulses import per_degree
+    from splinefeed.files.metadata import axis_units
+    from splinefeed.runs.pulses import per_degree
 
     say(f"reading {file}")
     pattern, more = _decoded(file, given) if given["decode"] else _encoded(file, given, say)
@@ -87,7 +87,7 @@ def pulses(say: Say, file: str, **given: Any) -> Page:
 def _encoded(file: str, given: Mapping[str, Any], say: Say) -> tuple[sf.formats.BitPattern, Page]:
     """The pulse words of setpoints, written if there is a name for them, and what the page says of that."""
     from splinefeed.formats import bit_pattern
-    from splinefeed.pipeline.pulses import pulse_words, pulses_of
+    from splinefeed.runs.pulses import pulse_words, pulses_of
 
     if (given["machine"] is None) == (given["scales"] is None):
         raise InputError("the size of a pulse is missing; give either --machine NAME or --pulses x=1000,y=1000")
@@ -108,7 +108,7 @@ def _encoded(file: str, given: Mapping[str, Any], say: Say) -> tuple[sf.formats.
 
 def _scales(text: str) -> dict[str, float]:
     """Pulses by axis of `x=1000,theta=100`."""
-    from splinefeed.formats.limits_toml import by_axis
+    from splinefeed.machine.limits_toml import by_axis
 
     try:
         return {axis: float(count) for axis, count in by_axis(text)}
@@ -133,8 +133,9 @@ def _decoded(file: str, given: Mapping[str, Any]) -> tuple[sf.formats.BitPattern
     """Pulse words from a file; positions as a plain CSV, s, mm, rotary axes degrees, if there is a name for them."""
     import numpy as np
 
-    from splinefeed.formats import bit_pattern, metadata
-    from splinefeed.formats.atomic import atomic_write
+    from splinefeed.files import metadata
+    from splinefeed.files.atomic import atomic_write
+    from splinefeed.formats import bit_pattern
 
     for name in ("machine", "scales", "clock", "columns", "period"):
         if given[name] is not None:

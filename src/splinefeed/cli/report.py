@@ -33,11 +33,11 @@ def report(say: Say, folder: str, output: str | None, machine: str | None) -> Pa
       splinefeed report splinefeed-butterfly
       splinefeed report splinefeed-wing -o wing.html
     """
-    from splinefeed.formats.atomic import write_text
-    from splinefeed.formats.plain import plain
+    from splinefeed.files.atomic import write_text
+    from splinefeed.files.plain import plain
     from splinefeed.formats.setpoints import load_chunks
-    from splinefeed.pipeline.run import MOST_IN_CHUNKS, check_ticks, measured
-    from splinefeed.report import files, html, record
+    from splinefeed.reports import files, html, record
+    from splinefeed.runs.run import MOST_IN_CHUNKS, check_ticks, measured
 
     place = Path(folder)
     said = record.read(place / files.RECORD)

@@ -76,11 +76,11 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
       splinefeed run panda.json --robot panda.urdf
     """
     from splinefeed.interpolation import registry
-    from splinefeed.pipeline import compare
-    from splinefeed.pipeline.run import LONG, carry_out
-    from splinefeed.report import files
-    from splinefeed.report.folder import default_name, staged
-    from splinefeed.report.record import about, record
+    from splinefeed.reports import files
+    from splinefeed.reports.folder import default_name, staged
+    from splinefeed.reports.record import about, record
+    from splinefeed.runs import compare
+    from splinefeed.runs.run import LONG, carry_out
 
     drawing = options.figure_formats(given)
     of_paper = source is None
@@ -171,9 +171,9 @@ def _progress(say: Say, parts: Any) -> Callable[[int, int], None]:
 
 def _read(given: Mapping[str, Any], source: str, reading: Mapping[str, Any]) -> sf.Path | sf.formats.PathParts:
     """The path, in parts where the file is too long to be held as a whole; InputError for what needs the whole."""
-    from splinefeed.feed.modes import LOOK_AHEAD
-    from splinefeed.formats.path_parts import MOST_LINES, too_long
-    from splinefeed.pipeline.long_path import METHOD
+    from splinefeed.formats.long_files import MOST_LINES, too_long
+    from splinefeed.planner.strategies import LOOK_AHEAD
+    from splinefeed.runs.long_path import METHOD
 
     if not too_long(source):
         return read_path(source, reading)

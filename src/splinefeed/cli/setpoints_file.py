@@ -11,7 +11,7 @@ import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.source import read_path
 from splinefeed.errors import InputError
-from splinefeed.formats import json_values
+from splinefeed.files import json_values
 from splinefeed.records import positive
 
 
@@ -44,7 +44,7 @@ def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) ->
 
     Raises InputError where neither says one.
     """
-    from splinefeed.report.record import source_of
+    from splinefeed.reports.record import source_of
 
     if given["source"]:
         chosen = {name: given[name] for name in ("which", "chord") if given[name] is not None}
@@ -66,7 +66,7 @@ def on_its_machine(
     path: sf.Path, settings: Mapping[str, Any], machine: str | None, limits: sf.Limits
 ) -> sf.Path | sf.JointPath:
     """A tool path in the joints of `machine`, or of the one that the settings say; any other path as it is."""
-    from splinefeed.pipeline.run import on_machine
+    from splinefeed.runs.run import on_machine
 
     own = None if path.tool_path is None else options_of(settings)["machine"]
     return on_machine(path, machine or own, limits)

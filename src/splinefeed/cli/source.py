@@ -14,8 +14,8 @@ from splinefeed.cli.output import Say
 from splinefeed.errors import InputError, nearest
 
 if TYPE_CHECKING:
-    from splinefeed.formats.contents import Contents
-    from splinefeed.pipeline.run import MotionJob
+    from splinefeed.paths.contents import Contents
+    from splinefeed.runs.run import MotionJob
 
 
 #: What is done to a path after it is read.
@@ -35,8 +35,8 @@ def job_of(
 
     read  how to read a source, in place of `read_path`
     """
-    from splinefeed.pipeline.run import MotionJob
-    from splinefeed.pipeline.settings import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE, limited
+    from splinefeed.runs.run import MotionJob
+    from splinefeed.runs.settings import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE, limited
 
     source = PAPER_SHAPE if source is None else source
     if machine is None:
@@ -59,10 +59,10 @@ def job_of(
 
 def job_of_robot(say: Say, source: str | None, given: Mapping[str, Any]) -> MotionJob:
     """What a file of a motion of an arm means, along with its URDF; InputError for options that are not an arm's."""
-    from splinefeed.pipeline.run import MotionJob
-    from splinefeed.pipeline.settings import PAPER_PERIOD
     from splinefeed.records import field_of
     from splinefeed.robots.motion_file import read_motion
+    from splinefeed.runs.run import MotionJob
+    from splinefeed.runs.settings import PAPER_PERIOD
 
     if source is None:
         raise InputError("--robot: give a motion too: splinefeed run MOTION.json --robot ROBOT.urdf")
@@ -118,8 +118,8 @@ def read_contents(source: str, reading: Mapping[str, Any], *, one: bool = False)
     one motion, and a single one does if the options say how.
     """
     from splinefeed.formats import registry
-    from splinefeed.formats.contents import Contents
-    from splinefeed.pipeline.settings import smooth
+    from splinefeed.paths.contents import Contents
+    from splinefeed.runs.settings import smooth
 
     how = {name: value for name, value in reading.items() if name not in AFTER_READING}
     if sf.shapes.is_shape(source):

@@ -21,14 +21,14 @@ from splinefeed.cli.output import Page, Say
 from splinefeed.cli.setpoints_file import read_setpoints
 from splinefeed.cli.source import job_of
 from splinefeed.errors import InputError, SplinefeedError
-from splinefeed.formats.source import in_brief
-from splinefeed.live.operator import MOST, Control, Operator
+from splinefeed.files.source import in_brief
+from splinefeed.live.operator import MOST, Operator, OperatorServer
 from splinefeed.numbers import finite
 
 if TYPE_CHECKING:
     from splinefeed.live.motion import Motion
     from splinefeed.live.sinks import Sink
-    from splinefeed.live.stream import State
+    from splinefeed.live.stream import StreamState
     from splinefeed.records import Array
 
 #: One sentence each.
@@ -111,14 +111,14 @@ def stream(say: Say, source: str, **given: Any) -> Page:
         to_start = partial(approach, axes=motion.axes, limits=limits, period=motion.period)
         ahead = max(round(given["ahead"] / motion.period), 24)
         sink = _sink(given, ahead)
-    with Control(operator) as control, on_signals(partial(_stop, operator)), keys(operator):
+    with OperatorServer(operator) as control, on_signals(partial(_stop, operator)), keys(operator):
         for note in notes:
             print(f"note: {note}", file=sys.stderr, flush=True)
         if sink.paced:
             print(f"commands: 127.0.0.1:{control.port} token {control.token}", file=sys.stderr, flush=True)
         say("")
 
-        def seen(state: State) -> None:
+        def seen(state: StreamState) -> None:
             shown = ("row", "depth", "confirmed", "rate", "underruns")
             control.status = {"tau_s": state.tau, **{name: getattr(state, name) for name in shown}}
 
@@ -172,7 +172,7 @@ def _is_setpoints(source: str) -> bool:
 def _along(say: Say, source: str, given: dict[str, Any], machine: sf.Machine | None) -> tuple[Motion, sf.Limits, Notes]:
     """The motion along a path, the limits that hold for it, and notes on them."""
     from splinefeed.live.motion import planned
-    from splinefeed.pipeline.run import on_machine
+    from splinefeed.runs.run import on_machine
 
     what, most = job_of(say, source, given, machine), given["most"] / 100.0
     path: Any = what.path
@@ -218,13 +218,13 @@ def _sink(given: dict[str, Any], ahead: int) -> Any:
     return made[given["to"]]()
 
 
-def _saver(file: str | None, motion: Motion) -> Callable[[State | None], None]:
+def _saver(file: str | None, motion: Motion) -> Callable[[StreamState | None], None]:
     """Writes down where the stream is, None: it has not begun; later errors are said once, and do not stop axes."""
-    from splinefeed.formats.atomic import write_text
+    from splinefeed.files.atomic import write_text
 
     failed = False
 
-    def saved(state: State | None) -> None:
+    def saved(state: StreamState | None) -> None:
         nonlocal failed
         row, tau, sent, done = (
             (state.confirmed, state.confirmed_tau, state.tau, state.done) if state else (0, 0, 0, False)
@@ -289,7 +289,7 @@ def _position(text: str, motion: Motion) -> Array:
     """Where the axes are, `x=12.5,theta=90`, as (axes,), mm and rad; InputError for another axis or one that is not."""
     import numpy as np
 
-    from splinefeed.formats.limits_toml import by_axis, turning
+    from splinefeed.machine.limits_toml import by_axis, turning
     from splinefeed.records import ROTARY_AXES
 
     said = {axis: turning(place, 0) if axis in ROTARY_AXES else units.parse(place, "length")

@@ -70,9 +70,9 @@ def sweep(say: Say, spec: str, folder: str | None, **given: Any) -> Page:
       splinefeed sweep night.toml -o results --workers 8
       splinefeed sweep show results
     """
-    from splinefeed.formats.atomic import write_text
-    from splinefeed.report import library, sweep_page
-    from splinefeed.report.figure import EXTRA
+    from splinefeed.files.atomic import write_text
+    from splinefeed.reports import library, sweep_page
+    from splinefeed.reports.figure import EXTRA
     from splinefeed.sweeps.store import load, summary
 
     if (spec == "show") != (folder is not None):
@@ -90,8 +90,8 @@ def sweep(say: Say, spec: str, folder: str | None, **given: Any) -> Page:
 
 def _sweep(spec: str, given: dict[str, Any], say: Say) -> str:
     """Make the runs that are missing, and name the folder."""
-    from splinefeed.report.files import write_artefacts
-    from splinefeed.report.folder import default_name
+    from splinefeed.reports.files import write_artefacts
+    from splinefeed.reports.folder import default_name
     from splinefeed.sweeps import spec as specs
     from splinefeed.sweeps import sweeping
     from splinefeed.sweeps.store import Store

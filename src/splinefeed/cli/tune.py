@@ -119,11 +119,11 @@ def tune(say: Say, machine: str, **given: Any) -> Page:
       splinefeed tune xytheta --axis x --rule tyreus-luyben -o x-tuned
       splinefeed tune my-table.toml --rule path --path wing.dat --feed 20 --write my-table-tuned.toml
     """
-    from splinefeed.formats.plain import plain
-    from splinefeed.pipeline import tuning
-    from splinefeed.pipeline.settings import PAPER_PERIOD
-    from splinefeed.report import files
-    from splinefeed.report.folder import staged
+    from splinefeed.files.plain import plain
+    from splinefeed.reports import files
+    from splinefeed.reports.folder import staged
+    from splinefeed.runs import tuning
+    from splinefeed.runs.settings import PAPER_PERIOD
 
     drawing = options.figure_formats(given)
     model = sf.Machine.load(machine)
@@ -235,14 +235,14 @@ def tune_feed(say: Say, source: str, **given: Any) -> Page:
       splinefeed tune-feed part.json --machine my-table.toml --contour-tolerance 5um --feed 6000mm/min
       splinefeed tune-feed wing.dat --machine lintable --contour-tolerance 0.01 --vary feed --json
     """
-    from splinefeed.formats import limits_toml
     from splinefeed.interpolation import registry
-    from splinefeed.pipeline import contour_feed
-    from splinefeed.report import files
-    from splinefeed.report.folder import default_name, staged
-    from splinefeed.report.record import command as command_line
-    from splinefeed.report.record import source_of
-    from splinefeed.report.servo_figures import feed_curve_figure
+    from splinefeed.machine import limits_toml
+    from splinefeed.reports import files
+    from splinefeed.reports.folder import default_name, staged
+    from splinefeed.reports.record import command as command_line
+    from splinefeed.reports.record import source_of
+    from splinefeed.reports.servo_figures import feed_curve_figure
+    from splinefeed.runs import contour_feed
 
     drawing = options.figure_formats(given)
     machine = sf.Machine.load(given["machine"])

@@ -13,11 +13,11 @@ import re
 import numpy as np
 
 from splinefeed.errors import InputError
-from splinefeed.formats import table_text
+from splinefeed.files import table_text
+from splinefeed.files.sizes import MAX_COORDINATE
+from splinefeed.files.source import head_text
 from splinefeed.formats.points import DEFAULT_TOLERANCE, fitted_path, positive_length
-from splinefeed.formats.sizes import MAX_COORDINATE
-from splinefeed.formats.source import head_text
-from splinefeed.geometry.path import Path
+from splinefeed.paths.path import Path
 from splinefeed.records import Array
 
 #: Chord that a section gets unless the caller says another, mm.

@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from splinefeed.errors import FormatError, InputError
-from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.json_values import anything, fields, names, number, numbers, parse, whole
-from splinefeed.formats.metadata import SCHEMA, axis_units, check_schema, naming
-from splinefeed.formats.sizes import MAX_TICKS
-from splinefeed.formats.source import check_file, read_bytes, read_text
+from splinefeed.files.atomic import atomic_write
+from splinefeed.files.json_values import anything, fields, names, number, numbers, parse, whole
+from splinefeed.files.metadata import SCHEMA, axis_units, check_schema, naming
+from splinefeed.files.sizes import MAX_TICKS
+from splinefeed.files.source import check_file, read_bytes, read_text
 from splinefeed.records import ROTARY_AXES, Array, IntArray, Setpoints, check_finite, positive
 from splinefeed.records.arrays import read_only
 

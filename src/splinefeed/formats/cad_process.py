@@ -24,15 +24,15 @@ from typing import Any
 
 import numpy as np
 
+from splinefeed.curves.arcs import arc
+from splinefeed.curves.curve import NurbsCurve
+from splinefeed.curves.editing import unbroken
 from splinefeed.errors import CurveError, FormatError, InputError
-from splinefeed.formats.contents import Contents
+from splinefeed.files.metadata import naming
+from splinefeed.files.sizes import MAX_DRAWING_CURVES, MAX_DRAWING_POINTS
+from splinefeed.files.source import in_brief
 from splinefeed.formats.drawing import BROKEN, Drawing
-from splinefeed.formats.metadata import naming
-from splinefeed.formats.sizes import MAX_DRAWING_CURVES, MAX_DRAWING_POINTS
-from splinefeed.formats.source import in_brief
-from splinefeed.geometry.arcs import arc
-from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.editing import unbroken
+from splinefeed.paths.contents import Contents
 from splinefeed.workers import Answer, Handler, LostError, Mail, Worker
 
 #: Time that a library gets for a file, s, and for each MB of it.

@@ -11,15 +11,15 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from splinefeed import units
+from splinefeed.curves.arcs import moved
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import InputError
-from splinefeed.formats.contents import Contents
+from splinefeed.files.sizes import MAX_COORDINATE, MAX_DRAWING_CURVES, MAX_DRAWING_POINTS
 from splinefeed.formats.same_contours import on_others
-from splinefeed.formats.sizes import MAX_COORDINATE, MAX_DRAWING_CURVES, MAX_DRAWING_POINTS
-from splinefeed.geometry.arcs import moved
-from splinefeed.geometry.chaining import chain
-from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.joints import moved_ends
-from splinefeed.geometry.path import JOIN_TOLERANCE, Path
+from splinefeed.paths.chaining import chain
+from splinefeed.paths.contents import Contents
+from splinefeed.paths.gaps import moved_ends
+from splinefeed.paths.path import JOIN_TOLERANCE, Path
 from splinefeed.records import ROTARY_AXES, Array, IntArray
 
 #: A drawing whose z is nowhere farther from 0 than this share of its size, or than paths resolve, is flat: its paths
@@ -124,7 +124,7 @@ class Drawing:
                 raise InputError(f"has no {kind} {name[:40]!r}; there are {listed}")
 
     def contents(self, unit: str) -> Contents:
-        """The pieces as paths: those whose ends meet are one; see `geometry.chaining`. InputError without any."""
+        """The pieces as paths: those whose ends meet are one; see `paths.chaining`. InputError without any."""
         self.findings += [f"{count} x {kind}" for kind, count in self.notes.items()]
         if self.unshown:
             named = ", ".join(f"{count} {why}" for why, count in self.unshown.most_common(NAMED))

@@ -15,15 +15,15 @@ import numpy as np
 from ezdxf.filemanagement import new
 
 from splinefeed import units as known_units
+from splinefeed.curves.arcs import as_circle
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import InputError
-from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.contents import Contents
+from splinefeed.files.atomic import atomic_write
 from splinefeed.formats.drawing import Drawing, losses, three_axes
 from splinefeed.formats.dxf_entities import EntityReader
 from splinefeed.formats.dxf_tags import BINARY_MARK, read_sections
-from splinefeed.geometry.arcs import as_circle
-from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.path import Path
+from splinefeed.paths.contents import Contents
+from splinefeed.paths.path import Path
 
 #: What the number in $INSUNITS means.
 INSERT_UNITS = {"1": "in", "2": "ft", "4": "mm", "5": "cm", "6": "m", "9": "mil", "13": "um"}

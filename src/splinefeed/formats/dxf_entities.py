@@ -15,14 +15,14 @@ import numpy as np
 from ezdxf.lldxf.const import DXFError
 from ezdxf.math import Vec3
 
+from splinefeed.curves.arcs import arc, bulge_arc, moved, polyline
+from splinefeed.curves.curve import NurbsCurve
+from splinefeed.curves.editing import unbroken
 from splinefeed.errors import CurveError, InputError
+from splinefeed.files.sizes import MAX_DRAWING_CURVES
+from splinefeed.files.source import in_brief
 from splinefeed.formats.drawing import BROKEN, Drawing
 from splinefeed.formats.dxf_tags import Entity
-from splinefeed.formats.sizes import MAX_DRAWING_CURVES
-from splinefeed.formats.source import in_brief
-from splinefeed.geometry.arcs import arc, bulge_arc, moved, polyline
-from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.editing import unbroken
 from splinefeed.records import Array
 
 #: Blocks within blocks; drawings of people have three or four.
@@ -54,7 +54,7 @@ _FIT = "spline given by fit points alone: a cubic by chord length, natural ends 
 Placement = tuple[Array, Array]  # matrix (3, 3) and offset (3,), mm: where coordinates p lie, matrix @ p + offset
 
 
-class Block(NamedTuple):
+class DxfBlock(NamedTuple):
     """A block: its entities, base point, and the file that it stands for if it is an external reference."""
 
     entities: list[Entity]
@@ -71,7 +71,7 @@ class EntityReader:
 
     def __init__(self, drawing: Drawing) -> None:
         self.drawing = drawing
-        self.blocks: dict[str, Block] = {}
+        self.blocks: dict[str, DxfBlock] = {}
         self.visits = self.inserts = 0
         self.seen_layers: Counter[str] = Counter()
         self.states: dict[str, str] = {}  # of layers by their names in small letters: frozen, off or ""
@@ -97,7 +97,7 @@ class EntityReader:
                 external = block.xref_path.strip() or "another file" if block.flags & _EXTERNAL else ""
                 inside = []
                 name = block.get("name", "").strip().casefold()
-                self.blocks[name] = Block(inside, np.array(Vec3(block.base_point).xyz), external)
+                self.blocks[name] = DxfBlock(inside, np.array(Vec3(block.base_point).xyz), external)
             elif entity.kind != "ENDBLK":
                 inside.append(entity)
 

@@ -21,7 +21,7 @@ from ezdxf.lldxf.tags import group_tags
 from ezdxf.lldxf.types import DXFTag
 
 from splinefeed.errors import InputError
-from splinefeed.formats.source import in_brief
+from splinefeed.files.source import in_brief
 from splinefeed.numbers import finite
 
 BINARY_MARK = b"AutoCAD Binary DXF\r\n\x1a\x00"

@@ -17,7 +17,7 @@ import numpy as np
 
 import splinefeed
 from splinefeed.errors import InputError, LimitsError
-from splinefeed.formats.metadata import (
+from splinefeed.files.metadata import (
     COLUMNS,
     MAYBE,
     SCHEMA,
@@ -28,8 +28,8 @@ from splinefeed.formats.metadata import (
     naming,
     to_json,
 )
-from splinefeed.formats.native_process import ask
-from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS, MAX_TICKS_IN_CHUNKS
+from splinefeed.files.native_process import ask
+from splinefeed.files.sizes import MAX_AXES, MAX_TICKS, MAX_TICKS_IN_CHUNKS
 from splinefeed.records import ORDERS, STREAM_COLUMNS, Limits, Response, Setpoints, TimeLaw, field_of, positive, unit_of
 
 #: Records of columns, by name.

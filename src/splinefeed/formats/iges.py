@@ -9,11 +9,11 @@ from __future__ import annotations
 import pathlib
 import re
 
+from splinefeed.files.source import read_bytes
 from splinefeed.formats import cad_process
-from splinefeed.formats.contents import Contents
 from splinefeed.formats.drawing import Drawing
-from splinefeed.formats.source import read_bytes
-from splinefeed.geometry.path import JOIN_TOLERANCE
+from splinefeed.paths.contents import Contents
+from splinefeed.paths.path import JOIN_TOLERANCE
 
 #: Columns of a line before the letter of its section.
 _TEXT = 72

@@ -24,15 +24,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from splinefeed import units
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import CurveError, FormatError, InputError
-from splinefeed.formats import json_values as values
-from splinefeed.formats.atomic import write_text
-from splinefeed.formats.metadata import to_degrees, to_radians
-from splinefeed.formats.sizes import MAX_COORDINATE
-from splinefeed.formats.source import head_text
-from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.path import JOIN_TOLERANCE, Marker, Path, default_axes
-from splinefeed.geometry.tool_path import ANGLES, POINTS, VECTORS, ToolPath, beside
+from splinefeed.files import json_values as values
+from splinefeed.files.atomic import write_text
+from splinefeed.files.metadata import to_degrees, to_radians
+from splinefeed.files.sizes import MAX_COORDINATE
+from splinefeed.files.source import head_text
+from splinefeed.paths.path import JOIN_TOLERANCE, Marker, Path, default_axes
+from splinefeed.paths.tool_path import ANGLES, POINTS, VECTORS, ToolPath, beside
 from splinefeed.records import ROTARY_AXES, Array
 
 #: The keys of each kind of tool axis.

@@ -40,7 +40,7 @@ def read_struct(content: bytes, name: str, wanted: Collection[str]) -> dict[str,
     if len(content) < _HEAD or content[_HEAD - 2 : _HEAD] not in (b"IM", b"MI"):
         raise InputError("is no MATLAB file of level 5 (save -v7)")
     order = "<" if content[_HEAD - 2 : _HEAD] == b"IM" else ">"
-    reader = _Reader(order, wanted, MOST_UNPACKED * len(content) + NO_HARM_BYTES)
+    reader = _MatReader(order, wanted, MOST_UNPACKED * len(content) + NO_HARM_BYTES)
     try:
         return reader.find(content[_HEAD:], name)
     except (struct.error, ValueError, UnicodeDecodeError) as error:
@@ -49,7 +49,7 @@ def read_struct(content: bytes, name: str, wanted: Collection[str]) -> dict[str,
         raise InputError("is damaged: an element ends before its data") from None
 
 
-class _Element(NamedTuple):
+class _MatElement(NamedTuple):
     """A piece of data, its type, and where the next one begins."""
 
     kind: int
@@ -57,7 +57,7 @@ class _Element(NamedTuple):
     end: int
 
 
-class _Reader:
+class _MatReader:
     """Reads elements in an order of bytes; `left` bytes may be unpacked."""
 
     def __init__(self, order: str, wanted: Collection[str], left: int) -> None:
@@ -91,7 +91,7 @@ class _Reader:
             raise InputError("unpacks to far more than it packs; it is damaged")
         return found
 
-    def _element(self, view: memoryview, at: int) -> _Element:
+    def _element(self, view: memoryview, at: int) -> _MatElement:
         """The element at a place; a small one has its data within its head."""
         head, size = struct.unpack_from(f"{self.order}II", view, at)
         if head >> 16:
@@ -106,7 +106,7 @@ class _Reader:
             end = begin + size + (0 if head == _PACKED else -size % 8)
         if begin + size > len(view):
             raise InputError("is damaged: an element ends before its data")
-        return _Element(head, view[begin : begin + size], end)
+        return _MatElement(head, view[begin : begin + size], end)
 
     def _parts(self, data: memoryview) -> tuple[int, tuple[int, ...], str, int]:
         """Class, dimensions, name of a matrix, and where its own data begins; checked against MAX_ENTRIES later."""
@@ -154,7 +154,7 @@ class _Reader:
             raise InputError("holds something that is neither numbers nor texts")
         return self._numbers(self._element(data, at), sizes)
 
-    def _matrix_at(self, data: memoryview, at: int) -> _Element:
+    def _matrix_at(self, data: memoryview, at: int) -> _MatElement:
         element = self._element(data, at)
         if element.kind != _MATRIX:
             raise InputError("is damaged: a matrix is missing")
@@ -177,7 +177,7 @@ class _Reader:
                 found[name] = self._matrix(element.data, depth + 1)
         return found
 
-    def _text(self, element: _Element, sizes: tuple[int, ...]) -> str:
+    def _text(self, element: _MatElement, sizes: tuple[int, ...]) -> str:
         if element.kind not in _TEXTS:
             raise InputError("is damaged: a text is no text")
         way = _TEXTS[element.kind]
@@ -186,7 +186,7 @@ class _Reader:
             raise InputError("holds a text of several rows")
         return text
 
-    def _numbers(self, element: _Element, sizes: tuple[int, ...]) -> Any:
+    def _numbers(self, element: _MatElement, sizes: tuple[int, ...]) -> Any:
         if element.kind not in _NUMBERS:
             raise InputError("is damaged: numbers are of no kind that there is")
         values = np.frombuffer(element.data, self.order + _NUMBERS[element.kind])

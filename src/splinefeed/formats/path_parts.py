@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from splinefeed.errors import FormatError
+from splinefeed.files.sizes import MAX_MOVES
+from splinefeed.files.source import count_lines
 from splinefeed.formats import registry
-from splinefeed.formats.sizes import MAX_MOVES
-from splinefeed.formats.source import count_lines
-from splinefeed.geometry.path import Path
+from splinefeed.paths.path import Path
 
 #: Lines of the longest file that `splinefeed run` reads as a whole.
 MOST_LINES = MAX_MOVES

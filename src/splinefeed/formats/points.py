@@ -19,14 +19,14 @@ import numpy as np
 
 from splinefeed import units
 from splinefeed.errors import FormatError, InputError
-from splinefeed.formats import table_text
-from splinefeed.formats.metadata import naming
-from splinefeed.formats.path_parts import PathParts
-from splinefeed.formats.sizes import MAX_COORDINATE
-from splinefeed.formats.source import check_size, count_lines, head_text
-from splinefeed.formats.table_text import AXES, JOINTS, OURS
-from splinefeed.geometry.fitting import MAX_POINTS
-from splinefeed.geometry.path import Path
+from splinefeed.files import table_text
+from splinefeed.files.metadata import naming
+from splinefeed.files.sizes import MAX_COORDINATE
+from splinefeed.files.source import check_size, count_lines, head_text
+from splinefeed.files.table_text import AXES, JOINTS, OURS
+from splinefeed.paths.fitting import MAX_POINTS
+from splinefeed.paths.path import Path
+from splinefeed.paths.path_parts import PathParts
 from splinefeed.records import ROTARY_AXES, Array, IntArray
 
 #: Largest distance between the points and the fitted curve unless the caller says another, mm.
@@ -113,9 +113,9 @@ def fitted_path(
 
     It is measured by means that the fit does not share. Raises InputError for a tolerance that is not above 0.
     """
-    from splinefeed.geometry.fitting import fit
-    from splinefeed.geometry.nearest import Nearest
-    from splinefeed.geometry.tables import arc_pieces
+    from splinefeed.curves.nearest import Nearest
+    from splinefeed.curves.tables import arc_pieces
+    from splinefeed.paths.fitting import fit
 
     allowed = positive_length(tolerance, "tolerance")
     made = fit(points, allowed, degree=degree, closed=closed)

@@ -11,11 +11,11 @@ from itertools import islice
 import numpy as np
 
 from splinefeed.errors import FormatError, InputError
-from splinefeed.formats import table_text
-from splinefeed.formats.metadata import check_period, naming
-from splinefeed.formats.sizes import MAX_COORDINATE, MAX_TICKS
-from splinefeed.formats.source import check_file, count_lines
-from splinefeed.formats.table_text import AXES, OURS
+from splinefeed.files import table_text
+from splinefeed.files.metadata import check_period, naming
+from splinefeed.files.sizes import MAX_COORDINATE, MAX_TICKS
+from splinefeed.files.source import check_file, count_lines
+from splinefeed.files.table_text import AXES, OURS
 from splinefeed.numbers import MOST
 from splinefeed.records import Array, Setpoints
 

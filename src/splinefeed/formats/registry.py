@@ -16,12 +16,12 @@ from importlib import import_module
 from typing import Any
 
 from splinefeed.errors import FormatError, InputError, expect
-from splinefeed.formats import source as source_files
-from splinefeed.formats.contents import Contents
-from splinefeed.formats.metadata import naming
-from splinefeed.formats.sizes import MAX_CAD_BYTES, MAX_DRAWING_BYTES
-from splinefeed.geometry.jobs import Job, job
-from splinefeed.geometry.path import Path
+from splinefeed.files import source as source_files
+from splinefeed.files.metadata import naming
+from splinefeed.files.sizes import MAX_CAD_BYTES, MAX_DRAWING_BYTES
+from splinefeed.paths.contents import Contents
+from splinefeed.paths.jobs import Job, job
+from splinefeed.paths.path import Path
 
 #: How much of a file is looked at to tell its format.
 HEAD_BYTES = 2**16
@@ -100,7 +100,7 @@ def read(
 
 
 def as_job(paths: Sequence[Path], source: str | os.PathLike[str], **linking: Any) -> Job:
-    """The contours of a file as one motion; see `geometry.jobs.job`. InputError names the file."""
+    """The contours of a file as one motion; see `paths.jobs.job`. InputError names the file."""
     try:
         return job(paths, name=pathlib.Path(source).stem, **linking)
     except InputError as error:

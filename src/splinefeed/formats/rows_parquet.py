@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from splinefeed.errors import FormatError, InputError
-from splinefeed.formats.atomic import atomic_write
+from splinefeed.files.atomic import atomic_write
 
 #: Kinds of columns, as pyarrow calls their types.
 KINDS = {"number": "float64", "whole": "int64", "text": "string"}

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.nearest import Nearest
-from splinefeed.geometry.path import Path
+from splinefeed.curves.curve import NurbsCurve
+from splinefeed.curves.nearest import Nearest
+from splinefeed.paths.path import Path
 from splinefeed.records import Array
 
 #: Places of each span at which contours are compared, and how much boxes of these may differ as a share of their size.

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, overload
 
 from splinefeed.errors import FormatError, expect
+from splinefeed.files.atomic import atomic_write
+from splinefeed.files.metadata import PartCheck, described, naming, to_degrees, to_radians
+from splinefeed.files.sizes import MAX_TICKS, MAX_TICKS_AT_ONCE, MAX_TICKS_IN_CHUNKS
+from splinefeed.files.source import check_file
 from splinefeed.formats import hdf5
-from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.metadata import PartCheck, described, naming, to_degrees, to_radians
-from splinefeed.formats.sizes import MAX_TICKS, MAX_TICKS_AT_ONCE, MAX_TICKS_IN_CHUNKS
-from splinefeed.formats.source import check_file
 from splinefeed.records import Limits, Response, Setpoints, TimeLaw
 
 if TYPE_CHECKING:

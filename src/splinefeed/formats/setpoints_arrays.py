@@ -10,9 +10,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import InputError
-from splinefeed.formats import mat5
-from splinefeed.formats.mat5 import MOST_UNPACKED, NO_HARM_BYTES
-from splinefeed.formats.metadata import (
+from splinefeed.files.metadata import (
     COLUMNS,
     Sink,
     axes_of,
@@ -23,10 +21,12 @@ from splinefeed.formats.metadata import (
     description,
     units_of,
 )
-from splinefeed.formats.native_process import ask
+from splinefeed.files.native_process import ask
+from splinefeed.files.sizes import MAX_AXES, MAX_TICKS
+from splinefeed.files.source import check_size
+from splinefeed.formats import mat5
+from splinefeed.formats.mat5 import MOST_UNPACKED, NO_HARM_BYTES
 from splinefeed.formats.rows_parquet import libraries
-from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
-from splinefeed.formats.source import check_size
 from splinefeed.numbers import whole
 from splinefeed.records import Setpoints
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import InputError
-from splinefeed.formats.metadata import (
+from splinefeed.files.metadata import (
     Sink,
     axes_of,
     axis_units,
@@ -23,8 +23,8 @@ from splinefeed.formats.metadata import (
     description,
     write_rows,
 )
-from splinefeed.formats.sizes import MAX_TICKS
-from splinefeed.formats.table_text import OURS
+from splinefeed.files.sizes import MAX_TICKS
+from splinefeed.files.table_text import OURS
 from splinefeed.records import Array, IntArray, Setpoints
 
 _METADATA = "# metadata: "

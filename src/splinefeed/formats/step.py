@@ -13,14 +13,14 @@ from collections.abc import Sequence
 from itertools import groupby
 
 import splinefeed
+from splinefeed.curves.curve import NurbsCurve
+from splinefeed.curves.editing import clamped
 from splinefeed.errors import FormatError
+from splinefeed.files.atomic import atomic_write
 from splinefeed.formats import cad_process
-from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.contents import Contents
 from splinefeed.formats.drawing import Drawing, losses, three_axes
-from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.editing import clamped
-from splinefeed.geometry.path import JOIN_TOLERANCE, Path
+from splinefeed.paths.contents import Contents
+from splinefeed.paths.path import JOIN_TOLERANCE, Path
 
 START = b"ISO-10303-21"
 _COMMENTS = re.compile(rb"\A(?:\xef\xbb\xbf)?(?:\s|/\*.*?\*/)*", re.DOTALL)

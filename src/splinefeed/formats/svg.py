@@ -17,18 +17,18 @@ from typing import NamedTuple
 import numpy as np
 
 from splinefeed import units as units_of
+from splinefeed.curves.arcs import polyline
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import InputError
+from splinefeed.files.source import head_text
 from splinefeed.formats import svg_paths, svg_places
-from splinefeed.formats.contents import Contents
 from splinefeed.formats.drawing import Drawing
-from splinefeed.formats.source import head_text
-from splinefeed.formats.svg_paths import Piece
+from splinefeed.formats.svg_paths import SvgPiece
 from splinefeed.formats.svg_places import Affine, ShapeError, View
 from splinefeed.formats.svg_tree import GZIP, MAX_DEPTH, Node, Styles, read_tree, unpacked
 from splinefeed.formats.svg_write import ORIGIN
 from splinefeed.formats.svg_write import write as write
-from splinefeed.geometry.arcs import polyline
-from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.paths.contents import Contents
 
 #: Elements drawn in one file, those that are used again counted each time, and how deep uses may be nested.
 MAX_DRAWN = 500_000
@@ -84,7 +84,7 @@ def from_file(
     """
     drawing = Drawing(file, tolerance, repair, layer, hidden)
     try:
-        return drawing.contents(_Reader(drawing, read_tree(unpacked(drawing.file.read_bytes())), units).read())
+        return drawing.contents(_SvgReader(drawing, read_tree(unpacked(drawing.file.read_bytes())), units).read())
     except RecursionError:  # of tinycss2; elements have their own bound
         raise InputError("its styles have brackets that are nested too deeply; simplify them") from None
 
@@ -104,7 +104,7 @@ class _Place(NamedTuple):
     unseen: str = ""  # why nothing in here is shown, or ""
 
 
-class _Reader:
+class _SvgReader:
     """Walks the tree and collects pieces, in mm."""
 
     def __init__(self, drawing: Drawing, root: Node, pixel: str | None = None) -> None:
@@ -291,7 +291,7 @@ def _visible(given: Mapping[str, str], above: bool) -> bool:
     return above if said in ("", "inherit") else said == "visible"
 
 
-def _curves(run: list[Piece], place: Affine) -> list[NurbsCurve]:
+def _curves(run: list[SvgPiece], place: Affine) -> list[NurbsCurve]:
     """The curves of pieces that are joined end to end, placed."""
     a, b, c, d, e, f = place
     flat = np.array([point for piece in run for point in piece.points])

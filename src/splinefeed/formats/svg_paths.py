@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from splinefeed.curves.arcs import arc, bulge_points
 from splinefeed.formats.svg_places import ShapeError, View, length, numbers
-from splinefeed.geometry.arcs import arc, bulge_points
 from splinefeed.numbers import MOST, within
 from splinefeed.records import Array
 
@@ -29,7 +29,7 @@ _ARGUMENTS = {letter: re.compile(_NUMBER * count) for letter, count in _COUNTS.i
 _ARGUMENTS["A"] = re.compile(_NUMBER * 3 + _FLAG * 2 + _NUMBER * 2)
 
 
-class Piece(NamedTuple):
+class SvgPiece(NamedTuple):
     """Straight lines, a Bezier curve or an arc: control points x + i y; weights where they are not 1; knots of an arc.
 
     straight  whether it is a line through all of its points
@@ -42,7 +42,7 @@ class Piece(NamedTuple):
 
 
 @lru_cache(maxsize=256)
-def parse(data: str) -> tuple[list[list[Piece]], str]:
+def parse(data: str) -> tuple[list[list[SvgPiece]], str]:
     """Runs of pieces joined end to end, and what is wrong with path data, if anything; what comes before is kept."""
     builder = _Builder()
     fault = "" if data.strip() == "none" else builder.read(data)
@@ -53,7 +53,7 @@ class _Builder:
     """The curves of path data, command by command."""
 
     def __init__(self) -> None:
-        self.runs: list[list[Piece]] = []
+        self.runs: list[list[SvgPiece]] = []
         self.here = self.start = 0j
         self.handle: complex | None = None  # the last control point, which S and T mirror
         self.last = ""
@@ -110,7 +110,7 @@ class _Builder:
         elif len(points) == 1:
             self._line(points[0])
         elif any(point != self.here for point in points):
-            self.runs[-1].append(Piece([self.here, *points]))
+            self.runs[-1].append(SvgPiece([self.here, *points]))
         self.here = points[-1]
 
     def _line(self, end: complex) -> None:
@@ -120,7 +120,7 @@ class _Builder:
         if run and run[-1].straight:
             run[-1].points.append(end)
         else:
-            run.append(Piece([self.here, end], straight=True))
+            run.append(SvgPiece([self.here, end], straight=True))
 
     def _close(self) -> None:
         if self.last != "Z":
@@ -130,7 +130,7 @@ class _Builder:
 
 def elliptical(
     begin: complex, end: complex, rx: float, ry: float, degrees: float, large: float, positive: float
-) -> Piece | None:
+) -> SvgPiece | None:
     """The arc of an ellipse from `begin` to `end` exactly; None where it is a straight line.
 
     In the plane where the ellipse is the unit circle its sweep follows from the chord alone, and the arc from both, so
@@ -158,10 +158,10 @@ def elliptical(
     places, knots, weights = bulge_points(chord, bulge)
     points = [begin + complex(place.real * rx, place.imag * ry) * turn for place in places]
     points[-1] = end
-    return Piece(points, weights=weights, knots=knots)
+    return SvgPiece(points, weights=weights, knots=knots)
 
 
-def shape(tag: str, given: Mapping[str, str], view: View) -> list[list[Piece]]:
+def shape(tag: str, given: Mapping[str, str], view: View) -> list[list[SvgPiece]]:
     """The outline of a basic shape; empty where its size is 0."""
     if tag in ("polyline", "polygon", "line"):
         if tag == "line":
@@ -173,7 +173,7 @@ def shape(tag: str, given: Mapping[str, str], view: View) -> list[list[Piece]]:
         points = [complex(x, y) for x, y in zip(listed[0::2], listed[1::2], strict=True)]
         points += points[:1] if tag == "polygon" else []
         points = points[:1] + [end for begin, end in pairwise(points) if begin != end]
-        return [[Piece(points, straight=True)]] if len(points) > 1 else []
+        return [[SvgPiece(points, straight=True)]] if len(points) > 1 else []
     rx, ry = (length(given, name, view, math.nan) for name in (("r", "r") if tag == "circle" else ("rx", "ry")))
     rx, ry = (ry if math.isnan(rx) else rx), (rx if math.isnan(ry) else ry)
     rx, ry = (0.0, 0.0) if math.isnan(rx) else (rx, ry)  # one that is not given is as the other
@@ -187,10 +187,10 @@ def shape(tag: str, given: Mapping[str, str], view: View) -> list[list[Piece]]:
     center = np.array([length(given, "cx", view), length(given, "cy", view)])
     whole = arc(center, np.array([rx, 0.0]), np.array([0.0, ry]), 0.0, 2.0 * math.pi)
     points = whole.control_points.view(np.complex128).ravel().tolist()
-    return [[Piece(points, weights=whole.weights, knots=whole.knots)]]
+    return [[SvgPiece(points, weights=whole.weights, knots=whole.knots)]]
 
 
-def _rectangle(x: float, y: float, width: float, height: float, rx: float, ry: float) -> list[list[Piece]]:
+def _rectangle(x: float, y: float, width: float, height: float, rx: float, ry: float) -> list[list[SvgPiece]]:
     if width == 0.0 or height == 0.0:
         return []
     rx, ry = min(rx, 0.5 * width), min(ry, 0.5 * height)

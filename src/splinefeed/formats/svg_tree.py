@@ -20,7 +20,7 @@ import cssselect2
 import tinycss2
 
 from splinefeed.errors import InputError
-from splinefeed.formats.sizes import MAX_DRAWING_BYTES
+from splinefeed.files.sizes import MAX_DRAWING_BYTES
 
 #: Most elements in one file, and how deep they may be nested.
 MAX_ELEMENTS = 500_000
@@ -183,7 +183,7 @@ class Styles:
             named = ", ".join(repr(each[:40]) for each in unknown[:3])
             self.findings.append(f"{len(unknown)} rules of the style sheet are not read here, such as {named}")
         if self._matcher.order:
-            counting: Any = type("_Counting", (_Element,), {"ask": self._ask})
+            counting: Any = type("_Counting", (_SvgElement,), {"ask": self._ask})
             for element in counting.from_xml_root(root).iter_subtree():
                 found = self._matcher.match(element)
                 self._ask(len(found) + self._matcher.order // _AT_ONCE)
@@ -234,7 +234,7 @@ class Styles:
             raise InputError("its style sheets have too many rules for its elements; simplify them")
 
 
-class _Element(cssselect2.ElementWrapper):  # type: ignore[misc]
+class _SvgElement(cssselect2.ElementWrapper):  # type: ignore[misc]
     """An element that counts what selectors look at, and walks by loops: recursion ends at a thousand siblings."""
 
     ask: Callable[..., None]
@@ -254,7 +254,7 @@ class _Element(cssselect2.ElementWrapper):  # type: ignore[misc]
     def etree_siblings(self, siblings: list[Node]) -> None:
         self._siblings = siblings
 
-    def _chain(self, name: str) -> Iterator[_Element]:
+    def _chain(self, name: str) -> Iterator[_SvgElement]:
         found = getattr(self, name)
         while found is not None:
             self.ask()

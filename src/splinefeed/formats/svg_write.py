@@ -11,13 +11,13 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from splinefeed import units
+from splinefeed.curves.arcs import as_circle
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import CurveError, FormatError
-from splinefeed.formats.atomic import atomic_write
+from splinefeed.files.atomic import atomic_write
 from splinefeed.formats.drawing import losses, three_axes
-from splinefeed.geometry.arcs import as_circle
-from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.fitting.function import fit_function
-from splinefeed.geometry.path import Path
+from splinefeed.paths.fitting.function import fit_function
+from splinefeed.paths.path import Path
 from splinefeed.records import Array
 
 #: Largest distance of a curve that SVG cannot hold from what is written in its place, mm.

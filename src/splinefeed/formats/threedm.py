@@ -8,11 +8,11 @@ from __future__ import annotations
 import pathlib
 from collections.abc import Sequence
 
+from splinefeed.files.source import read_bytes
 from splinefeed.formats import cad_process
-from splinefeed.formats.contents import Contents
 from splinefeed.formats.drawing import Drawing
-from splinefeed.formats.source import read_bytes
-from splinefeed.geometry.path import JOIN_TOLERANCE
+from splinefeed.paths.contents import Contents
+from splinefeed.paths.path import JOIN_TOLERANCE
 
 START = b"3D Geometry File Format "
 _END_MARK = b"\xff\x7f\0\0"

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.geometry.path import Path
-from splinefeed.geometry.pieces import arc, chunks, columns, derivatives, place_on
+from splinefeed.curves.pieces import arc, chunks, columns, derivatives, place_on
 from splinefeed.kernels.layout import HIGH, MIDDLE, SCALE, START
 from splinefeed.kinematics import JointPath
+from splinefeed.paths.path import Path
 from splinefeed.records import Array, IntArray, Setpoints, TimeLaw
 from splinefeed.records.motion import derivative
 

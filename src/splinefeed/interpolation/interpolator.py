@@ -10,12 +10,12 @@ from typing import Any, overload
 import numpy as np
 
 from splinefeed.errors import InputError, LimitsError, MethodError, expect
-from splinefeed.geometry.path import Path
 from splinefeed.interpolation import registry
 from splinefeed.interpolation.arc_length import of_tip, record
 from splinefeed.interpolation.loop import OVERRUN, REPLACED, STATE_FLOATS, STATE_INTEGERS
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
+from splinefeed.paths.path import Path
 from splinefeed.records import Array, Setpoints, TimeLaw, positive
 
 #: A law whose length differs from the path's by more than this, relative, belongs to another path.

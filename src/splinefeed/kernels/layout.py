@@ -13,7 +13,7 @@ The curve is origin + A(t) / w(t). Taken about a near point and a middle paramet
 that matter up to degree 12, and Horner's rule on it is the fastest evaluation there is.
 
 The first `measured` axes make the arc length: all of them in a path's own table, whose rotary axes count in mm (see
-`geometry.metric`).
+`curves.metric`).
 """
 
 from __future__ import annotations

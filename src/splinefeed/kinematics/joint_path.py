@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, NoReturn, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from splinefeed.curves.differential import by_arc_length
 from splinefeed.errors import CurveError, InputError, LimitsError
-from splinefeed.geometry.differential import by_arc_length
-from splinefeed.geometry.resolution import RESOLUTION
-from splinefeed.geometry.tool_path import ANGLES, ToolPath
 from splinefeed.kinematics.chains import Kinematics
 from splinefeed.kinematics.jets import Jet, root
+from splinefeed.paths.resolution import RESOLUTION
+from splinefeed.paths.tool_path import ANGLES, ToolPath
 from splinefeed.records import ROTARY_AXES, Array, IntArray, Setpoints, unit_of_axis
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from splinefeed.errors import FormatError
-from splinefeed.formats.source import read_text
+from splinefeed.files.source import read_text
 from splinefeed.machine.imports.linuxcnc import ANGULAR, LINEAR, TRIVIAL, axes_of, sections
 from splinefeed.machine.imports.page import positive
 from splinefeed.records import ROTARY_AXES, Array, Limits

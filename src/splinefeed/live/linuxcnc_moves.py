@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.formats.gcode.arcs import Arcs, arc_curve
-from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.live.linuxcnc_limits import Mill
 from splinefeed.live.linuxcnc_wire import LINE
+from splinefeed.programs.gcode.arcs import Arcs, arc_curve
 from splinefeed.records import Array
 
 #: LinuxCNC's numbers: a rapid move; how a move ends: at rest (G61.1), exactly (G61), blended (G64).

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinefeed.geometry.path import Path
+from splinefeed.paths.path import Path
 from splinefeed.records import LAW_COEFFICIENTS, Array, IntArray
 
 #: A piece takes so long, s, or so much of the path, mm, but never longer than the third, s.
@@ -38,7 +38,7 @@ class Quintics:
         return len(self.span)
 
 
-class Track:
+class PlannedTrack:
     """Smooth paths in a row since motion began at rest: places by length, and the move that each is on.
 
     first  number of the move that it begins with
@@ -136,7 +136,7 @@ def value(c: Array, t: Array, order: int) -> Array:
     return out
 
 
-def quintics(track: Track, begin: float, spans: Array, c: Array) -> Quintics:
+def quintics(track: PlannedTrack, begin: float, spans: Array, c: Array) -> Quintics:
     """Pieces of every axis for a motion s(t): spans (m,), s, coefficients (m, 6); s from `begin` on the track."""
     good = spans > TINY
     spans, c = spans[good], c[good]

@@ -19,17 +19,17 @@ from typing import Any
 
 import numpy as np
 
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import PlanError, SplinefeedError
-from splinefeed.feed.stream import Block, LookAhead
-from splinefeed.feed.window import State
-from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.path import Marker, Path
-from splinefeed.geometry.smoothing import Smoother
 from splinefeed.live import linuxcnc_wire as wires
 from splinefeed.live.linuxcnc_limits import Mill
 from splinefeed.live.linuxcnc_moves import BLEND, POINT, STOP, curve_of, feeds_of, size_of
-from splinefeed.live.linuxcnc_pieces import Quintics, Track, quintics
+from splinefeed.live.linuxcnc_pieces import PlannedTrack, Quintics, quintics
 from splinefeed.live.linuxcnc_wire import Wire
+from splinefeed.paths.path import Marker, Path
+from splinefeed.paths.smoothing import Smoother
+from splinefeed.planner.horizon import State
+from splinefeed.planner.stream import LookAhead, MotionBlock
 from splinefeed.records import Array
 
 #: Moves that are taken at once; how long to wait for others that come with one, s.
@@ -49,17 +49,17 @@ DEAD = 8.0
 
 
 @dataclass(eq=False)
-class Batch:
+class SentBatch:
     """What was sent: its pieces of certain motion, from number `piece` on, on which track, and under what."""
 
-    track: Track
+    track: PlannedTrack
     piece: int
     sure: Quintics
     stop: float  # where its last piece ends, mm
     scale: Array  # of each piece
 
 
-class Run:
+class PlannedMotion:
     """Moves that are one motion from rest to rest: smoothed and planned as they come.
 
     first  number of its first move; closed  whether all of them have come
@@ -67,13 +67,13 @@ class Run:
 
     def __init__(self, first: int, planner: Planner) -> None:
         self.planner, self.first = planner, first
-        self.track = Track(first)
+        self.track = PlannedTrack(first)
         self.smoother = Smoother("program", planner.mill.axes, corners="round", window=planner.smooth)
         self.closed = False
         self.moves: list[Any] = []  # all of them: an override that changes changes their feeds
         self.look = planner.look_ahead()
         self.base = 0  # curves of the track before the first that `look` knows
-        self.coming: Iterator[Block] | None = None
+        self.coming: Iterator[MotionBlock] | None = None
         self.planned = False  # all that came is planned to its end
         self.since = planner.clock()
         self.begins = True  # the next batch is the first one from rest
@@ -122,7 +122,7 @@ class Run:
         for path, origins in zip(track.parts[first:], track.moves[first:], strict=True):
             self.look.take(self.at_feeds(path, origins))
 
-    def block(self, hungry: bool) -> Block | None:
+    def block(self, hungry: bool) -> MotionBlock | None:
         """The next block of motion, None where nothing more can be planned yet; hungry: not even a full window."""
         if self.planned and self.coming is None:
             if not hungry or self.closed or not self.track.parts:
@@ -157,8 +157,8 @@ class Planner:
         self.period = float(wire.period)
         self.inverse = 1.0 / mill.units[mill.columns]
         self.session = time.time_ns() & 0x7FFFFFFFFFFFFFFF
-        self.run: Run | None = None
-        self.sent: dict[int, Batch] = {}
+        self.run: PlannedMotion | None = None
+        self.sent: dict[int, SentBatch] = {}
         self.head, self.piece = int(wire.batch_head), int(wire.piece_seen)
         self.after = 0
         self.read = int(wire.seg_done)
@@ -252,7 +252,7 @@ class Planner:
         if self.run is None:
             ends = ends[ends > 0]
             self._settled()
-            self.run = Run(self.read, self)
+            self.run = PlannedMotion(self.read, self)
         if len(ends):
             moves = moves[: int(ends[0])]
         if len(moves):
@@ -304,7 +304,7 @@ class Planner:
             return
         self._branch(batch, now)
 
-    def _branch(self, batch: Batch, now: tuple[float, float, float]) -> None:
+    def _branch(self, batch: SentBatch, now: tuple[float, float, float]) -> None:
         """Plan from a piece somewhat ahead, in the state that the motion has there at the rate that it has now."""
         wire, run = self.wire, self.run
         assert run is not None
@@ -337,7 +337,7 @@ class Planner:
         self.after = batch.piece + at
         self._send(run, block, rate=rate if rate < 1.0 - 1e-9 else 1.0)
 
-    def _go_on(self, run: Run, batch: Batch) -> None:
+    def _go_on(self, run: PlannedMotion, batch: SentBatch) -> None:
         """Plan again behind the last batch that was sent."""
         last = self.sent[self.head - 1]
         s, feed, acceleration = last.sure.ends[-1].tolist()
@@ -356,12 +356,12 @@ class Planner:
             total += float(batch.sure.span[max(int(self.wire.piece_now) - batch.piece, 0) :].sum())
         return total
 
-    def _quintics(self, run: Run, block: Block) -> Quintics:
+    def _quintics(self, run: PlannedMotion, block: MotionBlock) -> Quintics:
         law = block.law
         begin = run.track.place(run.base + block.curve, block.offset)
         return quintics(run.track, begin, np.diff(law.breaks), law.coefficients)
 
-    def _send(self, run: Run, block: Block, rate: float = 0.0) -> None:
+    def _send(self, run: PlannedMotion, block: MotionBlock, rate: float = 0.0) -> None:
         """A block of certain motion, and the stop behind it."""
         wire, track = self.wire, run.track
         sure, stop = self._quintics(run, block), run.look.stop
@@ -390,7 +390,7 @@ class Planner:
         row["after"], row["rate"], run.begins = max(self.after, 0), rate, False
         row["done"] = self.read if whole else int(track.segments(np.array([end]))[0])
         row["vlimit"] = self.vlimit if math.isfinite(self.vlimit) else 1e9
-        self.sent[self.head] = Batch(track, self.piece, sure, end, scale)
+        self.sent[self.head] = SentBatch(track, self.piece, sure, end, scale)
         for k in [k for k in self.sent if k < int(wire.batch_now) - 1]:
             del self.sent[k]
         self.head += 1
@@ -452,7 +452,7 @@ class Heart:
         self._thread.join()
 
 
-class Task:
+class TaskWatch:
     """Whether LinuxCNC's task waits for motion to end, as a child in LinuxCNC's Python sees it."""
 
     def __init__(self, python: str) -> None:
@@ -497,7 +497,7 @@ def warm_up(mill: Mill, period: float = 1e-3) -> None:
         count = len(curves)
         path = Path(curves, mill.axes, feeds=[50.0] * count, tolerances=[tolerance] * count)
         smoother = Smoother("program", mill.axes, corners="round", window=20)
-        look, track = LookAhead(mill.limits(0.05), period, mill.axes, 40), Track(0)
+        look, track = LookAhead(mill.limits(0.05), period, mill.axes, 40), PlannedTrack(0)
         track.push(np.ones(count))
         for each in [*smoother.push(path), *smoother.finish()]:
             track.add(each, np.zeros(len(each.curves), dtype=np.int64))
@@ -520,7 +520,7 @@ def serve(
             waiting = True
             time.sleep(0.05)
             continue
-        task = Task(python)
+        task = TaskWatch(python)
         planner = Planner(wire, mill, reserve, say=say, waits=lambda task=task: task.waiting, **how)  # type: ignore[misc]
         heart = Heart(planner)
         say("LinuxCNC is here")

@@ -17,9 +17,9 @@ from typing import Any, NoReturn
 import numpy as np
 
 from splinefeed.errors import InputError, SplinefeedError
-from splinefeed.formats.metadata import to_radians
+from splinefeed.files.metadata import to_radians
 from splinefeed.live.hal_files import sampler_cfg
-from splinefeed.live.sinks import Rows, Sink, Taken, starting_rows
+from splinefeed.live.sinks import SetpointRows, Sink, Taken, starting_rows
 from splinefeed.records import ROTARY_AXES, Array, Response
 
 #: The Python that has LinuxCNC's `hal` module on Debian.
@@ -134,7 +134,7 @@ class LinuxcncSink(Sink):
         except BrokenPipeError:
             self._raise_why()
 
-    def write(self, rows: Rows) -> None:
+    def write(self, rows: SetpointRows) -> None:
         """Hand the rows to the child."""
         self._send(rows.text())
         super().write(rows)

@@ -8,14 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinefeed.feed.course import HIGHEST, LawCourse
-from splinefeed.feed.override import Override
-from splinefeed.feed.planning import plan
-from splinefeed.feed.reserve import with_reserve
-from splinefeed.feed.rows_course import RowsCourse
-from splinefeed.geometry.path import Path
 from splinefeed.interpolation.arc_length import Instants
 from splinefeed.kinematics import JointPath
+from splinefeed.paths.path import Path
+from splinefeed.planner.override.override import Override
+from splinefeed.planner.override.reserve import with_reserve
+from splinefeed.planner.override.setpoint_source import SetpointSource
+from splinefeed.planner.override.source import HIGHEST, LawSource
+from splinefeed.planner.planning import plan
 from splinefeed.records import ROTARY_AXES, Array, Limits, Setpoints, TimeLaw
 
 #: Rows whose plan time is remembered, for a resume from one that is confirmed later.
@@ -108,7 +108,7 @@ def along(
     highest: float = HIGHEST,
 ) -> Motion:
     """A law along a path; limits hold for the rows sent; the law is planned under a reserve of them."""
-    course = LawCourse(path, law)
+    course = LawSource(path, law)
     return Motion(
         Override(course, limits, rate=rate, tau=tau, highest=highest), Instants(path, law, course.period).block
     )
@@ -129,7 +129,7 @@ def planned(
 
 def through(rows: Setpoints, limits: Limits, *, highest: float = HIGHEST) -> Motion:
     """Setpoints without their path."""
-    course = RowsCourse(rows, sum(axis not in ROTARY_AXES for axis in rows.axes))
+    course = SetpointSource(rows, sum(axis not in ROTARY_AXES for axis in rows.axes))
     return Motion(Override(course, limits, highest=highest), course.block)
 
 

@@ -61,7 +61,7 @@ class Operator:
         return -self.rate if self.back else self.rate
 
 
-class Control(socketserver.ThreadingTCPServer):
+class OperatorServer(socketserver.ThreadingTCPServer):
     """Orders over a free port of loopback until the context ends: {"token": "...", "override": 80}, one JSON a line.
 
     Every line is answered by one, and their rate is limited, so that a flood of them does not delay the stream.
@@ -122,7 +122,7 @@ class Control(socketserver.ThreadingTCPServer):
 
 
 class _Client(socketserver.StreamRequestHandler):
-    server: Control
+    server: OperatorServer
     request: socket.socket
 
     def handle(self) -> None:

@@ -16,8 +16,8 @@ from typing import TextIO
 import numpy as np
 
 from splinefeed.errors import InputError
-from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.metadata import to_degrees
+from splinefeed.files.atomic import atomic_write
+from splinefeed.files.metadata import to_degrees
 from splinefeed.formats.setpoints_text import cfg
 from splinefeed.records import Array
 
@@ -45,7 +45,7 @@ def starting_rows(ahead: int) -> int:
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class SetpointRows:
     """Rows of a stream in order.
 
     first     number of the first one; the first row of a stream is 1
@@ -104,7 +104,7 @@ class Sink:
         """Begin; start (axes,) is where the first row is. Returns where the axes are, `start` if that is not known."""
         return start
 
-    def write(self, rows: Rows) -> None:
+    def write(self, rows: SetpointRows) -> None:
         """Take more rows; may wait for room."""
         self._row = rows.first + len(rows) - 1
 
@@ -152,7 +152,7 @@ class ClockSink(Sink):
         self._period, self._at = period, start
         return start
 
-    def write(self, rows: Rows) -> None:
+    def write(self, rows: SetpointRows) -> None:
         """Take more rows; the clock starts when there are enough."""
         with self._lock:
             self._rows.extend(rows.position)
@@ -217,7 +217,7 @@ class UdpSink(ClockSink):
         self._to = (host, port)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 
-    def write(self, rows: Rows) -> None:
+    def write(self, rows: SetpointRows) -> None:
         """Send each row as a datagram."""
         for number, row, last in rows.numbered():
             self._socket.sendto(HEAD.pack(MAGIC, number, last, len(row)) + struct.pack(f"!{len(row)}d", *row), self._to)
@@ -253,7 +253,7 @@ class TextSink(Sink):
         self._put(f"# row {' '.join(axes)} last   ({columns})\n")
         return start
 
-    def write(self, rows: Rows) -> None:
+    def write(self, rows: SetpointRows) -> None:
         """Write the lines, and wait until they are gone."""
         self._put(rows.text())
         super().write(rows)

@@ -12,7 +12,7 @@ import numpy as np
 from splinefeed.errors import SplinefeedError
 from splinefeed.live.motion import Motion
 from splinefeed.live.operator import MOST, Operator
-from splinefeed.live.sinks import Rows, Sink, Taken, batch_rows
+from splinefeed.live.sinks import SetpointRows, Sink, Taken, batch_rows
 from splinefeed.records import Array
 
 #: Rows made at a time where no clock takes them.
@@ -37,7 +37,7 @@ class StreamError(SplinefeedError):
 
 
 @dataclass(frozen=True)
-class State:
+class StreamState:
     """The status of a stream.
 
     row, depth  rows sent, and sent but not confirmed; confirmed  the last row that the consumer took
@@ -69,9 +69,9 @@ def play(
     resume: tuple[float, float] | None = None,
     known: Array | None = None,
     approach: Approach | None = None,
-    saved: Callable[[State], None] = lambda state: None,
-    seen: Callable[[State], None] = lambda state: None,
-) -> State:
+    saved: Callable[[StreamState], None] = lambda state: None,
+    seen: Callable[[StreamState], None] = lambda state: None,
+) -> StreamState:
     """Stream a motion into a sink until its end, or until a stop has brought it to rest.
 
     ahead     rows that are kept ahead of a consumer with a clock
@@ -101,7 +101,7 @@ def play(
 class _Stream:
     def __init__(
         self, motion: Motion, sink: Sink, operator: Operator, ahead: int,
-        saved: Callable[[State], None], seen: Callable[[State], None],
+        saved: Callable[[StreamState], None], seen: Callable[[StreamState], None],
     ) -> None:  # fmt: skip
         self.motion, self.sink, self.operator, self.ahead = motion, sink, operator, ahead
         self.saved, self.seen = saved, seen
@@ -139,7 +139,7 @@ class _Stream:
             )
         self.parts.insert(0, approach(at, motion.start))
 
-    def run(self) -> State:
+    def run(self) -> StreamState:
         """Every part, and the end."""
         for k, part in enumerate(self.parts):
             if k:
@@ -155,10 +155,10 @@ class _Stream:
         self.saved(final)
         return final
 
-    def state(self) -> State:
+    def state(self) -> StreamState:
         """The status."""
         motion, taken = self.motion, self.taken
-        return State(
+        return StreamState(
             row=self.row,
             depth=self.row - taken.row,
             confirmed=taken.row,
@@ -171,7 +171,7 @@ class _Stream:
         )
 
     def _write(self, position: Array, last: bool) -> None:
-        self.sink.write(Rows(self.row + 1, position, self.motion.axes, last))
+        self.sink.write(SetpointRows(self.row + 1, position, self.motion.axes, last))
         self.position = position
         self.row += len(position)
 

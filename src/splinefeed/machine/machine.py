@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from splinefeed.errors import FormatError, InputError, ProblemsError, UnitError, nearest
-from splinefeed.formats.atomic import write_text
-from splinefeed.formats.limits_toml import KINDS as LIMITS
-from splinefeed.formats.source import read_text, toml_of
+from splinefeed.files.atomic import write_text
+from splinefeed.files.source import read_text, toml_of
 from splinefeed.kinematics import KINDS, Kinematics, kinematics
 from splinefeed.machine import parts, quantities
 from splinefeed.machine.control import Control
+from splinefeed.machine.limits_toml import KINDS as LIMITS
 from splinefeed.records import ROTARY_AXES
 
 #: Keys beside the axes at the top of a file.

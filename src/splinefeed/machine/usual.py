@@ -7,7 +7,7 @@ from pathlib import Path
 import platformdirs
 
 from splinefeed.errors import FormatError, SplinefeedError
-from splinefeed.formats.atomic import write_text
+from splinefeed.files.atomic import write_text
 from splinefeed.machine.machine import Machine
 
 #: The machine where nobody chose one.

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import FormatError, InputError, nearest
-from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.path import Path
+from splinefeed.paths.path import Path
 from splinefeed.records import Array, Joint
 from splinefeed.records.limits import Limits
 from splinefeed.robots.arm_path import AT_START, TURNED_AT_START, ArmPath, orientation_of, tip_of

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
-from splinefeed.geometry.path import Path
-from splinefeed.geometry.tool_path import VECTORS, ToolPath
 from splinefeed.kinematics import JointPath
+from splinefeed.paths.path import Path
+from splinefeed.paths.tool_path import VECTORS, ToolPath
 from splinefeed.records import Array, IntArray
 from splinefeed.robots.frames import MM, Frames
 from splinefeed.robots.inverse import Inverse
@@ -270,7 +270,7 @@ def _columns(rotation: Array) -> Array:
 
 def tip_of(curve: object, feed: float | None) -> Path:
     """The curve of a tip as a path of x, y, z, mm, with a feed that its curves ask for, mm/s."""
-    from splinefeed.geometry.curve import NurbsCurve
+    from splinefeed.curves.curve import NurbsCurve
 
     path: Any = Path([curve]) if isinstance(curve, NurbsCurve) else curve
     axes = getattr(path, "axes", type(path).__name__)

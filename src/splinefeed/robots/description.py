@@ -89,13 +89,13 @@ class Description:
 
 
 @dataclass
-class _Element:
+class _UrdfElement:
     tag: str
     attributes: dict[str, str]
     line: int
-    children: list[_Element] = field(default_factory=list)
+    children: list[_UrdfElement] = field(default_factory=list)
 
-    def one(self, tag: str) -> _Element | None:
+    def one(self, tag: str) -> _UrdfElement | None:
         return next((child for child in self.children if child.tag == tag), None)
 
 
@@ -120,13 +120,13 @@ def read_description(source: str | Path) -> Description:
         raise FormatError(f"{name}: {error}") from None
 
 
-def _tree(content: bytes) -> _Element:
+def _tree(content: bytes) -> _UrdfElement:
     """The root element; InputError for what is not XML, has entities of its own, or is too large or too deep."""
     if len(content) > MAX_BYTES:
         raise InputError(f"is larger than {MAX_BYTES // 2**20} MB; a URDF names its meshes and does not hold them")
     parser = expat.ParserCreate()
-    roots: list[_Element] = []
-    stack: list[_Element] = []
+    roots: list[_UrdfElement] = []
+    stack: list[_UrdfElement] = []
     count = 0
 
     def start(tag: str, attributes: dict[str, str]) -> None:
@@ -140,7 +140,7 @@ def _tree(content: bytes) -> _Element:
             raise InputError(f"line {parser.CurrentLineNumber}: <{tag}>: expand it first: xacro FILE > robot.urdf")
         if any(len(value) > MAX_TEXT for value in attributes.values()):
             raise InputError(f"line {parser.CurrentLineNumber}: <{tag[:40]}>: a text has more than {MAX_TEXT} letters")
-        element = _Element(tag, attributes, parser.CurrentLineNumber)
+        element = _UrdfElement(tag, attributes, parser.CurrentLineNumber)
         (stack[-1].children if stack else roots).append(element)
         stack.append(element)
 
@@ -212,7 +212,7 @@ def _one_tree(links: Mapping[str, object], joints: Mapping[str, JointDescription
         raise InputError("links hang on each other in a loop; a closed loop is no serial arm: open it at one joint")
 
 
-def _joint(element: _Element) -> JointDescription:
+def _joint(element: _UrdfElement) -> JointDescription:
     name, kind = _name(element), element.attributes.get("type", "")
     what = f"joint {name!r}"
     if kind not in (*MOVING, FIXED, "floating", "planar"):
@@ -238,7 +238,7 @@ def _joint(element: _Element) -> JointDescription:
     )
 
 
-def _inertia(element: _Element, what: str) -> LinkInertia | None:
+def _inertia(element: _UrdfElement, what: str) -> LinkInertia | None:
     own = element.one("inertial")
     if own is None:
         return None
@@ -254,31 +254,31 @@ def _inertia(element: _Element, what: str) -> LinkInertia | None:
     return LinkInertia(kilograms, xyz, rpy, moments)
 
 
-def _name(element: _Element) -> str:
+def _name(element: _UrdfElement) -> str:
     name = element.attributes.get("name", "")
     if not name:
         raise InputError(f"line {element.line}: <{element.tag}> has no name")
     return name
 
 
-def _origin(element: _Element, what: str) -> tuple[Vector, Vector]:
+def _origin(element: _UrdfElement, what: str) -> tuple[Vector, Vector]:
     own = element.one("origin")
     zero = (0.0, 0.0, 0.0)
     return (zero, zero) if own is None else (_vector(own, "xyz", what, zero), _vector(own, "rpy", what, zero))
 
 
-def _number(element: _Element, key: str, what: str) -> float:
+def _number(element: _UrdfElement, key: str, what: str) -> float:
     return _numbers(element, key, what, 1)[0]
 
 
-def _vector(element: _Element, key: str, what: str, otherwise: Vector) -> Vector:
+def _vector(element: _UrdfElement, key: str, what: str, otherwise: Vector) -> Vector:
     if key not in element.attributes:
         return otherwise
     x, y, z = _numbers(element, key, what, 3)
     return x, y, z
 
 
-def _numbers(element: _Element, key: str, what: str, count: int) -> list[float]:
+def _numbers(element: _UrdfElement, key: str, what: str, count: int) -> list[float]:
     text = element.attributes.get(key, "")
     try:
         values = [float(word) for word in text.split()]

@@ -18,11 +18,11 @@ from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import Any
 
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import FormatError, InputError, SplinefeedError, nearest
 from splinefeed.formats import registry
-from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
+from splinefeed.paths.path import Path
 from splinefeed.records import Limits
 from splinefeed.robots.arm import Arm, robot
 

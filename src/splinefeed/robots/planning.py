@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError
-from splinefeed.geometry.path import Path
-from splinefeed.geometry.waypoints import checked_waypoints
+from splinefeed.paths.path import Path
+from splinefeed.paths.waypoints import checked_waypoints
 from splinefeed.records import Array
 from splinefeed.records.limits import Limits
 from splinefeed.records.torque import Torque

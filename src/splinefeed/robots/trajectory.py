@@ -21,12 +21,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import FormatError, InputError
-from splinefeed.formats.atomic import atomic_write
-from splinefeed.geometry.path import Path
+from splinefeed.files.atomic import atomic_write
 from splinefeed.kinematics import JointPath
-from splinefeed.pipeline.result import Run
+from splinefeed.paths.path import Path
 from splinefeed.records import AXIS_LIMITS, Array, BoolArray, Limits, TimeLaw, unit_of_axis
 from splinefeed.robots.frames import MM
+from splinefeed.runs.result import Run
 
 #: How far joints may be from the motion between points, rad and mm, by default.
 TOLERANCE = 1e-6

@@ -56,7 +56,7 @@ async def ask(
 
 
 @dataclass
-class Job:
+class StudioJob:
     """One job: its request, its tab, and its progress."""
 
     id: int
@@ -97,7 +97,7 @@ class House:
         self._planning: dict[str, Worker] = {}  # who works on the plan of each tab
         self.tabs: dict[str, Callable[..., None]] = {}  # how to tell something to each open page, by its name
         self.ready = "warming up"
-        self.jobs: list[Job] = []
+        self.jobs: list[StudioJob] = []
         self._numbers = itertools.count(1)
         self._plans: dict[str, dict[str, Any]] = {}  # the last request of each tab
         self._shown = asyncio.Event()  # whether a page has a final plan
@@ -275,7 +275,7 @@ class House:
 
     # --- jobs, one at a time of each tab ---
 
-    def _open(self) -> list[Job]:
+    def _open(self) -> list[StudioJob]:
         """Jobs that wait or run."""
         return [job for job in self.jobs if job.state in (WAITING, RUNNING)]
 
@@ -290,7 +290,7 @@ class House:
             self.replace(tab)
         if sum(job.tab == tab for job in self._open()) >= MOST_WAITING:
             raise InputError(f"{MOST_WAITING} jobs are waiting; cancel one, or wait")
-        job = Job(next(self._numbers), kind, title, tab, request)
+        job = StudioJob(next(self._numbers), kind, title, tab, request)
         self.jobs.append(job)
         self._changed(job)
         self._begin(self._work(job))
@@ -310,17 +310,17 @@ class House:
             if job.id == int(said["job"]):
                 self._cancel(job)
 
-    def _cancel(self, job: Job) -> None:
+    def _cancel(self, job: StudioJob) -> None:
         """Take a job out of the queue, or end it by ending its worker."""
         running, job.state = job.state == RUNNING, CANCELLED
         self._changed(job)
         if running and job.worker is not None:
             job.worker.stop()
 
-    def _changed(self, job: Job) -> None:
+    def _changed(self, job: StudioJob) -> None:
         self.tell("job", job=job.shown())
 
-    async def _work(self, job: Job) -> None:
+    async def _work(self, job: StudioJob) -> None:
         def heard(head: Said) -> None:
             job.words, job.share = str(head.get("words", "")), list(head.get("share", []))
             if job.state == RUNNING:
@@ -342,7 +342,7 @@ class House:
         for each in closed[:-ANSWERS]:
             self.jobs.remove(each)
 
-    def _deliver(self, job: Job) -> None:
+    def _deliver(self, job: StudioJob) -> None:
         """Send the answer of a job to its page, if it is there and the answer still wanted."""
         if job.tab not in self.tabs or not job.wanted or job.answer is None:
             return

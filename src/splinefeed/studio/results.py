@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 
 import splinefeed as sf
+from splinefeed.files.plain import plain
 from splinefeed.formats import json_curve
-from splinefeed.formats.plain import plain
-from splinefeed.pipeline.compare import servo_numbers
 from splinefeed.records import unit_along, view, words_of
 from splinefeed.records.verdict import ALLOWED
-from splinefeed.report import interactive, plot, theme
-from splinefeed.report.path_figures import path_figure
-from splinefeed.report.record import about, record
-from splinefeed.report.servo_figures import errors_figure, has_spectra, spectra_figure
+from splinefeed.reports import interactive, plot, theme
+from splinefeed.reports.path_figures import path_figure
+from splinefeed.reports.record import about, record
+from splinefeed.reports.servo_figures import errors_figure, has_spectra, spectra_figure
+from splinefeed.runs.compare import servo_numbers
 from splinefeed.studio.settings import Wanted
 from splinefeed.studio.sources import MOST_EDITED
 

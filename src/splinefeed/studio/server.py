@@ -25,7 +25,7 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.numbers import finite, whole
-from splinefeed.report import library
+from splinefeed.reports import library
 from splinefeed.studio import sources
 from splinefeed.studio.house import House
 from splinefeed.studio.staff import Staff
@@ -122,7 +122,7 @@ class _Guarded(RequestHandler):
         self.finish(f"{status_code}: {self._reason}\n")
 
 
-class _Part(_Guarded):
+class _PagePart(_Guarded):
     """The page itself and its files, from memory, and nothing else of any file system."""
 
     def get(self, name: str | None) -> None:
@@ -248,7 +248,7 @@ def parts() -> dict[str, bytes]:
     """The files of the page by name, Plotly's among them."""
     folder = resources.files("splinefeed.studio").joinpath("page")
     found = {each.name: each.read_bytes() for each in folder.iterdir() if each.name.rpartition(".")[2] in KINDS}
-    report = resources.files("splinefeed.report").joinpath("page")
+    report = resources.files("splinefeed.reports").joinpath("page")
     found["report.css"] = report.joinpath("page.css").read_bytes()  # one theme for both
     found |= {name: report.joinpath(name).read_bytes() for name in library.MODULES[:-1]}  # and figures
     found["plotly.min.js"] = library.script().encode()
@@ -263,7 +263,7 @@ async def serve(port: int, history: Path | None, staff: Staff, *, browser: bool,
     strangers: dict[Any, None] = {}
     application = Application(
         [
-            (r"/(?:page/([a-z0-9.-]+))?", _Part),
+            (r"/(?:page/([a-z0-9.-]+))?", _PagePart),
             (r"/upload", _Dropped),
             (r"/download/([0-9a-f]{32})", _Download),
             (r"/socket", _Socket),

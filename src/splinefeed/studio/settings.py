@@ -12,13 +12,13 @@ from typing import Any
 import splinefeed as sf
 from splinefeed import units
 from splinefeed.errors import CurveError, FormatError, InputError, SplinefeedError, nearest
-from splinefeed.feed.planning import STRATEGIES, strategy_for
-from splinefeed.formats import limits_toml
-from splinefeed.formats.source import toml_of
+from splinefeed.files.source import toml_of
 from splinefeed.interpolation import registry as methods
-from splinefeed.pipeline.run import MotionJob, carry_out
-from splinefeed.pipeline.settings import PAPER_LIMITS, PAPER_PERIOD, limited
+from splinefeed.machine import limits_toml
+from splinefeed.planner.planning import STRATEGIES, strategy_for
 from splinefeed.records import BY_AXIS
+from splinefeed.runs.run import MotionJob, carry_out
+from splinefeed.runs.settings import PAPER_LIMITS, PAPER_PERIOD, limited
 from splinefeed.studio import sources
 from splinefeed.workers import Mail
 
@@ -117,7 +117,7 @@ def from_toml(text: str) -> dict[str, Any]:
 
 def offer() -> dict[str, Any]:
     """What a page can choose from by name, with what it is; and the usual settings."""
-    from splinefeed.report.files import SETPOINTS
+    from splinefeed.reports.files import SETPOINTS
 
     return {
         "shapes": [{"name": name, "what": what, "example": example} for name, what, example in sf.shapes.describe()],

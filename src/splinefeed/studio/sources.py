@@ -16,10 +16,10 @@ import splinefeed as sf
 from splinefeed import units
 from splinefeed.errors import InputError, ProblemsError, SplinefeedError
 from splinefeed.formats import json_curve, registry
-from splinefeed.formats.contents import Contents
-from splinefeed.geometry.jobs import Job
-from splinefeed.geometry.tangential import tangential as with_theta
-from splinefeed.pipeline.settings import smooth as smoothed
+from splinefeed.paths.contents import Contents
+from splinefeed.paths.jobs import Job
+from splinefeed.paths.tangential import tangential as with_theta
+from splinefeed.runs.settings import smooth as smoothed
 
 #: Size of an upload at most, bytes; files of a folder that are kept: the oldest goes when another one comes.
 LARGEST, MOST = 64 * 2**20, 16
@@ -81,7 +81,7 @@ def path_of(
     """The path that `source` means, smoothed, with theta behind if the settings say so; folder: where uploads are.
 
     And what a record says of its source, and how it was read, as a command line says it. Several contours of which none
-    is chosen are one motion, linked as `unsaid` says where the source does not (`geometry.jobs.job`). Raises InputError
+    is chosen are one motion, linked as `unsaid` says where the source does not (`paths.jobs.job`). Raises InputError
     for what is not a source, and what the readers raise.
     """
     text, how = json.dumps(source, sort_keys=True), (("smooth", smooth), ("tangential", tangential))

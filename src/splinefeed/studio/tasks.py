@@ -18,21 +18,21 @@ import numpy as np
 
 import splinefeed as sf
 from splinefeed.errors import InputError, SplinefeedError
-from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL
-from splinefeed.formats.atomic import write_page, write_text
-from splinefeed.formats.plain import plain
+from splinefeed.files.atomic import write_page, write_text
+from splinefeed.files.plain import plain
 from splinefeed.live import stream
 from splinefeed.live.motion import Motion, planned
 from splinefeed.live.operator import MOST, Operator
 from splinefeed.live.sinks import ClockSink
-from splinefeed.pipeline.cycle_time import cycle_time
-from splinefeed.pipeline.follow import serve
-from splinefeed.pipeline.run import on_machine
-from splinefeed.pipeline.settings import PAPER_LIMITS
-from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE, TunedMachine, by_rule, tune_on_path
-from splinefeed.report import interactive
-from splinefeed.report.servo_figures import bode_figure, errors_figure, step_figure
-from splinefeed.report.time_figures import program_figure, time_figure
+from splinefeed.planner.strategies import LOOK_AHEAD, TIME_OPTIMAL
+from splinefeed.programs.cycle_time import cycle_time
+from splinefeed.reports import interactive
+from splinefeed.reports.servo_figures import bode_figure, errors_figure, step_figure
+from splinefeed.reports.time_figures import program_figure, time_figure
+from splinefeed.runs.follow import serve
+from splinefeed.runs.run import on_machine
+from splinefeed.runs.settings import PAPER_LIMITS
+from splinefeed.runs.tuning import EVALUATIONS, PATH_RULE, TunedMachine, by_rule, tune_on_path
 from splinefeed.studio import results, sources
 from splinefeed.studio.settings import PATHS, Bench, SettingsError, complete, field_of, from_toml, machine_of, resolve
 from splinefeed.workers import Answer, Handler, Mail
@@ -88,8 +88,8 @@ def read(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
 def make(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """A file to download: what it is called, and where it lies in the folder of files made."""
     from splinefeed.formats import registry
-    from splinefeed.report import files, html
-    from splinefeed.report.record import documented
+    from splinefeed.reports import files, html
+    from splinefeed.reports.record import documented
 
     wanted, made = bench.done(request["settings"])
     machine, served = wanted.machine, made.served

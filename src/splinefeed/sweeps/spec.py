@@ -19,12 +19,12 @@ import numpy as np
 
 from splinefeed import units
 from splinefeed.errors import FormatError, InputError, ProblemsError, nearest
-from splinefeed.feed.planning import STRATEGIES
-from splinefeed.formats import limits_toml
-from splinefeed.formats.source import check_size, read_text, toml_of
-from splinefeed.geometry import shapes
+from splinefeed.files.source import check_size, read_text, toml_of
 from splinefeed.interpolation import registry
+from splinefeed.machine import limits_toml
 from splinefeed.machine.machine import Machine
+from splinefeed.paths import shapes
+from splinefeed.planner.planning import STRATEGIES
 from splinefeed.records import BY_AXIS
 
 #: More runs than this are refused as a mistake.

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import FormatError, InputError
-from splinefeed.formats import json_values, rows_parquet
-from splinefeed.formats.atomic import TEMPORARIES, write_text
-from splinefeed.formats.source import read_text
+from splinefeed.files import json_values
+from splinefeed.files.atomic import TEMPORARIES, write_text
+from splinefeed.files.source import read_text
+from splinefeed.formats import rows_parquet
 from splinefeed.records import Array, BoolArray, IntArray
 from splinefeed.sweeps.spec import Sweep
 from splinefeed.sweeps.work import COLUMNS, DONE, FAILED, OVER, Row

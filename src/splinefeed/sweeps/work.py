@@ -10,16 +10,16 @@ from functools import lru_cache
 from typing import Any
 
 from splinefeed.errors import InputError, SplinefeedError
-from splinefeed.feed.planning import cheap_to_bound, plan
 from splinefeed.formats import registry
-from splinefeed.geometry import shapes
-from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.machine.machine import Machine
-from splinefeed.pipeline.result import Run
-from splinefeed.pipeline.run import MotionJob, carry_out, on_machine
-from splinefeed.pipeline.settings import PAPER_PERIOD, limited
+from splinefeed.paths import shapes
+from splinefeed.paths.path import Path
+from splinefeed.planner.planning import cheap_to_bound, plan
 from splinefeed.records import Limits, TimeLaw
+from splinefeed.runs.result import Run
+from splinefeed.runs.run import MotionJob, carry_out, on_machine
+from splinefeed.runs.settings import PAPER_PERIOD, limited
 from splinefeed.sweeps.spec import Settings, Task
 
 #: What a run came to: every limit holds; a limit or a check does not; there is no result.

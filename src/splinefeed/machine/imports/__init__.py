@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from splinefeed.errors import InputError, nearest
-from splinefeed.formats.source import read_text
+from splinefeed.files.source import read_text
 from splinefeed.machine.imports import grbl, klipper, linuxcnc, marlin
 from splinefeed.machine.imports.page import Page
 from splinefeed.machine.machine import Machine

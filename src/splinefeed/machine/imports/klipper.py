@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 
 from splinefeed.errors import FormatError
-from splinefeed.formats.source import read_text
+from splinefeed.files.source import read_text
 from splinefeed.machine.imports.page import Page, Plain, number, positive, short
 
 #: What holds where a section does not say: square corner velocity mm/s, minimum cruise ratio, resolution of arcs mm.

@@ -10,7 +10,7 @@ import re
 from pathlib import Path
 
 from splinefeed.errors import FormatError
-from splinefeed.formats.source import read_text
+from splinefeed.files.source import read_text
 from splinefeed.kinematics import KINDS
 from splinefeed.machine.imports.page import AXES, TURNS, Page, no_times, number, positive, short
 

@@ -1,0 +1,278 @@
+"""Check: whether setpoints lie on their path, cover it and hold every limit, by their definitions alone."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+from splinefeed.checks.bounds import TOLERANCE, Bounds, Fault
+from splinefeed.checks.law import check_law
+from splinefeed.checks.setpoints import Judge
+from splinefeed.errors import InputError, expect
+from splinefeed.kinematics import JointPath
+from splinefeed.paths.parts import cut, joined
+from splinefeed.paths.path import Path
+from splinefeed.records import (
+    LimitResult,
+    Limits,
+    Setpoints,
+    TimeLaw,
+    Verdict,
+    number,
+    refuse_orientation,
+    shown_by,
+    unit_along,
+    unit_of,
+)
+
+#: Ticks that are processed together: what bounds the memory.
+BLOCK = 16384
+#: Sentence of each kind of fault of single setpoints, before its place.
+_SENTENCES = {
+    "off the curve": "off the curve by {amount:.6g} {unit}",
+    "turned off": "a rotary axis is {degrees:.6g} deg from where the curve has it",
+    "tilted": "the tool axis is off its path by {degrees:.6g} deg",
+    "misplaced": "on the curve, but {amount:.6g} {unit} from the place of its u",
+    "period": "is {amount:.6g} s early or late: the period is not kept",
+    "back": "goes back by {amount:.6g} {unit} along the path",
+    "skipped": "a part of the path is skipped: one step of {amount:.6g} {unit}",
+    "twice": "the same point twice in the middle of the motion",
+    "start": "the first setpoint is {detail} from the start of the path",
+    "end": "the last setpoint is {detail} from the end of the path: it is not reached",
+}
+
+
+def check(
+    setpoints: Setpoints | Iterable[Setpoints],
+    path: Path | JointPath,
+    limits: Limits,
+    *,
+    law: TimeLaw | None = None,
+    tolerance: float = TOLERANCE,
+    resolution: float = 0.0,
+) -> Verdict:
+    """Check that setpoints, whole or in chunks, lie on `path`, cover it, keep their period, and hold every limit.
+
+    A limit holds if worst <= limit (1 + 1e-9) + floor at every place. Of a difference the floor is what the rounding of
+    its own setpoints makes of it: up to 2^k r / T^k at order k,
+
+        r = eps max(length of the path, |u| |C'(u)|) + eps t v   along the path, at time t and feed v
+        r = |dx/ds| that + eps X + resolution / 2                on an axis, X as large as the numbers x is made of
+
+    What the limits bound is measured as k! times the divided difference of the setpoints: a mean of the derivative over
+    k periods, and so never above a bound that the derivative holds. Before a start and behind an end at rest the
+    setpoints count as at rest. With `law` the exact derivatives of r(s(t)) are held to the limits, too.
+
+    tolerance   mm (rotary axes rad) that a setpoint may be off the curve, and an end off the path's end
+    resolution  step of the last digit of the positions, mm or rad, if they come from a text with few digits
+    At a corner that is passed in motion under axis_velocity_step, the step of each axis' velocity counts, and the
+    differences of axes that straddle it do not.
+    Of soft limits (travel) limit and worst value are distances from the middle of the travel.
+
+    On a JointPath the setpoints are joints: tip and tool axis come from them by the forward kinematics, the chord error
+    is that of the tip while joints move straight, and only differences count, not the law; see `check_tool`.
+
+    Where u is NaN throughout, as in a file of another program, setpoints are placed on the path by nearest points.
+    A fault in the setpoints is a problem of the verdict, not an error. Raises InputError for setpoints of other axes
+    than the path's, for no setpoints, and for an invalid tolerance; LimitsError for limits of axes that it lacks.
+    Setpoints hold (n, axes) positions, mm, rotary axes rad. Source: docs/check.md has the derivations.
+    Example: `sf.check(setpoints, path, limits, law=law).problems`
+    """
+    expect(
+        "check(setpoints, path, limits)",
+        (setpoints, (Setpoints, Iterable)),
+        (path, (Path, JointPath)),
+        (limits, Limits),
+    )
+    slack = number(tolerance, "tolerance"), number(resolution, "resolution")
+    if min(slack) < 0.0:
+        raise InputError(f"tolerance {slack[0]:g} and resolution {slack[1]:g} must not be negative")
+    if path.joint_path is None:
+        refuse_orientation(limits, path.name)
+    judged = Check(limits, *slack, law=law)
+    judged.part(path)
+    for chunk in [setpoints] if isinstance(setpoints, Setpoints) else setpoints:
+        judged.see(chunk)
+    return judged.verdict()
+
+
+class TickBlocks:
+    """Setpoints that come in pieces, in records of `size` ticks; `held` is what follows the last one."""
+
+    def __init__(self, size: int) -> None:
+        self._size, self._count = size, 0
+        self._pieces: list[Setpoints] = []
+
+    def push(self, setpoints: Setpoints) -> Iterator[Setpoints]:
+        """Whole records by now, of which the last tick of all that came is never one."""
+        self._pieces.append(setpoints)
+        self._count += len(setpoints)
+        while self._count > self._size:
+            yield self.held.part(0, self._size)
+            self._pieces, self._count = [self.held.part(self._size, self._count)], self._count - self._size
+
+    def cut(self, pieces: Iterable[Setpoints]) -> Iterator[Setpoints]:
+        """Pieces, at least one, as records; the last one has the rest."""
+        for piece in pieces:
+            yield from self.push(piece)
+        yield self.held
+
+    @property
+    def held(self) -> Setpoints:
+        """The ticks that are not yet in a record."""
+        if len(self._pieces) > 1:
+            self._pieces = [Setpoints.joined(self._pieces)]
+        return self._pieces[0]
+
+    def __len__(self) -> int:
+        return self._count
+
+
+@dataclass(eq=False)
+class Check:
+    """Checks setpoints chunk by chunk along a path that comes part by part; `check` is one of a path in one part.
+
+    `part` gives the next part of the path, `see` the next setpoints, whose `curve` counts from the first part on, and
+    which may not be further than the parts that it knows; `verdict` ends it. Curves that the motion has left are
+    dropped. What the whole path has at a joint (corners, stops, waits) is found between parts as within them.
+    """
+
+    limits: Limits
+    tolerance: float = TOLERANCE
+    resolution: float = 0.0
+    law: TimeLaw | None = None
+
+    def __post_init__(self) -> None:
+        self._coming: deque[Path] = deque()  # parts that the judge does not know yet
+        self._joints: JointPath | None = None
+        self._axes: tuple[str, ...] = ()
+        self._first_curve = 0  # that the judge knows, among those of all parts
+        self._judge: Judge | None = None
+        self._first: Setpoints | None = None
+        self._blocks = TickBlocks(BLOCK)
+
+    def part(self, path: Path | JointPath) -> None:
+        """The next part of the path; a JointPath comes whole."""
+        self._axes = path.axes
+        if path.joint_path is not None:
+            self._joints = path.joint_path
+        self._coming.append(path.tip_path)
+
+    def see(self, setpoints: Setpoints) -> None:
+        """The next setpoints; however they are cut, blocks of BLOCK ticks are looked at, and the last tick alone."""
+        if not isinstance(setpoints, Setpoints):
+            raise InputError(f"check: expected Setpoints or chunks of them, got {type(setpoints).__name__}")
+        first = self._first = self._first or setpoints
+        if setpoints.axes != self._axes:
+            raise InputError(f"the setpoints have axes {setpoints.axes}, the path {self._axes}; they must be the same")
+        if setpoints.period != number(first.period, "period") or not setpoints.period > 0.0:
+            raise InputError(f"a chunk has a period of {setpoints.period:g} s, the first one {first.period:g} s")
+        for block in self._blocks.push(setpoints):
+            self._look(block, last=False)
+
+    def verdict(self) -> Verdict:
+        """The result; InputError for no setpoints."""
+        if self._first is None or not len(self._blocks):
+            raise InputError("there are no setpoints to check")
+        held, count = self._blocks.held, len(self._blocks)
+        if count > 1:
+            self._look(held.part(0, count - 1), last=False)
+        self._look(held.part(count - 1, count), last=True)
+        assert self._judge is not None
+        return verdict_of(self._judge, self._first, self._first_curve + len(self._judge.bounds.path.curves))
+
+    def _look(self, setpoints: Setpoints, last: bool) -> None:
+        """Judge setpoints along all parts up to their curves; curves that are left are forgotten, but for the last."""
+        judge, left, come = self._judge, 0, []
+        known = self._first_curve + (0 if judge is None else len(judge.bounds.path.curves))
+        while self._coming and (last or max(setpoints.curve[-1], 0) >= known):  # -1 where nothing says the curve
+            come.append(self._coming.popleft())
+            known += len(come[-1].curves)
+        if come and judge is not None:
+            path, left = judge.bounds.path, max(judge.curve - 1, 0)
+            come.insert(0, cut(path, left, len(path.curves)) if left else path)
+        self._first_curve += left
+        local = replace(setpoints, curve=setpoints.curve - self._first_curve)
+        if come:
+            bounds = Bounds(joined(come), self.limits, self.tolerance, self.resolution, self._joints)
+            if judge is None:
+                judge = self._judge = Judge(bounds, local, self.law)
+            else:
+                judge.move_on(bounds, left)
+        assert judge is not None
+        judge.see(local, last)
+
+
+def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
+    """The report of a check; first  some of the setpoints; curves  of the whole path."""
+    law, tool = judge.law, judge.tool
+    unit = unit_along(judge.bounds.path.axes)
+    problems = [_fault_sentence(kind, fault, unit) for kind, fault in judge.faults.items()]
+    notes: list[str] = []
+    if law is not None and tool is None:
+        faults, notes = check_law(law, judge.bounds, judge.worst, judge.period)
+        problems += faults
+        if abs(law.duration - judge.duration) > judge.period:
+            problems.append(f"law: lasts {law.duration:.9g} s, the setpoints {judge.duration:.9g} s; is it their law?")
+    results = {name: worst.result for name, worst in judge.worst.items()}
+    if judge.short is not None:
+        notes.append(f"the last period is short, {judge.short:.9g} s; differences over it have a higher floor")
+    if not judge.bounds.path.linear:
+        notes.append("only rotary axes move: s is in degrees, and feed, acceleration and jerk along the path are too")
+    elif judge.alone:
+        notes.append(
+            f"on {len(judge.alone)} of {curves} curves, the first from s = "
+            f"{judge.alone[0]:.6g} mm, rotary axes move alone: there 1 mm along the path stands for 1 degree, "
+            "in s and in its feed, acceleration and jerk"
+        )
+    if not judge.placed:
+        notes.append("the setpoints have no u: each is placed at the nearest point of the path, one after the other")
+    notes += judge.without_limits()
+    problems += [_limit_sentence(name, result, unit) for name, result in results.items() if not result.holds]
+    numbers = {
+        "duration_s": judge.duration,
+        "length_mm": judge.gone + judge.rows.tip.length,
+        "ticks": judge.ticks,
+        "period_s": judge.period,
+        "method": first.method,
+        "strategy": first.settings.get("strategy") if law is None else law.strategy,
+        "start_error_mm": judge.start_error,
+        "end_error_mm": judge.end_error,
+        "end_reached": "end" not in judge.faults,
+        "off_curve_max_mm": judge.off_path,
+        "tolerance_mm": judge.allowed,
+        "rounding_scale_mm": judge.scale,
+    }
+    if law is not None:
+        numbers |= {"ripple_max": judge.ripple, "law_drift_max_mm": judge.drift}
+    if tool is not None:
+        numbers |= {
+            "chord_error_max_mm": tool.chord_error,
+            "off_axis_max_rad": tool.off_axis,
+            "axis_error_between_max_rad": tool.turned,
+        }
+    return Verdict(limits=results, problems=tuple(problems), notes=tuple(notes), numbers=numbers, along=unit)
+
+
+def _fault_sentence(kind: str, fault: Fault, unit: str) -> str:
+    if kind.startswith("finite "):
+        text = fault.detail
+    else:
+        text = _SENTENCES[kind].format(
+            amount=fault.amount, unit=unit, degrees=math.degrees(fault.amount), detail=fault.detail
+        )
+    more = f"; {fault.count} ticks in all, this is the worst" if fault.count > 1 else ""
+    where = "" if math.isnan(fault.s) else f", s = {fault.s:.9g} {unit}"
+    return f"tick {fault.tick} (t = {fault.t:.9g} s{where}): {text}{more}"
+
+
+def _limit_sentence(name: str, result: LimitResult, along: str) -> str:
+    unit, factor = unit_of(name, along), shown_by(name, result.axis)
+    worst, limit = factor * result.worst, factor * result.limit
+    source = "exact derivative of the law" if result.by == "law" else f"setpoints, floor {factor * result.floor:.3g}"
+    return (
+        f"{name}: {worst:.9g} {unit} is {100.0 * (result.share - 1.0):.3g} % over the limit of {limit:.9g} {unit} "
+        f"at s = {result.at_s:.9g} {along}, t = {result.at_t:.9g} s ({source}; {result.over} places in all)"
+    )

@@ -1,0 +1,350 @@
+"""The part of the check for a time law: exact derivatives of r(s(t)), and what they cannot decide.
+
+A stretch of time is one in which the law is one polynomial, its acceleration has one sign, and the path is one
+polynomial piece. It is examined by itself, ends included, so that values at breaks and knots are one-sided.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from splinefeed.checks.bounds import STEP, Bounds, Worst
+from splinefeed.checks.spans import EPSILON, SpanPlaces, about, expanded
+from splinefeed.paths.path import Path
+from splinefeed.records import KEPT, TABLE, Array, BoolArray, IntArray, LimitResult, Limits, TimeLaw, unit_along
+from splinefeed.records.limit_table import MODELS
+
+#: Chebyshev-Lobatto places 0 ... INSTANTS - 1 of a stretch, which are even in an angle.
+INSTANTS = 17
+#: Stretches that are processed together.
+MOST = 256
+#: Bisections that find an instant: 2^-60 of a piece.
+BISECTIONS = 60
+#: An acceleration below this share of the law's largest has no sign: where a law comes to rest, a rounding of its feed
+#: is a square root of it in time.
+NO_SIGN = 1e-9
+#: How many roundings of s may move a value.
+SHIFT = 2.0
+#: What is sampled below this share of the largest so far, and of its limit, is not examined more closely.
+WORTH_A_LOOK = 0.9
+#: Limits that only the law decides, not the path.
+ALONG = ("feed", "acceleration", "deceleration", "jerk")
+#: Limits that only setpoints can keep or exceed, and the one that is compared at corners.
+BY_SETPOINTS = (
+    *("chord_error", "orientation_error", "travel.", "combinations.", STEP),
+    *(f"{each.name}." for each in TABLE if each.bounds == MODELS),
+)
+#: Roundings of arc length that two pieces of a law, or a law and its path, may be apart.
+ROUNDINGS = 64.0
+#: A jump of the feed or the acceleration below this share of the largest one is rounding.
+NO_JUMP = 1e-9
+#: A law that has more than this share of its largest feed at a corner does not rest there.
+MOVING = 1e-3
+#: Corners that a note names one by one.
+LISTED = 3
+
+
+def check_law(law: TimeLaw, bounds: Bounds, worsts: dict[str, Worst], period: float) -> tuple[list[str], list[str]]:
+    """Compare a law's exact derivatives with the limits, at many instants of each of its pieces; period in s.
+
+    Returns problems, and notes on what the setpoints decide.
+    """
+    rounding = 4.0 * EPSILON * bounds.rows.length
+    motion = LawMotion(law, bounds, rounding)
+    motion.hold({name: worst for name, worst in worsts.items() if not name.startswith(BY_SETPOINTS)})
+    corners = bounds.corners.s
+    times, feeds = times_at(law, corners), _least_feeds(law, corners, rounding)
+    for name, worst in worsts.items():
+        if name.startswith(STEP):
+            jumps = feeds * bounds.corners.jumps[:, worst.column - 1]
+            worst.see(jumps, times, corners, np.zeros(len(corners)), by="law", place=bounds.place)
+    problems, notes = _jumps(law, bounds, motion, period)
+    if motion.irregular:
+        notes.append(
+            f"at {motion.irregular} instants of the law C' is 0 to rounding and exact axis derivatives are "
+            "0/0; there the differences of the setpoints decide"
+        )
+    return [*_ends(law, bounds, motion), *problems], [*notes, *_corner_notes(law, bounds, motion.top)]
+
+
+def limits_along(law: TimeLaw, path: Path, limits: Limits) -> dict[str, LimitResult]:
+    """How the limits along the path fare in a law alone: feed, acceleration, deceleration and jerk."""
+    bounds = Bounds(path, limits, 0.0, 0.0)
+    worsts = {name: worst for name, worst in bounds.worsts().items() if name in ALONG}
+    LawMotion(law, bounds, 0.0).hold(worsts)
+    return {name: replace(worst.result, by="law") for name, worst in worsts.items()}
+
+
+def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion) -> Iterator[str]:
+    length, limits, top = bounds.rows.length, bounds.limits, motion.top
+    unit, allowed = unit_along(bounds.path.axes), bounds.tolerance + ROUNDINGS * EPSILON * length
+    start, end = motion_at(law, law.breaks[[0, -1]]).tolist()
+    if abs(end - length) > allowed or abs(start) > allowed:
+        yield f"law: runs from s = {start:.6g} to {end:.12g} {unit}; the path from 0 to {length:.12g} {unit}"
+    value, t, s = motion.backwards
+    if value > NO_JUMP * top:
+        yield f"law: runs backwards at {value:.6g} {unit}/s at t = {t:.6g} s, s = {s:.6g} {unit}"
+    feeds = motion_at(law, law.breaks[[0, -1]], 1).tolist()
+    for name, time, feed in zip(("start_feed", "end_feed"), law.breaks[[0, -1]].tolist(), feeds, strict=True):
+        wanted = getattr(limits, name)
+        if abs(feed - wanted) > NO_JUMP * max(top, wanted):
+            yield f"law: its feed at t = {time:.6g} s is {feed:.9g} {unit}/s; {name} is {wanted:.9g} {unit}/s"
+
+
+def _jumps(law: TimeLaw, bounds: Bounds, motion: LawMotion, period: float) -> tuple[list[str], list[str]]:
+    limits, along = bounds.limits, unit_along(bounds.path.axes)
+    problems, notes = [], []
+    jerk = min(limits.jerk, limits.deceleration_jerk or np.inf)  # may build up this much within a rounding of t
+    mixed = bounds.rows.tip is not bounds.rows  # the law's acceleration is not that of the tip
+    jerk = jerk if jerk < np.inf and not mixed else 0.0
+    kinds = (
+        ("s", along, ROUNDINGS * EPSILON * bounds.rows.length + NO_JUMP * motion.top * period),
+        ("its feed", f"{along}/s", NO_JUMP * motion.top),
+        (
+            "its acceleration",
+            f"{along}/s^2",
+            NO_JUMP * motion.steepest + jerk * ROUNDINGS * float(np.spacing(law.duration)),
+        ),
+    )
+    for k, ((what, unit, rounding), (value, t, s)) in enumerate(zip(kinds, breaks_apart(law), strict=True)):
+        text = f"law: {what} jumps by {value:.6g} {unit} at t = {t:.9g} s, s = {s:.9g} {along}"
+        if value > rounding and k < 2:
+            problems.append(text)
+        elif value > rounding and jerk > 0.0:
+            problems.append(f"{text}: its jerk is infinite there")
+        elif value > rounding and (limits.axis_jerk is not None or mixed):
+            notes.append(f"{text}: the exact axis jerk is infinite there, and the third difference decides")
+    return problems, notes
+
+
+def _corner_notes(law: TimeLaw, bounds: Bounds, top: float) -> Iterator[str]:
+    """Where tangent or curvature jumps and the law does not stop, derivatives of the axes are infinite: note it."""
+    limits = bounds.limits
+    if limits.axis_jerk is None and limits.axis_acceleration is None:
+        return
+    corners = bounds.bends[0]
+    places = corners[motion_at(law, times_at(law, corners), 1) > MOVING * top]
+    if len(places):
+        listed = ", ".join(f"{each:.6g}" for each in bounds.rows.of_tip(places[:LISTED])) + (
+            ", ..." if len(places) > LISTED else ""
+        )
+        yield (
+            f"at {len(places)} place(s), s = {listed} {unit_along(bounds.path.axes)}, direction or curvature jumps in "
+            "motion, and exact derivatives of the axes are infinite: there the differences of the setpoints decide, "
+            "which are what the drive sees, or the velocity step of each axis where that is limited"
+        )
+
+
+def _least_feeds(law: TimeLaw, s: Array, rounding: float) -> Array:
+    """Least feed of a law within the rounding of arc lengths s (n,), mm/s: where it rests, it is 0 at a break there."""
+    first, last = times_at(law, s - rounding), times_at(law, s + rounding)
+    least: Array = np.minimum(motion_at(law, first, 1), motion_at(law, last, 1))
+    begin, end = np.searchsorted(law.breaks, first, "left"), np.searchsorted(law.breaks, last, "right")
+    for k in np.flatnonzero(end > begin):
+        least[k] = min(least[k], float(np.min(motion_at(law, law.breaks[begin[k] : end[k]], 1))))
+    return np.maximum(least, 0.0)
+
+
+class LawMotion:
+    """Compares a law's motion on a path with limits; rounding: of its arc length, mm."""
+
+    def __init__(self, law: TimeLaw, bounds: Bounds, rounding: float) -> None:
+        self.law, self.bounds, self.rounding = law, bounds, rounding
+        self.rows = bounds.rows
+        #: Largest feed, acceleration or deceleration, and feed backwards with its t and s.
+        self.top = self.steepest = 0.0
+        self.backwards = (0.0, 0.0, 0.0)
+        #: Instants with C' = 0 within the rounding of s, at which derivatives of the axes are 0/0.
+        self.irregular = 0
+
+    def hold(self, worsts: dict[str, Worst]) -> None:
+        """Compare every limit with its values."""
+        stretches = self._stretches()
+        places = 0.5 * (1.0 - np.cos(np.pi * np.arange(INSTANTS) / (INSTANTS - 1)))[:, None]
+        for start in range(0, len(stretches[0]), MOST):
+            piece, row, way, low, width = (each[start : start + MOST] for each in stretches)
+            found = self._look(piece, row, way, low + places * width, worsts, everything=True)
+            for name, (value, limit) in found.items():
+                each = np.where(np.isnan(value), -np.inf, value)
+                best, owner = np.argmax(each, axis=0), np.arange(len(piece))
+                top = each[best, owner]
+                inner = np.clip(best, 1, INSTANTS - 2)
+                with np.errstate(invalid="ignore", divide="ignore"):
+                    before, after = each[inner - 1, owner], each[inner + 1, owner]
+                    bend = before - 2.0 * top + after
+                    near = (best == inner) & (bend < 0.0) & np.isfinite(bend)
+                    near &= top > WORTH_A_LOOK * min(worsts[name].share, 1.0) * limit
+                    # the top of the parabola through three samples, which are even in the angle
+                    angle = np.pi * (best + 0.5 * (before - after) / bend) / (INSTANTS - 1)
+                if near.any():
+                    tau = low[near] + width[near] * 0.5 * (1.0 - np.cos(angle[near]))
+                    self._look(piece[near], row[near], way[near], tau[None], {name: worsts[name]})
+
+    def _look(
+        self, piece: IntArray, row: IntArray, way: Array, tau: Array, worsts: dict[str, Worst], everything: bool = False
+    ) -> dict[str, tuple[Array, Array]]:
+        """Compare limits with their values at tau (k, z), s, of stretches (z,); returns both, (k, z) and (z,)."""
+        s, v, a, j = motion_of(self.law.coefficients[piece], tau)
+        t = self.law.breaks[piece] + tau
+        if everything:
+            self.top = max(self.top, float(np.max(v)))
+            self.steepest = max(self.steepest, float(np.max(np.abs(a))))
+            k = np.unravel_index(int(np.argmin(v)), v.shape)
+            self.backwards = max(self.backwards, (float(-v[k]), float(t[k]), float(s[k])))
+        mixed = self.rows.tip is not self.rows  # what is along the path is then along that of the tip
+        of_path = [name for name in worsts if mixed or name not in ALONG]
+        found = self._of_path(row, s, v, a, j, [*of_path, *["acceleration"] * mixed]) if of_path else {}
+        if mixed:
+            tip = found["acceleration"]
+            way = np.where(np.all(tip > 0.0, axis=0), 1.0, np.where(np.all(tip < 0.0, axis=0), -1.0, 0.0))
+        regular = np.all([np.isfinite(each) for each in found.values()], axis=0)
+        self.irregular += int(np.count_nonzero(~regular)) if everything else 0
+        values = {"feed": v, "acceleration": a, "deceleration": -a, "jerk": np.abs(j)} | found
+        values["deceleration"] = -values["acceleration"]
+        values = {name: np.where(regular, each, np.nan) if name in found else each for name, each in values.items()}
+        limits = {"feed": self.bounds.row_feeds[row], "jerk": self.bounds.jerks(way > 0, way < 0)}
+        out = {}
+        for name, worst in worsts.items():
+            value, floor = values[name], np.zeros(s.shape)
+            limit = limits.get(name, np.full(len(row), worst.result.limit))
+            out[name] = value, limit
+            with np.errstate(invalid="ignore"):
+                over = value > limit * (1.0 + KEPT)
+            if name in of_path and over.any():
+                motion = s[over], v[over], a[over], j[over]
+                floor[over] = self._floor(row[np.nonzero(over)[-1]], *motion, name, value[over])
+                self.irregular += int(np.count_nonzero(np.isnan(floor)))
+            limit = np.broadcast_to(limit, s.shape)
+            at, flat = (t.ravel(), s.ravel()), floor.ravel()
+            worst.see(value.ravel(), *at, flat, limit.ravel(), by="law", place=self.bounds.place)
+        return out
+
+    def _floor(self, row: IntArray, s: Array, v: Array, a: Array, j: Array, name: str, value: Array) -> Array:
+        """What roundings of s can make of a value (n,): how much less it is SHIFT of them before or behind; or NaN."""
+        least = value
+        for side in (-SHIFT, SHIFT):
+            other = self._of_path(row, s + side * self.rounding, v, a, j, [name])[name]
+            least = np.where(np.isfinite(other), np.minimum(least, other), np.nan)
+        return value - least
+
+    def _of_path(self, row: IntArray, s: Array, v: Array, a: Array, j: Array, names: list[str]) -> dict[str, Array]:
+        """Sizes of what the path makes of s, v, a, j (..., n) on rows (n,), by name, (..., n) each; NaN next to C' = 0.
+
+        q' = r_s v,  q'' = r_ss v^2 + r_s a,  q''' = r_sss v^3 + 3 r_ss v a + r_s j
+        """
+        rows, axes = self.rows, self.bounds.path.axes
+        every = np.broadcast_to(row, s.shape).ravel()
+        ahead = np.clip(s.ravel() - rows.start[every], 0.0, rows.lengths[every])
+        places = SpanPlaces(rows, every)
+        derivatives, (_, r1, r2, r3) = places.along(rows.parameter(every, ahead), 3)
+        v, a, j = v.ravel(), a.ravel(), j.ravel()
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            near = ~(places.product(derivatives[1], derivatives[1]) > 0.0)
+            s1, s2, s3 = places.tip([r1, r1, r2, r3])
+            along = s1 * v, s2 * v * v + s1 * a, s3 * v * v * v + 3.0 * s2 * v * a + s1 * j
+            out = {}
+            for name in names:
+                kind, _, axis = name.rpartition(".")
+                k = axes.index(axis) if kind else 0
+                if name in ALONG:
+                    value = along[("feed", "acceleration", "jerk").index(name.replace("deceleration", "acceleration"))]
+                    if name != "jerk":
+                        out[name] = np.where(near, np.nan, value).reshape(s.shape)
+                        continue
+                elif name == "centripetal":
+                    value = places.curvature(derivatives) * along[0] ** 2
+                elif kind == "axis_velocity":
+                    value = r1[k] * v
+                elif kind == "axis_acceleration":
+                    value = r2[k] * v * v + r1[k] * a
+                else:
+                    value = r3[k] * v * v * v + 3.0 * r2[k] * v * a + r1[k] * j
+                out[name] = np.where(near, np.nan, np.abs(value)).reshape(s.shape)
+        return out
+
+    def _stretches(self) -> tuple[Any, ...]:
+        """Piece of the law, row, way, begin behind the piece's start, s, and duration of z stretches, (z,) each.
+
+        Way is 1 where the feed grows, -1 where it falls, 0 where that is undetermined. What is no longer than the
+        rounding of its instant is left out.
+        """
+        law, start, c = self.law, self.rows.start, self.law.coefficients
+        span, every = np.diff(law.breaks), np.arange(len(c))
+        # a piece that begins or ends within the rounding of a row's end begins or ends there
+        begin, end = c[:, 0] + self.rounding, motion_of(c, span, 0)[0] - self.rounding
+        least = np.maximum(np.searchsorted(start, begin, side="right") - 1, 0)
+        most = np.maximum(np.searchsorted(start, end, side="left") - 1, least)
+        owner, number = expanded(most - least)
+        row = 1 + least[owner] + number
+        ends = reached(c[owner], start[row], np.zeros(len(owner)), span[owner])
+        with np.errstate(divide="ignore", invalid="ignore"):  # where the jerk, c + b tau + a tau^2, is 0
+            a, b, constant = 60.0 * c[:, 5], 24.0 * c[:, 4], 6.0 * c[:, 3]
+            q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * a * constant), b))
+            turning = np.stack([q / a, constant / q])
+            turning = np.where((turning > 0.0) & (turning < span), turning, span)
+        cuts = np.sort(np.concatenate([np.zeros((1, len(span))), turning, span[None]]), axis=0)
+        # between these the acceleration goes one way, and has one root at most
+        low, high = cuts[:-1], cuts[1:]
+        first = motion_of(c, low)[2]
+        crosses = first * motion_of(c, high)[2] < 0.0
+        own, sign = np.broadcast_to(every, crosses.shape)[crosses], np.sign(first[crosses])
+        roots = bisected(lambda tau: motion_of(c[own], tau)[2] * sign > 0.0, low[crosses], high[crosses])
+        piece = np.concatenate([np.tile(every, len(cuts)), own, owner])
+        tau = np.concatenate([cuts.ravel(), roots, ends])
+        order = np.lexsort((tau, piece))
+        piece, tau = piece[order], tau[order]
+        keep = (piece[1:] == piece[:-1]) & (np.diff(tau) > 2.0 * EPSILON * np.abs(law.breaks[piece[:-1] + 1]))
+        piece, low, high = piece[:-1][keep], tau[:-1][keep], tau[1:][keep]
+        middle = motion_of(c[piece], 0.5 * (low + high))
+        row = np.clip(self.rows.at(middle[0]), least[piece], most[piece])
+        largest = np.maximum(*(np.abs(motion_of(c[piece], each)[2]) for each in (low, high)))
+        distinct = largest > NO_SIGN * float(np.max(largest, initial=0.0))
+        return piece, row, np.where(distinct, np.sign(middle[2]), 0.0), low, high - low
+
+
+def motion_of(c: Array, tau: Array, order: int = 3) -> list[Array]:
+    """s, mm, and its derivatives, mm/s^k, to `order` at tau (..., n), s, of pieces s = sum_k c_k tau^k; c (n, 6)."""
+    terms = np.ascontiguousarray(c.T).reshape(1, c.shape[1], *(1,) * (tau.ndim - 1), -1)
+    return [math.factorial(k) * each[0] for k, each in enumerate(about(terms, tau, order))]
+
+
+def motion_at(law: TimeLaw, t: Array, order: int = 0) -> Array:
+    """s, mm, or its derivative of this order at instants t (n,), s; before and behind the law as at its ends."""
+    t = np.clip(t, 0.0, law.breaks[-1])
+    piece = np.clip(np.searchsorted(law.breaks, t, side="right") - 1, 0, len(law.coefficients) - 1)
+    return motion_of(law.coefficients[piece], t - law.breaks[piece], order)[order]
+
+
+def bisected(before: Callable[[Array], BoolArray], low: Array, high: Array) -> Array:
+    """The first tau (n,) in [low, high] that is not `before` a change, by bisection."""
+    for _ in range(BISECTIONS if len(low) else 0):
+        middle = 0.5 * (low + high)
+        ahead = before(middle)
+        low, high = np.where(ahead, middle, low), np.where(ahead, high, middle)
+    return high
+
+
+def reached(c: Array, s: Array, low: Array, high: Array) -> Array:
+    """tau (n,) in [low, high] at which polynomials c (n, 6), growing, reach s (n,)."""
+    return bisected(lambda tau: motion_of(c, tau, 0)[0] < s, low, high)
+
+
+def times_at(law: TimeLaw, s: Array) -> Array:
+    """When a law first reaches arc lengths s (n,), mm, s."""
+    c = law.coefficients
+    piece = np.maximum(np.searchsorted(c[:, 0], s, side="left") - 1, 0)
+    return law.breaks[piece] + reached(c[piece], s, np.zeros(len(s)), np.diff(law.breaks)[piece])
+
+
+def breaks_apart(law: TimeLaw) -> Iterator[tuple[float, float, float]]:
+    """Largest jump of s, of the feed and of the acceleration between pieces of a law, each with its t and s."""
+    c, span = law.coefficients, np.diff(law.breaks)[:-1]
+    before, behind = motion_of(c[:-1], span, 2), motion_of(c[1:], 0.0 * span, 2)
+    for one, other in zip(before, behind, strict=True):
+        gap = np.abs(other - one).tolist(), law.breaks[1:-1].tolist(), before[0].tolist()
+        yield max(zip(*gap, strict=True), key=lambda each: each[0], default=(0.0, 0.0, 0.0))

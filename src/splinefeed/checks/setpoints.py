@@ -1,0 +1,440 @@
+"""The part of the check for setpoints alone: place, order, period, and differences, block by block.
+
+Every number that is measured has its rounding beside it. A setpoint is known to
+
+    along the path   d = eps max(L, |u| |C'(u)|) + eps t v  of arc lengths, up to the path's, of the parameter, and
+                                                            of its time t at the feed v
+    on an axis       |dx/ds| d + eps X + resolution / 2     X the numbers that its position is made of
+
+and what differences make of that, through their own stencil, is the floor of each of them: there is no other allowance.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from splinefeed.checks import between
+from splinefeed.checks.bounds import BESIDE, STEP, Bounds, Fault, contain, neighbours, standing
+from splinefeed.checks.law import motion_at
+from splinefeed.checks.place import Located, Placer
+from splinefeed.checks.spans import EPSILON, SpanPlaces, expanded
+from splinefeed.checks.tool import ToolCheck
+from splinefeed.errors import InputError
+from splinefeed.records import Array, BoolArray, IntArray, Setpoints, TimeLaw, axes_without_limits, unit_along
+
+#: A setpoint may be this many roundings of the largest coordinate off the curve, in addition to the tolerance.
+ROUNDINGS = 64.0
+#: A tick that is early or late by less than this, in periods, is on time.
+ON_TIME = 1e-6
+#: ... and all of them together, first to last, by less than these many periods and this share of the whole.
+CREEP = 1e-3
+CREEP_SHARE = 1e-9
+#: A step longer than this many times both its neighbours, or than the feed allows, skips a part of the path. (From rest
+#: at constant jerk steps grow as 1, 7, 19.)
+SKIP = 8.0
+SKIP_FEED = 2.0
+#: A step without length between two that are this many roundings long is a repeated setpoint.
+REPEAT = 64.0
+#: Ripple is measured where the law moves by more than this share of its longest step, as in `ripple.FEED_SHARE`.
+RIPPLE_SHARE = 0.1
+
+#: Ticks before a block that its differences, and the steps around a corner, may use.
+TAIL = 2 * BESIDE + 1
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedTicks(Located):
+    """Ticks on their path, n of them.
+
+    t, dt   (n,)  time, s, and that of the step that ends there
+    still   (n,)  whether they only continue the stand before the first or behind the last one
+    values  (axes, n)  positions of the axes
+    """
+
+    t: Array
+    dt: Array
+    still: BoolArray
+    values: Array
+
+    def stand(self, period: float) -> CheckedTicks:
+        """The last one again and again, TAIL times."""
+        at = np.full(TAIL, len(self.t) - 1)
+        columns = {each.name: getattr(self, each.name)[..., at] for each in fields(self)}
+        return CheckedTicks(**{**columns, "still": np.ones(TAIL, dtype=bool), "dt": np.full(TAIL, period)})
+
+
+class Judge:
+    """Measures all setpoints of one motion once, in order, and keeps the worst values.
+
+    Columns of steps and of all that comes of them: 0 along the path, 1 + k axis k, then combinations of axes. The path
+    may change under way, to one that lacks parts that are behind: see `move_on`.
+    """
+
+    def __init__(self, bounds: Bounds, first: Setpoints, law: TimeLaw | None) -> None:
+        self.law, self.period = law, first.period
+        if bounds.joints is not None and np.isnan(first.u).any():
+            raise InputError("the setpoints have no u; joints can be checked only where u says their place on the path")
+        self.placed = not bool(np.isnan(first.u).all())  # else only positions are there, as from another program
+        self.worst = bounds.worsts()
+        self.faults: dict[str, Fault] = {}
+        self.ticks = 0
+        self.short: float | None = None
+        self._start = self.start_error = self.end_error = 0.0
+        self.drift = self.ripple = self.off_path = 0.0
+        self.scale = self.allowed = 0.0
+        self.gone = self._seen = 0.0  # arc length of the tip before the path, mm, and up to where the motion is known
+        self.alone: list[float] = []  # where the curves begin on which rotary axes move alone, mm
+        self._know(bounds)
+        axes = len(first.axes)
+        self._least, self._greatest = np.full(axes, np.inf), np.full(axes, -np.inf)  # positions so far
+        self.tool = None if bounds.joints is None else ToolCheck(bounds.joints, self.rows, self._placer)
+        self._tail: CheckedTicks | None = None  # the last ticks
+        top = 0.0 if law is None else float(np.max(motion_at(law, np.linspace(0.0, law.breaks[-1], 2048), 1)))
+        self._ripple_from = RIPPLE_SHARE * top * self.period
+
+    def _know(self, bounds: Bounds) -> None:
+        path, self.bounds, self.rows = bounds.path, bounds, bounds.rows
+        size = float(np.max(self.rows.sizes[: path.linear], initial=0.0))
+        rounded = 0.5 * bounds.resolution * np.sqrt(path.linear)
+        off = bounds.tolerance + ROUNDINGS * EPSILON * max(size, bounds.rows.length) + float(rounded)
+        self.allowed, self.scale = max(self.allowed, off), max(self.scale, bounds.rows.length)
+        self._placer = Placer(path, self.rows)
+        places = bounds.alone + self.gone
+        self.alone += places[places >= self._seen].tolist()
+        self._seen = self.gone + bounds.rows.tip.length
+
+    @property
+    def curve(self) -> int:
+        """The first curve that is not behind the last ticks."""
+        assert self._tail is not None
+        return int(np.searchsorted(self.rows.curves[:, 0], min(self._tail.row), side="right")) - 1
+
+    def without_limits(self) -> list[str]:
+        """A sentence for each kind of limit that some axes have and others that move do not."""
+        return axes_without_limits(self.bounds.limits, self.bounds.axes, self._least, self._greatest)
+
+    def move_on(self, bounds: Bounds, left: int) -> None:
+        """Go on with a path that lacks the first `left` curves and goes on further."""
+        assert self._tail is not None
+        rows, start, tail = self.rows, self._placer, self._tail
+        gone = float(rows.curve_starts[left])
+        self.gone += float(rows.tip.curve_starts[left])
+        self._know(bounds)
+        self._placer.go_on(start, gone)
+        # a curve may have other spans than before: how finely it is parted hangs on the length of the path
+        row, u = self.rows.find(rows.curve[tail.row] - left, tail.u)
+        ahead = self.rows.ahead(row, SpanPlaces(self.rows, row).t(u))
+        self._tail = replace(tail, row=row, s=self.rows.start[row] + ahead, ahead=ahead)
+
+    def see(self, setpoints: Setpoints, last: bool) -> None:
+        """The next setpoints; `last` says that they are the last one, alone."""
+        self._check_finite(setpoints)
+        self._least = np.minimum(self._least, setpoints.position.min(axis=0, initial=np.inf))
+        self._greatest = np.maximum(self._greatest, setpoints.position.max(axis=0, initial=-np.inf))
+        place, values = self._locate(setpoints)
+        t, limits = setpoints.t, self.bounds.limits
+        dt, still = self._check_times(t, place.s, last), np.zeros(len(t), dtype=bool)
+        new = CheckedTicks(**vars(place), t=t, dt=dt, still=still, values=values)
+        if not self.ticks:
+            self._start = float(t[0])
+            self._check_end("start", new)
+            if limits.start_feed == 0.0:  # what came before is a stand
+                self._tail = new.part(0, 1).stand(self.period)
+        self._measure(new, last)
+        if last:
+            self._check_end("end", new)
+            crept = np.abs(self.duration - (self.ticks - 2) * self.period - dt[-1:])
+            if "period" not in self.faults:
+                wrong = crept > CREEP * self.period + CREEP_SHARE * self.ticks * self.period
+                self._fault("period", wrong, crept, t[-1:], new.s[-1:], tick=self.ticks - 1)
+            if limits.end_feed == 0.0:
+                self._measure(new.stand(self.period), last)
+
+    def _measure(self, new: CheckedTicks, last: bool) -> None:
+        bounds = self.bounds
+        known = new if self._tail is None else self._tail.joined(new)
+        count = len(known.t)
+        n = min(len(new.t), count - 1)  # steps that end at new ticks; before a start in motion nothing is known
+        travelled, most = self.rows.steps(known.row, known.ahead), None
+        row, ahead, of_tip = self._of_tip(known, travelled)
+        if bounds.path.feeds is not None:
+            # over several curves the limit of the mean feed is the way through the least time that their feeds allow
+            feeds, curve = bounds.feeds[self.rows.tip.curve[row]], self.rows.tip.curve[row]
+            least = np.diff(ahead / feeds) + np.diff(bounds.row_times[row])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                most = np.where(least > 0.0, of_tip / least, np.inf)
+            most = np.where(curve[1:] == curve[:-1], feeds[1:], most)
+        moved = np.diff(known.values, axis=1)
+        steps = np.concatenate([travelled[None], moved, bounds.weights @ moved, of_tip[None]])
+        rounding = self._rounding(known, travelled, moved)
+        rounding = np.concatenate([rounding, np.abs(bounds.weights) @ rounding[1:], rounding[:1]])
+        errors = np.where(known.still[1:] | known.still[:-1], 0.0, rounding[:, :-1] + rounding[:, 1:])
+        if self.short is None:
+            self._see_models(known, rounding, len(new.t))
+        if not new.still[0]:
+            self._chords(known.part(count - n - 1, count), of_tip[count - n - 1 :], errors[:, count - n - 1 :])
+            self._follow_law(known, travelled, n)
+            for axis, (low, high) in bounds.limits.travel_of(bounds.axes).items():
+                k = bounds.axes.index(axis)
+                away = np.abs(new.values[k] - 0.5 * (low + high))
+                self._see(f"travel.{axis}", away, new.t, new.s, rounding[k + 1, count - len(new.t) :])
+        if count > 1:
+            self._differences(known, steps, errors, None if most is None else most[-n:], n, last)
+        self.ticks += 0 if new.still[0] else len(new.t)
+        self._tail = known.part(max(count - TAIL, 0), count)
+
+    def _see(self, name: str, values: Array, t: Array, s: Array, floor: Array, limits: Array | None = None) -> None:
+        """Compare a limit, if it is given, with values (n,); see `Worst.see`."""
+        if (worst := self.worst.get(name)) is not None:
+            worst.see(values, t, s, floor, limits, place=self._place)
+
+    def _place(self, s: float) -> float:
+        """Arc length of the tip from the start of the motion, mm, at a length s of the path, mm."""
+        return s if math.isnan(s) else self.gone + self.bounds.place(s)
+
+    # --- single ticks ------------------------------------------------------------------------------------------------
+
+    def _fault(
+        self, kind: str, wrong: BoolArray, amount: Array, t: Array, s: Array, detail: str = "", tick: int | None = None
+    ) -> None:
+        """Remember the ticks that are `wrong` (n,), from `tick` on (default: the next), t and s (n,) beside them."""
+        if not np.any(wrong):
+            return
+        k = int(np.argmax(np.where(wrong, amount, -np.inf)))
+        first, old = self.ticks if tick is None else tick, self.faults.get(kind)
+        new = Fault(0, float(amount[k]), first + k, float(t[k]), self._place(float(s[k])), detail)
+        worst = new if old is None or new.amount > old.amount else old
+        self.faults[kind] = replace(worst, count=int(np.count_nonzero(wrong)) + (old.count if old else 0))
+
+    def _check_finite(self, setpoints: Setpoints) -> None:
+        names = ("t", *(("u", "s", "feed") if self.placed else ()))
+        columns = {name: getattr(setpoints, name) for name in names}
+        columns |= {axis: setpoints.position[:, k] for k, axis in enumerate(setpoints.axes)}
+        for name, values in columns.items():
+            bad = ~np.isfinite(values)
+            if bad.any():
+                what = f"{name} is {values[int(np.argmax(bad))]}"
+                self._fault(f"finite {name}", bad, np.ones(len(bad)), setpoints.t, np.nan_to_num(setpoints.s), what)
+
+    def _check_times(self, t: Array, s: Array, last: bool) -> Array:
+        """Time of each step that ends at a tick, s: the period, but for a last one that is shorter."""
+        T = self.period
+        begin = t[0] - T if self._tail is None else self._tail.t[-1]
+        with np.errstate(invalid="ignore"):
+            dt = np.diff(np.concatenate([[begin], t]))
+            if last and self.ticks and ON_TIME * T < dt[-1] < T * (1.0 - ON_TIME):
+                self.short = float(dt[-1])
+            else:
+                late = np.abs(dt - T)
+                self._fault("period", late > ON_TIME * T + 4.0 * EPSILON * np.abs(t), late, t, s)
+        taken = np.full(len(t), T)
+        if self.short is not None:
+            taken[-1] = self.short
+        return taken
+
+    def _of_tip(self, known: CheckedTicks, travelled: Array) -> tuple[IntArray, Array, Array]:
+        """Spans of the tip (n,) that ticks lie on, how far it is from their starts, mm, and its steps (n - 1,), mm."""
+        tip = self.rows.tip
+        if tip is self.rows:
+            return known.row, known.ahead, travelled
+        row, u = tip.find(self.rows.curve[known.row], known.u)
+        ahead = tip.ahead(row, (u - tip.middle[row]) * tip.scale[row])
+        return row, ahead, tip.steps(row, ahead)
+
+    def _locate(self, setpoints: Setpoints) -> tuple[Located, Array]:
+        """Where the setpoints are on the path, with what is off the curve or misplaced, and the axes (axes, n)."""
+        tip, tilted = setpoints, None
+        if self.tool is not None:
+            tip, tilted = self.tool.tip(setpoints)
+        place = self._placer.locate(tip, self.allowed)
+        t, s = setpoints.t, place.s
+        self.off_path = max(self.off_path, float(np.fmax.reduce(place.apart, initial=0.0)))
+        with np.errstate(invalid="ignore"):
+            self._fault("off the curve", place.apart > self.allowed, place.apart, t, s)
+            self._fault("turned off", place.turned > self.allowed, place.turned, t, s)
+            on_curve = (place.apart <= self.allowed) & (place.turned <= self.allowed)
+            self._fault("misplaced", (place.astray > self.allowed) & on_curve, place.astray, t, s)
+            if tilted is not None:
+                self._fault("tilted", tilted > self.allowed, tilted, t, s)
+        return place, place.position if self.tool is None else setpoints.position.T
+
+    def _rounding(self, place: CheckedTicks, travelled: Array, moved: Array) -> Array:
+        """How far rounding alone can move ticks along the path and on each axis, (1 + axes, n), mm or rad.
+
+        travelled (n - 1,), moved (axes, n - 1): the steps between them, mm or rad
+        """
+        rows, path, digit = self.rows, self.bounds.path, 0.5 * self.bounds.resolution
+        along = EPSILON * np.maximum(rows.length, rows.parameters[place.row] * place.speed)
+        of_axes = EPSILON * rows.sizes[:, place.row] + digit
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.where(place.speed > 0.0, np.abs(place.velocity) / place.speed, 1.0)
+        known = along + digit * np.sqrt(path.linear)
+        if not self.placed:  # as good as the positions by which they were placed
+            known = known + np.max(EPSILON * rows.sizes[: path.linear or None, place.row], axis=0)
+        self.scale = max(self.scale, float(np.fmax.reduce(along, initial=0.0)) / EPSILON)
+        each = share * along + of_axes if self.tool is None else self.tool.rounding(place.values, travelled)
+        feeds = np.abs(np.concatenate([travelled[None], moved])) / place.dt[1:]
+        beside = np.pad(feeds, ((0, 0), (1, 1)))
+        late = EPSILON * np.abs(place.t)  # the time of a tick, a product, and where the law's pieces begin, a sum
+        with np.errstate(invalid="ignore"):
+            out: Array = np.concatenate([known[None], each]) + late * np.fmax(beside[:, 1:], beside[:, :-1])
+        return out
+
+    def _check_end(self, kind: str, place: CheckedTicks) -> None:
+        """Whether the first or last tick is the path's, by position and, for closed paths, by arc length."""
+        path, k = self.bounds.path, 0 if kind == "start" else -1
+        end = SpanPlaces(self.rows, np.array([k])).derivatives(np.array([-1.0 if kind == "start" else 1.0]), 0)[0]
+        apart = place.position[:, k] - end[:, 0]
+        short = abs(float(place.s[k]) - (0.0 if kind == "start" else self.rows.length))
+        missing = max(float(np.linalg.norm(apart[: path.linear])), short)
+        turned = float(np.max(np.abs(apart[path.linear :]), initial=0.0))
+        setattr(self, f"{kind}_error", missing)
+        if not (missing <= self.allowed + 16.0 * EPSILON * self.scale and turned <= self.allowed):
+            also = f" and {np.degrees(turned):.6g} deg" if turned > self.allowed else ""
+            detail = f"{missing:.6g} {unit_along(path.axes)}{also}"
+            at, tick = slice(k, None if k else 1), max(self.ticks - 1, 0)
+            self._fault(kind, np.ones(1, bool), np.array([missing]), place.t[at], place.s[at], detail, tick=tick)
+
+    # --- steps -------------------------------------------------------------------------------------------------------
+
+    def _chords(self, ticks: CheckedTicks, travelled: Array, errors: Array) -> None:
+        linear, t, s = self.bounds.path.linear, ticks.t[:-1], ticks.s[:-1]
+        if self.tool is not None:
+            found = self.tool.chords(ticks.values, ticks.s)
+            for name, (error, rounding) in zip(("chord_error", "orientation_error"), found, strict=True):
+                self._see(name, error, t, s, np.full(len(error), rounding))
+        elif (worst := self.worst.get("chord_error")) is not None:
+            error = between.chord_errors(self.rows, ticks.row, ticks.u, ticks.position, worth=worst.result.limit)
+            self._see("chord_error", error, t, s, 2.0 * np.max(errors[1 : 1 + linear], axis=0, initial=0.0))
+        if "centripetal" in self.worst:
+            # somewhere within the step the feed was its mean: with the least curvature there this is a safe bound
+            least = between.least_curvatures(self.rows, ticks.row, ticks.u)
+            with np.errstate(invalid="ignore"):
+                feed = np.abs(travelled) / ticks.dt[1:]
+                self._see("centripetal", feed * feed * least, t, s, 2.0 * errors[0] / ticks.dt[1:] * feed * least)
+
+    def _see_models(self, known: CheckedTicks, rounding: Array, n: int) -> None:
+        """What models give by differences that end at the last n ticks."""
+        for model in self.bounds.limits.models:
+            span, count = model.span, len(known.t)
+            ticks = known.part(max(count - n - span + 1, 0), count)
+            if len(ticks.t) < span:
+                continue
+            columns = model.columns(self.bounds.axes)
+            rounded = np.max(rounding[1:, -len(ticks.t) :][columns], axis=1)
+            position = ticks.values[columns].T
+            found, most = model.seen(position, self.period)
+            floor, first = model.rounding(position, self.period, rounded), (span - 1) // 2
+            at = slice(first, first + len(found))
+            for k, name in enumerate(model.names()):
+                self._see(name, np.abs(found[:, k]), ticks.t[at], ticks.s[at], floor[:, k], most[:, k])
+
+    def _follow_law(self, known: CheckedTicks, travelled: Array, n: int) -> None:
+        if self.law is None:
+            return
+        planned = motion_at(self.law, known.t[-n - 1 :])
+        step = np.diff(planned)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            self.drift = max(self.drift, float(np.fmax.reduce(np.abs(known.s[-n - 1 :] - planned), initial=0.0)))
+            ripple = np.abs(travelled[len(travelled) - n :] / step - 1.0)[step > self._ripple_from]
+        self.ripple = max(self.ripple, float(np.fmax.reduce(ripple, initial=0.0)))
+
+    def _differences(
+        self, known: CheckedTicks, steps: Array, errors: Array, feeds: Array | None, n: int, last: bool
+    ) -> None:
+        """Feed, acceleration and jerk of path and axes over the last n of steps (1 + axes + 1, m), the last of the tip.
+
+        errors (1 + axes + 1, m): the rounding of the steps; feeds (n,): the limit of the feed over each, mm/s, if it
+        changes. What spans several steps is placed at the start of the last one.
+
+        Divided differences times k!: v = step / dt, a = 2 (v2 - v1) / (dt1 + dt2), j = 3 (a2 - a1) / (dt1 + dt2 + dt3),
+        and their rounding by the same formulas, with the sum in place of the difference.
+        """
+        dt, limits, corners = known.dt[1:], self.bounds.limits, self.bounds.corners.s
+        t, begin, end = known.t[:-1], known.s[:-1], known.s[1:]
+        near = slice(-n - 2, None)
+        self._check_steps(steps[0, near], steps[-1, near], errors[0, near], t[near], begin[near], n)
+        values, floors = [steps / dt], [errors / dt]
+        for span in (0.5 * (dt[1:] + dt[:-1]), (dt[2:] + dt[1:-1] + dt[:-2]) / 3.0):
+            with np.errstate(invalid="ignore"):
+                values.append(np.diff(values[-1], axis=1) / span)
+            floors.append((floors[-1][:, 1:] + floors[-1][:, :-1]) / span)
+        v, (feed, a, _) = values[0][0], (each[-1] for each in values)
+        with np.errstate(invalid="ignore"):  # where the feed grows, and where it falls, throughout a third difference
+            bend = np.abs(np.diff(a))
+            jerks = self.bounds.jerks(np.minimum(a[1:], a[:-1]) > bend, np.maximum(a[1:], a[:-1]) < -bend)
+        if len(corners):
+            open_end = last and limits.end_feed > 0.0  # of what comes then only the feed is known
+            within = slice(max(len(v) - n - BESIDE, 1), len(v) - (1 if open_end else BESIDE))
+            self._corner_steps(v, floors[0][0], t, begin, end, within)
+        if limits.start_feed > 0.0 and not self.ticks:
+            self._edge(feed[0], floors[0][0, 0], dt[0], limits.start_feed, known.t[:1], known.s[:1])
+        if limits.end_feed > 0.0 and last:
+            self._edge(-feed[-1], floors[0][0, -1], dt[-1], -limits.end_feed, known.t[-1:], known.s[-1:])
+        for name, worst in self.worst.items():
+            order, column = worst.order, worst.column or -1
+            if order == 0:
+                continue
+            count = len(dt) - order + 1
+            new, ahead = slice(max(count - n, 0), count), order - 1
+            each, of_place = values[ahead][column, new], {"feed": feeds, "jerk": jerks[new]}
+            if name != "acceleration":
+                each = -each if name == "deceleration" else np.abs(each)
+            if len(corners) and worst.column and ahead:  # what straddles a corner is that corner's step
+                each = np.where(contain(corners, begin[new], end[ahead:][new]), np.nan, each)
+            self._see(name, each, t[ahead:][new], begin[ahead:][new], floors[ahead][column, new], of_place.get(name))
+
+    def _corner_steps(self, v: Array, floors: Array, t: Array, begin: Array, end: Array, within: slice) -> None:
+        """Jump of each axis' velocity at the corners `within` some steps; the rest as in `_differences`."""
+        corners = self.bounds.corners
+        low, high = (np.searchsorted(corners.s, each[within], side="right") for each in (begin, end))
+        count = np.where(np.isfinite(end[within]), np.maximum(high - low, 0), 0)
+        step, number = expanded(count)
+        if not len(step):
+            return
+        k, i = low[step] + number, within.start + step
+        s, floor = corners.s[k], floors[i]
+        feed = self.bounds.corner_feeds(k, v, i, s - begin[i], floor, self.period)
+        for name, worst in self.worst.items():
+            if name.startswith(STEP):
+                jump = corners.jumps[k, worst.column - 1]
+                self._see(name, feed * jump, t[i], s, floor * jump)
+
+    def _check_steps(self, d: Array, tip: Array, floor: Array, t: Array, s: Array, n: int) -> None:
+        """Progress: no step back, none skipped, none repeated.
+
+        d (m + n,), those of the tip, and their rounding, with t and s at the starts; the last n are new.
+        """
+        tick = self.ticks - (len(d) - n) + (1 if self._tail is None else 0)
+        with np.errstate(invalid="ignore"):
+            new = np.arange(len(d)) >= len(d) - n
+            self._fault("back", new & (d < -floor), -d, t, s, tick=tick)
+            before, here, after = d[:-2], d[1:-1], d[2:]
+            near, floor = np.maximum(before, after), floor[1:-1]
+            most = SKIP_FEED * float(np.max(self.bounds.feeds)) * self.period
+            alone = here > SKIP * near + floor
+            if np.any(alone):  # from one stop to the next, a whole stretch may take a single period
+                if self.law is not None:  # over nanometres a law may well go from next to rest to next to rest in one
+                    planned = motion_at(self.law, t[1:-1] + self.period) - motion_at(self.law, t[1:-1])
+                    alone &= np.abs(planned - here) > REPEAT * floor
+                alone &= ~neighbours(self.bounds.rests, s[1:-1], s[1:-1] + here, self.allowed + floor)
+            skipped = (here > REPEAT * floor) & (alone | (tip[1:-1] > most))
+            twice = (np.abs(here) <= floor) & (np.minimum(before, after) > REPEAT * floor)
+            if np.any(twice):  # where the tool may stand, the same point twice is a wait, such as for the next tick
+                twice &= ~standing(self.bounds.rests, s[1:-1], self.allowed + floor)
+        self._fault("skipped", skipped, here, t[1:-1], s[1:-1], tick=tick + 1)
+        self._fault("twice", twice, near, t[1:-1], s[1:-1], tick=tick + 1)
+
+    def _edge(self, v: float, floor: float, dt: float, feed: float, t: Array, s: Array) -> None:
+        """Acceleration from a feed at an end, the mean over one step weighted to it; v and feed < 0 at the last one."""
+        a, rounding = np.array([2.0 * (v - feed) / dt]), np.array([2.0 * floor / dt])
+        self._see("acceleration", a, t, s, rounding)
+        self._see("deceleration", -a, t, s, rounding)
+
+    @property
+    def duration(self) -> float:
+        """From the first setpoint to the last, s, by their own times."""
+        return float(self._tail.t[-1]) - self._start if self._tail is not None else 0.0

@@ -1,0 +1,313 @@
+"""NurbsCurve: an immutable rational B-spline of any number of axes."""
+
+from __future__ import annotations
+
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from splinefeed.curves import differential, editing
+from splinefeed.curves.editing import MAX_AXES as MAX_AXES
+from splinefeed.curves.editing import MAX_DEGREE as MAX_DEGREE
+from splinefeed.curves.flat import Flat
+from splinefeed.curves.nearest import Nearest
+from splinefeed.curves.pieces import Pieces, clipped, is_left
+from splinefeed.curves.tables import arc_pieces, span_pieces
+from splinefeed.errors import CurveError, InputError
+from splinefeed.kernels.layout import Shape
+from splinefeed.records import Array, BoolArray, Points, check_finite, frozen_array, view
+
+#: Greatest coordinate, knot and weight, and one over the least size, knot span and weight: beyond, powers overflow.
+LARGEST = 1e30
+#: Largest weight over smallest. Beyond it the point of the lightest control point drowns in rounding.
+MAX_WEIGHT_RATIO = 1e6
+#: Ends closer than this, relative to the curve's size, are one point.
+CLOSED_TOLERANCE = 1e-9
+
+
+class NurbsCurve:
+    """A NURBS curve C(u) = sum_i N_i,p(u) w_i P_i / sum_i N_i,p(u) w_i on [knots[p], knots[n]].
+
+    degree          p, 1 to 12
+    knots           (n + p + 1,), not decreasing; clamped, unclamped or periodic; inner multiplicity at most p
+    control_points  (n, axes), 1 to 16 axes, mm (rotary axes rad)
+    weights         (n,), positive; None for a polynomial curve
+
+    All axes count as linear for its arc length; a `Path` knows which of its axes are rotary.
+    Raises CurveError that names the knot, point or weight that is wrong. Source: The NURBS Book, 2nd ed., eq. 4.1.
+    Example: `sf.NurbsCurve.bezier([[10, 0], [10, 10], [0, 10]], weights=[1, np.sqrt(0.5), 1])`
+    """
+
+    degree: int
+    knots: Array
+    control_points: Array
+    weights: Array | None
+
+    def __init__(self, degree: int, knots: ArrayLike, control_points: Points, weights: ArrayLike | None = None) -> None:
+        whole = isinstance(degree, (int, float, np.integer, np.floating)) and not isinstance(degree, bool)
+        if not whole or not 1 <= degree <= MAX_DEGREE or int(degree) != degree:
+            raise CurveError(f"degree is {degree!r}; expected a whole number from 1 to {MAX_DEGREE}")
+        self._set(
+            int(degree),
+            numbers(knots, "knots", 1),
+            numbers(control_points, "control_points", 2),
+            None if weights is None else numbers(weights, "weights", 1),
+        )
+        self._check()
+        if self.weights is not None and np.all(self.weights == self.weights[0]):
+            self.__dict__["weights"] = None  # equal weights cancel: the same curve, evaluated faster
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a NurbsCurve cannot be changed: tried to set {name!r}; make a new one")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"a NurbsCurve cannot be changed: tried to delete {name!r}")
+
+    def _check(self) -> None:
+        p, knots, points, weights = self.degree, self.knots, self.control_points, self.weights
+        n = len(points)
+        if n < p + 1:
+            raise CurveError(f"{n} control point(s) for degree {p}; expected at least {p + 1}")
+        if len(knots) != n + p + 1:
+            wanted = f"exactly {n + p + 1} (points + degree + 1) expected"
+            raise CurveError(f"{len(knots)} knots for {n} control points of degree {p}; {wanted}")
+        steps, (start, end) = knots[1:] - knots[:-1], self.domain
+        least = max(float(max(-knots[0], knots[-1])) * np.finfo(float).eps * 16, 1.0 / LARGEST)
+        if (i := _first(steps < 0.0)) is not None:
+            raise CurveError(f"knots decrease from knots[{i}] = {knots[i]:g} to knots[{i + 1}] = {knots[i + 1]:g}")
+        if not start < end:
+            raise CurveError(f"the domain knots[{p}] to knots[{n}] is empty: both are {start:g}")
+        inner = knots[p + 1 : n]
+        again = inner[p:]
+        if (i := _first((again == inner[: len(again)]) & (again > start) & (again < end))) is not None:
+            often = f"appears {np.count_nonzero(inner == again[i])} times; at most {p} (the degree) are possible"
+            raise CurveError(f"inner knot {again[i]:g} {often}")
+        if (i := _first((steps > 0.0) & (steps < least))) is not None:
+            apart = f"differ by {steps[i]:g} only; make them equal or move them apart"
+            raise CurveError(f"knots[{i}] and knots[{i + 1}] {apart}")
+        if weights is not None:
+            if len(weights) != n:
+                raise CurveError(f"{len(weights)} weights for {n} control points; expected one each")
+            low, high = int(weights.argmin()), int(weights.argmax())
+            if weights[low] <= 0.0:
+                raise CurveError(f"weights[{low}] is {weights[low]:g}; weights must be greater than 0")
+            if weights[high] > MAX_WEIGHT_RATIO * weights[low]:
+                raise CurveError(
+                    f"weights[{low}] = {weights[low]:g} and weights[{high}] = {weights[high]:g} differ by more than "
+                    f"{MAX_WEIGHT_RATIO:g} times; the curve would lose the digits of its points"
+                )
+            if weights[low] < 1.0 / LARGEST:
+                raise CurveError(f"weights[{low}] is {weights[low]:g}; at least {1.0 / LARGEST:g} is needed")
+        spread = float((points.max(axis=0) - points.min(axis=0)).max())
+        if spread < 1.0 / LARGEST:
+            same = "are the same: the curve has no length"
+            small = f"lie within {spread:g} mm: the curve is too small"
+            raise CurveError(f"all {n} control points {small if spread else same}")
+
+    @classmethod
+    def bezier(cls, control_points: Points, weights: ArrayLike | None = None) -> NurbsCurve:
+        """One Bezier piece on [0, 1] with the given control points (degree + 1, axes)."""
+        points = numbers(control_points, "control_points", 2)
+        degree = len(points) - 1
+        if degree < 1:
+            raise CurveError(f"{len(points)} control point(s) for a Bezier curve; expected at least 2")
+        return cls(degree, [0.0] * (degree + 1) + [1.0] * (degree + 1), points, weights)
+
+    @classmethod
+    def trusted(
+        cls, degree: int, knots: Array, control_points: Array, weights: Array | None = None, *, clamped: bool = True
+    ) -> NurbsCurve:
+        """A curve of float64 arrays, read-only from then on, that are right by construction: readers make thousands.
+
+        Nothing is checked: what `NurbsCurve(...)` would refuse, and weights that are all equal, must not get here.
+        """
+        curve = object.__new__(cls)
+        curve._set(degree, knots, control_points, weights)
+        curve.__dict__["clamped"] = clamped
+        return curve
+
+    def _set(self, degree: int, knots: Array, control_points: Array, weights: Array | None) -> None:
+        for array in (knots, control_points) if weights is None else (knots, control_points, weights):
+            array.setflags(write=False)
+        self.__dict__.update(degree=degree, knots=knots, control_points=control_points, weights=weights)
+
+    # --- what it is -------------------------------------------------------------------------------------------------
+
+    @property
+    def axes(self) -> int:
+        """Number of axes."""
+        return int(self.control_points.shape[1])
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """First and last parameter."""
+        return float(self.knots[self.degree]), float(self.knots[len(self.control_points)])
+
+    @property
+    def rational(self) -> bool:
+        """Whether weights differ."""
+        return self.weights is not None
+
+    @cached_property
+    def breaks(self) -> Array:
+        """Distinct knots of the domain (spans + 1,): between two of them the curve is one rational polynomial."""
+        start, end = self.domain
+        inside = self.knots[(self.knots >= start) & (self.knots <= end)]
+        values = np.unique(inside)
+        values.setflags(write=False)
+        return values
+
+    @cached_property
+    def clamped(self) -> bool:
+        """Whether the curve begins and ends at its first and last control point by its knots."""
+        p, n, knots = self.degree, len(self.control_points), self.knots
+        start, end = knots[1] == knots[p] < knots[p + 1], knots[n - 1] < knots[n] == knots[n + p - 1]
+        return bool(start and end)
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of the control points' bounding box, mm: the measure of what is small on this curve."""
+        return float(np.linalg.norm(np.ptp(self.control_points, axis=0)))
+
+    @cached_property
+    def ends(self) -> Array:
+        """First and last point (2, axes), mm."""
+        if self.clamped:
+            return self.control_points[[0, -1]]
+        return self(np.array(self.domain))
+
+    @cached_property
+    def closed(self) -> bool:
+        """Whether it ends where it begins, within 1e-9 of its size."""
+        return bool(np.linalg.norm(self.ends[1] - self.ends[0]) <= CLOSED_TOLERANCE * self.size)
+
+    def _repr_html_(self) -> str:
+        kind = "rational" if self.rational else "polynomial"
+        rows = {
+            "NURBS curve": f"degree {self.degree}, {len(self.control_points)} control points, {kind}",
+            "axes": f"{self.axes}",
+            "length": f"{self.length:.6g}",
+        }
+        return view.table(rows, view.shape(self(np.linspace(*self.domain, view.DRAWN)), "curve"))
+
+    def __repr__(self) -> str:
+        kind = "rational" if self.rational else "polynomial"
+        return (
+            f"NurbsCurve(degree {self.degree}, {len(self.control_points)} control points, {self.axes} axes, {kind}, "
+            f"u {self.domain[0]:g} to {self.domain[1]:g})"
+        )
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, NurbsCurve):
+            return NotImplemented
+        arrays = ((each.knots, each.control_points, each.weights) for each in (self, other))
+        return self.degree == other.degree and all(map(np.array_equal, *arrays))
+
+    def __hash__(self) -> int:
+        # -0.0 equals 0.0, so it must hash like it
+        return hash((self.degree, (self.knots + 0.0).tobytes(), (self.control_points + 0.0).tobytes()))
+
+    def __reduce__(self) -> tuple[object, ...]:
+        made = partial(NurbsCurve.trusted, clamped=self.clamped)
+        return made, (self.degree, self.knots, self.control_points, self.weights)
+
+    # --- where it is ------------------------------------------------------------------------------------------------
+
+    def __call__(self, u: ArrayLike) -> Array:
+        """Points (..., axes), mm, at parameters u (...). Raises InputError for a parameter outside the domain."""
+        return self.derivatives(u, 0)[..., 0, :]
+
+    def derivatives(self, u: ArrayLike, order: int = 1, *, side: str = "right") -> Array:
+        """Point and derivatives by u, (..., order + 1, axes), at parameters u (...), order 0 to 3.
+
+        At a knot the piece on its right is taken, or with side="left" the one on its left.
+        Raises InputError for an order outside 0 to 3 and a parameter outside the domain.
+        """
+        left, values = is_left(side, order), self.check_parameters(u)
+        out = self._pieces.evaluate(None, values.ravel(), order, left)
+        return out.reshape(*values.shape, order + 1, self.axes)
+
+    def check_parameters(self, u: ArrayLike) -> Array:
+        """`u` as a float64 array; InputError if any is outside the domain by more than rounding, which is clipped."""
+        start, end = self.domain
+        slack = 4.0 * np.finfo(float).eps * max(abs(start), abs(end))
+        return clipped(u, start, end, slack, "parameter", "the curve's domain")
+
+    @property
+    def table(self) -> tuple[Array, Shape]:
+        """The knot spans, some in parts, as polynomial pieces (pieces, width) and their shape; see `kernels.layout`."""
+        return self._pieces.table, self._shape
+
+    @property
+    def _shape(self) -> Shape:
+        return self.degree, self.axes, self.axes, int(self.rational)
+
+    @cached_property
+    def _pieces(self) -> Pieces:
+        return span_pieces(Flat.of([self]), self._shape)
+
+    tangent = differential.unit_tangents
+    bounding_box = differential.bounding_box
+
+    def curvature(self, u: ArrayLike) -> Array:
+        """Curvature |C' x C''| / |C'|^3, 1/mm, (...) at u (...); infinite where C' = 0."""
+        return differential.curvatures(self.derivatives(u, 2))
+
+    # --- how long it is ---------------------------------------------------------------------------------------------
+
+    @cached_property
+    def arc(self) -> Pieces:
+        """The arc-length pieces of this curve, all axes linear, to 1e-13 of its length."""
+        return arc_pieces(Flat.of([self]), self._shape, [self])
+
+    @property
+    def length(self) -> float:
+        """Arc length, mm."""
+        return self.arc.length
+
+    def arc_length(self, u: ArrayLike) -> Array:
+        """S(u), mm, (...) at parameters u (...), from the start of the curve."""
+        values = self.check_parameters(u)
+        return self.arc.lengths_at(None, values.ravel()).reshape(values.shape)
+
+    def parameter_at(self, s: ArrayLike) -> Array:
+        """u with S(u) = s, (...) at arc lengths s (...), mm. Raises InputError outside [0, length]."""
+        values = clipped(s, 0.0, self.length, 1e-12 * self.length, "arc length", "the curve's", " mm")
+        return self.arc.parameters(values.ravel()).reshape(values.shape)
+
+    def nearest(self, points: ArrayLike) -> tuple[Array, Array]:
+        """Parameters (...) and distances (...), mm, of the curve's nearest points to `points` (..., axes)."""
+        return self._nearest.find(points)[1:]
+
+    @cached_property
+    def _nearest(self) -> Nearest:
+        return Nearest(self.arc.table, self.arc.shape)
+
+    # --- the same curve in other forms ------------------------------------------------------------------------------
+
+    reversed = editing.reversed_curve
+    split = editing.split
+    with_clamped_ends = editing.clamped
+    with_knots = editing.with_knots
+    elevated = editing.elevated
+    transformed = editing.transformed
+
+
+def numbers(values: ArrayLike | Points, name: str, ndim: int) -> Array:
+    """A read-only copy of `ndim` dimensions; CurveError for what is no number, too large, or of too many axes."""
+    try:
+        array = frozen_array(values, name, ndim)
+        if (huge := ~(np.abs(array) <= LARGEST)).any():
+            check_finite(array, name)
+            place = [int(i) for i in np.argwhere(huge)[0]]
+            raise CurveError(f"{name}{place} is {array[tuple(place)]:g}; values up to {LARGEST:g} are possible")
+    except InputError as error:
+        raise CurveError(str(error)) from None
+    if ndim == 2 and not 1 <= array.shape[1] <= MAX_AXES:
+        raise CurveError(f"{name} have {array.shape[1]} axes; 1 to {MAX_AXES} are possible")
+    return array
+
+
+def _first(wrong: BoolArray) -> int | None:
+    return int(np.argmax(wrong)) if wrong.any() else None

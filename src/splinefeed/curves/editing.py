@@ -1,0 +1,243 @@
+"""The same curve in other forms: reversed, split, clamped, refined, of higher degree, moved."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from splinefeed.curves.spline import AnySpline
+from splinefeed.errors import CurveError, InputError
+from splinefeed.records import Array, IntArray, check_finite, frozen_array
+
+Curve = TypeVar("Curve", bound=AnySpline)
+MAX_DEGREE = 12
+#: X Y Z A B C U V W of a control, and the seven joints of each of two arms.
+MAX_AXES = 16
+
+
+def _homogeneous(curve: AnySpline) -> tuple[Array, Array]:
+    """(w (P - origin), w) as rows (n, axes + 1), or P - origin (n, axes) if polynomial; and the origin (axes,).
+
+    About a point near by, the products keep the digits that a part far from the machine's zero would lose.
+    """
+    origin = 0.5 * (curve.control_points.min(axis=0) + curve.control_points.max(axis=0))
+    local = curve.control_points - origin
+    if curve.weights is None:
+        return local, origin
+    return np.column_stack([local * curve.weights[:, None], curve.weights]), origin
+
+
+def _from_homogeneous(
+    curve: AnySpline, degree: int, knots: Array, points: Array, origin: Array
+) -> tuple[Array, Array | None]:
+    """Control points and weights of the same curve over other knots."""
+    weights = None if curve.weights is None else points[:, -1]
+    places = (points if weights is None else points[:, :-1] / weights[:, None]) + origin
+    ends = knots[degree], knots[-degree - 1]
+    for k, here, there in zip((0, -1), ends, curve.domain, strict=True):
+        if curve.clamped and here == there:  # an end is a control point: not a rounding may move it
+            places[k] = curve.control_points[k]
+    return places, weights
+
+
+def _refined(curve: AnySpline, new_knots: Array) -> tuple[Array, Array | None]:
+    """Control points and weights over more knots, or over those of a part of the curve."""
+    points, origin = _homogeneous(curve)
+    # control points next to the ends of an unclamped curve are seen from spans before its first knots: more of those,
+    # with control points that count for nothing
+    p, (start, end) = curve.degree, curve.domain
+    more = (end - start) * np.arange(1.0, p + 2.0)
+    knots = np.concatenate([curve.knots[0] - more[::-1], curve.knots, curve.knots[-1] + more])
+    out = _finer(knots, np.pad(points, ((p + 1, p + 1), (0, 0))), p, new_knots)
+    return _from_homogeneous(curve, p, new_knots, out, origin)
+
+
+def section(curve: Curve, low: float, high: float) -> Curve:
+    """The clamped piece of a curve between two parameters of its domain, low < high."""
+    p = curve.degree
+    inner = curve.knots[(curve.knots > low) & (curve.knots < high)]
+    knots = np.concatenate([np.full(p + 1, low), inner, np.full(p + 1, high)])
+    return type(curve)(p, knots, *_refined(curve, knots))
+
+
+def clamped(curve: Curve) -> Curve:
+    """The same curve with end knots of multiplicity p + 1."""
+    start, end = curve.domain
+    if curve.clamped and curve.knots[0] == start and curve.knots[-1] == end:
+        return curve
+    return section(curve, start, end)
+
+
+def with_knots(curve: Curve, *parameters: float) -> Curve:
+    """The same curve with the given inner knots inserted; repeat one to raise its multiplicity, at most to p.
+
+    Raises InputError for a parameter that is not inside the domain, CurveError for too high a multiplicity.
+    """
+    added = curve.check_parameters(np.array(parameters, dtype=np.float64))
+    if not added.size:
+        return curve
+    start, end = curve.domain
+    if np.any((added <= start) | (added >= end)):
+        raise InputError(f"knots can be inserted only strictly inside the domain ({start:g}, {end:g})")
+    new_knots = np.sort(np.concatenate([curve.knots, added]))
+    for value in np.unique(added):
+        count = int(np.count_nonzero(new_knots == value))
+        if count > curve.degree:
+            raise CurveError(
+                f"knot {value:g} would appear {count} times; at most {curve.degree} (the degree) are possible"
+            )
+    return type(curve)(curve.degree, new_knots, *_refined(curve, new_knots))
+
+
+def unbroken(
+    degree: int, knots: Array, control_points: Array, weights: Array | None = None
+) -> list[tuple[Array, Array, Array | None]]:
+    """Knots, control points and weights of the pieces between inner knots that stand degree + 1 times or more.
+
+    At such a knot the curve may jump: what is before it depends on the first degree + 1 of the equal knots, what is
+    after it on the last, and control points between have no part in either. The pieces are exact (The NURBS Book,
+    2nd ed., section 2.4). One piece, as given, where there is no such knot, or where the numbers do not fit.
+    """
+    count = len(control_points)
+    if degree < 1 or len(knots) != count + degree + 1 or not np.all(np.diff(knots) >= 0.0):
+        return [(knots, control_points, weights)]
+    values, firsts, times = np.unique(knots, return_index=True, return_counts=True)
+    inside = (values > knots[degree]) & (values < knots[count]) & (times > degree)
+    begin, pieces = 0, []
+    for first, time in zip(firsts[inside].tolist(), times[inside].tolist(), strict=True):
+        pieces.append((begin, first))
+        begin = first + time - degree - 1
+    pieces.append((begin, count))
+    return [
+        (knots[a : b + degree + 1], control_points[a:b], None if weights is None else weights[a:b]) for a, b in pieces
+    ]
+
+
+def split(curve: Curve, *parameters: float) -> list[Curve]:
+    """Clamped pieces between the domain's ends and the given inner parameters, in order."""
+    cuts = np.unique(curve.check_parameters(np.array(parameters, dtype=np.float64)))
+    start, end = curve.domain
+    if np.any((cuts <= start) | (cuts >= end)):
+        raise InputError(f"a curve can be split only strictly inside its domain ({start:g}, {end:g})")
+    if not len(cuts):
+        return [clamped(curve)]
+    inner = curve.knots[(curve.knots > start) & (curve.knots < end) & ~np.isin(curve.knots, cuts)]
+    knots = np.sort(np.concatenate([inner, np.repeat([start, *cuts, end], curve.degree + 1)]))
+    pieces = unbroken(curve.degree, knots, *_refined(curve, knots))
+    for (_, before, _), (_, behind, _) in pairwise(pieces):
+        behind[0] = before[-1]  # but for rounding it is
+    return [type(curve)(curve.degree, *piece) for piece in pieces]
+
+
+def elevated(curve: Curve, times: int = 1) -> Curve:
+    """The same curve at degree p + times; InputError beyond degree 12."""
+    if not isinstance(times, (int, np.integer)) or times < 0 or curve.degree + times > MAX_DEGREE:
+        raise InputError(f"degree {curve.degree} raised {times} times; degrees up to {MAX_DEGREE} are possible")
+    whole = clamped(curve)
+    if times == 0:
+        return whole
+    points, origin = _homogeneous(whole)
+    knots, degree = whole.knots, whole.degree
+    for _ in range(times):
+        new_knots = np.sort(np.concatenate([knots, np.unique(knots)]))
+        points = _higher(knots, points, degree, new_knots)
+        knots, degree = new_knots, degree + 1
+    return type(curve)(degree, knots, *_from_homogeneous(whole, degree, knots, points, origin))
+
+
+def reversed_curve(curve: Curve) -> Curve:
+    """The same curve traversed from its end to its start, on the same domain."""
+    start, end = curve.domain
+    weights = None if curve.weights is None else frozen_array(curve.weights[::-1], "weights", 1)
+    # start + end - knots would move the ends by a rounding; measured from the nearer end they stay
+    knots = np.where(curve.knots < 0.5 * (start + end), end - (curve.knots - start), start + (end - curve.knots))
+    points = frozen_array(curve.control_points[::-1], "control_points", 2)
+    knots = frozen_array(knots[::-1], "knots", 1)
+    return curve.trusted(curve.degree, knots, points, weights, clamped=curve.clamped)
+
+
+def transformed(curve: Curve, matrix: ArrayLike, offset: ArrayLike | None = None) -> Curve:
+    """The affine image of the curve: its control points by `moved_points`; weights stay.
+
+    Source: The NURBS Book, 2nd ed., property P4.2.
+    """
+    return type(curve)(curve.degree, curve.knots, moved_points(curve.control_points, matrix, offset), curve.weights)
+
+
+def moved_points(points: Array, matrix: ArrayLike, offset: ArrayLike | None = None) -> Array:
+    """matrix @ P + offset for each of the points (n, axes), as (n, new axes).
+
+    matrix (new axes, axes) or one number, offset (new axes,), mm.
+    Raises InputError for shapes that do not fit or values that are not finite.
+    """
+    axes = points.shape[1]
+    number = np.isscalar(matrix) or (isinstance(matrix, np.ndarray) and matrix.ndim == 0)
+    square = frozen_array(np.diag([matrix] * axes) if number else matrix, "matrix", 2)
+    check_finite(square, "matrix")
+    if square.shape[1] != axes or not 1 <= square.shape[0] <= MAX_AXES:
+        raise InputError(f"matrix has shape {square.shape}; (1 to {MAX_AXES}, {axes}) is needed")
+    shift = frozen_array(np.zeros(square.shape[0]) if offset is None else offset, "offset", 1)
+    check_finite(shift, "offset")
+    if shift.shape != (square.shape[0],):
+        raise InputError(f"offset has shape {shift.shape}; expected ({square.shape[0]},)")
+    with np.errstate(over="ignore", invalid="ignore"):  # the new curve says which coordinate is too large
+        return np.asarray(points @ square.T + shift)
+
+
+def greville(degree: int, knots: Array) -> Array:
+    """Where each control point counts most (n,): (u_i+1 + ... + u_i+p) / p, equal knots to the bit themselves."""
+    inner = np.lib.stride_tricks.sliding_window_view(knots[1:-1], degree)
+    return np.asarray(inner[:, 0] + np.mean(inner - inner[:, :1], axis=1))
+
+
+def blossom(knots: Array, points: Array, degree: int, span: IntArray, arguments: Array) -> Array:
+    """Polar forms F(a_1, ..., a_p) (n, columns) of the polynomials on [knots[span], knots[span + 1]], span (n,).
+
+    d_i^r = (1 - alpha) d_{i-1}^{r-1} + alpha d_i^{r-1},  alpha = (a_r - t_i) / (t_{i+p+1-r} - t_i)
+
+    points (m, columns), arguments (p, n). Source: Ramshaw, "Blossoms are polar forms", Computer Aided Geometric Design
+    6(4), 1989, doi 10.1016/0167-8396(89)90032-0; with equal arguments it is de Boor's algorithm (The NURBS Book, 2nd
+    ed., p. 176).
+    """
+    work = points[span - degree + np.arange(degree + 1)[:, None]]
+    near = knots[span - degree + np.arange(1, 2 * degree + 1)[:, None]]  # t_{span-p+1} ... t_{span+p}
+    for r in range(1, degree + 1):
+        left, right = near[r - 1 : degree], near[degree : 2 * degree + 1 - r]
+        # both from their own end: weights of very different size keep their digits, and end points stay as given
+        alpha, beta = (arguments[r - 1] - left) / (right - left), (right - arguments[r - 1]) / (right - left)
+        work = beta[..., None] * work[:-1] + alpha[..., None] * work[1:]
+    out: Array = work[0]
+    return out
+
+
+def _finer(knots: Array, points: Array, degree: int, new_knots: Array) -> Array:
+    """Control points of the same spline over a finer knot vector: Q_i = F(tau_{i+1}, ..., tau_{i+p}).
+
+    Inside the domain new_knots contains `knots`; before the first and behind the last of new_knots there are p more
+    `knots`. On the span of tau_i, with the last argument first, all that counts is a mean with positive weights, so
+    that no digits are lost. Source: Cohen, Lyche, Riesenfeld, "Discrete B-splines and subdivision techniques", CGIP
+    14(2), 1980, doi 10.1016/0146-664X(80)90040-4.
+    """
+    first = np.arange(len(new_knots) - degree - 1)
+    span = np.searchsorted(knots, new_knots[first], side="right") - 1
+    return blossom(knots, points, degree, span, new_knots[first + np.arange(degree, 0, -1)[:, None]])
+
+
+def _higher(knots: Array, points: Array, degree: int, new_knots: Array) -> Array:
+    """Control points of the same spline at one degree more; new_knots is `knots` with one more of each distinct knot.
+
+    Q_i = 1/(p+1) sum_j F(tau_{i+1}, ..., without tau_{i+j}, ..., tau_{i+p+1})
+
+    The symmetric multi-affine form of degree p + 1 that agrees with F on the diagonal is unique: Ramshaw 1989, see
+    `blossom`. Span and order of the arguments as in `refined`.
+    """
+    first = np.arange(len(new_knots) - degree - 2)
+    span = np.searchsorted(knots, new_knots[first], side="right") - 1
+    arguments = new_knots[first + np.arange(degree + 1, 0, -1)[:, None]]
+    out = np.zeros((len(first), points.shape[1]))
+    for j in range(degree, -1, -1):
+        out += blossom(knots, points, degree, span, np.delete(arguments, j, axis=0)) / (degree + 1)
+    return out

@@ -1,0 +1,53 @@
+"""Nearest: the nearest point of one curve, or of all pieces of a path, to any number of points."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from splinefeed.curves.piece_rows import PieceRows
+from splinefeed.curves.pieces import Pieces
+from splinefeed.curves.search import Search, on_rows
+from splinefeed.errors import InputError
+from splinefeed.kernels.layout import Shape
+from splinefeed.records import Array, IntArray, check_finite
+
+#: A query coordinate beyond this, mm, has a square that is not a number.
+FARTHEST = 1e150
+
+
+class Nearest:
+    """Nearest points over the linear axes of an arc-length table; made once, used often.
+
+    table  (pieces, width) and shape as in `kernels.layout`: of a curve's `arc`, or of a `Path`
+    """
+
+    def __init__(self, table: Array, shape: Shape) -> None:
+        self.rows = PieceRows(Pieces(table, shape, np.array([[0, len(table) - 1]])))
+        self.search = Search(self.rows)
+
+    def find(self, points: ArrayLike) -> tuple[IntArray, Array, Array]:
+        """Row of the table (...), parameter u on it (...) and distance (...), mm, for points (..., linear), mm.
+
+        Global: of all points of the curve none is nearer, by more than rounding; of several as near, any one.
+        Many at once are found fastest, those in order along the curve first. Raises InputError for a wrong shape or
+        values not finite.
+        """
+        linear = self.rows.linear
+        try:
+            queries = np.array(points, dtype=np.float64, order="C")
+        except (TypeError, ValueError) as error:
+            raise InputError(f"points: expected numbers, got {type(points).__name__} ({error})") from None
+        if queries.ndim == 0 or queries.shape[-1] != linear:
+            raise InputError(f"points: expected shape (..., {linear}), got {queries.shape}")
+        check_finite(queries, "points")
+        if queries.size and np.abs(queries).max() > FARTHEST:
+            raise InputError(f"points: a coordinate is beyond {FARTHEST:g} mm; distances to it would be rounding")
+        shape = queries.shape[:-1]
+        found = self.search.whole(np.ascontiguousarray(queries.reshape(int(np.prod(shape)), linear).T))
+        _, at_low, at_high = on_rows(self.rows, found)
+        rows, row = self.rows, found.row
+        low, high = rows.low[row], rows.high[row]
+        u = np.clip(rows.middle[row] + found.t / rows.scale[row], low, high)
+        u = np.where(at_low, low, np.where(at_high, high, u))  # an end is met exactly
+        return row.reshape(shape), u.reshape(shape), np.sqrt(found.square).reshape(shape)

@@ -1,0 +1,420 @@
+"""The nearest point of a curve or a path, or of a stretch of it, to many positions at once.
+
+The path is cut into cells of little turn. Where D = |C - Q|^2 / 2 is convex all over the stretch that counts, Newton's
+method from the commanded place finds its only minimum; that is so for almost every position. Elsewhere cells that can
+hold a nearer point are found in a tree of boxes, and bisected until each part has one minimum at most.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from splinefeed.curves.piece_rows import PieceRows, taken
+from splinefeed.curves.pieces import chunks, dot, taylor
+from splinefeed.errors import InputError
+from splinefeed.records import Array, BoolArray, IntArray
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
+#: Positions that are processed together: they stay in the processor's cache.
+MOST = 2048
+#: Length of a cell times its greatest curvature: its tangent turns by no more, rad.
+CELL_TURN = 0.6
+#: A cell is cut by no more bisections than this, and none shorter than this, relative to the path.
+MAX_HALVINGS, NO_LENGTH = 50, 1e-14
+#: Places of a cell from which the search of the whole path begins.
+CELL_SAMPLES = 4
+#: Rounding of a length or a coordinate, relative, as bounds allow for it.
+ROUNDING = 1e-15
+#: Bisections of a cell before minima are searched without proof that there is one at most.
+MAX_BISECTIONS = 4
+#: Newton steps inside a bracket, and the step in t behind which the next is rounding.
+MAX_STEPS, SMALL_STEP = 60, 1e-9
+#: So many cells of a window are searched without the tree, and pairs of a position and a node at a time.
+FEW_CELLS, MOST_PAIRS = 8, 1 << 20
+#: Pairs whose curves are worked on at a time: some hundred bytes each.
+MOST_REFINED = 1 << 17
+#: So many pairs of a position and a cell are compared in one search of the whole path, and as many more for each
+#: position: a microsecond each.
+MOST_COMPARED, EACH_COMPARED = 4_000_000, 100
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Parts of rows, c of them, in the order of the path.
+
+    row, low, high (c,)  which part of which row, in t;  s (c,)  arc length at low, mm
+    speed, bend (c,)     greatest |dC/dt|, mm, and curvature, 1/mm
+    reach (c,)           no point is further than this from the chord between the ends, mm
+    first, last (dims, c)  the ends
+    """
+
+    row: IntArray
+    low: Array
+    high: Array
+    s: Array
+    speed: Array
+    bend: Array
+    reach: Array
+    first: Array
+    last: Array
+
+
+@dataclass(eq=False)
+class Found:
+    """The nearest point to each of n positions: row, t (n,), squared distance (n,), mm^2."""
+
+    row: IntArray
+    t: Array
+    square: Array
+
+    def take(self, index: IntArray) -> Found:
+        """Those of these numbers."""
+        return Found(self.row[index], self.t[index], self.square[index])
+
+    def put(self, index: IntArray | slice, other: Found) -> None:
+        """Have the others at these numbers."""
+        self.row[index], self.t[index], self.square[index] = other.row, other.t, other.square
+
+    def better(self, owner: IntArray, other: Found, slack: float = 0.0) -> None:
+        """Take the nearest of the others, each of the position `owner` (m,), where it is nearer; slack: relative."""
+        good = np.flatnonzero(other.square <= self.square[owner] * (1.0 + slack))
+        order = good[np.lexsort((other.square[good], owner[good]))]
+        who, first = np.unique(owner[order], return_index=True)
+        least = np.minimum(self.square[who], other.square[order[first]])
+        self.put(who, other.take(order[first]))
+        self.square[who] = least
+
+
+class Search:
+    """Nearest points over the first `rows.linear` axes."""
+
+    def __init__(self, rows: PieceRows) -> None:
+        self.rows, self.length, self.dims = rows, float(rows.end[-1]), rows.linear
+        kept = np.r_[np.arange(self.dims), rows.axes : len(rows.terms)]
+        self._terms = rows.terms if len(kept) == len(rows.terms) else rows.terms[kept]
+        self._origin = rows.origin[: self.dims]
+
+    # --- arithmetic --------------------------------------------------------------------------------------------------
+
+    def _taylor(self, terms: Array, t: Array, order: int) -> list[Array]:
+        """A / w and its derivatives by t over k!, (dims, n), at t (n,); terms (dims + weight, degree + 1, n)."""
+        return taylor(terms, int(self.rows.rational), t, order)
+
+    def _gathered(self, row: IntArray, q: Array) -> tuple[Array, Array]:
+        """Terms of rows (n,), and origin - Q of them, (dims, n): so a part far from zero loses nothing."""
+        return np.take(self._terms, row, axis=2), np.take(self._origin, row, axis=1) - q
+
+    def _squared(self, terms: Array, away: Array, t: Array) -> tuple[Array, Array, Array, Array]:
+        """|C - Q|^2, (C - Q).C', its derivative C'.C' + (C - Q).C'', and C'.C', by t, (n,) each; mm^2."""
+        c0, c1, c2 = self._taylor(terms, t, 2)
+        c0 = c0 + away
+        velocity = dot(c1, c1)
+        return dot(c0, c0), dot(c0, c1), velocity + 2.0 * dot(c0, c2), velocity
+
+    # --- cells -------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def cells(self) -> Cells:
+        """Every row, bisected until it turns by CELL_TURN."""
+        rows = self.rows
+        row = np.arange(len(rows))
+        low, high = ((end - rows.middle) * rows.scale for end in (rows.low, rows.high))
+        done: list[tuple[Any, ...]] = []
+        for halvings in range(MAX_HALVINGS + 1):
+            speed, bend, second = self._bends(row, low, high)
+            width = high - low
+            length = speed * width
+            with np.errstate(invalid="ignore"):
+                cut = (bend * length > CELL_TURN) & (length > NO_LENGTH * self.length)
+            if halvings == MAX_HALVINGS:
+                cut[:] = False
+            done.append(taken(~cut, row, low, high, speed, bend, second * width * width / 8.0))
+            if not cut.any():
+                break
+            middle = 0.5 * (low + high)
+            row = np.repeat(row[cut], 2)
+            low, high = (np.column_stack(pair).ravel() for pair in ((low[cut], middle[cut]), (middle[cut], high[cut])))
+        row, low, high, speed, bend, reach = (np.concatenate(each) for each in zip(*done, strict=True))
+        order = np.lexsort((low, row))
+        row, low, high, speed, bend, reach = taken(order, row, low, high, speed, bend, reach)
+        first, last = (self._taylor(self._terms[:, :, row], t, 0)[0] + self._origin[:, row] for t in (low, high))
+        largest = np.max(np.maximum(np.abs(first), np.abs(last)), axis=0, initial=0.0)
+        new = np.concatenate([[True], row[1:] != row[:-1]])
+        s = np.where(new, rows.start[row], rows.arc_length(row, low))
+        reach = self._reach(row, rows.arc_length(row, high) - rows.arc_length(row, low), last - first)
+        return Cells(row, low, high, s, speed, bend, reach + ROUNDING * largest, first, last)
+
+    def _reach(self, row: IntArray, length: Array, chord: Array) -> Array:
+        """No point of an arc of some length (c,), mm, is further than this, mm, from its chord (dims, c).
+
+        All its points lie in the ellipsoid with the ends of the chord c as foci: sqrt(l^2 - c^2) / 2.
+        """
+        length = length + ROUNDING * self.length
+        square = np.maximum(length * length - np.sum(chord * chord, axis=0), 0.0) + 8.0 * ROUNDING * length * length
+        return np.asarray(0.5 * np.sqrt(square))
+
+    def _bends(self, row: IntArray, low: Array, high: Array) -> tuple[Array, Array, Array]:
+        """Bounds of |dC/dt|, mm, curvature, 1/mm, and |d2C/dt2|, mm, from low to high (n,) of rows (n,).
+
+        About the middle, C - C_0 = B / w with B_0 = 0 in x = (t - middle) / half, |x| <= 1, where sum |B_k| bounds |B|
+        and |B'| >= 2 |B_1| - sum k |B_k|. With r the bound of |C - C_0|, from C' = (B' - w' (C - C_0)) / w and its
+        derivative; infinite where they say nothing. The curvature is |C''| / |C'|^2 at most.
+        """
+        out, orders = np.zeros((3, len(row))), np.arange(self.rows.degree + 1.0)[:, None]
+        for start in range(0, len(row), MOST):
+            part = slice(start, start + MOST)
+            half = 0.5 * (high[part] - low[part])
+            a = np.array(taylor(self._terms[:, :, row[part]], 0, low[part] + half, self.rows.degree))
+            a *= half ** orders[:, None]
+            w = a[:, self.dims] if self.rows.rational else np.where(orders == 0.0, 1.0, 0.0 * half)
+            b = np.linalg.norm(a[:, : self.dims] - a[0, : self.dims] / w[0] * w[:, None], axis=1)
+            (b1, b2), (w1, w2) = (
+                ((orders * each).sum(axis=0), (orders * (orders - 1.0) * each).sum(axis=0)) for each in (b, np.abs(w))
+            )
+            least, most = 2.0 * w[0] - np.abs(w).sum(axis=0), np.abs(w).sum(axis=0)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                r = b.sum(axis=0) / least
+                fast, slow = (b1 + w1 * r) / least, (2.0 * b[1] - b1 - w1 * r) / most
+                second = (b2 + 2.0 * w1 * fast + w2 * r) / least
+                bend = np.where(slow > 0.0, second / slow**2, np.where(second > 0.0, np.inf, 0.0))
+                out[:, part] = np.where(least > 0.0, (fast / half, bend, second / half**2), np.inf)
+        return out[0], out[1], out[2]
+
+    @cached_property
+    def _boxes(self) -> tuple[Array, Array]:
+        """Least and greatest coordinates, (dims, 2 leaves): node i holds 2 i and 2 i + 1, leaves + i the cell i."""
+        cells = self.cells
+        count = len(cells.row)
+        leaves = 1 << (count - 1).bit_length()
+        least, greatest = np.full((self.dims, 2 * leaves), np.inf), np.full((self.dims, 2 * leaves), -np.inf)
+        least[:, leaves : leaves + count] = np.minimum(cells.first, cells.last) - cells.reach
+        greatest[:, leaves : leaves + count] = np.maximum(cells.first, cells.last) + cells.reach
+        while leaves > 1:
+            pair, half = slice(leaves, 2 * leaves), slice(leaves // 2, leaves)
+            least[:, half] = least[:, pair].reshape(self.dims, -1, 2).min(axis=2)
+            greatest[:, half] = greatest[:, pair].reshape(self.dims, -1, 2).max(axis=2)
+            leaves //= 2
+        return least, greatest
+
+    @cached_property
+    def _samples(self) -> tuple[Array, cKDTree]:
+        """t of CELL_SAMPLES places of each cell, (CELL_SAMPLES c,), and these in a tree of points."""
+        from scipy.spatial import cKDTree
+
+        cells = self.cells
+        share = (np.arange(CELL_SAMPLES) + 0.5) / CELL_SAMPLES
+        t = (cells.low[:, None] + (cells.high - cells.low)[:, None] * share).ravel()
+        row = np.repeat(cells.row, CELL_SAMPLES)
+        return t, cKDTree((self._taylor(self._terms[:, :, row], t, 0)[0] + self._origin[:, row]).T)
+
+    # --- the whole path ----------------------------------------------------------------------------------------------
+
+    def whole(self, q: Array) -> Found:
+        """The nearest point of the whole path to positions (dims, n).
+
+        Raises InputError where so many parts of the path are as near to them that it takes more than MOST_COMPARED.
+        """
+        left = [MOST_COMPARED + EACH_COMPARED * q.shape[1]]
+        return _in_parts(q.shape[1], lambda part: self._whole(q[:, part], left))
+
+    def _whole(self, q: Array, left: list[int]) -> Found:
+        cells = self.cells
+        samples, tree = self._samples
+        nearest = tree.query(q.T)[1]
+        own, t = nearest // CELL_SAMPLES, samples[nearest]
+        row = cells.row[own]
+        gathered = self._gathered(row, q)
+        known = self._squared(*gathered, t)
+        found = Found(row, t, known[0])
+        # where the distance is convex over the whole cell its minimum is found at once, and is near the path's
+        h = np.maximum(cells.high[own] - t, t - cells.low[own]) * cells.speed[own]
+        with np.errstate(invalid="ignore"):
+            sure = np.flatnonzero((np.sqrt(found.square) + h) * cells.bend[own] < 1.0)
+        ends = cells.low[own], cells.high[own]
+        found.put(sure, self._descend(*taken(sure, row, *gathered, *ends, t), known=taken(sure, *known)))
+        done = np.full(len(row), -1)
+        done[sure] = own[sure]
+        lowest, highest = np.zeros(len(row), dtype=np.int64), np.full(len(row), len(cells.row) - 1)
+        for owner, cell in self._candidates(q, lowest, highest, found):
+            left[0] -= len(owner)
+            if left[0] < 0:
+                raise InputError(
+                    f"more than {MOST_COMPARED} parts of the path are about as near to points as the nearest: it "
+                    "passes the same places again and again; split it"
+                )
+            other = done[owner] != cell
+            owner, cell = owner[other], cell[other]
+            self._refine(q, owner, cell, cells.low[cell], cells.high[cell], found)
+        return found
+
+    def _candidates(
+        self, q: Array, first: IntArray, last: IntArray, found: Found
+    ) -> Iterator[tuple[IntArray, IntArray]]:
+        """Pairs of a position and a cell in [first, last] (n,) that can be nearer than what is `found` (n,).
+
+        They come in blocks of MOST_REFINED, so that a path that passes the same places again and again fits into the
+        memory; what is found by then leaves out more of the next block.
+        """
+        best, count = found.square, last - first + 1
+        if int(np.max(count)) <= FEW_CELLS:
+            owner = np.repeat(np.arange(len(count)), count)
+            cell = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count - first, count)
+        else:
+            least, greatest = self._boxes
+            owner, node, span = np.arange(len(first)), np.ones(len(first), dtype=np.int64), least.shape[1] // 2
+            leaves, some = span, bool(np.any(first > 0) or np.any(last < len(self.cells.row) - 1))
+            while span > 1:
+                if len(owner) > MOST_PAIRS and len(first) > 1:  # far from everything: fewer positions at a time
+                    half = len(first) // 2
+                    for part in (slice(half), slice(half, None)):
+                        here = Found(found.row[part], found.t[part], found.square[part])
+                        for who, cell in self._candidates(q[:, part], first[part], last[part], here):
+                            yield who + (part.start or 0), cell
+                    return
+                span //= 2
+                owner, node = np.repeat(owner, 2), np.repeat(2 * node, 2)
+                node[1::2] += 1
+                begin = node * span - leaves
+                at = np.take(q, owner, axis=1)
+                outside = np.maximum(np.take(least, node, axis=1) - at, at - np.take(greatest, node, axis=1))
+                np.maximum(outside, 0.0, out=outside)
+                near = dot(outside, outside) <= best[owner]
+                if some:
+                    near &= (begin <= last[owner]) & (begin + span > first[owner])
+                owner, node = owner[near], node[near]
+            cell = node - leaves
+        for block in chunks(len(owner), MOST_REFINED):
+            who, cells = owner[block], cell[block]
+            near = self._cell_bound(q[:, who], cells) <= best[who]
+            yield who[near], cells[near]
+
+    def _cell_bound(self, q: Array, cell: IntArray) -> Array:
+        """Squared distance (n,), mm^2, that no point of a cell falls below: to the chord, less its reach."""
+        cells = self.cells
+        first = np.take(cells.first, cell, axis=1)
+        side, away = np.take(cells.last, cell, axis=1) - first, q - first
+        chord = dot(side, side)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.where(chord > 0.0, np.clip(dot(side, away) / chord, 0.0, 1.0), 0.0)
+        apart = away - share * side
+        return np.asarray(np.maximum(np.sqrt(dot(apart, apart)) - cells.reach[cell], 0.0) ** 2)
+
+    def _refine(self, q: Array, owner: IntArray, cell: IntArray, low: Array, high: Array, found: Found) -> None:
+        """Better `found` (n,) by the nearest points of parts of cells, low to high, each for the position `owner`.
+
+        With arc length s, dD/ds = (C - Q).T and d2D/ds2 = 1 + (C - Q).kN. Within h of a place of distance d the last
+        term is at most b = (d + h) k, k the greatest curvature. So there
+            |C - Q| >= d - h  and  |C - Q|^2 >= d^2 - 2 |dD/ds| h - max(b - 1, 0) h^2   (nothing better: left out),
+            b < 1:  D is convex, it has one minimum;  |dD/ds| > h (1 + b):  D falls towards one end.
+        What is neither is bisected; after MAX_BISECTIONS it is so short that dD/dt is practically a cubic: from an
+        end at which D falls inwards Newton's method comes to the minimum next to it, and a cubic has no others.
+        """
+        cells = self.cells
+        todo: list[tuple[Any, ...]] = []
+        for bisections in range(MAX_BISECTIONS + 1):
+            if not len(owner):
+                break
+            row, place = cells.row[cell], 0.5 * (low + high)
+            gathered = self._gathered(row, q[:, owner])
+            square, slope, bend, velocity = self._squared(*gathered, place)
+            found.better(owner, Found(row, place, square))
+            h = (high - place) * cells.speed[cell]
+            d, best = np.sqrt(square), found.square[owner]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                b = (d + h) * cells.bend[cell]
+                fall = np.where(velocity > 0.0, np.abs(slope) / np.sqrt(velocity), 0.0)
+                hopeless = (d > h) & ((d - h) ** 2 > best)
+                hopeless |= square - 2.0 * fall * h - np.maximum(b - 1.0, 0.0) * h * h > best
+                proven = (b < 1.0) | (fall > h * (1.0 + b))
+                newton = place - slope / bend
+            one = ~hopeless & proven & (slope != 0.0)
+            if one.any():  # D falls from here against its slope, to its only minimum or to the end
+                down = slope > 0.0
+                begin, end = np.where(down, low, place), np.where(down, place, high)
+                start = np.where(bend > 0.0, np.clip(newton, begin, end), np.where(down, low, high))
+                todo.append(taken(one, owner, row, begin, end, start))
+            more = ~hopeless & ~proven
+            owner, cell, low, high, place = taken(more, owner, cell, low, high, place)
+            if bisections < MAX_BISECTIONS:
+                owner, cell = np.repeat(owner, 2), np.repeat(cell, 2)
+                low, high = (np.column_stack(pair).ravel() for pair in ((low, place), (place, high)))
+                continue
+            row = cells.row[cell]
+            gathered = self._gathered(row, q[:, owner])
+            for end, inwards in ((low, -1.0), (high, 1.0)):
+                square, slope, _, _ = self._squared(*gathered, end)
+                found.better(owner, Found(row, end, square))
+                todo.append(taken(slope * inwards > 0.0, owner, row, low, high, end))
+        if todo:
+            owner, row, low, high, start = (np.concatenate(each) for each in zip(*todo, strict=True))
+            least = self._descend(row, *self._gathered(row, q[:, owner]), low, high, start)
+            found.better(owner, least, slack=4.0 * ROUNDING)
+
+    def _descend(
+        self,
+        row: IntArray,
+        terms: Array,
+        away: Array,
+        low: Array,
+        high: Array,
+        t: Array,
+        *,
+        known: tuple[Array, ...] | None = None,
+    ) -> Found:
+        """A minimum of |C - Q|^2 over t in [low, high] (n,): Newton's method on its slope, from t, in a bracket.
+
+        known  `_squared` at t. The last step is so small that the parabola tells the minimum to rounding. What has
+        converged is not changed again, so that its bits do not depend on its neighbours.
+        """
+        found = Found(row, t.copy(), np.full(len(t), np.inf))
+        index, left, right, longest = np.arange(len(t)), low, high, high - low
+        left_seen, right_seen = np.zeros(len(t), dtype=bool), np.zeros(len(t), dtype=bool)
+        for _ in range(MAX_STEPS):
+            if not len(index):
+                break
+            square, slope, bend, _ = self._squared(terms, away, t) if known is None else known
+            known = None
+            rises, falls = slope > 0.0, slope < 0.0
+            at_end = (rises & (t <= left)) | (falls & (t >= right)) | (slope == 0.0)
+            right, left = np.where(rises, t, right), np.where(falls, t, left)
+            right_seen, left_seen = right_seen | rises, left_seen | falls
+            with np.errstate(divide="ignore", invalid="ignore"):
+                newton = np.where(bend > 0.0, t - slope / bend, np.where(rises, -np.inf, np.inf))
+                lowest = np.maximum(square - slope * slope / bend, 0.0)
+            after = np.minimum(np.maximum(newton, low), high)
+            last = ~at_end & (after == newton) & (np.abs(after - t) < SMALL_STEP)
+            at, least = np.where(last, after, t), np.where(last, np.minimum(lowest, square), square)
+            found.t[index], found.square[index] = at, least
+            wide = ((after <= left) & left_seen) | ((after >= right) & right_seen) | (np.abs(after - t) > longest)
+            after = np.where(wide, 0.5 * (left + right), after)
+            going = ~at_end & ~last & (after != t)
+            longest, t = 0.5 * np.abs(after - t), after
+            if not going.all():
+                some = np.flatnonzero(going)
+                index, left, right, low, high, longest, left_seen, right_seen, t, terms, away = taken(
+                    some, index, left, right, low, high, longest, left_seen, right_seen, t, terms, away
+                )
+        return found
+
+
+def _in_parts(count: int, find: Callable[[slice], Found]) -> Found:
+    """What is found for `count` positions, in parts that stay in the cache."""
+    out = Found(np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count))
+    for part in chunks(count, MOST):
+        out.put(part, find(part))
+    return out
+
+
+def on_rows(rows: PieceRows, found: Found) -> tuple[Array, BoolArray, BoolArray]:
+    """t (n,) of what was found, exactly -1 or 1 at the ends of its row, and whether it is at the start, or the end."""
+    row = found.row
+    at_low = found.t <= (rows.low[row] - rows.middle[row]) * rows.scale[row]
+    at_high = found.t >= (rows.high[row] - rows.middle[row]) * rows.scale[row]
+    return np.where(at_low, -1.0, np.where(at_high, 1.0, found.t)), at_low, at_high

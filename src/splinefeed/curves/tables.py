@@ -1,0 +1,418 @@
+"""Tables of pieces of many curves at once: their knot spans as polynomials, and the arc length fitted on each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from splinefeed.curves.flat import Flat as Flat
+from splinefeed.curves.pieces import Pieces, arc, chunks, coefficients, speed
+from splinefeed.curves.spline import AnySpline
+from splinefeed.errors import CurveError
+from splinefeed.kernels.layout import ARC, ARC_TERMS, HIGH, LOW, MIDDLE, ORIGIN, SCALE, START, Shape, width
+from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records.arrays import read_only
+
+#: Pieces made in one go, and of them those fitted in one go: what is made of them stays in a core's cache.
+BLOCK = 4096
+FITTED = 256
+#: A piece may give back the roundings of its control points this often ...
+MOST_ROUNDINGS = 128.0
+#: ... unless it covers no more than this share of its knot span: weights that differ by many decades.
+LEAST_SHARE = 2.0**-20
+#: More pieces than this and a curve is refused: it would take more memory than it is worth.
+MAX_ROWS = 2_000_000
+#: Chebyshev nodes a piece; the first ARC_TERMS - 1 coefficients are kept, the others must have died out.
+NODES = 16
+#: Largest Chebyshev coefficient that may be dropped, relative to the largest speed on the piece.
+TAIL = 1e-14
+#: ... or, as an arc length, relative to that of the whole curve: below the rounding of s nothing is gained.
+NEGLIGIBLE = 2e-16
+#: How much a misfit of the speed at one place counts, against a coefficient: values carry more rounding than they.
+END_SHARE = 0.1
+#: Bisections of a knot span; a cusp inside a span is closed in on until it is NEGLIGIBLE, well before this.
+MAX_DEPTH = 60
+#: A speed that is nowhere at the nodes below this share of its greatest there: a polynomial of degree 9 through them
+#: stays above 0.35 of it, as |p| <= max at the nodes / cos(9 pi / 32) (Ehlich, Zeller, Math. Z. 86, 1964).
+FALLING = 0.5
+#: Samples of the fitted speed among which its least values are looked for, and Newton steps from there.
+PROBES = 33
+PROBE_STEPS = 6
+
+
+def _chebyshev_matrices() -> tuple[Array, Array, Array]:
+    """Nodes (16,), values -> Chebyshev coefficients (16, 16), coefficients -> power form of the integral (11, 10)."""
+    angles = (np.arange(NODES) + 0.5) * math.pi / NODES
+    nodes = np.cos(angles)
+    transform = 2.0 / NODES * np.cos(np.outer(np.arange(NODES), angles))
+    transform[0] *= 0.5
+    integral = np.zeros((ARC_TERMS, ARC_TERMS - 1))
+    for k, each in enumerate(np.eye(ARC_TERMS - 1)):
+        power = np.polynomial.chebyshev.cheb2poly(np.polynomial.chebyshev.chebint(each[: k + 1], lbnd=-1.0))
+        integral[: k + 2, k] = power
+    return nodes, transform, integral
+
+
+CHEBYSHEV_NODES, CHEBYSHEV_TRANSFORM, CHEBYSHEV_INTEGRAL = _chebyshev_matrices()
+#: Weights of Fejer's rule on the same nodes.
+FEJER = np.sin((np.arange(NODES) + 0.5) * math.pi / NODES) * math.pi / NODES
+
+
+@dataclass(frozen=True)
+class Spans:
+    """Knot spans that are not empty, or parts of them, of curves of one degree, (n,) each.
+
+    curve, knot, point  number of the curve, and where the span's 2 p + 2 knots and p + 1 control points begin in `flat`
+    low, high, share    interval of u, and which share of its knot span it is
+    """
+
+    flat: Flat
+    degree: int
+    rational: int
+    curve: IntArray
+    knot: IntArray
+    point: IntArray
+    low: Array
+    high: Array
+    share: Array
+
+    @classmethod
+    def of(cls, flat: Flat) -> list[Spans]:
+        """All knot spans, those of curves of one degree, rational or not, together."""
+        owner = np.repeat(np.arange(len(flat)), np.diff(flat.point_starts))
+        point = np.arange(len(flat.points)) - flat.degrees[owner]
+        knot = flat.knot_starts[owner] + (point - flat.point_starts[owner])
+        last = knot + flat.degrees[owner]  # the knot at which the span begins
+        wide = (point >= flat.point_starts[owner]) & (flat.knots[last] < flat.knots[last + 1])
+        kind = 2 * flat.degrees + flat.rational
+        found = []
+        for each in np.unique(kind).tolist():
+            chosen = np.flatnonzero(wide & (kind[owner] == each))
+            low, high = flat.knots[last[chosen]], flat.knots[last[chosen] + 1]
+            share = np.ones(len(chosen))
+            found.append(cls(flat, each // 2, each % 2, owner[chosen], knot[chosen], point[chosen], low, high, share))
+        return found
+
+    def __len__(self) -> int:
+        return len(self.curve)
+
+    @property
+    def line(self) -> bool:
+        """Whether they are straight: each its own arc-length piece."""
+        return self.degree == 1 and not self.rational
+
+    def chosen(self, index: slice | IntArray | BoolArray) -> Spans:
+        """Some of them."""
+        names = ("curve", "knot", "point", "low", "high", "share")
+        return replace(self, **{name: getattr(self, name)[index] for name in names})
+
+    def halves(self) -> Spans:
+        """Both halves of each."""
+        twice = self.chosen(np.repeat(np.arange(len(self)), 2))
+        middle, first = 0.5 * (twice.low + twice.high), np.arange(len(twice)) % 2 == 0
+        low, high = np.where(first, twice.low, middle), np.where(first, middle, twice.high)
+        return replace(twice, low=low, high=high, share=0.5 * twice.share)
+
+    def columns(self, shape: Shape) -> Array:
+        """Interval, origin and coefficients as columns (width, n) of a table of `shape`; arc length columns are 0."""
+        points, p, axes = self.flat.points, self.degree, self.flat.points.shape[1]
+        out = np.zeros((width(shape), len(self)))
+        middle, half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
+        out[LOW], out[HIGH], out[MIDDLE], out[SCALE] = self.low, self.high, middle, 2.0 / (self.high - self.low)
+        out[ORIGIN : ORIGIN + axes] = points[self.point + p // 2].T
+        local = np.empty((p + 1, axes + self.rational, len(self)))
+        for i in range(p + 1):
+            local[i, :axes] = points[self.point + i].T
+            local[i, :axes] -= out[ORIGIN : ORIGIN + axes]
+            if self.rational:
+                local[i, axes] = self.flat.weights[self.point + i]
+                local[i, :axes] *= local[i, axes]
+        knots = self.flat.knots[self.knot + np.arange(2 * p + 2)[:, None]]
+        every = coefficients(out, shape)
+        every[: axes + self.rational, : p + 1] = power_form(knots, local, middle, half).transpose(1, 0, 2)
+        if shape[3] > self.rational:
+            every[axes, 0] = 1.0
+        return out
+
+    def own(self, c: Array, shape: Shape) -> tuple[Array, Shape]:
+        """Coefficients (axes + rational, degree + 1, n) of columns of `shape`, and the shape, of these curves alone."""
+        axes = shape[1]
+        narrow = coefficients(c, shape)[: axes + self.rational, : self.degree + 1]
+        return narrow, (self.degree, axes, shape[2], self.rational)
+
+
+def power_form(knots: Array, points: Array, middle: Array, half: Array) -> Array:
+    """Coefficients of t^k, t = (u - middle) / half, of spans' polynomials: out[k] = half^k C^(k)(middle) / k!.
+
+    knots (2 p + 2, n) and points (p + 1, columns, n) are those of the spans; out (p + 1, columns, n).
+    The derivatives come from differences of control points over their own knots (The NURBS Book, 2nd ed., eq. 3.8)
+    and de Boor's recursion on them: a narrow span beside wide ones loses no digits, as a Bezier form of it would.
+    """
+    p = len(points) - 1
+    out = np.empty_like(points)
+    factor = np.ones_like(middle)
+    for k in range(p + 1):
+        # points are the control points k ... p of the k-th derivative, a spline of degree p - k
+        work = points
+        for r in range(1, p - k + 1):
+            left, right = knots[k + r : p + 1], knots[p + 1 : 2 * p - k + 2 - r]
+            across = right - left
+            # both from their own end: weights of very different size keep their digits
+            work = ((right - middle) / across)[:, None] * work[:-1] + ((middle - left) / across)[:, None] * work[1:]
+        out[k] = factor * work[0]
+        factor = factor * (half / (k + 1))
+        across = knots[p + 1 : 2 * p - k + 1] - knots[k + 1 : p + 1]
+        points = (p - k) * (points[1:] - points[:-1]) / across[:, None]
+    return out
+
+
+def keeps_digits(weights: Array | None, degree: int, share: Array) -> BoolArray:
+    """Whether power forms that cover `share` (n,) of their knot span give points as good as their rounding, (n,).
+
+    (1 + share)^p sum_k |w_k| / min w  is how often the roundings of the control points come back, at most; weights
+    (degree + 1, n), or None for polynomials.
+    """
+    growth = (1.0 + share) ** degree
+    held: BoolArray = growth <= MOST_ROUNDINGS
+    if weights is not None:
+        total = np.abs(weights).sum(axis=0)
+        t = np.linspace(-1.0, 1.0, 5)[:, None]
+        value = weights[-1] + 0.0 * t
+        for k in range(degree - 1, -1, -1):
+            value = value * t + weights[k]
+        held &= growth * total <= MOST_ROUNDINGS * np.minimum(value.min(axis=0), total)
+    held |= share <= LEAST_SHARE
+    return held
+
+
+#: |dC/dt| (..., n) of coefficients (columns, degree + 1, ..., n), of a shape, at t.
+Speed = Callable[[Array, Shape, Array], Array]
+
+
+def fits(spans: Spans, c: Array, shape: Shape, totals: Array, speed: Speed = speed) -> BoolArray:
+    """Fit |dC/dt| on each piece (n,) by a polynomial of degree 9, write its integral into c; whether it is good enough.
+
+    totals  (n,) rough lengths of the curves, mm. A line of degree 1 is exact.
+    """
+    a, own = spans.own(c, shape)
+    if spans.line:
+        c[ARC] = c[ARC + 1] = speed(a, own, np.zeros(1))
+        return np.ones(len(spans), dtype=bool)
+    values = speed(a[:, :, None], own, CHEBYSHEV_NODES[:, None])
+    top = values.max(axis=0)
+    series = np.zeros_like(values)
+    for i in range(NODES):
+        series += CHEBYSHEV_TRANSFORM[:, i, None] * values[i]
+    tail = np.abs(series[ARC_TERMS - 1 :]).max(axis=0)
+    integral = c[ARC : ARC + ARC_TERMS]
+    for i in range(ARC_TERMS - 1):
+        integral += CHEBYSHEV_INTEGRAL[:, i, None] * series[i]
+    allowed = np.maximum(TAIL * top, NEGLIGIBLE * totals)
+    good: BoolArray = tail <= allowed
+    # a cusp between an end and its node, or two cusps between two nodes, are not seen by the nodes: all lie on
+    # one smooth line, which falls below zero where the speed turns back up
+    ends, falling = np.flatnonzero(good), np.flatnonzero(good & (values.min(axis=0) < FALLING * top))
+    which, t = slow_places(integral[:, falling])
+    which = np.concatenate([ends, ends, falling[which]])
+    t = np.concatenate([np.full(len(ends), -1.0), np.ones(len(ends)), t])
+    fitted = np.zeros_like(t)
+    for k in range(ARC_TERMS - 1, 0, -1):
+        fitted = fitted * t + k * integral[k, which]
+    misfit = END_SHARE * np.abs(speed(a[..., which], own, t) - fitted)
+    good[which[~(misfit <= allowed[which])]] = False
+    good &= keeps_digits(a[-1] if spans.rational else None, spans.degree, spans.share)
+    return good
+
+
+def slow_places(integral: Array) -> tuple[IntArray, Array]:
+    """Number of the piece and t (m,) where dS/dt is least inside; S (terms, pieces).
+
+    From each of PROBES samples Newton's method goes downhill to where the slope vanishes, if that is short of the next.
+    """
+    count = integral.shape[1]
+    bend = integral * (np.arange(len(integral)) * (np.arange(len(integral)) - 1.0))[:, None]  # t^2 d2S/dt2
+    step = 2.0 / (PROBES - 1)
+    start = np.linspace(-1.0, 1.0, PROBES)[:, None]
+    which = np.repeat(np.arange(count)[None], PROBES, axis=0)
+    t, moves = _downhill(bend[:, None], start, start, step)
+    which, start, t = which[moves], np.broadcast_to(start, moves.shape)[moves], t[moves]
+    near = bend[:, which]
+    for _ in range(PROBE_STEPS - 1):
+        t, _ = _downhill(near, start, t, step)
+    inside = np.abs(t) < 1.0
+    return which[inside], t[inside]
+
+
+def _downhill(bend: Array, start: Array, t: Array, step: float) -> tuple[Array, BoolArray]:
+    """t after one Newton step towards d2S/dt2 = 0, where that is a least speed within `step` of the start; whether."""
+    value, slope = bend[-1] + 0.0 * t, 0.0 * bend[-1] * t
+    for k in range(len(bend) - 2, 1, -1):
+        slope = slope * t + value
+        value = value * t + bend[k]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        after = t - value / slope
+    moves = (slope > 0.0) & (np.abs(after - start) <= step)
+    return np.where(moves, after, t), moves
+
+
+def halved(spans: Spans, shape: Shape, holds: Callable[[Spans, Array], BoolArray]) -> Iterator[tuple[IntArray, Array]]:
+    """Curve (n,) and columns (width, n) of pieces, bisected until `holds` says of each that it is good.
+
+    Raises CurveError for a curve that would need more of them than MAX_ROWS.
+    """
+    kept = np.zeros(len(spans.flat), dtype=np.int64)
+    for depth in range(MAX_DEPTH + 1):
+        counts = kept + np.bincount(spans.curve, minlength=len(kept))
+        if counts.max() > MAX_ROWS:
+            raise CurveError(f"curve {int(counts.argmax())} would need more than {MAX_ROWS} pieces; simplify it")
+        bad = np.ones(len(spans), dtype=bool)
+        for some in chunks(len(spans), BLOCK):
+            part = spans.chosen(some)
+            c = part.columns(shape)
+            done = holds(part, c) | (part.low >= c[MIDDLE]) | (part.high <= c[MIDDLE]) | (depth == MAX_DEPTH)
+            bad[some] = ~done
+            if done.all():
+                yield part.curve, c
+            elif done.any():
+                yield part.curve[done], c[:, done]
+        if not bad.any():
+            return
+        kept += np.bincount(spans.curve[~bad], minlength=len(kept))
+        spans = spans.chosen(bad).halves()
+
+
+def compensated_sums(steps: Array) -> Array:
+    """0, x_1, x_1 + x_2 ... (n + 1,) of steps x (n,): the roundings of the running sum are summed and put back.
+
+    Source: Ogita, Rump, Oishi, "Accurate sum and dot product", SIAM J. Sci. Comput. 26(6), 2005, doi
+    10.1137/030601818, algorithm 4.4.
+    """
+    sums = np.concatenate([[0.0], np.cumsum(steps)])
+    before, after = sums[:-1], sums[1:]
+    added = after - before
+    lost = (before - (after - added)) + (steps - added)
+    sums[1:] += np.cumsum(lost)
+    return sums
+
+
+def _table(groups: list[Spans], shape: Shape, holds: Callable[[Spans, Array], BoolArray]) -> tuple[Array, IntArray]:
+    """Pieces that hold, of all curves in order, (pieces, width), and first and last row of each curve (n, 2)."""
+    flat = groups[0].flat
+    if len(groups) == 1 and groups[0].line:  # in order as they are, and so many that a second copy would be felt
+        table, curve = np.empty((len(groups[0]), width(shape))), groups[0].curve
+        first = 0
+        for _, c in halved(groups[0], shape, holds):
+            table[first : first + c.shape[1]] = c.T
+            first += c.shape[1]
+    else:
+        made = [each for group in groups for each in halved(group, shape, holds)]
+        curve = np.concatenate([each for each, _ in made])
+        order = np.lexsort((np.concatenate([c[LOW] for _, c in made]), curve))
+        place = np.empty_like(order)
+        place[order] = np.arange(len(order))
+        curve = curve[order]
+        table = np.empty((len(order), width(shape)))
+        first = 0
+        for _, c in made:
+            table[place[first : first + c.shape[1]]] = c.T
+            first += c.shape[1]
+    ends = np.cumsum(np.bincount(curve, minlength=len(flat)))
+    return table, read_only(np.column_stack([np.concatenate([[0], ends[:-1]]), ends - 1]))
+
+
+def span_pieces(flat: Flat, shape: Shape) -> Pieces:
+    """Knot spans of all curves, some in parts, as pieces of `shape`."""
+
+    def holds(part: Spans, c: Array) -> BoolArray:
+        a, _ = part.own(c, shape)
+        return keeps_digits(a[-1] if part.rational else None, part.degree, part.share)
+
+    table, rows = _table(Spans.of(flat), shape, holds)
+    return Pieces(read_only(table), shape, rows)
+
+
+def rough_lengths(groups: list[Spans], shape: Shape, speed: Speed = speed) -> Array:
+    """Length of each curve, mm, good to a few digits: 16-point Chebyshev (Fejer) estimates; 0 for lines."""
+    total = np.zeros(len(groups[0].flat))
+    for group in groups:
+        for some in chunks(0 if group.line else len(group), BLOCK):
+            part = group.chosen(some)
+            a, own = part.own(part.columns(shape), shape)
+            for few in chunks(len(part), FITTED):
+                values = speed(a[:, :, None, few], own, CHEBYSHEV_NODES[:, None])
+                total += np.bincount(part.curve[few], (FEJER[:, None] * values).sum(axis=0), len(total))
+    return total
+
+
+def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[AnySpline], where: str = "", speed: Speed = speed) -> Pieces:
+    """Arc-length pieces of all curves.
+
+    curves  the same as `flat`;  speed  what the length is the integral of
+    Raises CurveError for a curve without length, or one that would need too many pieces,
+    which begins with `where`, filled in with the number of the curve.
+    """
+    return _placed(*_fitted(flat, shape, curves, where, speed), shape)
+
+
+def fit_together(curves: Sequence[AnySpline]) -> None:
+    """Fit the arc lengths of many curves in one go; each keeps its own as `NurbsCurve.arc`, to the bit.
+
+    The CurveError of a curve without length comes when that curve is used.
+    """
+    kinds: dict[Shape, list[AnySpline]] = {}
+    for curve in {id(each): each for each in curves if "arc" not in vars(each)}.values():
+        kinds.setdefault(curve._shape, []).append(curve)
+    for shape, some in kinds.items():
+        if len(some) == 1:
+            continue
+        try:
+            table, rows = _fitted(Flat.of(some), shape, some, "", speed)
+        except CurveError:
+            continue
+        for curve, (first, last) in zip(some, rows.tolist(), strict=True):
+            own = read_only(np.array([[0, last - first]]))
+            vars(curve)["arc"] = _placed(table[first : last + 1].copy(), own, shape)
+
+
+def _placed(table: Array, rows: IntArray, shape: Shape) -> Pieces:
+    """Pieces of curves one behind the other, of a table whose column START holds their lengths."""
+    lengths = table[:, START].copy()
+    starts = compensated_sums(lengths)
+    table[:, START] = starts[:-1]
+    starts[-1] = starts[-2] + lengths[-1]  # the length is S at the end, to the bit
+    return Pieces(read_only(table), shape, rows, read_only(starts[np.append(rows[:, 0], len(table))]))
+
+
+def _fitted(flat: Flat, shape: Shape, curves: Sequence[AnySpline], where: str, speed: Speed) -> tuple[Array, IntArray]:
+    """Pieces of all curves with their lengths in the column START, and first and last row of each; see `arc_pieces`."""
+    groups = Spans.of(flat)
+    curved = np.flatnonzero((flat.degrees > 1) | (flat.rational > 0))
+    totals = rough_lengths(groups, shape, speed)
+
+    def check(index: IntArray, lengths: Array) -> None:
+        for bad, why in (
+            (~np.isfinite(lengths), "is too long: its length is not finite; its coordinates are too large"),
+            (~(lengths > 0.0), "has no length"),
+        ):
+            if bad.any():
+                i = int(index[np.argmax(bad)])
+                raise CurveError(f"{where.format(i)}{curves[i]!r} {why}")
+
+    def holds(part: Spans, c: Array) -> BoolArray:
+        if part.line:
+            good = fits(part, c, shape, totals, speed)
+        else:
+            few = chunks(len(part), FITTED)
+            good = np.concatenate([fits(part.chosen(s), c[:, s], shape, totals[part.curve[s]], speed) for s in few])
+        low, high = ((c[k] - c[MIDDLE]) * c[SCALE] for k in (LOW, HIGH))
+        c[ARC] -= arc(c, low)  # t at the ends is not quite -1 and 1 if the middle had to be rounded
+        c[START] = arc(c, high)
+        return good
+
+    check(curved, totals[curved])
+    table, rows = _table(groups, shape, holds)
+    check(np.arange(len(flat)), np.add.reduceat(table[:, START], rows[:, 0]))
+    return table, rows

@@ -1,0 +1,151 @@
+"""Objects of JSON files read strictly, by a description of their keys: every value is checked and refused by its place.
+
+A description gives each key a check, `check(value, place)`, which returns the value or raises FormatError.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from splinefeed.errors import FormatError
+from splinefeed.files.sizes import MAX_AXES, MAX_CURVES, MAX_POINTS
+from splinefeed.records import Array
+
+Check: TypeAlias = Callable[[Any, str], Any]
+_MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
+
+
+def parse(text: str, source: object) -> Any:
+    """The value in `text`, refusing what Python's reader lets through: NaN, infinities, and a key said twice."""
+
+    def refuse_constant(token: str) -> None:
+        raise FormatError(f"{source}: {token} is not a number that JSON has")
+
+    def refuse_twice(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        unique = dict(pairs)
+        if len(unique) < len(pairs):
+            seen: set[str] = set()
+            twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
+            raise FormatError(f"{source}: key {shown(twice)} appears twice in one object; leave one of them out")
+        return unique
+
+    try:
+        return json.loads(text, parse_constant=refuse_constant, object_pairs_hook=refuse_twice)
+    except FormatError:
+        raise
+    except json.JSONDecodeError as error:
+        place = f"line {error.lineno}, column {error.colno}"
+        raise FormatError(f"{source}: {place}: {error.msg}; is the file complete, and is it JSON?") from None
+    except RecursionError:
+        raise FormatError(f"{source}: is nested too deeply to be a curve") from None
+    except ValueError as error:  # a whole number of thousands of digits
+        raise FormatError(f"{source}: {str(error).split(';')[0]}") from None
+
+
+def fields(item: object, place: str, known: Mapping[str, Check], needed: Sequence[str] = ()) -> dict[str, Any]:
+    """The checked values of an object; FormatError for a key that is not `known`, and without one that is needed."""
+    if not isinstance(item, dict):
+        raise FormatError(f"{place}: is not an object with {', '.join(needed or known)}")
+    for key in item:
+        if key not in known:
+            raise FormatError(f"{place}: key {shown(key)} is not known; known are {', '.join(sorted(known))}")
+    for key in needed:
+        if key not in item:
+            raise FormatError(f"{place}: {key} is missing; needed are {', '.join(needed)}")
+    return {key: known[key](value, f"{place}: {key}") for key, value in item.items()}
+
+
+def listed(
+    document: dict[str, Any], place: str, shared: Mapping[str, Check], item: Mapping[str, Check], needed: Sequence[str]
+) -> tuple[dict[str, Any], list[tuple[str, dict[str, Any]]]]:
+    """What a document says of all its curves, and place and values of each: of itself, or of its list `curves`."""
+    if "curves" not in document:
+        said = fields(document, place, {**item, **shared}, needed)
+        return said, [(place, said)]
+    curves = document["curves"]
+    if not isinstance(curves, list) or not 0 < len(curves) <= MAX_CURVES:
+        raise FormatError(f"{place}: curves: is not a list of 1 to {MAX_CURVES} curves")
+    said = fields(document, place, {"curves": anything, **shared})
+    places = [f"{place}: curves[{i}]" for i in range(len(curves))]
+    return said, [(at, fields(curve, at, item, needed)) for at, curve in zip(places, curves, strict=True)]
+
+
+def anything(value: Any, place: str) -> Any:
+    """What people may write as they like."""
+    return value
+
+
+def _of(what: str, *kinds: type) -> Check:
+    """The check of a value of one of some `kinds`, for people `what`; to JSON true and false are no numbers."""
+
+    def check(value: Any, place: str) -> Any:
+        if not isinstance(value, kinds) or (isinstance(value, bool) and bool not in kinds):
+            raise FormatError(f"{place}: {shown(value)} is not {what}")
+        return value
+
+    return check
+
+
+text = _of("text", str)
+truth = _of("true or false", bool)
+whole = _of("a whole number", int)
+_numeric = _of("a number", int, float)
+
+
+def number(value: Any, place: str) -> float:
+    """A number that a float can hold."""
+    if not abs(_numeric(value, place)) <= sys.float_info.max:
+        raise FormatError(f"{place}: is too large for a number")
+    return value  # type: ignore[no-any-return]
+
+
+def each(check: Check, what: str, most: int | None = None) -> Check:
+    """The check of a list whose every entry passes `check`, `most` of them; `what` the entries are."""
+
+    def check_all(value: Any, place: str) -> list[Any]:
+        if not isinstance(value, list) or (most is not None and len(value) > most):
+            raise FormatError(f"{place}: is not a list of {'' if most is None else f'at most {most} '}{what}")
+        return [check(entry, f"{place}[{i}]") for i, entry in enumerate(value)]
+
+    return check_all
+
+
+def or_none(check: Check) -> Check:
+    """The check of a value that may be null."""
+    return lambda value, place: None if value is None else check(value, place)
+
+
+numbers = each(number, "numbers")
+names = each(text, "names")
+
+
+def points(rows: Any, place: str) -> Array:
+    """Points (n, axes) as they stand in the file."""
+    if not isinstance(rows, list) or not 0 < len(rows) <= MAX_POINTS:
+        raise FormatError(f"{place}: is not a list of 1 to {MAX_POINTS} points")
+    width = len(rows[0]) if isinstance(rows[0], list) else 0
+    if not 1 <= width <= MAX_AXES:
+        raise FormatError(f"{place}[0]: expected a list of 1 to {MAX_AXES} numbers")
+    for i, row in enumerate(rows):
+        if not isinstance(row, list) or len(row) != width:
+            raise FormatError(f"{place}[{i}]: expected {width} numbers as in the first point")
+        numbers(row, f"{place}[{i}]")
+    return np.array(rows, dtype=np.float64)
+
+
+def unit(value: Any, place: str) -> float:
+    """How many mm one unit of the file is."""
+    if not isinstance(value, str) or value not in _MILLIMETRES:
+        raise FormatError(f"{place}: {shown(value)} is not known; write one of {', '.join(_MILLIMETRES)}")
+    return _MILLIMETRES[value]
+
+
+def shown(value: object) -> str:
+    """`value` for a message: never more than a few words of it."""
+    text = json.dumps(value) if isinstance(value, str | int | float | None) else f"a {type(value).__name__}"
+    return text if len(text) <= 40 else f"{text[:37]}..."

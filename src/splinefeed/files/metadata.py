@@ -1,0 +1,241 @@
+"""What a file of setpoints says beside the numbers, and checks that all formats of records share."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any, TextIO, TypeAlias, TypeVar
+
+import numpy as np
+
+import splinefeed
+from splinefeed.errors import FormatError, InputError, SplinefeedError
+from splinefeed.files.plain import plain
+from splinefeed.files.sizes import MAX_AXES, MAX_COORDINATE
+from splinefeed.files.source import in_brief
+from splinefeed.numbers import MOST
+from splinefeed.records import (
+    ROTARY_AXES,
+    STREAM_COLUMNS,
+    Array,
+    IntArray,
+    Joint,
+    Response,
+    Setpoints,
+    TimeLaw,
+    check_finite,
+    positive,
+    unit_along,
+    unit_of_axis,
+)
+
+#: Raised by one when a file written by this version could no longer be read by the one before.
+SCHEMA = 1
+#: Columns of Setpoints beside the position, with their units; "1" is the unit of what has none.
+COLUMNS = {"t": "s", "curve": "1", "u": "1", "s": "mm", "feed": "mm/s"}
+Part = TypeVar("Part")
+#: What writes a file: it is sent one part after the other, and None behind the last.
+Sink: TypeAlias = Generator[None, Part | None, None]
+#: What all parts of a record have in common.
+_ALIKE = ("axes", "period", "method")
+#: Columns that not every response has.
+MAYBE = ("contour_error", *STREAM_COLUMNS)
+_FINITE = ("t", "u", "s", "feed", "position", "command", "measured", "output", "breaks", "coefficients")
+_PLACES = ("position", "command", "measured")
+#: Shortest and longest period of setpoints, s.
+PERIODS = (1e-9, 1e6)
+#: Rows that are turned into text by one formatting call: about twice as fast as numpy.savetxt, which goes row by row.
+_ROWS_AT_ONCE = 2000
+
+
+def axis_units(axes: Iterable[str], rotary: str) -> list[str]:
+    """The unit of each axis, with `rotary` ("rad" or "deg") for those that turn."""
+    return [rotary if axis in ROTARY_AXES else unit_of_axis(axis) for axis in axes]
+
+
+def to_degrees(position: Array, axes: Sequence[str]) -> Array:
+    """A copy of position (n, axes) with the rotary axes in degrees; the same array where there are none."""
+    return _convert_rotary(position, axes, np.rad2deg)
+
+
+def to_radians(position: Array, axes: Sequence[str]) -> Array:
+    """A copy of position (n, axes), rotary axes given in degrees, with them in rad."""
+    return _convert_rotary(position, axes, np.deg2rad)
+
+
+def _convert_rotary(position: Array, axes: Sequence[str], convert: np.ufunc) -> Array:
+    rotary = [column for column, axis in enumerate(axes) if axis in ROTARY_AXES]
+    if not rotary:
+        return position
+    converted = np.array(position)
+    converted[:, rotary] = convert(converted[:, rotary])
+    return converted
+
+
+@contextmanager
+def naming(path: object, kind: str | None = None) -> Iterator[None]:
+    """Errors of ours name the file at `path`; if it is read as a `kind` of file, so does all that a library raises."""
+    try:
+        yield
+    except FormatError:
+        raise
+    except SplinefeedError as error:
+        raise FormatError(f"{path}: {error}") from None
+    except Exception as error:
+        if kind is None:
+            raise
+        raise FormatError(f"{path}: is not a valid {kind}: {in_brief(error)}") from None
+
+
+def to_json(value: Any) -> str:
+    """`value` as one line of JSON; tuples become lists, NumPy's numbers and arrays become Python's."""
+    try:
+        return json.dumps(plain(value), allow_nan=False)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise InputError(f"settings: cannot be written as JSON: {error}") from None
+
+
+def check_schema(schema: object) -> None:
+    """InputError if `schema`, as a file says it, is not one that this version reads."""
+    if not isinstance(schema, int | np.integer) or schema < 1:
+        raise InputError(f"schema: {schema!r} is not a schema of splinefeed")
+    if schema > SCHEMA:
+        raise InputError(f"schema: {schema} is newer than the {SCHEMA} known here; update splinefeed")
+
+
+def description(first: Setpoints, rotary: str) -> dict[str, Any]:
+    """All that a file says beside its columns, ready for JSON; `rotary` is the unit of the axes that turn."""
+    return {
+        "record": "Setpoints",
+        "schema": SCHEMA,
+        "program": f"splinefeed {splinefeed.__version__}",
+        "method": first.method,
+        "period_s": first.period,
+        "axes": first.axes,
+        "units": {**units_of(first.axes), "position": axis_units(first.axes, rotary)},
+        "settings": json.loads(to_json(first.settings)),
+    }
+
+
+def described(columns: Mapping[str, Any], said: Any) -> Setpoints:
+    """The setpoints of a file from its columns and what `description` gave; InputError for what does not fit."""
+    if not isinstance(said, dict) or said.get("record") != "Setpoints":
+        raise InputError("does not describe setpoints; was this written by splinefeed?")
+    check_schema(said.get("schema"))
+    for name, kind in (("axes", list), ("method", str), ("settings", dict)):
+        if not isinstance(said.get(name), kind):
+            raise InputError(f"{name}: is missing or of the wrong type")
+    points = Setpoints(
+        **columns,
+        axes=axes_of(said),
+        period=positive(said.get("period_s"), "period"),
+        method=said["method"],
+        settings=said["settings"],
+    )
+    check_columns(points)
+    return points
+
+
+def units_of(axes: Sequence[str]) -> dict[str, str]:
+    """COLUMNS with the unit of lengths along a path of these axes: that of joints, which is not mm."""
+    along = unit_along(axes)
+    along = along if any(isinstance(axis, Joint) for axis in axes) else "mm"
+    return {**COLUMNS, "s": along, "feed": f"{along}/s"}
+
+
+def axes_of(said: Mapping[str, Any]) -> tuple[str, ...]:
+    """The axes that a description names; one in rad that is no rotary axis is a joint, as are all beside it."""
+    names = tuple(map(str, said["axes"]))
+    units = said.get("units")
+    own = units.get("position") if isinstance(units, dict) else None
+    if not isinstance(own, list) or len(own) != len(names):
+        return names
+    arm = any(unit == "rad" and name not in ROTARY_AXES for name, unit in zip(names, own, strict=True))
+    return tuple(Joint(name, str(unit)) if arm else name for name, unit in zip(names, own, strict=True))
+
+
+def column_names(axes: Sequence[str], rotary: str) -> list[str]:
+    """Names of the columns of a table, each with its unit."""
+    positions = [f"{axis}_{unit}" for axis, unit in zip(axes, axis_units(axes, rotary), strict=True)]
+    along = units_of(axes)["s"].strip("()").replace(" ", "_")
+    return ["t_s", "curve", "u", f"s_{along}", f"feed_{along}_s", *positions]
+
+
+def columns_of(points: Setpoints) -> list[Array | IntArray]:
+    """The columns (n,) of a table."""
+    return [*(getattr(points, name) for name in COLUMNS), *points.position.T]
+
+
+def by_name(columns: Sequence[Any]) -> dict[str, Any]:
+    """The columns (n,) of a table as those of setpoints."""
+    return {**dict(zip(COLUMNS, columns, strict=False)), "position": np.column_stack(columns[len(COLUMNS) :])}
+
+
+def write_rows(stream: TextIO, columns: Sequence[Array | IntArray], between: str, whole: Collection[int] = ()) -> None:
+    """Write columns (n,) as rows of text, 17 digits a number; those whose places are in `whole` are whole numbers."""
+    row = between.join("%d" if k in whole else "%.17g" for k in range(len(columns))) + "\n"
+    for start in range(0, len(columns[0]), _ROWS_AT_ONCE):
+        part = np.column_stack([column[start : start + _ROWS_AT_ONCE] for column in columns])
+        stream.write(row * len(part) % tuple(part.ravel().tolist()))
+
+
+class PartCheck:
+    """Checks the parts of setpoints or of a response as they come: each finite and like the first, `most` ticks in all.
+
+    `see` says whether a part has ticks; `end` is called behind the last one. Both raise InputError or FormatError.
+    """
+
+    def __init__(self, path: object, most: int, kinds: Any = Setpoints) -> None:
+        self.path, self.most, self.kinds = path, most, kinds
+        self.first: Any = None
+        self.ticks = 0
+
+    def see(self, part: Any) -> bool:
+        """Check the next part; InputError where it is not like the first, FormatError for too many ticks."""
+        path, ticks = self.path, self.ticks
+        if not isinstance(part, self.kinds):
+            raise InputError(f"{path}: setpoints are saved from Setpoints, got {type(part).__name__}")
+        first = self.first = part if self.first is None else self.first
+        for name in _ALIKE:
+            here, there = getattr(part, name, None), getattr(first, name, None)
+            if here != there:
+                raise InputError(f"{path}: the chunk at tick {ticks} has {name} {here!r}, the first one {there!r}")
+        if any((getattr(part, name, None) is None) != (getattr(first, name, None) is None) for name in MAYBE):
+            raise InputError(f"{path}: the chunk at tick {ticks} has other columns than the first one")
+        if len(part.axes) > MAX_AXES:
+            raise InputError(f"{path}: there are {len(part.axes)} axes; at most {MAX_AXES} can be saved")
+        check_columns(part)
+        self.ticks += len(part)
+        if self.ticks > self.most:
+            raise FormatError(
+                f"{path}: more than {self.most} ticks do not fit in this format; write HDF5 or several files"
+            )
+        return len(part) > 0
+
+    def end(self) -> None:
+        """FormatError where no part had ticks."""
+        if self.ticks == 0:
+            raise FormatError(f"{self.path}: there are no ticks to save")
+
+
+def check_columns(part: Setpoints | Response | TimeLaw) -> None:
+    """InputError naming the first value that is NaN, infinite or too large, and for a period that no control has."""
+    kind = type(part).__name__
+    for name in (*_FINITE, "contour_error"):
+        values = vars(part).get(name)
+        if values is None:
+            continue
+        if name in _FINITE:
+            check_finite(values, f"{kind}.{name}")
+        most, unit = (MAX_COORDINATE, " mm or rad") if name in _PLACES else (MOST, "")
+        if np.any(np.abs(values) > most):
+            raise InputError(f"{kind}.{name}: goes beyond {most:g}{unit}; is the unit right?")
+    if (period := getattr(part, "period", None)) is not None:  # a law may have none
+        check_period(period)
+
+
+def check_period(period: float) -> None:
+    """InputError for a period, s, that no control has."""
+    if not PERIODS[0] <= period <= PERIODS[1]:
+        raise InputError(f"period: {period:g} s is not from {PERIODS[0]:g} to {PERIODS[1]:g} s")

@@ -1,0 +1,87 @@
+"""One smooth curve through points, or within a tolerance of them.
+
+Through the points goes the interpolating spline of degree 5, so that no derivative up to the fourth jumps. Near them
+goes the same spline through other points: those within the tolerance that take the least of int |r'''|^2 du, axis by
+axis, a least-squares problem with bounds. Its parameter grows from point to point by the root of their distance, the
+centripetal choice: E. T. Y. Lee, Computer-Aided Design 21(6), 1989, pp. 363-370.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import BSpline, make_interp_spline
+from scipy.optimize import lsq_linear
+
+from splinefeed.curves.curve import NurbsCurve
+from splinefeed.curves.editing import split
+from splinefeed.errors import CurveError, InputError
+from splinefeed.records import Array
+
+#: Degree of the spline: its jerk has no steps.
+DEGREE = 5
+#: Near more points than this a spline takes too long to find: its matrix is full.
+MOST_NEAR = 1_000
+#: Gauss and Legendre's places and weights in each span: exact for the square of a third derivative.
+_PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+
+
+def checked_waypoints(waypoints: ArrayLike, axes: Sequence[str] | None) -> Array:
+    """Points (n, axes) as numbers; CurveError for what is not 2 or more rows of a finite number for each axis."""
+    try:
+        points = np.asarray(waypoints, dtype=np.float64)
+    except (TypeError, ValueError):
+        points = np.zeros(0)
+    if points.ndim != 2 or len(points) < 2 or points.shape[1] != (points.shape[1] if axes is None else len(axes)):
+        each = "as many numbers" if axes is None else f"{len(axes)} numbers: {', '.join(axes)}"
+        raise CurveError(f"waypoints have shape {points.shape}; expected 2 or more rows of {each}")
+    for row, axis in np.argwhere(~np.isfinite(points)).tolist():
+        name = f"column {axis + 1}" if axes is None else axes[axis]
+        raise CurveError(f"waypoint {row + 1} has {points[row, axis]:g} for {name}; give finite numbers")
+    return points
+
+
+def through(points: Array, weights: Array, near: ArrayLike) -> list[NurbsCurve]:
+    """The spline through points (n, axes), cut at each of them: n - 1 curves.
+
+    weights (axes,)  what a unit of each axis counts in the distance of two points
+    near             how far each axis may pass beside a point, a number or (axes,); ends are met
+
+    Raises CurveError for neighbours that are the same, InputError for a tolerance that cannot be.
+    """
+    apart = np.sqrt(np.linalg.norm(np.diff(points, axis=0) * weights, axis=1))
+    if not np.all(apart > 0.0):
+        same = int(np.argmin(apart)) + 1
+        raise CurveError(f"waypoints {same} and {same + 1} are the same; leave one out, or plan two paths for a stop")
+    u = np.append(0.0, np.cumsum(apart))
+    u /= u[-1]
+    off = np.asarray(near, dtype=np.float64)
+    if off.shape not in ((), points.shape[1:]) or not np.all((off >= 0.0) & (off < np.inf)):
+        raise InputError(f"near is {near!r}; expected a number, or {points.shape[1]} numbers, of 0 or more")
+    degree = min(DEGREE, len(points) - 1)
+    if len(points) > 2 and np.any(off > 0.0):
+        points = _nearer(points, u, degree, np.broadcast_to(off, points.shape[1:]))
+    spline = make_interp_spline(u, points, degree)
+    curve = NurbsCurve(spline.k, spline.t, spline.c)
+    return split(curve, *u[1:-1].tolist())
+
+
+def _nearer(points: Array, u: Array, degree: int, off: Array) -> Array:
+    """Points (n, axes) within `off` (axes,) of the given ones, ends the same, whose spline bends least."""
+    if len(points) > MOST_NEAR:
+        raise InputError(f"near: {len(points)} waypoints are too many; {MOST_NEAR} are possible, or none with near=0")
+    basis = make_interp_spline(u, np.eye(len(u)), degree)
+    knots = np.unique(basis.t)
+    half = 0.5 * np.diff(knots)
+    at = (0.5 * (knots[1:] + knots[:-1])[:, None] + half[:, None] * _PLACES).ravel()
+    root = np.sqrt((half[:, None] * _WEIGHTS).ravel())
+    bent = BSpline(basis.t, basis.c, degree).derivative(min(3, degree))(at) * root[:, None]
+    found = points.copy()
+    for k in np.flatnonzero(off).tolist():
+        given = points[:, k]
+        bounds = given[1:-1] - off[k], given[1:-1] + off[k]
+        pull = -bent[:, [0, -1]] @ given[[0, -1]]
+        found[1:-1, k] = lsq_linear(bent[:, 1:-1], pull, bounds, method="bvls").x
+    return found

@@ -1,0 +1,92 @@
+"""What a motion really does between the places where it was held to its limits."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from splinefeed.planner.conditions import INSIDE, WITHIN, Conditions
+from splinefeed.planner.constants import ALMOST, SAME, TOGETHER
+from splinefeed.planner.law import MotionPieces
+from splinefeed.records import Array, IntArray
+
+#: Shares of each piece's time at which it is looked at, dense at both ends; and where that leaves a peak open.
+LOOKED, CLOSER = (0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count in (9, 33))
+#: What a limit may do between places beyond their parabolas, in second differences over the number of places.
+DOUBT = 3.5
+
+
+def worst_shares(
+    setting: Conditions, pieces: MotionPieces, end: float, before: tuple[MotionPieces, Array, Array] | None = None
+) -> tuple[Array, Array]:
+    """Largest shares in each piece of tops, linear limits and jerk, (3, m), as factors on q; it ends at `end`, mm.
+
+    And what the largest is surely below, (m,). A peak between places is that of a parabola through three of them. A
+    piece that may be over the worst between its places is looked at more closely, and so are the first and the last.
+    before  as many pieces, and what was found: a piece that is the same has still the same
+    """
+    worst, bound = np.empty((3, len(pieces))), np.zeros(len(pieces))
+    some = np.arange(len(pieces))
+    if before is not None:
+        old, worst[:], bound[:] = before
+        some = np.flatnonzero(np.any(pieces.coefficients != old.coefficients, axis=1) | (pieces.spans != old.spans))
+    if not len(some):
+        return worst, bound
+    worst[:, some], bound[some] = _looked_at(setting, pieces, end, LOOKED, some)
+    bound[np.intersect1d(some, [0, len(pieces) - 1])] = np.inf
+    near = np.flatnonzero(~(bound <= max(1.0, float(np.max(worst)))))
+    if len(near):
+        worst[:, near], _ = _looked_at(setting, pieces, end, CLOSER, near)
+        bound[near] = np.max(worst[:, near], axis=0)
+    return worst, bound
+
+
+def _looked_at(
+    setting: Conditions, pieces: MotionPieces, end: float, looked: Array, some: IntArray
+) -> tuple[Array, Array]:
+    """Shares (3, m) of some pieces (m,), and for each what the largest is below, (m,)."""
+    begin = pieces.coefficients[:, 0]
+    low, high = begin[some], np.append(begin[1:], end)[some]
+    chosen = MotionPieces(pieces.spans[some], pieces.coefficients[some])
+    worst, bound = np.zeros((3, len(some))), np.zeros(len(some))
+    size = max(TOGETHER // len(looked), 1)
+    for first in range(0, len(some), size):
+        block = slice(first, first + size)
+        inside = INSIDE * (high[block] - low[block])
+        s, v, a, j = chosen.part(first, first + size).at(looked[:, None])
+        if not np.all(np.isfinite(s)):
+            worst[:, block] = bound[block] = np.inf
+            continue
+        s = np.clip(s, low[block] + inside, high[block] - inside)
+        way = v * (setting.period or 0.0) * WITHIN  # what a piece comes within reach of counts for all of it
+        least, most = np.min(s - way, axis=0), np.max(s + way, axis=0)
+        reach = tuple(np.broadcast_to(each, s.shape).ravel() for each in (least, most))
+        flat = s.ravel()
+        seen = setting.along(flat)
+        signs = _rising(seen[1], a, v)
+        rows = setting.rows(flat, seen, reach=(reach[0], reach[1]), rising=signs, alone=True)
+        found = rows.shares(v.ravel(), a.ravel(), j.ravel())
+        good = (v >= -SAME * np.max(v)).ravel() & np.isfinite(found)
+        peaks, bound[block] = _peaks(np.where(good, found, np.inf).reshape(len(found), *s.shape))
+        worst[:, block] = rows.by_kind(peaks)
+    return worst, bound
+
+
+def _rising(x: Array, a: Array, v: Array) -> Array:
+    """The sign (k n,) of the tip's acceleration x' a + x'' v^2 at places (k, n), 0 beside where it changes."""
+    tip = x[0, -1].reshape(v.shape) * a + x[1, -1].reshape(v.shape) * v * v
+    still = np.abs(tip) <= ALMOST * np.max(np.abs(tip), axis=0)  # it has the sign of what is around it
+    sign = np.sign(np.where(still, np.sum(tip, axis=0), tip))
+    turns = sign[1:] != sign[:-1]
+    either = np.pad(turns, ((1, 0), (0, 0))) | np.pad(turns, ((0, 1), (0, 0)))
+    return np.where(either, 0.0, sign).ravel()
+
+
+def _peaks(found: Array) -> tuple[Array, Array]:
+    """The largest of shares (k, places, n), (k, n), with what parabolas tell between places; what it is below, (n,)."""
+    below, here, above = found[:, :-2], found[:, 1:-1], found[:, 2:]
+    with np.errstate(all="ignore"):
+        bend = 2.0 * here - below - above
+        peak = (here >= below) & (here >= above) & (bend > 0.0)
+        rise = np.where(peak, (above - below) ** 2 / (8.0 * bend), 0.0)
+        peaks = np.maximum(found.max(axis=1), np.nan_to_num(here + rise, nan=np.inf, posinf=np.inf).max(axis=1))
+        return peaks, np.max(peaks + DOUBT / found.shape[1] * np.abs(bend).max(axis=1), axis=0)

@@ -1,0 +1,225 @@
+"""What a motion is planned under: the path, its coordinates, the period, what jumps there, and where it rests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from splinefeed.planner.constants import SAME
+from splinefeed.planner.coordinates import PEAK, Coordinates, rows_of
+from splinefeed.planner.rows import Rows, centripetal, chord_error, tip_curvature, within_reach
+from splinefeed.planner.track import Track
+from splinefeed.records import Array, BoolArray, Limits
+
+#: A place is within reach of a jump of the path if the motion passes that less than a period before or behind.
+WITHIN = 1.0 - 1e-9
+#: How far inside of a cell, as a share of it, derivatives are taken as those at its end, where they may jump.
+INSIDE = 1e-7
+#: ... and at most this share of the path, far above the rounding of arc length: a sharp bend is no jump.
+BESIDE = 4.0 * SAME
+#: A jump is worth cells of its own where it takes more than this share of a limit of jerk, or of the chord error.
+WORTH, WORTH_CHORD = 1e-3, 0.03
+#: A jump below this share of the derivative itself, or of what its own slope makes of it over INSIDE, is rounding.
+ROUNDING = 1e-8
+#: Directions count what is above this share of the fastest change.
+DIRECTION = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Conditions:
+    """A path and what the motion along it must keep.
+
+    feed_steps  (k,), (k + 1,)  arc lengths, mm, at which the feed that the path asks for changes, and the feeds, mm/s
+    passed      (p,), (p,)      arc lengths of corners that are passed in motion, mm, and the largest feed there, mm/s
+    rests       (r,)            arc lengths strictly inside at which the motion stops, mm
+    paces       (k,), (k + 1,)  arc lengths, mm, at which the share of the limits changes that the motion may use, and
+                these shares, as factors on q
+    """
+
+    track: Track
+    limits: Limits
+    period: float | None
+    feed_steps: tuple[Array, Array]
+    passed: tuple[Array, Array]
+    rests: Array
+    paces: tuple[Array, Array] = (np.zeros(0), np.ones(1))
+
+    @cached_property
+    def at(self) -> Coordinates:
+        """The coordinates and their limits."""
+        axes = self.track.axes
+        return Coordinates.of(self.limits, axes, self.track.linear or len(axes), alone=self.track.alone)
+
+    @cached_property
+    def breaks(self) -> Array:
+        """Where derivatives may jump and rows change, mm; places that differ by rounding are one."""
+        given = np.unique(np.concatenate([self.feed_steps[0], self.passed[0], self.rests, self.paces[0]]))
+        known = np.concatenate([[-np.inf], given, [np.inf]])
+        own = self.track.breaks
+        next_one = np.searchsorted(known, own)
+        apart = np.minimum(own - known[next_one - 1], known[next_one] - own)
+        return np.unique(np.concatenate([given, own[apart > SAME * self.track.length]]))
+
+    def between(self, low: float, high: float) -> str:
+        """Two places, mm, as people read them: the tip's arc length."""
+        return f"from s = {self.track.place(low):.6g} to {self.track.place(high):.6g} mm"
+
+    def inside(self, low: float, high: float) -> Array:
+        """The breaks strictly between two places, mm."""
+        same = SAME * self.track.length
+        first, last = np.searchsorted(self.breaks, [low + same, high - same], side="right")
+        return self.breaks[first:last]
+
+    def along(self, s: Array) -> tuple[Array, Array]:
+        """r and its derivatives (n, 4, axes), and x', x'', x''' of the coordinates (3, m, n), at places s (n,)."""
+        d = self.track.derivatives(s)
+        return d, self.at.along(d, self.track.tip(d))
+
+    @cached_property
+    def _beside(self) -> tuple[Array, Array, Array]:
+        """x', x'', x''' (3, m, k) just before and behind the breaks, and how far off, (k + 1,), mm."""
+        b, length = self.breaks, self.track.length
+        away = np.minimum(INSIDE * np.diff(np.concatenate([[0.0], b, [length]])), BESIDE * length)
+        return self.along(b - away[:-1])[1], self.along(b + away[1:])[1], away
+
+    @cached_property
+    def jumps(self) -> Array:
+        """Jumps of x' and of x'' of all coordinates at the breaks, (2, m, k); none at rests and at corners passed.
+
+        There differences of setpoints are a step of velocity or those of a motion at rest.
+        """
+        before, after, _ = self._beside
+        found = np.nan_to_num(after[:2] - before[:2])
+        found[:, :, np.isin(self.breaks, np.concatenate([self.rests, self.passed[0]]))] = 0.0
+        return found
+
+    @cached_property
+    def real_jumps(self) -> BoolArray:
+        """At which breaks (2, k) some x', or some x'', jumps by more than rounding and its own slope make of it."""
+        before, after, away = self._beside
+        own = np.abs(before) + np.abs(after)
+        slope = np.abs(before[1:]) * away[:-1] + np.abs(after[1:]) * away[1:]
+        floor = ROUNDING * np.max(own[:2], axis=1, keepdims=True) + 3.0 * slope
+        return np.asarray(np.any(np.abs(self.jumps) > floor, axis=1))
+
+    @cached_property
+    def _totals(self) -> Array:
+        """Jumps up and down of x' and x'', summed over the breaks: (2, 2, m, k + 1)."""
+        each = np.stack([np.maximum(self.jumps, 0.0), np.maximum(-self.jumps, 0.0)], axis=1)
+        return np.pad(np.cumsum(each, axis=3), ((0, 0), (0, 0), (0, 0), (1, 0)))
+
+    def jumps_worth_cells(self, low: float, high: float, s: Array, q: Array) -> tuple[Array, Array]:
+        """Breaks between two places whose jumps take a share of a limit of jerk, and q there, by q (n,) at s (n,)."""
+        b = self.inside(low, high)
+        if self.period is None or not len(b):
+            return b[:0], b[:0]
+        there = np.interp(b, s, q)
+        turn, bend = np.abs(self.jumps[:, :, np.searchsorted(self.breaks, b)])
+        limit = np.minimum(self.at.j, self.at.dj)[:, None]
+        taken = (turn * np.sqrt(there) / self.period**2 + PEAK * bend * there / self.period) / limit
+        worth = taken.max(axis=0, initial=0.0) > WORTH
+        if self.limits.chord_error is not None and self.track.linear:  # 4 delta / turn is the longest chord across one
+            turned = np.linalg.norm(turn[: self.track.linear], axis=0)
+            worth |= turned * np.sqrt(there) * self.period > 4.0 * WORTH_CHORD * self.limits.chord_error
+        return b[worth], there[worth]
+
+    def rows(
+        self,
+        s: Array,
+        seen: tuple[Array, Array] | None = None,
+        *,
+        v: Array | None = None,
+        reach: tuple[Array, Array] | None = None,
+        rising: Array | float = 0.0,
+        alone: bool = False,
+        smooth: bool = False,
+    ) -> Rows:
+        """All rows at places s (n,), no breaks.
+
+        seen    what `along` tells there, if it is known
+        v       (n,) how fast the motion may be there tells which jumps are within reach; or reach (n,), (n,) from where
+                to where
+        rising  (n,) 1 where the tip surely speeds up, -1 where it slows down, 0 where it may do either
+        alone   whether what bends within a step of a place is of no concern: setpoints tell that
+        smooth  whether limits of models with friction, or of jerk, are left out
+        """
+        d, x = self.along(s) if seen is None else seen
+        if reach is None:
+            way = np.zeros(len(s)) if v is None or self.period is None else np.minimum(v, 1e6) * self.period * WITHIN
+            reach = s - way, s + way
+        first, last = np.searchsorted(self.breaks, reach[0]), np.searchsorted(self.breaks, reach[1], side="right")
+        turn, bend = self._totals[..., np.maximum(last, first)] - self._totals[..., first]
+        signs = np.broadcast_to(np.asarray(rising), s.shape)
+        rows = rows_of(self.at, x, self.feed_at(s), (turn, bend), self.period, signs)
+        limits, track = self.limits, self.track
+        if limits.centripetal is not None and track.linear:
+            rows = rows.lowered(centripetal(d, track.linear, limits.centripetal))
+        if self.period is not None and (limits.chord_error or limits.orientation_error):
+            for step in self._steps(d, x, np.sum(turn, axis=0)):
+                rows = rows.lowered((step if alone else within_reach(s, step)) ** 2 / self.period**2, between=True)
+        if len(self.passed[0]):
+            rows = rows.lowered(self.corner_at(s) ** 2)
+        given = [model.rows(s, d[:, :, model.columns(track.axes)]) for model in (limits.models if len(s) else ())]
+        plain = [own.root is None and own.jerk is None for own in given]  # else a bound of the time does without it
+        for own, is_plain in sorted(zip(given, plain, strict=True), key=lambda each: not each[1]):
+            if is_plain or not smooth:
+                rows = rows.joined(own, smooth=is_plain)
+        steps, shares = self.paces
+        if np.any(shares != 1.0):
+            rows = rows.tightened(np.tile(shares[np.searchsorted(steps, s, side="right")], (3, 1)))
+        return rows
+
+    def _steps(self, d: Array, x: Array, turn: Array) -> list[Array]:
+        """Longest steps of sigma, (n,) each, that chord error and orientation error allow; turn (m, n) of x'."""
+        limits, k, steps = self.limits, self.track.linear, []
+        bend, axis_bend = self.track.chords(d)
+        if limits.chord_error is not None and k:
+            s1, own = x[0, -1], tip_curvature(d, k)[1]
+            whole = np.linalg.norm(d[:, 2, :k], axis=1) if np.any(x[1, -1]) else None
+            quarter = np.linalg.norm(turn[:k], axis=0)
+            steps.append(chord_error(s1, own if bend is None else bend, whole, quarter, limits.chord_error))
+        if limits.orientation_error is not None and axis_bend is not None:
+            with np.errstate(divide="ignore"):
+                steps.append(np.sqrt(8.0 * limits.orientation_error / axis_bend))
+        return steps
+
+    def speed_at(self, s: float, feed: float) -> float:
+        """sigma_dot at a place, mm/s, where the tip has a feed, mm/s."""
+        length = self.track.length
+        inside = min(max(s, BESIDE * length), (1.0 - BESIDE) * length)
+        return feed / float(self.along(np.array([inside]))[1][0, -1, 0]) if feed > 0.0 else 0.0
+
+    def feed_at(self, s: Array) -> Array:
+        """Feed that the path asks for, mm/s."""
+        steps, feeds = self.feed_steps
+        return feeds[np.searchsorted(steps, s, side="right")]
+
+    def corner_at(self, s: Array) -> Array:
+        """Largest feed at corners that are passed, mm/s: at the ends of the cells beside them, elsewhere infinite."""
+        edges = np.concatenate([[0.0], self.breaks, [self.track.length]])
+        most = np.full(len(edges), np.inf)
+        most[np.searchsorted(edges, self.passed[0])] = self.passed[1]
+        k = np.clip(np.searchsorted(edges, s), 1, len(edges) - 1)
+        beside = 2.0 * INSIDE * (edges[k] - edges[k - 1])
+        before, behind = s - edges[k - 1] <= beside, edges[k] - s <= beside
+        return np.minimum(np.where(before, most[k - 1], np.inf), np.where(behind, most[k], np.inf))
+
+    def directions(self, d: Array, x: Array) -> tuple[Array, Array]:
+        """Unit directions (n, k) whose turn cells must follow, and how fast they turn, 1/mm, (n,).
+
+        That of the path, and that in which each coordinate counts by its limit of acceleration, or velocity.
+        """
+        at, weights, linear = self.at, self.track.weights, self.track.linear
+        some = (
+            slice(None) if linear and np.any(weights[linear:]) else slice(-1)
+        )  # with the tip, where it is not the path
+        limit = np.where(np.isfinite(at.a), at.a, at.v)[some, None]
+        one, two = x[:2, some] / limit
+        size = np.sqrt(np.sum(one * one, axis=0))
+        size = np.maximum(size, DIRECTION * np.max(size, initial=0.0) + 1e-300)
+        along = np.sum(one * two, axis=0) / size
+        across = np.sqrt(np.maximum(np.sum(two * two, axis=0) - along * along, 0.0)) / size
+        own, bend = d[:, 1] * weights, np.linalg.norm(d[:, 2] * weights, axis=1)
+        return np.concatenate([own, (one / size).T], axis=1), np.maximum(bend, across)

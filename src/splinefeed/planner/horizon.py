@@ -1,0 +1,383 @@
+"""One window of a path from state to state: grid, optimum, audit, and again where the audit found it over a limit."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.errors import InputError, PlanError
+from splinefeed.planner.audit import worst_shares
+from splinefeed.planner.bound import lower_bound
+from splinefeed.planner.conditions import BESIDE, INSIDE, Conditions
+from splinefeed.planner.constants import ALMOST, KEPT, ROUNDS, SAME
+from splinefeed.planner.grid import FASTER, SLOW, Samples, graded, lay, sample
+from splinefeed.planner.law import MotionPieces, pieces_of
+from splinefeed.planner.rows import FREE, TINY, Rows
+from splinefeed.planner.solve import End, Problem, Solution, solve
+from splinefeed.planner.spline import DEGREE, Spline
+from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records.modelled import ModelRows
+
+#: A ramp at rest is this share of the way over which jerk builds up the acceleration, of the way to the next knot, and
+#: of the stretch: nothing bends within it, and a cell fits in behind it.
+RAMP = 0.01
+#: ... and the path turns by no more than this on it, rad.
+TURN = 0.05
+#: The first guess of q, as a share of what limits of velocity and acceleration allow or of another solution.
+GUESS = 0.6
+#: What the audit may not see of a peak between its places, as a factor on q: 3e-6 was found.
+UNSEEN = 1e-5
+#: Cells on either side of one that is held lower that change with it, if these are no more than this share of all.
+NEAR, MANY = 12, 0.6
+
+
+@dataclass(frozen=True)
+class SolverSettings:
+    """How closely a motion is planned.
+
+    cell       over which the path turns, rad, and time over it, in units of sqrt(v / J), at most; see `grid.density`
+    tolerance  share of the time by which a solution may miss the optimum on its cells, and share of a limit, as a
+               factor on q, by which the audit may find a motion over it
+    cells      in a window, about
+    bounded    whether a lower bound of the time is wanted
+    spare      share of every limit, as a factor on q, that a motion with an end in motion leaves
+    """
+
+    cell: float
+    tolerance: float
+    cells: int
+    bounded: bool = False
+    spare: float = 0.0
+
+
+@dataclass(frozen=True)
+class State:
+    """How a motion moves at a place of its path.
+
+    feed, acceleration  along the path, mm/s and mm/s^2, over all axes as `Path.length` counts them
+    s                   length from the start of the path, mm
+
+    Raises InputError for values that are not finite, s or feed below 0, and an acceleration at rest.
+    Source: docs/math/planner.md. Example: `sf.plan(path, limits, strategy="time-optimal", start=sf.State(feed=20.0))`
+    """
+
+    feed: float = 0.0
+    acceleration: float = 0.0
+    s: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.acceleration) or not (0.0 <= self.feed < math.inf and 0.0 <= self.s < math.inf):
+            raise InputError(f"{self}: feed and s must be finite and not negative, the acceleration finite")
+        if self.feed == 0.0 != self.acceleration:
+            raise InputError(f"{self}: at rest the acceleration is 0")
+
+    def __str__(self) -> str:
+        return f"a state of {self.feed:.6g} mm/s and {self.acceleration:.6g} mm/s^2 at s = {self.s:.6g} mm"
+
+    def slower(self, share: float) -> State:
+        """The state there of the same motion made slower: feed by the share, acceleration by its square."""
+        return State(self.feed * share, self.acceleration * share**2, self.s)
+
+
+REST = State()
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Motion over a window, a lower bound of its time, s, and the largest share of a limit in it, as a factor on q."""
+
+    pieces: MotionPieces
+    bound: float
+    over: float
+
+    @property
+    def seconds(self) -> float:
+        """How long it takes when it is slowed down until every limit holds."""
+        return self.pieces.duration * float(np.sqrt(max(self.over, 1.0)))
+
+
+class Horizon:
+    """The cells of a window and their problem.
+
+    low, high  mm;  q (n,) what is thought of q at the samples, mm^2/s^2, which decides where cells lie;
+    laid  nodes (n + 1,) and at which of them the path jumps, if they are known
+    """
+
+    def __init__(
+        self,
+        setting: Conditions,
+        samples: Samples,
+        q: Array,
+        ends: tuple[End, End],
+        low: float,
+        high: float,
+        mode: SolverSettings,
+        laid: tuple[Array, BoolArray] | None = None,
+    ) -> None:
+        self.setting, self.samples, self.q, self.ends, self.low, self.high = setting, samples, q, ends, low, high
+        nodes, jumps = laid or lay(setting, samples, q, low, high, ends, mode.cell)
+        self.nodes, self.jumps, self.spline = nodes, jumps, Spline.on(nodes, jumps)
+        cell, part, weight, shift = _with_breaks(setting, nodes, *_simpson(nodes, jumps))
+        h = np.diff(nodes)
+        x = nodes[cell] + part * h[cell]
+        self.at = nodes[cell] + np.clip(part, INSIDE, 1.0 - INSIDE) * h[cell] + shift
+        self.fast = FASTER * np.sqrt(np.interp(x, samples.s, q))
+        self.cell = cell
+        self.beside = np.clip(cell + np.where(part == 1.0, 1, np.where(part == 0.0, -1, 0)), 0, len(h) - 1)
+        self.own = jumps[cell + (part == 1.0)] & ((part == 0.0) | (part == 1.0))  # of two places at one node
+        self.free = self._rows(None)
+        self.problem = Problem(self.spline, cell, x, weight, self.free, ends)
+
+    def __len__(self) -> int:
+        return len(self.nodes) - 1
+
+    def again(self, c: Array, mode: SolverSettings, cut: BoolArray | None = None) -> tuple[Horizon, IntArray]:
+        """The window laid anew by a solution c, or with cells of `cut` (n,) halved; which cell each new one was."""
+        laid = None
+        if cut is not None:
+            nodes = graded(self.nodes, cut)
+            laid = nodes, np.isin(nodes, self.nodes[self.jumps])
+        found: Array = self.spline.at(c, np.clip(self.samples.s, self.nodes[0], self.nodes[-1]))[0]
+        q = np.maximum(found, SAME * self.samples.q)  # less is not a motion but rows that contradict each other
+        new = Horizon(self.setting, self.samples, q, self.ends, self.low, self.high, mode, laid=laid)
+        return new, np.clip(np.searchsorted(self.nodes, new.nodes[:-1], side="right") - 1, 0, len(self) - 1)
+
+    def hold(self, factor: Array) -> None:
+        """Have q lower by factors on cells (3, n), see `Rows.tightened`; a node counts for both of its cells."""
+        self.problem.hold(self.free.tightened(np.minimum(factor[:, self.cell], factor[:, self.beside])))
+
+    def rise(self, way: float, cells: BoolArray, least: float) -> None:
+        """Have the tip speed up (`way` 1) or slow down (-1) over these cells (n,), by `least`, mm/s^2, or more.
+
+        There the limit of jerk is the one for that.
+        """
+        rising = np.where(cells[self.cell] & (self.own | cells[self.beside]), way, 0.0)
+        for end, place in zip(self.ends, (0, -1), strict=True):
+            if not end.rest:
+                rising[place] = 0.0  # the state there is given
+        rows = self._rows(rising)
+        low = np.where(rising != 0.0, 1.0, -FREE)[None]
+        rise = ModelRows(linear=np.stack(self.tip)[None] * rising / least, low=low, high=np.full(low.shape, FREE))
+        self.free = rows.joined(rise, smooth=False)
+
+    def solved_near(self, lower: BoolArray, c: Array, tolerance: float, z: Array) -> Solution | None:
+        """The solution if only cells near those of `lower` (3, n) may change; None if limits ask for more."""
+        active = np.convolve(np.any(lower, axis=0), np.ones(2 * NEAR + 1), mode="same")[: len(self)] > 0.5
+        if np.mean(active) > MANY:
+            return None
+        part, used, at = self.problem.part(active, c)
+        found = solve(part, c[used], tolerance, z[:, at])
+        if not found.kept:
+            return None
+        c, z = c.copy(), z.copy()
+        c[used], z[:, at] = found.c, found.z
+        return dataclasses.replace(found, c=self.problem.complete(c), z=z)
+
+    def guess(self) -> Array:
+        """Coefficients to begin with: a share of the least q is thought to be where each acts, less next to rest."""
+        at, size = self.spline.greville(), self.spline.size
+        thought = np.interp(self.spline.t, self.samples.s, self.q)
+        c: Array = GUESS * np.min([thought[k : k + size] for k in range(DEGREE + 2)], axis=0)
+        for end, away, place in ((self.ends[0], at - self.low, 0), (self.ends[1], self.high - at, -1)):
+            if end.rest:
+                ramp = (np.maximum(away, end.ramp) / end.ramp) ** (4.0 / 3.0)
+                c = np.minimum(c, 0.9 * self.problem.rows.top[place] * ramp)
+            else:
+                c = np.maximum(c, end.q - 2.0 * self.samples.push * away)
+        return c
+
+    def of_cells(self, shares: Array) -> Array:
+        """Shares of pieces (3, m) as those of cells (3, n): any on a ramp counts for q in the cell beside it."""
+        inner = shares[:, int(self.ends[0].rest) : shares.shape[1] - int(self.ends[1].rest)].copy()
+        for end, place in zip(self.ends, (0, -1), strict=True):
+            if end.rest:
+                inner[:, place] = np.maximum(inner[:, place], np.max(shares[:, place]))
+        return inner
+
+    def _rows(self, rising: Array | None) -> Rows:
+        """All limits at the places; rising (n,) of the tip, see `Conditions.rows`.
+
+        Those of jerk on ramps are bounds of q at their inner ends: q = (9/2 ramp^2 j)^(2/3). Where a state is given, q
+        and q' are as given.
+        """
+        d, x = self.setting.along(self.at)
+        rows = self.setting.rows(self.at, (d, x), v=self.fast, rising=0.0 if rising is None else rising)
+        self.tip = x[1, -1], 0.5 * x[0, -1]  # times q and q': the acceleration of the tip
+        top = rows.top.copy()
+        for end, place, way, at in ((self.ends[0], self.low, 1.0, 0), (self.ends[1], self.high, -1.0, -1)):
+            if end.rest:
+                unit = _ramp_unit(self.setting, place, way * end.ramp)
+                if unit > 0.0:
+                    top[at] = min(top[at], (4.5 * end.ramp**2 / unit) ** (2.0 / 3.0))
+            elif not end.free:
+                top[at], rows.low[:, at], rows.high[:, at] = FREE**2, -FREE, FREE
+        return dataclasses.replace(rows, top=top)
+
+
+def plan_window(
+    setting: Conditions,
+    low: float,
+    high: float,
+    start: State,
+    stop: State,
+    mode: SolverSettings,
+    exact: bool = False,
+    known: Samples | None = None,
+) -> Plan:
+    """The motion from `low` to `high`, mm, between two states.
+
+    With `exact` the audit holds it to 1, not to 1 + `mode.tolerance`: for motion that is not slowed down afterwards.
+    known  samples from `low` to `high` or further
+    """
+    if not high - low > SAME * setting.track.length:
+        raise PlanError(f"{setting.between(low, high)} a limit leaves almost no feed")
+    samples = sample(setting, low, high, start.feed**2, stop.feed**2, known)
+    if samples.push == np.inf:
+        raise PlanError(f"{setting.between(low, high)} nothing limits the acceleration or jerk")
+    if start.feed**2 >= np.max(samples.top) and State(start.feed) == stop == start:  # nothing to choose
+        steady = MotionPieces(np.array([(high - low) / start.feed]), np.array([[low, start.feed, 0.0, 0.0, 0.0, 0.0]]))
+        most = float(np.max(worst_shares(setting, steady, high)[0]))
+        return Plan(steady, steady.duration, most if most > 1.0 + SAME else 0.0)
+    ends = _ends(setting, samples, low, high, start, stop)
+    window = Horizon(setting, samples, samples.q, ends, low, high, mode)
+    if len(setting.jumps_worth_cells(low, high, samples.s, samples.q)[0]):
+        # cells beside a jump end where its reach does, which is a matter of the feed there
+        rough = solve(window.problem, window.guess(), FASTER - 1.0)
+        window, _ = window.again(rough.c, mode)
+    goal = (1.0 - UNSEEN) * (1.0 - mode.spare) if exact else 1.0 + mode.tolerance
+    c = window.guess()
+    if setting.limits.deceleration_jerk != setting.limits.jerk:
+        window, c = _turned(setting, window, c, mode)
+    factor = np.full((3, len(window)), 1.0 - mode.spare)
+    often, lower = np.zeros_like(factor), np.zeros(factor.shape, dtype=bool)
+    z: Array | None = None
+    bound, before = 0.0, None
+    found: list[Plan] = []
+    for k in range(2 * ROUNDS + 1):
+        window.hold(factor)
+        solution = None
+        if before is not None and z is not None:  # what was over a limit is solved again near itself only
+            solution = window.solved_near(lower, c, mode.tolerance, z)
+        solution = solution or solve(window.problem, c, mode.tolerance, z)
+        c, z = solution.c, solution.z
+        if k == 0 and mode.bounded:
+            bound = lower_bound(setting, window.problem, solution, low, high, mode.tolerance)
+        pieces = pieces_of(window.spline, c, ends)
+        shares, below = worst_shares(setting, pieces, high, before)
+        broken = ~np.isfinite(np.max(window.of_cells(shares), axis=0))
+        if np.any(broken) and k < 2 * ROUNDS:  # q falls to nothing between places
+            window, was = window.again(c, mode, broken)
+            c, z, factor, often, before = window.guess(), None, factor[:, was], often[:, was], None
+            continue
+        before = pieces, shares, below
+        found.append(Plan(pieces, bound, float(np.max(shares))))
+        if found[-1].over <= (goal if k < ROUNDS else max(goal, 1.0 + KEPT)) or (
+            exact and not solution.kept and k == 0
+        ):
+            break
+        over = window.of_cells(shares) / goal
+        lower = over > 1.0 - 0.5 * mode.tolerance
+        often += lower  # a cell that stays over what it was tightened for is so between its places: tighten it more
+        factor = np.where(lower, factor / (over * (1.0 + 0.5 * mode.tolerance)) ** often, factor)
+    best = min(found, key=lambda plan: (exact and plan.over > 1.0 + KEPT, plan.seconds))
+    return dataclasses.replace(best, bound=bound, over=best.over * (1.0 if exact else 1.0 + UNSEEN))
+
+
+def _turned(setting: Conditions, window: Horizon, c: Array, mode: SolverSettings) -> tuple[Horizon, Array]:
+    """A window and what to begin with where speeding up and slowing down have two limits of jerk, from coefficients c.
+
+    Which limit holds depends on the sign of the tip's acceleration. Where it may be either the lower one does; over
+    cells that clearly have the sign of the higher one, that, and the sign is held.
+    """
+    limits = setting.limits
+    way = 1.0 if limits.deceleration_jerk is None or limits.jerk > limits.deceleration_jerk else -1.0
+    level = SLOW * window.samples.push
+    for left in range(ROUNDS, 0, -1):
+        c = solve(window.problem, c, mode.tolerance).c
+        y = window.problem.look(window.problem.complete(c))[0]
+        slope = way * (window.tip[0] * y[0] + window.tip[1] * y[1])
+        clear = np.ones(len(window), dtype=bool)
+        np.logical_and.at(clear, window.cell, slope > level)
+        np.logical_and.at(clear, window.beside, (slope > level) | window.own)
+        if left > 1:
+            beside = np.zeros(len(window), dtype=bool)
+            beside[1:] |= clear[:-1]
+            beside[:-1] |= clear[1:]
+            window, was = window.again(c, mode, beside & ~clear)
+            clear, c = clear[was], window.guess()
+        window.rise(way, clear, 0.5 * level)
+        window.problem.hold(window.free)
+    return window, c
+
+
+def _ends(setting: Conditions, samples: Samples, low: float, high: float, start: State, stop: State) -> tuple[End, End]:
+    """What the optimiser knows of both ends."""
+    way = min(samples.push**3 / (6.0 * samples.twist**2), high - low)
+    inner = setting.inside(low, high)
+    ends = []
+    for state, place in ((start, low), (stop, high)):
+        away = np.abs(inner - place)
+        beside = float(np.min(away[away > ALMOST * setting.track.length], initial=way))
+        moving = state.feed > 0.0
+        turn = float(np.max(samples.turn, initial=0.0, where=np.abs(samples.s - place) <= RAMP * beside))
+        ramp = max(min(RAMP * beside, TURN / max(turn, TINY)), ALMOST * (high - low))  # arc length must resolve it
+        ends.append(End(q=state.feed**2, slope=2.0 * state.acceleration) if moving else End(ramp=ramp))
+    return ends[0], ends[1]
+
+
+def _ramp_unit(setting: Conditions, place: float, ramp: float) -> float:
+    """Largest share of a limit of jerk along a ramp of jerk 1: |2 c2 + 6 c1 x + 9/2 c0 x^2|, x mm from rest.
+
+    With s = j t^3 / 6: feed * acceleration = 3 j s and feed^3 = 9/2 j s^2. Backwards q' has the other sign.
+    """
+    way, away = float(np.sign(ramp)), abs(ramp) * np.array([1e-3, 0.2, 0.5, 0.8, 1.0 - INSIDE])
+    places = place + way * away
+    order = np.argsort(places)
+    jerk, away = setting.rows(places[order], rising=way).jerk, away[order]
+    found = np.abs(2.0 * jerk[:, 2] + way * 6.0 * jerk[:, 1] * away + 4.5 * jerk[:, 0] * away**2)
+    return float(np.max(found, initial=0.0))
+
+
+def _simpson(nodes: Array, jumps: BoolArray) -> tuple[IntArray, Array, Array]:
+    """Cell, place in it (0 to 1) and Simpson's weight of all places, in order.
+
+    A node is a place of the cell behind it, and one more of that before it where the path jumps and at the end. Between
+    them lies 1/2, or, where q'' may jump at both ends of a cell, 1/3 and 2/3 (Simpson's 3/8 rule): there the cubic that
+    is 0 at 0, 1/2 and 1 would be free of every row and of the time.
+    """
+    h = np.diff(nodes)
+    n = len(h)
+    alone = jumps[:-1] & jumps[1:]
+    closing = np.flatnonzero(np.append(jumps[1:-1], True))
+    single, pair = np.flatnonzero(~alone), np.flatnonzero(alone)
+    share = np.where(alone, h / 8.0, h / 6.0)  # of a node
+    opening, shared = share.copy(), share.copy()
+    shared[closing] = 0.0
+    opening[1:] += shared[:-1]
+    cell = np.concatenate([np.arange(n), single, pair, pair, closing])
+    part = np.repeat([0.0, 1 / 2, 1 / 3, 2 / 3, 1.0], [n, len(single), len(pair), len(pair), len(closing)])
+    weight = np.concatenate([opening, h[single] / 1.5, h[pair] * 0.375, h[pair] * 0.375, share[closing]])
+    order = np.lexsort((part, cell))
+    return cell[order], part[order], weight[order]
+
+
+def _with_breaks(
+    setting: Conditions, nodes: Array, cell: IntArray, part: Array, weight: Array
+) -> tuple[IntArray, Array, Array, Array]:
+    """Cell, place in it, weight, and shift, mm, of places and, on both sides, of the breaks at which no cell ends.
+
+    Those count for the rows only.
+    """
+    inside = setting.inside(float(nodes[0]), float(nodes[-1]))
+    inside = inside[~np.isin(inside, nodes)]
+    owner = np.searchsorted(nodes, inside, side="right") - 1
+    share = (inside - nodes[owner]) / np.diff(nodes)[owner]
+    away, more = BESIDE * setting.track.length, len(inside)
+    shift = np.repeat([0.0, -away, away], [len(cell), more, more])
+    cell, part = np.concatenate([cell, owner, owner]), np.concatenate([part, share, share])
+    weight = np.concatenate([weight, np.zeros(2 * more)])
+    order = np.lexsort((shift, part, cell))
+    return cell[order], part[order], weight[order], shift[order]

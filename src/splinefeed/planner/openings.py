@@ -1,0 +1,215 @@
+"""A motion from a state at its limits, where cubics in s cannot follow them: its beginning in closed form.
+
+Two beginnings have one. On the last bit to a rest the jerk stays what it is: j = a^2 / (2 v), and rest is 2 v^2 / (3 a)
+ahead. On a straight line limits do not change: the acceleration is released at full jerk, at once or behind a brake,
+and a profile of seven phases goes on from there. The audit has the last word on each.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from splinefeed.errors import PlanError
+from splinefeed.planner.audit import worst_shares
+from splinefeed.planner.conditions import BESIDE, Conditions
+from splinefeed.planner.constants import ALMOST, HALVINGS, KEPT, SAME
+from splinefeed.planner.grid import Samples
+from splinefeed.planner.horizon import REST, Plan, SolverSettings, State, plan_window
+from splinefeed.planner.law import MotionPieces, joined, quintics
+from splinefeed.planner.profiles import pieces, ramp, solve
+from splinefeed.planner.straight import straight_ahead
+from splinefeed.records import LAW_COEFFICIENTS
+
+#: What a beginning in closed form may take of a limit beyond it: less than KEPT, more than states round by.
+OVER = 1e-7
+#: Cells of a second try, as a share of those of the first.
+FINER = 0.25
+#: A last bit to rest takes way and time of constant jerk, but for this share; so many times are tried.
+LAST_BIT, TRIED = 0.1, 41
+
+
+@dataclass(frozen=True, eq=False)
+class Opening:
+    """The beginning of a motion, the place where it ends, mm, and the state there."""
+
+    pieces: MotionPieces
+    end: float
+    state: State
+
+
+@dataclass(frozen=True)
+class _Line:
+    """A straight line from `low` to `end`, mm, and its limits: feed, accelerations and jerks, up and down."""
+
+    low: float
+    end: float
+    feed: float
+    up: float
+    down: float
+    jerk: float
+    jerk_down: float
+
+    def profile(self, place: float, feed: float, end_feed: float, most: float) -> MotionPieces | None:
+        """Seven phases from a feed at a place to one at the end, below `most`, mm/s; None without room."""
+        length = np.array([self.end - place])
+        if length[0] <= 0.0:
+            return None
+        found = solve(length, most, self.up, self.down, self.jerk, self.jerk_down, feed, end_feed)
+        if not np.isfinite(found.duration[0]):
+            return None
+        spans, rows = found.durations[:, 0], pieces(found, np.array([place]), np.array([self.end]))[0]
+        return MotionPieces(spans[spans > 0.0], rows[spans > 0.0])
+
+
+def plan_from(
+    setting: Conditions,
+    low: float,
+    high: float,
+    start: State,
+    stop: State,
+    mode: SolverSettings,
+    known: Samples | None = None,
+) -> Plan:
+    """The motion from `low` to `high`, mm, between two states of which one at least moves, as `plan_window` exactly.
+
+    Where cubics find none: with a beginning in closed form, then with finer cells. Raises PlanError as `plan_window`.
+    """
+    openings = _openings(setting, low, high, start, stop)
+    if openings is None or over_at(setting, low, start) > 1.0 + 2.0 * KEPT:
+        still = np.array([[low, start.feed, 0.5 * start.acceleration, 0.0, 0.0, 0.0]])
+        return Plan(MotionPieces(np.zeros(1), still), 0.0, np.inf)
+    found = [plan_window(setting, low, high, start, stop, mode, exact=True, known=known)]
+    if found[0].over > 1.0 + KEPT:
+        for opening in openings:
+            with suppress(PlanError):
+                found.append(_continued(setting, opening, high, stop, mode))
+                if found[-1].over <= 1.0 + KEPT:
+                    return found[-1]
+        with suppress(PlanError):
+            finer = replace(mode, cell=FINER * mode.cell)
+            found.append(plan_window(setting, low, high, start, stop, finer, exact=True))
+    return min(found, key=lambda each: each.over)
+
+
+def over_at(setting: Conditions, place: float, state: State) -> float:
+    """The largest share of a limit of velocity or acceleration in a state, as a factor on q."""
+    length = setting.track.length
+    rows = setting.rows(np.clip(np.array([place]), BESIDE * length, (1.0 - BESIDE) * length), alone=True)
+    shares = rows.shares(np.full(1, state.feed), np.full(1, state.acceleration), np.zeros(1))
+    return float(np.max(rows.by_kind(shares)[:2]))
+
+
+def _openings(setting: Conditions, low: float, high: float, start: State, stop: State) -> list[Opening] | None:
+    """Beginnings in closed form, the best first; None if the straight line ahead has no motion from there."""
+    if start.feed == 0.0:
+        return []
+    end, limits = straight_ahead(setting, low, high)
+    found = _last_bit(setting, low, high, start)
+    if not end > low:
+        return found
+    on_line = _on_a_line(_Line(low, end, *limits.tolist()), high, start, stop, _near(setting, low, high))
+    return None if on_line is None else found + on_line
+
+
+def _continued(setting: Conditions, opening: Opening, high: float, stop: State, mode: SolverSettings) -> Plan:
+    """The motion with this beginning: it ends at `high`, or goes on to there."""
+    own = float(np.max(worst_shares(setting, opening.pieces, opening.end)[0]))
+    if opening.end == high or own > 1.0 + KEPT:
+        return Plan(opening.pieces, 0.0, own)
+    rest = plan_window(setting, opening.end, high, opening.state, stop, mode, exact=True)
+    return Plan(joined([opening.pieces, rest.pieces]), 0.0, max(own, rest.over))
+
+
+def _last_bit(setting: Conditions, low: float, high: float, start: State) -> list[Opening]:
+    """To rest at `high` by one quintic, where that takes about as long as under the jerk of a last bit."""
+    v, a = start.feed, start.acceleration
+    if a < 0.0 and abs(-2.0 * v * v / (3.0 * a) - (high - low)) < LAST_BIT * (high - low):
+        spans = -2.0 * v / a * np.linspace(1.0 - LAST_BIT, 1.0 + LAST_BIT, TRIED)
+        ends = np.array([low, high]), np.array([v, 0.0]), np.array([a, 0.0])
+        tried = [Opening(MotionPieces(t[None], quintics(*ends, t[None])), high, REST) for t in spans]
+        return [min(tried, key=lambda each: float(np.max(worst_shares(setting, each.pieces, high)[0])))]
+    return []
+
+
+def _on_a_line(line: _Line, high: float, start: State, stop: State, near: float) -> list[Opening] | None:
+    """On a straight line: the acceleration released at once, or behind a brake; None if the line is too short for both.
+
+    near  what a place may round by, mm
+    """
+    v, a, whole, found = start.feed, start.acceleration, line.end == high, []
+    most, room = (line.jerk, line.feed - v) if a > 0.0 else (line.jerk_down, v)
+    least = 0.5 * a * a / max(room, SAME * v)  # the jerk that takes it away just when the feed is at its limit, or 0
+    if least > most * (1.0 + OVER):
+        way = 2.0 * max(line.feed, v) * room / abs(a)
+        return None if line.low + way < line.end else []
+    jerk = least if least > most * (1.0 - ALMOST) else most
+    if jerk > 0.0:
+        opening, place, feed = _phases(line.low, v, [(a, -jerk if a > 0.0 else jerk, abs(a) / jerk)])
+        feed = 0.0 if feed < ALMOST * v else feed
+        rest = line.profile(place, feed, stop.feed, max(line.feed, feed)) if whole else None
+        if rest is not None:
+            found.append(Opening(joined([opening, rest]), high, stop))
+        if len(opening) and place < line.end:
+            found.append(Opening(opening, place, State(feed)))
+    if whole and a <= 0.0 and v >= stop.feed:
+        braked = _braked(line, v, -a, stop, near)
+        return None if braked is None else found + braked
+    return found
+
+
+def _braked(line: _Line, v: float, a: float, stop: State, near: float) -> list[Opening] | None:
+    """Slowing down further, from v and deceleration a, to the fastest feed from which the end is in reach; to there.
+
+    None if there is no room even for the shortest brake.
+    """
+    down, jerk = line.down * (1.0 + OVER), line.jerk_down * (1.0 + OVER)
+
+    def brake(feed: float) -> tuple[MotionPieces, float]:
+        """To a feed without acceleration, and where that is."""
+        most = min(down, max(a, (jerk * (v - feed) + 0.5 * a * a) ** 0.5))
+        hold = max((v - feed - (most * most - 0.5 * a * a) / jerk) / most, 0.0) if most > 0.0 else 0.0
+        phases = [(-a, -jerk, (most - a) / jerk), (-most, 0.0, hold), (-most, jerk, most / jerk)]
+        found, place, _ = _phases(line.low, v, phases)
+        return found, place
+
+    def needed(feed: float) -> float:
+        return 0.5 * (feed + stop.feed) * float(ramp(feed - stop.feed, down, jerk)[0])
+
+    least, most = stop.feed, v - 0.5 * a * a / jerk
+    if most < least:
+        return []
+    if brake(least)[1] > line.end + near:
+        return None
+    for _ in range(HALVINGS):
+        middle = 0.5 * (least + most)
+        if brake(middle)[1] + needed(middle) * (1.0 + OVER) + near <= line.end:
+            least = middle
+        else:
+            most = middle
+    found, place = brake(least)
+    if place > line.end - near:
+        return [Opening(found, line.end, stop)]
+    rest = replace(line, down=down, jerk_down=jerk).profile(
+        place, least, stop.feed, least if least > 0.0 else line.feed
+    )
+    return [] if rest is None else [Opening(joined([found, rest]), line.end, stop)]
+
+
+def _phases(low: float, v: float, phases: list[tuple[float, float, float]]) -> tuple[MotionPieces, float, float]:
+    """Phases from a place and feed, each an acceleration to begin with, a jerk and a time; place and feed at last."""
+    spans, rows = [], []
+    for a, j, t in phases:
+        if t > 0.0:
+            spans.append(t)
+            rows.append([low, v, 0.5 * a, j / 6.0, 0.0, 0.0])
+            low += (v + (0.5 * a + j * t / 6.0) * t) * t
+            v += (a + 0.5 * j * t) * t
+    return MotionPieces(np.array(spans), np.array(rows).reshape(-1, LAW_COEFFICIENTS)), low, v
+
+
+def _near(setting: Conditions, low: float, high: float) -> float:
+    """What a place may round by, mm."""
+    return SAME * setting.track.length + ALMOST * (high - low)

@@ -1,0 +1,266 @@
+"""`plan`: from a path and limits to a time law, by a strategy that holds every limit given."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from splinefeed.errors import CurveError, InputError, LimitsError, PlanError, expect
+from splinefeed.kinematics import JointPath
+from splinefeed.paths.path import Path
+from splinefeed.planner.dwells import check_ends, with_dwells
+from splinefeed.planner.horizon import State
+from splinefeed.planner.seven_phase import STRATEGY as SEVEN_PHASE
+from splinefeed.planner.seven_phase import Measurable, plan_seven_phase
+from splinefeed.planner.soft_limits import check_travel
+from splinefeed.planner.strategies import LOOK_AHEAD, TIME_OPTIMAL, plan_in_mode
+from splinefeed.planner.timed import in_time
+from splinefeed.records import (
+    TABLE,
+    TRAVEL_ENDS,
+    Joint,
+    Limits,
+    TimeLaw,
+    axes_without_limits,
+    field_of,
+    positive,
+    unit_along,
+)
+
+#: Fields of Limits that bound the motion along the path, whatever its shape.
+SHAPELESS = frozenset({"feed", "acceleration", "jerk", "deceleration", "deceleration_jerk"})
+#: Those that every strategy holds: the ends of the path, and travel, which `plan` looks after itself.
+ENDS = frozenset({"start_feed", "end_feed", *TRAVEL_ENDS})
+#: The unit of lengths along a path as messages say it: along joints of an arm it is another.
+_MM = re.compile(r"\bmm\b")
+#: Places along a path at which its joints are looked at to see which of them move.
+JOINT_PLACES = 257
+#: Axes up to which a lower bound of the time is cheap.
+CHEAP = 3
+EVERY_LIMIT = frozenset(each.name for each in TABLE)
+
+
+@dataclass(frozen=True)
+class Strategy:
+    """One way to plan.
+
+    make   makes a law for a path whose stops and length were checked, under limits, for a period in s or none; what
+           else it asks of the path is its own affair; with `start`, a State, if it is not "seven-phase"
+    holds  fields of Limits that its laws keep: any other that is given is refused
+    needs  fields of Limits without which it makes no law
+    """
+
+    make: Callable[..., TimeLaw]
+    holds: frozenset[str]
+    needs: frozenset[str] = frozenset()
+
+
+#: Every strategy by the name that `plan` and the command line know it by; a new one is one entry.
+STRATEGIES: dict[str, Strategy] = {
+    SEVEN_PHASE: Strategy(plan_seven_phase, holds=SHAPELESS | ENDS, needs=SHAPELESS),
+    LOOK_AHEAD: Strategy(partial(plan_in_mode, strategy=LOOK_AHEAD), holds=EVERY_LIMIT),
+    TIME_OPTIMAL: Strategy(partial(plan_in_mode, strategy=TIME_OPTIMAL), holds=EVERY_LIMIT),
+}
+
+
+def strategy_for(limits: Limits, strategy: str | None = None) -> str:
+    """The name of the strategy that plans under `limits`: the one named, which must hold every limit given.
+
+    None chooses "seven-phase" where feed, acceleration and jerk along the path are given and nothing but what it holds,
+    else "time-optimal". Raises InputError (unknown strategy), LimitsError (the strategy named does not hold a limit).
+    """
+    given = dict.fromkeys([*map(field_of, limits.as_dict()), *(model.kind for model in limits.models)])
+    if strategy is None:
+        simple = STRATEGIES[SEVEN_PHASE]
+        return SEVEN_PHASE if simple.needs <= given.keys() <= simple.holds else TIME_OPTIMAL
+    if strategy not in STRATEGIES:
+        close = difflib.get_close_matches(str(strategy), STRATEGIES, n=1)
+        hint = f"did you mean {close[0]!r}? The known ones are" if close else "the known ones are"
+        raise InputError(f"strategy {strategy!r} is not known; {hint}: {', '.join(sorted(STRATEGIES))}")
+    beyond = [name for name in given if name not in STRATEGIES[strategy].holds]
+    if beyond:
+        able = [name for name, each in STRATEGIES.items() if given.keys() <= each.holds]
+        raise LimitsError(
+            f"{', '.join(beyond)}: the {strategy} strategy cannot hold {'it' if len(beyond) == 1 else 'them'}; choose "
+            f"{' or '.join(sorted(able, reverse=True))}, or leave the strategy open"
+        )
+    return strategy
+
+
+def plan(
+    path: Path | JointPath | Measurable,
+    limits: Limits,
+    *,
+    strategy: str | None = None,
+    period: float | None = None,
+    start: State | None = None,
+    bound: bool = False,
+) -> TimeLaw:
+    """Plan the time law s(t) of a motion along `path` that obeys `limits` and rests at the path's stops.
+
+    path      a Path, whose feeds and dwells count, too; a JointPath, whose axes are joints; for "seven-phase"
+              anything with `length` (mm) and `stops` (arc lengths inside it, mm, where the tangent jumps)
+    strategy  a name in STRATEGIES; None chooses one that holds every limit given, see `strategy_for`
+    period    servo period in s: stops and end are made to fall on ticks; None leaves the law as fast as it can be
+    start     where on the path the motion begins, and its feed and acceleration there: the law begins at start.s;
+              None begins at its start with the start_feed of the limits. Not for "seven-phase"
+    bound     whether to find, too, a time that no motion within the limits falls below: with "time-optimal" the law's
+              `settings["lower_bound_s"]`. It takes as long as the plan for two axes, ten times that for seven joints
+
+    The law, called with t (...), s, gives arc lengths (...), mm.
+    Where a tick cannot be met (start_feed = end_feed = feed), the law's `notes` say so; they name each axis that moves
+    without a limit that others have. Where the path waits, the law has a piece of constant s, whole periods long.
+    Raises CurveError (no length, stops not inside), InputError (unknown strategy), LimitsError (a limit that the
+    strategy named does not hold; a chord error without a period; period not positive, or longer than the motion; the
+    path leaves the travel of an axis; feeds at the ends that the path contradicts), PlanError (a stretch too short for
+    its change of feed; a start from which the limits cannot be kept, with the nearest from which they can).
+    Source: docs/math/planner.md, docs/math/seven-phase.md.
+    Example: `sf.plan(path, limits, period=1e-3).duration`
+    """
+    try:
+        return _plan(path, limits, strategy, period, start, bound=bound)
+    except (LimitsError, PlanError) as error:
+        axes: tuple[str, ...] = getattr(path, "axes", ("x",))
+        along, own = unit_along(axes), getattr(path, "tip_path", None) is path
+        if own and any(isinstance(axis, Joint) for axis in axes) and along != "mm":
+            raise type(error)(_MM.sub(along, str(error))) from None
+        raise
+
+
+def _plan(
+    path: Path | JointPath | Measurable,
+    limits: Limits,
+    strategy: str | None,
+    period: float | None,
+    start: State | None,
+    *,
+    bound: bool,
+) -> TimeLaw:
+    expect("plan(path, limits)", (path, (Path, JointPath, Measurable)), (limits, Limits))
+    # what is no more than a length with stops is neither
+    curves, joints = getattr(path, "tip_path", None), getattr(path, "joint_path", None)
+    if joints is None and curves is not None and curves.tool_path is not None:
+        raise InputError(
+            f"{curves.name}: has a tool axis, which only a machine can follow; plan JointPath(tool_path, kinematics), "
+            "or give run a machine"
+        )
+    if curves is not None:
+        limits = limits.on(path.axes)  # type: ignore[union-attr]
+    if start is not None and strategy is None:
+        strategy = TIME_OPTIMAL
+    if strategy is None and (joints is not None or curves is None):
+        strategy = SEVEN_PHASE if joints is None else TIME_OPTIMAL
+    if joints is None and curves is not None and curves.mixed:
+        if strategy == SEVEN_PHASE:
+            raise LimitsError(
+                f"{SEVEN_PHASE} cannot plan linear and rotary axes together, whose tip does not move as the path's "
+                f"length does; choose {TIME_OPTIMAL} or {LOOK_AHEAD}, or leave the strategy open"
+            )
+        strategy = strategy or TIME_OPTIMAL
+    strategy = strategy_for(limits, strategy)
+    if period is not None:
+        period = positive(period, "period")
+    else:
+        for name in ("chord_error", "orientation_error"):
+            if (getattr(limits, name) or math.inf) < math.inf:
+                raise LimitsError(
+                    f"{name}: needs the servo period, because it is measured from tick to tick; give period"
+                )
+    _check_path(path)
+    if joints is not None:
+        check_ends(joints.tip_path, limits)
+        joints.check_travel(limits.travel_of(joints.axes))
+    elif curves is not None:
+        check_travel(curves, limits)
+        check_ends(curves, limits)
+    elif limits.axis_minimum is not None:
+        raise LimitsError("travel: the path has no axes, only a length; give a Path")
+    if start is not None:
+        _check_start(path, strategy, start)
+    if joints is not None and strategy == SEVEN_PHASE:
+        raise LimitsError(f"{SEVEN_PHASE} cannot plan joints; choose {TIME_OPTIMAL} or {LOOK_AHEAD} for a tool path")
+    given: dict[str, Any] = {} if start is None else {"start": start}
+    if bound and strategy == TIME_OPTIMAL:
+        given["bound"] = True
+    if curves is not None and curves.times is not None:
+        law = _in_time(path, curves, limits, strategy, period, start)
+    else:
+        law = STRATEGIES[strategy].make(path, limits, period, **given)
+    if strategy == SEVEN_PHASE and curves is not None:
+        law = with_dwells(law, curves.dwells, path.length)
+    return dataclasses.replace(
+        law,
+        notes=(*law.notes, *_without_limits(path, limits)),
+        settings={**law.settings, "limits": limits.as_dict(), "strategy": strategy, "period": period, **_unit(path)},
+    )
+
+
+def _unit(path: Any) -> dict[str, str]:
+    """The unit of lengths along a path of joints; nothing where it is mm."""
+    own = path is not None and getattr(path, "tip_path", None) is path
+    found = unit_along(path.axes) if own else "mm"
+    return {} if found == "mm" else {"unit": found}
+
+
+def _in_time(
+    path: Any, curves: Path, limits: Limits, strategy: str, period: float | None, start: State | None
+) -> TimeLaw:
+    """The law at the times that a path wants; see `timed`."""
+    if start is not None:
+        raise LimitsError("times: a motion with wanted times begins at the start of its path; leave start out")
+    if strategy == SEVEN_PHASE:
+        if np.count_nonzero(~np.isnan(curves.times)) > 1:  # type: ignore[arg-type]
+            raise LimitsError(f"times: {SEVEN_PHASE} slows a motion down as a whole; choose {TIME_OPTIMAL}")
+        return in_time(lambda _: plan_seven_phase(path, limits, period), curves, limits, period)
+    return in_time(
+        lambda paces: plan_in_mode(path, limits, period, strategy=strategy, paces=paces), curves, limits, period
+    )
+
+
+def _without_limits(path: Measurable | JointPath, limits: Limits) -> list[str]:
+    """A sentence for each kind of limit that some axes of `path` have and others that move do not."""
+    curves, joints = getattr(path, "tip_path", None), getattr(path, "joint_path", None)
+    if curves is None:
+        return []
+    places = curves.flat.points if joints is None else joints(np.linspace(0.0, path.length, JOINT_PLACES))
+    axes: tuple[str, ...] = path.axes  # type: ignore[union-attr]
+    return axes_without_limits(limits, axes, places.min(axis=0), places.max(axis=0))
+
+
+def cheap_to_bound(path: Path | JointPath, limits: Limits) -> bool:
+    """Whether a lower bound of the time costs about as much as the plan: up to three axes without torques."""
+    return len(path.axes) <= CHEAP and not limits.models
+
+
+def _check_start(path: Measurable | JointPath, strategy: str, start: State) -> None:
+    """Raise InputError for a start that is not on the path, or that the strategy cannot begin at."""
+    if strategy == SEVEN_PHASE or getattr(path, "tip_path", None) is not path:
+        raise InputError(f"start: the {strategy} strategy begins at the start of a path; choose {TIME_OPTIMAL}")
+    if not start.s < path.length:
+        raise InputError(f"start is {start}; the path ends at {path.length:.6g} mm")
+    if start.feed > 0.0 and any(s == start.s for s, _ in path.dwells):
+        raise InputError(f"start is {start}, where the path waits; begin there at rest")
+
+
+def _check_path(path: Measurable | JointPath) -> None:
+    """Raise CurveError unless the path has a length and its stops lie inside it, in order."""
+    if not (math.isfinite(path.length) and path.length > 0.0):
+        raise CurveError(
+            f"the path has a length of {path.length:g} mm; only a path with a positive length can be planned"
+        )
+    marks = np.array([0.0, *path.stops, path.length])
+    wrong = ~(np.diff(marks) > 0.0)
+    if wrong.any():
+        index = int(np.argmax(wrong))
+        raise CurveError(
+            f"stops of the path must increase and lie between 0 and its length of {path.length:g} mm; "
+            f"{marks[index + 1]:g} mm follows {marks[index]:g} mm"
+        )

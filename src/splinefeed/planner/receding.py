@@ -1,0 +1,200 @@
+"""A stretch by windows: each is planned to rest, its first part becomes final, and the next begins in that state."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from splinefeed.errors import PlanError
+from splinefeed.planner.conditions import Conditions
+from splinefeed.planner.constants import BISECTIONS, HOPELESS, KEPT, TOGETHER
+from splinefeed.planner.grid import Samples, counted
+from splinefeed.planner.horizon import GUESS, REST, Plan, SolverSettings, State, plan_window
+from splinefeed.planner.law import MotionPieces, joined
+from splinefeed.planner.openings import plan_from
+from splinefeed.planner.straight import straights
+from splinefeed.records import Array, Limits
+
+#: Share of a window's pieces that do not become final, as what follows still matters to them. What is left of a stretch
+#: joins a window that would hold so much more.
+OPEN = 0.25
+
+
+class OutOfReachError(PlanError):
+    """From where it is the motion cannot keep the limits."""
+
+
+@dataclass(eq=False)
+class RecedingHorizon:
+    """Where the motion has come to, mm, its state there, and the rest of the last plan, which ends at rest at `end`.
+
+    work  cells that were planned so far
+    ahead, samples  share of a window that is known ahead, and the samples by which `reach` found it
+    limits  those that the last plan keeps;  lines  plans of straight lines from rest to rest, by where they begin
+    """
+
+    low: float
+    state: State = REST
+    left: MotionPieces | None = None
+    end: float = 0.0
+    work: int = 0
+    ahead: float = 0.0
+    samples: Samples | None = None
+    limits: Limits | None = None
+    lines: dict[float, MotionPieces] | None = None
+
+    def straight(self, setting: Conditions, marks: Array) -> MotionPieces | None:
+        """The exact profile to the next stop, if the motion is at rest and the line to there straight.
+
+        marks (m,)  where it is, mm, and the stops ahead: what is found of TOGETHER of them is kept
+        """
+        if self.state.feed > 0.0 or len(marks) < 2:
+            return None
+        if self.lines is None or self.low not in self.lines:
+            marks = marks[: TOGETHER + 1]
+            motions = zip(marks[:-1].tolist(), *straights(setting, marks), strict=True)
+            self.lines = {s: MotionPieces(t[t > 0.0], c[t > 0.0]) for s, _, t, c in motions}
+        line = self.lines[self.low]
+        if not len(line):
+            return None
+        self.limits = setting.limits
+        return self._take(line, len(line), float(marks[1]), REST)
+
+    def advance(
+        self, setting: Conditions, mode: SolverSettings, near: float, stop: State, *, ends_here: bool
+    ) -> MotionPieces:
+        """The next final motion, by a window up to `near`, mm; with `ends_here` the motion ends there in `stop`.
+
+        Where no new plan keeps the limits, the next part of the last one is taken: it leads to rest.
+        Raises OutOfReachError where there is none: from the state the motion cannot keep the limits.
+        """
+        into = stop if ends_here else REST
+        try:
+            with np.errstate(all="ignore"):  # what is not a number is not a motion to take
+                if self.left is None and max(self.state.feed, into.feed) > 0.0:
+                    plan = plan_from(setting, self.low, near, self.state, into, mode, self.samples)
+                else:
+                    plan = plan_window(setting, self.low, near, self.state, into, mode, exact=True, known=self.samples)
+        except PlanError:
+            if self.left is None:
+                raise
+            return self._take(self.left, _final(len(self.left)), self.end, REST)
+        self.work += len(plan.pieces)
+        moving = self.state.feed > 0.0 or (ends_here and stop.feed > 0.0)
+        if plan.over > 1.0 + KEPT and self.left is not None:
+            pieces, end = self.left, self.end
+        elif not plan.over < HOPELESS and not moving:
+            raise PlanError(
+                f"{setting.between(self.low, near)} no motion within the limits was found: the path bends or "
+                "turns too sharply there; smooth it"
+            )
+        elif plan.over > 1.0 + KEPT and moving:
+            raise OutOfReachError(
+                f"from {self.state.feed:g} mm/s at s = {self.low:.6g} mm the motion up to {near:.6g} mm is over a "
+                f"limit by {100.0 * (plan.over - 1.0):.3g} %"
+            )
+        else:
+            pieces, end = plan.pieces.stretched(plan.over**0.5 if plan.over > 1.0 + KEPT else 1.0), near
+            self.limits = setting.limits
+            if ends_here:
+                return self._take(pieces, len(pieces), end, stop)
+        return self._take(pieces, _final(len(pieces)), end, REST)
+
+    def hold(self, setting: Conditions, mode: SolverSettings, high: float) -> MotionPieces:
+        """Motion to rest on the shortest way that the limits allow, no further than `high`, mm, if rest is there.
+
+        Where no shorter way is found, it is the rest of the last plan.
+        """
+        self.left, self.end = self._shortest(setting, mode, high)
+        return self._take(self.left, len(self.left), self.end, REST)
+
+    def change(self, before: Conditions, setting: Conditions, mode: SolverSettings, high: float) -> MotionPieces | None:
+        """Motion under the limits of before to where the new ones can be kept, if that is not at once.
+
+        It ends at a feed that these allow, without acceleration, as soon as that can be, or at rest.
+        """
+        if self.state.feed == 0.0:
+            return None
+        near, low, state = self.reach(setting, mode, high), self.low, self.state
+        samples = self.samples
+        if samples is None or self._found(setting, mode, near) is not None:
+            return None
+        left, end = self._shortest(before, mode, high)
+        for k in range(BISECTIONS):
+            at = min(low + 2.0 * (end - low) * 0.5 ** (BISECTIONS - 1 - k), 0.5 * (low + near))
+            into = State((GUESS * float(np.interp(at, samples.s, samples.q))) ** 0.5)
+            bridge = self._found(before, mode, at, into)
+            if bridge is None:
+                continue
+            self.low, self.state = at, into
+            onwards = self._found(setting, mode, near)
+            if onwards is not None:
+                self.left, self.end, self.limits = onwards, near, setting.limits
+                return bridge
+            self.low, self.state = low, state
+        return self._take(left, len(left), end, REST)
+
+    def _found(self, setting: Conditions, mode: SolverSettings, near: float, into: State = REST) -> MotionPieces | None:
+        """Motion to `near`, mm, if it keeps the limits."""
+        with np.errstate(all="ignore"), suppress(PlanError):
+            plan = plan_window(setting, self.low, near, self.state, into, mode, exact=True)
+            self.work += len(plan.pieces)
+            return plan.pieces if plan.over <= 1.0 + KEPT else None
+        return None
+
+    def _shortest(self, setting: Conditions, mode: SolverSettings, high: float) -> tuple[MotionPieces, float]:
+        """The shortest way to rest, and where that is, mm: no further than the last plan or, without one, `high`."""
+        least, most, best = self.low, high if self.left is None else self.end, self.left
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (least + most)
+            found = self._found(setting, mode, middle)
+            least, most, best = (middle, most, best) if found is None else (least, middle, found)
+        if best is None:
+            raise OutOfReachError(f"from {self.state} at s = {self.low:.6g} mm no stop within the limits was found")
+        return best, most
+
+    def reach(self, setting: Conditions, mode: SolverSettings, high: float) -> float:
+        """Where a window of about `mode.cells` cells ends, mm: `high` if there is no more."""
+        near, self.ahead, self.samples = counted(setting, self.low, high, mode.cell, mode.cells, 1.0 + OPEN)
+        return near
+
+    def move(self, origin: float) -> None:
+        """Count arc length from a new origin, mm."""
+        self.samples = None
+        self.low, self.end = self.low - origin, self.end - origin
+        if self.left is not None:
+            coefficients = self.left.coefficients.copy()
+            coefficients[:, 0] -= origin
+            self.left = MotionPieces(self.left.spans, coefficients)
+
+    def _take(self, pieces: MotionPieces, count: int, end: float, stop: State) -> MotionPieces:
+        """Make the first pieces final."""
+        taken, self.left, self.end = pieces.part(0, count), pieces.part(count, len(pieces)), end
+        if len(self.left):
+            self.low, feed, half = self.left.coefficients[0, :3].tolist()
+            self.state = State(feed, 2.0 * half)
+        else:
+            self.low, self.state, self.left = end, stop, None
+        return taken
+
+
+def _final(count: int) -> int:
+    """How many of so many pieces become final."""
+    return max(count - int(OPEN * count), 1)
+
+
+def plan_stretch(setting: Conditions, low: float, high: float, start: State, stop: State, mode: SolverSettings) -> Plan:
+    """The motion between two ends, at rest or in motion, by as many windows as it takes."""
+    windows = RecedingHorizon(low, State(start.feed, start.acceleration))
+    if windows.reach(setting, mode, high) == high:
+        if max(start.feed, stop.feed) > 0.0:
+            return plan_from(setting, low, high, windows.state, stop, mode, known=windows.samples)
+        return plan_window(setting, low, high, start, stop, mode, known=windows.samples)
+    mode = replace(mode, bounded=False)  # bounds of windows do not add up to one
+    parts = []
+    while windows.low < high:
+        near = windows.reach(setting, mode, high)
+        parts.append(windows.advance(setting, mode, near, stop, ends_here=near == high))
+    return Plan(joined(parts), 0.0, 1.0)

@@ -1,0 +1,167 @@
+"""The seven-phase feed profile of one stretch, and of a path that rests at its stops."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from splinefeed.errors import LimitsError, PlanError
+from splinefeed.paths.path import Path
+from splinefeed.planner import profiles
+from splinefeed.planner.constants import SAME
+from splinefeed.planner.dwells import curve_feeds
+from splinefeed.planner.profiles import ROUNDING, Profile
+from splinefeed.records import Array, Limits, TimeLaw
+
+STRATEGY = "seven-phase"
+#: The limits that it needs, as `profiles.solve` takes them.
+ALONG = ("feed", "acceleration", "deceleration", "jerk", "deceleration_jerk")
+#: Halvings that find a rise of feed to its last digit, be it 2^-150 of the whole one.
+HALVINGS = 200
+
+
+@runtime_checkable
+class Measurable(Protocol):
+    """What a planner asks of a path: how long it is, and where the tool must rest because the tangent jumps."""
+
+    @property
+    def length(self) -> float:
+        """Arc length, mm."""
+
+    @property
+    def stops(self) -> tuple[float, ...]:
+        """Arc lengths strictly inside (0, length), increasing, mm."""
+
+
+def plan_seven_phase(path: Measurable, limits: Limits, period: float | None) -> TimeLaw:
+    """One seven-phase profile a stretch between stops, at rest at each stop, each ending on a tick if it can.
+
+    It obeys the tangential limits only: feed (on each stretch the least that the path asks for there), acceleration,
+    deceleration and their jerks along the path. It knows nothing of the axes, of curvature or of chord error; `check`
+    tells what those see.
+    Raises PlanError where the first or last stretch has no room, LimitsError for a period longer than the motion.
+    """
+    marks = _apart(np.array([0.0, *path.stops, path.length]))
+    feed, *along, start_feed, end_feed = _along(limits)
+    curves: Path | None = getattr(path, "tip_path", None)
+    feeds = np.full(len(marks) - 1, feed) if curves is None else _least_feeds(curves, limits, marks)
+    start, end = np.zeros(len(feeds)), np.zeros(len(feeds))
+    start[0], end[-1] = start_feed, end_feed
+    found = profiles.solve_in_row(np.diff(marks), feeds, *along, start, end)
+    total = float(np.sum(found.duration))
+    if math.isnan(total):
+        failed, last = int(np.argmax(np.isnan(found.duration))), len(feeds) - 1
+        low, high = marks[failed : failed + 2].tolist()
+        what = f"the stretch from {low:g} to {high:g} mm" if last else f"a path of {high:g} mm"
+        ends = start_feed if failed == 0 else None, end_feed if failed == last else None
+        raise _no_room(what, high - low, *ends, limits)
+    if period is not None and period * (1.0 - SAME) > total:
+        raise LimitsError(
+            f"period is {period:g} s, longer than the whole motion of {total:.6g} s; "
+            f"choose a period of at most {_outward(total * (1.0 + ROUNDING), ROUND_FLOOR)} s"
+        )
+    law = _law(marks, found, period)
+    return law if curves is None else replace(law, notes=law.notes + _slowed(curves, limits, marks, feeds))
+
+
+def _least_feeds(path: Path, limits: Limits, marks: Array, sign: float = 1.0) -> Array:
+    """Least feed of the curves between neighbouring marks (m + 1,), (m,), mm/s; of sign -1: minus the greatest."""
+    feeds = sign * curve_feeds(path, limits)
+    first = np.searchsorted(path.curve_starts[:-1], marks[:-1] + SAME * path.length, side="right") - 1
+    last = np.searchsorted(path.curve_starts[:-1], marks[1:] - SAME * path.length, side="left") - 1
+    return np.array([feeds[a : max(a, b) + 1].min() for a, b in zip(first, last, strict=True)])
+
+
+def _slowed(path: Path, limits: Limits, marks: Array, feeds: Array) -> tuple[str, ...]:
+    """A sentence on the stretches (m,) that run at the least feed of their curves where some of these allow more."""
+    slowed = np.flatnonzero(feeds < -_least_feeds(path, limits, marks, sign=-1.0))
+    if not len(slowed):
+        return ()
+    k = int(slowed[0])
+    return (
+        f"{len(slowed)} stretch(es) run at the least feed of their curves throughout, as this strategy makes one "
+        f"profile a stretch: the first from {marks[k]:g} to {marks[k + 1]:g} mm at {feeds[k]:g} mm/s",
+    )
+
+
+def _law(marks: Array, profile: Profile, period: float | None) -> TimeLaw:
+    """The law of profiles (m,) between marks (m+1,) in mm, brought to ticks where a period in s is given.
+
+    It notes each stretch that does not end on a tick: only the first and the last have end feeds.
+    """
+    breaks, coefficients, late = profiles.lay_out(profile, marks, period)
+    reason = "its end feeds leave no top feed to lower"
+    notes = tuple(
+        f"the last period is short, {late[index]:.6g} s of {period:g} s: {reason}"
+        if index == len(late) - 1
+        else f"the stop at {marks[index + 1]:g} mm falls {late[index]:.6g} s after a tick: {reason} before it"
+        for index in np.flatnonzero(late)
+    )
+    return TimeLaw(breaks=breaks, coefficients=coefficients, strategy=STRATEGY, period=period, notes=notes)
+
+
+def _along(limits: Limits) -> tuple[float, ...]:
+    """The limits that `profiles.solve` takes; LimitsError where one is missing."""
+    for name in ALONG:
+        if getattr(limits, name) == math.inf:
+            raise LimitsError(f"the {STRATEGY} strategy needs a limit on {name}; none is given")
+    return tuple(getattr(limits, name) for name in (*ALONG, "start_feed", "end_feed"))
+
+
+def _no_room(what: str, length: float, start_feed: float | None, end_feed: float | None, limits: Limits) -> PlanError:
+    """The error for a stretch that is too short for its change of feed: the length, and each feed, that would do.
+
+    length mm; start_feed, end_feed mm/s, None at a stop, where the tool stops whatever the limits say.
+    """
+    start, end = start_feed or 0.0, end_feed or 0.0
+    _, acceleration, deceleration, jerk, deceleration_jerk, _, _ = _along(limits)
+    down = start > end
+    steepest = (deceleration, deceleration_jerk) if down else (acceleration, jerk)
+    slow, fast = min(start, end), max(start, end)
+
+    def way(low: float, rise: float) -> float:
+        return (low + 0.5 * rise) * float(profiles.ramp(rise, *steepest)[0])  # eq. (21)
+
+    least = way(slow, fast - slow) * (1.0 - 0.5 * ROUNDING)  # what `solve` allows for
+    # Raising the slow end: its length grows with the rise, then may fall again (a full stop can be shorter than a
+    # brake to a third), but at the full rise it is still too long: so from the first rise that does not fit, none does.
+    higher = fast - _largest(lambda rise: way(fast - rise, rise) <= length, fast - slow)
+    lower = slow + _largest(lambda rise: way(slow, rise) <= length, fast - slow)
+    at_most = f"of at most {_outward(lower, ROUND_FLOOR, slow)} mm/s"
+    at_least = f"of at least {_outward(higher, ROUND_CEILING, fast)} mm/s"
+    begin, finish = (at_most, at_least) if down else (at_least, at_most)
+    mends = ((start_feed, f"a start_feed {begin}"), (end_feed, f"an end_feed {finish}"))
+    return PlanError(
+        f"{what} is too short to {'slow down' if down else 'speed up'} from {start:g} to {end:g} mm/s: "
+        f"that takes at least {_outward(least, ROUND_CEILING)} mm; "
+        f"choose {' or '.join(mend for feed, mend in mends if feed is not None)}"
+    )
+
+
+def _largest(fits: Callable[[float], bool], high: float) -> float:
+    """The largest x in [0, high] that fits, where everything below a point fits and nothing above it."""
+    low = 0.0
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    return low
+
+
+def _outward(value: float, rounding: str, bound: float | None = None) -> str:
+    """Six digits, rounded to the side that still holds; more where six would pass `bound`, and at last the bound."""
+    for digits in (6, 9, 12):
+        rounded = float(Context(prec=digits, rounding=rounding).create_decimal(Decimal(value)))
+        if bound is None or (rounded <= bound if rounding == ROUND_CEILING else rounded >= bound):
+            return f"{rounded:.{digits}g}"
+    return repr(bound)
+
+
+def _apart(marks: Array) -> Array:
+    """The marks (m,), mm, without those that rounding puts beside another; both ends stay."""
+    same, inner = SAME * marks[-1], marks[1:-1]
+    return np.concatenate([marks[:1], inner[(np.diff(marks[:-1]) > same) & (marks[-1] - inner > same)], marks[-1:]])

@@ -1,0 +1,359 @@
+"""The strategies `time-optimal` and `look-ahead`: two modes of one planner."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from splinefeed.errors import LimitsError, PlanError
+from splinefeed.kinematics import JointPath
+from splinefeed.paths.path import Path
+from splinefeed.planner.audit import worst_shares
+from splinefeed.planner.conditions import Conditions
+from splinefeed.planner.constants import ALMOST, HOPELESS, KEPT, SAME
+from splinefeed.planner.corners import passed_corners
+from splinefeed.planner.dwells import curve_feeds, with_dwells
+from splinefeed.planner.horizon import REST, Plan, SolverSettings, State
+from splinefeed.planner.law import MotionPieces, joined
+from splinefeed.planner.openings import over_at, plan_from
+from splinefeed.planner.receding import OutOfReachError, RecedingHorizon, plan_stretch
+from splinefeed.planner.straight import straights
+from splinefeed.planner.ticks import held_at_ticks
+from splinefeed.planner.track import JointTrack, PathTrack, Track
+from splinefeed.records import AXIS_LIMITS, LAW_COEFFICIENTS, Array, BoolArray, Limits, TimeLaw, refuse_orientation
+from splinefeed.workers import spread
+
+#: What the modes are called.
+TIME_OPTIMAL, LOOK_AHEAD = "time-optimal", "look-ahead"
+MODES = {
+    TIME_OPTIMAL: SolverSettings(cell=0.2, tolerance=2e-4, cells=8000),
+    LOOK_AHEAD: SolverSettings(cell=0.5, tolerance=5e-3, cells=400),
+}
+#: A motion over a limit is slowed down as a whole: a note says so where that is by more than this, as a factor on q.
+POOR = 1.2
+#: Shares of the limits, as factors on q, that are left to slow a motion down by less than a period.
+SPARES = (1e-4, 1e-3, 1e-2)
+#: Halvings in which the nearest state is sought that limits allow.
+SOUGHT = 6
+
+
+def setting_of(path: Path | JointPath, limits: Limits, period: float | None, paces: Array | None = None) -> Conditions:
+    """What a motion along the path is planned under; joints are axes over the arc length of the tip, behind its own.
+
+    paces (curves,)  share of the limits that the motion may use on each curve, as a factor on q
+    """
+    track: Track
+    own, curves, joints = limits, path.tip_path, path.joint_path
+    if joints is not None:
+        passed, track = (np.zeros(0), np.zeros(0)), JointTrack(joints)
+        own = _by_axis(limits, joints)
+    else:
+        refuse_orientation(limits, path.name)
+        passed, track = passed_corners(curves, limits, period), PathTrack(curves)
+    feeds = curve_feeds(curves, limits)
+    changes = np.flatnonzero(np.diff(feeds) != 0.0) + 1
+    steps = curves.curve_starts[changes], feeds[np.concatenate([[0], changes])]
+    stops = np.array([*path.stops, *(s for s, _ in path.dwells)])
+    rests = np.unique(stops[(stops > 0.0) & (stops < path.length) & ~np.isin(stops, passed[0])])
+    if paces is None:
+        return Conditions(track, own, period, steps, passed, rests)
+    slower = np.flatnonzero(np.diff(paces) != 0.0) + 1
+    return Conditions(
+        track, own, period, steps, passed, rests, (curves.curve_starts[slower], paces[np.append(0, slower)])
+    )
+
+
+def _by_axis(limits: Limits, path: JointPath) -> Limits:
+    """The limits with one number for all linear joints written as one for each of them."""
+    changes: dict[str, Any] = {}
+    for name in AXIS_LIMITS:
+        given = getattr(limits, name)
+        if given is not None and not isinstance(given, Mapping):
+            changes[name] = dict.fromkeys(path.axes[: path.linear], given)
+        limits.of_axes(name, path.axes)  # refuses limits of joints that are not there
+    return replace(limits, **changes)
+
+
+def plan_in_mode(
+    path: Path | JointPath,
+    limits: Limits,
+    period: float | None,
+    start: State | None = None,
+    *,
+    strategy: str,
+    bound: bool = False,
+    paces: Array | None = None,
+) -> TimeLaw:
+    """The motion in one of MODES, which on each curve may use a share `paces` of the limits, see `setting_of`.
+
+    The law rests at the stops, and each stretch lasts whole periods. Raises LimitsError for limits that leave
+    acceleration and jerk free, and for curvature jumps under an axis jerk without a period; PlanError for ends in
+    motion that the limits do not allow, with the nearest that they do, and for places where no motion within them was
+    found. With `start` it begins there, in the law too; with `bound` it has a lower bound of its time.
+    """
+    check_limits(limits, path.axes, strategy)
+    mode = replace(MODES[strategy], bounded=bound)
+    if path.joint_path is None:
+        _check_jumps(path.tip_path, limits, period)
+    else:
+        mode = replace(mode, cell=0.5 * mode.cell)  # joints bend where the tip does not
+        if limits.axis_velocity_step is not None:
+            raise LimitsError("axis_velocity_step: a tool stops at the corners of its path; leave it out")
+    with np.errstate(all="ignore"):  # what is not a number is not a motion to take
+        setting = setting_of(path, limits, period, paces)
+        begin = State(setting.speed_at(0.0, limits.start_feed)) if start is None else start
+        law = motion(setting, strategy, mode, begin)
+        law = with_dwells(law, [(s, wait) for s, wait in path.dwells if s >= begin.s], path.length)
+        at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
+        return held_at_ticks(law, path, limits, at_rest, setting.passed[0], setting.breaks)
+
+
+def motion(setting: Conditions, strategy: str, mode: SolverSettings, begin: State | None = None) -> TimeLaw:
+    """From a state to the end of a setting's track, as `plan_in_mode`; PlanError where no motion was found."""
+    limits, period, length = setting.limits, setting.period, setting.track.length
+    begin = State(setting.speed_at(0.0, limits.start_feed)) if begin is None else begin
+    marks = np.concatenate([[begin.s], setting.rests[setting.rests > begin.s], [length]])
+    instants, rows, notes = [np.zeros(1)], [], _assumed(setting)
+    bound, tick = 0.0, 0
+    exact, phases, shapes = straights(setting, marks)
+    exact[0] &= begin.feed == 0.0
+    exact[-1] &= limits.end_feed == 0.0
+    others = [_stretch(setting, begin, *marks[k : k + 2].tolist()) for k in np.flatnonzero(~exact).tolist()]
+    plans = spread(_in_ticks, (setting, mode), others)
+    for first, last in _runs(exact):
+        if exact[first]:
+            spans, shape = phases[first:last], shapes[first:last]
+            seconds = np.sum(spans, axis=1)
+            bound += float(np.sum(seconds))
+            before = float(instants[-1][-1])
+            ends = before + np.cumsum(seconds)
+            if period is not None:
+                many = np.maximum(np.ceil(seconds / period * (1.0 - SAME) - SAME), 1.0)
+                slower = many * period / seconds
+                spans, shape = spans * slower[:, None], shape / slower[:, None, None] ** np.arange(LAW_COEFFICIENTS)
+                ends = (tick + np.cumsum(many)) * period
+                tick += int(np.sum(many))
+            begins = np.concatenate([[before], ends[:-1]])
+            breaks = np.minimum(begins[:, None] + np.cumsum(spans, axis=1), ends[:, None])
+            breaks[:, -1] = ends
+            instants.append(breaks.ravel())
+            rows.append(shape.reshape(-1, LAW_COEFFICIENTS))
+            continue
+        low, high = marks[first : first + 2].tolist()
+        plan, ticks = next(plans)
+        if not plan.over <= HOPELESS:
+            raise _not_found(setting, plan, low, high)
+        if plan.over > POOR:
+            notes.append(
+                f"{setting.between(low, high)} the motion is {plan.over**0.5:.3g} times slower than "
+                "it might be: no better one within the limits was found"
+            )
+        bound += plan.bound
+        rows.append(plan.pieces.coefficients)
+        instants.append(float(instants[-1][-1]) + np.cumsum(plan.pieces.spans))
+        tick += ticks
+        if ticks > 0:
+            instants[-1][-1] = tick * float(period or 0.0)
+        elif period is not None and instants[-1][-1] % period > ALMOST * period:
+            notes.append(
+                f"the last period is short, {instants[-1][-1] % period:.6g} s of {period:g} s: the motion begins and "
+                "ends at a feed, and so cannot wait for a tick"
+            )
+    times, coefficients = np.concatenate(instants), np.concatenate(rows)
+    lasts = np.diff(times) > 0.0  # phases of profiles, and waits, that take no time
+    return TimeLaw(
+        breaks=np.append(times[0], times[1:][lasts]),
+        coefficients=coefficients[lasts],
+        strategy=strategy,
+        period=period,
+        notes=tuple(notes),
+        settings={"lower_bound_s": bound} if mode.bounded and bound > 0.0 else {},
+    )
+
+
+def _assumed(setting: Conditions) -> list[str]:
+    """What is taken for the limits of axes that have none."""
+    names = setting.at.assumed
+    if not names:
+        return []
+    have = "has" if len(names) == 1 else "have"
+    k = setting.at.names.index(names[0])
+    bounds = ((setting.at.a[k], 2), (setting.at.j[k], 3))
+    taken = " and ".join(f"{value:.6g} rad/s^{order}" for value, order in bounds if value < np.inf)
+    return [
+        f"{', '.join(names)} {have} no limit of acceleration or jerk: the plan takes {taken} (mm where linear), the "
+        "least of the others', 1 rad for 1 mm"
+    ]
+
+
+def _runs(exact: BoolArray) -> list[tuple[int, int]]:
+    """First and behind the last of stretches (m,) that go together: exact ones in a row, others one by one."""
+    begin = np.flatnonzero(np.append(True, ~(exact[1:] & exact[:-1])))
+    return list(pairwise([*begin.tolist(), len(exact)]))
+
+
+def _stretch(setting: Conditions, begin: State, low: float, high: float) -> tuple[float, float, State, State]:
+    """A stretch between two marks, mm, and the states at its ends."""
+    start = begin if low == begin.s else State(s=low)
+    feed = setting.limits.end_feed if high == setting.track.length else 0.0
+    return low, high, start, State(setting.speed_at(high, feed))
+
+
+@np.errstate(all="ignore")  # in other processes, too
+def _in_ticks(given: tuple[Conditions, SolverSettings], stretch: tuple[float, float, State, State]) -> tuple[Plan, int]:
+    """A stretch, see `_stretch`, that lasts whole periods if it can, and how many.
+
+    From rest to rest it is slowed down as a whole, by k: feeds by k, accelerations by k^2, jerks by k^3. With one end
+    in motion it waits at the other one, with both it is slowed down between them.
+    """
+    (setting, mode), (low, high, start, stop) = given, stretch
+    period = setting.period
+    if max(start.feed, stop.feed) == 0.0:
+        plan = plan_stretch(setting, low, high, start, stop, mode)
+        if not plan.over <= HOPELESS:
+            return plan, 0
+        pieces = plan.pieces.stretched(math.sqrt(plan.over)) if plan.over > 1.0 else plan.pieces
+        if period is None:
+            return replace(plan, pieces=pieces), 0
+        ticks = max(math.ceil(pieces.duration / period * (1.0 - SAME) - SAME), 1)
+        return replace(plan, pieces=pieces.stretched(ticks * period / pieces.duration)), ticks
+
+    with suppress(OutOfReachError):
+        plan = plan_stretch(setting, low, high, start, stop, mode)
+        if plan.over <= 1.0 + KEPT:
+            if period is None:
+                return plan, 0
+            if min(start.feed, stop.feed) == 0.0:
+                return _waiting(plan, high, stop, period)
+            return _slowed(plan, setting, stretch, mode, period)
+    raise _out_of_reach(setting, low, high, start, stop, mode)
+
+
+def _waiting(plan: Plan, high: float, stop: State, period: float) -> tuple[Plan, int]:
+    """Motion that ends at `high`, mm, and waits less than a period where it rests, so that it lasts whole periods."""
+    ticks = math.ceil(plan.pieces.duration / period * (1.0 - SAME))
+    place = high if stop.feed == 0.0 else float(plan.pieces.coefficients[0, 0])
+    still = MotionPieces(
+        np.array([max(ticks * period - plan.pieces.duration, 0.0)]), np.eye(1, LAW_COEFFICIENTS) * place
+    )
+    return replace(plan, pieces=joined([plan.pieces, still] if stop.feed == 0.0 else [still, plan.pieces])), ticks
+
+
+def _slowed(
+    plan: Plan, setting: Conditions, stretch: tuple[float, float, State, State], mode: SolverSettings, period: float
+) -> tuple[Plan, int]:
+    """Motion slowed down by less than a period between its ends, so that it lasts whole ones; as it is if none can.
+
+    That takes of the limits at some places, so that motions that leave a share of them, up to a hundredth, are tried,
+    too: those last longer by up to half of that share.
+    """
+    tried = plan
+    for spare in (*SPARES, None):
+        ticks = max(math.ceil(tried.pieces.duration / period * (1.0 - SAME) - SAME), 1)
+        slower = tried.pieces.slowed_between(ticks * period)
+        if np.max(worst_shares(setting, slower, stretch[1])[0]) <= 1.0 + KEPT:
+            return replace(plan, pieces=slower), ticks
+        if spare is not None:
+            with suppress(PlanError):
+                tried = plan_stretch(setting, *stretch, replace(mode, spare=spare))
+    return plan, 0
+
+
+def _not_found(setting: Conditions, plan: Plan, low: float, high: float) -> PlanError:
+    """The error for a stretch whose best motion is over a limit: where, by how much, and what mends it."""
+    with np.errstate(all="ignore"):
+        over = np.max(worst_shares(setting, plan.pieces, high)[0], axis=0)
+    k = int(np.argmax(over))
+    much = f"{100.0 * (over[k] - 1.0):.3g} % over a limit" if over[k] < np.inf else "no motion"
+    place = setting.track.place(float(plan.pieces.coefficients[k, 0]))
+    return PlanError(
+        f"{setting.between(low, high)} no motion within the limits was found: at s = {place:.6g} mm the best one is "
+        f"{much}; smooth or split the path there, or leave out the limits of an axis that turns or bends there while "
+        "the path hardly moves"
+    )
+
+
+def _out_of_reach(
+    setting: Conditions, low: float, high: float, start: State, stop: State, mode: SolverSettings
+) -> OutOfReachError:
+    """The error for feeds at the ends that the limits do not allow: which, and the nearest that they do allow.
+
+    The nearest is sought in a short window, and is one that a plan was made from.
+    """
+    near = RecedingHorizon(low).reach(setting, MODES[LOOK_AHEAD], high)  # what lies behind does not matter
+    length = near - low
+
+    def possible(first: State, last: State, mode: SolverSettings = MODES[LOOK_AHEAD]) -> bool:
+        begin, end = (low, near) if last.feed == 0.0 or near == high else (high - length, high)
+        first, last = (first if begin == low else REST), (last if end == high else REST)
+        with suppress(PlanError):
+            return plan_from(setting, begin, end, first, last, mode).over <= 1.0 + KEPT
+        return False
+
+    at_end = stop.feed > 0.0 and (start.feed == 0.0 or possible(start, REST))
+    given, place = (stop, high) if at_end else (start, low)
+    calm = State(given.feed, 0.0, given.s)
+
+    def written(share: float) -> State:
+        """A share of the state as messages write it, six digits, nearer to rest."""
+        v, a, down = (share, share**2, 1.0 - 5e-6) if whole else (1.0, share, 1.0)
+        feed, acceleration = (float(f"{each * down:.6g}") for each in (v * given.feed, a * given.acceleration))
+        return State(feed, acceleration if feed > 0.0 else 0.0, given.s)
+
+    def fits(state: State, mode: SolverSettings = MODES[LOOK_AHEAD]) -> bool:
+        return state.feed == 0.0 or (possible(start, state, mode) if at_end else possible(state, stop, mode))
+
+    whole = given.acceleration == 0.0 or not fits(calm)
+    least, most = 0.0, 1.0
+    if whole:
+        most = min(over_at(setting, place, given) ** -0.5, 1.0)
+    if most < 1.0 and fits(written(most)):
+        least = most
+    else:
+        for _ in range(SOUGHT):
+            middle = 0.5 * (least + most)
+            least, most = (middle, most) if fits(written(middle)) else (least, middle)
+    while least > 2.0**-SOUGHT and not fits(written(least), mode):
+        least *= 0.8
+    found = written(least)
+    if given.acceleration != 0.0:
+        up_to = f"up to s = {setting.track.place(near):.6g} mm"
+        return OutOfReachError(f"the limits {up_to} do not allow {start}; the nearest state they allow is {found}")
+    between = setting.between(low, high)
+    name, by_feed = "end_feed" if at_end else "start_feed", setting.speed_at(place, 1.0)
+    return OutOfReachError(
+        f"{name} is {given.feed / by_feed:.6g} mm/s; the limits {between} "
+        f"allow at most {found.feed / by_feed:.6g} mm/s there; lower it"
+    )
+
+
+def check_limits(limits: Limits, axes: tuple[str, ...], strategy: str) -> None:
+    """Raise LimitsError for limits that leave acceleration and jerk free."""
+    sums = (limits.combinations or {}).values()
+    bounded = [limits.acceleration, limits.jerk, *(each.acceleration for each in sums), *(each.jerk for each in sums)]
+    bounded += [most for model in limits.models for most in model.numbers().values()]
+    for name in ("axis_acceleration", "axis_jerk"):
+        bounded += limits.of_axes(name, axes).tolist()
+    if not np.any(np.isfinite(bounded)):
+        raise LimitsError(
+            f"the {strategy} strategy needs a limit on acceleration or jerk, of the path or of its axes; none is given"
+        )
+
+
+def _check_jumps(path: Path, limits: Limits, period: float | None) -> None:
+    """Raise LimitsError for curvature that jumps under an axis jerk without a period."""
+    jerks = [*limits.of_axes("axis_jerk", path.axes), *(each.jerk for each in (limits.combinations or {}).values())]
+    if period is None and np.any(np.isfinite(jerks)):
+        jumps = path.corners.s[~path.corners.stop]
+        if len(jumps):
+            place = float(path.tip_length(jumps[0]))
+            raise LimitsError(
+                f"the curvature jumps at s = {place:.6g} mm, where axis jerk is infinite at any feed; "
+                "give the servo period, over which a drive sees it"
+            )

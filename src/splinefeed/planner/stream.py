@@ -1,0 +1,329 @@
+"""Look-ahead on a path without end: curves go in as they come, committed motion comes out, memory stays the same."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from splinefeed.errors import CurveError, InputError
+from splinefeed.paths.parts import cut, joined
+from splinefeed.paths.path import Path
+from splinefeed.planner.conditions import Conditions
+from splinefeed.planner.constants import ALMOST, SAME
+from splinefeed.planner.horizon import REST, State
+from splinefeed.planner.law import MotionPieces
+from splinefeed.planner.receding import OPEN, RecedingHorizon
+from splinefeed.planner.soft_limits import check_travel
+from splinefeed.planner.strategies import LOOK_AHEAD, MODES, check_limits, setting_of
+from splinefeed.records import LAW_COEFFICIENTS, Limits, TimeLaw, positive
+
+#: Cells of a window, and the fewest that it may have.
+WINDOW, LEAST_WINDOW = MODES[LOOK_AHEAD].cells, 20
+#: A window that was not full is looked for again when so many times as many curves are known.
+AGAIN = 2
+
+
+@dataclass(frozen=True, eq=False)
+class MotionBlock:
+    """A block of committed motion: it no longer changes.
+
+    curve   index, among all that came, of the curve that it begins on
+    offset  arc length from the start of that curve, mm
+    tick    whole periods since the start, at which or behind which it begins; before the first block the tool stands
+    phase   how much later than that, s, less than a period: kept apart, as after hours their sum is rounded
+    law     from there: arc length from 0, time from 0
+    limits  that it keeps
+    Source: docs/math/planner.md. Example: `sf.live.LookAhead(limits, 1e-3, path.axes).push(path)`
+    """
+
+    curve: int
+    offset: float
+    tick: int
+    phase: float
+    law: TimeLaw
+    limits: Limits
+
+    @property
+    def time(self) -> float:
+        """When it begins, s since the start."""
+        return self.tick * float(self.law.period or 0.0) + self.phase
+
+
+class LookAhead:
+    """Plans a path that need not end: `push` curves, get motion; `finish` comes to rest at the end of what came.
+
+    limits, period  as for `plan`; the period, s, is needed, as stops fall on ticks: the tool waits there for the next.
+                    Motion begins at start_feed and, when finished, ends at end_feed: not on a tick then
+    axes            names of the axes of all that comes
+    window          cells that are looked ahead over
+    start           where on the first path it begins, and how; None begins at its start with start_feed
+
+    The last plan always ends at rest within the window and keeps every limit. Its first half becomes final and the rest
+    is planned again with what follows; where that fails, the last plan still stands. So motion that came out can always
+    be followed by a stop within the limits, and a window costs the same wherever it is.
+    From wherever it is the motion goes on without a stop under other limits (`change_limits`), along another path
+    (`reroute`), or comes to rest as soon as it can (`hold`). A feedrate override is `live`'s.
+    Raises LimitsError for limits that leave acceleration and jerk free or name other axes, InputError for a window that
+    is too small.
+    Source: docs/math/planner.md.
+    Example: `planner = sf.live.LookAhead(limits, 1e-3, path.axes); blocks = [*planner.push(path), *planner.finish()]`
+    """
+
+    def __init__(
+        self,
+        limits: Limits,
+        period: float,
+        axes: Sequence[str],
+        window: int = WINDOW,
+        *,
+        start: State | None = None,
+    ) -> None:
+        self.axes, self.period = tuple(axes), positive(period, "period")
+        self.limits = limits
+        self._start = start
+        start = State(limits.start_feed) if start is None else start
+        if int(window) < LEAST_WINDOW:
+            raise InputError(f"a window of {window} cells; it must have at least {LEAST_WINDOW}")
+        check_limits(limits, self.axes, LOOK_AHEAD)
+        self._mode = replace(MODES[LOOK_AHEAD], cells=int(window))
+        self._windows = RecedingHorizon(start.s, State(start.feed, start.acceleration))
+        self._path: Path | None = None  # what is known and not yet behind
+        self._waiting: list[Path] = []  # what came since
+        self._curves = 0  # that came
+        self._first_curve = 0  # of _path, among all that came
+        #: What must be known ahead before a window is looked for again: length, about, mm, or so many curves.
+        self._looked, self._looked_curves = 0.0, 0
+        self._tick = 0  # the last one at which motion is final
+        self._elapsed = 0.0  # since then, s
+        self._begun = False
+
+    @property
+    def time(self) -> float:
+        """Up to when motion has come out, s."""
+        return self._tick * self.period + self._elapsed
+
+    @property
+    def rows(self) -> int:
+        """Curves that are held in memory."""
+        return sum(len(path.curves) for path in self._parts)
+
+    @property
+    def work(self) -> float:
+        """Cells that were planned so far: what planning costs."""
+        return float(self._windows.work)
+
+    def push(self, path: Path) -> list[MotionBlock]:
+        """Take more of the path, which goes on where the last one ended; returns the motion that is final by now.
+
+        Raises CurveError for other axes or a gap, LimitsError where the path leaves the travel of an axis.
+        """
+        self.take(path)
+        return list(self.blocks())
+
+    def take(self, path: Path) -> None:
+        """Take more of the path, as `push` does, and plan nothing yet: `blocks` does."""
+        if path.axes != self.axes:
+            raise CurveError(f"the path has axes {path.axes}; the motion has {self.axes}")
+        check_travel(path, self.limits)
+        if path.times is not None:
+            raise CurveError(
+                "times: a motion that is planned as its path comes has no wanted times; plan it as a whole"
+            )
+        if self._parts:
+            last = self._parts[-1]
+            gap = float(np.max(np.abs(last.ends[-1, 1] - path.ends[0, 0])))
+            if gap > max(path.tolerance, last.tolerance):
+                raise CurveError(f"gap of {gap:.6g} between curve {self._curves - 1} and curve {self._curves}")
+        self._curves += len(path.curves)
+        self._waiting.append(path)
+
+    def finish(self) -> list[MotionBlock]:
+        """Come to rest at the end of what came; the rest of the motion."""
+        return list(self.blocks(whole=True))
+
+    @property
+    def stop(self) -> MotionBlock | None:
+        """The motion to rest that the last plan has behind committed motion; None where committed motion rests.
+
+        It keeps the limits and is what the machine does when no other block comes in time.
+        """
+        windows = self._windows
+        if windows.left is None or self._path is None:
+            return None
+        spans, coefficients = windows.left.spans, windows.left.coefficients.copy()
+        coefficients[:, 0] -= windows.low
+        law = TimeLaw(
+            breaks=np.concatenate([[0.0], np.cumsum(spans)]),
+            coefficients=coefficients,
+            strategy=LOOK_AHEAD,
+            period=self.period,
+        )
+        curve, offset = self._place(self._path, windows.low)
+        return MotionBlock(curve, offset, self._tick, self._elapsed, law, windows.limits or self.limits)
+
+    def change_limits(self, limits: Limits) -> list[MotionBlock]:
+        """Plan by other limits from where committed motion ends, or from the first place on where they can be kept.
+
+        Returns the motion up to there, which slows down within the limits of before: `MotionBlock.limits` tells which a block
+        keeps. Raises LimitsError for limits that leave acceleration and jerk free, or whose travel the path leaves.
+        """
+        check_limits(limits, self.axes, LOOK_AHEAD)
+        for path in self._parts:
+            check_travel(path, limits)
+        before, self.limits, self._looked = self.limits, limits, 0.0
+        known = self._known()
+        if known is None:
+            return []
+        settings = [setting_of(known, each, self.period) for each in (before, limits)]
+        begin = self._windows.low
+        pieces = self._windows.change(settings[0], settings[1], self._mode, self._stop_ahead(known, settings[0]))
+        return [] if pieces is None else [self._block(known, pieces, begin, dict(known.dwells), before)]
+
+    def reroute(self) -> int:
+        """Forget all of the path that the last plan does not need; how many curves are left, of all that came.
+
+        What is pushed next goes on at the end of the last of these: the motion does not stop before it is there.
+        """
+        path = self._known()
+        if path is None:
+            return 0
+        windows = self._windows
+        end = windows.low if windows.left is None else windows.end
+        starts = path.curve_starts[:-1] + SAME * path.length
+        count = max(int(np.searchsorted(starts, end)), 1)
+        self._keep(path, 0, count)
+        self._curves, self._looked = self._first_curve + count, 0.0
+        return self._curves
+
+    def hold(self) -> list[MotionBlock]:
+        """A feed hold: come to rest on the shortest way that the limits allow; `push` and `finish` go on from there."""
+        path = self._known()
+        if path is None or self._windows.state.feed == 0.0:
+            return []
+        setting, begin = setting_of(path, self.limits, self.period), self._windows.low
+        pieces = self._windows.hold(setting, self._mode, self._stop_ahead(path, setting))
+        self._looked = 0.0
+        return [self._block(path, pieces, begin, dict(path.dwells))]
+
+    def _stop_ahead(self, path: Path, setting: Conditions) -> float:
+        """Where the motion next rests, or what is known of the path ends, mm."""
+        ahead = setting.rests[setting.rests > self._windows.low]
+        return float(ahead[0]) if len(ahead) else path.length
+
+    @property
+    def _parts(self) -> list[Path]:
+        """What is not yet behind: the path that is known, and what came since."""
+        return ([] if self._path is None else [self._path]) + self._waiting
+
+    def _known(self) -> Path | None:
+        """All that is not yet behind as one path."""
+        if self._parts:
+            self._path = joined(self._parts)
+        self._waiting = []
+        return self._path
+
+    def blocks(self, *, whole: bool = False, early: bool = False) -> Iterator[MotionBlock]:
+        """Plan on while there is enough ahead, or with `whole` to the end; each block as soon as it is final.
+
+        With `early` one block at most, also where a window is not full: for motion that cannot wait for more path.
+        """
+        ahead = sum(path.length for path in self._waiting) if not whole else 0.0
+        if self._path is not None:
+            ahead += self._path.length - self._windows.low
+        if not (whole or early) and ahead < self._looked and self.rows < self._looked_curves:
+            return
+        path = self._known()
+        if path is None:
+            return
+        setting = setting_of(path, self.limits, self.period)
+        if not self._begun and self._start is None:
+            self._windows.state = State(setting.speed_at(0.0, self.limits.start_feed))
+        stops = setting.rests
+        waits = dict(path.dwells)
+        if not self._begun and 0.0 in waits:
+            self._tick += math.ceil(waits.pop(0.0) / self.period - ALMOST)
+        windows = self._windows
+        windows.lines = None
+        same = SAME * path.length
+        while windows.low < path.length - same:
+            stop = stops[np.searchsorted(stops, windows.low + same, side="right") :]
+            high = float(stop[0]) if len(stop) else path.length
+            last = whole or len(stop) > 0
+            begin = windows.low
+            end = State(setting.speed_at(high, self.limits.end_feed)) if whole and not len(stop) else REST
+            marks = np.append(begin, stop) if len(stop) or not whole or end.feed > 0.0 else np.array([begin, high])
+            pieces = windows.straight(setting, marks)
+            if pieces is not None:
+                self._begun, self._looked = True, 0.0
+                yield self._block(path, pieces, begin, waits)
+                if early:
+                    break
+                continue
+            near = windows.reach(setting, self._mode, high)
+            if not last and near == high and not early:
+                self._looked = (path.length - windows.low) * max(1.0 + OPEN, (1.0 - OPEN) / windows.ahead)
+                self._looked_curves = AGAIN * len(path.curves)  # length alone tells little behind a long line
+                break
+            pieces = windows.advance(setting, self._mode, near, end, ends_here=last and near == high)
+            self._begun, self._looked = True, 0.0
+            yield self._block(path, pieces, begin, waits)
+            if early:
+                break
+        self._forget(path)
+
+    def _block(
+        self, path: Path, pieces: MotionPieces, begin: float, waits: dict[float, float], limits: Limits | None = None
+    ) -> MotionBlock:
+        """Pieces as a block; at rest the tool waits for the next tick, and for what the path asks."""
+        spans, coefficients = pieces.spans, pieces.coefficients.copy()
+        coefficients[:, 0] -= begin
+        curve, offset = self._place(path, begin)
+        tick, phase = self._tick, self._elapsed
+        self._elapsed += float(np.sum(spans))
+        if self._windows.state.feed == 0.0:
+            passed = math.ceil(self._elapsed / self.period - ALMOST)
+            passed += math.ceil(_wait_at(waits, self._windows.low, SAME * path.length) / self.period - ALMOST)
+            still = passed * self.period - self._elapsed
+            if still > ALMOST * self.period:
+                spans = np.append(spans, still)
+                coefficients = np.vstack([coefficients, np.zeros(LAW_COEFFICIENTS)])
+                coefficients[-1, 0] = self._windows.low - begin
+            self._tick, self._elapsed = self._tick + passed, 0.0
+        else:
+            passed = math.floor(self._elapsed / self.period)
+            self._tick, self._elapsed = self._tick + passed, max(self._elapsed - passed * self.period, 0.0)
+        law = TimeLaw(
+            breaks=np.concatenate([[0.0], np.cumsum(spans)]),
+            coefficients=coefficients,
+            strategy=LOOK_AHEAD,
+            period=self.period,
+        )
+        kept = limits or self._windows.limits or self.limits
+        return MotionBlock(curve, offset, tick, phase, law, kept)
+
+    def _place(self, path: Path, s: float) -> tuple[int, float]:
+        """Number of the curve, among all that came, at a place of what is known, and how far behind its start, mm."""
+        curve = int(np.clip(np.searchsorted(path.curve_starts, s, side="right") - 1, 0, len(path.curves) - 1))
+        return self._first_curve + curve, s - float(path.curve_starts[curve])
+
+    def _forget(self, path: Path) -> None:
+        """Drop the curves behind the motion, and count arc length from the first that is left."""
+        behind = int(np.searchsorted(path.curve_starts, self._windows.low, side="right")) - 2  # and keep one of them
+        if behind <= 0:
+            return
+        origin = float(path.curve_starts[behind])
+        self._keep(path, behind, len(path.curves))
+        self._first_curve += behind
+        self._windows.move(origin)
+
+    def _keep(self, path: Path, first: int, last: int) -> None:
+        """Of the path that is known keep the curves from `first` to the one before `last`."""
+        self._path = cut(path, first, last)
+
+
+def _wait_at(waits: dict[float, float], s: float, same: float) -> float:
+    """How long the path waits at a place, s."""
+    return sum(seconds for place, seconds in waits.items() if abs(place - s) <= same)

@@ -1,0 +1,107 @@
+"""A motion that is where a path wants it when the path wants it: slower than the fastest one, curve by curve.
+
+On each stretch between two wanted times the motion may use a share of all limits, as a factor on q: with the share f a
+stretch by itself takes 1 / sqrt(f) times as long. Shares are found by planning again with f (T / W)^2, T being what the
+stretch took and W what is wanted, until all places are passed within a period; the whole is then stretched to the end.
+So every limit is kept as in any plan, and a duration alone slows the fastest motion down as a whole.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from splinefeed.errors import LimitsError, PlanError
+from splinefeed.paths.path import Path
+from splinefeed.planner.constants import ALMOST, HALVINGS, SAME
+from splinefeed.records import LAW_COEFFICIENTS, Array, IntArray, Limits, TimeLaw
+
+#: Plans that are made at most to find the shares, and the least share.
+PLANS, LEAST = 40, 1e-8
+#: Without a period, places are passed within this share of the whole time; a stretch that is too short by less may be.
+WITHIN = 1e-4
+#: After so many plans a stretch that uses its limits whole and is still too slow cannot be passed in its time.
+SETTLED = 6
+
+
+def in_time(make: Callable[[Array], TimeLaw], path: Path, limits: Limits, period: float | None) -> TimeLaw:
+    """The law that passes the curves' ends at `path.times`; make(paces) plans with shares of the limits (curves,).
+
+    Within a period, and the last one to the tick; wanted times are rounded to ticks. Raises LimitsError for a path that
+    waits or a motion that does not begin and end at rest, PlanError for times that are too short, with the shortest.
+    """
+    assert path.times is not None
+    if path.dwells or path.stops or limits.start_feed > 0.0 or limits.end_feed > 0.0:
+        raise LimitsError("times: a motion with wanted times rests where it begins and ends and nowhere between")
+    ends = np.flatnonzero(~np.isnan(path.times))
+    wanted, notes = path.times[ends], []
+    if period is not None:
+        ticks = np.maximum(np.round(wanted / period), 1.0)
+        if abs(wanted[-1] / period - ticks[-1]) > ALMOST * ticks[-1] and ends[-1] == len(path.times) - 1:
+            notes = [
+                f"{wanted[-1]:.9g} s are no whole periods of {period:g} s: the motion takes {ticks[-1] * period:.9g}"
+            ]
+        wanted = ticks * period
+    owner = np.searchsorted(ends, np.arange(len(path.times)))  # what lies behind the last wanted time is not slowed
+    places = path.curve_starts[ends + 1]
+    whole = ends[-1] == len(path.times) - 1
+    close = period if period is not None else WITHIN * float(wanted[-1])
+    spans = np.diff(wanted, prepend=0.0)
+    shares = np.ones(len(ends) + 1)
+    for k in range(PLANS):
+        law = make(shares[owner])
+        at = times_at(law, places)
+        if whole:
+            at[-1] = law.duration
+        longer = float(wanted[-1] / at[-1]) if whole else 1.0
+        slow = np.flatnonzero((shares[:-1] == 1.0) & (np.diff(at, prepend=0.0) > spans + close))
+        if len(slow) and ((k == 0 and len(ends) == 1) or k >= SETTLED):
+            raise _too_short(ends, wanted, np.diff(at, prepend=0.0), int(slow[0]))
+        if longer >= 1.0 - SAME and np.all(np.abs(at * longer - wanted) <= close):
+            return replace(
+                _stretched(law, longer, float(wanted[-1])) if longer > 1.0 else law, notes=(*law.notes, *notes)
+            )
+        shares[:-1] = np.clip(shares[:-1] * (np.diff(at, prepend=0.0) / spans) ** 2, LEAST, 1.0)
+    off = int(np.argmax(np.abs(at - wanted)))
+    raise PlanError(
+        f"times: after {PLANS} plans curve {ends[off]} ends at {at[off]:.6g} s, not at {wanted[off]:.6g} s; "
+        "give times further apart"
+    )
+
+
+def times_at(law: TimeLaw, s: Array) -> Array:
+    """When a law first reaches lengths s (n,), mm, s: by bisection in the piece that does."""
+    ends = np.append(law.coefficients[1:, 0], np.inf)
+    piece = np.searchsorted(ends, s)
+    low, high = law.breaks[piece], law.breaks[piece + 1]
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        before = law(middle) < s
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    return np.asarray(high)
+
+
+def _stretched(law: TimeLaw, factor: float, end: float) -> TimeLaw:
+    """The law so many times slower, which ends at this instant, s."""
+    breaks = law.breaks * factor
+    breaks[-1] = end
+    return replace(law, breaks=breaks, coefficients=law.coefficients / factor ** np.arange(LAW_COEFFICIENTS))
+
+
+def _too_short(ends: IntArray, wanted: Array, spans: Array, k: int) -> PlanError:
+    """The error for a stretch that takes longer than it may."""
+    if len(ends) == 1:
+        found = math.ceil(float(spans[0]) * 1e6) / 1e6
+        return PlanError(
+            f"the motion takes at least {found:.9g} s within its limits; {wanted[0]:.9g} s are wanted: give more"
+        )
+    first = int(ends[k - 1]) + 1 if k else 0
+    given = np.diff(wanted, prepend=0.0)
+    longer = float(np.max(spans / given))
+    return PlanError(
+        f"times: from waypoint {first + 1} to {int(ends[k]) + 2} the motion takes {spans[k]:.6g} s within its limits; "
+        f"{given[k]:.6g} s are wanted: give more there, or all times about {longer:.3g} times as long"
+    )

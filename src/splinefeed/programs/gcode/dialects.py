@@ -1,0 +1,244 @@
+"""Dialects of G-code: which a file is in, and in what they differ."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+
+from splinefeed.errors import InputError
+from splinefeed.files.source import head_text
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """What a control reads differently from LinuxCNC.
+
+    extruder      3-D printers: E words are filament and no motion, and G0 moves at F
+    laser         S is the power of a laser, for which the tool does not rest
+    m_codes       those that it has; the words beside another one are that one's. None where the builder adds codes
+    dwell         s of one unit of G4's P; dwell_words: letters of G4 that are in s
+    modes         codes that switch functions of the control on and off and move nothing
+    silent        how lines begin that are for the control alone: directives, texts
+    returns       98 or 99: where canned cycles end unless the program says it
+    repeats       letters of a canned cycle's repeats
+    jumps         whether O-words, M98 and M99 are read
+    keeps_cycles  whether R, Z, P and Q stay in force from one kind of cycle to the next
+    of_fanuc      whether systems are G54.1 P (G154 P), which G10 L20 sets, G10 adds with G91, R and Z of a cycle stay
+                  where they were said, and G80 brings G0 to G3 from before the cycle back; G4's P with a point is in s
+    of_linuxcnc   whether words that LinuxCNC alone has are read: G76 as a thread, M70 to M73, M128, F before units
+    lead          letter of the way a revolution of G33
+    """
+
+    name: str
+    title: str
+    extruder: bool = False
+    laser: bool = False
+    m_codes: frozenset[int] | None = None
+    dwell: float = 1.0
+    dwell_words: str = ""
+    modes: frozenset[int] = frozenset()
+    silent: tuple[str, ...] = ()
+    returns: int = 98
+    repeats: str = "L"
+    keeps_cycles: bool = False
+    jumps: bool = False
+    of_fanuc: bool = False
+    of_linuxcnc: bool = False
+    lead: str = "K"
+
+
+#: LinuxCNC documentation, "M-Codes" (M100 to M199 are the user's, with P and Q), and "M98 and M99"; Grbl 1.1,
+#: "Supported G-codes", with the coolant, override and outputs of its variants.
+_OF_LINUXCNC = frozenset(
+    (*range(10), 19, 30, *range(48, 54), *range(60, 69), *range(70, 74), *range(96, 200), 428, 429)
+)
+_OF_GRBL = frozenset((*range(10), 30, 56, *range(62, 68)))
+#: What Marlin and Klipper have in common: printers are read by `printers`.
+_PRINTER = Dialect("printer", "3-D printer", extruder=True, laser=True, dwell=1e-3, dwell_words="S")
+PRINTERS = ("printer", "marlin", "klipper")
+
+_FANUC = Dialect(
+    "fanuc",
+    "Fanuc",
+    dwell=1e-3,
+    dwell_words="XU",
+    # G05 P10000 and G05.1 Q1 look ahead, G08 P1 does too; G50.1 and G69 end what is refused when it begins;
+    # G13.1 does too, but G13 is a round pocket to a Haas, whose G103 and G187 say how far to look ahead and
+    # how smooth to be
+    modes=frozenset((50, 51, 80, 501, 620, 630, 690, 150, 131, 1030, 1870)),
+    silent=("//",),
+    repeats="KL",
+    keeps_cycles=True,
+    jumps=True,
+    of_fanuc=True,
+    lead="F",
+)
+
+DIALECTS = {
+    each.name: each
+    for each in (
+        Dialect("linuxcnc", "LinuxCNC", m_codes=_OF_LINUXCNC, returns=99, jumps=True, of_linuxcnc=True),
+        _FANUC,
+        replace(_FANUC, name="haas", title="Haas", repeats="L"),
+        Dialect("mach3", "Mach3", modes=frozenset((150, 501, 690)), jumps=True),
+        Dialect("grbl", "Grbl", m_codes=_OF_GRBL, modes=frozenset((150, 690)), silent=("$", "?", "!", "~"), laser=True),
+        _PRINTER,
+        replace(_PRINTER, name="marlin", title="Marlin"),
+        replace(_PRINTER, name="klipper", title="Klipper", dwell_words=""),
+        Dialect("siemens", "Siemens Sinumerik"),
+        Dialect("heidenhain", "Heidenhain"),
+    )
+}
+
+#: What tells a dialect, the first that is found; G6.2 with a method is what LinuxCNC alone has.
+_SIGNS = {
+    "heidenhain": r"^[ \t]*(?:\d+[ \t]+)?BEGIN[ \t]+PGM\b",
+    "siemens": r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;(?:\$PATH|\s*SINUMERIK)|^%_N_"
+    r"|\bCYCLE\d+[ \t]*\(|\bG(?:500|505|64[12])\b|\bTRA(?:ORI|FOOF)\b|\b[ABC]3[ \t]*="
+    r"|^[ \t]*(?:N\d+[ \t]*)?(?:EXTERN|PROC)[ \t]+[A-Z_]+\d*|\bSUPA\b|\bLIMS[ \t]*=",
+    "linuxcnc": r"^(?>[^\n]*?\bG0?6\.2\b)[^\n]*Q\s*[123]\b|^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b"
+    r"|\bM6[78][ \t]*E\d|\bM6[2-5][ \t]*P\d",
+    "haas": r"\bhaas\b|\bG154[ \t]*P\d|\bG187\b|\bG103[ \t]*P\d",
+    # a number of four digits, or of fewer where the program begins
+    "fanuc": r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?![ \t]*[a-z\[#])|\A[%\s]*+O\d{1,3}\b(?![ \t]*[a-z\[#<])"
+    r"|^[ \t]*//|\bG0?5\.1\s*Q[013]\b"
+    r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b|\bG43\.[45]\b|\bG234\b|^(?>[^\n]*?\bIF[ \t]*\[)[^\n]*\b(?:GOTO|THEN)"
+    r"|^(?>[^\n]*?\bWHILE[ \t]*\[)[^\n]*\][ \t]*DO[ \t]*[123]\b|\bG65[ \t]*P\d",
+    "mach3": r"\bmach\s?[34]\b|^[ \t]*M1[01]\s*P[0-3]\b",
+    "grbl": r"^[ \t]*\$(?:N?\d+[ \t]*=|J=|[$#GIXCH](?![A-Z0-9]))|\bgrbl\b|\bM0?[34][ \t]*S0\b",
+    "marlin": r"^;FLAVOR:\s*Marlin",
+    "klipper": r"^;FLAVOR:\s*Klipper|^[ \t]*(?:START_PRINT|PRINT_START|SET_VELOCITY_LIMIT|SET_PRESSURE_ADVANCE"
+    r"|EXCLUDE_OBJECT\w*|BED_MESH_\w+|SET_GCODE_OFFSET|SAVE_GCODE_STATE|SET_RETRACTION|SET_KINEMATIC_POSITION)\b",
+    "printer": r"^;FLAVOR:|^[ \t]*(?:N\d+[ \t]*)?"
+    r"(?:G[0123]\b[^;(\nM]*\sE-?[\d.]|G92\s*E|G28\s+[WXYZ]\s*(?:[XYZ]\s*)*$"
+    r"|M73\s+[PQR]|M(?:82|83|84|10[4679]|11[57]|140|190|20[1-5]|22[01]|400|486|555|862|900|906)\b)",
+}
+_DETECTED = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign in _SIGNS.items()}
+
+#: What only programs of one kind have, outside of comments: of two kinds in one program none can be told.
+_KINDS = {
+    "siemens": _SIGNS["siemens"],
+    "linuxcnc": r"^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b|\bM6[78][ \t]*E\d",
+    "fanuc": r"^[ \t]*(?:O\d{4,5})\b(?![ \t]*[a-z\[#])|^(?>[^\n]*?\bIF[ \t]*\[)[^\n]*\b(?:GOTO|THEN)"
+    r"|^(?>[^\n]*?\bWHILE[ \t]*\[)[^\n]*\][ \t]*DO[ \t]*[123]\b|\bG65[ \t]*P\d",
+    "grbl": r"^[ \t]*\$\d+[ \t]*=",
+    "printer": r"^;FLAVOR:|^[ \t]*G[01]\b[^;(\nM]*\sE-?[\d.]",
+}
+_OF_KIND = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign in _KINDS.items()}
+#: Where G4's P is in s, where a whole P is in ms, and from which P on the dialect has to be known.
+IN_SECONDS, IN_MILLISECONDS, ASKED_FROM = ("linuxcnc", "mach3", "grbl"), ("fanuc", "haas", "marlin"), 100.0
+
+#: Klipper's macros, whose values may look like Siemens' words: PARK_AT X=10.
+_MACRO = re.compile(r"^[ \t]*(?=\w*_)[A-Z_]\w*[ \t]+\w+=.*", re.IGNORECASE | re.MULTILINE)
+
+#: Dialects that a comment may name.
+_IN_COMMENTS = ("mach3", "grbl", "haas")
+
+#: Axis words with a decimal point and without, and how many of these are counted.
+_POINTED = re.compile(r"(?<![A-Z#\[])[XYZUVWABCIJKR][-+]?[0-9]*\.", re.IGNORECASE)
+_WHOLE = re.compile(r"(?<![A-Z#\[])[XYZUVWABCIJKR]([-+]?[0-9]+)(?![0-9.])", re.IGNORECASE)
+#: What makes K of a line a place: arcs and threads; elsewhere it counts the repeats of a cycle.
+_WITH_K = re.compile(r"[IJ]|G0?[235](?![0-9])|G33|G76|G6\.2|G87", re.IGNORECASE)
+_MOST_WHOLE = 1000
+
+#: A line of a program, for telling one from other text: words, or a comment, or %.
+_WORDS = re.compile(r"^[ \t]*+/?\d?\s*+(?:[A-Z]\s*+[-+]?[\d.#\[][-+\d.]*+\s*+)+(?:[;(].*)?$", re.I)
+_CODE = re.compile(r"^[ \t]*+/?\s*+(?:N\s*+\d++[ \t]*+)?(?:[GMT]\s*\d|[ABC]SPLINE\b)", re.I)
+#: Lines that are looked at to tell whether a file is a program.
+_LOOKED_AT = 400
+
+
+#: How a program ends, and how much of it is looked at.
+_END, _TRAILER = re.compile(rb"(?:^|[\r\n])[^\r\n]*(?:%|M0?2|M30|M99)\s*$", re.IGNORECASE), 4096
+
+
+def named(name: str) -> Dialect:
+    """The dialect called `name`; InputError lists them."""
+    try:
+        return DIALECTS[name.lower()]
+    except (KeyError, AttributeError):
+        raise InputError(f"dialect {name!r} is not known; there are {', '.join(DIALECTS)}") from None
+
+
+def detect(head: bytes) -> Dialect:
+    """The dialect of a program by its first bytes; LinuxCNC where nothing tells."""
+    return told(head)[0]
+
+
+def without_leader(content: bytes) -> bytes:
+    """The program without the zero bytes before it, as of a punched tape, and behind its end; others are damage."""
+    content = content.lstrip(b"\0")
+    if content.endswith(b"\0") and _END.search(content[-_TRAILER:].rstrip(b"\0") or content.rstrip(b"\0")):
+        return content.rstrip(b"\0")
+    return content
+
+
+def told(head: bytes) -> tuple[Dialect, str]:
+    """The dialect of a program by its first bytes, and what tells it, with its line; "" where nothing does."""
+    text, code = _text_and_code(head)
+    for name, sign in _DETECTED.items():
+        looked_at = text if name in _IN_COMMENTS else _MACRO.sub("", code) if name == "siemens" else code
+        if found := sign.search(looked_at):
+            return DIALECTS[name], _place(looked_at, found)
+    return DIALECTS["linuxcnc"], ""
+
+
+def contradiction(head: bytes) -> str:
+    """What a program says that shows two kinds of dialects, with their lines; "" where it shows one or none."""
+    _, code = _text_and_code(head)
+    if _DETECTED["heidenhain"].search(code):
+        return ""
+    kinds = {
+        name: _place(code, found)
+        for name, sign in _OF_KIND.items()
+        if (found := sign.search(_MACRO.sub("", code) if name == "siemens" else code))
+    }
+    said = " and ".join(f"{name} ({place})" for name, place in kinds.items())
+    return f"shows {said} at once; name the control (option dialect: {', '.join(kinds)})" if len(kinds) > 1 else ""
+
+
+def _text_and_code(head: bytes) -> tuple[str, str]:
+    """The text of a program, and the same without comments."""
+    text = head_text(head.strip(b"\0"))
+    return text, re.sub(r"\([^()\n]*\)|;(?!\$PATH|\s*SINUMERIK|FLAVOR).*", "", text)
+
+
+def _place(text: str, found: re.Match[str]) -> str:
+    """What was found, and in which line."""
+    words = found[0].rpartition("\n")[2].split()
+    return f"{' '.join(words)[:24]!r} in line {text.count(chr(10), 0, found.end()) + 1}"
+
+
+def whole_numbers(text: str) -> tuple[str, list[int]]:
+    """The first axis word without a decimal point of a program that has others with one, and the lines of them all."""
+    code = re.sub(r"\([^()\n]*\)|;.*", "", text)
+    whole = [
+        each
+        for each in (_WHOLE.finditer(code) if _POINTED.search(code) else ())
+        if float(each[1]) and (each[0][0] not in "Kk" or _WITH_K.search(_line_of(code, each.start())))
+    ]
+    return (whole[0][0] if whole else ""), [code.count("\n", 0, each.start()) + 1 for each in whole[:_MOST_WHOLE]]
+
+
+def _line_of(text: str, at: int) -> str:
+    """The line of a text in which a letter stands."""
+    end = text.find("\n", at)
+    return text[text.rfind("\n", 0, at) + 1 : end if end >= 0 else len(text)]
+
+
+def holds(head: bytes) -> bool:
+    """Whether `head` looks like a program: words of G-code on most of its lines, and G, M or T among them."""
+    head = without_leader(head)
+    if b"\0" in head:
+        return False
+    text = head_text(head)
+    lines = [line.strip() for line in text.splitlines()[:_LOOKED_AT]]
+    if len(head) >= 2**16:  # the last line may be cut
+        lines = lines[:-1] or lines
+    told = [line for line in lines if line and line[0] not in "%;(:" and line[:2] != "//"]
+    codes = sum(1 for line in told if _CODE.match(line))
+    if _DETECTED["heidenhain"].search(text):
+        return True
+    others = [_DETECTED[name] for name in ("siemens", "grbl", "klipper", "printer")]
+    words = sum(1 for line in told if _WORDS.match(line) or any(sign.search(line) for sign in others))
+    return codes > 0 and words >= 0.7 * len(told)

@@ -1,0 +1,292 @@
+"""Heidenhain's conversational programs, as far as they are lines and arcs.
+
+Source: HEIDENHAIN TNC 640, User's Manual Klartext Programming: "Path contours - Cartesian coordinates" (L, CC, C, CR,
+CT, RND, CHF), "Path contours - polar coordinates" (LP, CP), "Entering tool-related data" (TOOL CALL, F, FMAX, which
+holds in its block alone), "M functions" (M91), cycles 7 (datum shift) and 9 (dwell time). DR+ is counterclockwise, R of
+CR is below 0 for more than half a circle, the side of CHF is its way from the corner. Labels, jumps and Q parameters
+are those of `klartext`. What calls cycles or other programs, reads the control (FN 18) or turns planes is refused by
+its name, as are programs in inches, whose F has a unit of its own.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+
+from splinefeed.programs.gcode.expressions import LineError, refuse
+from splinefeed.programs.gcode.interpreter import Interpreter
+from splinefeed.programs.gcode.klartext import BLOCK, Quantities
+from splinefeed.programs.gcode.lines import UNKNOWN
+from splinefeed.programs.gcode.moves import LETTERS
+from splinefeed.records import Array
+
+_NUMBER = r"[-+]?(?:[0-9]++[.,]?[0-9]*+|[.,][0-9]++)"
+_BEGIN = re.compile(r"BEGIN\s+PGM\s+\S+(?:\s+(MM|INCH))?")
+#: What says nothing of the motion: the blank, tools by their measures, structure, modes that are off.
+_IGNORED = re.compile(r"BLK\s+FORM|TOOL\s+DEF|LBL\b|\*|PLANE\s+RESET|FUNCTION\s+(?:RESET|MODE)|PRESET\s+SELECT")
+_CYCLE = re.compile(r"CYCLE?\s+DEF\s*([0-9]+)\s*(?:\.([0-9]+))?\s*(.*)")
+#: Cycles that say nothing of the places: presets, tolerances.
+_OF_NO_PLACE = (32, 247, 392)
+_SHIFT = re.compile(rf"(I?)([XYZABC])\s*({_NUMBER})")
+_MOVE = re.compile(
+    r"(LP|LN|L|CP|CTP|CT|CR|CC|C|RND|CHF|APPR|DEP|FL|FCT|FC|FPOL|SPL)(?![A-Z])\s*+|(?=I?[XYZABC]\s*[-+0-9.,Q])"
+)
+_WORD = re.compile(
+    rf"\s*(?:(?P<axis>I?(?:[XYZABCUVW]|PA|PR))\s*(?P<place>{_NUMBER})|DR\s*(?P<turn>[-+])|R\s*(?P<radius>{_NUMBER})"
+    rf"|R(?P<side>[0LR])(?![0-9.,])|F\s*(?P<max>MAX|AUTO)|F\s*(?P<feed>{_NUMBER})|M\s*(?P<m>[0-9]+)|(?P<bare>{_NUMBER}))"
+)
+#: Blocks whose words may be parameters.
+_WITH_PLACES = re.compile(rf"(?:{_MOVE.pattern}|TOOL\s+CALL)[^\"]*Q")
+_TOOL = re.compile(r"TOOL\s+CALL\s*(?P<name>[0-9]+|\"[^\"]*\")?\s*(?P<axis>[XYZUVW])?(?P<rest>.*)")
+#: Cycles that are in force without a call (mirror, turn, scale, plane), and the value that ends them.
+_AT_ONCE = {8: 0.0, 10: 0.0, 11: 1.0, 19: 0.0, 26: 1.0}
+#: A line of L that says all of itself: places, R0, F or FMAX.
+_PLACES = rb"(?P<places>(?:[ \t]*+[XYZABC][-+]?+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++))++)"
+_LINE = re.compile(
+    rb"[ \t]*+(?:[0-9]++[ \t]++)?+L" + _PLACES + rb"(?:[ \t]++R0)?+"
+    rb"(?:[ \t]++F(?:(?P<max>MAX)|(?P<feed>[0-9]++\.?+[0-9]*+)))?+[ \t\r]*+"
+)
+#: M codes that change nothing of the path, and those of planes and tips, which do.
+_NO_PLACE, _TURNED = 91, frozenset((92, 114, 120, 128, 136, 138, 144))
+_REFUSED = {
+    "FN": "is a function of the control", "CALL": "calls", "CYCL": "is a cycle", "PLANE": "turns the plane",
+    "FUNCTION": "is a function of the control", "SEL": "selects a file", "TCH": "probes", "IF": "jumps",
+}  # fmt: skip
+
+
+class Heidenhain(Interpreter):
+    """Turns every block into words of LinuxCNC; a block that goes over several lines ends them with ~."""
+
+    def __init__(self, *arguments: object, **options: bool) -> None:
+        super().__init__(*arguments, **options)  # type: ignore[arg-type]
+        self._pole: Array | None = None  # CC
+        self._tangent = np.zeros(2)  # of the last move at its end
+        self.quantities = Quantities()
+        self._cycle, self._open = 0, False  # the cycle that is defined, and whether a block goes on
+
+    def run(self, text: str, line: int) -> None:
+        """One line: a block, or a part of one."""
+        self.line = line
+        block = BLOCK.match(text.partition(";")[0].replace("\ufeff", ""))
+        plain = (block["plain"] if block else "").strip().upper()
+        goes_on, self._open = self._open, text.rstrip().endswith("~")  # a comment may stand before it
+        if not plain or goes_on or plain == "%":
+            return
+        if block and block["skip"]:
+            self.findings.count("blocks with / are carried out: skipping them is off", line)
+        if begin := _BEGIN.match(plain):
+            refuse(
+                begin[1] == "INCH", "a program in inches, whose F is in units of its own, is not read; write it in mm"
+            )
+        elif plain.startswith("END PGM"):
+            self.ended = True
+            self.corners.end()
+        elif cycle := _CYCLE.match(plain):
+            self._define(int(cycle[1]), self.quantities.filled(cycle[3]) if int(cycle[2] or 0) else "")
+        elif not (_IGNORED.match(plain) or self.quantities.take(plain)):
+            self._do_block(self.quantities.filled(plain) if _WITH_PLACES.match(plain) else plain)
+
+    def plain_lines(self, block: bytes) -> bytes:
+        """L as G0 and G1; not the last one before another block, which may go on tangent to it, nor behind ~."""
+        texts = block.split(b"\n")[:-1]
+        plain = [_as_words(text) for text in texts]
+        for i in range(len(plain)):
+            if texts[i - 1].rstrip().endswith(b"~") if i else self._open:
+                plain[i] = UNKNOWN
+        ends = [i for i, after in enumerate([*plain[1:], UNKNOWN]) if after == UNKNOWN]
+        for i in ends:
+            plain[i] = UNKNOWN
+        return b"\n".join([*plain, b""])
+
+    def _do_block(self, plain: str) -> None:
+        """A block that moves, or switches something."""
+        if tool := _TOOL.match(plain):
+            self._change(tool)
+        elif plain.startswith("STOP"):
+            super().run("M0", self.line)
+        elif re.match(r"M\s*[0-9]", plain):
+            self._do_words("", plain)
+        elif move := _MOVE.match(plain):
+            self._do_words(move[1] or "L", plain[move.end() :])
+        else:
+            name = re.match(r"[A-Z]+", plain)
+            why = _REFUSED.get(name[0] if name else "", "is not known")
+            raise LineError(
+                f"{plain[:24]!r} {why}, which is not read in a Heidenhain program; let the post write its moves"
+            )
+
+    def _define(self, number: int, words: str) -> None:
+        """CYCL DEF: a shift, a wait, or a cycle that a call would carry out."""
+        if number == 7:
+            refuse("#" in words, "a datum shift by a line of a table is not read; write its place")
+            rest = _SHIFT.sub("", words).strip()
+            refuse(rest, f"a datum shift by {rest[:20]!r} is not read; write places of its axes")
+            for step, axis, value in _SHIFT.findall(words):
+                number = LETTERS.index(axis)
+                before = float(self.state.offsets.g92[number]) if step else 0.0
+                self.state.offsets.shift({number: before + self.state.scaled(number, _value(value))})
+            self.state.set_offsets()
+        elif number == 9:
+            if wait := re.search(rf"(?:(?<![0-9.,])|(?=[-+]))({_NUMBER})\s*+$", words):
+                self.state.say(self.line, dwell=_value(wait[1]))
+        elif number in _AT_ONCE:
+            plain = all(float(_value(each)) == _AT_ONCE[number] for each in re.findall(_NUMBER, words))
+            refuse(words and (number == 8 or not plain), f"cycle {number} turns, mirrors or scales what follows, which "
+                   "is not read; let the post write the places")  # fmt: skip
+        elif number not in _OF_NO_PLACE:
+            self._cycle = number
+            self.findings.count(f"cycle {number} is defined; it is not read", self.line)
+
+    def _change(self, tool: re.Match[str]) -> None:
+        """TOOL CALL: another tool, or another speed of the same one."""
+        refuse(tool["axis"] not in (None, "Z"), f"TOOL CALL {tool['axis']}: the tool must lie along Z")
+        name, rest = tool["name"] or "", tool["rest"]
+        said = re.search(rf"S\s*({_NUMBER})", rest)
+        speed = f"S{_value(said[1]):.6f}" if said else ""
+        number = name if name.isdigit() else ""
+        if name:
+            super().run(f"T{number} M6 {speed}" if number else f"M6 {speed}", self.line)
+        elif speed:
+            super().run(speed, self.line)
+        if feed := re.search(rf"\bF\s*({_NUMBER})", rest):
+            self.state.set_feed(_value(feed[1]))
+
+    def _do_words(self, name: str, text: str) -> None:
+        """A block of a path function, with its words."""
+        places: dict[str, float] = {}
+        turn, radius, feed, rapid, size, codes, at = 0, math.nan, math.nan, False, math.nan, list[int](), 0
+        while at < len(text):
+            word = _WORD.match(text, at)
+            if word is None:
+                raise LineError(f"expected a word of a Heidenhain program, got {text[at : at + 20].strip()!r}")
+            at = word.end()
+            if word["axis"]:
+                places[word["axis"]] = _value(word["place"])
+            elif word["turn"]:
+                turn = 1 if word["turn"] == "+" else -1
+            elif word["radius"] is not None and not (name in ("L", "LP", "") and float(_value(word["radius"])) == 0.0):
+                radius = _value(word["radius"])
+            elif word["side"] in ("L", "R"):
+                raise LineError(
+                    f"R{word['side']} is compensation of the tool's radius; write the compensated path (R0)"
+                )
+            elif word["max"]:
+                rapid = word["max"] == "MAX"
+            elif word["feed"] is not None:
+                feed = _value(word["feed"])
+            elif word["m"] is not None:
+                codes.append(int(word["m"]))
+            elif word["bare"] is not None:
+                size = _value(word["bare"])
+        wrong = next((code for code in codes if code in _TURNED), 0)
+        refuse(wrong, f"M{wrong} is not read in a Heidenhain program; let the post write places of the axes")
+        refuse(
+            self._cycle and {89, 99} & set(codes), f"M99 calls cycle {self._cycle}, which is not read; write its moves"
+        )
+        refuse(name in ("APPR", "DEP", "LN", "FL", "FCT", "FC", "FPOL", "SPL", "CTP"),
+               f"{name} is not read in a Heidenhain program; let the post write lines and arcs")  # fmt: skip
+        if not math.isnan(feed):
+            self.state.set_feed(feed)
+        said = [f"M{code}" for code in codes if code not in (_NO_PLACE, 89, 99, 2, 30)]
+        if said:
+            super().run(" ".join(said), self.line)
+        if _NO_PLACE in codes:
+            self.findings.count("places of the machine (M91) are left out: its zero is unknown here", self.line)
+        elif name in ("RND", "CHF"):
+            self.corners.begin(",R" if name == "RND" else ",C", size if math.isnan(radius) else radius)
+        elif name == "CC":
+            self._set_pole(places)
+        elif places or name in ("C", "CP"):
+            self._move(name, places, turn, radius, rapid)
+        if {2, 30} & set(codes):
+            super().run("M30", self.line)
+
+    def _here(self) -> Array:
+        """Where the tool is, in words of the program, (9,)."""
+        here: Array = (self.state.position - self.state.offset) / self.state.scale
+        return here
+
+    def _set_pole(self, places: dict[str, float]) -> None:
+        here = self._here()[:2]
+        pole = here if self._pole is None or not places else self._pole
+        self._pole = np.array([
+            places.get(axis, here[k] + places[f"I{axis}"] if f"I{axis}" in places else pole[k])
+            for k, axis in enumerate("XY")
+        ])  # fmt: skip
+
+    def _move(self, name: str, places: dict[str, float], turn: int, radius: float, rapid: bool) -> None:
+        """A line or an arc to places that are absolute, steps (I), or polar."""
+        here = self._here()
+        there = here.copy()
+        moved = set[int]()
+        for word, value in places.items():
+            if word in ("PR", "PA", "IPA", "IPR"):
+                continue
+            axis = LETTERS.index(word[-1])
+            there[axis] = here[axis] + value if word[0] == "I" and len(word) > 1 else value
+            moved.add(axis)
+        if name in ("LP", "CP"):
+            pole = self._known_pole(name)
+            away = here[:2] - pole
+            angle = math.atan2(away[1], away[0])
+            if "PA" in places or "IPA" in places:
+                angle = math.radians(places["PA"]) if "PA" in places else angle + math.radians(places["IPA"])
+            length = places.get("PR", float(np.hypot(*away)) + places.get("IPR", 0.0))
+            there[:2] = pole + length * np.array([math.cos(angle), math.sin(angle)])
+            moved |= {0, 1}
+        words = [f"{LETTERS[axis]}{there[axis]:.12f}" for axis in sorted(moved)]
+        if name in ("L", "LP"):
+            words.insert(0, "G0" if rapid else "G1")
+            self._tangent = (there - here)[:2]
+        else:
+            refuse(rapid, f"{name} FMAX: an arc has a feed; write F")
+            words = self._arc_words(name, here, there, places, turn, radius, words)
+        super().run(" ".join(words), self.line)
+
+    def _arc_words(
+        self, name: str, here: Array, there: Array, places: dict[str, float], turn: int, radius: float, words: list[str]
+    ) -> list[str]:
+        """C and CP about the pole, CR by its radius, CT tangent to the move before."""
+        if name == "CT":
+            way, t = (there - here)[:2], self._tangent
+            refuse(not t.any(), "CT needs a move before it, to which it is tangent")
+            normal = np.array([-t[1], t[0]]) / float(np.hypot(*t))
+            across = float(normal @ way)
+            refuse(not across, "CT leads straight on; write L")
+            middle, turn = here[:2] + normal * (float(way @ way) / (2.0 * across)), 1 if across > 0.0 else -1
+        elif name == "CR":
+            refuse(not turn, "CR needs DR+ or DR-")
+            refuse(math.isnan(radius), "CR needs R")
+            self._tangent = np.zeros(2)  # by which side the centre lies: CT behind CR is rare
+            return ["G3" if turn > 0 else "G2", *words, f"R{radius:.12f}"]
+        else:
+            refuse(not turn, f"{name} needs DR+ or DR-")
+            middle = self._known_pole(name)
+        away = there[:2] - middle
+        self._tangent = turn * np.array([-away[1], away[0]])
+        i, j = (middle - here[:2]).tolist()
+        turns = []
+        if "IPA" in places and abs(places["IPA"]) > 360.0:  # whole turns, and the rest
+            refuse(places["IPA"] * turn < 0.0, "IPA and DR have different signs")
+            turns = [f"P{math.ceil(abs(places['IPA']) / 360.0 - 1e-9)}"]
+        return ["G3" if turn > 0 else "G2", *words, f"I{i:.12f}", f"J{j:.12f}", *turns]
+
+    def _known_pole(self, name: str) -> Array:
+        if self._pole is None:
+            raise LineError(f"{name} needs its centre, CC, before it")
+        return self._pole
+
+
+def _as_words(text: bytes) -> bytes:
+    """A line of L as words of G0 or G1; `UNKNOWN` for all else."""
+    said = _LINE.fullmatch(text)
+    if said is None:
+        return UNKNOWN
+    feed = said["feed"]
+    return (b"G0" if said["max"] else b"G1") + said["places"] + (b"F" + feed if feed else b"")
+
+
+def _value(text: str) -> float:
+    return float(text.replace(",", "."))

@@ -1,0 +1,211 @@
+"""Labels, jumps and Q parameters of Heidenhain's conversational programs.
+
+Source: HEIDENHAIN TNC 640, User's Manual Klartext Programming: "Subprograms and program-section repeats" (LBL, LBL 0,
+CALL LBL, REP: the section runs once more than REP says), "Programming Q parameters" (FN 0 to FN 13, formulas, angles in
+degrees); of FN 6 to FN 13 also TNC 320, 3/2014, p. 274, of formulas TNC 407, p. 7-15. SGN is not read: manuals differ
+on what it makes of 0 and less. A parameter that the program has not set is refused: the control keeps its value from
+the program before.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from bisect import bisect_left
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from splinefeed.programs.gcode.expressions import LineError, refuse
+from splinefeed.programs.gcode.flow import ProgramText, Walk
+
+_NUMBER = r"(?:[0-9]++[.,]?[0-9]*+|[.,][0-9]++)"
+_LABEL = r"(?:\"(?P<{0}>[^\"]+)\"|(?P<{1}>[0-9]+))"
+_JUMP = re.compile(
+    rf"(?:LBL\s*{_LABEL.format('name', 'number')}|CALL\s+LBL\s*{_LABEL.format('called', 'call')}"
+    rf"(?:\s*REP\s*(?P<rep>[0-9]+)(?:/[0-9]+)?)?|(?:FN\s*(?P<fn>[0-9]+)\s*:\s*)?IF\s*+"
+    r"(?>(?P<first>.+?)(?<!\s)\s*+(?P<is>EQU|NE|GT|LT))\s*+(?>(?P<second>.+?)(?<!\s)\s*+GOTO)"
+    rf"\s+LBL\s*{_LABEL.format('aim', 'goto')})\s*+$"
+)
+_LIKELY = re.compile(
+    rb"^[ \t/]*(?:[0-9]+[ \t]*)?(?:LBL|CALL[ \t]+LBL|END[ \t]+PGM|(?:FN[ \t]*[0-9]+[ \t]*:[ \t]*)?IF\b)",
+    re.MULTILINE | re.IGNORECASE,
+)
+#: `/` of a block that may be skipped, its number, and what follows.
+BLOCK = re.compile(r"\s*(?P<skip>/?)\s*(?:[0-9]+\s+|[0-9]+$)?(?P<plain>.*)", re.DOTALL)
+_SET = re.compile(r"(?:FN\s*(?P<fn>[0-9]+)\s*:\s*)?(?P<name>Q[LR]?[0-9]+)\s*=\s*(?P<value>.*)")
+_SIGNED = re.compile(r"([-+]?)(?<!\s)\s*+(Q[LR]?[0-9]+)")
+_TOKEN = re.compile(rf"\s*({_NUMBER}|Q[LR]?[0-9]+|PI|DIV|LEN|ANG|[A-Z]+|[-+*/^()])")
+#: Subprograms within subprograms, and brackets within brackets.
+MAX_CALLS, MAX_DEPTH = 19, 50
+_COMPUTES = (0, 1, 2, 3, 4, 5, 6, 7, 8, 13)
+
+
+def _inverse(function: Callable[[float], float]) -> Callable[[float], float]:
+    return lambda value: math.degrees(function(value))
+
+
+_FUNCTION: dict[str, Callable[[float], float]] = {
+    "SIN": lambda v: math.sin(math.radians(v)), "COS": lambda v: math.cos(math.radians(v)),
+    "TAN": lambda v: math.tan(math.radians(v)), "ASIN": _inverse(math.asin), "ACOS": _inverse(math.acos),
+    "ATAN": _inverse(math.atan), "SQ": lambda v: v * v, "SQRT": math.sqrt, "NEG": lambda v: -v, "ABS": abs,
+    "INT": math.trunc, "FRAC": lambda v: v - math.trunc(v), "LN": math.log, "LOG": math.log10, "EXP": math.exp,
+}  # fmt: skip
+_OPERATOR: dict[str, Callable[[float, float], float]] = {
+    "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": lambda a, b: a / b,
+    "DIV": lambda a, b: a / b, "LEN": math.hypot, "ANG": lambda a, b: math.degrees(math.atan2(a, b)) % 360.0,
+    "^": lambda a, b: a**b,
+}  # fmt: skip
+_LEVELS = (("+", "-"), ("*", "/", "DIV", "LEN", "ANG"), ("^",))
+_HOLDS: dict[str, Callable[[float, float], bool]] = {
+    "EQU": lambda a, b: a == b, "NE": lambda a, b: a != b, "GT": lambda a, b: a > b, "LT": lambda a, b: a < b,
+}  # fmt: skip
+
+
+class Quantities:
+    """Values of Q, QL and QR parameters, by name."""
+
+    def __init__(self) -> None:
+        self._values: dict[str, float] = {}
+
+    def take(self, text: str) -> bool:
+        """Set a parameter, if that is what the block does; LineError for what does not compute."""
+        found = _SET.match(text)
+        if found is None or (found["fn"] and int(found["fn"]) not in _COMPUTES):
+            return False
+        self._values[found["name"]] = self.value(found["value"])
+        return True
+
+    def get(self, name: str) -> float:
+        """Value of a parameter; LineError if it has none."""
+        if name not in self._values:
+            raise LineError(f"{name} has no value; set it in the program before it is used")
+        return self._values[name]
+
+    def filled(self, text: str) -> str:
+        """The block with numbers in place of its parameters."""
+        return _SIGNED.sub(lambda found: f"{self.get(found[2]) * (-1.0 if found[1] == '-' else 1.0):+.9f}", text)
+
+    def value(self, text: str) -> float:
+        """A formula, or the two values of FN 0 to FN 13."""
+        tokens, at = list[str](), 0
+        while at < len(text.rstrip()):
+            token = _TOKEN.match(text, at)
+            if token is None:
+                raise LineError(f"expected a formula, got {text[at : at + 20].strip()!r}")
+            tokens.append(token[1])
+            at = token.end()
+        tokens.reverse()
+        try:
+            value = self._part(tokens, 0, 0)
+        except (ValueError, ZeroDivisionError, OverflowError, TypeError):
+            raise LineError(f"{text.strip()[:40]} has no value") from None
+        refuse(tokens, f"expected a formula, got {' '.join(reversed(tokens))[:20]!r}")
+        refuse(not math.isfinite(value), f"{text.strip()[:40]} is too large")
+        return value
+
+    def _part(self, tokens: list[str], level: int, depth: int) -> float:
+        """What binds as `level` says, or stronger."""
+        if level == len(_LEVELS):
+            return self._one(tokens, depth)
+        value = self._part(tokens, level + 1, depth)
+        while tokens and tokens[-1] in _LEVELS[level]:
+            operator = _OPERATOR[tokens.pop()]
+            value = float(operator(value, self._part(tokens, level + 1, depth)))
+        return value
+
+    def _one(self, tokens: list[str], depth: int) -> float:
+        refuse(depth > MAX_DEPTH, f"a formula goes more than {MAX_DEPTH} brackets or signs deep")
+        refuse(not tokens, "the formula ends where a value is due")
+        token = tokens.pop()
+        if token in ("+", "-"):
+            return (-1.0 if token == "-" else 1.0) * self._one(tokens, depth + 1)
+        if token == "(":
+            value = self._part(tokens, 0, depth + 1)
+            refuse(not tokens or tokens.pop() != ")", "a bracket of the formula is not closed")
+            return value
+        if token in _FUNCTION:
+            return float(_FUNCTION[token](self._one(tokens, depth + 1)))
+        if token == "PI":
+            return math.pi
+        if token[0] == "Q":
+            return self.get(token)
+        refuse(token[0] not in "0123456789.,", f"{token!r} is not known in a formula")
+        return float(token.replace(",", "."))
+
+
+class KlartextFlow(Walk):
+    """Where a program is; `arrives` is called with the number of a line before it jumps."""
+
+    def __init__(
+        self, text: ProgramText, quantities: Quantities, ended: Callable[[], bool], arrives: Callable[[int], None]
+    ):
+        super().__init__(text, ended, arrives)
+        self._quantities = quantities
+        self._jumps: dict[int, re.Match[str] | None] = {}
+        self._labels: dict[str, int] = {}
+        self._ends = set[int]()
+        for found in _LIKELY.finditer(text.text):
+            at = int(np.searchsorted(text.begins, found.start(), "right")) - 1
+            plain = BLOCK.match(text.between(at, at + 1).decode("utf-8-sig", errors="replace").partition(";")[0])
+            said = (plain["plain"] if plain else "").strip().upper()
+            jump = _JUMP.match(said)
+            self._jumps[at] = jump
+            if said.startswith("END"):
+                self._ends.add(at)
+            if jump and (label := jump["name"] or jump["number"]):
+                self._labels.setdefault(_plain(label), at)
+        self._order = [*sorted(self._jumps), text.count]
+        self._returns: list[tuple[int, str]] = []
+        self._left: dict[int, int] = {}
+
+    def blocks(self, size: int) -> Iterator[tuple[bytes, int]]:
+        """Lines in the order in which they are carried out, without those that jump, and the number before each."""
+        text, at = self.text, 0
+        while not self._ended():
+            high = self._order[bisect_left(self._order, at)]
+            yield from self.plain(at, high, size)
+            if high == text.count or self._ended():
+                break
+            if high in self._ends:
+                at = text.count  # what follows it is no part of the program
+                if self._returns:
+                    raise LineError(f"the program ends within LBL {self._returns[-1][1]}, which has no LBL 0")
+                yield text.between(high, high + 1), high
+                continue
+            self._arrives(high + 1)
+            self._count(1)
+            at = self._jump(high)
+
+    def _jump(self, at: int) -> int:
+        """The line that follows a line that jumps."""
+        jump = self._jumps[at]
+        if jump is None:
+            raise LineError("LBL, CALL LBL and IF need the number of a label, or its name in quotes")
+        if (label := jump["name"] or jump["number"]) is not None:
+            return self._returns.pop()[0] if _plain(label) == "0" and self._returns else at + 1
+        if jump["is"]:
+            refuse(jump["fn"] and int(jump["fn"]) not in (9, 10, 11, 12), f"FN {jump['fn']} does not jump")
+            values = [self._quantities.value(jump[part]) for part in ("first", "second")]
+            return self._begin(jump["aim"] or jump["goto"]) if _HOLDS[jump["is"]](*values) else at + 1
+        label = jump["called"] or jump["call"]
+        if jump["rep"] is None:
+            refuse(len(self._returns) >= MAX_CALLS, f"LBL {label}: more than {MAX_CALLS} calls within calls")
+            begin = self._begin(label)
+            self._returns.append((at + 1, label))
+            return begin
+        left = self._left.pop(at, int(jump["rep"]))
+        if left <= 0:
+            return at + 1
+        self._left[at] = left - 1
+        return self._begin(label)
+
+    def _begin(self, label: str) -> int:
+        refuse(_plain(label) == "0", "LBL 0 ends a subprogram; it cannot be called")
+        if _plain(label) not in self._labels:
+            raise LineError(f"LBL {label} is called, and is not in the program")
+        return self._labels[_plain(label)] + 1
+
+
+def _plain(label: str) -> str:
+    return str(int(label)) if label.isdigit() else label

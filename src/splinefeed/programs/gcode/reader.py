@@ -1,0 +1,238 @@
+"""A whole file into moves, a part at a time: `ProgramLines` takes the simple lines, the interpreter all others."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from splinefeed.errors import FormatError
+from splinefeed.files.source import check_file, check_size, head_text, read_bytes, read_head
+from splinefeed.programs.gcode.arcs import find_arcs
+from splinefeed.programs.gcode.dialects import PRINTERS, Dialect, contradiction, told, whole_numbers, without_leader
+from splinefeed.programs.gcode.expressions import LineError, refuse
+from splinefeed.programs.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
+from splinefeed.programs.gcode.flow import PLAIN, Flow, ProgramText, blocks_of
+from splinefeed.programs.gcode.heidenhain import Heidenhain
+from splinefeed.programs.gcode.interpreter import Interpreter
+from splinefeed.programs.gcode.klartext import KlartextFlow
+from splinefeed.programs.gcode.lathe import lathe_sign
+from splinefeed.programs.gcode.lines import ProgramLines
+from splinefeed.programs.gcode.moves import AXES, MAX_LINE, STATED, Findings, Moves
+from splinefeed.programs.gcode.offsets import Offsets
+from splinefeed.programs.gcode.printers import Printer
+from splinefeed.programs.gcode.siemens import Siemens
+from splinefeed.programs.gcode.siemens_flow import SiemensFlow
+from splinefeed.programs.gcode.state import ProgramState
+from splinefeed.programs.gcode.tools import Tools
+from splinefeed.records import Array
+
+#: Dialects whose lines are not those of RS274.
+_INTERPRETERS: dict[str, type[Interpreter]] = {
+    "siemens": Siemens, "heidenhain": Heidenhain, **dict.fromkeys(PRINTERS, Printer),
+}  # fmt: skip
+#: Largest program, bytes.
+MAX_BYTES = 2 * 2**30
+#: Bytes that are read at once: what is made of them stays in the processor's cache.
+BLOCK = 2**18
+#: Lines that are carried out by arrays at once, behind a line for the interpreter, and at most.
+_FIRST, _MOST = 256, 16384
+_HEAD = 2**16
+#: Bytes that texts of programs have, tapes' controls (leaders of zeros, DC1 to DC4, end of file) and other languages'
+#: letters too; and how many, and how much of a file, may be others.
+_TEXT, _FEW, _CONTROLS = bytes({0, *range(9, 14), *range(17, 21), 26, *range(32, 256)}), 20, 0.02
+#: What is said of the dialect of a program that shows none.
+NOTHING_TELLS = "nothing tells another"
+
+
+@dataclass
+class Reading:
+    """How a program is read, and what came of it.
+
+    dialect  one of `dialects.DIALECTS`, detected if None; offsets  (9,) by number of the coordinate system
+    tools    whose lengths G43 puts in force; None where the path is that of the tool's tip
+    from_line  number of the line at which the program is resumed; 0 for its beginning. stated  bits of the axes whose
+             place the lines before state
+    increments  a Fanuc's words of axes without a decimal point count least increments, not mm
+    repair   make findings of what can be mended; fast  let `ProgramLines` take what it knows
+    """
+
+    dialect: Dialect | None = None
+    offsets: Mapping[int, Array] = field(default_factory=dict)
+    start: Array = field(default_factory=lambda: np.zeros(AXES))
+    tools: Tools | None = None
+    from_line: int = 0
+    increments: bool = False
+    repair: bool = False
+    fast: bool = True
+    findings: Findings = field(default_factory=Findings)
+    dialect_by: str = "as given"  # what shows the dialect
+    lines: int = 0
+    ended: bool = False
+    inch: bool = False
+    stated: int = 0
+    file: pathlib.Path = pathlib.Path()
+    _resumed: bool = False  # or there is nothing to resume
+    _line: int = 0  # of the file, that is carried out
+    _flow: Flow | KlartextFlow | SiemensFlow | None = None
+
+    def moves(self, file: str | os.PathLike[str]) -> Iterator[Moves]:
+        """The moves of a program, in the order of the file; FormatError that names file and line."""
+        check_size(check_file(file), MAX_BYTES)
+        head = read_head(file, _HEAD)
+        if len(head.translate(None, _TEXT)) > max(_CONTROLS * len(head), _FEW):
+            raise FormatError(f"{file}: is no text, so no G-code program: it may be encrypted or compressed")
+        if self.dialect is None:
+            if said := contradiction(head):
+                raise FormatError(f"{file}: {said}")
+            self.dialect, sign = told(head)
+            self.dialect_by = sign or NOTHING_TELLS
+        likely = self.dialect.lead == "F"  # Fanuc's kind
+        if likely or self.dialect.name in ("linuxcnc", "mach3"):
+            self._check_mill(file, head_text(head), likely)
+        first, lines = whole_numbers(head_text(head)) if likely else ("", [])
+        for line in lines:
+            taken = (
+                "thousandths of mm (inch programs: ten-thousandths of an inch)" if self.increments else "mm or inches"
+            )
+            said = f"axis words without a decimal point beside others with one, as {first}, are taken as {taken}"
+            self.findings.count(f"{said} (option increments)", line)
+        self.file, self._resumed = pathlib.Path(file), not self.from_line
+        for moves in self._run(self.file, self.dialect):
+            if self._resumed:
+                yield moves
+            else:
+                self._leave_out(moves)
+        if not self._resumed:
+            raise FormatError(
+                f"{file}: line {self.from_line}: is never executed: the program ends before it or jumps over it; "
+                "resume at another line (from_line)"
+            )
+
+    @staticmethod
+    def _check_mill(file: str | os.PathLike[str], text: str, likely: bool) -> None:
+        if sign := lathe_sign(text, likely):
+            raise FormatError(
+                f"{file}: line {sign[0]}: {sign[1]} shows a lathe's program (diameters, turning cycles, feeds per "
+                "revolution), which is not read; a mill's program moves Y: write Y0 in its first move"
+            )
+
+    def checked(self, file: str | os.PathLike[str]) -> Iterator[Moves]:
+        """The same; FormatError with the line, too, for an arc that misses its circle, unless it is to be mended."""
+        for moves in self.moves(file):
+            try:
+                find_arcs(moves, self.findings if self.repair else None)
+            except LineError as missed:
+                raise FormatError(f"{file}: line {missed.line}: {missed}") from None
+            yield moves
+
+    def _leave_out(self, moves: Moves) -> None:
+        """Moves before the line at which the program is resumed: only which places they state counts."""
+        self.stated |= moves.axes >> STATED
+
+    def _run(self, file: pathlib.Path, dialect: Dialect) -> Iterator[Moves]:
+        state = ProgramState(Offsets(self.offsets), self.start, self.tools)
+        interpreter = _INTERPRETERS.get(dialect.name, Interpreter)
+        run = interpreter(state, dialect, self.findings, repair=self.repair)
+        run.increments = self.increments and dialect.of_fanuc
+        run.untold = self.dialect_by is NOTHING_TELLS
+        self.fast &= not run.increments
+        try:
+            for block in self._blocks(file, run):
+                yield from self._lines(block, run)
+                if run.ended:
+                    break
+            run.end()
+        except LineError as error:
+            fault = error
+            try:
+                made = state.take()
+            except LineError as before:
+                fault = before
+            else:
+                yield made  # what is wrong in a line before is said first
+            where = self._flow.text.file if self._flow else file
+            raise FormatError(f"{where}: line {fault.line or self._line}: {fault}") from None
+        finally:
+            self._flow = None  # it knows this reading, and holds the text
+        self.ended, self.inch = run.ended, state.inch
+        if state.extruded:
+            self.findings.say(
+                "E words, the filament of a printer, are no axis of the path; alone, they take their time"
+            )
+        if (made := state.take()).marks or len(made):
+            yield made
+
+    def _blocks(self, file: pathlib.Path, run: Interpreter) -> Iterator[bytes]:
+        """Whole lines in the order in which they are carried out; a long file cannot jump, and is read as it comes."""
+        if file.stat().st_size > LARGEST_THAT_JUMPS:
+            run.jumps = False
+            with file.open("rb") as stream:
+                yield from blocks_of(stream, BLOCK)
+        else:
+            jumps = run.jumps and not isinstance(run, Heidenhain | Siemens)
+            text = ProgramText(without_leader(read_bytes(file)), file, jumps, run.dialect.of_fanuc)
+            if isinstance(run, Heidenhain):
+                self._flow = KlartextFlow(text, run.quantities, lambda: run.ended, lambda line: self._arrive(line, run))
+            elif isinstance(run, Siemens):
+                self._flow = SiemensFlow(text, run.values, lambda: run.ended, lambda line: self._arrive(line, run))
+            else:
+                self._flow = Flow(text, run, file.parent, lambda line: self._arrive(line, run))
+            for block, before in self._flow.blocks(BLOCK):
+                self._line = before
+                yield block
+
+    def _arrive(self, line: int, run: Interpreter) -> None:
+        """Before a line is carried out: if the program is resumed at it, forget the moves, keep how things are."""
+        self._line = line
+        if self._flow and self._flow.shown:
+            return
+        self.lines = max(self.lines, line)
+        if line != self.from_line or self._resumed:
+            return
+        first, what = run.unfinished
+        refuse(first, f"lies within {what}; resume at line {first}, where that begins, or after its end")
+        state = run.state
+        self._leave_out(state.take())
+        self._resumed = True
+        if said := state.summary():
+            state.say(line, said)
+        where = " ".join(f"{letter}{v:g}" for letter, v in zip("XYZ", state.position[:3].round(6), strict=True))
+        self.findings.say(
+            f"line {line}: the program is resumed with the tool at {where} (mm, coordinates of the path): "
+            "bring it there first"
+        )
+
+    def _lines(self, block: bytes, run: Interpreter) -> Iterator[Moves]:
+        """The moves of whole lines."""
+        state, texts = run.state, block.split(b"\n")[:-1]
+        shown = self._flow.shown if self._flow else 0  # the line that they are said to be of, if not their own
+        fast = self.fast and not shown and len(texts) >= PLAIN
+        lines = ProgramLines(run.plain_lines(block), run.dialect.extruder) if fast else None
+        at, size = 0, _MOST
+        while at < len(texts) and not run.ended:
+            if lines is not None and not run.busy:
+                high = min(int(lines.next_odd[at]), at + size)
+                if self._line < self.from_line:
+                    high = min(high, at + self.from_line - 1 - self._line)
+                done = lines.scan(state, at, high, self._line + 1) if high - at >= PLAIN else 0
+                at, self._line = at + done, self._line + done
+                size = min(8 * size, _MOST) if at == high else _FIRST
+                if state.full:
+                    yield state.take()
+                if at == high and done:
+                    continue
+            self._arrive(self._line + 1, run)
+            if len(texts[at]) > MAX_LINE:
+                texts[at] = texts[at].partition(b";")[0]  # a comment may have any length
+            if len(texts[at]) > MAX_LINE:
+                raise LineError(f"has {len(texts[at])} characters; at most {MAX_LINE} can be read")
+            run.run(texts[at].decode("utf-8-sig", errors="replace"), shown or self._line)
+            at += 1
+            if state.full:
+                yield state.take()
+        if not shown:
+            self.lines = max(self.lines, self._line)

@@ -1,0 +1,195 @@
+"""Figures over time: the motion along the path and of its axes, and the feed ripple of methods."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from splinefeed.errors import expect
+from splinefeed.paths.path import Path
+from splinefeed.records import Array, Limits, TimeLaw, unit_along, unit_of_axis
+from splinefeed.reports import theme
+from splinefeed.reports.figure import Figure, Level, Line, Mark, Panel, PlotAxis, peak
+from splinefeed.runs.compare import MethodTrace
+from splinefeed.runs.meters import MOTION
+from splinefeed.runs.result import Run
+
+#: The maximum-velocity curve is drawn up to this many times the highest feed.
+HEADROOM = 1.6
+#: Columns of the panels of methods, and how far below the rounding floor the scale goes.
+METHOD_COLUMNS = 4
+BELOW_FLOOR = 0.01
+TIME = PlotAxis("time (s)")
+#: Instants of a law of which none are given.
+EVEN = 1000
+_QUANTITIES = ("position", "velocity", "acceleration", "jerk")
+#: Which of the panels of the axes is that of their jerk.
+JERK = 3
+
+
+def motion(run: Run) -> Figure:
+    """Draw s, feed, acceleration and jerk along the path over time, and velocity, acceleration and jerk of each axis.
+
+    In mm and s, rotary axes in degrees. Raises InputError for anything but a Run. Source: `reports.motion_figures`.
+    Example: `sf.plot.motion(sf.run(sf.shapes.butterfly()))`
+    """
+    expect("plot.motion(run)", (run, Run))
+    panels = (*tip_panels(run, maximum_velocity(run)), *axis_panels(run))
+    return Figure(f"{theme.words(run.path.name)}: motion over time, {run.strategy}", panels)
+
+
+def over_time(run: Run, quantity: str, k: int = 0, **how: Any) -> Line:
+    """A quantity of a run over time, as `UseMeter` calls them: at every tick, or its band where ticks are left out.
+
+    k  of its axes or limits; how  it is drawn
+    """
+    if quantity in run.bands:
+        band = run.bands[quantity]
+        return Line(band.edges, band.low[:, k], high=band.high[:, k], **how)
+    if quantity == "ripple":
+        return Line(run.ripple.t, run.ripple.relative, **how)
+    of = run.motion if quantity in MOTION else run.use if quantity in ("top", "share") else run.kept
+    values = getattr(of, quantity)
+    return Line(run.kept.t, values if values.ndim == 1 else values[:, k], **how)
+
+
+def maximum_velocity(run: Run) -> Line:
+    """The maximum-velocity curve, a little above the highest feed at the most."""
+    high = HEADROOM * float(np.max(run.kept.feed))
+    line = over_time(run, "top", name="maximum velocity", colour=theme.PALE, width=1.0, named=True)
+    return line.through(lambda top: np.minimum(top, high))
+
+
+def tip_panels(run: Run, above: Line | None = None) -> list[Panel]:
+    """The panels of `law_panels` for a run: from its law, or from what is kept where ticks are left out."""
+    along = unit_along(run.path.axes)
+    if run.planned is not None and not run.bands:
+        return law_panels(run.law, run.limits, along, run.kept.t, above, run.path)
+    if run.bands:
+        lines = [over_time(run, "tip", k) for k in range(4)]
+    else:
+        assert run.tip is not None
+        values = (run.kept.s, run.kept.feed, run.tip.acceleration, run.tip.jerk)
+        lines = [Line(run.kept.t, each) for each in values]
+    return _panels(lines, run.limits, along, above, run.path)
+
+
+def law_panels(
+    law: TimeLaw,
+    limits: Limits,
+    along: str = "mm",
+    t: Array | None = None,
+    above: Line | None = None,
+    path: Path | None = None,
+) -> list[Panel]:
+    """s, feed, acceleration and jerk of the tip over time with their limits (fig. 1 of the paper).
+
+    along  the unit of s; t  (n,) instants, s, else a thousand even ones; both sides of the breaks of the law are
+    added, where the jerk jumps; above  a curve behind the feed
+    """
+    inner = law.breaks[1:-1]
+    even = np.linspace(0.0, law.duration, EVEN) if t is None else t
+    at = np.unique(np.concatenate([even, inner, np.nextafter(inner, 0.0)]))
+    values = law(at), law.feed(at), law.acceleration(at), law.jerk(at)
+    lines = [Line(at, each) for each in (values if path is None else path.of_tip(*values))]
+    return _panels(lines, limits, along, above, path)
+
+
+def _panels(lines: Sequence[Line], limits: Limits, along: str, above: Line | None, path: Path | None) -> list[Panel]:
+    """Panels of s, feed, acceleration and jerk of the tip over time, with their limits."""
+    s, feed, acceleration, jerk = lines
+    slowing = np.inf if limits.deceleration is None else limits.deceleration
+    jerks = [("J", limits.jerk), ("-J", -limits.jerk)]
+    if (slow := limits.deceleration_jerk) not in (None, limits.jerk):
+        jerks += [("slowing J", slow), ("slowing -J", -slow)]
+    rows: tuple[tuple[str, Line, list[tuple[str, float]]], ...] = (
+        ("s", s, []),
+        ("feed", feed, [("limit", limits.feed)]),
+        ("acceleration", acceleration, [("A", limits.acceleration), ("-D", -slowing)]),
+        ("jerk", jerk, jerks),
+    )
+    panels = []
+    for name, each, levels in rows:
+        factor, unit = theme.of_feed(path, along) if name == "feed" else (1.0, theme.unit(name, along))
+        marks: list[Mark] = []
+        if name == "feed" and above is not None:
+            marks.append(_times(factor, above))
+        marks.append(replace(_times(factor, each), name=name))
+        marks += [Level(factor * value, f"{symbol} = {theme.short(factor * value)} {unit}") for symbol, value in levels]
+        panels.append(Panel(TIME, PlotAxis(f"{name} ({unit})"), tuple(marks)))
+    return panels
+
+
+def _times(factor: float, line: Line) -> Line:
+    """The same in another unit, by a factor above 0."""
+    return line if factor == 1.0 else line.through(lambda y: factor * y)
+
+
+def axis_panels(run: Run) -> list[Panel]:
+    """A panel for position, velocity, acceleration and jerk of the axes in each unit.
+
+    With the limit of each axis, in its colour where they differ.
+    """
+    panels = []
+    units = list(map(unit_of_axis, run.axes))
+    for own in dict.fromkeys(units):
+        columns, factor = [k for k, each in enumerate(units) if each == own], 180.0 / np.pi if own == "deg" else 1.0
+        for quantity in _QUANTITIES:
+            unit = theme.of_axis(quantity, run.axes[columns[0]])
+            marks: list[Mark] = []
+            most = 0.0
+            for k in columns:
+                name = theme.words(run.axes[k], 12)
+                how = {"colour": theme.colour(k), "named": name, "dash": k >= len(theme.COLOURS)}
+                line = _times(factor, over_time(run, quantity, k, name=f"{name} {quantity}", **how))
+                marks.append(line)
+                most = max(most, peak(line.values)[1])
+            label, note = (
+                PlotAxis(f"axis {quantity} {unit if unit.endswith(')') else f'({unit})'}"),
+                f"at most {theme.short(most)} {unit}",
+            )
+            if quantity == "position":
+                note = ""
+            else:
+                marks += _limits_of_axes(run, quantity, columns, factor, unit)
+            panels.append(Panel(TIME, label, tuple(marks), note=note))
+    return panels
+
+
+def _limits_of_axes(run: Run, quantity: str, columns: list[int], factor: float, unit: str) -> list[Level]:
+    """A line at each limit of these axes, with the axes that have it; all have one colour where they share it."""
+    tops = factor * run.limits.of_axes(f"axis_{quantity}", run.axes)
+    found: dict[float, list[int]] = {}
+    for k in columns:
+        if np.isfinite(tops[k]):
+            found.setdefault(float(tops[k]), []).append(k)
+    levels = []
+    for top, axes in found.items():
+        names = " ".join(theme.words(run.axes[k], 12) for k in axes)
+        text = f"{'limit' if len(axes) == len(columns) else names} {theme.short(top)} {unit}"
+        colour = theme.VERMILION if len(found) == 1 else theme.colour(axes[0])
+        levels += [Level(top, text, colour), Level(-top, colour=colour)]
+    return levels
+
+
+def ripple_figure(traces: Sequence[MethodTrace], name: str) -> Figure:
+    """Size of the feed ripple over time, one panel a method, logarithmic, above the floor that rounding sets."""
+    floor = max(trace.result.ripple_floor for trace in traces)
+    top = max(trace.result.ripple_max for trace in traces)
+    low = max(floor, float(np.finfo(float).eps)) * BELOW_FLOOR
+    panels = []
+    for trace in traces:
+        size = np.maximum(np.abs(trace.relative), 0.1 * low)  # out of the picture, but on its logarithmic scale
+        method = theme.words(trace.result.method, 30)
+        y = PlotAxis(method, low, max(3.0 * top, 100.0 * low), log=True)
+        line = Line(trace.t, size, method, width=0.8)
+        rounding = Level(max(floor, low), colour=theme.GREEN, always=True)
+        panels.append(Panel(TIME, y, (line, rounding), note=f"max {trace.result.ripple_max:.1e}", height=140))
+    title = f"{theme.words(name)}: feed ripple (relative) by method, |step / planned step - 1|\n"
+    columns = min(METHOD_COLUMNS, max(len(traces), 1))
+    return Figure(
+        f"{title}dashed: what the rounding of s alone can make", tuple(panels), columns, width=max(270 * columns, 560)
+    )

@@ -1,0 +1,207 @@
+"""Methods side by side: every one on the same law, and those of the paper's experiment on its machine."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import asdict, dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from splinefeed.analysis.measures import chord_errors, drift, feed_ripple
+from splinefeed.interpolation import registry
+from splinefeed.interpolation.interpolator import Interpolator, interpolate
+from splinefeed.machine.machine import Machine
+from splinefeed.paths.path import Path
+from splinefeed.records import Array, TimeLaw, positive, view
+from splinefeed.runs.follow import Servo, serve
+from splinefeed.runs.run import check_ticks
+
+#: A method is timed until it has run this long, s, or this often; the fastest counts.
+TIMING = 0.02
+TIMING_RUNS = 50
+#: Methods that a run is set beside: the paper's, the classical ones and ours; the others are left to `compare`.
+BESIDE_A_RUN = (
+    "taylor-1",
+    "taylor-2",
+    "runge-kutta-4",
+    "adams-bashforth-moulton",
+    "hamming",
+    "milne-simpson",
+    "milne-simpson-anchored",
+    "arc-length",
+)
+#: The machine of the paper as we model it, the methods that it compares and last the one that its setpoints are made
+#: by here, and the largest error it measured, mm.
+PAPER_MACHINE = "xytheta"
+PAPER_METHODS = ("taylor-2", "milne-simpson", "milne-simpson-anchored")
+PAPER_ERROR = 0.01218
+#: Methods whose contour errors differ by less than this share of the largest count as the same.
+SAME = 0.05
+
+
+@dataclass(frozen=True)
+class MethodResult:
+    """What one interpolation method did.
+
+    ripple_max, ripple_rms  relative feed error of the steps; ripple_floor  the part due to the rounding of s alone
+    drift_mm        how far it was ahead of the law at the end (behind: negative), runs beyond the path's end included
+    drift_max_mm    the largest |drift| on the way; chord_error_mm  largest, to the true curve
+    ns_per_tick     time of a setpoint, point included, by the compiled loop on this machine, if it was timed
+    replaced        steps without a finite result
+    Source: docs/math/interpolators.md.
+    Example: `next(sf.compare(path, law, methods=["taylor-2"], timed=False)).result.as_dict()`
+    """
+
+    method: str
+    title: str
+    ripple_max: float
+    ripple_rms: float
+    ripple_floor: float
+    drift_mm: float
+    drift_max_mm: float
+    chord_error_mm: float
+    ns_per_tick: float | None
+    replaced: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """Names and values, as `compare --json` prints them."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, eq=False)
+class MethodTrace:
+    """A result with its ripple over time: t (m,), s, and relative (m,).
+
+    Source: docs/math/interpolators.md.
+    Example: `next(sf.compare(path, law, methods=["taylor-2"], timed=False)).result.ripple_max`
+    """
+
+    result: MethodResult
+    t: Array
+    relative: Array
+
+    def _repr_html_(self) -> str:
+        result = self.result
+        rows = {
+            "method": f"{result.method}: {result.title}",
+            "feed ripple": f"at most {result.ripple_max:.3g}, rms {result.ripple_rms:.3g}",
+            "drift": f"{result.drift_mm:.3g} mm at the end",
+            "chord error": f"at most {result.chord_error_mm:.3g} mm",
+        }
+        return view.table(rows, view.sparkline(self.relative, "relative feed error over time"))
+
+
+def compare(
+    path: Path,
+    law: TimeLaw,
+    *,
+    period: float | None = None,
+    methods: str | Iterable[str] | None = None,
+    corrections: int = 1,
+    tolerance: float = 0.0,
+    timed: bool = True,
+) -> Iterator[MethodTrace]:
+    """Run each method over the whole motion and measure it; one trace at a time, in the given order (default: all).
+
+    methods  their names, or one name
+    timed    also measures the time of a setpoint: each method is compiled for it, and run again and again
+    Raises what `Interpolator` raises, before the first method runs, and LimitsError for more than MOST_TICKS ticks.
+    period in s, the law's by default; errors in mm, times in ns. Source: docs/math/interpolators.md names the papers.
+    Example: `[trace.result for trace in sf.compare(path, law, methods=["taylor-2", "arc-length"], timed=False)]`
+    """
+    if period is not None or law.period is not None:
+        check_ticks(law, positive(law.period if period is None else period, "period"))
+    names = registry.methods() if methods is None else (methods,) if isinstance(methods, str) else tuple(methods)
+    for name in names:
+        registry.method(name)
+    for name in names:
+        how: dict[str, Any] = {"period": period, "method": name, "corrections": corrections, "tolerance": tolerance}
+        fresh = partial(Interpolator, path, law, **how, compiled=timed)
+        source = fresh()
+        setpoints = source.block()
+        ripple = feed_ripple(setpoints, path, law)
+        ahead = drift(setpoints, law, path)
+        result = MethodResult(
+            method=name,
+            title=registry.method(name).title,
+            ripple_max=ripple.max,
+            ripple_rms=ripple.rms,
+            ripple_floor=ripple.floor,
+            drift_mm=float(ahead[-1]) + source.overrun,
+            drift_max_mm=float(np.max(np.abs(ahead))),
+            chord_error_mm=float(np.max(chord_errors(setpoints, path), initial=0.0)),
+            ns_per_tick=1e9 * _seconds(fresh) / len(setpoints) if timed else None,
+            replaced=source.replaced,
+        )
+        yield MethodTrace(result, ripple.t, ripple.relative)
+
+
+def _seconds(fresh: Callable[[], Interpolator]) -> float:
+    times: list[float] = []
+    while sum(times) <= TIMING and len(times) < TIMING_RUNS:
+        again = fresh()
+        start = time.perf_counter()
+        again.block()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def serve_methods(
+    path: Path, law: TimeLaw, machine: Machine, methods: Iterable[str] = PAPER_METHODS, corrections: int = 1
+) -> Iterator[Servo]:
+    """The same motion by one method after the other, each followed by the same machine."""
+    for method in methods:
+        yield serve(path, law, interpolate(path, law, method=method, corrections=corrections), machine)
+
+
+def comparison(served: list[Servo]) -> dict[str, Any]:
+    """How far the methods are apart on this machine, beside the error that the servo makes itself, mm."""
+    errors = [each.tally.contour.value for each in served if each.tally.contour is not None]
+    spread = max(errors) - min(errors)
+    return {
+        "contour_error_least_mm": min(errors),
+        "contour_error_largest_mm": max(errors),
+        "spread_share": spread / max(errors) if max(errors) > 0.0 else 0.0,
+        "setpoints_off_law_largest_mm": max(each.off_law for each in served),
+        "method_matters": spread > SAME * max(errors),
+    }
+
+
+def experiment(served: list[Servo]) -> dict[str, Any]:
+    """The paper's experiment: what is measured and assumed, and whether the choice of the method matters."""
+    main, found = served[-1], comparison(served)
+    assert main.path is not None
+    name, (axis, worst), half = main.machine.name, main.tally.worst_linear(), 0.5 * main.path.length
+    place = ""
+    if worst.s is not None:
+        place = f", {abs(worst.s - half):.2f} mm {'behind' if worst.s > half else 'before'} the nose"
+    verdict = "matters" if found["method_matters"] else "is negligible next to the following error"
+    return {
+        "paper_error_mm": PAPER_ERROR,
+        "largest_error_mm": worst.value,
+        "largest_error_axis": axis,
+        "largest_error_at": {"t_s": worst.t, "s_mm": worst.s},
+        "methods": [each.numbers() for each in served],
+        **found,
+        "sentences": [
+            f"model: {name}, simulated; the paper gives gains, encoders, scales and card, but not the plant: "
+            f"speed per volt, lag, masses and friction are assumptions (splinefeed machine show {name})",
+            f"measurement: the paper's {PAPER_ERROR * 1e3:.2f} um, the largest of its axes, where the arc begins; here "
+            f"it is {worst.value * 1e3:.2f} um on {axis}{place}: {worst.value / PAPER_ERROR:.1f} times as much, an "
+            f"effect of the plant, not of the interpolator",
+            f"finding: on this machine the choice of the interpolator {verdict}: their contour errors are "
+            f"{found['contour_error_least_mm'] * 1e3:.2f} to {found['contour_error_largest_mm'] * 1e3:.2f} um, "
+            f"{found['spread_share']:.1%} apart, and their setpoints at most "
+            f"{found['setpoints_off_law_largest_mm'] * 1e3:.2f} um off the time law",
+        ],
+    }
+
+
+def servo_numbers(served: list[Servo], of_paper: bool = False) -> dict[str, Any]:
+    """The numbers of `run` for a machine: errors of the last of `served`, and of the paper's experiment all of them."""
+    main = served[-1]
+    numbers = {"machine": main.machine.name, **main.tally.numbers(), "servo_notes": list(main.notes)}
+    return numbers | ({"experiment": experiment(served)} if of_paper else {})

@@ -1,0 +1,93 @@
+"""One pass over setpoints in chunks: meters that each see every chunk once, in order, however long the motion is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from splinefeed.errors import InputError
+from splinefeed.kinematics import JointPath
+from splinefeed.paths.path import Path
+from splinefeed.records import Setpoints, TimeLaw
+
+#: Ticks of a chunk.
+CHUNK = 16_384
+#: Ticks on both sides of a chunk that its meters may use: what a third difference needs.
+NEIGHBOURS = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Chunk:
+    """Setpoints that follow each other, with the path and the law that they are measured by.
+
+    own     the setpoints; t, s and curve count from the start of the motion
+    around  they and up to NEIGHBOURS ticks on both sides, on `path` by `law`: t, s and curve count from their starts
+    first   index in `around` at which `own` begins
+    path    the whole path, or the parts of it that `around` lies on; law  its time law, or that over these parts
+    """
+
+    own: Setpoints
+    around: Setpoints
+    first: int
+    path: Path | JointPath
+    law: TimeLaw
+
+    @property
+    def inner(self) -> slice:
+        """Where `own` is in `around`."""
+        return slice(self.first, self.first + len(self.own))
+
+
+class Meter(Protocol):
+    """Measures a motion, or writes it, in one pass: `start` before the first chunk, `feed` each, `finish` at the end.
+
+    What it found it has as attributes.
+    """
+
+    def start(self, chunk: Chunk) -> None:
+        """See the first chunk, which `feed` gets, too."""
+
+    def feed(self, chunk: Chunk) -> None:
+        """See the next chunk."""
+
+    def finish(self) -> None:
+        """Know that there are no more chunks."""
+
+
+def fold(chunks: Iterable[Chunk], meters: Sequence[Meter]) -> int:
+    """Show every chunk to every meter, and count the ticks; InputError where there are none."""
+    count = 0
+    for chunk in chunks:
+        for meter in meters:
+            if not count:
+                meter.start(chunk)
+            meter.feed(chunk)
+        count += len(chunk.own)
+    if not count:
+        raise InputError("there are no setpoints to measure")
+    for meter in meters:
+        meter.finish()
+    return count
+
+
+def on_one_path(setpoints: Iterable[Setpoints], path: Path | JointPath, law: TimeLaw) -> Iterator[Chunk]:
+    """Setpoints of a path that is there as a whole, each chunk with the ticks before and behind it."""
+    for around, first, own in with_neighbours(setpoints):
+        yield Chunk(own, around, first, path, law)
+
+
+def with_neighbours(chunks: Iterable[Setpoints]) -> Iterator[tuple[Setpoints, int, Setpoints]]:
+    """Each chunk that has ticks with those before and behind it, where it begins in that, and by itself."""
+    before: list[Setpoints] = []
+    held: Setpoints | None = None
+    for chunk in chunks:
+        if not len(chunk):
+            continue
+        if held is not None:
+            yield Setpoints.joined([*before, held, chunk.part(0, NEIGHBOURS)]), sum(map(len, before)), held
+            both = Setpoints.joined([*before, held])
+            before = [both.part(max(len(both) - NEIGHBOURS, 0), len(both))]
+        held = chunk
+    if held is not None:
+        yield Setpoints.joined([*before, held]), sum(map(len, before)), held

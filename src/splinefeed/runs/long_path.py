@@ -1,0 +1,284 @@
+"""A path that comes in parts, as setpoints in chunks, checked: memory and the cost of a tick never grow."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from splinefeed.checks.check import TickBlocks
+from splinefeed.errors import InputError
+from splinefeed.paths.gaps import open_joints
+from splinefeed.paths.parts import cut, joined
+from splinefeed.paths.path import Path
+from splinefeed.paths.path_parts import PathParts
+from splinefeed.planner.constants import ALMOST
+from splinefeed.planner.strategies import LOOK_AHEAD
+from splinefeed.planner.stream import LookAhead, MotionBlock
+from splinefeed.records import LAW_COEFFICIENTS, Array, Limits, Setpoints, TimeLaw
+from splinefeed.runs.fold import CHUNK, Chunk, with_neighbours
+
+if TYPE_CHECKING:
+    from splinefeed.paths.smoothing import Smoother
+
+#: Curves of one part of a path that is there as a whole.
+PART = 2048
+#: The method that `Setpoints` name.
+METHOD = "arc-length"
+
+
+@dataclass(eq=False)
+class _PathPart:
+    """A part of the path not left yet: its first curve among all, and what is before it, mm.
+
+    start  arc length of the tip; length  that of the path, which counts rotary axes, too
+    """
+
+    path: Path
+    curve: int
+    start: float
+    length: float
+
+
+def stream_setpoints(
+    paths: Path | Iterable[Path], limits: Limits, *, period: float, chunk: int = CHUNK
+) -> Iterator[Setpoints]:
+    """Where every axis must be at each tick k T along a path that comes in parts, planned window by window.
+
+    paths   parts that follow each other, of the same axes; each is taken when the motion comes near it, and
+            dropped when it is behind. A Path is cut into parts.
+    period  servo period T, s; chunk  ticks of each record but the last
+
+    The motion is that of the `look-ahead` strategy and keeps all limits; each setpoint is where the law puts it
+    (`arc-length`). `curve` and `s` count from the start of the first part. Raises what `LookAhead` raises, and
+    InputError for no parts.
+    Positions (n, axes), mm, rotary axes rad. Source: docs/scale.md.
+    Example: `next(sf.live.stream_setpoints(path, limits, period=1e-3, chunk=100)).position`
+    """
+    if isinstance(chunk, bool) or int(chunk) != chunk or chunk < 1:
+        raise InputError(f"chunk is {chunk!r}; expected a whole number of ticks from 1 up")
+    parts = paths if isinstance(paths, Iterable) else parts_of(paths)
+    return TickBlocks(int(chunk)).cut(_Walk(limits, period).pieces(parts))
+
+
+def parts_of(path: Path, size: int = PART) -> Iterator[Path]:
+    """A path as parts of at most `size` curves, with their feeds and markers, made on demand."""
+    count = len(path.curves)
+    return (cut(path, first, min(first + size, count)) for first in range(0, count, size))
+
+
+def in_line(paths: Iterable[Path]) -> Iterator[Path]:
+    """Parts, each beginning exactly where the last one ends, moved there if its tolerance allows that."""
+    last: Path | None = None
+    for path in paths:
+        if last is not None:
+            ends = np.array([last.ends[-1], path.ends[0]])
+            gap = float(np.linalg.norm(ends[1, 0] - ends[0, 1]))
+            if open_joints(ends)[0] and gap <= max(path.tolerance, last.tolerance):
+                path = path.beginning_at(ends[0, 1])
+        last = path
+        yield path
+
+
+class _Walk:
+    """Plans parts as they come, and makes the setpoints of each block of motion."""
+
+    def __init__(self, limits: Limits, period: float, held: _Held | None = None) -> None:
+        self.limits, self.period, self.held = limits, period, held
+        self.parts: deque[_PathPart] = deque()
+        self.tick = 0
+        self.settings: dict[str, Any] = {}
+
+    def pieces(self, paths: Iterable[Path]) -> Iterator[Setpoints]:
+        """Setpoints, block by block; the last one is the end of the path."""
+        planner: LookAhead | None = None
+        end, length, curves = 0.0, 0.0, 0
+        for path in in_line(paths):
+            if planner is None:
+                planner = LookAhead(self.limits, self.period, path.axes)
+                self.settings = {"limits": planner.limits.as_dict(), "strategy": LOOK_AHEAD, "path": path.name}
+                self.settings |= {"period": planner.period, "method": METHOD}
+            part = _PathPart(path, curves, end, length)
+            self.parts.append(part)
+            if self.held is not None:
+                self.held.part(part)
+            end, length, curves = end + path.tip_end, length + path.length, curves + len(path.curves)
+            for block in planner.push(path):
+                yield from self._block(block)
+        if planner is None:
+            raise InputError("a path is needed; no part came")
+        for block in planner.finish():
+            yield from self._block(block)
+        part = self.parts[-1]
+        final = self._made(part, np.array([part.path.length]), np.zeros(1))
+        final = replace(final, feed=np.full(1, self.limits.end_feed))
+        late = abs(planner.time - float(final.t[0])) > ALMOST * self.period  # in motion the last period is short
+        yield replace(final, t=np.full(1, planner.time)) if late else final
+
+    def _block(self, block: MotionBlock) -> Iterator[Setpoints]:
+        while block.curve >= self.parts[0].curve + len(self.parts[0].path.curves):
+            self.parts.popleft()
+        first, law = self.parts[0], block.law
+        gone = self.tick - block.tick
+        count = math.ceil((block.phase + law.duration) / self.period - ALMOST) - gone  # those at its end come later
+        tau = np.clip((gone + np.arange(max(count, 0))) * self.period - block.phase, 0.0, law.duration)
+        begin = float(first.path.curve_starts[block.curve - first.curve]) + block.offset
+        if self.held is not None:
+            self.held.block(block, first.length + begin)
+        s, rate = begin + law(tau), np.maximum(law.feed(tau), 0.0)
+        done, passed = 0, 0.0
+        for part in self.parts:  # a block may run over several parts
+            s -= passed
+            passed = part.path.length
+            until = len(s) if part is self.parts[-1] else int(np.searchsorted(s, passed))
+            if until > done:
+                yield self._made(part, s[done:until], rate[done:until])
+            done = max(done, until)
+
+    def _made(self, part: _PathPart, s: Array, rate: Array) -> Setpoints:
+        """Setpoints at lengths s (n,), mm, from the start of a part, that grow by `rate` (n,), mm/s."""
+        path, first = part.path, self.tick
+        s = np.clip(s, 0.0, path.length)
+        tip, feed, *_ = path.of_tip(s, rate, np.zeros(len(s)), np.zeros(len(s)))
+        curve, u = path.locate(s)
+        self.tick += len(s)
+        return Setpoints(
+            t=np.arange(first, self.tick, dtype=np.float64) * self.period,
+            curve=curve + part.curve,
+            u=u,
+            s=tip + part.start,
+            feed=feed,
+            position=path.evaluate(curve, u)[:, 0],
+            axes=path.axes,
+            period=self.period,
+            method=METHOD,
+            settings=self.settings,
+        )
+
+
+class _Held:
+    """What the ticks that are measured lie on: the last parts of a path, and the last blocks of motion along them."""
+
+    def __init__(self) -> None:
+        self.parts: deque[_PathPart] = deque()
+        self.blocks: deque[tuple[MotionBlock, float]] = deque()  # with the length at which each begins, mm
+        self._joined: tuple[int, int, Path] | None = None
+
+    def part(self, part: _PathPart) -> None:
+        """The next part."""
+        self.parts.append(part)
+
+    def block(self, block: MotionBlock, begin: float) -> None:
+        """The next block of motion, and the length of all parts before it, mm."""
+        self.blocks.append((block, begin))
+
+    def chunk(self, around: Setpoints, first: int, own: Setpoints) -> Chunk:
+        """Setpoints on the parts and blocks that they lie on; what is behind them is forgotten."""
+        period = own.period
+        ticks = np.rint(around.t / period)  # the last tick of a motion may be early: it has its own time
+        while len(self.blocks) > 1 and self.blocks[1][0].time <= around.t[0]:
+            self.blocks.popleft()
+        origin, begin = self.blocks[0]
+        while len(self.parts) > 1 and self.parts[1].curve <= min(int(around.curve[0]), origin.curve):
+            self.parts.popleft()
+        last = next((k for k, p in enumerate(self.parts) if p.curve > around.curve[-1]), len(self.parts))
+        parts = [self.parts[k] for k in range(last)]
+        path, start = self._path(parts), parts[0]
+        t = np.where(np.abs(ticks * period - around.t) < ALMOST * period, ticks * period, around.t)
+        t = t - origin.tick * period - origin.phase
+        law = self._law(float(np.max(t)), begin - start.length)
+        local = replace(around, t=np.maximum(t, 0.0), curve=around.curve - start.curve, s=around.s - start.start)
+        return Chunk(own, local, first, path, law)
+
+    def _path(self, parts: list[_PathPart]) -> Path:
+        key = parts[0].curve, parts[-1].curve
+        if self._joined is None or self._joined[:2] != key:
+            self._joined = (*key, joined([each.path for each in parts]))
+        return self._joined[2]
+
+    def _law(self, end: float, begin: float) -> TimeLaw:
+        """The law of all blocks that begin before a time, s, from the first block's on; `begin` where that is, mm."""
+        origin, length = self.blocks[0]
+        period = float(origin.law.period or 0.0)
+        breaks: list[Array] = []
+        pieces: list[Array] = []
+        for block, at in self.blocks:
+            since = (block.tick - origin.tick) * period + block.phase - origin.phase
+            if since > end:
+                break
+            if breaks and since - breaks[-1][-1] > ALMOST * period:  # it waits there
+                breaks[-1] = np.append(breaks[-1], since)
+                pieces.append(_standing(at - length + begin))
+            moved = block.law.coefficients.copy()
+            moved[:, 0] += at - length + begin
+            breaks.append(np.concatenate([[since], since + block.law.breaks[1:]]))
+            pieces.append(moved)
+        reached = float(pieces[-1][-1] @ (breaks[-1][-1] - breaks[-1][-2]) ** np.arange(LAW_COEFFICIENTS))
+        inner = [each[:-1] for each in breaks]
+        ends = breaks[-1][-1:]
+        if end > ends[0] + ALMOST * period:  # it waits for the next tick
+            ends, pieces = np.append(ends, end), [*pieces, _standing(reached)]
+        times = np.concatenate([*inner, ends])
+        keep = np.diff(times) > 0.0
+        coefficients = np.concatenate(pieces)[keep]
+        return TimeLaw(
+            breaks=np.concatenate([times[:-1][keep], times[-1:]]),
+            coefficients=coefficients,
+            strategy=LOOK_AHEAD,
+            period=period,
+        )
+
+
+def _standing(s: float) -> Array:
+    """A piece of a law that stands at s."""
+    piece = np.zeros((1, LAW_COEFFICIENTS))
+    piece[0, 0] = s
+    return piece
+
+
+def windows(paths: Iterable[Path], limits: Limits, period: float, chunk: int = CHUNK) -> Iterator[Chunk]:
+    """The motion along parts of a path, planned window by window, in chunks with what each is measured by."""
+    walk = _Walk(limits, period, _Held())
+    assert walk.held is not None
+    for around, first, own in with_neighbours(TickBlocks(chunk).cut(walk.pieces(paths))):
+        yield walk.held.chunk(around, first, own)
+
+
+class PartReader:
+    """A file that is read part by part, each smoothed as it comes, and how far that is.
+
+    how       `smooth`, the tolerance, mm, or PROGRAM; without it the path stays; `corners`; `corner_angle`, degrees
+    on_part   is called with each part of the path before it is planned
+    read      moves or points so far
+    """
+
+    def __init__(self, source: PathParts, how: Mapping[str, Any], on_part: Callable[[Path], None]) -> None:
+        self.source, self.read = source, 0
+        self._on_part = on_part
+        self._smoother: Smoother | None = None
+        if how.get("smooth") is not None:
+            from splinefeed.paths.smoothing import Smoother  # SciPy's splines, 24 MB: only where lines are smoothed
+            from splinefeed.runs.settings import arguments
+
+            self._smoother = Smoother(axes=source.axes, **arguments(how, bool(source.tolerance)))
+
+    @property
+    def findings(self) -> list[str]:
+        """What is to be said of the file, and of the smoothing by now."""
+        return [*self.source.findings, *([] if self._smoother is None else [self._smoother.summary])]
+
+    def __iter__(self) -> Iterator[Path]:
+        for path in in_line(self._parts()):
+            self._on_part(path)
+            yield path
+
+    def _parts(self) -> Iterator[Path]:
+        for part in self.source:
+            self.read += len(part.curves)
+            yield from [part] if self._smoother is None else self._smoother.push(part)
+        if self._smoother is not None:
+            yield from self._smoother.finish()

@@ -1,0 +1,224 @@
+"""The meters of a run: each measures one thing in one pass over the chunks of a motion; see `fold`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from splinefeed.analysis.bands import Band
+from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple, TipMotion, chord_errors, feed_ripple, limit_use
+from splinefeed.analysis.thinning import Kept
+from splinefeed.checks.check import Check
+from splinefeed.formats.setpoints import Writer
+from splinefeed.machine.machine import Machine
+from splinefeed.records import Array, IntArray, Limits, Setpoints, Verdict
+from splinefeed.runs.fold import Chunk
+from splinefeed.runs.follow import Servo
+
+#: What the axes do at a tick.
+MOTION = ("velocity", "acceleration", "jerk")
+
+
+class UseMeter:
+    """What the axes do and how much of each limit that uses, at the ticks that figures need: all, or every peak.
+
+    rows     what keeps these ticks
+    kept     the setpoints there; motion, use, tip  what axes and tip do there; use counts over all ticks
+    bands    of each quantity over time where ticks are left out: `tip` (s, feed, acceleration, jerk along the path),
+             `feed`, `top`, and by axis or limit `position`, `velocity`, `acceleration`, `jerk`, `share`
+    """
+
+    kept: Setpoints
+    motion: AxisMotion
+    use: LimitUse
+    tip: TipMotion
+    bands: dict[str, Band]
+
+    def __init__(self, limits: Limits, rows: Kept) -> None:
+        self._limits, self._rows = limits, rows
+        self._names: tuple[str, ...] = ()
+        self._bound: IntArray = np.zeros(0, dtype=np.int64)
+        self._last: Setpoints
+
+    def start(self, chunk: Chunk) -> None:
+        """Nothing is known before the first chunk."""
+
+    def feed(self, chunk: Chunk) -> None:
+        """Measure the ticks of a chunk, and keep those that figures need."""
+        inner, own, around = chunk.inner, chunk.own, chunk.around
+        motion, use = limit_use(around, chunk.path, chunk.law, self._limits)
+        counts = np.bincount(use.binding[inner] + 1, minlength=len(use.names) + 1)
+        self._bound = self._bound + counts if self._names else counts
+        self._names, self._last = use.names, own
+        columns = own.columns | {name: getattr(motion, name)[inner] for name in MOTION}
+        columns |= {"share": use.share[inner], "top": use.top[inner]}
+        tip = _of_tip(chunk, around.t[inner])
+        columns |= {"along": tip[:, 2:]}
+        quantities = {"tip": tip, **{name: columns[name] for name in ("feed", "top", "position", "share", *MOTION)}}
+        self._rows.see(columns, quantities, {} if self._rows.whole else {"tip": _between(chunk, tip)})
+
+    def finish(self) -> None:
+        """Make records of what is kept."""
+        of, self.bands = self._rows.take, self._rows.bands()
+        along = of("along")
+        said: dict[str, Any] = {name: of(name) for name in self._last.columns}
+        self.kept = replace(self._last, **said)
+        self.motion = AxisMotion(self.kept.t, *map(of, MOTION))
+        self.tip = TipMotion(self.kept.t, *along.T)
+        self.use = LimitUse(self._names, self.kept.t, self.kept.s, of("share"), of("top"), self._bound)
+
+
+def _of_tip(chunk: Chunk, t: Array) -> Array:
+    """Arc length from the motion's start, feed, acceleration and jerk of the tip at times of a chunk's law, (n, 4)."""
+    law = chunk.law
+    s, *rates = chunk.path.tip_path.of_tip(law(t), law.feed(t), law.acceleration(t), law.jerk(t))
+    return np.column_stack([s + (chunk.own.s[0] - chunk.around.s[chunk.first]), *rates])
+
+
+def _between(chunk: Chunk, tip: Array) -> tuple[Array, Array]:
+    """The least and the greatest of `tip` from each tick to the next: on both sides of each break of the law, too."""
+    t, end = chunk.around.t[chunk.inner], chunk.around.t[chunk.inner.stop : chunk.inner.stop + 1]
+    breaks = chunk.law.breaks[slice(*np.searchsorted(chunk.law.breaks, np.append(t, end)[[0, -1]]))]
+    if not len(breaks):
+        return tip, tip
+    tick = np.searchsorted(t, breaks, "right") - 1
+    sides = [_of_tip(chunk, each) for each in (breaks, np.nextafter(breaks, 0.0))]
+    low, high = tip.copy(), tip.copy()
+    for side in sides:
+        np.fmin.at(low, tick, side)
+        np.fmax.at(high, tick, side)
+    return low, high
+
+
+class RippleMeter:
+    """The feed of the setpoints against the planned one; see `feed_ripple`.
+
+    top   highest feed of the motion, mm/s; without it the highest so far counts
+    """
+
+    ripple: Ripple
+    bands: dict[str, Band]
+
+    def __init__(self, rows: Kept, top: float | None = None) -> None:
+        self._rows, self._top, self._known = rows, top or 0.0, top is not None
+        self._squares, self._steps, self._floor = 0.0, 0, 0.0
+
+    def start(self, chunk: Chunk) -> None:
+        """Nothing is known before the first chunk."""
+
+    def feed(self, chunk: Chunk) -> None:
+        """Measure the steps that begin at ticks of a chunk."""
+        own, around, inner = chunk.own, chunk.around, chunk.inner
+        if not self._known:
+            self._top = max(self._top, float(np.max(chunk.law.feed(around.t[inner]))))
+        path = chunk.path.tip_path
+        ripple = feed_ripple(around, path, chunk.law, top=self._top)
+        begin, end = around.t[inner][[0, -1]]
+        here = (ripple.t >= begin) & (ripple.t <= end)
+        if here.any():
+            relative = ripple.relative[here]
+            self._squares, self._steps = self._squares + float(np.sum(relative**2)), self._steps + len(relative)
+            self._floor = max(self._floor, ripple.floor)
+            self._rows.see({"t": ripple.t[here] + (own.t[0] - begin), "relative": relative}, {"ripple": relative})
+
+    def finish(self) -> None:
+        """Make a record of what is kept."""
+        self.bands = self._rows.bands()
+        rms = math.sqrt(self._squares / self._steps) if self._steps else 0.0
+        self.ripple = Ripple(self._rows.take("t"), self._rows.take("relative"), self._floor, rms)
+
+
+class ChordMeter:
+    """The largest distance of the path from the line between setpoints, mm; of joints the check knows that of the tip.
+
+    Nothing is measured on a path in joints.
+    """
+
+    def __init__(self) -> None:
+        self.largest = 0.0
+
+    def start(self, chunk: Chunk) -> None:
+        """Nothing is known before the first chunk."""
+
+    def feed(self, chunk: Chunk) -> None:
+        """Measure the steps that begin at ticks of a chunk."""
+        path = chunk.path.tip_path
+        if path is chunk.path:
+            self.largest = max(self.largest, float(np.max(chord_errors(chunk.around, path)[chunk.inner], initial=0.0)))
+
+    def finish(self) -> None:
+        """Nothing is left to do."""
+
+
+class CheckMeter:
+    """The verdict of the check, which reads the setpoints alone."""
+
+    verdict: Verdict
+
+    def __init__(self, check: Check) -> None:
+        self._check = check
+
+    def start(self, chunk: Chunk) -> None:
+        """The parts of the path are given to the check by whoever reads them."""
+
+    def feed(self, chunk: Chunk) -> None:
+        """Check the ticks of a chunk."""
+        self._check.see(chunk.own)
+
+    def finish(self) -> None:
+        """Make the verdict."""
+        self.verdict = self._check.verdict()
+
+
+class ServoMeter:
+    """What a machine does that follows the setpoints; `writer` gets all of it."""
+
+    servo: Servo
+
+    def __init__(self, machine: Machine, rows: Kept, writer: Writer | None = None) -> None:
+        self._machine, self._rows, self._writer = machine, rows, writer
+
+    def start(self, chunk: Chunk) -> None:
+        """Let the machine wait at the first setpoint."""
+        self.servo = Servo(self._machine, chunk.own, chunk.path.tip_path, law=chunk.law, keep=self._rows)
+
+    def feed(self, chunk: Chunk) -> None:
+        """Let it follow the ticks of a chunk."""
+        inner = chunk.around.part(chunk.first, chunk.inner.stop)
+        self.servo.go_on(chunk.path.tip_path, chunk.law)
+        response = self.servo.follow(chunk.own, inner)
+        if self._writer is not None:
+            self._writer.feed(response)
+
+    def finish(self) -> None:
+        """End the file of the response."""
+        if self._writer is not None:
+            self._writer.finish()
+
+
+class FileMeter:
+    """Writes the setpoints to a file as they come.
+
+    said   settings that the file says beside those of the setpoints, of which it is given
+    """
+
+    def __init__(self, writer: Writer, said: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda own: {}) -> None:
+        self._writer, self._said = writer, said
+        self._settings: dict[str, Any] = {}
+
+    def start(self, chunk: Chunk) -> None:
+        """Know what the file says of its setpoints."""
+        own = chunk.own.settings
+        self._settings = {**own, **self._said(own)}
+
+    def feed(self, chunk: Chunk) -> None:
+        """Write the ticks of a chunk."""
+        self._writer.feed(replace(chunk.own, settings=self._settings))
+
+    def finish(self) -> None:
+        """Put the file in its place."""
+        self._writer.finish()

@@ -1,0 +1,252 @@
+"""The result of one run: a record of its setpoints, what they do, and the verdict; it draws nothing."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from splinefeed.analysis.bands import Band
+from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple, TipMotion
+from splinefeed.errors import LimitsError
+from splinefeed.kinematics import JointPath
+from splinefeed.paths.path import Path
+from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along, unit_of_axis, view
+from splinefeed.runs.follow import Servo
+from splinefeed.runs.meters import MOTION
+
+#: A picture of a tool path shows the tool axis at so many places, so long as a share of the path's size.
+TOOLS_DRAWN, TOOL_DRAWN = 41, 0.2
+#: A picture shows so many places of the path over its size, and at least and at most so many of it all.
+CELLS, POINTS_DRAWN = 600, (1000, 40_000)
+#: Points of the small picture of a notebook.
+SHAPE = 2000
+#: Most ticks of a motion that is kept in memory, above an hour at 1 ms.
+MOST_TICKS = 4_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """The result of one run; `numbers()` is what `--json` prints.
+
+    path    of the tool tip; of a path that came in parts the line through the ticks that are kept
+    planned  the time law, which `law` gives; None where the path came in parts, and `tip` has what it does at the ticks
+             that are kept
+    ticks   number of setpoints; kept  all of them, or of a long motion those that figures need, every peak among them
+    motion, use, ripple  at the ticks that are kept; use and ripple count over all of them
+    chunks  makes all setpoints again; None where they were made once, of a path that came in parts
+    joints  the path on a machine, of which `path` is that of the tool tip; None where the axes are the path's own
+    served  what a machine did that followed the setpoints, or None
+    remarks  what was left out of the run, one sentence each
+    bands   the least and the greatest of what figures show over time where ticks are left out; see `UseMeter`
+    Lengths in mm, times in s, arrays (n,) or (n, axes) of n ticks. Source: docs/code-overview.md.
+    Example: `sf.run(path, limits).numbers()["duration_s"]`
+    """
+
+    path: Path
+    limits: Limits
+    planned: TimeLaw | None
+    ticks: int
+    kept: Setpoints
+    ripple: Ripple
+    motion: AxisMotion
+    use: LimitUse
+    verdict: Verdict
+    chord_error_mm: float
+    chunks: Callable[[], Iterator[Setpoints]] | None
+    joints: JointPath | None = None
+    served: Servo | None = None
+    remarks: tuple[str, ...] = ()
+    tip: TipMotion | None = None
+    bands: Mapping[str, Band] = field(default_factory=dict)
+
+    @property
+    def whole(self) -> bool:
+        """Whether every tick is kept."""
+        return len(self.kept) == self.ticks
+
+    @property
+    def points(self) -> Setpoints:
+        """All setpoints; LimitsError where they do not fit in memory, of which `setpoints()` gives them in chunks."""
+        if self.whole:
+            return self.kept
+        if self.ticks > MOST_TICKS:
+            raise LimitsError(
+                f"a motion of {self.ticks} ticks is not kept in memory; use setpoints(), which gives chunks"
+            )
+        found = self.setpoints()
+        return found if isinstance(found, Setpoints) else Setpoints.joined(list(found))
+
+    @property
+    def law(self) -> TimeLaw:
+        """The time law; LimitsError for a path that came in parts, of which it is not kept."""
+        if self.planned is None:
+            raise LimitsError(f"{self.name}: came in parts, and its time law is not kept")
+        return self.planned
+
+    @property
+    def name(self) -> str:
+        """Name of the path."""
+        return self.path.name
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """How the setpoints are made."""
+        return dict(self.kept.settings)
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the axes that have setpoints."""
+        return self.kept.axes
+
+    @property
+    def linear(self) -> int:
+        """How many of them are linear, the first ones."""
+        return self.path.linear if self.joints is None else self.joints.linear
+
+    @property
+    def duration(self) -> float:
+        """Time from the first setpoint to the last, s."""
+        return float(self.verdict.numbers["duration_s"]) if self.planned is None else self.planned.duration
+
+    @property
+    def length(self) -> float:
+        """Arc length of the tip's path, mm (degrees where all axes are rotary)."""
+        return float(self.verdict.numbers["length_mm"]) if self.planned is None else self.path.tip_end
+
+    @property
+    def strategy(self) -> str:
+        """Name of the strategy that planned it."""
+        return str(self.kept.settings["strategy"]) if self.planned is None else self.planned.strategy
+
+    @property
+    def lower_bound(self) -> float | None:
+        """A time that no motion within the limits is shorter than, s, where it is known."""
+        return None if self.planned is None else self.planned.settings.get("lower_bound_s")
+
+    @property
+    def place(self) -> Array:
+        """Where the tool tip is at the ticks that are kept, (n, d), mm; d linear axes, at most three."""
+        if self.joints is not None:
+            return self.path.evaluate(self.kept.curve, self.kept.u, 0)[:, 0]
+        return self.kept.position[:, : min(self.path.linear, 3)]
+
+    @property
+    def thread(self) -> Array:
+        """Where the path runs, for a picture, (m, d), mm, a row of NaN where it is broken; d linear axes, at most 3."""
+        path = self.path
+        s = np.linspace(0.0, path.length, int(np.clip(CELLS * path.length / max(path.size, 1e-9), *POINTS_DRAWN)))
+        starts = path.curve_starts
+        line = path(s if len(starts) > len(s) else np.union1d(s, starts))[:, : min(path.linear, 3)]
+        return line if self.joints is None else np.concatenate([line, _tools(self.joints)])
+
+    def setpoints(self) -> Setpoints | Iterator[Setpoints]:
+        """All setpoints, whole or in chunks; LimitsError for a path that came in parts, whose setpoints are written."""
+        settings, made = self.kept.settings, self.chunks
+        if self.whole:
+            return self.kept
+        if made is None:
+            raise LimitsError(f"{self.name}: came in parts and was read once; its setpoints are in the file written")
+        return (replace(chunk, settings=settings) for chunk in made())
+
+    @property
+    def end_error_mm(self) -> float:
+        """Distance of the last setpoint from the end of the path, mm, as the check found it."""
+        return float(self.verdict.numbers["end_error_mm"])
+
+    @property
+    def ok(self) -> bool:
+        """Whether the check found every limit kept and the path covered to its end."""
+        return self.verdict.ok
+
+    def plot(self) -> Any:
+        """Deprecated: use `sf.plot.overview(run)`."""
+        warnings.warn(
+            "run.plot() goes with the next release; use sf.plot.overview(run)", DeprecationWarning, stacklevel=2
+        )
+        return import_module("splinefeed.reports.plot").overview(self)
+
+    def report(self, folder: str | os.PathLike[str], *, formats: Iterable[str] = ("hdf5",)) -> list[str]:
+        """Deprecated: use `sf.report(run, folder)`."""
+        words = "run.report(folder) goes with the next release; use sf.report(run, folder)"
+        warnings.warn(words, DeprecationWarning, stacklevel=2)
+        return list(import_module("splinefeed.reports.folder").report(self, folder, formats=formats))
+
+    def __repr__(self) -> str:
+        return f"Run({self.path!r}, {self.strategy}, {self.duration:.6g} s, {self.ticks} setpoints, ok={self.ok})"
+
+    def _repr_html_(self) -> str:
+        verdict = "every limit holds" if self.ok else "; ".join(self.verdict.problems)
+        rows = {
+            "path": f"{self.path.name}, {self.length:.6g} {unit_along(self.path.axes)}",
+            "motion": f"{self.duration:.6g} s, {self.strategy}",
+            "setpoints": f"{self.ticks}, one every {self.kept.period:g} s",
+            "check": verdict,
+        }
+        place = self.place
+        picture = view.shape(place[:: -(-len(place) // SHAPE)], self.name) if place.shape[1] > 1 else ""
+        return view.table(rows, picture + view.sparkline(self.kept.feed, "feed over time"))
+
+    def numbers(self) -> dict[str, Any]:
+        """Durations in s, lengths in mm, limits with their worst value, share and place; rotary axes in degrees."""
+        setpoints, notes = self.kept, () if self.planned is None else self.planned.notes
+        return {
+            "ok": self.ok,
+            "duration_s": self.duration,
+            "lower_bound_s": self.lower_bound,
+            "length_mm": self.length,
+            "unit": unit_along(self.path.axes),
+            "ticks": self.ticks,
+            "period_s": setpoints.period,
+            "method": setpoints.method,
+            "strategy": self.strategy,
+            "ripple_max": self.ripple.max,
+            "ripple_rms": self.ripple.rms,
+            "ripple_floor": self.ripple.floor,
+            "end_error_mm": self.end_error_mm,
+            "end_reached": self.verdict.numbers["end_reached"],
+            "feed_max_mm_s": float(setpoints.feed.max()),
+            "chord_error_max_mm": self.chord_error_mm,
+            "limits": self.verdict.as_dict()["limits"],
+            "problems": list(self.verdict.problems),
+            "bound_by": self.use.time_bound_by(),
+            "axes": self.axis_peaks(),
+            "notes": list(dict.fromkeys([*self.path.findings, *notes, *self.verdict.notes, *self.remarks])),
+        }
+
+    def axis_peaks(self) -> dict[str, dict[str, float | str]]:
+        """Largest |velocity|, |acceleration| and |jerk| of each axis, in mm or degrees, with the unit.
+
+        For linear axes their shares of the path's own acceleration and jerk, too, which they need not keep.
+        """
+        own = self.own_limits()
+        peaks: dict[str, dict[str, float | str]] = {}
+        for i, axis in enumerate(self.axes):
+            unit = unit_of_axis(axis)
+            rotary, factor = unit != "mm", 180.0 / np.pi if unit == "deg" else 1.0
+            each = {name: factor * float(np.max(np.abs(getattr(self.motion, name)[:, i]))) for name in MOTION}
+            shares = {} if rotary else {f"{name}_share": each[name] / limit for name, limit in own.items()}
+            peaks[axis] = {"unit": unit, **each, **shares}
+        return peaks
+
+    def own_limits(self) -> dict[str, float]:
+        """Acceleration and jerk that the path was planned with, the larger of speeding up and down; none left out."""
+        limits = self.limits.as_dict()
+        both = (("acceleration", "deceleration"), ("jerk", "deceleration_jerk"))
+        return {name: max(limits[name], limits[other]) for name, other in both if {name, other} <= limits.keys()}
+
+
+def _tools(joints: JointPath) -> Array:
+    """Lines along the tool axis, or an arm, for a picture, (m, 3), mm, each behind a row of NaN."""
+    arm = joints.drawn(TOOLS_DRAWN)
+    if arm is not None:
+        return np.concatenate([np.full_like(arm[:, :1], np.nan), arm], axis=1).reshape(-1, 3)
+    s = np.linspace(0.0, joints.length, TOOLS_DRAWN)
+    tip, axis = joints.kinematics.forward(joints(s))
+    far = tip + TOOL_DRAWN * max(joints.tool.size, 1e-9) * axis
+    return np.stack([np.full_like(tip, np.nan), tip, far], axis=1).reshape(-1, 3)

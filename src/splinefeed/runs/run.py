@@ -1,0 +1,341 @@
+"""One run: a job carried out, a path and limits to setpoints and the numbers of their quality, in one pass."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from splinefeed.analysis.bands import Band
+from splinefeed.analysis.thinning import Kept
+from splinefeed.checks.check import Check
+from splinefeed.errors import InputError, LimitsError, expect
+from splinefeed.formats.setpoints import Writer
+from splinefeed.interpolation.interpolator import interpolate
+from splinefeed.interpolation.registry import DEFAULT_METHOD
+from splinefeed.kinematics import JointPath
+from splinefeed.machine.machine import Machine
+from splinefeed.paths.path import Path
+from splinefeed.paths.path_parts import PathParts
+from splinefeed.planner.planning import cheap_to_bound, plan
+from splinefeed.planner.strategies import LOOK_AHEAD
+from splinefeed.records import Limits, Setpoints, TimeLaw
+from splinefeed.runs.fold import CHUNK, Chunk, Meter, fold, on_one_path
+from splinefeed.runs.long_path import METHOD, PartReader, windows
+from splinefeed.runs.meters import CheckMeter, ChordMeter, RippleMeter, ServoMeter, UseMeter
+from splinefeed.runs.result import MOST_TICKS, Run
+from splinefeed.runs.settings import PAPER_LIMITS, PAPER_PERIOD
+
+#: Most ticks of a motion that is made in chunks, above ten days at 1 ms.
+MOST_IN_CHUNKS = 1_000_000_000
+#: Of motions of at most so many ticks every tick is kept; of a longer one those at which a quantity is least or
+#: greatest, in so many columns of time. Figures over time have bands, which are finer.
+LONG, COLUMNS = 250_000, 1200
+#: Of a path in parts, whose ticks nobody knows beforehand: most ticks that are kept.
+MOST_KEPT = 100_000
+#: Makes the setpoints again, in chunks of so many ticks, each time that it is called.
+Chunks = Callable[[int], Iterator[Setpoints]]
+#: Is called with what is being done, how many ticks are done, and of how many.
+Progress = Callable[[str, int, int], None]
+#: Is called with how many moves of a file are planned, and how many setpoints are made.
+Read = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class MotionJob:
+    """A motion that is wanted: where, within which limits, on which machine, planned how.
+
+    path        to drive along; one of a file too long to be held comes in parts
+    limits      complete
+    machine     whose axes follow the setpoints, or whose joints a tool path is planned in; None for none
+    period      of the servo, s; strategy  None chooses one that keeps the limits; method, corrections  of the setpoints
+    source      what the user calls the path; reading  how it was read, as options of the command line say it
+    notes       what was assumed, one sentence each
+    """
+
+    path: Path | JointPath | PathParts
+    limits: Limits
+    machine: Machine | None = None
+    period: float = PAPER_PERIOD
+    strategy: str | None = None
+    method: str = DEFAULT_METHOD
+    corrections: int = 1
+    tolerance: float = 0.0
+    source: str = ""
+    reading: Mapping[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+def run(
+    path: Path | JointPath,
+    limits: Limits = PAPER_LIMITS,
+    *,
+    machine: str | Machine | None = None,
+    period: float = PAPER_PERIOD,
+    strategy: str | None = None,
+    method: str = DEFAULT_METHOD,
+    corrections: int = 1,
+    tolerance: float = 0.0,
+    law: TimeLaw | None = None,
+    meters: Sequence[Meter] = (),
+    on_progress: Progress | None = None,
+) -> Run:
+    """Plan, interpolate and measure one path; defaults are the paper's limits and period.
+
+    machine  a Machine or its name: of a ToolPath its joints follow the path, of another path its axes follow the
+             setpoints, simulated; law  if it is planned already
+    meters   further ones of the chunks, such as writers of files (`splinefeed.runs.fold`)
+
+    Setpoints are made and measured in chunks, once. Of more than a million ticks those that figures need are kept, and
+    `setpoints()` of the run makes all of them again.
+    Raises what `plan`, `interpolate` and `follow` raise, InputError for a machine that cannot follow a tool path, and
+    LimitsError for more than MOST_IN_CHUNKS ticks.
+
+    period in s; setpoints (n, axes), mm, rotary axes rad. Source: docs/code-overview.md walks through it.
+    Example: `sf.run(path, sf.Limits(feed=60, axis_jerk=20000)).numbers()["duration_s"]`
+    """
+    expect("run(path, limits)", (path, (Path, JointPath)), (limits, Limits))
+    model = Machine.load(machine) if isinstance(machine, str) else machine
+    how: dict[str, Any] = {"method": method, "corrections": corrections, "tolerance": tolerance}
+    job = MotionJob(path, limits, model, period, strategy, **how)
+    return carry_out(job, law=law, meters=meters, on_progress=on_progress)
+
+
+def carry_out(
+    job: MotionJob,
+    *,
+    law: TimeLaw | None = None,
+    meters: Sequence[Meter] = (),
+    responses: Writer | None = None,
+    on_progress: Progress | None = None,
+    on_read: Read | None = None,
+) -> Run:
+    """Plan, interpolate and measure a job in one pass; further `meters` see every chunk, too.
+
+    law        if it is planned already
+    responses  writes what the machine does
+    on_read    is called with how far a path that comes in parts is
+    Raises what `plan`, `interpolate` and `follow` raise, InputError for a machine that cannot follow a tool path, or
+    for a path in parts and what needs a whole one, and LimitsError for more than MOST_IN_CHUNKS ticks.
+    """
+    if job.path.in_parts is not None:
+        return _in_parts(job, job.path.in_parts, meters, responses, on_read or (lambda read, ticks: None))
+    path, model, remarks = machine_of(job.path, job.machine, job.limits)
+    limits, period = job.limits.on(path.axes), job.period
+    if law is None:
+        law = plan(path, limits, strategy=job.strategy, period=period, bound=cheap_to_bound(path, limits))
+    ticks, planned = check_ticks(law, period, MOST_IN_CHUNKS), law
+
+    def chunks(chunk: int) -> Iterator[Setpoints]:
+        how: dict[str, Any] = {"method": job.method, "corrections": job.corrections, "tolerance": job.tolerance}
+        return interpolate(path, planned, chunk=chunk, period=period, **how)
+
+    more: dict[str, Any] = {"machine": model, "meters": meters, "responses": responses, "on_progress": on_progress}
+    made = measured(path, limits, law, chunks, ticks, **more)
+    return replace(made, remarks=remarks)
+
+
+def _in_parts(
+    job: MotionJob, source: PathParts, meters: Sequence[Meter], responses: Writer | None, on_read: Read
+) -> Run:
+    """Plan a path that comes in parts window by window, and measure it; memory does not grow with it."""
+    for name, given, only in (("strategy", job.strategy, LOOK_AHEAD), ("method", job.method, METHOD)):
+        if given not in (None, only):
+            raise InputError(
+                f"{name} {given}: needs the whole path; a path in parts is planned by {only}: leave it out"
+            )
+    check, ticks = Check(job.limits), 0
+    reading = PartReader(source, job.reading, check.part)
+
+    def counted(chunks: Iterable[Chunk]) -> Iterator[Chunk]:
+        nonlocal ticks
+        for chunk in chunks:
+            yield chunk
+            ticks += len(chunk.own)
+            on_read(min(reading.read, source.count), ticks)
+
+    chunks = counted(windows(reading, job.limits, job.period))
+    keep = partial(Kept, 1, MOST_KEPT)
+    servo = None if job.machine is None else ServoMeter(job.machine, keep(), responses)
+    made = _folded(chunks, check, job.limits, keep, servo, meters)
+    use, points = made.use, made.use.kept
+    return Run(
+        path=_line(points, source),
+        limits=job.limits,
+        planned=None,
+        ticks=made.ticks,
+        kept=points,
+        ripple=made.ripple.ripple,
+        motion=use.motion,
+        use=use.use,
+        verdict=made.check.verdict,
+        chord_error_mm=made.chord.largest,
+        chunks=None,
+        served=None if made.servo is None else made.servo.servo,
+        remarks=tuple(reading.findings),
+        tip=use.tip,
+        bands=made.bands,
+    )
+
+
+def _line(points: Setpoints, source: PathParts) -> Path:
+    """The line through setpoints, for pictures of a path that came in parts."""
+    at = points.position
+    moved = np.append(True, np.any(np.diff(at, axis=0) != 0.0, axis=1))
+    return Path.polyline(at[moved], points.axes, name=source.name)
+
+
+@dataclass(frozen=True, eq=False)
+class _Folded:
+    """The meters of a run behind its pass, and the ticks that they saw."""
+
+    ticks: int
+    use: UseMeter
+    ripple: RippleMeter
+    chord: ChordMeter
+    check: CheckMeter
+    servo: ServoMeter | None
+
+    @property
+    def bands(self) -> dict[str, Band]:
+        """Of all that figures show over time."""
+        return self.use.bands | self.ripple.bands | ({} if self.servo is None else self.servo.servo.bands)
+
+
+def _folded(
+    chunks: Iterable[Chunk], check: Check, limits: Limits, keep: Callable[[], Kept], servo: ServoMeter | None,
+    more: Sequence[Meter], top: float | None = None,
+) -> _Folded:  # fmt: skip
+    """One pass over chunks by the meters of a run, and by `more`; keep makes what keeps the ticks that figures need."""
+    use, ripple, chord = UseMeter(limits, keep()), RippleMeter(keep(), top), ChordMeter()
+    checked = CheckMeter(check)
+    count = fold(chunks, [use, ripple, chord, checked, *([] if servo is None else [servo]), *more])
+    return _Folded(count, use, ripple, chord, checked, servo)
+
+
+def measured(
+    path: Path | JointPath,
+    limits: Limits,
+    law: TimeLaw,
+    chunks: Chunks,
+    ticks: int,
+    *,
+    machine: Machine | None = None,
+    meters: Sequence[Meter] = (),
+    responses: Writer | None = None,
+    on_progress: Progress | None = None,
+) -> Run:
+    """Setpoints that can be made, or read, again, at most `ticks` of them, measured and checked as a run in one pass.
+
+    meters  further ones, which see every chunk, too; responses  writes what the machine does
+    """
+    column = column_of(ticks)
+    again = partial(chunks, max(CHUNK // column, 1) * column)
+    check = Check(limits, law=law)
+    check.part(path)
+    passing = on_one_path(_with_progress(again(), on_progress, ticks), path, law)
+    keep = partial(Kept, column)
+    servo = None if machine is None else ServoMeter(machine, keep(), responses)
+    made = _folded(passing, check, limits, keep, servo, meters, _top_feed(law, ticks))
+    use, verdict, joints = made.use, made.check.verdict, path.joint_path
+    return Run(
+        path=path.tip_path,
+        limits=limits,
+        planned=law,
+        ticks=made.ticks,
+        kept=use.kept,
+        ripple=made.ripple.ripple,
+        motion=use.motion,
+        use=use.use,
+        verdict=verdict,
+        chord_error_mm=made.chord.largest if joints is None else float(verdict.numbers["chord_error_max_mm"]),
+        chunks=again,
+        bands=made.bands,
+        joints=joints,
+        served=None if made.servo is None else made.servo.servo,
+    )
+
+
+def _with_progress(chunks: Iterator[Setpoints], say: Progress | None, ticks: int) -> Iterator[Setpoints]:
+    done = 0
+    for chunk in chunks:
+        done += len(chunk)
+        if say is not None:
+            say("measuring", done, ticks)
+        yield chunk
+
+
+def column_of(ticks: int) -> int:
+    """Ticks in one column of a motion of so many: one where all are kept."""
+    return 1 if ticks <= LONG else min(-(-ticks // COLUMNS), CHUNK)
+
+
+def _top_feed(law: TimeLaw, ticks: int) -> float:
+    """The highest feed of the law at its ticks, mm/s."""
+    step = law.duration / max(ticks - 1, 1)
+    starts = range(0, ticks, CHUNK)
+    return max(float(np.max(law.feed(np.arange(k, min(k + CHUNK, ticks)) * step))) for k in starts)
+
+
+def machine_of(
+    path: Path | JointPath, machine: Machine | None, limits: Limits
+) -> tuple[Path | JointPath, Machine | None, tuple[str, ...]]:
+    """What moves along a path: its own axes or joints of a machine, the machine that is simulated, and remarks."""
+    if path.tool_path is not None:
+        return on_machine(path, machine, limits), None, ()
+    if path.joint_path is not None and machine is not None:
+        raise InputError("machine: the path is already in the joints of a machine; leave it out")
+    if machine is not None and machine.axes and not machine.simulates(path.axes):
+        check_axes(path.tip_path, machine)
+        words = f"axes of {machine.name} have limits alone: what their servo loops do is not simulated"
+        return path, None, (words,)
+    return path, machine, ()
+
+
+def check_axes(path: Path, machine: Machine) -> None:
+    """InputError for a path that moves an axis which the machine does not have."""
+    for k, axis in enumerate(path.axes):
+        if axis not in machine.axes and np.ptp(path.flat.points[:, k]) != 0.0:
+            raise InputError(
+                f"{path.name}: moves axis {axis}, which {machine.name} does not have; its axes are "
+                f"{', '.join(machine.axes)}: add [axis.{axis}.limits]"
+            )
+
+
+def on_machine(path: Path | JointPath, machine: str | Machine | None, limits: Limits) -> Path | JointPath:
+    """A tool path as joints of a machine; any other path as it is.
+
+    Raises InputError for a tool path without a machine, a machine without kinematics, and a machine for another path.
+    """
+    tool = path.tool_path
+    if tool is None:
+        if machine is not None:
+            raise InputError("machine: only a ToolPath is planned in the joints of a machine; leave it out")
+        return path
+    if machine is None:
+        raise InputError(
+            f"{path.name}: has a tool axis, which only a machine can follow; give a machine with kinematics (--machine)"
+        )
+    model = machine if isinstance(machine, Machine) else Machine.load(machine)
+    if model.kinematics is None:
+        line = "" if tool.lines is None else f" (line {tool.lines[0]})"
+        raise InputError(
+            f"{model.name}: has no [kinematics], which a tool path needs{line}; add them to the machine file, or take "
+            "a machine that has them (trunnion)"
+        )
+    return JointPath(tool, model.kinematics, travel=limits.travel_of(model.kinematics.joints))
+
+
+def check_ticks(law: TimeLaw, period: float, most: int = MOST_TICKS) -> int:
+    """Ticks of `period` s in a motion at the most; LimitsError if they are more than `most`."""
+    ticks = law.duration / period
+    if ticks > most:
+        raise LimitsError(
+            f"the motion takes {law.duration:.6g} s, {ticks:.3g} periods of {period:g} s; at most {most} are possible: "
+            f"raise the period or the feed"
+        )
+    return math.ceil(ticks) + 1

@@ -1,0 +1,123 @@
+"""What a user's settings mean for a path: which limits hold, and how it is smoothed, with the proof."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from splinefeed.errors import InputError
+from splinefeed.machine import limits_toml
+from splinefeed.machine.machine import Machine
+from splinefeed.paths.path import Path
+from splinefeed.paths.path_parts import PathParts
+from splinefeed.paths.track import AnyPath
+from splinefeed.records import BY_AXIS, Limits, by_name, field_of
+
+#: The paper's experiment: f = 60 mm/s, A = D = 50 mm/s^2, J = 2000 mm/s^3, one setpoint a millisecond.
+PAPER_LIMITS = Limits(feed=60.0, acceleration=50.0, jerk=2000.0)
+PAPER_PERIOD = 1e-3
+PAPER_SHAPE = "naca:0025?perimeter=33"
+#: Stands for a feed, mm/s, where the program of the path says it.
+ANY_FEED = 1e9
+
+
+def planned_axes(path: AnyPath, machine: Machine | None) -> tuple[str, ...]:
+    """The axes that limits are for: those of a path, joints of the machine for a path with a tool axis."""
+    if path.tool_path is not None and machine is not None and machine.kinematics is not None:
+        return machine.kinematics.joints
+    return path.axes
+
+
+def completed(flat: Mapping[str, Any], machine: Machine | None, axes: Sequence[str], *, assume: bool = True) -> Limits:
+    """Limits from those that are given, over those that a machine has for the axes.
+
+    flat    limits as `Limits.as_dict` has them, or lists of quantities in the order of the axes, as files have them
+    assume  whether the paper's stand in along the path where none are said, those of acceleration and jerk only without
+            such limits of the axes
+    Raises LimitsError for a list that does not fit the axes, and for a number over a machine's where all of them turn.
+    """
+    out: dict[str, float] = {}
+    own = {} if machine is None else machine.limits(axes)
+    for name, values in own.items():
+        out |= {f"{name}.{axis}": value for axis, value in values.items()}
+    for name, value in limits_toml.in_order(flat, axes).items():
+        each = name in BY_AXIS and own.get(name)  # one number is for every linear axis
+        out |= {f"{name}.{axis}": one for axis, one in by_name(name, value, axes).items()} if each else {name: value}
+    if assume:
+        kinds = {field_of(key) for key in out}
+        if not kinds & {"axis_acceleration", "axis_jerk"}:
+            out = {"acceleration": PAPER_LIMITS.acceleration, "jerk": PAPER_LIMITS.jerk, **out}
+        out = {"feed": PAPER_LIMITS.feed, **out}
+    return Limits.from_dict(out)
+
+
+def limited(
+    path: Path | PathParts, flat: Mapping[str, Any], machine: Machine | None, *, assume: bool = True
+) -> tuple[Limits, tuple[str, ...]]:
+    """Limits for a path from those that are given, and notes on what is assumed.
+
+    Those of the machine's axes hold where none are given; feeds of a program where no feed is; and where `assume`, the
+    paper's. flat, and what is raised: see `completed`.
+    """
+    axes = planned_axes(path, machine)
+    if "feed" in flat or path.feeds is None:
+        return completed(flat, machine, axes, assume=assume), ()
+    # the feed of the program stands in below; here another one, above all, lets all else be checked
+    limits, notes = at_programmed_feeds(completed({"feed": ANY_FEED, **flat}, machine, axes, assume=assume), path)
+    return limits, tuple(notes)
+
+
+def at_programmed_feeds(limits: Limits, path: Path | PathParts) -> tuple[Limits, list[str]]:
+    """The limits for a path whose curves carry the feeds of a program, where no feed is given, and a note of it.
+
+    The programmed feeds then hold. Rapid moves run as fast as the axes can where their velocities are limited, else at
+    the highest programmed feed or the paper's, whichever is more. Limits stay as they are for a path without feeds.
+    """
+    if path.feed_range is None:
+        return limits, []
+    top, rapids = path.feed_range
+    said = f"feed moves run at the program's feeds, {top:.6g} mm/s at most" if top else "the program has no F word here"
+    if path.linking is not None:
+        said = f"contours are cut at {top:.6g} mm/s" + ", which is assumed" * (path.linking.feed is None)
+    note = f"no feed is given: {said}"
+    if not rapids:
+        return replace(limits, feed=top), [note]
+    if limits.axis_velocity is not None:
+        return replace(limits, feed=math.inf), [f"{note}; rapid moves as fast as the velocities of the axes allow"]
+    rapid = max(top, PAPER_LIMITS.feed)
+    return replace(limits, feed=rapid), [f"{note}; rapid moves at {rapid:.6g} mm/s, which is assumed"]
+
+
+def smooth(path: Path, how: Mapping[str, Any]) -> Path:
+    """The path smoothed by these settings; its findings state the proof.
+
+    how  `smooth`, the tolerance, mm, or PROGRAM; without it the path stays; `corners`, `corner_angle`, degrees, and
+         `angle_tolerance`, of the tool axis or of rotary axes, rad
+
+    Raises InputError where a program has no tolerance, and CurveError if the path exceeds it, which is not known to
+    happen.
+    """
+    if how.get("smooth") is None:
+        return path
+    from splinefeed.paths.smoothing_proven import with_proof  # not at every start of the command line
+
+    said = arguments(how, path.tolerances is not None and bool(path.tolerances.any()))
+    return with_proof(path, **said)
+
+
+def arguments(how: Mapping[str, Any], says_tolerance: bool) -> dict[str, Any]:
+    """Settings as arguments of what smooths; says_tolerance: whether the program does (G64 P)."""
+    from splinefeed.paths.smoothing import PROGRAM
+
+    said: dict[str, Any] = {"tolerance": how["smooth"]}
+    if how["smooth"] == PROGRAM:
+        if not says_tolerance:
+            raise InputError("--smooth program: the program has no tolerance (G64 P); give one: --smooth 0.01mm")
+        said["corners"] = "round"
+    called = {"corners": "corners", "corner_angle": "corner_angle", "angle_tolerance": "angular_tolerance"}
+    said |= {name: how[key] for key, name in called.items() if key in how}
+    if "corner_angle" in said:
+        said["corner_angle"] = math.radians(said["corner_angle"])
+    return said

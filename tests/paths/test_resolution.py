@@ -1,0 +1,112 @@
+"""What is smaller than 1 nm is decided where a path is built: finite derivatives within 1 nm of what was given."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import splinefeed as sf
+from sample_curves import KNOWN, TIPS, bent, butterfly, random_curve
+from splinefeed.curves.differential import by_arc_length
+from splinefeed.paths.path import Marker, Path
+from splinefeed.paths.resolution import RESOLUTION
+
+bezier = sf.NurbsCurve.bezier
+
+
+@pytest.mark.parametrize("name", TIPS)
+def test_next_to_tips_derivatives_are_finite_and_the_curve_stays_within_a_nanometre(name: str) -> None:
+    curve = TIPS[name]
+    path = Path([curve])
+    (new,) = path.joined
+    assert path.curves[0] is curve and new is not curve
+    assert new.domain == curve.domain and np.array_equal(new.ends, curve.ends)
+    tips = np.array([0.0, *path.stops, path.length])
+    away = np.logspace(-13.0, 0.0, 400)
+    s = np.concatenate([(tips[:, None] + side * away).ravel() for side in (-1.0, 1.0)])
+    s = s[(s > 0.0) & (s < path.length)]
+    places, u = path.locate(s)
+    d = by_arc_length(path.evaluate(places, u, 3), path.linear)
+    assert np.isfinite(d).all()
+    assert np.linalg.norm(d[:, 1], axis=1) == pytest.approx(np.ones(len(s)), abs=1e-12)
+    assert np.max(np.linalg.norm(d[:, 2], axis=1)) <= 2.0 / RESOLUTION
+    # both ways: the new one near the old one, and the old one near the new one
+    assert np.max(curve.nearest(new(np.linspace(*curve.domain, 4001)))[1]) <= RESOLUTION
+    assert np.max(curve.nearest(d[:, 0])[1]) <= RESOLUTION
+    assert np.max(new.nearest(curve(np.linspace(*curve.domain, 4001)))[1]) <= RESOLUTION
+    # tangent and curvature go on where it joins
+    jumps = [c.curvature_jump for c in path.corners if not c.stop and c.angle < 1e-9]
+    assert max(jumps, default=0.0) <= 1e-4
+
+
+@pytest.mark.parametrize("radius", [0.0, 1e-8, 1e-7, 5e-7, 2e-6, 1e-5, 1e-4, 1e-3])
+def test_a_bend_is_a_corner_below_the_resolution_and_a_bend_above(radius: float) -> None:
+    path = Path([bent(radius)])
+    if radius < RESOLUTION:
+        (corner,) = path.corners
+        assert corner.stop and corner.u == pytest.approx(0.5, abs=1e-4)
+        assert corner.angle > (3.0 if radius < 5e-8 else 1.5)
+    else:
+        assert path.joined[0] is path.curves[0] and len(path.corners) == 0
+
+
+@pytest.mark.parametrize("rational", [False, True])
+def test_what_goes_straight_back_turns_by_pi(rational: bool) -> None:
+    (corner,) = Path([bezier([[0, 0], [3, 4], [0, 0]], [1, 2, 1] if rational else None)]).corners
+    assert corner.angle == pytest.approx(np.pi, abs=1e-12)
+
+
+def test_what_has_nothing_small_is_what_it_was() -> None:
+    curves = [butterfly(), *(KNOWN[name] for name in ("circle", "ellipse", "unequal spans", "figure eight"))]
+    curves += [random_curve(seed, axes=2) for seed in (1, 2, 3)]
+    for curve in curves:
+        path = Path([curve])
+        assert path.joined[0] is curve and path.findings == ()
+    lines = Path.polyline(np.cumsum(np.ones((9, 2)), axis=0))
+    assert lines.joined is lines.curves
+
+
+def test_a_tiny_path_has_a_finer_resolution() -> None:
+    for size in (1e-6, 1.0, 1e3):
+        assert len(Path([bent(0.0, size)]).stops) == 1
+    assert Path([bent(1e-8, 1e-3)]).stops == ()  # 1e-5 of its size
+    assert len(Path.polyline(1e-8 * np.array([[0, 0], [1, 0], [1, 1]])).curves) == 2
+
+
+def test_short_curves_are_left_out_with_their_feeds_and_markers_stay_in_place() -> None:
+    points = np.array([[0.0, 0.0], [10.0, 0.0], [10.0 + 3e-7, 3e-7], [20.0, 0.0], [20.0, 5.0]])
+    said = {"feeds": [10.0, 20.0, 30.0, 40.0], "tolerances": [0.1, 0.2, 0.3, 0.4]}
+    markers = [Marker(before, "M0", 0.1) for before in range(5)]
+    curves = [bezier(points[k : k + 2]) for k in range(4)]
+    for path in (Path.polyline(points, markers=markers, **said), Path(curves, markers=markers, **said)):
+        assert path.findings == ("1 curve(s) shorter than 1 nm left out, the first curve 1",)
+        assert len(path.curves) == 3 and path.feeds is not None and path.tolerances is not None
+        assert path.feeds.tolist() == [10.0, 30.0, 40.0] and path.tolerances.tolist() == [0.1, 0.3, 0.4]
+        assert [marker.before for marker in path.markers] == [0, 1, 1, 2, 3]
+        assert [s for s, _ in path.dwells] == pytest.approx([0.0, 10.0, 20.0, 25.0], abs=1e-6)
+        assert path.dwells[1][1] == pytest.approx(0.2)
+        assert path.gaps == pytest.approx([0.0, 0.0], abs=1e-15) or max(path.gaps) <= RESOLUTION
+        assert path.stops == pytest.approx([10.0, 20.0], abs=1e-6)
+
+
+def test_a_first_short_line_keeps_the_start() -> None:
+    path = Path.polyline([[0.0, 0.0], [1e-7, 1e-7], [10.0, 0.0]])
+    assert len(path.curves) == 1 and path(0.0).tolist() == [0.0, 0.0] and path(path.length).tolist() == [10.0, 0.0]
+
+
+def test_rotary_axes_that_turn_at_a_tip_keep_their_course() -> None:
+    """x goes there and back while a turns on: the length of all axes is regular there, and nothing is a tip."""
+    curve = bezier([[0.0, 0.0], [10.0, 0.5], [0.0, 1.0]])
+    path = Path([curve], ("x", "a"))
+    assert len(path.stops) == 0
+    u = np.linspace(0.0, 1.0, 101)
+    assert path.evaluate(np.zeros(101, dtype=int), u)[:, 0] == pytest.approx(curve(u), abs=1e-12)
+
+
+def test_under_a_tool_axis_a_cusp_is_a_corner_and_the_tip_goes_where_it_did() -> None:
+    tip = bezier(np.column_stack([bent(0.0).control_points, np.zeros(4)]))
+    path = sf.ToolPath(tip, bezier([[0.0, 0.0, 1.0], [0.0, 0.1, 1.0]]), kind="vectors")
+    (corner,) = path.corners
+    assert corner.stop and corner.angle == np.pi and corner.u == pytest.approx(0.5, abs=1e-9)
+    u = np.linspace(0.0, 1.0, 101)
+    assert path.evaluate(np.zeros(101, dtype=int), u)[:, 0] == pytest.approx(tip(u), abs=1e-13)

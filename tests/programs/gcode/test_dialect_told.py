@@ -1,0 +1,87 @@
+"""What a program does not tell of its control is asked for: signs of two controls, and words that mean two things."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from gcode_programs import path_of, refusal
+from splinefeed.programs.gcode.dialects import detect
+
+
+@pytest.mark.parametrize(
+    ("lines", "named"),
+    [
+        (["O1234", "G1 X10 F60", "X=20"], ["siemens ('X=' in line 3)", "fanuc ('O1234' in line 1)"]),
+        (["O<part> sub", "O<part> endsub", "IF [#1 EQ 0] GOTO 10", "G1 X1 F60"], ["linuxcnc (", "fanuc ("]),
+        (["$32=1", "M3 S0", "G1 X10 E0.5 F600"], ["grbl ('$32=' in line 1)", "printer ("]),
+    ],
+)
+def test_signs_of_two_controls_are_both_named(tmp_path: Path, lines: list[str], named: list[str]) -> None:
+    wrong = refusal(tmp_path, *lines)
+    for each in named:
+        assert each in wrong
+    assert "name the control (option dialect: " in wrong
+
+
+def test_a_control_that_is_named_is_not_asked_for(tmp_path: Path) -> None:
+    path = path_of(tmp_path, "O1234", "G1 X10 F60", "X20 (X=30)")
+    assert path.length == 20.0
+    named = path_of(tmp_path, "O1234", "G4 P500", "G1 X10 F60", dialect="mach3")
+    assert [marker.dwell for marker in named.markers if marker.dwell] == [500.0]
+
+
+@pytest.mark.parametrize(
+    ("wait", "asked"), [("P500", True), ("P100", True), ("P99", False), ("P500.", False), ("P0.5", False)]
+)
+def test_a_wait_that_may_be_s_or_ms_is_asked_for(tmp_path: Path, wait: str, asked: bool) -> None:
+    lines = ["G1 X10 F60", f"G4 {wait}", "X20"]
+    if not asked:
+        path = path_of(tmp_path, *lines)
+        assert [marker.dwell for marker in path.markers] == [float(wait[1:])]
+        return
+    number = wait[1:]
+    assert refusal(tmp_path, *lines) == (
+        f"line 2: G4 {wait} waits {number} s in linuxcnc, mach3, grbl, and {float(number) / 1e3:g} s in fanuc, haas, "
+        "marlin; nothing shows which control the program is for: name it (option dialect)"
+    )
+    for dialect, seconds in (("linuxcnc", float(number)), ("fanuc", 1e-3 * float(number))):
+        path = path_of(tmp_path, *lines, dialect=dialect)
+        assert [marker.dwell for marker in path.markers] == [pytest.approx(seconds)]
+
+
+@pytest.mark.parametrize(
+    ("code", "control"),
+    [("G187 P2", "haas"), ("G505", "siemens"), ("G29", "printer"), ("G12 I5", "haas"), ("G68.2 X0", "fanuc and haas")],
+)
+def test_a_code_that_is_not_known_names_the_controls_that_have_it(tmp_path: Path, code: str, control: str) -> None:
+    wrong = refusal(tmp_path, "G1 X1 F60", code, dialect="linuxcnc")
+    assert wrong.endswith(f"is not known in the dialect LinuxCNC; it is a code of {control}: name the control "
+                          "(option dialect)")  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "line", ["N10 IF [#1 GT 2] GOTO 20", "WHILE [#1 LT 3] DO1", "G65 P9810 Z5.", "IF[#1EQ0]THEN#2=1"]
+)
+def test_macros_show_a_fanuc(line: str) -> None:
+    assert detect(f"G1 X1\n{line}\n".encode()).name == "fanuc"
+
+
+def test_repeats_of_a_cycle_are_no_places_without_a_point(tmp_path: Path) -> None:
+    begin = ["O0109", "G21 G17 G90", "G0 X0. Y0. Z50.", "G99 G81 X10. Y0. Z-20. R2. F120.", "G91 X10. K3", "G80", "M30"]
+    assert not [each for each in path_of(tmp_path, *begin).findings if "without a decimal point" in each]
+    arc = ["O0109", "G21 G18 G90", "G0 X0. Y0. Z0.", "G2 X10. Z0. I5. K0 F100.", "G2 X0. Z0. I-5. K0", "G1 X5", "M30"]
+    assert [each for each in path_of(tmp_path, *arc).findings if "as X5," in each]
+
+
+def test_a_code_that_the_control_has_and_that_is_not_read_is_said_so(tmp_path: Path) -> None:
+    said = refusal(tmp_path, "G21 G90", "G70 I25. J0 L6", dialect="haas")
+    assert said == "line 2: G70 is a code of Haas that is not read; let the CAM system write its moves"
+
+
+def test_a_short_number_where_a_program_begins_is_a_fanucs() -> None:
+    for text in ("%\nO77\nG0 X1\n", "O5 (PART)\nG0 X1\n", "\r\n%\r\no12\r\nG0 X1\r\n"):
+        assert detect(text.encode()).name == "fanuc", text
+    for text in ("O77 sub\nO77 endsub\n", "G0 X1\nO77\n", "O<a> call\n", "o10 if [1]\n"):
+        assert detect(text.encode()).name == "linuxcnc", text
