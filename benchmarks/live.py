@@ -64,7 +64,7 @@ class Nowhere:
     close = taken
 
 
-#: Control points at both ends of a lap that lie in the plane.
+#: OperatorServer points at both ends of a lap that lie in the plane.
 FLAT = 4
 
 

@@ -64,9 +64,9 @@ DRAWINGS = ("dxf", "svg", "json", "airfoil", "iges", "3dm", "step", "gcode")
 DIALECTS = ("heidenhain", "siemens", "macro", "printer")
 RECORDS = ("csv", "npz", "h5", "mat", "parquet")
 OTHERS = {
-    "points": "formats.registry:read_all", "limits": "formats.limits_toml:read",
-    "machine": "machine.machine:Machine.load", "sweep": "sweeps.spec:read", "tools": "formats.gcode.tools:read_tools",
-    "log": "formats.run_log:read_run", "positions": "formats.positions_csv:read", "urdf": "robots.arm:robot",
+    "points": "formats.registry:read_all", "limits": "machine.limits_toml:read",
+    "machine": "machine.machine:Machine.load", "sweep": "sweeps.spec:read", "tools": "programs.gcode.tools:read_tools",
+    "log": "programs.run_log:read_run", "positions": "formats.positions_csv:read", "urdf": "robots.arm:robot",
 }  # fmt: skip
 BINARY = ("npz", "h5", "mat", "parquet", "3dm")
 #: Files in folders of runs and sweeps: the page and the setpoints of a run, the journal and the page of a sweep.
@@ -345,7 +345,7 @@ def reader(kind: str, folder: Path) -> Callable[[Path, bool], Any]:
         function = attrgetter(name)(import_module(f"splinefeed.{module}"))
         return lambda file, repair: function(file)
     modules = {"json": "json_curve", "3dm": "threedm"}
-    name = "gcode" if kind in DIALECTS else modules.get(kind, kind)
+    name = "programs.gcode" if kind in DIALECTS else f"formats.{modules.get(kind, kind)}"
     module = next(each for each in FORMATS if each.module == name)
     takes_repair = kind not in ("json", "airfoil")
 

@@ -21,7 +21,7 @@ PROGRAMS = 40
 
 def main() -> int:
     """Time random programs by each model and by the oracle of the tests."""
-    sys.path.insert(0, str(DOCS.parent / "tests" / "pipeline"))
+    sys.path.insert(0, str(DOCS.parent / "tests" / "programs"))
     import test_firmware as oracle  # type: ignore[import-not-found]
 
     lines = [("control", "reference", "programs", "mean", "least", "most")]

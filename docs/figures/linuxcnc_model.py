@@ -20,7 +20,7 @@ SETS = {"first": "that showed the form of the model", "second": "that corrected 
 def main() -> int:
     """Time both sets of programs."""
     tests = DOCS.parent / "tests"
-    sys.path[:0] = [str(tests), str(tests / "pipeline")]
+    sys.path[:0] = [str(tests), str(tests / "programs")]
     from test_linuxcnc_times import MACHINES, errors  # type: ignore[import-not-found]
 
     lines = [("programs", "limits", "number", "mean", "least", "most", "median of sizes")]

@@ -72,5 +72,5 @@ def test_what_a_terminal_would_obey_is_escaped():
 
 def test_nothing_of_this_machine_is_in_the_sources():
     package = Path(output.__file__).parents[1]
-    for source in [*package.glob("cli/*.py"), *package.glob("report/*.py")]:
+    for source in [*package.glob("cli/*.py"), *package.glob("reports/*.py")]:
         assert str(Path.home()) + "/" not in source.read_text()

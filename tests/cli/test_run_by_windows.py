@@ -13,11 +13,11 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from splinefeed.formats.long_files import read_parts
 
 import splinefeed as sf
 from splinefeed.analysis.measures import chord_errors
-from splinefeed.formats import path_parts
+from splinefeed.formats import long_files
+from splinefeed.formats.long_files import read_parts
 from splinefeed.runs import fold, long_path
 from splinefeed.runs.run import MotionJob, carry_out
 
@@ -39,7 +39,7 @@ def program(folder):
 @pytest.fixture
 def by_windows(monkeypatch):
     """Files of more than a thousand lines go by windows."""
-    monkeypatch.setattr(path_parts, "MOST_LINES", 1000)
+    monkeypatch.setattr(long_files, "MOST_LINES", 1000)
 
 
 LIMITS = ("--axis-accel", "1500", "--axis-jerk", "50000")
@@ -96,12 +96,12 @@ def test_its_numbers_are_those_of_the_whole_path(splinefeed, program, by_windows
 def test_the_size_of_the_file_makes_the_choice(splinefeed, refused, folder, monkeypatch):
     short_lines(folder / "part.nc", 400)
     words = ("run", "part.nc", *LIMITS, "--smooth", "program", "--no-figures", "--json")
-    monkeypatch.setattr(path_parts, "MOST_LINES", 405)  # it has one line more
+    monkeypatch.setattr(long_files, "MOST_LINES", 405)  # it has one line more
     page = json.loads(splinefeed(*words, "-o", "long").stdout)
     assert any(note.startswith("read in parts: the time law is not kept") for note in page["notes"])
     said = "--strategy time-optimal: needs the whole path"
     assert said in refused(*words, "--strategy", "time-optimal")
-    monkeypatch.setattr(path_parts, "MOST_LINES", 406)
+    monkeypatch.setattr(long_files, "MOST_LINES", 406)
     whole = json.loads(splinefeed(*words, "-o", "short", "--strategy", "look-ahead").stdout)
     assert whole["ripple_max"] > 0.0
     assert whole["duration_s"] == pytest.approx(page["duration_s"], rel=1e-2)

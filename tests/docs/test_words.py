@@ -26,7 +26,7 @@ PATTERN = re.compile(rf"\b({'|'.join(OLD)})\b", re.IGNORECASE)
 #: Pages of records: they say what was, in the words of their day.
 RECORDS = ("docs/glossary.md", "docs/decisions/", "docs/peers.md", "CHANGELOG.md")
 #: Rooms whose names and comments are as old as they are; what users see of them is held like all others.
-OLD_ROOMS = ("formats", "feed")
+OLD_ROOMS = ("formats", "planner", "programs", "files")
 #: Names of the API and keys of `--json`, which stay.
 STABLE = ("tracking_error",)
 

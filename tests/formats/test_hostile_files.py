@@ -12,8 +12,10 @@ import fuzzing
 from splinefeed.errors import FormatError, SplinefeedError
 from splinefeed.formats.registry import FORMATS, format_of, read_all
 
-KINDS = {"dxf": "dxf", "svg": "svg", "json": "json_curve", "airfoil": "airfoil", "gcode": "gcode", "step": "step",
-         "iges": "iges", "3dm": "threedm"}  # fmt: skip
+KINDS = {
+    **{kind: f"formats.{kind}" for kind in ("dxf", "svg", "airfoil", "step", "iges")},
+    **{"json": "formats.json_curve", "gcode": "programs.gcode", "3dm": "formats.threedm"},
+}
 SUFFIXES = {kind: next(each for each in FORMATS if each.module == module).suffixes[0] for kind, module in KINDS.items()}
 
 
@@ -155,7 +157,7 @@ def test_huge_counts_are_refused(tmp_path: Path, kind: str) -> None:
 def test_old_line_ends_of_a_drawing(tmp_path: Path) -> None:
     file = tmp_path / "old.dxf"
     file.write_bytes((NUMBERS["dxf"] % "2").replace("\n", "\r").encode())
-    assert format_of(file).module == "dxf" and len(read_all(file)) == 1
+    assert format_of(file).module == "formats.dxf" and len(read_all(file)) == 1
 
 
 def test_a_folder_an_empty_file_and_none(tmp_path: Path) -> None:

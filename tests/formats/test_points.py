@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from splinefeed.formats.long_files import read_parts
 
 import splinefeed as sf
 from splinefeed.curves.nearest import Nearest
 from splinefeed.errors import FormatError
 from splinefeed.files import table_text
+from splinefeed.formats.long_files import read_parts
 from splinefeed.formats.registry import read_all
 
 ANGLE = np.linspace(0.0, 2.0 * math.pi, 201)

@@ -22,13 +22,13 @@ PUBLIC = {
         Approach Combination CycleTime Interpolator JointPath Kinematics LimitResult Limits Machine Marker
         MethodResult MethodTrace NurbsCurve Path Response Run Setpoints SplinefeedError State TimeLaw ToolPath Torque
         TorqueRate Verdict VelocityByPosition __version__ analysis check compare cycle_time errors fit follow formats
-        geometry interpolate live load machine
-        methods plan plot read register report robot robots run save shapes simulation sweep tangential tune write
+        interpolate live load machine
+        methods paths plan plot read register report robot robots run save shapes simulation sweep tangential tune write
     """,
     "splinefeed.analysis": "AxisMotion Contour LimitUse Ripple feed_ripple",
     "splinefeed.formats": "BitPattern PathParts read_parts",
     "splinefeed.paths": "Fit Smoother smooth_stream",
-    "splinefeed.live": "Block LawCourse LookAhead Override Ticks stream_setpoints with_reserve",
+    "splinefeed.live": "LawSource LookAhead MotionBlock Override OverrideTicks stream_setpoints with_reserve",
     "splinefeed.plot": """
         Figure binding bode compare contour errors joints law limits motion overview path program ripple
     """,
@@ -172,13 +172,13 @@ SAID = {
 #: What has no numbers of its own has no shapes; names, files, and settings; a record of single numbers.
 NO_SHAPES = re.compile(
     r"Combination|LimitResult|Limits|Machine|Marker|MethodResult|UltimatePoint|State|Verdict|compare|load|save|methods|register|write|read|read_parts|sweep|cycle_time"
-    r"|PathParts|Smoother|smooth_stream|Block|LookAhead|Override|LawCourse|with_reserve|tune"
+    r"|PathParts|Smoother|smooth_stream|MotionBlock|LookAhead|Override|LawSource|with_reserve|tune"
     r"|tune_on_path|robot|Payload|AxisTuning|Bound|Margins|margins|PathTuning|Tuning"
 )
 NO_UNITS = re.compile(r"methods|register|Figure")
 #: What checks nothing raises nothing: records that only our own code makes, and a list of names.
 NO_ERRORS = re.compile(
-    r"LimitResult|Verdict|MethodResult|MethodTrace|Run|methods|AxisMotion|Contour|LimitUse|Ripple|Fit|UltimatePoint|PathParts|Block|Ticks|AxisTuning|Bound"
+    r"LimitResult|Verdict|MethodResult|MethodTrace|Run|methods|AxisMotion|Contour|LimitUse|Ripple|Fit|UltimatePoint|PathParts|MotionBlock|OverrideTicks|AxisTuning|Bound"
     r"|Margins|margins|PathTuning|Tuning"
 )
 

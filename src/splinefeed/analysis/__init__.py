@@ -1,4 +1,8 @@
-"""Numbers from records and paths: the verdict on every limit, ripple, drift, chord and contour error, spectra."""
+"""Numbers from records and paths: use of limits, ripple, drift, chord and contour error, spectra.
+
+In come Setpoints or a Response and their path; out come numbers and curves. `measures` looks at setpoints, `following`
+at what a machine did, `thinning` takes the points of a figure.
+"""
 
 from __future__ import annotations
 

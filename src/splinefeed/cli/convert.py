@@ -60,7 +60,7 @@ def convert(say: Say, source: str, target: str, **given: Any) -> Page:
     say(f"reading {source}")
     fitted = given["tolerance"] if source.lower().endswith(FITTED) else None
     join = fitted if given["join"] is None else given["join"]
-    into_program = registry.format_to_write(target).module == "gcode"
+    into_program = registry.format_to_write(target).module == "programs.gcode"
     reading = options.reading_from({**given, "tolerance": join})
     if not into_program and (links := [name for name in options.LINKS if name in reading]):
         raise InputError(f"--{links[0].replace('_', '-')}: is for programs; {target} is a {form_written}")

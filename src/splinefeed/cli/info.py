@@ -109,7 +109,7 @@ def info(say: Say, source: str, every: bool, **given: Any) -> Page:
     say(f"reading {source}")
     reading, more = options.reading_from(given), {}
     is_file = not sf.shapes.is_shape(source) and os.path.isfile(source)
-    if is_file and registry.format_of(source).module == "gcode" and not set(reading) - _OF_PROGRAMS:
+    if is_file and registry.format_of(source).module == "programs.gcode" and not set(reading) - _OF_PROGRAMS:
         found = summary(source, **reading, most_listed=sys.maxsize if every else FEW)
         more = {"program": found.program()}
         if sum(found.moves.values()) > FEW:  # from its moves: a hundred megabytes take seconds

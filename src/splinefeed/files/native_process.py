@@ -61,7 +61,7 @@ def open_libraries(mail: Mail) -> Handler:
     def answer(request: dict[str, Any]) -> Answer:
         columns: dict[str, Any] = {}
         try:
-            function = getattr(import_module(f"splinefeed.formats.{request['module']}"), request["function"])
+            function = getattr(import_module(f"splinefeed.{request['module']}"), request["function"])
             said, columns = function(Path(request["file"]), **request["words"])
             if odd := [name for name, each in columns.items() if each.dtype.kind not in "fiub"]:
                 raise InputError(f"{odd[0]}: holds no numbers")

@@ -185,7 +185,7 @@ def _records(path: str | os.PathLike[str], known: Sequence[str], rows: int | Non
     """
     start = 0
     while True:
-        said, columns = ask("hdf5", "contents", path, known=list(known), start=start, rows=rows)
+        said, columns = ask("formats.hdf5", "contents", path, known=list(known), start=start, rows=rows)
         with naming(path, "HDF5 file"):
             if said["record"] == "Limits":
                 made: Any = Limits.from_dict(said["limits"])

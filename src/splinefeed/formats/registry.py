@@ -1,7 +1,7 @@
 """Read and write paths: which format a file is, by its content and its name; formats are imported when first used.
 
-A format is a module in this folder, named in `FORMATS`, with `holds`, `from_text` or `from_file`, and perhaps `write`:
-docs/how-to/add-a-format.md. A reader whose file is not in mm returns `Contents` with its units.
+A format is a module, of this room but for G-code, named in `FORMATS`, with `holds`, `from_text` or `from_file`, and
+perhaps `write`: docs/how-to/add-a-format.md. A reader whose file is not in mm returns `Contents` with its units.
 """
 
 from __future__ import annotations
@@ -22,16 +22,15 @@ from splinefeed.files.sizes import MAX_CAD_BYTES, MAX_DRAWING_BYTES
 from splinefeed.paths.contents import Contents
 from splinefeed.paths.jobs import Job, job
 from splinefeed.paths.path import Path
+from splinefeed.programs.gcode.dialects import HEAD_BYTES, SUFFIXES
 
-#: How much of a file is looked at to tell its format.
-HEAD_BYTES = 2**16
 #: How many names of paths a message lists.
 _LISTED = 4
 
 
 @dataclass(frozen=True)
 class Format:
-    """A kind of file that holds paths: its title, its module in this folder, its suffixes and its largest size."""
+    """A kind of file that holds paths: its title, its module in the package, its suffixes and its largest size."""
 
     title: str
     module: str
@@ -40,7 +39,7 @@ class Format:
 
     def load(self) -> Any:
         """The module, imported at its first use."""
-        return import_module(f"splinefeed.formats.{self.module}")
+        return import_module(f"splinefeed.{self.module}")
 
     @property
     def reader(self) -> Callable[..., list[Path]]:
@@ -69,15 +68,15 @@ class Format:
 
 #: Where two formats look alike the first one that holds a file is taken, unless the name says the other.
 FORMATS = (
-    Format("JSON curve", "json_curve", (".json",)),
-    Format("DXF drawing", "dxf", (".dxf",), MAX_DRAWING_BYTES),
-    Format("STEP", "step", (".step", ".stp", ".p21"), MAX_CAD_BYTES),
-    Format("IGES", "iges", (".iges", ".igs"), MAX_CAD_BYTES),
-    Format("3DM", "threedm", (".3dm",), MAX_CAD_BYTES),
-    Format("SVG drawing", "svg", (".svg", ".svgz"), MAX_DRAWING_BYTES),
-    Format("airfoil", "airfoil", (".dat", ".txt")),
-    Format("table of points", "points", (".csv", ".txt", ".xyz", ".pts", ".asc")),
-    Format("G-code", "gcode", (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".mpf", ".gc", ".g"), 2 * 2**30),
+    Format("JSON curve", "formats.json_curve", (".json",)),
+    Format("DXF drawing", "formats.dxf", (".dxf",), MAX_DRAWING_BYTES),
+    Format("STEP", "formats.step", (".step", ".stp", ".p21"), MAX_CAD_BYTES),
+    Format("IGES", "formats.iges", (".iges", ".igs"), MAX_CAD_BYTES),
+    Format("3DM", "formats.threedm", (".3dm",), MAX_CAD_BYTES),
+    Format("SVG drawing", "formats.svg", (".svg", ".svgz"), MAX_DRAWING_BYTES),
+    Format("airfoil", "formats.airfoil", (".dat", ".txt")),
+    Format("table of points", "formats.points", (".csv", ".txt", ".xyz", ".pts", ".asc")),
+    Format("G-code", "programs.gcode", SUFFIXES, 2 * 2**30),
 )
 
 
@@ -166,7 +165,7 @@ def write(paths: Path | Iterable[Path], target: str | os.PathLike[str], **option
     chosen = tuple(paths) if isinstance(paths, Iterable) else (paths,)
     if not chosen:
         raise InputError(f"{target}: there is no path to write")
-    lost = [each.name for each in chosen if each.tool_path is not None and found.module != "json_curve"]
+    lost = [each.name for each in chosen if each.tool_path is not None and found.module != "formats.json_curve"]
     left_out = [f"the tool axis of {name} is left out: a {found.title} cannot hold it" for name in lost]
     return (*found.load().write(chosen, target, **options), *left_out)
 

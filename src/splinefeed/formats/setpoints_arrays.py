@@ -127,7 +127,7 @@ def write_parquet(file: Path) -> Sink[Setpoints]:
 
 def read_parquet(file: Path) -> tuple[dict[str, Any], Any]:
     """Columns and description of a Parquet file, which its library reads in a process of its own."""
-    said, columns = ask("setpoints_arrays", "parquet_contents", file)
+    said, columns = ask("formats.setpoints_arrays", "parquet_contents", file)
     return by_name(list(columns.values())), said
 
 

@@ -1,1 +1,5 @@
-"""The parameter at each servo tick: one function a published method, one shared loop, one registry."""
+"""The parameter at each servo tick: one function a published method, one shared loop, one registry.
+
+In come a path and a TimeLaw; out come Setpoints. `interpolator` is the entry, `registry` knows the methods, `stepping`
+holds the published ones over the loop of `loop`, `arc_length` the exact one over arrays.
+"""

@@ -167,8 +167,9 @@ class LookAhead:
     def change_limits(self, limits: Limits) -> list[MotionBlock]:
         """Plan by other limits from where committed motion ends, or from the first place on where they can be kept.
 
-        Returns the motion up to there, which slows down within the limits of before: `MotionBlock.limits` tells which a block
-        keeps. Raises LimitsError for limits that leave acceleration and jerk free, or whose travel the path leaves.
+        Returns the motion up to there, which slows down within the limits of before: `MotionBlock.limits` tells which a
+        block keeps. Raises LimitsError for limits that leave acceleration and jerk free, or whose travel the path
+        leaves.
         """
         check_limits(limits, self.axes, LOOK_AHEAD)
         for path in self._parts:

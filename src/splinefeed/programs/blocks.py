@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 import os
+import pathlib
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from splinefeed.errors import FormatError
-from splinefeed.formats import registry
+from splinefeed.files.source import check_file, read_head
 from splinefeed.machine.control import Control, Place
 from splinefeed.programs.gcode.arcs import Arcs
+from splinefeed.programs.gcode.dialects import HEAD_BYTES, SUFFIXES, holds
 from splinefeed.programs.gcode.moves import AXES, ROW, STATED, Flag, Mark, MoveKind, Moves, SplineMove
 from splinefeed.programs.gcode.offsets import REFERENCES
 from splinefeed.programs.gcode.piece import NO_LENGTH, NOTHING, straight_lengths
@@ -68,8 +70,8 @@ def read_blocks(file: str | os.PathLike[str], control: Control, **options: Any) 
 
     Raises FormatError with the line that is wrong, or where nothing moves.
     """
-    if (found := registry.format_of(file, any_size=True)).module != "gcode":
-        raise FormatError(f"{file}: is read as {found.title}; expected a G-code program")
+    if not holds(read_head(check_file(file), HEAD_BYTES)) and pathlib.Path(file).suffix.lower() not in SUFFIXES:
+        raise FormatError(f"{file}: holds no G-code; expected a program")
     home = [control.home.x or 0.0, control.home.y or 0.0, control.home.z or 0.0, *[0.0] * (AXES - 3)]
     given = {name: value for name, value in options.items() if value is not None}
     program = Program(file, **{"start": home, **given})

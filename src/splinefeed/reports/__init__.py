@@ -1,24 +1,8 @@
-"""Figures of records, and the files that a run leaves behind; draws what others computed.
+"""Figures of records (`plot`), and the files that a run leaves behind; draws what others computed.
 
-`sf.report(run, folder)` writes a run: until the room has another name, calling it calls `folder.report`.
+In come a Run and other records; out come figures and a folder. `folder` writes a run (`sf.report`): numbers by
+`record`, then `files`. A figure is data (`figure`, `marks`), made by `path_figures`, `motion_figures`,
+`servo_figures`, `time_figures`; `layout` places it on paper for `svg` and `raster`, `interactive` on the page that
+`html`, `program` and `sweep_page` write, with `detail` for zooming; `library` brings the page's JavaScript, `theme`
+its colours.
 """
-
-from __future__ import annotations
-
-import os
-import sys
-from collections.abc import Iterable
-from types import ModuleType
-from typing import Any
-
-
-class _Report(ModuleType):
-    """The room itself, which can be called."""
-
-    def __call__(self, run: Any, folder: str | os.PathLike[str], *, formats: Iterable[str] = ("hdf5",)) -> list[str]:
-        from splinefeed.reports.folder import report
-
-        return report(run, folder, formats=formats)
-
-
-sys.modules[__name__].__class__ = _Report

@@ -1,1 +1,7 @@
-"""The chain as one call: read, plan, interpolate, measure; what the command line and other front ends share."""
+"""The chain as one call: read, plan, interpolate, measure; what the command line and other front ends share.
+
+In comes a MotionJob (source, limits, machine, planning, output); out comes a Run. `run` carries it out; `settings`
+says which limits hold and how a path is smoothed; `fold` shows each chunk of setpoints to every meter of `meters`
+once, also of a path in parts (`long_path`); `follow` is the machine's meter, `result` the Run. `compare`, `tuning`,
+`contour_feed`, `convert` and `pulses` are the other things that a user asks for.
+"""

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from splinefeed.formats.long_files import read_parts
 
 import splinefeed as sf
 from gcode_programs import path_of, program, refusal, said
+from splinefeed.formats.long_files import read_parts
 from splinefeed.programs.gcode.overview import summary
 
 PROGRAM = (

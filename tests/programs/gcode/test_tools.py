@@ -6,11 +6,11 @@ import math
 from pathlib import Path
 
 import pytest
-from splinefeed.formats.long_files import read_parts
 
 import splinefeed as sf
 from gcode_programs import path_of, program, refusal
 from splinefeed.errors import FormatError
+from splinefeed.formats.long_files import read_parts
 from splinefeed.programs.gcode.tools import read_tools
 
 TBL = "T1 P1 D6 Z+50.5 ;drill\n\nt2 p12 x1.5 A90 Z-.5 I10 Q1\n; T3\n"

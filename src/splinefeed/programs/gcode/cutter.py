@@ -56,7 +56,7 @@ class _Side:
 
 
 class Cutter:
-    """Moves the rows of a `ProgramState` to the side, while it is `on`; radius, mm, is greater than 0 left of the contour."""
+    """Moves the rows of a `ProgramState` aside, while it is `on`; radius, mm, is greater than 0 left of the contour."""
 
     def __init__(self, state: ProgramState) -> None:
         self.state = state

@@ -8,6 +8,11 @@ from dataclasses import dataclass, replace
 from splinefeed.errors import InputError
 from splinefeed.files.source import head_text
 
+#: How names of programs end.
+SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".mpf", ".gc", ".g")
+#: How much of a file is looked at to tell what it is.
+HEAD_BYTES = 2**16
+
 
 @dataclass(frozen=True)
 class Dialect:
@@ -233,7 +238,7 @@ def holds(head: bytes) -> bool:
         return False
     text = head_text(head)
     lines = [line.strip() for line in text.splitlines()[:_LOOKED_AT]]
-    if len(head) >= 2**16:  # the last line may be cut
+    if len(head) >= HEAD_BYTES:  # the last line may be cut
         lines = lines[:-1] or lines
     told = [line for line in lines if line and line[0] not in "%;(:" and line[:2] != "//"]
     codes = sum(1 for line in told if _CODE.match(line))

@@ -16,12 +16,12 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from splinefeed.paths.path_parts import PathParts
 
 from splinefeed.errors import FormatError, InputError
 from splinefeed.files.sizes import MAX_MOVES
 from splinefeed.paths.contents import Contents
 from splinefeed.paths.path import Marker, Path
+from splinefeed.paths.path_parts import PathParts
 from splinefeed.programs.gcode.dialects import named
 from splinefeed.programs.gcode.moves import AXES, LARGEST, LETTERS, PATH_ORDER, ROTARY, Findings, Flag, Moves, joined
 from splinefeed.programs.gcode.offsets import MORE_SYSTEMS, REFERENCES, SYSTEMS

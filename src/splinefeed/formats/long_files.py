@@ -1,58 +1,20 @@
-"""A file that is read part by part: paths too long to be held in memory."""
+"""Files that are read part by part: their paths are too long to be held in memory."""
 
 from __future__ import annotations
 
 import os
 import pathlib
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any
 
 from splinefeed.errors import FormatError
 from splinefeed.files.sizes import MAX_MOVES
 from splinefeed.files.source import count_lines
 from splinefeed.formats import registry
-from splinefeed.paths.path import Path
+from splinefeed.paths.path_parts import PathParts
 
 #: Lines of the longest file that `splinefeed run` reads as a whole.
 MOST_LINES = MAX_MOVES
-
-
-@dataclass(frozen=True)
-class PathParts:
-    """A path whose parts are made each time that it is iterated over; each begins where the one before ends.
-
-    axes       of all parts; name, findings  as a Path has them; those of its parts are empty
-    count      how many moves or points the file holds, in the `unit` that is counted
-    feeds      highest finite feed that a curve says, mm/s, and whether any says none; None where feeds are not said
-    tolerance  largest tolerance that a curve says, mm; None where none says any
-    Iterating gives each part as a Path. Source: docs/scale.md.
-    Example: `sf.write(path, "part.nc"); sf.formats.read_parts("part.nc").axes`
-    """
-
-    name: str
-    axes: tuple[str, ...]
-    count: int
-    unit: str
-    make: Callable[[], Iterator[Path]]
-    findings: tuple[str, ...] = ()
-    feeds: tuple[float, bool] | None = None
-    tolerance: float | None = None
-
-    tool_path = joint_path = linking = None
-
-    @property
-    def in_parts(self) -> PathParts:
-        """This path: its parts come one after the other."""
-        return self
-
-    @property
-    def feed_range(self) -> tuple[float, bool] | None:
-        """Highest finite feed of its curves, mm/s, and whether some have none; see `Path`."""
-        return self.feeds
-
-    def __iter__(self) -> Iterator[Path]:
-        return self.make()
 
 
 def read_parts(source: str | os.PathLike[str], **options: Any) -> PathParts:
