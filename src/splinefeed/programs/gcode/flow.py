@@ -24,6 +24,8 @@ from splinefeed.records import IntArray
 
 #: Most lines that are carried out; so many plain ones, or more in a row, are read by arrays and count a part of each.
 MAX_STEPS, PLAIN = 1_000_000, 16
+#: Most jumps, calls and turns of loops that are carried out: each takes as long as several lines.
+MAX_JUMPS = 200_000
 #: Most calls within calls (LinuxCNC), arguments of one, bytes of a program that jumps, and files of subprograms.
 MAX_CALLS, MAX_ARGUMENTS, MAX_BYTES, MAX_FILES = 10, 30, 2**26, 100
 #: How files of numbered subprograms end.
@@ -215,31 +217,51 @@ class ProgramText:
         return self.text[self.begins[low] : self.begins[high]]
 
 
+class LineBudget:
+    """Lines and jumps that a program may still carry out; LineError where it goes on for ever, or nearly so.
+
+    lines  that it has: one that goes through it once does not run short
+    """
+
+    def __init__(self, lines: int = 0) -> None:
+        self._lines, self._jumps = MAX_STEPS + lines, MAX_JUMPS + lines
+
+    def spend(self, lines: int) -> None:
+        """Take lines off."""
+        self._lines -= lines
+        self._check(self._lines, MAX_STEPS, "lines")
+
+    def jump(self) -> None:
+        """Take a line that jumps off."""
+        self.spend(1)
+        self._jumps -= 1
+        self._check(self._jumps, MAX_JUMPS, "jumps")
+
+    def _check(self, left: int, most: int, what: str) -> None:
+        if left < 0:
+            raise LineError(f"more than {most} {what} are executed; is there an endless loop near here?")
+
+
 class Walk:
     """A way through a file of lines, of which some lead elsewhere; `arrives` is called with the number of one of them.
 
-    Once from its beginning to its end, and a million lines beside that: an endless loop is refused.
+    Once from its beginning to its end, and what LineBudget allows beside that: an endless loop is refused.
     """
 
     shown = 0
 
     def __init__(self, text: ProgramText, ended: Callable[[], bool], arrives: Callable[[int], None]) -> None:
         self.text, self._ended, self._arrives = text, ended, arrives
-        self._steps = 0
+        self._budget = LineBudget(text.count)
 
     def plain(self, low: int, high: int, size: int) -> Iterator[tuple[bytes, int]]:
         """Lines that do not jump, `size` bytes or so at a time, and the number before each part."""
-        self._count(high - low)
+        self._budget.spend(high - low)
         begins = self.text.begins
         while low < high:
             end = max(low + 1, min(high, int(np.searchsorted(begins, begins[low] + size, "right")) - 1))
             yield self.text.between(low, end), low
             low = end
-
-    def _count(self, lines: int) -> None:
-        self._steps += lines
-        if self._steps > MAX_STEPS + self.text.count:
-            raise LineError(f"more than {MAX_STEPS} lines are executed; is there an endless loop near here?")
 
 
 @dataclass
@@ -264,7 +286,7 @@ class Flow:
         self.main = self.text = text
         self.at = 0
         self._run, self._parameters, self._folder, self._arrives = run, run.parameters, folder, arrives
-        self._steps = 0
+        self._budget = LineBudget()
         self._calls = [_Call(Jump(-1, "", "", "", ""), text, (text, 0))]  # the first one is the program itself
         self._files: dict[str, ProgramText] = {}
 
@@ -279,7 +301,7 @@ class Flow:
             text, low = self.text, self.at
             high = text.order[bisect_left(text.order, low)]
             plain = text is self.main and high - low >= PLAIN
-            self._count((high - low) // PLAIN if plain else high - low)
+            self._budget.spend((high - low) // PLAIN if plain else high - low)
             while low < high:
                 end = max(low + 1, min(high, int(np.searchsorted(text.begins, text.begins[low] + size, "right")) - 1))
                 yield text.between(low, end), low
@@ -288,17 +310,12 @@ class Flow:
             if high == text.count or self._run.ended:
                 break
             self._arrives(high + 1)
-            self._count(1)
+            self._budget.jump()
             self._jump(text.jumps[high])
         if len(self._calls) > 1 and not self._run.ended:
             call = self._calls[-1].jump
             self._arrives(self.text.count)
             raise LineError(f"the file ends within o{call.name}, which has no {'endsub' if call.word else 'M99'}")
-
-    def _count(self, lines: int) -> None:
-        self._steps += lines
-        if self._steps > MAX_STEPS:
-            raise LineError(f"more than {MAX_STEPS} lines are executed; is there an endless loop near here?")
 
     def _jump(self, jump: Jump) -> None:
         """Carry out the line, which is a jump."""

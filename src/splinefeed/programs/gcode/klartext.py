@@ -174,7 +174,7 @@ class KlartextFlow(Walk):
                 yield text.between(high, high + 1), high
                 continue
             self._arrives(high + 1)
-            self._count(1)
+            self._budget.jump()
             at = self._jump(high)
 
     def _jump(self, at: int) -> int:

@@ -422,7 +422,7 @@ class SiemensFlow(Walk):
                 break
             if high in self._steps_at and not (self._repeats and at == self._repeats[-1].stop):
                 self._arrives(high + 1)
-                self._count(1)
+                self._budget.jump()
                 at = self._next(self._steps_at[high])
 
     def _next(self, step: _Step) -> int:
