@@ -58,9 +58,10 @@ def test_within_cycles_linuxcnc_keeps_to_the_path(tmp_path: Path) -> None:
          "T1 0 5;M19;T1.2 0 5;T1.2 0 -9;T1 0 -9;M3;F1 0 -3;P0.5;M19;T1.2 0 -3;T1.2 0 5;T1 0 5;M3"),
         (["G88 X1. Z-3. R1. P500"], "T1 0 5;T1 0 1;F1 0 -3;P0.5;M5;M0;T1 0 5;M3"),
         (["G84 X1. Z-3. R1. Q1.5 P500"],
-         "T1 0 5;T1 0 1;F1 0 -0.5;M5;M4;P0.5;F1 0 1;M5;M3;F1 0 -2;M5;M4;P0.5;F1 0 1;M5;M3;F1 0 -3;M5;M4;P0.5;F1 0 5;"
-         "M5;M3"),
-        (["G84 X1. Z-3. R1."], "T1 0 5;T1 0 1;F1 0 -3;M5;M4;F1 0 5;M5;M3"),
+         "T1 0 5;T1 0 1;F1 0 -0.5;M5;M4;P0.5;F1 0 1;M5;M3;F1 0 -2;M5;M4;P0.5;F1 0 1;M5;M3;F1 0 -3;M5;M4;P0.5;F1 0 1;"
+         "M5;M3;T1 0 5"),
+        (["G84 X1. Z-3. R1."], "T1 0 5;T1 0 1;F1 0 -3;M5;M4;F1 0 1;M5;M3;T1 0 5"),
+        (["G89 X1. Z-3. R1. P500"], "T1 0 5;T1 0 1;F1 0 -3;P0.5;F1 0 1;T1 0 5"),
     ],
 )  # fmt: skip
 def test_cycles_that_fanuc_has(tmp_path: Path, lines: list[str], wanted: str) -> None:

@@ -85,3 +85,17 @@ def test_a_short_number_where_a_program_begins_is_a_fanucs() -> None:
         assert detect(text.encode()).name == "fanuc", text
     for text in ("O77 sub\nO77 endsub\n", "G0 X1\nO77\n", "O<a> call\n", "o10 if [1]\n"):
         assert detect(text.encode()).name == "linuxcnc", text
+
+
+@pytest.mark.parametrize(
+    ("dialect", "lines"),
+    [
+        ("mach3", ["( for Mach2/3 from Vectric )", "G00G21G17G90G40G49G80", "G71G91.1"]),  # Vectric's post
+        ("grbl", ["$H", "[ESP800]", "M62 P0", "G1 X60 F1000"]),  # FluidNC has M62
+        ("linuxcnc", ["(v1.6-sheetcam)", "F#<_hal[plasmac.cut-feed-rate]>", "M190 P3", "G1 X1"]),  # no printer's M190
+        ("linuxcnc", ["M190 P3", "M3 $0 S1", "G1 X60"]),
+        ("linuxcnc", ["M190 P3", "M66 P3 L3 Q1", "G1 X60"]),
+    ],
+)
+def test_programs_of_posts_are_told(dialect: str, lines: list[str]) -> None:
+    assert detect("\n".join(lines).encode()).name == dialect

@@ -55,3 +55,31 @@ def test_the_line_of_the_sign_is_named(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_what_a_mill_may_have(tmp_path: Path, lines: list[str]) -> None:
     assert path_of(tmp_path, *lines).length > 0.0
+
+
+@pytest.mark.parametrize(
+    ("lines", "sign"),
+    [
+        (["N10 G18 G54 DIAMON", "N20 G0 X52 Z2"], "line 2: DIAMON"),
+        (["G18 G95", "G96 S180 LIMS=2500 M3", "G0 X52 Z2"], "line 3: LIMS="),
+        (["G18 G95", "G96 S180 M3", "G0 X52 Z2"], "line 3: G96"),
+        (["G0 X52 Z2", 'CYCLE95("A:B",1.5,0.1,0.2,0)'], "line 3: a turning cycle"),
+        (["G0 X52 Z2", "CYCLE930(30,-20,5,5,3)"], "line 3: a turning cycle"),
+    ],
+)
+def test_lathes_of_siemens_are_refused(tmp_path: Path, lines: list[str], sign: str) -> None:
+    """HadiElnemr/G-Codes-Sinumerik-840-D, turning: X is a diameter unless DIAMOF is said."""
+    said = refusal(tmp_path, "; SINUMERIK 828D", *lines)
+    assert said.startswith(f"{sign} shows a lathe's program") and said.endswith("where X is a radius, write DIAMOF")
+
+
+def test_a_siemens_lathe_by_radius_is_read(tmp_path: Path) -> None:
+    lines = ["G18 G90 G71 DIAMOF ; not DIAMON", "LIMS=3000", "G95 S1000 M3", "G0 X=10 Z=2", "G1 Z-20 F0.2"]
+    path = path_of(tmp_path, "; SINUMERIK", *lines, start=(10, 0, 2))
+    assert path.length == pytest.approx(22.0) and path.feeds[0] == pytest.approx(200.0 / 60.0)
+
+
+def test_a_lathe_of_heidenhain_is_refused(tmp_path: Path) -> None:
+    lines = ["0 BEGIN PGM T MM", "1 FUNCTION MODE TURN", "2 L X+52 Z+2 R0 FMAX"]
+    assert "'FUNCTION MODE TURN' is a function of the control or of a lathe" in refusal(tmp_path, *lines)
+    assert path_of(tmp_path, lines[0], "1 FUNCTION MODE MILL", "2 L X+0 FMAX", "3 L X+9 F100").length == 9.0

@@ -119,3 +119,43 @@ def test_dialects_are_told_apart(text: str, name: str) -> None:
 )
 def test_what_is_no_program(text: bytes) -> None:
     assert not holds(text)
+
+
+def test_commands_of_senders_to_grbl_move_nothing(tmp_path: Path) -> None:
+    """bCNC's %wait and FluidNC's [ESP800]."""
+    path = path_of(tmp_path, "$H", "[ESP800]", "G0 X0 Y0", "%wait", "G1 X50 F800", "%m abs(1)", start=(0, 0, 0))
+    assert path.length == 50.0
+    assert path.findings[0] == (
+        "lines that begin with $ or ? or ! or ~ or [ESP or % move nothing: line 1, 2, 4 and 1 more"
+    )
+
+
+def test_pins_of_hal_are_named(tmp_path: Path) -> None:
+    said = refusal(tmp_path, "G1 X1 F#<_hal[plasmac.cut-feed-rate]>")
+    assert said == "line 1: F: #<_hal[plasmac.cut-feed-rate]> is a value of the machine's own, which is not known here"
+
+
+def test_alarms_and_prints_of_macros(tmp_path: Path) -> None:
+    head = ["O0417", "POPEN", "DPRNT[X#5041[43]]", "PCLOS", "G0 X0. Y0. Z0.", "#3006=1(CHECK TOOL)", "G1 X9. F60."]
+    path = path_of(tmp_path, *head, "IF [1 EQ 2] THEN #3000=1(BAD)", "M30")
+    assert path.length == 9.0 and [each.text for each in path.markers] == ["#3006=1", "M30"]
+    assert (
+        refusal(tmp_path, *head, "#3000=1(TOO DEEP)") == "line 8: the program raises alarm #3000=1: #3000=1(TOO DEEP)"
+    )
+
+
+def test_codes_and_calls_of_siemens_that_are_not_read_are_named(tmp_path: Path) -> None:
+    head = ["; SINUMERIK", "G0 X0 Y0 Z0"]
+    assert refusal(tmp_path, *head, "G111 X0 Y0") == (
+        "line 3: G111 is a code of Siemens Sinumerik that is not read; write its moves"
+    )
+    assert refusal(tmp_path, *head, "L10 P3").startswith("line 3: L10 calls a subprogram, which is not read")
+
+
+def test_a_fanuc_program_without_any_point_says_what_it_was_taken_for(tmp_path: Path) -> None:
+    lines = ["O0403", "G21 G90", "G0 X0 Y0 Z5000", "G1 X20000 F100"]
+    assert path_of(tmp_path, *lines).findings[0] == (
+        "axis words without a decimal point, as Z5000, are taken as mm or inches (option increments): line 3, 4"
+    )
+    path = path_of(tmp_path, *lines, increments=True)
+    assert path.length == pytest.approx(25.0) and "taken as thousandths of mm" in path.findings[0]

@@ -46,13 +46,15 @@ CYCLES = {
     860: "0R 1Z P M5 0C M+",
     890: "0R 1Z P 1C",
 }
-_PECKED_TAP = f"0R Q( 1L M5 M- P 1R M5 M+ ) {_TAP}"
+#: By feed back to R alone, and from there rapidly (B-64484EN, figures of G84 and G89).
+_PECKED_TAP = "0R Q( 1L M5 M- P 1R M5 M+ ) 1Z M5 M- P 1R M5 M+ 0C"
 FANUC = CYCLES | {
     740: _PECKED_TAP,
     760: "0R 1Z P M19 >Q 0C <Q M+",
     840: _PECKED_TAP,
     870: "M19 >Q 0R <Q M+ 1Z P M19 >Q 0C <Q M+",
     880: "0R 1Z P M5 M0 0C M+",
+    890: "0R 1Z P 1R 0C",
 }
 #: A Haas waits at the bottom of the last peck (Mill Operator's Manual, G73 and G83: P); Fanuc's have no P.
 HAAS = FANUC | {730: "0R Q( 1L 0A ) 1Z P 0C", 830: "0R Q( 1L 0R 0A ) 1Z P 0C"}

@@ -9,7 +9,7 @@ from splinefeed.errors import InputError
 from splinefeed.files.source import head_text
 
 #: How names of programs end.
-SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".mpf", ".gc", ".g")
+SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".mpf", ".spf", ".gc", ".g")
 #: How much of a file is looked at to tell what it is.
 HEAD_BYTES = 2**16
 
@@ -71,7 +71,7 @@ _FANUC = Dialect(
     # G13.1 does too, but G13 is a round pocket to a Haas, whose G103 and G187 say how far to look ahead and
     # how smooth to be
     modes=frozenset((50, 51, 80, 501, 620, 630, 690, 150, 131, 1030, 1870)),
-    silent=("//",),
+    silent=("//", "POPEN", "PCLOS", "DPRNT", "BPRNT"),
     repeats="KL",
     keeps_cycles=True,
     jumps=True,
@@ -86,7 +86,14 @@ DIALECTS = {
         _FANUC,
         replace(_FANUC, name="haas", title="Haas", repeats="L"),
         Dialect("mach3", "Mach3", modes=frozenset((150, 501, 690)), jumps=True),
-        Dialect("grbl", "Grbl", m_codes=_OF_GRBL, modes=frozenset((150, 690)), silent=("$", "?", "!", "~"), laser=True),
+        Dialect(
+            "grbl",
+            "Grbl",
+            m_codes=_OF_GRBL,
+            modes=frozenset((150, 690)),
+            silent=("$", "?", "!", "~", "[ESP", "%"),
+            laser=True,
+        ),
         _PRINTER,
         replace(_PRINTER, name="marlin", title="Marlin"),
         replace(_PRINTER, name="klipper", title="Klipper", dwell_words=""),
@@ -101,16 +108,17 @@ _SIGNS = {
     "siemens": r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;(?:\$PATH|\s*SINUMERIK)|^%_N_"
     r"|\bCYCLE\d+[ \t]*\(|\bG(?:500|505|64[12])\b|\bTRA(?:ORI|FOOF)\b|\b[ABC]3[ \t]*="
     r"|^[ \t]*(?:N\d+[ \t]*)?(?:EXTERN|PROC)[ \t]+[A-Z_]+\d*|\bSUPA\b|\bLIMS[ \t]*=",
+    "grbl": r"^[ \t]*\$(?:N?\d+[ \t]*=|J=|[$#GIXCH](?![A-Z0-9]))",
     "linuxcnc": r"^(?>[^\n]*?\bG0?6\.2\b)[^\n]*Q\s*[123]\b|^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b"
-    r"|\bM6[78][ \t]*E\d|\bM6[2-5][ \t]*P\d",
+    r"|\bM6[78][ \t]*E\d|\bM6[2-6][ \t]*P\d|#[ \t]*<\w|\bM0?[345][ \t]*\$[ \t]*-?\d",
     "haas": r"\bhaas\b|\bG154[ \t]*P\d|\bG187\b|\bG103[ \t]*P\d",
     # a number of four digits, or of fewer where the program begins
     "fanuc": r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?![ \t]*[a-z\[#])|\A[%\s]*+O\d{1,3}\b(?![ \t]*[a-z\[#<])"
     r"|^[ \t]*//|\bG0?5\.1\s*Q[013]\b"
     r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b|\bG43\.[45]\b|\bG234\b|^(?>[^\n]*?\bIF[ \t]*\[)[^\n]*\b(?:GOTO|THEN)"
     r"|^(?>[^\n]*?\bWHILE[ \t]*\[)[^\n]*\][ \t]*DO[ \t]*[123]\b|\bG65[ \t]*P\d",
-    "mach3": r"\bmach\s?[34]\b|^[ \t]*M1[01]\s*P[0-3]\b",
-    "grbl": r"^[ \t]*\$(?:N?\d+[ \t]*=|J=|[$#GIXCH](?![A-Z0-9]))|\bgrbl\b|\bM0?[34][ \t]*S0\b",
+    "mach3": r"\bmach\s?[234](?:/[34])?\b|^[ \t]*M1[01]\s*P[0-3]\b",
+    "grbl, by less": r"\bgrbl\b|\bM0?[34][ \t]*S0\b",
     "marlin": r"^;FLAVOR:\s*Marlin",
     "klipper": r"^;FLAVOR:\s*Klipper|^[ \t]*(?:START_PRINT|PRINT_START|SET_VELOCITY_LIMIT|SET_PRESSURE_ADVANCE"
     r"|EXCLUDE_OBJECT\w*|BED_MESH_\w+|SET_GCODE_OFFSET|SAVE_GCODE_STATE|SET_RETRACTION|SET_KINEMATIC_POSITION)\b",
@@ -137,7 +145,7 @@ IN_SECONDS, IN_MILLISECONDS, ASKED_FROM = ("linuxcnc", "mach3", "grbl"), ("fanuc
 _MACRO = re.compile(r"^[ \t]*(?=\w*_)[A-Z_]\w*[ \t]+\w+=.*", re.IGNORECASE | re.MULTILINE)
 
 #: Dialects that a comment may name.
-_IN_COMMENTS = ("mach3", "grbl", "haas")
+_IN_COMMENTS = ("mach3", "grbl, by less", "haas")
 
 #: Axis words with a decimal point and without, and how many of these are counted.
 _POINTED = re.compile(r"(?<![A-Z#\[])[XYZUVWABCIJKR][-+]?[0-9]*\.", re.IGNORECASE)
@@ -184,7 +192,7 @@ def told(head: bytes) -> tuple[Dialect, str]:
     for name, sign in _DETECTED.items():
         looked_at = text if name in _IN_COMMENTS else _MACRO.sub("", code) if name == "siemens" else code
         if found := sign.search(looked_at):
-            return DIALECTS[name], _place(looked_at, found)
+            return DIALECTS[name.partition(",")[0]], _place(looked_at, found)
     return DIALECTS["linuxcnc"], ""
 
 
@@ -214,15 +222,16 @@ def _place(text: str, found: re.Match[str]) -> str:
     return f"{' '.join(words)[:24]!r} in line {text.count(chr(10), 0, found.end()) + 1}"
 
 
-def whole_numbers(text: str) -> tuple[str, list[int]]:
-    """The first axis word without a decimal point of a program that has others with one, and the lines of them all."""
+def whole_numbers(text: str) -> tuple[str, list[int], bool]:
+    """The first axis word without a decimal point, the lines of them all, and whether others have one."""
     code = re.sub(r"\([^()\n]*\)|;.*", "", text)
     whole = [
         each
-        for each in (_WHOLE.finditer(code) if _POINTED.search(code) else ())
+        for each in _WHOLE.finditer(code)
         if float(each[1]) and (each[0][0] not in "Kk" or _WITH_K.search(_line_of(code, each.start())))
     ]
-    return (whole[0][0] if whole else ""), [code.count("\n", 0, each.start()) + 1 for each in whole[:_MOST_WHOLE]]
+    lines = [code.count("\n", 0, each.start()) + 1 for each in whole[:_MOST_WHOLE]]
+    return (whole[0][0] if whole else ""), lines, bool(_POINTED.search(code))
 
 
 def _line_of(text: str, at: int) -> str:

@@ -233,6 +233,8 @@ class Scanner:
         if self.peek() == "<":
             match = _NAME.match(self.text, self.at)
             if match is None:
+                own = re.match(r"<_(?:hal|ini)\[[^>]*>", self.text[self.at :], re.IGNORECASE)
+                refuse(own, f"#{own[0] if own else ''} is a value of the machine's own, which is not known here")
                 raise LineError("a parameter's name needs < and >")
             self.at = match.end()
             return match[1].lower()

@@ -25,7 +25,7 @@ from splinefeed.records import Array
 _NUMBER = r"[-+]?(?:[0-9]++[.,]?[0-9]*+|[.,][0-9]++)"
 _BEGIN = re.compile(r"BEGIN\s+PGM\s+\S+(?:\s+(MM|INCH))?")
 #: What says nothing of the motion: the blank, tools by their measures, structure, modes that are off.
-_IGNORED = re.compile(r"BLK\s+FORM|TOOL\s+DEF|LBL\b|\*|PLANE\s+RESET|FUNCTION\s+(?:RESET|MODE)|PRESET\s+SELECT")
+_IGNORED = re.compile(r"BLK\s+FORM|TOOL\s+DEF|LBL\b|\*|PLANE\s+RESET|FUNCTION\s+(?:RESET|MODE\s+MILL)|PRESET\s+SELECT")
 _CYCLE = re.compile(r"CYCLE?\s+DEF\s*([0-9]+)\s*(?:\.([0-9]+))?\s*(.*)")
 #: Cycles that say nothing of the places: presets, tolerances.
 _OF_NO_PLACE = (32, 247, 392)
@@ -52,7 +52,7 @@ _LINE = re.compile(
 _NO_PLACE, _TURNED = 91, frozenset((92, 114, 120, 128, 136, 138, 144))
 _REFUSED = {
     "FN": "is a function of the control", "CALL": "calls", "CYCL": "is a cycle", "PLANE": "turns the plane",
-    "FUNCTION": "is a function of the control", "SEL": "selects a file", "TCH": "probes", "IF": "jumps",
+    "FUNCTION": "is a function of the control or of a lathe", "SEL": "selects a file", "TCH": "probes", "IF": "jumps",
 }  # fmt: skip
 
 

@@ -66,6 +66,8 @@ _TAKES_WORDS = frozenset((40, 100, 640, *codes.GROUPS["motion"])) - {0, 10, 800}
 #: Dialects whose G70 and G71 are inches and mm; to others they are cycles of lathes, or rows of holes.
 _UNITS_BY_70 = ("siemens", "mach3")
 _MORE_OF_HAAS = range(1100, 1300, 10)
+#: Fanuc's variables that raise an alarm and that stop with a message (B-64484EN, "System variables").
+_ALARM, _MESSAGE = 3000, 3006
 #: Most turns of one arc.
 MAX_TURNS = 1_000
 
@@ -118,6 +120,9 @@ class Interpreter:
             self._do(block)
         for key, value in block.settings:
             self.parameters.set(key, value)
+            if fanuc and key in (_ALARM, _MESSAGE) and value:
+                refuse(key == _ALARM, f"the program raises alarm #3000={value:g}: {text.strip()[:60]}")
+                self.state.say(line, f"#3006={value:g}")
 
     @property
     def busy(self) -> bool:
@@ -621,6 +626,8 @@ class Interpreter:
         number, name = SYSTEMS.get(code, 0), g_name(code)
         if not number:  # G54.1 P1, G154 P1, and a Haas's G110 to G129, which are G154 P1 to P20
             there = self.dialect.of_fanuc and (code < _MORE_OF_HAAS[0] or self.dialect.name == "haas" or code == 1540)
+            own = code in codes.ELSEWHERE.get(self.dialect.name, ())
+            refuse(not there and own, f"{name} is a code of {self.dialect.title} that is not read; write its moves")
             refuse(not there, f"{name} is not known in the dialect {self.dialect.title}")
             more = (code - _MORE_OF_HAAS[0]) // 10 + 1 if code in _MORE_OF_HAAS else self._whole("P", name)
             refuse(not 1 <= more <= MOST_SYSTEMS, f"{name} P{more}: coordinate systems are P1 to P{MOST_SYSTEMS}")

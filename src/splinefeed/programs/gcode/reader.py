@@ -19,7 +19,7 @@ from splinefeed.programs.gcode.flow import PLAIN, Flow, ProgramText, blocks_of
 from splinefeed.programs.gcode.heidenhain import Heidenhain
 from splinefeed.programs.gcode.interpreter import Interpreter
 from splinefeed.programs.gcode.klartext import KlartextFlow
-from splinefeed.programs.gcode.lathe import lathe_sign
+from splinefeed.programs.gcode.lathe import lathe_sign, siemens_lathe_sign
 from splinefeed.programs.gcode.lines import ProgramLines
 from splinefeed.programs.gcode.moves import AXES, MAX_LINE, STATED, Findings, Moves
 from splinefeed.programs.gcode.offsets import Offsets
@@ -44,6 +44,7 @@ _HEAD = 2**16
 #: Bytes that texts of programs have, tapes' controls (leaders of zeros, DC1 to DC4, end of file) and other languages'
 #: letters too; and how many, and how much of a file, may be others.
 _TEXT, _FEW, _CONTROLS = bytes({0, *range(9, 14), *range(17, 21), 26, *range(32, 256)}), 20, 0.02
+_LATHE = "shows a lathe's program (diameters, turning cycles, feeds per revolution), which is not read"
 #: What is said of the dialect of a program that shows none.
 NOTHING_TELLS = "nothing tells another"
 
@@ -88,17 +89,20 @@ class Reading:
         if self.dialect is None:
             if said := contradiction(head):
                 raise FormatError(f"{file}: {said}")
-            self.dialect, sign = told(head)
-            self.dialect_by = sign or NOTHING_TELLS
+            self.dialect, shown = told(head)
+            self.dialect_by = shown or NOTHING_TELLS
         likely = self.dialect.lead == "F"  # Fanuc's kind
+        if self.dialect.name == "siemens" and (sign := siemens_lathe_sign(head_text(head))):
+            raise FormatError(f"{file}: line {sign[0]}: {sign[1]} {_LATHE}; where X is a radius, write DIAMOF")
         if likely or self.dialect.name in ("linuxcnc", "mach3"):
             self._check_mill(file, head_text(head), likely)
-        first, lines = whole_numbers(head_text(head)) if likely else ("", [])
+        first, lines, beside = whole_numbers(head_text(head)) if likely else ("", [], False)
         for line in lines:
             taken = (
                 "thousandths of mm (inch programs: ten-thousandths of an inch)" if self.increments else "mm or inches"
             )
-            said = f"axis words without a decimal point beside others with one, as {first}, are taken as {taken}"
+            others = " beside others with one" * beside
+            said = f"axis words without a decimal point{others}, as {first}, are taken as {taken}"
             self.findings.count(f"{said} (option increments)", line)
         self.file, self._resumed = pathlib.Path(file), not self.from_line
         for moves in self._run(self.file, self.dialect):
@@ -115,10 +119,8 @@ class Reading:
     @staticmethod
     def _check_mill(file: str | os.PathLike[str], text: str, likely: bool) -> None:
         if sign := lathe_sign(text, likely):
-            raise FormatError(
-                f"{file}: line {sign[0]}: {sign[1]} shows a lathe's program (diameters, turning cycles, feeds per "
-                "revolution), which is not read; a mill's program moves Y: write Y0 in its first move"
-            )
+            mend = "a mill's program moves Y: write Y0 in its first move"
+            raise FormatError(f"{file}: line {sign[0]}: {sign[1]} {_LATHE}; {mend}")
 
     def checked(self, file: str | os.PathLike[str]) -> Iterator[Moves]:
         """The same; FormatError with the line, too, for an arc that misses its circle, unless it is to be mended."""

@@ -35,12 +35,12 @@ _CODES = {
 _IGNORED = frozenset(
     ("SOFT", "BRISK", "DRIVE", "FFWON", "FFWOF", "COMPOF", "COMPON", "COMPCURV", "COMPCAD", "UPATH", "SPATH", "STOPRE",
      "CUT2D", "CFIN", "CFTCP", "CFC", "FNORM", "FLIN", "ORIAXES", "ORIVECT", "ORIMKS", "ORIWKS", "RTLION", "RTLIOF",
-     "CYCLE832", "MSG", "WORKPIECE", "FGROUP", "DISPLOF", "SETMS")
+     "CYCLE832", "MSG", "WORKPIECE", "FGROUP", "DISPLOF", "SETMS", "DIAMOF")
 )  # fmt: skip
 #: Words that shift the zero point.
 _FRAMES = {"TRANS", "ATRANS"}
 #: Values that a line has beside its words, and values that say nothing here: tools by name, corrections, tolerances.
-_COLLECTED, _SILENT = ("SD", "PL", "PW", *_TOOL_AXIS), ("T", "D", "ADIS", "ADISPOS", "CTOL", "OTOL")
+_COLLECTED, _SILENT = ("SD", "PL", "PW", "LIMS", *_TOOL_AXIS), ("T", "D", "ADIS", "ADISPOS", "CTOL", "OTOL")
 _CORNERS = {"RND": ",R", "CHR": ",C", "CHF": ",L"}
 #: A cycle, and its parameters.
 _Call = tuple[str, dict[str, float]]
@@ -88,6 +88,7 @@ class Siemens(Interpreter):
                 words.append("G53")
             else:
                 raise LineError(f"{key} is not supported in a Siemens program; write plain lines")
+        self.state.top_speed = extra.get("LIMS", self.state.top_speed)
         self._splines(words, extra, "BSPLINE" in keys)
         if extra.keys() & set(_TOOL_AXIS):
             x, y, z = (extra.get(name, 0.0) for name in _TOOL_AXIS)
@@ -200,6 +201,7 @@ def _translated(text: str) -> tuple[list[str], dict[str, float], set[str], _Call
         name, value, key, inside = match["name"], match["text"], match["key"], match["inside"]
         if match["letter"]:
             word = match["letter"] + match["number"]
+            refuse(word[0] == "L", f"{word} calls a subprogram, which is not read; write the program in one piece")
             if word[0] == "G":
                 word = _CODES.get(f"G{word[1:].lstrip('0') or '0'}", word)
             words += [word] if word and word[0] != "D" else []
