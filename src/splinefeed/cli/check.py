@@ -9,7 +9,7 @@ import splinefeed as sf
 from splinefeed.cli import options, summary
 from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Block, Page, Say, notes, number, verdict
-from splinefeed.cli.setpoints_file import on_its_machine, path_of, read_setpoints
+from splinefeed.cli.setpoints_file import of_robot, on_its_machine, path_of, read_setpoints
 from splinefeed.errors import LimitsError
 
 
@@ -61,13 +61,21 @@ def check(say: Say, setpoints: str, **given: Any) -> Page:
     flat = options.said_limits(given, own if isinstance(own, Mapping) else {})
     if not flat:
         raise LimitsError(f"{setpoints}: has no limits; give --limits FILE, or --feed, --axis-jerk and the like")
-    path, source = path_of(points.settings, given, setpoints)
-    limits = completed(flat, None, points.axes, assume=False)
+    arm = None if given["source"] else of_robot(points.settings, setpoints)
+    moved: sf.Path | sf.JointPath
+    if arm is not None:
+        if flat != own:
+            raise LimitsError(f"{setpoints}: is a motion of an arm, whose limits are in its own files; give no others")
+        (moved, limits, _), source = arm, points.settings["source"]["text"]
+    else:
+        path, source = path_of(points.settings, given, setpoints)
+        limits = completed(flat, None, points.axes, assume=False)
+        moved = on_its_machine(path, points.settings, given["machine"], limits)
     law = None if given["law_file"] is None else sf.load(given["law_file"], sf.TimeLaw)
     say("checking")
     found = sf.check(
         points,
-        on_its_machine(path, points.settings, given["machine"], limits),
+        moved,
         limits,
         law=law,
         tolerance=given["tolerance"],
@@ -75,6 +83,6 @@ def check(say: Say, setpoints: str, **given: Any) -> Page:
     )
     certified = given["certificate_file"]
     if certified:
-        write_certificate(certificate(points, path, limits, found, law), certified)
+        write_certificate(certificate(points, moved.tip_path, limits, found, law), certified)
     page = {"file": setpoints, "path": source, "axes": list(points.axes), **found.as_dict()}
     return {**page, "notes": [*guessed, *page["notes"]], "files": [certified] if certified else []}

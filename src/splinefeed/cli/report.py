@@ -10,7 +10,7 @@ import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Page, Say, verdict
-from splinefeed.cli.setpoints_file import on_its_machine, path_of, run_of
+from splinefeed.cli.setpoints_file import of_robot, on_its_machine, path_of, run_of
 from splinefeed.errors import FormatError
 
 #: Formats of setpoints that keep every digit and all settings, those that are read first.
@@ -54,12 +54,15 @@ def report(say: Say, folder: str, output: str | None, machine: str | None) -> Pa
             )
     law = sf.load(place / files.LAW, sf.TimeLaw)
     settings = next(load_chunks(file, 1)).settings
-    path, _ = path_of(settings, {"source": None}, str(file))
-    limits, period = run_of(settings, str(file))
-    joints = on_its_machine(path, settings, machine, limits)
+    moved: sf.Path | sf.JointPath
+    if (arm := of_robot(settings, str(file))) is not None:
+        moved, limits, period = arm
+    else:
+        limits, period = run_of(settings, str(file))
+        moved = on_its_machine(path_of(settings, {"source": None}, str(file))[0], settings, machine, limits)
     say("measuring and checking")
     ticks = check_ticks(law, period, MOST_IN_CHUNKS)
-    run = measured(joints, limits, law, partial(load_chunks, file), ticks)
+    run = measured(moved, limits, law, partial(load_chunks, file), ticks)
     there = (place / files.RESPONSE).is_file()
     responses = {run.kept.method: sf.load(place / files.RESPONSE, sf.Response)} if there else {}
     page: dict[str, Any] = {**said, **plain(run.numbers())}

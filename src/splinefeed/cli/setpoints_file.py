@@ -57,9 +57,32 @@ def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) ->
         text = os.path.join(os.path.dirname(file), text)
     if (digest := source.get("sha256")) is not None and source_of(text).get("sha256") != digest:
         raise InputError(f"{file}: its path was read from {text}, which has changed since or is gone; give --path")
-    if "--robot" in str(settings.get("command", "")).split():
-        raise InputError(f"{file}: is a motion of an arm, whose torques a file does not hold; make the run again")
+    if source.get("robot") is not None:
+        raise InputError(
+            f"{file}: is a motion of an arm, which no machine follows; splinefeed check and report know it"
+        )
     return read_path(text, options.reading_from(options_of(settings))), text
+
+
+def of_robot(settings: Mapping[str, Any], file: str) -> tuple[sf.Path | sf.JointPath, sf.Limits, float] | None:
+    """Path, limits and period, s, of the motion of an arm that a run made setpoints of; None where it is no arm's.
+
+    They are read again from its own files. Raises InputError where these have changed since, or are gone.
+    """
+    from splinefeed.report.record import source_of
+    from splinefeed.robots.motion_file import read_motion
+
+    said = settings["source"] if says_path(settings) else {}
+    robot = said.get("robot")
+    if not (isinstance(robot, Mapping) and isinstance(robot.get("text"), str)):
+        return None
+    for each in (said, robot):
+        if source_of(each["text"]).get("sha256") != each.get("sha256"):
+            raise InputError(f"{file}: was made from {each['text']}, which has changed since or is gone; run it again")
+    _, path, limits = read_motion(said["text"], robot["text"], feed=options_of(settings)["feed"])
+    if limits.as_dict() != settings.get("limits"):
+        raise InputError(f"{file}: the limits of {said['text']} have changed since; run it again")
+    return path, limits, positive(settings.get("period"), f"{file}: period")
 
 
 def on_its_machine(

@@ -22,11 +22,13 @@ from splinefeed.files.metadata import (
     MAYBE,
     SCHEMA,
     Sink,
+    axes_of,
     axis_units,
     check_columns,
     check_schema,
     naming,
     to_json,
+    units_of,
 )
 from splinefeed.files.native_process import ask
 from splinefeed.files.sizes import MAX_AXES, MAX_TICKS, MAX_TICKS_IN_CHUNKS
@@ -121,10 +123,11 @@ def _attributes(kind: Any) -> list[str]:
 
 def _create(file: Any, first: Any) -> dict[str, Any]:
     """Empty datasets for the columns of parts such as `first`, with their units."""
-    datasets = {}
+    datasets, units = {}, {name: unit for name, (_, unit) in DATASETS.items()}
+    units |= units_of(first.axes) if hasattr(first, "axes") else {}
     for name in _columns(first):
         if (values := getattr(first, name)) is not None:
-            wide, unit = values.shape[1:], DATASETS[name][1]
+            wide, unit = values.shape[1:], units[name]
             kind = np.uint8 if values.dtype == np.bool_ else values.dtype
             datasets[name] = file.create_dataset(
                 name, shape=(0, *wide), maxshape=(None, *wide), chunks=(CHUNK_ROWS, *wide), dtype=kind, **PACKING
@@ -192,6 +195,8 @@ def _records(path: str | os.PathLike[str], known: Sequence[str], rows: int | Non
             else:
                 own = said["own"]
                 own |= {name: tuple(own[name]) for name in ("axes", "notes") if name in own}
+                if "axes" in own:
+                    own["axes"] = axes_of({"axes": own["axes"], "units": {"position": said["units"]}})
                 made = RECORDS[said["record"]](**columns, **own)
                 check_columns(made)
         yield made
@@ -226,7 +231,11 @@ def contents(
         if rows is not None and len(set(ticks.values())) > 1:
             raise InputError(f"the datasets have different numbers of ticks: {ticks}")
         part = slice(start, None if rows is None else start + rows)
-        said = {"record": record, "own": own, "ticks": max(ticks.values(), default=0)}
+        position = datasets.get("position")
+        units = (
+            [] if position is None or "units" not in position.attrs else np.atleast_1d(_attribute(position, "units"))
+        )
+        said = {"record": record, "own": own, "ticks": max(ticks.values(), default=0), "units": [str(unit) for unit in units]}
         return said, {name: dataset[part] for name, dataset in datasets.items()}
 
 

@@ -20,7 +20,7 @@ from splinefeed.planner.dwells import check_ends, with_dwells
 from splinefeed.planner.horizon import State
 from splinefeed.planner.seven_phase import STRATEGY as SEVEN_PHASE
 from splinefeed.planner.seven_phase import Measurable, plan_seven_phase
-from splinefeed.planner.soft_limits import check_travel
+from splinefeed.planner.soft_limits import GOES, check_travel
 from splinefeed.planner.strategies import LOOK_AHEAD, TIME_OPTIMAL, plan_in_mode
 from splinefeed.planner.timed import in_time
 from splinefeed.records import (
@@ -130,7 +130,7 @@ def plan(
     except (LimitsError, PlanError) as error:
         axes: tuple[str, ...] = getattr(path, "axes", ("x",))
         along, own = unit_along(axes), getattr(path, "tip_path", None) is path
-        if own and any(isinstance(axis, Joint) for axis in axes) and along != "mm":
+        if own and any(isinstance(axis, Joint) for axis in axes) and along != "mm" and not str(error).startswith(GOES):
             raise type(error)(_MM.sub(along, str(error))) from None
         raise
 

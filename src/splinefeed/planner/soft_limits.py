@@ -8,7 +8,10 @@ from splinefeed.curves.differential import extremes
 from splinefeed.errors import LimitsError
 from splinefeed.paths.path import Path
 from splinefeed.planner.constants import KEPT
-from splinefeed.records import ROTARY_AXES, Limits, unit_of_axis
+from splinefeed.records import ROTARY_AXES, Limits, unit_along, unit_of_axis
+
+#: How the message begins that says each value in its own unit.
+GOES = "the path goes to"
 
 
 def check_travel(path: Path, limits: Limits) -> None:
@@ -40,7 +43,7 @@ def check_travel(path: Path, limits: Limits) -> None:
         unit, factor = unit_of_axis(axis), np.degrees(1.0) if axis in ROTARY_AXES else 1.0
         side = "most" if upwards else "least"
         raise LimitsError(
-            f"the path goes to {axis} = {factor * position:.6g} {unit} at s = {s:.6g} mm (curve {index}); "
+            f"{GOES} {axis} = {factor * position:.6g} {unit} at s = {s:.6g} {unit_along(path.axes)} (curve {index}); "
             f"its travel allows at {side} {factor * ends[k, int(upwards)]:.6g} {unit}; "
             "move the path or widen the travel"
         )

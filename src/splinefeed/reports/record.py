@@ -58,8 +58,13 @@ def about(
     source  what the user calls it, None for the paper's experiment; origin  what to say of one that is not at hand;
     machine  whose axes follow, or whose joints
     """
+    said_source: dict[str, Any] = (
+        source_of(PAPER_SHAPE if source is None else source) if origin is None else dict(origin)
+    )
+    if "robot" in reading and origin is None:
+        said_source["robot"] = source_of(str(reading["robot"]))
     said: dict[str, Any] = {
-        "source": source_of(PAPER_SHAPE if source is None else source) if origin is None else dict(origin),
+        "source": said_source,
         "settings": plain({**settings, "reading": dict(reading)}),
         "command": command(source, settings, reading, formats, machine),
         **_program(),
