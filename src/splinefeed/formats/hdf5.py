@@ -232,10 +232,9 @@ def contents(
             raise InputError(f"the datasets have different numbers of ticks: {ticks}")
         part = slice(start, None if rows is None else start + rows)
         position = datasets.get("position")
-        units = (
-            [] if position is None or "units" not in position.attrs else np.atleast_1d(_attribute(position, "units"))
-        )
-        said = {"record": record, "own": own, "ticks": max(ticks.values(), default=0), "units": [str(unit) for unit in units]}
+        unitless = position is None or "units" not in position.attrs
+        units = [] if unitless else np.atleast_1d(_attribute(position, "units")).astype(str).tolist()
+        said = {"record": record, "own": own, "ticks": max(ticks.values(), default=0), "units": units}
         return said, {name: dataset[part] for name, dataset in datasets.items()}
 
 

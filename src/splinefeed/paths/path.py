@@ -444,6 +444,13 @@ class Path:
         """A path of joints that a machine made is one of these; None."""
         return None
 
+    def sticks(self, position: Array) -> Array | None:
+        """The arm whose joints the axes are, as lines from its base to its tip, (n, points, 3), mm; None where none is.
+
+        position  (n, axes)
+        """
+        return None
+
     @property
     def in_parts(self) -> None:
         """A path that comes in parts is one of these; None."""

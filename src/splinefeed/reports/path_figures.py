@@ -88,7 +88,9 @@ def _track(run: Run, place: Array) -> tuple[Array, Array]:
         t = np.concatenate([edges, times_at(run.law, edge)])
         order = np.argsort(t, kind="stable")
         edges, at = t[order], np.concatenate([at, edge])[order]
-    return edges, path(at)[:, : place.shape[1]]
+    there = path(at)
+    arm = path.sticks(there)
+    return edges, there[:, : place.shape[1]] if arm is None else arm[:, -1]
 
 
 def still_figure(path: Path) -> Figure:
@@ -141,7 +143,9 @@ def _curvature(path: Path, found: Array) -> Shades:
     """
     moves = np.any(found[:, 1:, : path.linear], axis=(1, 2))
     kappa = np.where(moves, curvatures(found, path.linear), 0.0)
-    return _shades(np.minimum(kappa, np.quantile(kappa[np.isfinite(kappa)], 0.995)), "curvature (1/mm)")
+    return _shades(
+        np.minimum(kappa, np.quantile(kappa[np.isfinite(kappa)], 0.995)), f"curvature (1/{unit_along(path.axes)})"
+    )
 
 
 def _place(run: Run) -> tuple[Array, list[str]]:
@@ -151,6 +155,8 @@ def _place(run: Run) -> tuple[Array, list[str]]:
     if linear <= 1:
         first = setpoints.position[:, 0] if linear else np.degrees(setpoints.position[:, 0])
         return np.column_stack([setpoints.t, first]), [TIME.label, f"{names[0]} ({unit_of_axis(run.path.axes[0])})"]
+    if run.path.sticks(setpoints.position[:1]) is not None:
+        return run.place, ["x (mm)", "y (mm)", "z (mm)"]
     labels = [f"{name} ({unit_of_axis(axis)})" for name, axis in zip(names, run.path.axes, strict=True)]
     return run.place if run.joints is not None else _flat(run.place), labels
 

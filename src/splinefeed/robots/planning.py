@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -14,6 +15,7 @@ from splinefeed.records import Array
 from splinefeed.records.limits import Limits
 from splinefeed.records.torque import Torque
 from splinefeed.records.torque_rate import TorqueRate
+from splinefeed.robots.frames import Frames
 
 
 class Jointed(Protocol):
@@ -39,6 +41,9 @@ class Jointed(Protocol):
 
     @property
     def jerk(self) -> Array: ...  # noqa: D102
+
+    @property
+    def frames(self) -> Any: ...  # noqa: D102
 
     @property
     def bodies(self) -> Any: ...  # noqa: D102
@@ -93,4 +98,27 @@ def path_through(arm: Jointed, waypoints: ArrayLike, **how: Any) -> Path:
             f"waypoint {row + 1} has {arm.joints[joint]} at {points[row, joint]:g} {arm.units[joint]}; its limits are "
             f"{arm.minimum[joint]:g} to {arm.maximum[joint]:g}"
         )
-    return Path.through(points, arm.joints, weights=1.0 / arm.velocity, **how)
+    return WaypointPath.through(points, arm.joints, weights=1.0 / arm.velocity, frames=arm.frames, **how)
+
+
+class WaypointPath(Path):
+    """A path of the joints of an arm, which knows where its links are: pictures of it show the arm in space.
+
+    Source: docs/readers/robots.md. Example: `arm.through(waypoints)`
+    """
+
+    def __init__(self, *made: Any, frames: Frames, **said: Any) -> None:
+        self.frames = frames
+        super().__init__(*made, **said)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return partial(WaypointPath, frames=self.frames, **self._said()), (self.curves, self.axes)
+
+    def sticks(self, position: Array) -> Array:
+        """The arm as lines: base, each joint and the tip, (n, joints + 2, 3), mm, for joints (n, joints)."""
+        return self.frames.sticks(position)
+
+    def with_findings(self, *findings: str) -> WaypointPath:
+        """The same path with other findings."""
+        said = {**self._said(), "findings": findings}
+        return WaypointPath(self.curves, self.axes, frames=self.frames, **said)

@@ -22,6 +22,8 @@ from splinefeed.runs.meters import MOTION
 
 #: A picture of a tool path shows the tool axis at so many places, so long as a share of the path's size.
 TOOLS_DRAWN, TOOL_DRAWN = 41, 0.2
+#: An arm is drawn so many times along its path.
+ARMS_DRAWN = 7
 #: A picture shows so many places of the path over its size, and at least and at most so many of it all.
 CELLS, POINTS_DRAWN = 600, (1000, 40_000)
 #: Points of the small picture of a notebook.
@@ -134,6 +136,8 @@ class Run:
         """Where the tool tip is at the ticks that are kept, (n, d), mm; d linear axes, at most three."""
         if self.joints is not None:
             return self.path.evaluate(self.kept.curve, self.kept.u, 0)[:, 0]
+        if (arm := self.path.sticks(self.kept.position)) is not None:
+            return arm[:, -1]
         return self.kept.position[:, : min(self.path.linear, 3)]
 
     @property
@@ -142,7 +146,11 @@ class Run:
         path = self.path
         s = np.linspace(0.0, path.length, int(np.clip(CELLS * path.length / max(path.size, 1e-9), *POINTS_DRAWN)))
         starts = path.curve_starts
-        line = path(s if len(starts) > len(s) else np.union1d(s, starts))[:, : min(path.linear, 3)]
+        along = path(s if len(starts) > len(s) else np.union1d(s, starts))
+        if (arm := path.sticks(along)) is not None:
+            some = arm[np.linspace(0, len(arm) - 1, ARMS_DRAWN).round().astype(int)]
+            return np.concatenate([arm[:, -1], _broken(some)])
+        line = along[:, : min(path.linear, 3)]
         return line if self.joints is None else np.concatenate([line, _tools(self.joints)])
 
     def setpoints(self) -> Setpoints | Iterator[Setpoints]:
@@ -241,11 +249,16 @@ class Run:
         return {name: max(limits[name], limits[other]) for name, other in both if {name, other} <= limits.keys()}
 
 
+def _broken(lines: Array) -> Array:
+    """Lines (k, points, 3), mm, one after the other, each behind a row of NaN, (m, 3)."""
+    return np.concatenate([np.full_like(lines[:, :1], np.nan), lines], axis=1).reshape(-1, 3)
+
+
 def _tools(joints: JointPath) -> Array:
     """Lines along the tool axis, or an arm, for a picture, (m, 3), mm, each behind a row of NaN."""
     arm = joints.drawn(TOOLS_DRAWN)
     if arm is not None:
-        return np.concatenate([np.full_like(arm[:, :1], np.nan), arm], axis=1).reshape(-1, 3)
+        return _broken(arm)
     s = np.linspace(0.0, joints.length, TOOLS_DRAWN)
     tip, axis = joints.kinematics.forward(joints(s))
     far = tip + TOOL_DRAWN * max(joints.tool.size, 1e-9) * axis
