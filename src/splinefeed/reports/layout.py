@@ -235,8 +235,9 @@ def _panel(
             if panel.equal and panel.x.label and mark.joined:
                 _arrow(sheet, points)
             _bar(sheet, box, shades.low, shades.high, shades.label)
+    taken: list[tuple[float, float]] = []
     for level in panel.levels():
-        _level(sheet, level, box, x, y)
+        _level(sheet, level, box, x, y, taken)
     for dots in panel.of(Dots):
         _dots(sheet, dots, box, x, y, panel.equal)
     return height
@@ -289,7 +290,8 @@ def _arrow(sheet: Sheet, points: Array) -> None:
     sheet.stroke([tip, back + 5.0 * across, back - 5.0 * across, tip], theme.INK, 0.0, fill=True)
 
 
-def _level(sheet: Sheet, level: Level, box: Box, x: _Scale, y: _Scale) -> None:
+def _level(sheet: Sheet, level: Level, box: Box, x: _Scale, y: _Scale, taken: list[tuple[float, float]]) -> None:
+    """taken  where words of other levels stand, and where they begin: words that would lie on them end before them."""
     left, top, width, height = box
     if level.upright:
         at = x.at(level.value)
@@ -299,6 +301,10 @@ def _level(sheet: Sheet, level: Level, box: Box, x: _Scale, y: _Scale) -> None:
         ends, words = [[left, at], [left + width, at]], (left + width - 3.0, at + (12.0 if level.value < 0.0 else -4.0))
     sheet.stroke(ends, level.colour, 1.1, dash=True, clip=box)
     if level.text:
+        if not level.upright:
+            end = min([words[0], *(begin - 10.0 for line, begin in taken if abs(line - words[1]) < LINE)])
+            words = max(end, left + text_width(level.text, SMALL)), words[1]
+            taken.append((words[1], words[0] - text_width(level.text, SMALL)))
         sheet.text(*words, level.text, colour=level.colour, anchor="end")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +10,8 @@ import numpy as np
 
 from splinefeed.errors import expect
 from splinefeed.paths.path import Path
-from splinefeed.records import Array, Limits, TimeLaw, unit_along, unit_of_axis
+from splinefeed.records import Array, Limits, TimeLaw, unit_along, unit_of, unit_of_axis, words_of
+from splinefeed.records.limit_table import named
 from splinefeed.reports import theme
 from splinefeed.reports.figure import Figure, Level, Line, Mark, Panel, PlotAxis, peak
 from splinefeed.runs.compare import MethodTrace
@@ -33,11 +34,11 @@ JERK = 3
 def motion(run: Run) -> Figure:
     """Draw s, feed, acceleration and jerk along the path over time, and velocity, acceleration and jerk of each axis.
 
-    In mm and s, rotary axes in degrees. Raises InputError for anything but a Run. Source: `reports.motion_figures`.
-    Example: `sf.plot.motion(sf.run(sf.shapes.butterfly()))`
+    And torques, and what else is limited by a model. In mm and s, rotary axes in degrees. Raises InputError for
+    anything but a Run. Source: `reports.motion_figures`. Example: `sf.plot.motion(sf.run(sf.shapes.butterfly()))`
     """
     expect("plot.motion(run)", (run, Run))
-    panels = (*tip_panels(run, maximum_velocity(run)), *axis_panels(run))
+    panels = (*tip_panels(run, maximum_velocity(run)), *axis_panels(run), *model_panels(run))
     return Figure(f"{theme.words(run.path.name)}: motion over time, {run.strategy}", panels)
 
 
@@ -159,9 +160,37 @@ def axis_panels(run: Run) -> list[Panel]:
     return panels
 
 
+def model_panels(run: Run) -> list[Panel]:
+    """A panel for each limit that a model gives, such as torques of joints, with the limit of each.
+
+    None of a motion of which ticks are left out: their extremes are no motion that a model could count.
+    """
+    panels = []
+    for model in () if run.bands else run.limits.models:
+        columns = model.columns(run.axes)
+        of = (run.kept.position, run.motion.velocity, run.motion.acceleration, run.motion.jerk)
+        values, most = model.along(*(each[:, columns] for each in of))
+        unit, first = unit_of(named(model.kind, model.axes[0])), words_of(model.kind)
+        marks: list[Mark] = []
+        for k, column in enumerate(columns):
+            name = theme.words(run.axes[column], 12)
+            how: dict[str, Any] = {"colour": theme.colour(column), "named": name, "dash": column >= len(theme.COLOURS)}
+            marks.append(Line(run.kept.t, values[:, k], f"{name} {first}", **how))
+        high = f"at most {theme.short(float(np.max(np.abs(values))))} {unit}"
+        if not np.ptp(most, axis=0).any():
+            marks += _levels(run, columns, dict(zip(columns, most[0].tolist(), strict=True)), unit)
+        panels.append(Panel(TIME, Axis(f"{first} ({unit})"), tuple(marks), note=high))
+    return panels
+
+
 def _limits_of_axes(run: Run, quantity: str, columns: list[int], factor: float, unit: str) -> list[Level]:
-    """A line at each limit of these axes, with the axes that have it; all have one colour where they share it."""
+    """A line at each limit of these axes; see `_levels`."""
     tops = factor * run.limits.of_axes(f"axis_{quantity}", run.axes)
+    return _levels(run, columns, dict(enumerate(tops.tolist())), unit)
+
+
+def _levels(run: Run, columns: list[int], tops: Mapping[int, float], unit: str) -> list[Level]:
+    """A line at each limit of axes, with the axes that have it; all have one colour where they share it."""
     found: dict[float, list[int]] = {}
     for k in columns:
         if np.isfinite(tops[k]):
