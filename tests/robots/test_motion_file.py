@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 
 import numpy as np
 import pytest
@@ -45,6 +46,7 @@ def test_waypoints_from_a_shell_and_no_joint_is_in_mm(folder):
     for name in ("motion.svg", "binding.svg", "report.html"):
         text = re.sub(r"<(script|style).*?</\1>", "", (folder / "splinefeed-arm" / name).read_text(), flags=re.DOTALL)
         assert name == "binding.svg" or "rad" in text
+        text = re.sub(r">[xyz] \(mm\)[^<]*<", "", text)  # of the tip
         assert not re.findall(r">[^<]*\bmm\b[^<]*<", text), name
 
 
@@ -83,9 +85,49 @@ def test_what_is_no_motion_is_refused_in_one_line(folder, said, words, message):
     assert len(found.stderr.strip().splitlines()) <= 2
 
 
-def test_a_run_of_an_arm_is_made_again_and_not_read(folder):
+def test_the_run_of_an_arm_is_reported_and_checked_again_from_its_own_files(folder):
+    shutil.copy(FILE, "arm.urdf")
     (folder / "arm.json").write_text(json.dumps({"waypoints": WAYPOINTS}))
-    assert ran("arm.json", "--robot", FILE, "-o", "out").exit_code == 0
+    assert ran("arm.json", "--robot", "arm.urdf", "-o", "out").exit_code == 0
+    first = json.loads((folder / "out/run.json").read_text())
+    found = CliRunner().invoke(command_line, ["report", "out", "--json"])
+    assert found.exit_code == 0, found.stderr
+    again = json.loads(found.stdout)
+    assert again["limits"]["torque.elbow"] == first["limits"]["torque.elbow"]
+    assert "torque (N m)" in (folder / "out/report.html").read_text()
+    found = CliRunner().invoke(command_line, ["check", "out/setpoints.h5"])
+    assert found.exit_code == 0, found.stderr
+    assert "torque.shoulder" in found.stdout
+    assert not re.search(r"\bmm\b", found.stdout), found.stdout
+    found = CliRunner().invoke(command_line, ["check", "out/setpoints.h5", "--axis-velocity", "1"])
+    assert found.exit_code == 2
+    assert "is a motion of an arm, whose limits are in its own files; give no others" in found.stderr
+    text = (folder / "arm.urdf").read_text()
+    (folder / "arm.urdf").write_text(text + "\n")
     found = CliRunner().invoke(command_line, ["report", "out"])
     assert found.exit_code == 2
-    assert "is a motion of an arm, whose torques a file does not hold; make the run again" in found.stderr
+    assert "was made from arm.urdf, which has changed since or is gone; run it again" in found.stderr
+
+
+def test_joints_keep_their_units_in_hdf5(folder):
+    (folder / "arm.json").write_text(json.dumps({"waypoints": WAYPOINTS, "duration": 3.0}))
+    found = ran("arm.json", "--robot", FILE, "-o", "out", "--json")
+    assert found.exit_code == 0, found.output
+    assert json.loads(found.stdout)["duration_s"] == 3.0
+    points = sf.load("out/setpoints.h5")
+    assert [axis.unit for axis in points.axes] == ["rad", "rad"]
+
+
+def test_waypoints_are_drawn_as_the_arm_in_space():
+    arm = sf.robot(FILE)
+    run = sf.run(arm.through(WAYPOINTS), arm.limits, period=1e-3)
+    tip, _ = arm.forward(run.kept.position)
+    np.testing.assert_allclose(run.place, tip, atol=1e-9)
+    lines = np.split(run.thread, np.flatnonzero(np.isnan(run.thread[:, 0])))[1:]
+    assert len(lines) == 7
+    np.testing.assert_allclose([line[1] for line in lines], 0.0)  # the base
+    np.testing.assert_allclose(lines[0][-1], tip[0], atol=1e-9)
+    assert [sf.plot.path(run).panels[0].x.label, sf.plot.path(run).panels[0].z] == ["x (mm)", "z (mm)"]
+    torque = sf.plot.motion(run).panels[-1]
+    assert torque.y.label == "torque (N m)"
+    assert len(torque.marks) >= 4

@@ -69,7 +69,7 @@ def of_robot(settings: Mapping[str, Any], file: str) -> tuple[sf.Path | sf.Joint
 
     They are read again from its own files. Raises InputError where these have changed since, or are gone.
     """
-    from splinefeed.report.record import source_of
+    from splinefeed.reports.record import source_of
     from splinefeed.robots.motion_file import read_motion
 
     said = settings["source"] if says_path(settings) else {}

@@ -179,7 +179,7 @@ def model_panels(run: Run) -> list[Panel]:
         high = f"at most {theme.short(float(np.max(np.abs(values))))} {unit}"
         if not np.ptp(most, axis=0).any():
             marks += _levels(run, columns, dict(zip(columns, most[0].tolist(), strict=True)), unit)
-        panels.append(Panel(TIME, Axis(f"{first} ({unit})"), tuple(marks), note=high))
+        panels.append(Panel(TIME, PlotAxis(f"{first} ({unit})"), tuple(marks), note=high))
     return panels
 
 
