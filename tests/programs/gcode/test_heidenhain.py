@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
+from gcode_programs import path_of
 from splinefeed.errors import SplinefeedError
 from splinefeed.programs.gcode.dialects import detect, holds
 
@@ -133,7 +134,7 @@ def test_what_says_nothing_of_the_motion_is_passed_over(tmp_path: Path) -> None:
         ("FN 0: Q1 = +5\nFN 14: IF +Q1 EQU +5 GOTO LBL 0", "line 7: FN 14 does not jump"),
         ("CALL LBL 1\nL X+1\nM30\nLBL 1\nL X+2", "within LBL 1, which has no LBL 0"),
         ("FN 18: SYSREAD Q1 = ID20 NR1", "is a function of the control, which is not read"),
-        ("QS1 = \"A\"", "is not known, which is not read"),
+        ("QS1 = \"A\"", "is not known, and is not read"),
         ("CALL PGM B.H", "'CALL PGM B.H' calls, which is not read in a Heidenhain program"),
         ("Q1 = Q2 + 7", "Q2 has no value; set it in the program before it is used"),
         ("L X+Q1", "Q1 has no value; set it in the program before it is used"),
@@ -152,14 +153,19 @@ def test_what_says_nothing_of_the_motion_is_passed_over(tmp_path: Path) -> None:
         ("CYCL DEF 8.1 X", "cycle 8 turns, mirrors or scales what follows"),
         ("CYCL DEF 10.1 ROT+35", "cycle 10 turns, mirrors or scales what follows"),
         ("CYCL DEF 11.1 SCL 0.5", "cycle 11 turns, mirrors or scales what follows"),
-        ("APPR LT X+10 Y+10 LEN15 R0", "expected a word of a Heidenhain program, got 'LT X+10"),
+        ("APPR LT X+10 Y+10 LEN15 R0", "APPR is not read in a Heidenhain program"),
         ("PLANE SPATIAL SPA+10 SPB+0 SPC+0", "turns the plane, which is not read"),
         ("L X+5 M128", "M128 is not read in a Heidenhain program"),
-        ("CYCL DEF 200 DRILLING ~\n   Q200=2 ;SET-UP\n7 L X+5 M99", "M99 calls cycle 200, which is not read"),
-        ("CYCL CALL", "'CYCL CALL' is a cycle, which is not read"),
+        ("CYCL DEF 251 POCKET ~\n   Q200=2 ;SET-UP\n7 L X+5 M99", "M99 calls cycle 251, which is not read"),
+        ("CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206=100\n7 L X+5 M99", "cycle 200 needs Q203"),
+        ("CYCL DEF 200 A Q200=2 Q201=5 Q206=100 Q203=0\n7 CYCL CALL", "cycle 200: a depth above 0, 5, works upwards"),
+        ("CYCL DEF 203 A Q200=2 Q201=-9 Q206=9 Q203=0 Q202=3 Q213=2\n7 CYCL CALL", "cycle 203 with chip breaking"),
+        ("CYCL DEF 207 A Q200=2 Q201=-9 Q203=0 Q239=0\n7 CYCL CALL", "cycle 207 needs the speed of the spindle"),
+        ("CYCL CALL PAT FMAX", "'CYCL CALL PAT FMAX' is a cycle, which is not read"),
+        ("CYCL CALL", "no cycle is defined for the call"),
         ("TOOL CALL 4 X S100", "TOOL CALL X: the tool must lie along Z"),
         ("BEGIN PGM B INCH", "a program in inches, whose F is in units of its own, is not read"),
-        ("WHATEVER", "'WHATEVER' is not known, which is not read"),
+        ("WHATEVER", "'WHATEVER' is not known, and is not read"),
         ("CR X+1 Y+1 R+5 DR+ FMAX", "CR FMAX: an arc has a feed; write F"),
     ],
 )  # fmt: skip
@@ -271,3 +277,84 @@ def test_what_a_post_for_milling_machines_writes(tmp_path: Path) -> None:
     assert path.dwells[0][1] == 5.0
     assert path.feeds.tolist() == [pytest.approx(53.0 / 60.0)] * 2
     assert not any("is defined; it is not read" in each for each in path.findings)
+
+
+HOLE = {"Q200": 2, "Q201": -15, "Q206": 250, "Q202": 5, "Q210": 0, "Q203": 0, "Q204": 50, "Q211": 0.25}
+
+
+def cycle(number: int, **given: float) -> list[str]:
+    """CYCL DEF over several lines, as the control writes it."""
+    lines = [f"{name}={value:+g} ;TEXT" for name, value in (HOLE | given).items()]
+    return " ~\n    ".join([f"CYCL DEF {number} NAME", *lines]).split("\n")
+
+
+def moves(path: sf.Path) -> str:
+    """Kind, and Z where each move of the path ends."""
+    assert path.feeds is not None
+    return " ".join(
+        f"{'R' if np.isinf(feed) else f'{60 * feed:g}:'}{curve.control_points[-1][2]:g}"
+        for curve, feed in zip(path.curves, path.feeds, strict=True)
+    )
+
+
+@pytest.mark.parametrize(
+    ("lines", "wanted", "waits"),
+    [
+        (cycle(200), "R100 R2 250:-5 R2 R-3 250:-10 R2 R-8 250:-15 R2 R50", [0.25]),
+        (cycle(200, Q202=20, Q204=0), "R100 R2 250:-15 R2", [0.25]),
+        (cycle(200, Q203=10, Q210=1), "R100 R12 250:5 R12 R7 250:0 R12 R2 250:-5 R12 R60", [1, 1, 0.25]),
+        (cycle(201, Q208=500), "R100 R2 250:-15 500:2 R50", [0.25]),
+        (cycle(201, Q208=0), "R100 R2 250:-15 250:2 R50", [0.25]),
+        (
+            cycle(203, Q202=8, Q212=3, Q205=4, Q213=0, Q208=900),
+            "R100 R2 250:-8 900:2 R-6 250:-13 900:2 R-11 250:-15 900:2 R50", [0.25],
+        ),
+        (cycle(203, Q213=3, Q202=15, Q208=0), "R100 R2 250:-15 R2 R50", [0.25]),
+        (cycle(240, Q343=0), "R100 R2 250:-15 R2 R50", [0.25]),
+        (cycle(206), "R100 R2 250:-15 250:2 R50", [0.25]),
+        (cycle(207, Q239=1.5), "R100 R2 750:-15 750:2 R50", []),
+        (
+            ["L Z+2 FMAX", "CYCL DEF 1.0 PECKING", "CYCL DEF 1.1 SET UP 2", "CYCL DEF 1.2 DEPTH -20",
+             "CYCL DEF 1.3 PECKG 10", "CYCL DEF 1.4 DWELL 0,5", "CYCL DEF 1.5 F100"],
+            "R2 R2 100:-8 R2 R-7.4 100:-18 R2 R-17.4 100:-20 R2", [0.5],
+        ),
+        (
+            ["L Z+2 FMAX", "CYCL DEF 17.0 RIGID", "CYCL DEF 17.1 SET UP2", "CYCL DEF 17.2 DEPTH-10",
+             "CYCL DEF 17.3 PITCH+1"],
+            "R2 R2 500:-10 500:2", [],
+        ),
+    ],
+)  # fmt: skip
+def test_holes_of_cycles(tmp_path: Path, lines: list[str], wanted: str, waits: list[float]) -> None:
+    """Steps by hand from the manuals that `klartext_cycles` names."""
+    head = ["BEGIN PGM A MM", "TOOL CALL 1 Z S500", "L X+0 Y+0 Z+100 R0 FMAX M3"]
+    for call in (["L X+10 FMAX M99"], ["L X+10 FMAX", "CYCL CALL M3"], ["CYCL CALL POS X+10 Y+0 Z+0 FMAX"]):
+        if "POS" in call[0] and "CYCL DEF 1" in lines[1] + lines[0]:
+            continue
+        path = path_of(tmp_path, *head, *lines, *call, "L X+20 F700", "END PGM A MM", start=(0, 0, 100))
+        *before, last = moves(path).split(" ")
+        assert " ".join(before) == wanted and last.startswith("700:"), call
+        assert [each.dwell for each in path.markers if each.dwell] == waits
+
+
+def test_a_cycle_is_called_behind_every_block_until_m99(tmp_path: Path) -> None:
+    lines = [*cycle(200, Q202=15), "L X+10 FMAX M89", "L X+20 FMAX", "L X+30 FMAX M99", "L X+40 FMAX"]
+    path = path_of(tmp_path, "BEGIN PGM A MM", "L X+0 Y+0 Z+50 FMAX", *lines, start=(0, 0, 50))
+    assert path.feeds is not None and int(np.sum(np.isfinite(path.feeds))) == 3
+    assert path.length == pytest.approx(40 + 3 * 130)
+
+
+def test_values_of_a_cycle_may_be_parameters(tmp_path: Path) -> None:
+    lines = ["Q5 = -7", "CYCL DEF 200 A Q200=2 Q201=Q5 Q206=100 Q203=+Q6 Q202=9", "L X+1 FMAX M99"]
+    path = path_of(tmp_path, "BEGIN PGM A MM", "Q6 = 3", "L X+0 Y+0 Z+50 FMAX", *lines, start=(0, 0, 50))
+    assert moves(path) == "R50 R5 100:-4 R5"
+
+
+def test_the_speed_beside_a_tool_counts(tmp_path: Path) -> None:
+    path = path_of(tmp_path, "T1 M6 S500", "M3 G95 G1 X10 F0.1", dialect="fanuc")
+    assert path.feeds is not None and path.feeds[0] == pytest.approx(50.0 / 60.0)
+
+
+def test_a_datum_shift_in_new_words(tmp_path: Path) -> None:
+    lines = ["L X+0 Y+0 R0 F100", "TRANS DATUM AXIS X+30 Y-40", "L X+0 Y+0", "TRANS DATUM RESET", "L X+0 Y+0"]
+    assert path_of(tmp_path, "BEGIN PGM A MM", *lines).length == pytest.approx(100.0)

@@ -91,7 +91,7 @@ class Hole:
 
     pecks  where each but the last ends, and where the next begins; aside  mm, of >Q
     said   what steps other than moves say: a text, or how long they wait, s
-    feeds  mm a minute, by level, for the first move there
+    feeds  mm a minute, by level, for the first move there; steady  for all moves there
     """
 
     state: ProgramState
@@ -102,6 +102,7 @@ class Hole:
     said: Mapping[str, str | float] = field(default_factory=dict)
     aside: float = 0.0
     feeds: dict[str, float] = field(default_factory=dict)
+    steady: dict[str, float] = field(default_factory=dict)
 
     def drill(self, steps: str) -> None:
         """Carry out the steps where the tool is."""
@@ -119,9 +120,9 @@ class Hole:
         for step in steps.split():
             said = self.said.get(step, step)
             if step[0] in "01":
-                kind, feed = (
-                    (MoveKind.LINE, self.feeds.pop(step[1], None)) if step[0] == "1" else (MoveKind.RAPID, None)
-                )
+                kind, feed = MoveKind.RAPID, None
+                if step[0] == "1":
+                    kind, feed = MoveKind.LINE, self.feeds.pop(step[1], self.steady.get(step[1]))
                 self.move(kind, state.across, self.levels[step[1]], feed)
             elif step == ">Q":
                 self.levels["Q"] = float(state.position[wall])

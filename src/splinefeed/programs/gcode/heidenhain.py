@@ -18,6 +18,8 @@ import numpy as np
 from splinefeed.programs.gcode.expressions import LineError, refuse
 from splinefeed.programs.gcode.interpreter import Interpreter
 from splinefeed.programs.gcode.klartext import BLOCK, Quantities
+from splinefeed.programs.gcode.klartext_cycles import STEPS as CYCLES
+from splinefeed.programs.gcode.klartext_cycles import drill, old_name
 from splinefeed.programs.gcode.lines import UNKNOWN
 from splinefeed.programs.gcode.moves import LETTERS
 from splinefeed.records import Array
@@ -26,6 +28,9 @@ _NUMBER = r"[-+]?(?:[0-9]++[.,]?[0-9]*+|[.,][0-9]++)"
 _BEGIN = re.compile(r"BEGIN\s+PGM\s+\S+(?:\s+(MM|INCH))?")
 #: What says nothing of the motion: the blank, tools by their measures, structure, modes that are off.
 _IGNORED = re.compile(r"BLK\s+FORM|TOOL\s+DEF|LBL\b|\*|PLANE\s+RESET|FUNCTION\s+(?:RESET|MODE\s+MILL)|PRESET\s+SELECT")
+_CALL = re.compile(r"CYCL\s+CALL(?!\s*PAT)(\s+POS)?\s*(.*)")
+_DATUM = re.compile(r"TRANS\s+DATUM\s+(?:RESET|AXIS(?P<places>(?:\s+[XYZABC]\s*[-+0-9.,QLR]+)+))\s*")
+_PARAMETER = re.compile(r"(Q[0-9]+)\s*+=\s*+(\S+)")
 _CYCLE = re.compile(r"CYCLE?\s+DEF\s*([0-9]+)\s*(?:\.([0-9]+))?\s*(.*)")
 #: Cycles that say nothing of the places: presets, tolerances.
 _OF_NO_PLACE = (32, 247, 392)
@@ -64,15 +69,21 @@ class Heidenhain(Interpreter):
         self._pole: Array | None = None  # CC
         self._tangent = np.zeros(2)  # of the last move at its end
         self.quantities = Quantities()
-        self._cycle, self._open = 0, False  # the cycle that is defined, and whether a block goes on
+        self._cycle, self._given = 0, dict[str, float]()  # the cycle that is defined, and its parameters
+        self._calls = False  # whether M89 calls it behind each block that moves
+        self._open, self._parts = False, ""  # whether a block goes on, and what it said so far
 
     def run(self, text: str, line: int) -> None:
         """One line: a block, or a part of one."""
         self.line = line
         block = BLOCK.match(text.partition(";")[0].replace("\ufeff", ""))
         plain = (block["plain"] if block else "").strip().upper()
-        goes_on, self._open = self._open, text.rstrip().endswith("~")  # a comment may stand before it
-        if not plain or goes_on or plain == "%":
+        self._open = text.rstrip().endswith("~")  # a comment may stand before it
+        plain, self._parts = f"{self._parts} {plain.rstrip('~')}".strip(), ""
+        if self._open:
+            self._parts = plain
+            return
+        if not plain or plain == "%":
             return
         if block and block["skip"]:
             self.findings.count("blocks with / are carried out: skipping them is off", line)
@@ -84,9 +95,19 @@ class Heidenhain(Interpreter):
             self.ended = True
             self.corners.end()
         elif cycle := _CYCLE.match(plain):
-            self._define(int(cycle[1]), self.quantities.filled(cycle[3]) if int(cycle[2] or 0) else "")
+            self._define(int(cycle[1]), int(cycle[2] or 0), cycle[3])
+        elif call := _CALL.match(plain):
+            self._do_words("POS" if call[1] else "CALL", f"{self.quantities.filled(call[2])} M99")
+        elif datum := _DATUM.fullmatch(plain):
+            places = _SHIFT.findall(self.quantities.filled(datum["places"] or ""))
+            self._shift(places or [("", axis, "0") for axis in "XYZABC"])
         elif not (_IGNORED.match(plain) or self.quantities.take(plain)):
             self._do_block(self.quantities.filled(plain) if _WITH_PLACES.match(plain) else plain)
+
+    @property
+    def busy(self) -> bool:
+        """Also where M89 calls a cycle behind every block that moves."""
+        return super().busy or self._calls
 
     def plain_lines(self, block: bytes) -> bytes:
         """L as G0 and G1; not the last one before another block, which may go on tangent to it, nor behind ~."""
@@ -112,22 +133,27 @@ class Heidenhain(Interpreter):
             self._do_words(move[1] or "L", plain[move.end() :])
         else:
             name = re.match(r"[A-Z]+", plain)
-            why = _REFUSED.get(name[0] if name else "", "is not known")
-            raise LineError(
-                f"{plain[:24]!r} {why}, which is not read in a Heidenhain program; let the post write its moves"
-            )
+            why = f"{reason}, which" if (reason := _REFUSED.get(name[0] if name else "")) else "is not known, and"
+            raise LineError(f"{plain[:24]!r} {why} is not read in a Heidenhain program; let the post write its moves")
 
-    def _define(self, number: int, words: str) -> None:
-        """CYCL DEF: a shift, a wait, or a cycle that a call would carry out."""
+    def _define(self, number: int, part: int, words: str) -> None:
+        """CYCL DEF: a shift, a wait, or a cycle that a call carries out, with its parameters."""
+        if number in CYCLES:
+            if number != self._cycle or part == 0:
+                self._cycle, self._given, self._calls = number, {}, False
+            for name, value in _PARAMETER.findall(words) if part == 0 else ():
+                self.quantities.take(f"{name}={value}")
+                self._given[name] = self.quantities.get(name)
+            said = re.search(rf"({_NUMBER}|Q[LR]?[0-9]+)\s*$", words) if part else None
+            if said and (name := old_name(number, part)):
+                self._given[name] = self.quantities.value(said[1].replace(",", "."))
+            return
+        words = self.quantities.filled(words) if part else ""
         if number == 7:
             refuse("#" in words, "a datum shift by a line of a table is not read; write its place")
             rest = _SHIFT.sub("", words).strip()
             refuse(rest, f"a datum shift by {rest[:20]!r} is not read; write places of its axes")
-            for step, axis, value in _SHIFT.findall(words):
-                number = LETTERS.index(axis)
-                before = float(self.state.offsets.g92[number]) if step else 0.0
-                self.state.offsets.shift({number: before + self.state.scaled(number, _value(value))})
-            self.state.set_offsets()
+            self._shift(_SHIFT.findall(words))
         elif number == 9:
             if wait := re.search(rf"(?:(?<![0-9.,])|(?=[-+]))({_NUMBER})\s*+$", words):
                 self.state.say(self.line, dwell=_value(wait[1]))
@@ -138,6 +164,14 @@ class Heidenhain(Interpreter):
         elif number not in _OF_NO_PLACE:
             self._cycle = number
             self.findings.count(f"cycle {number} is defined; it is not read", self.line)
+
+    def _shift(self, places: list[tuple[str, str, str]]) -> None:
+        """Shift the datum to places of axes, or by steps (I)."""
+        for step, axis, value in places:
+            number = LETTERS.index(axis)
+            before = float(self.state.offsets.g92[number]) if step else 0.0
+            self.state.offsets.shift({number: before + self.state.scaled(number, _value(value))})
+        self.state.set_offsets()
 
     def _change(self, tool: re.Match[str]) -> None:
         """TOOL CALL: another tool, or another speed of the same one."""
@@ -155,6 +189,8 @@ class Heidenhain(Interpreter):
 
     def _do_words(self, name: str, text: str) -> None:
         """A block of a path function, with its words."""
+        refuse(name in ("APPR", "DEP", "LN", "FL", "FCT", "FC", "FPOL", "SPL", "CTP"),
+               f"{name} is not read in a Heidenhain program; let the post write lines and arcs")  # fmt: skip
         places: dict[str, float] = {}
         turn, radius, feed, rapid, size, codes, at = 0, math.nan, math.nan, False, math.nan, list[int](), 0
         while at < len(text):
@@ -182,11 +218,10 @@ class Heidenhain(Interpreter):
                 size = _value(word["bare"])
         wrong = next((code for code in codes if code in _TURNED), 0)
         refuse(wrong, f"M{wrong} is not read in a Heidenhain program; let the post write places of the axes")
-        refuse(
-            self._cycle and {89, 99} & set(codes), f"M99 calls cycle {self._cycle}, which is not read; write its moves"
-        )
-        refuse(name in ("APPR", "DEP", "LN", "FL", "FCT", "FC", "FPOL", "SPL", "CTP"),
-               f"{name} is not read in a Heidenhain program; let the post write lines and arcs")  # fmt: skip
+        calls, given = {89, 99} & set(codes), self._given
+        refuse(calls and not self._cycle, "no cycle is defined for the call")
+        unread = self._cycle and self._cycle not in CYCLES
+        refuse(calls and unread, f"M99 calls cycle {self._cycle}, which is not read; write its moves")
         if not math.isnan(feed):
             self.state.set_feed(feed)
         said = [f"M{code}" for code in codes if code not in (_NO_PLACE, 89, 99, 2, 30)]
@@ -199,7 +234,14 @@ class Heidenhain(Interpreter):
         elif name == "CC":
             self._set_pole(places)
         elif places or name in ("C", "CP"):
-            self._move(name, places, turn, radius, rapid)
+            above = places.pop("Z", 0.0) if name == "POS" else 0.0  # a shift of the workpiece's surface
+            self._move("L" if name in ("POS", "CALL") else name, places, turn, radius, rapid)
+            given = self._given | {"Q203": self._given.get("Q203", 0.0) + above} if name == "POS" else given
+        if 89 in codes or 99 in codes:
+            self._calls = 89 in codes
+        if calls or (self._calls and places and name != "CC"):
+            drill(self._cycle, given, self.state, self.line, self.findings)
+            self._tangent = np.zeros(2)
         if {2, 30} & set(codes):
             super().run("M30", self.line)
 

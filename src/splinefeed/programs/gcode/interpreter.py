@@ -310,7 +310,7 @@ class Interpreter:
             block.m[:] = [code for code in block.m if code not in (3, 4, 5, 19)]
         if "T" in words:
             state.select(words["T"])
-        stop = "T" in words or ("S" in words and state.new_speed(words["S"]))
+        stop = ("S" in words and state.new_speed(words["S"])) or "T" in words
         said = [f"G{code // 10}" for code in (960, 970) if code in block.g]
         said += [f"{letter}{number(words.pop(letter))}" for letter in "ST" if letter in words]
         any_m = False
