@@ -91,8 +91,12 @@ class Machine:
 
     def wait(self, done, seconds: float, what: str) -> None:
         """Until done(status) or LinuxCNC complains; SystemExit after so many seconds."""
-        end = time.monotonic() + seconds
+        end, before, heard = time.monotonic() + seconds, 0, time.monotonic()
         while time.monotonic() < end:
+            if self.begin and self.count() != before:
+                before, heard = self.count(), time.monotonic()
+            if self.begin and time.monotonic() - heard > PATIENCE:
+                raise SystemExit(f"no sample for {PATIENCE:g} s: real time has ended")
             try:
                 self.status.poll()
             except linuxcnc.error:  # it is still starting
