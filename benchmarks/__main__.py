@@ -42,6 +42,7 @@ NAMES = (
     "live",
     "controller",
     "linuxcnc_motion",
+    "linuxcnc_reactions",
     "pages",
 )
 RESULTS = Path(__file__).with_name("results.json")

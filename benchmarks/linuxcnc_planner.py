@@ -340,6 +340,16 @@ def watched(
             seen.append(running.result()[0])
 
 
+def end_all(folder: Path) -> None:
+    """End what is left of a LinuxCNC whose home is a folder: parts of it leave its process group."""
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            if f"HOME={folder}".encode() in (process / "environ").read_bytes().split(b"\0"):
+                os.kill(int(process.name), signal.SIGKILL)
+        except OSError:  # it has ended, or belongs to somebody else
+            continue
+
+
 def session(
     folder: Path, files: dict[str, str], seconds: float, columns: int, *, complains: bool = False
 ) -> tuple[NDArray[np.float64], dict[str, Any]]:
@@ -371,6 +381,8 @@ def session(
             if isinstance(error, subprocess.TimeoutExpired):
                 raise LinuxcncError(f"LinuxCNC has not ended after {seconds + AROUND:g} s") from None
             raise
+        finally:
+            end_all(folder)
         said.seek(0)
         lines = [line.strip() for line in said if line.strip()]
     if not (folder / "out.json").exists():

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.paths.path import Path
-from splinefeed.records import LAW_COEFFICIENTS, Array, IntArray
+from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray, IntArray
 
 #: A piece takes so long, s, or so much of the path, mm, but never longer than the third, s.
 LONGEST, LONGEST_WAY, NEVER_LONGER = 0.010, 0.5, 0.050
@@ -51,6 +51,8 @@ class PlannedTrack:
         self.starts: list[float] = []
         self.curves: list[int] = []  # before each part
         self.count, self.length = 0, 0.0
+        self._begins: list[float] = []  # of each curve, mm
+        self._lines: list[bool] = []  # whether it is a straight line
         self._size: list[float] = []  # of each move that was pushed
         self._marks: list[tuple[float, int]] = []  # where moves begin, and their numbers
 
@@ -65,6 +67,8 @@ class PlannedTrack:
         self.starts.append(self.length)
         self.curves.append(self.count)
         self.moves.append(origins)
+        self._begins += (self.length + path.curve_starts[:-1]).tolist()
+        self._lines += [curve.degree == 1 and len(curve.control_points) == 2 for curve in path.curves]
         lengths, begins = np.diff(path.curve_starts), self.length + path.curve_starts[:-1]
         following = np.append(origins[1:], origins[-1] + 1)
         for begin, length, one, other in zip(
@@ -87,6 +91,11 @@ class PlannedTrack:
         places, numbers = np.array(self._marks).T
         at = np.clip(np.searchsorted(places, s + 1e-9, side="right") - 1, 0, None)
         return self.first + np.asarray(numbers[at], dtype=np.int64)
+
+    def straight(self, s: Array) -> BoolArray:
+        """Whether each place (n,), mm, lies within a straight line."""
+        at = np.clip(np.searchsorted(self._begins, s, side="right") - 1, 0, None)
+        return np.array(self._lines)[at]
 
     def part_at(self, s: float) -> int:
         """Which part a place is on."""
@@ -165,6 +174,8 @@ def quintics(track: PlannedTrack, begin: float, spans: Array, c: Array) -> Quint
     row = np.clip(np.searchsorted(starts, 0.5 * (low + high), side="right") - 1, 0, len(spans) - 1)
     way = np.abs(value(c[row], high - starts[row], 0) - value(c[row], low - starts[row], 0))
     parts = np.maximum(np.minimum((high - low) / LONGEST, way / LONGEST_WAY), (high - low) / NEVER_LONGER)
+    centre = begin + value(c[row], 0.5 * (low + high) - starts[row], 0)
+    parts = np.where(track.straight(centre), (high - low) / NEVER_LONGER, parts)  # there a quintic is the law itself
     n = np.maximum(np.ceil(parts - 1e-9), 1.0).astype(int)
     at = np.repeat(np.arange(len(n)), n)
     share = np.arange(len(at)) - np.repeat(np.cumsum(n) - n, n)

@@ -30,7 +30,6 @@ from splinefeed.paths.path import Marker, Path
 from splinefeed.paths.smoothing import Smoother
 from splinefeed.planner.horizon import State
 from splinefeed.planner.stream import LookAhead, MotionBlock
-from splinefeed.records import Array
 
 #: Moves that are taken at once; how long to wait for others that come with one, s.
 AT_ONCE, SETTLE = 200, 0.003
@@ -40,8 +39,9 @@ SILENCE, MANY = 0.050, 900
 AHEAD = 2.0
 #: With less certain motion than this ahead, s, what is known is planned, however little it is.
 HUNGRY = 0.4
-#: A change of the override is planned from a place so far ahead, s, when it has not changed for so long, s.
-BRANCH, STEADY = 0.10, 0.02
+#: A change of the override is planned when it has not changed for so long, s, from a place so far ahead, s: at least,
+#: at most, and so many times what planning took of late.
+STEADY, NEAREST, FARTHEST, TIMES = 0.01, 0.03, 0.15, 1.5
 #: Cells of a window, and curves that the smoother looks at in one go.
 WINDOW, SMOOTH = 60, 200
 #: The main loop is taken for dead after this, s.
@@ -56,7 +56,7 @@ class SentBatch:
     piece: int
     sure: Quintics
     stop: float  # where its last piece ends, mm
-    scale: Array  # of each piece
+    overrides: tuple[float, float, float]  # of feeds and rapid moves, and the largest velocity
 
 
 class PlannedMotion:
@@ -109,8 +109,7 @@ class PlannedMotion:
     def at_feeds(self, path: Path, origins: Any) -> Path:
         """A part under the feeds that hold now."""
         moves = np.array([self.moves[k] for k in origins.tolist()])
-        planner = self.planner
-        feeds, _ = feeds_of(moves, planner.mill, planner.feed_scale, planner.rapid_scale, planner.vlimit)
+        feeds, _ = feeds_of(moves, self.planner.mill, *self.planner.overrides)
         return path.with_feeds(feeds)
 
     def restart(self, s: float, state: State) -> None:
@@ -164,8 +163,9 @@ class Planner:
         self.read = int(wire.seg_done)
         self.epoch = -1
         self.stranded = False  # real time plays a stop, behind which to go on
-        self.feed_scale, self.rapid_scale, self.vlimit = 1.0, 1.0, math.inf
+        self.overrides = (1.0, 1.0, math.inf)  # under which it plans: of feeds and rapid moves, largest velocity
         self.changed, self.wanted = 0.0, (1.0, 1.0, math.inf)
+        self.takes = NEAREST  # how long it takes to plan a change of the override, s
         self.news = self.alive = self.clock()
         self.blocks = 0
         jerk = np.zeros(wires.AXES)
@@ -273,22 +273,23 @@ class Planner:
     # --- overrides --------------------------------------------------------------------------------------------------
 
     def _now(self) -> tuple[float, float, float]:
-        wire, last = self.wire, (self.feed_scale, self.rapid_scale)
+        wire, last = self.wire, self.overrides
         scales = [
-            now if now > 0.0 else before for now, before in zip((wire.feed_scale, wire.rapid_scale), last, strict=True)
+            now if now > 0.0 else before
+            for now, before in zip((wire.feed_scale, wire.rapid_scale), last[:2], strict=True)
         ]
         vlimit = float(wire.vlimit)
-        return scales[0], scales[1], vlimit if vlimit > 0.0 else self.vlimit
+        return scales[0], scales[1], vlimit if vlimit > 0.0 else last[2]
 
     def _settled(self) -> None:
-        self.feed_scale, self.rapid_scale, self.vlimit = self.wanted = self._now()
+        self.overrides = self.wanted = self._now()
 
     def _overrides(self) -> None:
         """Plan again where an override or the largest velocity has changed, and stays."""
         now = self._now()
         if now != self.wanted:
             self.wanted, self.changed = now, self.clock()
-        if now == (self.feed_scale, self.rapid_scale, self.vlimit) or self.run is None:
+        if now == self.overrides or self.run is None:
             return
         if self.clock() - self.changed < STEADY:
             return
@@ -310,19 +311,20 @@ class Planner:
         assert run is not None
         rate = float(wire.rate)
         piece = int(wire.piece_now)
-        old = (self.feed_scale, self.rapid_scale, self.vlimit)
+        old = self.overrides
         here = piece - batch.piece
         if not 0 <= here < len(batch.sure) or rate <= 0.05:
             return
         lowest = min(1.0, *(a / b for a, b in zip(now, old, strict=True) if math.isfinite(b)))
         if abs(rate - 1.0) > 1e-9 and abs(rate - lowest) > 1e-6:
             return  # it is still slowing down, or this kind of move does not heed the override that has changed
+        rate = 1.0 if abs(rate - 1.0) <= 1e-9 else lowest
         ahead = np.cumsum(batch.sure.span[here:]) / rate
-        at = here + int(np.searchsorted(ahead, BRANCH))
+        at = here + int(np.searchsorted(ahead, min(max(TIMES * self.takes, NEAREST), FARTHEST)))
         if at >= len(batch.sure) - 1:
             return  # too near to the end of what is certain: the next batch
         s, feed, acceleration = batch.sure.ends[at].tolist()
-        self.feed_scale, self.rapid_scale, self.vlimit = now
+        self.overrides, begun = now, time.monotonic()
         try:
             run.restart(s, State(feed * rate, acceleration * rate * rate))
             run.coming = run.look.blocks(whole=run.closed)
@@ -330,16 +332,16 @@ class Planner:
         except SplinefeedError:
             block = None
         if block is None:  # the motion of before goes on, slower where it must
-            self.feed_scale, self.rapid_scale, self.vlimit = old
-            self.changed = self.clock() + 10 * STEADY
-            self._go_on(run, batch)
+            self.overrides = old
+            self.changed = self.clock() + 20 * STEADY
+            self._go_on(run, self.sent[self.head - 1])
             return
         self.after = batch.piece + at
-        self._send(run, block, rate=rate if rate < 1.0 - 1e-9 else 1.0)
+        self._send(run, block, rate=rate)
+        self.takes += 0.3 * (time.monotonic() - begun - self.takes)
 
-    def _go_on(self, run: PlannedMotion, batch: SentBatch) -> None:
-        """Plan again behind the last batch that was sent."""
-        last = self.sent[self.head - 1]
+    def _go_on(self, run: PlannedMotion, last: SentBatch) -> None:
+        """Plan again behind a batch that was sent."""
         s, feed, acceleration = last.sure.ends[-1].tolist()
         with suppress(SplinefeedError):
             run.restart(s, State(feed, acceleration if feed > 0.0 else 0.0))
@@ -373,7 +375,7 @@ class Planner:
             raise SplinefeedError(f"{n} pieces of motion at once are more than the player holds")
         numbers = track.segments(middle)
         moves = np.array([run.moves[k] for k in (numbers - run.first).tolist()])
-        scale = feeds_of(moves, self.mill, self.feed_scale, self.rapid_scale, self.vlimit)[1]
+        scale = feeds_of(moves, self.mill, *self.overrides)[1]
         at = (self.piece + np.arange(n)) % wires.PIECES
         rows = wire.piece
         rows["c"][at] = 0.0
@@ -389,8 +391,8 @@ class Planner:
         row["from_rest"] = (1 if run.begins else 2) if still else 0
         row["after"], row["rate"], run.begins = max(self.after, 0), rate, False
         row["done"] = self.read if whole else int(track.segments(np.array([end]))[0])
-        row["vlimit"] = self.vlimit if math.isfinite(self.vlimit) else 1e9
-        self.sent[self.head] = SentBatch(track, self.piece, sure, end, scale)
+        row["vlimit"] = min(self.overrides[2], 1e9)
+        self.sent[self.head] = SentBatch(track, self.piece, sure, end, self.overrides)
         for k in [k for k in self.sent if k < int(wire.batch_now) - 1]:
             del self.sent[k]
         self.head += 1
@@ -409,7 +411,13 @@ class Planner:
         if why == wires.WHY_REFUSED and self.run is not None:
             raise SplinefeedError(f"the player refused the motion, {wire.said.decode('ascii', 'replace')}")
         if why == wires.WHY_LATE and self.run is not None and not int(wire.seg_clear) > self.run.first:
-            self.stranded = True
+            now = int(wire.batch_now)
+            playing = self.sent.get(now)
+            self.stranded = int(wire.state) != wires.MOVES or playing is None or playing.track is not self.run.track
+            if not self.stranded and playing is not None:  # it goes on as planned before: there is time to plan anew
+                self.sent = {k: batch for k, batch in self.sent.items() if k <= now}
+                self.overrides = playing.overrides
+                self._go_on(self.run, playing)
             return
         self.stranded = False
         self.read = max(self.read, int(wire.seg_clear))
