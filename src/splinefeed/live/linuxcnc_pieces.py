@@ -7,10 +7,15 @@ and acceleration of r(s(t)) at both ends.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
+from splinefeed.curves.editing import split
+from splinefeed.curves.flat import Flat
+from splinefeed.curves.packed import Packed
+from splinefeed.paths.parts import cut
 from splinefeed.paths.path import Path
 from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray, IntArray
 
@@ -68,7 +73,7 @@ class PlannedTrack:
         self.curves.append(self.count)
         self.moves.append(origins)
         self._begins += (self.length + path.curve_starts[:-1]).tolist()
-        self._lines += [curve.degree == 1 and len(curve.control_points) == 2 for curve in path.curves]
+        self._lines += ((path.flat.degrees == 1) & (np.diff(path.flat.point_starts) == 2)).tolist()
         lengths, begins = np.diff(path.curve_starts), self.length + path.curve_starts[:-1]
         following = np.append(origins[1:], origins[-1] + 1)
         for begin, length, one, other in zip(
@@ -135,6 +140,32 @@ class PlannedTrack:
                 if some.any():
                     out[mine[some]] = path.by_length(curve[some], u[some], side="left" if left else "right")
         return out
+
+
+def portions(path: Path, origins: IntArray, times: Array, most: float) -> list[tuple[Path, IntArray]]:
+    """A path in parts that take about so long, s, its long curves in pieces; with the origins of each part's curves.
+
+    origins, times  of each curve (curves,): the move that it begins on, and what it takes, s
+    """
+    counts = np.maximum(np.ceil(times / most - 1e-9), 1.0).astype(np.int64)
+    if np.any(counts > 1):
+        flat, done = path.flat, 0
+        made: list[Flat] = []
+        for i in np.flatnonzero(counts > 1).tolist():
+            made += [flat.part(done, i)] if i > done else []
+            low, high = flat.domains[i].tolist()
+            made.append(Flat.of(split(path.joined[i], *np.linspace(low, high, counts[i] + 1)[1:-1].tolist())))
+            done = i + 1
+        made += [flat.part(done, len(flat))] if done < len(flat) else []
+        starts = np.concatenate([[0], np.cumsum(counts)]).tolist()
+        markers = [replace(marker, before=starts[marker.before]) for marker in path.markers]
+        path = Path(Packed(Flat.joined(made)), path.axes, markers=markers, tolerance=path.tolerance)
+        origins, times = np.repeat(origins, counts), np.repeat(times / counts, counts)
+    number = np.floor((np.cumsum(times) - 0.5 * times) / most)
+    edges = [0, *(np.flatnonzero(np.diff(number)) + 1).tolist(), len(times)]
+    if len(edges) == 2:
+        return [(path, origins)]
+    return [(cut(path, low, high), origins[low:high]) for low, high in pairwise(edges)]
 
 
 def value(c: Array, t: Array, order: int) -> Array:

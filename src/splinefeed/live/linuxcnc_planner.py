@@ -24,7 +24,7 @@ from splinefeed.errors import PlanError, SplinefeedError
 from splinefeed.live import linuxcnc_wire as wires
 from splinefeed.live.linuxcnc_limits import Mill
 from splinefeed.live.linuxcnc_moves import BLEND, POINT, STOP, curve_of, feeds_of, size_of
-from splinefeed.live.linuxcnc_pieces import PlannedTrack, Quintics, quintics
+from splinefeed.live.linuxcnc_pieces import PlannedTrack, Quintics, portions, quintics
 from splinefeed.live.linuxcnc_wire import Wire
 from splinefeed.paths.path import Marker, Path
 from splinefeed.paths.smoothing import Smoother
@@ -37,6 +37,8 @@ AT_ONCE, SETTLE = 200, 0.003
 SILENCE, MANY = 0.050, 900
 #: Motion that is planned ahead, s: what a change of the override throws away.
 AHEAD = 2.0
+#: The path goes to look-ahead in parts that take so long, s, at the feeds of the program, and so far ahead, s.
+PORTION, KNOWN = 1.0, 3.0
 #: With less certain motion than this ahead, s, what is known is planned, however little it is.
 HUNGRY = 0.4
 #: A change of the override is planned when it has not changed for so long, s, from a place so far ahead, s: at least,
@@ -73,6 +75,9 @@ class PlannedMotion:
         self.moves: list[Any] = []  # all of them: an override that changes changes their feeds
         self.look = planner.look_ahead()
         self.base = 0  # curves of the track before the first that `look` knows
+        self.given = 0  # parts of the track that `look` knows, and before
+        self.times: list[float] = []  # what each part takes at the feeds of the program, s
+        self.done = 0.0  # up to where motion is certain, mm
         self.coming: Iterator[MotionBlock] | None = None
         self.planned = False  # all that came is planned to its end
         self.since = planner.clock()
@@ -102,9 +107,17 @@ class PlannedMotion:
 
     def _give(self, paths: list[Path]) -> None:
         for path, origins in zip(paths, self.smoother.origins, strict=True):
-            self.track.add(path, origins)
-            self.look.take(self.at_feeds(path, origins))
+            moves = np.array([self.moves[k] for k in origins.tolist()])
+            times = np.diff(path.curve_starts) / feeds_of(moves, self.planner.mill, 1.0, 1.0, math.inf)[0]
+            for part, own in portions(path, origins, times, PORTION):
+                self.track.add(part, own)
+                self.times.append(part.length / path.length * float(times.sum()))
         self.planned = False
+
+    def _offer(self) -> None:
+        """One more part of the path to look-ahead."""
+        self.look.take(self.at_feeds(self.track.parts[self.given], self.track.moves[self.given]))
+        self.given, self.planned = self.given + 1, False
 
     def at_feeds(self, path: Path, origins: Any) -> Path:
         """A part under the feeds that hold now."""
@@ -117,25 +130,30 @@ class PlannedMotion:
         track = self.track
         first = track.part_at(s)
         self.look = self.planner.look_ahead(State(state.feed, state.acceleration, max(s - track.starts[first], 0.0)))
-        self.base, self.coming, self.planned = track.curves[first], None, False
-        for path, origins in zip(track.parts[first:], track.moves[first:], strict=True):
-            self.look.take(self.at_feeds(path, origins))
+        self.base, self.given, self.done = track.curves[first], first, s
+        self.coming, self.planned = None, False
 
     def block(self, hungry: bool) -> MotionBlock | None:
         """The next block of motion, None where nothing more can be planned yet; hungry: not even a full window."""
-        if self.planned and self.coming is None:
-            if not hungry or self.closed or not self.track.parts:
-                return None
-            return next(self.look.blocks(early=True), None)
+        count = len(self.track.parts)
+        begun = self.track.part_at(self.done) if count else 0
         while True:
+            while self.given < count and (self.given <= begun or sum(self.times[begun : self.given]) < KNOWN):
+                self._offer()
+            if self.coming is None and self.planned:
+                if self.given < count:  # what is known is not enough for a window
+                    self._offer()
+                elif hungry and not self.closed and count:
+                    return next(self.look.blocks(early=True), None)
+                else:
+                    return None
             if self.coming is None:
-                self.coming, self.planned = self.look.blocks(whole=self.closed), True  # until more is given
+                whole = self.closed and self.given == count
+                self.coming, self.planned = self.look.blocks(whole=whole), True  # until more is given
             block = next(self.coming, None)
             if block is not None:
                 return block
             self.coming = None
-            if self.planned:
-                return None
 
 
 class Planner:
@@ -301,8 +319,8 @@ class Planner:
                 self._settled()
             return
         batch = self.sent.get(int(wire.batch_now))
-        if batch is None or batch.track is not run.track:
-            return
+        if batch is None or batch.track is not run.track or batch.overrides != self.overrides:
+            return  # it does not yet play what was planned last
         self._branch(batch, now)
 
     def _branch(self, batch: SentBatch, now: tuple[float, float, float]) -> None:
@@ -311,7 +329,7 @@ class Planner:
         assert run is not None
         rate = float(wire.rate)
         piece = int(wire.piece_now)
-        old = self.overrides
+        old = batch.overrides
         here = piece - batch.piece
         if not 0 <= here < len(batch.sure) or rate <= 0.05:
             return
@@ -327,12 +345,11 @@ class Planner:
         self.overrides, begun = now, time.monotonic()
         try:
             run.restart(s, State(feed * rate, acceleration * rate * rate))
-            run.coming = run.look.blocks(whole=run.closed)
-            block = next(run.coming, None)
+            block = run.block(hungry=True)
         except SplinefeedError:
             block = None
         if block is None:  # the motion of before goes on, slower where it must
-            self.overrides = old
+            self.overrides = batch.overrides
             self.changed = self.clock() + 20 * STEADY
             self._go_on(run, self.sent[self.head - 1])
             return
@@ -397,7 +414,7 @@ class Planner:
             del self.sent[k]
         self.head += 1
         wire.store("batch_head", self.head)
-        self.after = self.piece + len(sure) - 1
+        self.after, run.done = self.piece + len(sure) - 1, float(sure.ends[-1, 0])
         self.piece += n
         self.blocks += 1
 
