@@ -50,7 +50,7 @@ def measure() -> Report:
     notes = (
         "Axes of 60 mm/s, 1,000 mm/s^2 and, for splinefeed, 50,000 mm/s^3, where nothing else is said; LinuxCNC 2.9 "
         "knows no jerk. From the call of LinuxCNC's Python interface, its way to the task included; the longest of 6 "
-        "pauses, 3 overrides, 6 MDI moves; the median of 12 standstills. Override: until the feed is within 1 % for 0.2 s "
+        "pauses, 3 overrides, 6 MDI moves; the median of 12 standstills. Override: until the feed is within 1 % to stay "
         "(40 mm/s at 100 %). Pocket: from first to last motion.",
     )
     met = [name for name, _, ours, most in rows if float(ours) <= float(most)]  # type: ignore[arg-type]
@@ -79,7 +79,7 @@ def pauses(program: str, mill: Mill) -> float:
 
 
 def settled(mill: Mill, before: int, after: int) -> float:
-    """From a change of the feed override to the new feed, within 1 % of it for 0.2 s, s: the longest of three."""
+    """From a change of the feed override to the new feed, within 1 % of it to stay, s: the longest of three."""
     actions = ",".join(f"{0.4 + 1.6 * k:.2f}:feed={before},{1.2 + 1.6 * k:.2f}:feed={after}" for k in range(3))
     found = run(HEAD + "G1 X600 F2400\nM2\n", mill, actions=f"{actions},5.5:feed=150")
     v, longest = speed(found), []

@@ -105,7 +105,7 @@ class Machine:
         """Start a planner."""
         self._tell()
         self.planner = Planner(
-            self.wire, self.mill, self.reserve, say=self.said.append, waits=lambda: self.waits,
+            self.wire, self.mill, self.reserve, say=self.said.append, waits=lambda: 0.0 if self.waits else np.inf,
             clock=lambda: PERIOD * len(self.rows),
         )  # fmt: skip
         self.lib.player_listen(self.me, PERIOD)

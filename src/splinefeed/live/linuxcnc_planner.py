@@ -46,6 +46,8 @@ HUNGRY = 0.4
 STEADY, NEAREST, FARTHEST, TIMES = 0.01, 0.03, 0.15, 1.5
 #: Cells of a window, and curves that the smoother looks at in one go.
 WINDOW, SMOOTH = 60, 200
+#: A child that watches LinuxCNC's task is started again after this, s.
+AGAIN = 0.2
 #: The main loop is taken for dead after this, s.
 DEAD = 8.0
 
@@ -160,12 +162,13 @@ class Planner:
     """Plans for one LinuxCNC as long as it runs.
 
     mill, limits  of the machine; reserve  share of the acceleration that is kept for pause and override
-    say  takes each message; waits  whether LinuxCNC's task waits for motion, None where nobody knows
+    say  takes each message
+    waits  since when LinuxCNC's task waits for motion, s by the clock; inf while it goes on, None where nobody knows
     """
 
     def __init__(
         self, wire: Wire, mill: Mill, reserve: float, *, window: int = WINDOW, smooth: int = SMOOTH,
-        say: Callable[[str], None] = print, waits: Callable[[], bool | None] = lambda: None,
+        say: Callable[[str], None] = print, waits: Callable[[], float | None] = lambda: None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:  # fmt: skip
         self.wire, self.mill, self.window, self.smooth, self.say, self.waits = wire, mill, window, smooth, say, waits
@@ -184,7 +187,7 @@ class Planner:
         self.overrides = (1.0, 1.0, math.inf)  # under which it plans: of feeds and rapid moves, largest velocity
         self.changed, self.wanted = 0.0, (1.0, 1.0, math.inf)
         self.takes = NEAREST  # how long it takes to plan a change of the override, s
-        self.news = self.alive = self.clock()
+        self.news = self.seen = self.alive = self.clock()  # `seen`: when the last moves were there
         self.blocks = 0
         jerk = np.zeros(wires.AXES)
         jerk[mill.columns] = mill.jerk * self.inverse
@@ -232,13 +235,14 @@ class Planner:
             self._go_on_at_rest()
             return not self.stranded
         self._overrides()
+        ended = self._ended()
         fresh = self._take()
         run = self.run
         if run is None:
             return fresh
         if fresh:
             self.news = self.clock()
-        elif not run.closed and self._ended():
+        elif not run.closed and ended:
             run.close()
         ahead = self.ahead()
         if ahead > AHEAD:
@@ -253,16 +257,14 @@ class Planner:
     def _take(self) -> bool:
         """Moves into the run that is open; into another one when that has been played to its end."""
         wire = self.wire
-        head = int(wire.seg_head)
+        now, head = self.clock(), int(wire.seg_head)
         if head == self.read:
             return False
         if self.run is not None and self.run.closed:
             if int(wire.state) != wires.REST or int(wire.seg_done) < self.read:
                 return False
             self.run = None
-        if self.run is None:
-            time.sleep(SETTLE)  # a program comes line by line
-            head = int(wire.seg_head)
+        self.seen = now
         count = min(head - self.read, AT_ONCE)
         moves = np.array([wire.segment[k % wires.SEGMENTS] for k in range(self.read, self.read + count)])
         waits = (moves["atspeed"] != 0) | (moves["indexer"] >= 0)  # such a move begins at rest
@@ -281,12 +283,12 @@ class Planner:
         return True
 
     def _ended(self) -> bool:
-        """Whether nothing else comes before motion is over."""
-        silent = self.clock() - self.news
-        if self.waits() and silent > SETTLE:
+        """Whether nothing else comes before motion is over: looked at before the moves that came are."""
+        since, now = self.waits(), self.clock()
+        if since is not None and since < now and (since > self.seen or now - self.news > SETTLE):
             return True
         full = int(self.wire.seg_head) - int(self.wire.seg_done) > MANY
-        return silent > SILENCE and not full
+        return now - self.news > SILENCE and not full
 
     # --- overrides --------------------------------------------------------------------------------------------------
 
@@ -480,29 +482,31 @@ class Heart:
 class TaskWatch:
     """Whether LinuxCNC's task waits for motion to end, as a child in LinuxCNC's Python sees it."""
 
-    def __init__(self, python: str) -> None:
-        self.waiting: bool | None = None
+    def __init__(self, python: str, home: str | None = None) -> None:
+        self.waiting: float | None = None  # since when, by the monotonic clock; inf while it goes on
         program = files("splinefeed.live").joinpath("linuxcnc_task.py").read_text(encoding="utf-8")
-        self._child = None
-        if os.path.exists(python):
-            self._child = subprocess.Popen(
-                [python, "-c", program],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                text=True,
-            )
-            threading.Thread(target=self._listen, daemon=True).start()
+        self._words = [python, "-c", program]
+        self._environment = os.environ if home is None else {**os.environ, "HOME": home}
+        self._child: subprocess.Popen[str] | None = None
+        self._ends = not os.path.exists(python)
+        threading.Thread(target=self._listen, daemon=True).start()
 
     def _listen(self) -> None:
-        assert self._child is not None
-        assert self._child.stdout is not None
-        for line in self._child.stdout:
-            self.waiting = line.strip() == "waits"
-        self.waiting = None
+        while not self._ends:  # it ends where LinuxCNC was not there yet, and never sees it then
+            self._child = subprocess.Popen(
+                self._words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+                env=self._environment,
+            )  # fmt: skip
+            assert self._child.stdout is not None
+            for line in self._child.stdout:
+                self.waiting = float(line)
+            self.waiting = None
+            self._child.wait()
+            time.sleep(AGAIN)
 
     def stop(self) -> None:
         """End the child."""
+        self._ends = True
         if self._child is not None:
             assert self._child.stdin is not None
             self._child.stdin.close()
@@ -545,7 +549,7 @@ def serve(
             waiting = True
             time.sleep(0.05)
             continue
-        task = TaskWatch(python)
+        task = TaskWatch(python, wires.home(wire.ident))
         planner = Planner(wire, mill, reserve, say=say, waits=lambda task=task: task.waiting, **how)  # type: ignore[misc]
         heart = Heart(planner)
         say("LinuxCNC is here")

@@ -1,6 +1,7 @@
 """Runs in LinuxCNC's own Python: tells when its task waits for motion to end, so that no further move comes before.
 
-Prints `waits` and `goes` as that changes, until its input ends. Nothing of splinefeed is imported here.
+Prints as that changes, until its input ends: since when it waits, s of the system's monotonic clock, or `inf` while it
+goes on. Nothing of splinefeed is imported here.
 """
 
 import select
@@ -11,7 +12,9 @@ from typing import Any
 
 linuxcnc: Any = import_module("linuxcnc")
 #: How often the task is looked at, s; how long to wait for one that does not answer, s.
-EVERY, AWAY = 0.002, 0.5
+EVERY, AWAY = 0.001, 0.1
+#: A command that was typed is taken for whole when its queue has not changed for so long, s.
+QUIET = 0.010
 
 
 def waits(status: Any) -> bool:
@@ -21,26 +24,37 @@ def waits(status: Any) -> bool:
         linuxcnc.EXEC_WAITING_FOR_MOTION_AND_IO,
     ):
         return True
-    idle = status.interp_state == linuxcnc.INTERP_IDLE and status.exec_state == linuxcnc.EXEC_DONE
-    return bool(idle and status.queue > 0)
+    return bool(
+        status.interp_state == linuxcnc.INTERP_IDLE and status.exec_state == linuxcnc.EXEC_DONE and status.queue
+    )
+
+
+def by_hand(status: Any) -> bool:
+    """Whether a command that was typed moves: nothing tells whether it has more to come but that nothing comes."""
+    return bool(status.task_mode == linuxcnc.MODE_MDI and status.exec_state == linuxcnc.EXEC_DONE and status.queue)
 
 
 def main() -> None:
     """Watch until nobody listens."""
-    status, before = None, None
-    while not select.select([sys.stdin], [], [], 0)[0]:
+    status, before, queue, since = None, None, 0, 0.0
+    while not select.select([sys.stdin], [], [], EVERY)[0]:
         try:
             status = status or linuxcnc.stat()
             status.poll()
-        except (linuxcnc.error, SystemError):  # it has not begun, or has ended
+        except linuxcnc.error:  # it has not begun, or has ended
+            status = None
+        except SystemError:  # it has no tool data yet, and this process will never see them
+            return
+        if status is None or not status.task_state:  # or it has begun anew, with memory of its own
             status = None
             time.sleep(AWAY)
             continue
-        now = waits(status)
+        if status.queue != queue:
+            queue, since = status.queue, time.monotonic()
+        now = waits(status) or (by_hand(status) and time.monotonic() - since > QUIET)
         if now != before:
-            print("waits" if now else "goes", flush=True)
+            print(time.monotonic() if now else "inf", flush=True)
             before = now
-        time.sleep(EVERY)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,10 @@ from __future__ import annotations
 import ctypes
 import ctypes.util
 import errno
+import os
 import platform
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -130,6 +133,18 @@ def users(ident: int) -> int:
             if int(row["shmid"]) == ident:
                 return int(row["nattch"])
     return 0
+
+
+def home(ident: int) -> str | None:
+    """The home folder of the LinuxCNC that has the shared memory, where its status is; None where that is not told."""
+    for process in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):  # it has ended, or belongs to somebody else
+            maps = (process / "maps").read_text(encoding="ascii", errors="replace").splitlines()
+            inside = any(f"/SYSV{KEY:08x}" in line and line.split()[4] == str(ident) for line in maps)
+            if inside and int(process.name) != os.getpid():
+                words = (process / "environ").read_bytes().split(b"\0")
+                return next((os.fsdecode(word[5:]) for word in words if word.startswith(b"HOME=")), None)
+    return None
 
 
 def attached(ident: int) -> Wire | None:
