@@ -433,7 +433,7 @@ class Planner:
             now = int(wire.batch_now)
             playing = self.sent.get(now)
             self.stranded = int(wire.state) != wires.MOVES or playing is None or playing.track is not self.run.track
-            if not self.stranded and playing is not None:  # it goes on as planned before: there is time to plan anew
+            if not self.stranded and playing is not None:  # it goes on as planned before: there is time to plan again
                 self.sent = {k: batch for k, batch in self.sent.items() if k <= now}
                 self.overrides = playing.overrides
                 self._go_on(self.run, playing)

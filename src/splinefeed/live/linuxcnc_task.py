@@ -45,7 +45,7 @@ def main() -> None:
             status = None
         except SystemError:  # it has no tool data yet, and this process will never see them
             return
-        if status is None or not status.task_state:  # or it has begun anew, with memory of its own
+        if status is None or not status.task_state:  # or it has begun again, with memory of its own
             status = None
             time.sleep(AWAY)
             continue

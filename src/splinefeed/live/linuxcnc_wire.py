@@ -136,7 +136,7 @@ def users(ident: int) -> int:
 
 
 def home(ident: int) -> str | None:
-    """The home folder of the LinuxCNC that has the shared memory, where its status is; None where that is not told."""
+    """The home folder of the LinuxCNC that has the shared memory, where its status is; None where that is not known."""
     for process in Path("/proc").glob("[0-9]*"):
         with suppress(OSError):  # it has ended, or belongs to somebody else
             maps = (process / "maps").read_text(encoding="ascii", errors="replace").splitlines()
