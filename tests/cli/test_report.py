@@ -48,6 +48,19 @@ def test_what_cannot_be_reported_on(splinefeed, folder):
     assert "has no setpoints that can be read again" in splinefeed("report", "odd").stderr
 
 
+def test_setpoints_whose_times_fall_are_refused_with_the_tick(splinefeed, folder):
+    words = ("circle?radius=2", "--feed", "60", "--accel", "500", "--jerk", "20000", "--period", "5ms")
+    assert splinefeed("run", *words, "--format", "csv", "--no-figures", "-o", "out").exit_code == 0
+    page = json.loads((folder / "out/run.json").read_text())
+    (folder / "out/run.json").write_text(json.dumps({**page, "sha256": {}}))
+    lines = (folder / "out/setpoints.csv").read_text().splitlines()
+    lines[8] = "59.5," + lines[8].partition(",")[2]
+    (folder / "out/setpoints.csv").write_text("\n".join([*lines, ""]))
+    result = splinefeed("report", "out")
+    assert result.exit_code == 2 and result.stderr.count("\n") == 1
+    assert "out/setpoints.csv: t[6] is 0.03 s, behind 59.5 s; times must grow" in result.stderr
+
+
 @pytest.mark.slow
 def test_changed_folders_of_a_run_are_reported_or_refused_in_one_line(splinefeed, folder):
     words = ("circle?radius=2", "--feed", "60", "--accel", "500", "--jerk", "20000", "--period", "5ms")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -62,9 +64,11 @@ def report(say: Say, folder: str, output: str | None, machine: str | None) -> Pa
         moved = on_its_machine(path_of(settings, {"source": None}, str(file))[0], settings, machine, limits)
     say("measuring and checking")
     ticks = check_ticks(law, period, MOST_IN_CHUNKS)
-    run = measured(moved, limits, law, partial(load_chunks, file), ticks)
+    run = measured(moved, limits, law, partial(_in_order, file), ticks)
     there = (place / files.RESPONSE).is_file()
     responses = {run.kept.method: sf.load(place / files.RESPONSE, sf.Response)} if there else {}
+    for response in responses.values():
+        _check_times(place / files.RESPONSE, response.t)
     page: dict[str, Any] = {**said, **plain(run.numbers())}
     results = [sf.MethodResult(**each) for each in said.get("methods", [])]
     target = Path(output) if output else place / files.REPORT
@@ -72,3 +76,22 @@ def report(say: Say, folder: str, output: str | None, machine: str | None) -> Pa
     drawn = files.of_run(run, responses, str(page.get("machine", "")))
     write_text(target, html.page(run, page, drawn, results))
     return {**page, "files": [str(target)]}
+
+
+def _in_order(file: Path, rows: int) -> Iterator[sf.Setpoints]:
+    """Setpoints of a file in pieces; FormatError where times do not grow from tick to tick."""
+    from splinefeed.formats.setpoints import load_chunks
+
+    last = -math.inf
+    for part in load_chunks(file, rows):
+        _check_times(file, part.t, last)
+        last = float(part.t[-1])
+        yield part
+
+
+def _check_times(file: Path, t: Any, last: float = -math.inf) -> None:
+    before = last
+    for tick, after in enumerate(t.tolist()):
+        if after <= before:
+            raise FormatError(f"{file}: t[{tick}] is {after:g} s, behind {before:g} s; times must grow")
+        before = after
