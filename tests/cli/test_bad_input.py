@@ -168,3 +168,9 @@ def test_a_law_goes_to_a_file_that_can_be_written(refused, folder):
     assert refused("plan", "smooth.json", "-o", "law.txt").startswith("law.txt: ")
     (folder / "laws.h5").mkdir()
     assert refused("plan", "smooth.json", "-o", "laws.h5") == "laws.h5: is a folder; give the name of a file"
+
+
+def test_of_thousands_of_problems_the_first_are_printed(splinefeed, folder):
+    (folder / "limits.toml").write_text("\n".join(f"[a{k}]" for k in range(3000)))
+    said = splinefeed("plan", "smooth.json", "--limits", "limits.toml").stderr.splitlines()
+    assert len(said) == 32 and said[0].endswith("3000 errors") and said[-1] == "  and 2970 more"

@@ -48,17 +48,22 @@ def test_what_cannot_be_reported_on(splinefeed, folder):
     assert "has no setpoints that can be read again" in splinefeed("report", "odd").stderr
 
 
-def test_setpoints_whose_times_fall_are_refused_with_the_tick(splinefeed, folder):
+@pytest.mark.parametrize(
+    ("column", "text", "reason"),
+    [(0, "59.5", "t[6] is 0.03 s, behind 59.5 s; times must grow"), (1, "6", "is on curve 6; the path has 1 curve(s)")],
+)
+def test_setpoints_of_no_run_are_refused_in_one_line(splinefeed, folder, column, text, reason):
     words = ("circle?radius=2", "--feed", "60", "--accel", "500", "--jerk", "20000", "--period", "5ms")
     assert splinefeed("run", *words, "--format", "csv", "--no-figures", "-o", "out").exit_code == 0
     page = json.loads((folder / "out/run.json").read_text())
     (folder / "out/run.json").write_text(json.dumps({**page, "sha256": {}}))
     lines = (folder / "out/setpoints.csv").read_text().splitlines()
-    lines[8] = "59.5," + lines[8].partition(",")[2]
+    numbers = lines[8].split(",")
+    lines[8] = ",".join([*numbers[:column], text, *numbers[column + 1 :]])
     (folder / "out/setpoints.csv").write_text("\n".join([*lines, ""]))
     result = splinefeed("report", "out")
     assert result.exit_code == 2 and result.stderr.count("\n") == 1
-    assert "out/setpoints.csv: t[6] is 0.03 s, behind 59.5 s; times must grow" in result.stderr
+    assert "out/setpoints.csv: " in result.stderr and reason in result.stderr
 
 
 @pytest.mark.slow

@@ -478,3 +478,17 @@ def test_a_file_cut_anywhere_is_refused_or_whole(tmp_path: Path, data_dir: Path,
             assert found == whole
         with contextlib.suppress(SplinefeedError):
             read_all(file, repair=True)
+
+
+def test_scales_of_blocks_within_blocks_are_bounded(tmp_path: Path) -> None:
+    def insert(name: str) -> str:
+        return f"0\nINSERT\n8\n0\n2\n{name}\n10\n0\n20\n0\n41\n1e90\n42\n1e90\n"
+
+    line = "0\nLINE\n8\n0\n10\n0\n20\n0\n11\n1\n21\n1\n"
+    inner = {"a": insert("b"), "b": insert("c"), "c": insert("d"), "d": line}
+    blocks = "".join(f"0\nBLOCK\n2\n{k}\n70\n0\n10\n0\n20\n0\n{text}0\nENDBLK\n" for k, text in inner.items())
+    (file := tmp_path / "a.dxf").write_text(
+        f"0\nSECTION\n2\nBLOCKS\n{blocks}0\nENDSEC\n0\nSECTION\n2\nENTITIES\n{insert('a')}0\nENDSEC\n0\nEOF\n"
+    )
+    with pytest.raises(FormatError, match="its scale, with those above it, is too large"):
+        read_all(file)

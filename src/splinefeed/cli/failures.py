@@ -26,6 +26,8 @@ INTERRUPTED = 130
 NO_READER = 141
 #: The signals that this command got: a library may make an error of its own of what `on_signal` raises within it.
 signalled: list[int] = []
+#: Most problems of a file that are printed.
+MOST_PROBLEMS = 30
 #: Time after which a signal that came to nothing is sent again, s.
 AGAIN = 1e-3
 
@@ -125,6 +127,8 @@ def _say(text: str, code: int, error: BaseException | None = None) -> int:
         raise error
     # a file with several faults: its name and their number, then one line each
     lines = text.split("\n") if len(getattr(error, "problems", ())) > 1 else [" ".join(text.split())]
+    if len(lines) > MOST_PROBLEMS + 1:
+        lines[MOST_PROBLEMS + 1 :] = [f"  and {len(lines) - MOST_PROBLEMS - 1} more"]
     with suppress(OSError):
         print("splinefeed: " + "\n".join(map(visible, lines)), file=sys.stderr)
     return code

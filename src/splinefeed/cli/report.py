@@ -8,6 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers
@@ -64,7 +66,7 @@ def report(say: Say, folder: str, output: str | None, machine: str | None) -> Pa
         moved = on_its_machine(path_of(settings, {"source": None}, str(file))[0], settings, machine, limits)
     say("measuring and checking")
     ticks = check_ticks(law, period, MOST_IN_CHUNKS)
-    run = measured(moved, limits, law, partial(_in_order, file), ticks)
+    run = measured(moved, limits, law, partial(_in_order, file, len(moved.curves)), ticks)
     there = (place / files.RESPONSE).is_file()
     responses = {run.kept.method: sf.load(place / files.RESPONSE, sf.Response)} if there else {}
     for response in responses.values():
@@ -78,14 +80,18 @@ def report(say: Say, folder: str, output: str | None, machine: str | None) -> Pa
     return {**page, "files": [str(target)]}
 
 
-def _in_order(file: Path, rows: int) -> Iterator[sf.Setpoints]:
-    """Setpoints of a file in pieces; FormatError where times do not grow from tick to tick."""
+def _in_order(file: Path, curves: int, rows: int) -> Iterator[sf.Setpoints]:
+    """Setpoints of a file in pieces; FormatError where times do not grow, or on a curve that the path does not have."""
     from splinefeed.formats.setpoints import load_chunks
 
     last = -math.inf
     for part in load_chunks(file, rows):
         _check_times(file, part.t, last)
         last = float(part.t[-1])
+        beyond = (part.curve < 0) | (part.curve >= curves)
+        if beyond.any():
+            number = int(part.curve[np.argmax(beyond)])
+            raise FormatError(f"{file}: a setpoint is on curve {number}; the path has {curves} curve(s), from 0")
         yield part
 
 

@@ -23,6 +23,7 @@ from splinefeed.files.sizes import MAX_DRAWING_CURVES
 from splinefeed.files.source import in_brief
 from splinefeed.formats.drawing import BROKEN, Drawing
 from splinefeed.formats.dxf_tags import Entity
+from splinefeed.numbers import MOST
 from splinefeed.records import Array
 
 #: Blocks within blocks; drawings of people have three or four.
@@ -357,6 +358,8 @@ class EntityReader:
             inner = matrix, frame[:3, 3] - matrix @ block.base
             if place is not None:
                 inner = place[0] @ matrix, place[0] @ inner[1] + place[1]
+            if max(np.abs(inner[0]).max(), np.abs(inner[1]).max()) > MOST**0.5:  # of it times a place
+                raise self._error(entity, f"block {name[:40]!r}: its scale, with those above it, is too large")
             self.read(block.entities, inner, layer, (*above, key))
 
 

@@ -22,6 +22,8 @@ from splinefeed.records import Array, IntArray, Points, check_finite, frozen_arr
 
 #: Most points that are fitted at once.
 MAX_POINTS = 1_000_000
+#: Between more corners than this, which is what places in no order come to, curves take fewer rounds to be fair.
+MANY_CORNERS = 500
 #: Corners are measured over arms of at least this many tolerances.
 ARM = 10.0
 #: Two neighbouring chords that turn by more than this, rad, may be a corner.
@@ -102,7 +104,8 @@ def fit(
         curves = [smooth_curve_of_many(local, allowed, degree, periodic=True).with_clamped_ends()]
     else:
         cuts = [0, *corners, len(local) - 1]
-        curves = [smooth_curve_of_many(local[a : b + 1], allowed, degree) for a, b in pairwise(cuts)]
+        brief = len(cuts) > MANY_CORNERS
+        curves = [smooth_curve_of_many(local[a : b + 1], allowed, degree, brief=brief) for a, b in pairwise(cuts)]
     curves = [curve.transformed(1.0, middle) for curve in curves]
     error = float(np.max(distances(curves, data)))
     if error > allowed:
@@ -136,8 +139,9 @@ def _closed_with_corners(points: Array, corners: IntArray, tolerance: float, deg
     """Curves round a contour, parted at its corners and, smoothly, at its first point, where they begin and end."""
     count = len(points)
     curves: list[NurbsCurve] = []
+    brief = len(corners) > MANY_CORNERS
     for a, b in zip(corners, [*corners[1:], corners[0] + count], strict=True):
-        curve = smooth_curve_of_many(points[np.arange(a, b + 1) % count], tolerance, degree)
+        curve = smooth_curve_of_many(points[np.arange(a, b + 1) % count], tolerance, degree, brief=brief)
         if b <= count:
             curves.append(curve)
             continue

@@ -52,18 +52,21 @@ WORK, MANY_WORK = (3, 20, len(MORE)), (1, 6, 1)
 PLACES, SWING = 6, 0.01
 
 
-def smooth_curve(points: Array, tolerance: float, degree: int, periodic: bool = False) -> NurbsCurve:
+def smooth_curve(
+    points: Array, tolerance: float, degree: int, periodic: bool = False, brief: bool = False
+) -> NurbsCurve:
     """One curve on [0, 1] near distinct points (n, axes); through both ends exactly, unless periodic.
 
-    Parameters begin as summed chords. Without guarantee: the caller measures the remaining distance.
+    Parameters begin as summed chords. Without guarantee: the caller measures the remaining distance. `brief`, as for
+    very many points, it takes fewer rounds to be fair.
     """
     if len(points) == 2:
         return NurbsCurve.bezier(np.linspace(points[0], points[1], degree + 1))
     u = _shares(_chords(points, periodic))[: len(points)]
     spans = 1 if not periodic else 2 ** int(np.ceil(np.log2(degree + 1)))
     grid = np.linspace(0.0, 1.0, spans + 1)
-    many = len(points) > (1 + MANY_ROUNDS) * MANY
-    renewals, fairings, trials = MANY_WORK if many else WORK
+    brief = brief or len(points) > (1 + MANY_ROUNDS) * MANY
+    renewals, fairings, trials = MANY_WORK if brief else WORK
     strengths = list(STRENGTHS)
     for _ in range(ROUNDS):
         space = SplineSpace(degree, grid, periodic)
@@ -91,11 +94,13 @@ def smooth_curve(points: Array, tolerance: float, degree: int, periodic: bool = 
     return curve
 
 
-def smooth_curve_of_many(points: Array, tolerance: float, degree: int, periodic: bool = False) -> NurbsCurve:
+def smooth_curve_of_many(
+    points: Array, tolerance: float, degree: int, periodic: bool = False, brief: bool = False
+) -> NurbsCurve:
     """As `smooth_curve`, from MANY of the points if there are more, and those that are then too far off."""
     count = len(points)
     if count <= MANY:
-        return smooth_curve(points, tolerance, degree, periodic)
+        return smooth_curve(points, tolerance, degree, periodic, brief)
     chosen = np.zeros(count, dtype=bool)
     chosen[np.linspace(0, count - 1, MANY).astype(np.int64)] = True
     for _ in range(MANY_ROUNDS):
