@@ -99,7 +99,8 @@ TEXTS = {
     "heidenhain": (
         "0 BEGIN PGM PART MM\n1 BLK FORM 0.1 Z X+0 Y+0 Z-20\n2 TOOL CALL 5 Z S3000 F500\n3 L X+10 Y+5 R0 FMAX M3\n"
         "4 FN 0: Q1 = +12.5\n5 L X+Q1 IY+2 F300\n6 CC X+20 Y+7\n7 C X+27.5 Y+7 DR+\n8 LP PR+10 PA+45\n"
-        "9 CR X+50 Y+0 R+35 DR-\n10 LBL 1\n11 L IX+1 IY-1\n11 CALL LBL 1 REP 2\n12 RND R2\n13 CYCL DEF 9.0 DWELL TIME\n"
+        "9 CR X+50 Y+0 R+35 DR-\n10 LBL 1\n11 L IX+1 IY-1\n12 RND R0.2\n13 L IX+1 IY+1\n11 CALL LBL 1 REP 2\n"
+        "13 CYCL DEF 9.0 DWELL TIME\n"
         "14 CYCL DEF 9.1 DWELL 0.5\n15 L Z+50 R0 FMAX M30\n16 END PGM PART MM\n",
     ),
     "siemens": (
@@ -345,7 +346,7 @@ def reader(kind: str, folder: Path) -> Callable[[Path, bool], Any]:
         function = attrgetter(name)(import_module(f"splinefeed.{module}"))
         return lambda file, repair: function(file)
     modules = {"json": "json_curve", "3dm": "threedm"}
-    name = "programs.gcode" if kind in DIALECTS else f"formats.{modules.get(kind, kind)}"
+    name = "programs.gcode" if kind in (*DIALECTS, "gcode") else f"formats.{modules.get(kind, kind)}"
     module = next(each for each in FORMATS if each.module == name)
     takes_repair = kind not in ("json", "airfoil")
 
@@ -363,7 +364,7 @@ class Coverage:
     Only what reads is watched (formats, machine, sweeps, robots): a fit or a search is not led to by a file's words.
     """
 
-    ROOMS = tuple(f"/splinefeed/{room}/" for room in ("formats", "machine", "sweeps", "robots"))
+    ROOMS = tuple(f"/splinefeed/{room}/" for room in ("formats", "programs", "files", "machine", "sweeps", "robots"))
 
     def __init__(self) -> None:
         self.lines: set[tuple[Any, int]] = set()

@@ -53,9 +53,11 @@ def trapezoid(length: float, low: float, high: float, top: float, a: float) -> f
     return (2 * peak - low - high) / a + (length - way) / peak
 
 
-def lookahead(lengths: list[float], tops: list[float], corners: list[float], a: float, seen: int) -> list[float]:
-    """The squares of the speeds at the ends of all moves, each decided when its move begins."""
-    ends, now = [], 0.0
+def lookahead(
+    lengths: list[float], tops: list[float], corners: list[float], a: float, seen: int, first: float = 0.0
+) -> list[float]:
+    """The squares of the speeds at the start of the first and at the ends of all moves, each decided when it begins."""
+    ends, now = [], first**2
     for k in range(len(lengths)):
         window = range(k, min(k + seen, len(lengths)))
         back, behind = 0.0, {}
@@ -64,15 +66,21 @@ def lookahead(lengths: list[float], tops: list[float], corners: list[float], a: 
                 back = min(back, corners[i] ** 2, tops[i] ** 2, tops[i + 1] ** 2)
             behind[i] = back
             back += 2 * a * lengths[i]
+        if k == 0:
+            now = min(now, tops[0] ** 2, behind[0] + 2 * a * lengths[0])
+            ends.append(now)
         now = min(behind[k], now + 2 * a * lengths[k])
         ends.append(now)
     return ends
 
 
-def total(lengths: list[float], tops: list[float], corners: list[float], a: float, seen: int) -> float:
+def total(
+    lengths: list[float], tops: list[float], corners: list[float], a: float, seen: int, first: float = 0.0
+) -> float:
     """Seconds of all moves."""
-    ends = lookahead(lengths, tops, corners, a, seen)
-    starts = [0.0, *ends[:-1]]
+    starts = lookahead(lengths, tops, corners, a, seen, first)
+    ends = starts[1:]
+    del starts[-1]
     return sum(
         trapezoid(length, math.sqrt(low), math.sqrt(high), top, a)
         for length, low, high, top in zip(lengths, starts, ends, tops, strict=True)
@@ -105,8 +113,7 @@ def klipper(moves: list[Move], a: float, corner: float, ratio: float) -> float:
         corners[k] = min(corners[k], *(math.sqrt(a * lengths[i] / 2 * tangent) for i in (k, k + 1)))
     if ratio:
         soft = (1 - ratio) * a
-        ends = lookahead(lengths, tops, corners, soft, len(moves))
-        starts = [0.0, *ends[:-1]]
+        *starts, _ = _, *ends = lookahead(lengths, tops, corners, soft, len(moves))
         peaks = [
             min(top**2, (2 * soft * length + low + high) / 2)
             for length, low, high, top in zip(lengths, starts, ends, tops, strict=True)
@@ -124,13 +131,15 @@ def klipper(moves: list[Move], a: float, corner: float, ratio: float) -> float:
 
 
 def jerk(moves: list[Move], a: float, steps: tuple[float, float]) -> float:
-    """Marlin's older rule: no axis's velocity steps by more than its jerk; sixteen blocks."""
+    """Marlin's older rule: no axis's velocity steps by more than its jerk, at corners and from rest; sixteen blocks."""
     lengths = [math.dist(vector, (0, 0, 0)) for vector, _ in moves]
     corners = []
     for k, (one, two) in enumerate(pairwise(moves)):
         changes = [abs(two[0][i] / lengths[k + 1] - one[0][i] / lengths[k]) for i in (0, 1)]
         corners.append(min(step / max(change, 1e-12) for step, change in zip(steps, changes, strict=True)))
-    return total(lengths, [feed for _, feed in moves], corners, a, 15)
+    vector = moves[0][0]
+    first = min(step * lengths[0] / max(abs(part), 1e-12) for step, part in zip(steps, vector[:2], strict=True))
+    return total(lengths, [feed for _, feed in moves], corners, a, 15, first)
 
 
 AXES = {name: AxisControl(rapid=200.0) for name in "xyz"}
@@ -197,6 +206,20 @@ def test_arcs_are_cut_as_chords(tmp_path, name: str, radius: float) -> None:
     moves: list[Move] = [([x - a, y - b, 0.0], 100.0) for (a, b), (x, y) in pairwise(places)]
     time = sf.cycle_time(file, sf.Machine(name="mill", axes={}, control=control), dialect="linuxcnc")
     assert time.total == pytest.approx(oracle(moves), rel=1e-2)
+
+
+def test_marlin_s_jerk_starts_each_move_from_rest_at_a_speed(tmp_path) -> None:
+    """A dwell parts two programs: both begin at the jerk, and end at rest."""
+    control, oracle = CASES["marlin, jerk"]
+    lines, moves = program(3, 40)
+    file = tmp_path / "part.nc"
+    file.write_text("\n".join([*lines[:21], "G4 P1.5", *lines[21:]]) + "\n")
+    time = sf.cycle_time(file, sf.Machine(name="mill", axes={}, control=control), dialect="linuxcnc")
+    assert time.total == pytest.approx(1.5 + oracle(moves[:20]) + oracle(moves[20:]), rel=1e-9)
+    file.write_text("G21 G90\nG1 X10 F6000\nM2\n")
+    time = sf.cycle_time(file, sf.Machine(name="mill", axes={}, control=control), dialect="linuxcnc")
+    peak = ((2 * 800 * 10 + 8.0**2) / 2) ** 0.5  # from 8 mm/s to rest, within 100 mm/s
+    assert time.total == pytest.approx((2 * peak - 8.0) / 800, rel=1e-9)
 
 
 def test_a_corner_of_ninety_degrees_is_passed_at_klipper_s_corner_velocity(tmp_path) -> None:

@@ -87,9 +87,16 @@ def block_times(blocks: Blocks, machine: Machine) -> BlockTimes:
         speed = np.minimum(speed, rules.smoothed_tops(smooth, soft, speed))
         inner = np.minimum(speed[:-1], speed[1:])
         energy[1:-1] = np.minimum(energy[1:-1], inner * inner)
-    energy = _reached(_reached(energy, gain)[::-1], gain[::-1])[::-1]
-    begin, end = np.sqrt(energy[:-1]), np.sqrt(energy[1:])
-    peak = np.sqrt(np.minimum(speed * speed, 0.5 * (gain + energy[:-1] + energy[1:])))
+    energy = _reached(energy[::-1], gain[::-1])[::-1]
+    start = np.zeros(len(blocks))
+    if control.model == "marlin":  # a block may begin at once at a speed from which it can still slow down to its end
+        from_rest = np.concatenate([[True], stop[:-1]])
+        start[from_rest] = np.minimum(rules.start_speeds(blocks, control), speed)[from_rest] ** 2
+        start = np.minimum(start, energy[1:] + gain)
+    energy = _reached(energy, gain + start)
+    before, after = energy[:-1] + start, energy[1:]
+    begin, end = np.sqrt(before), np.sqrt(after)
+    peak = np.sqrt(np.minimum(speed * speed, 0.5 * (gain + before + after)))
     peak = np.maximum(peak, np.maximum(begin, end))
     curved = np.isfinite(j) & ((begin == 0.0) | (end == 0.0))
     peak[curved] = _peaks(*(each[curved] for each in (begin, end, peak, a, j, length)))

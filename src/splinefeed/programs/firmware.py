@@ -6,7 +6,8 @@ algorithm", 2011; grbl's and Marlin's documentation). Klipper's documentation ("
 by the corner velocity c of a right angle, d = c^2 (sqrt 2 - 1) / a, bounds v^2 by the circle that touches both lines
 within half of their lengths, a L / 2 tan(angle / 2), and lowers the top of moves that speed up and slow down at once:
 the look-ahead is made with (1 - minimum_cruise_ratio) a first, and its tops bound the moves between. Marlin's older
-rule, jerk, bounds the step of the velocity of each axis.
+rule, jerk, bounds the step of the velocity of each axis, at corners and from rest; stops are planned to rest, or nearly
+so (Marlin's documentation, M205 and "Configuration": jerk, minimum planner speed).
 """
 
 from __future__ import annotations
@@ -55,6 +56,16 @@ def corner_speeds(blocks: Blocks, machine: Machine, control: Control, accelerati
             bounds = [np.min(allowed / np.abs(step), axis=1) ** 2]
         speed = np.sqrt(np.min(bounds, axis=0))
     return np.where(turn > SMOOTH, speed, np.inf)
+
+
+def start_speeds(blocks: Blocks, control: Control) -> Array:
+    """The speed (n,), mm/s, at which each block may begin from rest: a step of each axis by its jerk, or rest."""
+    if deviation(control) is not None:
+        return np.zeros(len(blocks))
+    allowed = np.array([_step_of(control, letter) for letter in LETTERS.lower()])[list(_LINEAR)]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        speed = np.min(allowed / np.abs(blocks.first), axis=1)
+    return np.where(np.isfinite(speed), speed, 0.0)
 
 
 def arc_speeds(blocks: Blocks, control: Control, acceleration: Array) -> Array:

@@ -64,6 +64,5 @@ def _control(accelerations: dict[str, str], corners: dict[str, str], unit: str, 
             key = axis if axis in corners else "X"  # older ones have one jerk of X and Y
             written = positive(corners[key], source, f"M205 {key}")[0]
             page.set(f"control.axis.{axis.lower()}", "velocity_step", f"{written}{unit}/s", f"M205 {key}, jerk")
-        page.assume("moves start from rest and end at rest; Marlin's jerk lets them begin at a small speed")
     else:
         page.assume("M205 says neither J nor X: corners are exact stops")
