@@ -245,5 +245,5 @@ def test_a_trace_follows_arcs_and_splines_and_ends_where_blocks_do(tmp_path):
 
 
 def test_a_drawing_is_no_program(data_dir):
-    with pytest.raises(FormatError, match="is read as DXF drawing; expected a G-code program"):
+    with pytest.raises(FormatError, match="holds no G-code; expected a program"):
         sf.cycle_time(data_dir / "dxf" / "cadquery_genshi.dxf", "hurco-02")

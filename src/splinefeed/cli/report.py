@@ -66,7 +66,7 @@ def report(say: Say, folder: str, output: str | None, machine: str | None) -> Pa
         moved = on_its_machine(path_of(settings, {"source": None}, str(file))[0], settings, machine, limits)
     say("measuring and checking")
     ticks = check_ticks(law, period, MOST_IN_CHUNKS)
-    run = measured(moved, limits, law, partial(_in_order, file, len(moved.curves)), ticks)
+    run = measured(moved, limits, law, partial(_in_order, file, len(moved.tip_path.curves)), ticks)
     there = (place / files.RESPONSE).is_file()
     responses = {run.kept.method: sf.load(place / files.RESPONSE, sf.Response)} if there else {}
     for response in responses.values():
