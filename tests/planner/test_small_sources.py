@@ -229,12 +229,12 @@ def test_what_a_law_cannot_promise_is_refused():
     limits = Limits(feed=20.0, acceleration=900.0, jerk=4e4)
     planned = law(limits)
     course = LawSource(PATH, planned)
-    with pytest.raises(LimitsError, match="begins and ends at rest"):
+    with pytest.raises(LimitsError, match="a law that can be overridden ends at rest; leave end_feed at 0"):
         LawSource(
             PATH,
             sf.plan(
                 PATH,
-                Limits(feed=20.0, acceleration=900.0, jerk=4e4, start_feed=5.0),
+                Limits(feed=20.0, acceleration=900.0, jerk=4e4, end_feed=5.0),
                 strategy="seven-phase",
                 period=PERIOD,
             ),

@@ -242,7 +242,7 @@ def cheap_to_bound(path: Path | JointPath, limits: Limits) -> bool:
 
 def _check_start(path: Measurable | JointPath, strategy: str, start: State) -> None:
     """Raise InputError for a start that is not on the path, or that the strategy cannot begin at."""
-    if strategy == SEVEN_PHASE or getattr(path, "tip_path", None) is not path:
+    if strategy == SEVEN_PHASE or not isinstance(path, Path | JointPath):
         raise InputError(f"start: the {strategy} strategy begins at the start of a path; choose {TIME_OPTIMAL}")
     if not start.s < path.length:
         raise InputError(f"start is {start}; the path ends at {path.length:.6g} mm")

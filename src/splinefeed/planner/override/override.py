@@ -15,6 +15,7 @@ from scipy.ndimage import maximum_filter1d
 
 from splinefeed.errors import LimitsError
 from splinefeed.kernels import override as kernels
+from splinefeed.planner.horizon import State
 from splinefeed.planner.override.reserve import ACCELERATION_SHARE, JERK_SHARE, MOST_RATE
 from splinefeed.planner.override.source import AT_LIMITS, HIGHEST, LawSource, MotionSource
 from splinefeed.records import TABLE, Array, Limits
@@ -53,9 +54,11 @@ class OverrideTicks:
 class Override:
     """Runs a law at a wanted rate, tick by tick: 1 as planned, 0 hold, negative backwards; never beyond `limits`.
 
-    course   what runs; it rests at both ends              limits  that hold for what is sent, not those of the plan
+    course   what runs; it rests at its end                limits  that hold for what is sent, not those of the plan
     rate     to begin with                                 highest  what a wanted rate is cut to, in both directions
     tau      plan time to begin at, s: beyond 0 it begins at rest, as after a hold there
+
+    A law that begins in motion, planned again from `state`, begins at its rate 1 and is not run backwards.
 
     top   highest rate that keeps the limits everywhere. A higher one is run where and while they allow it: what
           programmed feeds of the path (F) ask for is 100 %, `limits.feed` is a limit.
@@ -113,6 +116,8 @@ class Override:
         if not 0.0 <= tau <= course.duration:
             raise LimitsError(f"the plan time to begin at is {tau:g} s; the law lasts {course.duration:g} s")
         self._state[kernels.TAU] = tau
+        if course.moving and (tau > 0.0 or rate != 1.0 or self.top < 1.0):
+            raise LimitsError(f"a law that begins in motion is run from its start at the rate 1; top is {self.top:.4g}")
         if tau == 0.0:
             # at rest any rate is as good as another
             self._state[kernels.RATE] = min(max(float(rate), 0.0), self.top)
@@ -168,6 +173,21 @@ class Override:
         return float(self._state[kernels.RATE] * self._state[kernels.DIRECTION])
 
     @property
+    def state(self) -> State:
+        """Where on its path the motion is, and how it moves: `sf.plan(path, limits, start=override.state)` goes on.
+
+        Raises LimitsError while it runs backwards, and for setpoints without their path.
+        """
+        if not isinstance(self.course, LawSource):
+            raise LimitsError("state: setpoints without their path have none; run a law along a path")
+        law, tau, rate, slope = self.course.law, self.tau, self.rate, float(self._state[kernels.SLOPE])
+        if rate < 0.0:
+            raise LimitsError("state: the motion runs backwards; hold it first")
+        feed = float(law.feed(tau)) * rate
+        acceleration = float(law.acceleration(tau)) * rate**2 + float(law.feed(tau)) * slope
+        return State(feed, acceleration if feed > 0.0 else 0.0, float(law(tau)))
+
+    @property
     def held(self) -> bool:
         """Whether the axes are at rest because the rate is 0."""
         return self.rate == 0.0 and float(self._state[kernels.SLOPE]) == 0.0
@@ -184,6 +204,8 @@ class Override:
         """
         targets = np.array(wanted, dtype=np.float64, order="C")
         targets[np.isnan(targets)] = 0.0
+        if self.course.moving:
+            targets = np.maximum(targets, 0.0)
         tau, rate = np.empty(len(targets)), np.empty(len(targets))
         ran = 0
         while ran < len(targets) and not self.done:

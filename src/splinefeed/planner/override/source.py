@@ -44,11 +44,12 @@ def with_sums(values: Array, sums: Array) -> Array:
 
 
 class MotionSource(Protocol):
-    """Positions q(tau) by plan time, at rest at both ends; `period` and `duration` in s."""
+    """Positions q(tau) by plan time, at rest at both ends, `moving` at the start; `period` and `duration` in s."""
 
     axes: tuple[str, ...]
     period: float
     duration: float
+    moving: bool
 
     def asked(self, first: int, count: int, sums: Array = NO_SUMS) -> Array:
         """What axes and weighted sums of them, (k, axes), need in `count` ticks from `first` on; 0 beyond both ends.
@@ -65,7 +66,9 @@ class MotionSource(Protocol):
 class LawSource:
     """A law along a path; period in s, the law's if it is not said.
 
-    Raises LimitsError for a law that does not rest at both ends, and where nobody says a period.
+    moving  whether the law begins in motion, as one that was planned again from where an override was
+
+    Raises LimitsError for a law that does not end at rest, and where nobody says a period.
     Source: docs/math/override.md. Example: `sf.live.LawSource(path, law, 1e-3).duration`
     """
 
@@ -73,10 +76,9 @@ class LawSource:
         wanted = law.period if period is None else period
         if wanted is None:
             raise LimitsError("no period: the law was planned without one; give period= in s")
-        if law.feed(0.0) > AT_LIMITS or law.feed(law.duration) > AT_LIMITS:
-            raise LimitsError(
-                "a law that can be overridden begins and ends at rest; leave start_feed and end_feed at 0"
-            )
+        if law.feed(law.duration) > AT_LIMITS:
+            raise LimitsError("a law that can be overridden ends at rest; leave end_feed at 0")
+        self.moving = bool(law.feed(0.0) > AT_LIMITS)
         self.path, self.law, self.period = path, law, positive(wanted, "period")
         self.axes, self.duration = path.axes, law.duration
         #: The torques that an override keeps, each a column behind the others.
