@@ -19,6 +19,8 @@ FONT = {"size": 12.5}
 CURSOR = {"showspikes": True, "spikemode": "across", "spikethickness": 1, "spikedash": "dot"}
 #: Room between panels, with the words above the lower one and with an x axis between them; of a legend, pixels.
 _GAP, _FOOT, _LEGEND = 34, 76, 26
+#: Share of an axis at its ends where the word of a point does not fit above it.
+BESIDE = 0.3
 #: Room left of a heat map for the names of its rows, pixels.
 ROWS = 160
 
@@ -85,7 +87,7 @@ def _stacked(figure: Figure, store: DetailStore) -> Plain:
                 shown = legend and bool(mark.named) and mark.name in names
                 names.discard(mark.name)
                 group = {"legendgroup": mark.name} if legend and mark.named else {}
-                trace = _line(mark, store) if isinstance(mark, Line) else _dots(mark)
+                trace = _line(mark, store) if isinstance(mark, Line) else _dots(mark, panel.x)
                 data.append({**trace, **group, "showlegend": shown, **axes})
         layout["shapes"] += [_level(level, axes) for level in panel.levels()]
     return {"data": data, "layout": layout}
@@ -119,11 +121,17 @@ def _line(mark: Line, store: DetailStore) -> Plain:
     return {**through, "mode": "lines", "name": mark.name, "line": line, **filled}
 
 
-def _dots(mark: Dots) -> Plain:
-    """Points with a word each, or with words that show under the mouse."""
+def _dots(mark: Dots, axis: Axis) -> Plain:
+    """Points with a word each, on the side where the axis has room for it, or with words that show under the mouse."""
     worded: Plain = {"mode": "markers"}
     if mark.words:
-        worded = {"mode": "markers+text", "text": list(mark.words), "textposition": "top center", "hoverinfo": "text"}
+        x, ends = mark.x, np.array([axis.low or 0.0, axis.high or 0.0])
+        if axis.log:
+            x, ends = np.log(np.maximum(x, 1e-300)), np.log(np.maximum(ends, 1e-300))
+        share = (x - ends[0]) / (ends[1] - ends[0]) if ends[1] > ends[0] else np.full(len(x), 0.5)
+        sides = ["right" if each < BESIDE else "left" if each > 1.0 - BESIDE else "center" for each in share.tolist()]
+        places = [f"top {side}" for side in sides]
+        worded = {"mode": "markers+text", "text": list(mark.words), "textposition": places, "hoverinfo": "text"}
     elif mark.hover:
         worded |= {"text": [html.escape(each) for each in mark.hover]}
     return {
@@ -189,9 +197,11 @@ def _path(panel: Panel, mark: Coloured, store: DetailStore) -> Plain:
         },
     }
     if mark.track is not None:
-        t, place = mark.track
+        t, place, rapid = mark.track
         columns = [store.curve(t, column) for column in place.T]
         plain["track"] = {"t": columns[0]["x"], **{name: each["y"] for name, each in zip("xyz", columns, strict=False)}}
+        if rapid.any():
+            plain["track"]["rapid"] = store.curve(t, rapid)["y"]
     return plain
 
 

@@ -77,11 +77,17 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
     return _picture(path, title, mark, labels, None if run.planned is None else setpoints.curve[kept])
 
 
-def _track(run: Run, place: Array) -> tuple[Array, Array]:
-    """Times, s, and where the tool is then: at every tick, or where ticks are left out as often as bands have edges."""
+def _track(run: Run, place: Array) -> tuple[Array, Array, Array]:
+    """Times, s, where the tool is then, and 1 where it came there by a rapid move.
+
+    At every tick, or where ticks are left out as often as bands have edges.
+    """
     path, kept = run.path, run.kept
+    rapid = np.zeros(len(path.curves)) if path.feeds is None else np.isinf(path.feeds).astype(np.float64)
+    rapid = rapid if rapid.min(initial=1.0) == 0.0 else np.zeros(len(rapid))  # where all are, none is told apart
     if not run.bands or run.planned is None or path.linear <= 1:
-        return kept.t, place
+        curve = np.minimum(kept.curve, len(rapid) - 1)
+        return kept.t, place, np.minimum(rapid[curve], rapid[np.append(curve[:1], curve[:-1])])
     edges = run.bands["tip"].edges
     at, edge = run.law(edges), path.curve_starts[1:-1]
     if len(edge) < len(edges):  # no corner is cut
@@ -89,8 +95,8 @@ def _track(run: Run, place: Array) -> tuple[Array, Array]:
         order = np.argsort(t, kind="stable")
         edges, at = t[order], np.concatenate([at, edge])[order]
     there = path(at)
-    arm = path.sticks(there)
-    return edges, there[:, : place.shape[1]] if arm is None else arm[:, -1]
+    arm, curve = path.sticks(there), path.locate(0.5 * (at + np.append(at[:1], at[:-1])))[0]
+    return edges, there[:, : place.shape[1]] if arm is None else arm[:, -1], rapid[curve]
 
 
 def still_figure(path: Path) -> Figure:

@@ -61,14 +61,14 @@ def program_figure(time: CycleTime) -> Figure:
     flat = float(np.ptp(place[:, 2])) == 0.0
     place = place[:, :2] if flat else place
     hover, track = np.column_stack([line, reached[block]]), _track(time)
-    track = track[0], track[1][:, :2] if flat else track[1]
+    track = track[0], track[1][:, :2] if flat else track[1], track[2]
     coloured = Coloured(place, shades, hover, ("line", "feed (mm/min)"), place, track=track)
     x, y, z = PlotAxis("x (mm)"), PlotAxis("y (mm)"), "" if flat else "z (mm)"
     return Figure(theme.words(time.name), (Panel(x, y, (coloured,), height=300, equal=True, z=z),))
 
 
-def _track(time: CycleTime) -> tuple[Array, Array]:
-    """When the tool is where, waits included: (m,) s, and (m, 3) mm; each block at one speed."""
+def _track(time: CycleTime) -> tuple[Array, Array, Array]:
+    """When the tool is where, (m,) s with waits and (m, 3) mm, and 1 behind a rapid move; each block at one speed."""
     blocks = time.blocks
     _, seconds, _, number = time.rows
     begin = (np.cumsum(seconds) - seconds)[number >= 0]
@@ -83,7 +83,8 @@ def _track(time: CycleTime) -> tuple[Array, Array]:
     starts = np.append(0, blocks.end[:-1])  # where it waits before a block
     order = np.argsort(np.concatenate([t, begin]), kind="stable")
     rising = np.maximum.accumulate(np.concatenate([t, begin])[order])
-    return rising, np.concatenate([blocks.trace, blocks.trace[starts]])[order]
+    rapid = np.append((blocks.rapid | ~np.isfinite(blocks.feed))[owner].astype(np.float64), np.zeros(len(starts)))
+    return rising, np.concatenate([blocks.trace, blocks.trace[starts]])[order], rapid[order]
 
 
 def _outline(edges: Array, low: Array, high: Array) -> tuple[Array, Array]:

@@ -135,7 +135,7 @@ class House:
 
         async def welcome() -> None:
             there = await asyncio.shield(self._offer)
-            send("welcome", offer=there, state=self.ready, jobs=[job.shown() for job in self._open()])
+            send("welcome", offer=there, state=self.ready, jobs=[job.shown() for job in self._open() if job.tab])
             for job in list(self.jobs):
                 self._deliver(job)
 
@@ -318,7 +318,8 @@ class House:
             job.worker.stop()
 
     def _changed(self, job: StudioJob) -> None:
-        self.tell("job", job=job.shown())
+        if job.tab:  # what warms up is no tab's
+            self.tell("job", job=job.shown())
 
     async def _work(self, job: StudioJob) -> None:
         def heard(head: Said) -> None:

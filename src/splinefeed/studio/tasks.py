@@ -213,7 +213,7 @@ def tune(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
         for axis, each in found.axes.items()
         for panel in bode_figure(each, machine.name).panels
     ]
-    figures = {"tuning": replace(steps, panels=(*steps.panels, *loops))}
+    figures = {"tuning": steps, "loops": replace(steps, panels=tuple(loops))}
     if len(before.response) and len(after.response):
         figures["errors"] = errors_figure({"old gains": before.response, "new gains": after.response})
     page = {

@@ -136,6 +136,7 @@ export class PathPicture {
     this.clip();
     this.curve(chosen, theme);
     pen.restore();
+    if (this.view.space) this.measures(theme);
     this.bar(chosen, theme);
     const first = this.said[0], last = this.said[this.said.length - 1];
     const range = this.program ? "" : `, from s = ${first[1].toFixed(2)} to ${last[1].toFixed(2)} ${this.names[1].split(/[ ()]+/)[1]}`;
@@ -252,7 +253,7 @@ export class PathPicture {
       pen.beginPath(); pen.arc(px, py, 4.5, 0, 2 * Math.PI); pen.fill();
       const left = px > this.width - MARGIN.right - 44;
       pen.textAlign = left ? "right" : "left";
-      pen.fillText(name, px + (left ? -8 : 8), py - 8);
+      this.word(name, px + (left ? -8 : 8), py - 8);
       pen.textAlign = "left";
     }
   }
@@ -285,15 +286,24 @@ export class PathPicture {
     pen.textAlign = "left"; pen.textBaseline = "alphabetic";
   }
 
-  // the box around a path in space: its edges, and what it measures along those that are in front
+  // where a corner of the box around a path in space is
+  corner(bits) { return this.view.screen(...this.ends.map((end, axis) => end[(bits >> axis) & 1])); }
+
+  // the edges of that box
   box(theme) {
-    const { pen, view } = this;
-    const corner = (bits) => this.ends.map((end, axis) => end[(bits >> axis) & 1]);
-    const at = (bits) => view.screen(...corner(bits));
+    const { pen } = this;
+    const at = (bits) => this.corner(bits);
     pen.strokeStyle = theme.line;
     pen.beginPath();
     for (const axis of [0, 1, 2]) for (let bits = 0; bits < 8; bits++) if (!(bits & (1 << axis))) { pen.moveTo(...at(bits)); pen.lineTo(...at(bits | (1 << axis))); }
     pen.stroke();
+  }
+
+  // what it measures along the edges that are in front, over the path
+  measures(theme) {
+    const { pen, view } = this;
+    const at = (bits) => this.corner(bits);
+    pen.fillStyle = theme.faint;
     pen.textBaseline = "middle";
     const middle = (bits, axis, k) => (at(bits)[k] + at(bits | (1 << axis))[k]) / 2;
     for (const axis of [0, 1, 2]) {
@@ -306,9 +316,19 @@ export class PathPicture {
       const [low, high] = this.ends[axis].map((value) => String(Number(value.toPrecision(5))));
       const words = `${this.labels[axis].split(" ")[0]} ${low} to ${high}`;
       const wide = pen.measureText(words).width; // no label leaves the picture
-      pen.fillText(words, left ? Math.max(px - 8 - wide, 4) : Math.min(px + 8, this.width - MARGIN.right - wide), py + (axis < 2 ? 12 : -9));
+      this.word(words, left ? Math.max(px - 8 - wide, 4) : Math.min(px + 8, this.width - MARGIN.right - wide), py + (axis < 2 ? 12 : -9));
     }
     pen.textBaseline = "alphabetic";
+  }
+
+  // a word that can be read over lines
+  word(text, x, y) {
+    const { pen } = this;
+    pen.save();
+    pen.strokeStyle = colours().paper; pen.lineWidth = 4; pen.lineJoin = "round";
+    pen.strokeText(text, x, y);
+    pen.restore();
+    pen.fillText(text, x, y);
   }
 
   bar(chosen, theme) {
@@ -367,14 +387,26 @@ export class PathPicture {
   cut(pen, view) {
     const { track, now } = this;
     const step = Math.max(Math.floor(now.k / 20000), 1);
-    let [before, on] = [[Infinity, 0], false];
+    let before = [Infinity, 0], dashed = false;
+    const to = (at, rapid) => {
+      if (rapid !== dashed) { // what was cut is a line, how it came there is dashed
+        pen.stroke();
+        pen.setLineDash(rapid ? DASH : []);
+        pen.beginPath();
+        pen.moveTo(...(before[0] === Infinity ? at : before));
+        dashed = rapid;
+      }
+      if (before[0] === Infinity) pen.moveTo(...at); else pen.lineTo(...at);
+      before = at;
+    };
     for (let k = 0; k < now.k; k += view.fitWhole ? step : 1) {
-      const at = view.screen(track.x[k], track.y[k], track.z ? track.z[k] : 0);
-      if (Math.abs(at[0] - before[0]) + Math.abs(at[1] - before[1]) < 1) continue;
-      if (on) pen.lineTo(...at); else pen.moveTo(...at);
-      [before, on] = [at, true];
+      const at = view.screen(track.x[k], track.y[k], track.z ? track.z[k] : 0), rapid = Boolean(track.rapid?.[k]);
+      if (rapid !== dashed || Math.abs(at[0] - before[0]) + Math.abs(at[1] - before[1]) >= 1) to(at, rapid);
     }
-    pen.lineTo(...view.screen(...this.tool));
+    to(view.screen(...this.tool), Boolean(track.rapid?.[now.k]));
+    pen.stroke();
+    pen.setLineDash([]);
+    pen.beginPath();
   }
 
   paintTool(theme) {

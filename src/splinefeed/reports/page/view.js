@@ -2,6 +2,8 @@
 
 export const MARGIN = { left: 58, right: 78, top: 16, bottom: 40 };
 
+const BOXED = 96; // left of a box, for what it measures up
+
 export class View {
   constructor() {
     this.turn = [-0.6, 1.05]; // about z, and down from above, rad: a usual look at a part
@@ -25,14 +27,15 @@ export class View {
       if (Number.isNaN(u + v)) continue;
       left = Math.min(left, u); right = Math.max(right, u); low = Math.min(low, v); high = Math.max(high, v);
     }
-    const across = width - MARGIN.left - MARGIN.right;
+    const aside = this.space ? BOXED : MARGIN.left;
+    const across = width - aside - MARGIN.right;
     const up = height - MARGIN.top - MARGIN.bottom;
     this.square = !points.overTime;
     this.scaleX = (0.94 * across) / Math.max(right - left, 1e-9);
     this.scaleY = (0.94 * up) / Math.max(high - low, 1e-9);
     if (this.square) this.scaleX = this.scaleY = Math.min(this.scaleX, this.scaleY);
     this.middle = [(left + right) / 2, (low + high) / 2];
-    this.centre = [MARGIN.left + across / 2, MARGIN.top + up / 2];
+    this.centre = [aside + across / 2, MARGIN.top + up / 2];
     this.fitWhole = true;
   }
 

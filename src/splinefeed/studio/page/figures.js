@@ -14,6 +14,7 @@ export class Figures {
     this.sets = {};
     this.stack = new Stack(clock);
     this.sheets = {};
+    this.beside = {}; // figures at the right of others, by their names
     this.chosen = "limits";
     this.loaded = new Promise((resolve, reject) => {
       const script = make("script", { src: "/page/plotly.min.js", onload: () => resolve(window.Plotly), onerror: reject });
@@ -39,9 +40,10 @@ export class Figures {
     this.draw();
   }
 
-  // one more figure, with the sheet above it, and look at it
-  add(name, figure, sheet) {
+  // one more figure, with the sheet above it and another figure beside it, and look at it
+  add(name, figure, sheet, beside) {
     this.sets = { ...this.sets, [name]: figure };
+    this.beside = { [name]: beside };
     this.sheets[name] = sheet;
     this.choose(name);
   }
@@ -72,6 +74,7 @@ export class Figures {
     const sheet = this.sheets[name];
     $("sheet").replaceChildren(...(sheet ? [sheet] : []));
     show($("figure"), Boolean(this.sets[name]));
+    show($("beside"), Boolean(this.beside[name]));
     if (!this.sets[name]) return;
     $("figure").setAttribute("aria-label", WORDS[name] ?? name);
     const Plotly = await this.loaded;
@@ -83,6 +86,10 @@ export class Figures {
     if (this.chosen !== name || this.sets[name] !== figure) return;
     const layout = { ...figure.layout, uirevision: name };
     await this.stack.draw($("figure"), { data: [...behind, ...figure.data], layout }, curves);
+    const other = this.beside[name];
+    if (!other) return;
+    $("beside").setAttribute("aria-label", "gain and phase of the loops over frequency");
+    await this.stack.draw($("beside"), other, await curvesOf(other));
   }
 
   // the curves of A that have a panel in this figure

@@ -44,6 +44,6 @@ export class Tune {
     } }, `Take these gains as ${machine.name}`);
     const sheet = make("div", { class: "tuned", data: { before: String(before), after: String(after) } }, make("p", { role: "status" }, `${machine.name}, ${rule}: ${errors}`), make("div", { class: "row" }, take), table(head, rows));
     if (figures.errors) this.figures.sets.errors = figures.errors;
-    this.figures.add("tuning", figures.tuning, sheet);
+    this.figures.add("tuning", figures.tuning, sheet, figures.loops);
   }
 }
