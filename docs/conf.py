@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from latex2mathml.converter import convert
 from splinefeed import __version__
 
 project = "splinefeed"
@@ -14,6 +15,9 @@ release = version = __version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc"]
 source_suffix = {".md": "markdown"}
+myst_enable_extensions = ["dollarmath"]
+myst_dmath_allow_digits = myst_dmath_allow_space = False
+html_math_renderer = "mathml"  # browsers draw it themselves: no script, no network, dark pages too
 myst_heading_anchors = 4
 highlight_language = "none"  # what has no language is a formula or a command
 suppress_warnings = ["misc.highlighting_failure"]  # a chart in Mermaid is drawn where Markdown is shown, not here
@@ -50,6 +54,21 @@ def _escaped(text: str) -> str:
     return "".join(f"``{parts[i]}``" if i % 2 else plain[i] for i in range(len(parts)))
 
 
+_PRIME = re.compile(r"<msup>(<m[in]>[^<]*</m[in]>)<mi>(&#x0203[234];|&#x02057;)</mi></msup>")
+
+
+def formula(writer: Any, node: Any) -> None:
+    """A formula as MathML, in a line or in a block of its own."""
+    from docutils.nodes import SkipNode
+
+    block = node.tagname == "math_block"
+    text = convert(node.astext(), display="block" if block else "inline")
+    text = _PRIME.sub(r'<mrow>\1<mo lspace="0" rspace="0">\2</mo></mrow>', text)  # fonts have it where it belongs
+    writer.body.append(f'<div class="math">{text}</div>' if block else text)
+    raise SkipNode
+
+
 def setup(app: Any) -> None:
-    """Tell Sphinx of the hook above."""
+    """Tell Sphinx of the two above."""
     app.connect("autodoc-process-docstring", as_written)
+    app.add_html_math_renderer("mathml", (formula, None), (formula, None))

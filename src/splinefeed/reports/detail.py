@@ -53,8 +53,8 @@ class DetailStore:
             least[:-1], greatest[:-1] = np.fmin(least[:-1], y[starts[1:]]), np.fmax(greatest[:-1], y[starts[1:]])
         return {
             "x": self._once("edges", x, lambda _: self._put_times(edges)),
-            "low": self._once("low", y, lambda _: self._put(least)),
-            "high": self._once("high", top, lambda _: self._put(greatest)),
+            "low": self._once("low", y, lambda _: self._put(least, np.floor)),
+            "high": self._once("high", top, lambda _: self._put(greatest, np.ceil)),
             "count": count,
         }
 
@@ -74,8 +74,12 @@ class DetailStore:
         planes = np.diff(whole, prepend=whole[:1]).astype("<u4").view(np.uint8).reshape(-1, 4)
         return self._add({"n": len(x), "from": float(x[0]) if len(x) else 0.0, "unit": unit}, planes.T.tobytes())
 
-    def _put(self, values: Array) -> int:
-        """Scales of the blocks, then planes of the low and the high bytes of differences of steps."""
+    def _put(self, values: Array, rounded: Callable[[Array], Array] = np.rint) -> int:
+        """Scales of the blocks, then planes of the low and the high bytes of differences of steps.
+
+        rounded  which step stands for a value: the nearest, or one outside of it, so that an area has all of the motion
+        """
+        values = np.asarray(values, dtype=np.float64)  # bands are in single precision
         count = len(values)
         padded = np.pad(values, (0, -count % BLOCK), constant_values=np.nan).reshape(-1, BLOCK)
         there = np.isfinite(padded)
@@ -84,7 +88,8 @@ class DetailStore:
         low, high = np.where(np.isfinite(low), low, 0.0), np.where(np.isfinite(high), high, 0.0)
         step = (high - low) / STEPS
         size = np.where(step > 0.0, step, 1.0)[:, None]
-        codes = np.where(there, np.rint((np.where(there, padded, low[:, None]) - low[:, None]) / size), GAP)
+        steps = rounded((np.where(there, padded, low[:, None]) - low[:, None]) / size)
+        codes = np.where(there, np.minimum(steps, STEPS), GAP)
         codes = codes.astype(np.uint16).ravel()[:count]
         planes = np.diff(codes, prepend=np.zeros(1, np.uint16)).astype("<u2").view(np.uint8).reshape(-1, 2)
         return self._add({"n": count}, low.astype("<f8").tobytes() + step.astype("<f8").tobytes() + planes.T.tobytes())

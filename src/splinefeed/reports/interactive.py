@@ -121,7 +121,7 @@ def _line(mark: Line, store: DetailStore) -> Plain:
     return {**through, "mode": "lines", "name": mark.name, "line": line, **filled}
 
 
-def _dots(mark: Dots, axis: Axis) -> Plain:
+def _dots(mark: Dots, axis: PlotAxis) -> Plain:
     """Points with a word each, on the side where the axis has room for it, or with words that show under the mouse."""
     worded: Plain = {"mode": "markers"}
     if mark.words:

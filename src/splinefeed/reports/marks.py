@@ -105,8 +105,8 @@ class Coloured:
 
     thread  (m, 2 or 3) where the path runs; joined: the points follow each other, else they are dots on the thread
     rapid   (k, 2 or 3) where rapid moves run, which are dashed; rows of NaN part them, and place is NaN there
-    track   times (j,), s, where the tool is then (j, 2 or 3), every tick of it, and 1 where a rapid move led there (j,),
-            else 0; for a page that plays the motion
+    track   times (j,), s, where the tool is then (j, 2 or 3), every tick of it, and 1 where a rapid move led there,
+            else 0 (j,); for a page that plays the motion
     """
 
     place: Array

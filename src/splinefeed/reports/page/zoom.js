@@ -13,6 +13,8 @@ export const unpacked = async (text) => {
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
 };
 
+const FINEST = 0.005; // of all that a curve reaches: a panel shows at least so much of it, the steps of values are finer
+
 // curves by number, taken out of one row of bytes when they are asked for
 export class Curves {
   constructor(series, buffer) {
@@ -25,6 +27,17 @@ export class Curves {
       this.taken.set(number, said.unit === undefined ? this.values(said) : this.times(said));
     }
     return this.taken.get(number);
+  }
+
+  // the least and the greatest of a curve, all of it
+  ends(number) {
+    this.reach ??= new Map();
+    if (!this.reach.has(number)) {
+      let [low, high] = [Infinity, -Infinity];
+      for (const value of this.get(number)) { if (value < low) low = value; if (value > high) high = value; }
+      this.reach.set(number, [low, high]);
+    }
+    return this.reach.get(number);
   }
 
   times({ n, at, from, unit }) {
@@ -109,9 +122,9 @@ const seenOf = (detail, curves, [from, to], columns, log) => {
 const outline = ({ x, low, high }) => {
   const out = { x: [], y: [] };
   for (let k = 0; k < x.length;) {
-    if (!(low[k] <= high[k])) { k += 1; continue; }
+    if (Number.isNaN(low[k])) { k += 1; continue; }
     let end = k;
-    while (end < x.length && low[end] <= high[end]) end += 1;
+    while (end < x.length && !Number.isNaN(low[end])) end += 1;
     if (out.x.length) { out.x.push(null); out.y.push(null); }
     for (let i = k; i < end; i++) { out.x.push(x[i]); out.y.push(high[i]); }
     for (let i = end - 1; i >= k; i--) { out.x.push(x[i]); out.y.push(low[i]); }
@@ -154,6 +167,8 @@ export const zoomed = (figure, curves, ranges, width) => {
   if (!figure.data.some((trace) => trace.detail)) return { figure, told: null };
   const columns = Math.max(Math.round(width - (figure.layout.margin?.l ?? 66) - (figure.layout.margin?.r ?? 24)), 100);
   const told = { count: 0, how: "points", stretch: 0 };
+  const reach = {}; // by axis of y, the ends of what is seen and of all
+  const widen = (ends, low, high) => [Math.min(ends?.[0] ?? Infinity, low), Math.max(ends?.[1] ?? -Infinity, high)];
   const data = figure.data.map((trace) => {
     const { detail, own, ...rest } = trace; // own: curves of another figure
     if (!detail) return trace;
@@ -161,6 +176,9 @@ export const zoomed = (figure, curves, ranges, width) => {
     const range = ranges[axis] ?? wholeOf(figure, own ?? curves, axis);
     if (detail.strips) return { ...rest, ...strips(detail, own ?? curves, range, columns) };
     const seen = seenOf(detail, own ?? curves, range, columns, log);
+    const key = (trace.yaxis ?? "y").replace("y", "yaxis"), each = (reach[key] ??= {});
+    for (const number of detail.low !== undefined ? [detail.low, detail.high] : [detail.y]) each.all = widen(each.all, ...(own ?? curves).ends(number));
+    for (const row of seen.how === "points" ? [seen.y] : [seen.low, seen.high]) for (const value of row) if (value === value) each.seen = widen(each.seen, value, value);
     told.count = Math.max(told.count, seen.count);
     if (seen.how !== "points" && told.how !== "columns") told.how = seen.how;
     if (detail.low !== undefined) { const x = (own ?? curves).get(detail.x); told.stretch = (x[x.length - 1] - x[0]) / (x.length - 1); }
@@ -171,6 +189,10 @@ export const zoomed = (figure, curves, ranges, width) => {
   for (const [axis, range] of Object.entries(ranges)) {
     const key = axis.replace("x", "xaxis");
     layout[key] = { ...layout[key], range: layout[key].type === "log" ? range.map(Math.log10) : range, autorange: false };
+  }
+  for (const [key, { seen, all }] of Object.entries(reach)) { // not so close that the steps of values show
+    const least = FINEST * (all[1] - all[0]), middle = seen && (seen[0] + seen[1]) / 2;
+    if (seen && seen[1] - seen[0] < least && layout[key].type !== "log" && !layout[key].range) layout[key] = { ...layout[key], range: [middle - least / 2, middle + least / 2] };
   }
   const over = axesOf(figure).map((key) => figure.layout[key]);
   if (over.length && over.every(isTime)) layout.hovermode = false; // the cursor tells, from every point
