@@ -6,6 +6,7 @@ import re
 from typing import Any
 
 from latex2mathml.converter import convert
+
 from splinefeed import __version__
 
 project = "splinefeed"

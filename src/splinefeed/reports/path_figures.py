@@ -84,7 +84,7 @@ def _track(run: Run, place: Array) -> tuple[Array, Array, Array]:
     """
     path, kept = run.path, run.kept
     rapid = np.zeros(len(path.curves)) if path.feeds is None else np.isinf(path.feeds).astype(np.float64)
-    rapid = rapid if rapid.min(initial=1.0) == 0.0 else np.zeros(len(rapid))  # where all are, none is told apart
+    rapid = rapid if rapid.min(initial=1.0) == 0.0 else np.zeros(len(rapid))  # where all are, there is nothing else
     if not run.bands or run.planned is None or path.linear <= 1:
         curve = np.minimum(kept.curve, len(rapid) - 1)
         return kept.t, place, np.minimum(rapid[curve], rapid[np.append(curve[:1], curve[:-1])])
