@@ -10,6 +10,7 @@ import numpy as np
 import splinefeed as sf
 from benchmarks.cases import PERIOD, axis_limits
 from benchmarks.tables import Column, Headline, Report, Table
+from splinefeed.paths.smoothing import smoothed
 
 #: Seconds by IPOPT (third order, no convexity, 1500 nodes) or COPP (1000 nodes), whichever is faster, slowed as a whole
 #: until their setpoints hold the limits: `peer_casadi.py`, `peer_copp.py`.
@@ -114,7 +115,7 @@ def short_lines() -> sf.Path:
     """159 lines as a CAM program writes them, smoothed by 0.02 mm."""
     t = np.linspace(0.0, 2.0 * np.pi, 160)
     points = np.column_stack([40 * np.cos(t) + 6 * np.cos(5 * t), 30 * np.sin(t) + 6 * np.sin(4 * t)])
-    return sf.Path.polyline(np.round(points, 3)).smoothed(0.02)
+    return smoothed(sf.Path.polyline(np.round(points, 3)), 0.02)
 
 
 CURVES: dict[str, Callable[[], sf.Path]] = {

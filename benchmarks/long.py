@@ -53,7 +53,7 @@ def measure() -> Report:
         Column("parts held at most", "d"),
     )
     notes = (
-        f"`sf.live.stream_setpoints(parts, limits, period=1e-3)`: tangent arcs of {LENGTH:g} mm in parts of {PART} "
+        f"`sf.runs.stream_setpoints(parts, limits, period=1e-3)`: tangent arcs of {LENGTH:g} mm in parts of {PART} "
         "that are made when they are needed, planned by `look-ahead` and placed on their arc length, in one "
         "process; making the arcs is in the time, writing the setpoints is not. Peak memory is that of the whole "
         "process, Python and the compiler included.",
@@ -176,11 +176,11 @@ def run(pieces: int) -> dict[str, Any]:
             most = max(most, len(alive))
             yield part
 
-    for _ in sf.live.stream_setpoints(arcs(20), limits, period=PERIOD):
+    for _ in sf.runs.stream_setpoints(arcs(20), limits, period=PERIOD):
         pass  # compiles
     ticks, furthest = 0, 0.0
     start = time.process_time()
-    for chunk in sf.live.stream_setpoints(watched(), limits, period=PERIOD):
+    for chunk in sf.runs.stream_setpoints(watched(), limits, period=PERIOD):
         ticks += len(chunk)
         furthest = max(furthest, float(chunk.s[-1]))
     seconds = time.process_time() - start

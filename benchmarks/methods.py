@@ -35,7 +35,7 @@ def _table(what: str, path: sf.Path, limits: sf.Limits, period: float) -> Table:
             result.chord_error_mm,
             result.ns_per_tick,
         )
-        for result in (trace.result for trace in sf.compare(path, law, period=period))
+        for result in (trace.result for trace in sf.runs.compare(path, law, period=period))
     )
     caption = (
         f"{what}, {path.length:.5g} mm, at {limits.feed:g} mm/s, {limits.acceleration:g} mm/s^2 and "

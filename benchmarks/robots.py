@@ -289,9 +289,9 @@ def _limiter() -> Any:
 def _franka() -> list[tuple[Cell, ...]]:
     """Ticks that franka's limiter changes."""
     limiter = _limiter()
-    joints = tuple(sf.robots.Joint(f"fr3_joint{k}", "rad") for k in range(1, 8))
-    laws = sf.VelocityByPosition({joint: fr3(k) for k, joint in enumerate(joints)})
-    room = sf.Approach(laws, dict.fromkeys(joints, FR3_JERK / FR3_ACCELERATION))
+    joints = tuple(sf.records.Joint(f"fr3_joint{k}", "rad") for k in range(1, 8))
+    laws = sf.records.VelocityByPosition({joint: fr3(k) for k, joint in enumerate(joints)})
+    room = sf.records.Approach(laws, dict.fromkeys(joints, FR3_JERK / FR3_ACCELERATION))
     limits = sf.Limits(
         axis_velocity=dict(zip(joints, FR3_TOP - 1e-3, strict=True)),
         axis_acceleration=dict.fromkeys(joints, FR3_ACCELERATION),
@@ -355,11 +355,11 @@ def _pause() -> list[tuple[Cell, ...]]:
     """A pause with torque."""
     arm = arm_of("panda", payload=3.0)
     path = arm.through(WAYPOINTS)
-    law = sf.plan(path, sf.live.with_reserve(arm.limits), period=PERIOD)
-    course = sf.live.LawSource(path, law)
+    law = sf.plan(path, sf.planner.with_reserve(arm.limits), period=PERIOD)
+    course = sf.planner.LawSource(path, law)
     worst, longest = 0.0, 0
     for part in np.linspace(0.05, 0.95, 19):
-        run = sf.live.Override(course, arm.limits)
+        run = sf.planner.Override(course, arm.limits)
         before = round(part * law.duration / PERIOD)
         ran = run.run(np.repeat([1.0, 0.0], [before, 1500]))
         moving = np.flatnonzero(np.diff(ran.tau) > 0.0)

@@ -39,7 +39,7 @@ def measure() -> Report:
     notes = (
         "Limits A; `sf.plan` of the whole path at once, warm. Before: the process with the compiled code, a plan of "
         "three butterflies behind it. What grows is the law itself, which is returned whole; a path whose law need not "
-        "be, `sf.live.stream_setpoints` plans in constant memory.",
+        "be, `sf.runs.stream_setpoints` plans in constant memory.",
     )
     straight = max(rows[k + len(COPIES) - 1][6] / rows[k][6] for k in (0, len(COPIES)))
     headline = Headline(

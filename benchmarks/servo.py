@@ -16,7 +16,7 @@ from benchmarks.tables import Column, Headline, Report, Table
 from benchmarks.timing import interleaved
 from splinefeed.analysis.following import ContourMeter
 from splinefeed.kernels import mechanics
-from splinefeed.runs.follow import Servo, follow_chunks
+from splinefeed.runs.following import Servo, follow_chunks
 from splinefeed.simulation.plant import SUB_STEPS, parameters, plant, step_table
 
 #: Ticks that are timed at once, few enough to pass between two other programs, and rounds; machine and axis.
@@ -82,7 +82,7 @@ class AxisRun:
 
 def _lap() -> np.ndarray:
     """Positions (n, 3) of the paper's airfoil with theta, there once around."""
-    points = sf.run(sf.tangential(sf.shapes.naca("0025", perimeter=33))).points
+    points = sf.run(sf.paths.tangential(sf.shapes.naca("0025", perimeter=33))).points
     return np.asarray(points.position)
 
 

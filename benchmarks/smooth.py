@@ -13,6 +13,7 @@ from benchmarks.stream import peak_memory
 from benchmarks.tables import Cell, Column, Headline, Report, Table
 from splinefeed.curves.nearest import Nearest
 from splinefeed.errors import SplinefeedError
+from splinefeed.paths.smoothing import smoothed
 from splinefeed.paths.smoothing_proven import proven
 from splinefeed.records import Array
 
@@ -187,12 +188,12 @@ def walk(first: int, count: int) -> sf.Path:
 def rate(kind: str, count: int, how: str) -> dict[str, float]:
     """Lines a second of this process's time, kernels compiled and lines made, and the peak of its memory, MB."""
     make = {"curve": curve, "walk": walk}[kind]
-    make(0, PIECE).smoothed(TOLERANCE, corners="round")
+    smoothed(make(0, PIECE), TOLERANCE, corners="round")
     spent = 0.0
     if how == "whole":
         path = make(0, count)
         start = time.process_time()
-        path.smoothed(TOLERANCE, corners="round")
+        smoothed(path, TOLERANCE, corners="round")
         spent = time.process_time() - start
     else:
         smoother = sf.paths.Smoother(TOLERANCE, ("x", "y", "z"), corners="round")

@@ -29,7 +29,7 @@ def measure() -> Report:
     paper = limits(500.0, 3000.0, 0.4, 0.8, 0.5, 1.5, CHORD)
     for strategy in ("time-optimal", "look-ahead"):
         rows.append(("flank milling, 98 mm", *_judged(milled, paper, strategy)))
-    wave = sf.JointPath(long_path(), kinematics("xyzac-trt", z_rot_point=-30.0, tool_offset=60.0))
+    wave = sf.kinematics.JointPath(long_path(), kinematics("xyzac-trt", z_rot_point=-30.0, tool_offset=60.0))
     for name, given in (
         ("1000 mm, the same limits", paper),
         ("1000 mm, a fast machine", limits(3000.0, 30000.0, 3.0, 3.0, 20.0, 300.0, 0.005)),
@@ -87,11 +87,11 @@ def limits(
     )
 
 
-def flank() -> sf.JointPath:
+def flank() -> sf.kinematics.JointPath:
     """The flank-milling path on a machine without offsets."""
     tool = sf.read(FLANK)
     assert isinstance(tool, sf.ToolPath)
-    return sf.JointPath(tool, kinematics("xyzac-trt"))
+    return sf.kinematics.JointPath(tool, kinematics("xyzac-trt"))
 
 
 def long_path() -> sf.ToolPath:
@@ -105,7 +105,7 @@ def long_path() -> sf.ToolPath:
     return sf.ToolPath(sf.NurbsCurve(3, knots, tip), sf.NurbsCurve(3, knots, axis), kind="vectors", name="wave")
 
 
-def _judged(path: sf.JointPath, given: Limits, strategy: str) -> tuple[str | float | None, ...]:
+def _judged(path: sf.kinematics.JointPath, given: Limits, strategy: str) -> tuple[str | float | None, ...]:
     """Strategy, motion and time over the best known, shares, tip error, seconds of computing and their ratio."""
     seconds = []
     for _ in range(ROUNDS):

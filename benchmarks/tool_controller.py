@@ -43,7 +43,7 @@ def mill(given: Limits) -> Mill:
     return Mill(tuple(velocity.tolist()), tuple(acceleration.tolist()), JOINTS, "xyzac-trt-kins")
 
 
-def by_linuxcnc(path: sf.JointPath, lines: int) -> Array:
+def by_linuxcnc(path: sf.kinematics.JointPath, lines: int) -> Array:
     """Joints (n, 5), mm and rad, that LinuxCNC commands for the path as lines; the way to the start is left out."""
     s = np.linspace(0.0, path.length, lines + 1)
     poses = np.column_stack([path.tool(s), np.degrees(path(s)[:, 3:])])
@@ -54,7 +54,7 @@ def by_linuxcnc(path: sf.JointPath, lines: int) -> Array:
     return np.column_stack([joints[:, :3], np.radians(joints[:, 3:])])
 
 
-def streamed(path: sf.JointPath, given: Limits, brought: Path | None = None) -> tuple[Array, Array]:
+def streamed(path: sf.kinematics.JointPath, given: Limits, brought: Path | None = None) -> tuple[Array, Array]:
     """Our plan, with the reserve that lets it be overridden, streamed into LinuxCNC on xyzac-trt, one row a servo tick.
 
     Gives joints (n, 5), mm and rad, as HAL has commanded them, and poses (n, 5), mm and deg: tip and rotary axes as
@@ -99,7 +99,9 @@ def off(tool: sf.ToolPath, tip: Array) -> tuple[Array, Array]:
     return np.asarray(np.linalg.norm(tool(s) - tip, axis=1)), s
 
 
-def judged(who: str, path: sf.JointPath, joints: Array, period: float, tip: Array | None = None) -> tuple[Cell, ...]:
+def judged(
+    who: str, path: sf.kinematics.JointPath, joints: Array, period: float, tip: Array | None = None
+) -> tuple[Cell, ...]:
     """A row of the table from joints (n, 5) of a motion; tip (n, 3) where somebody else has said where it is."""
     moves = np.flatnonzero(np.any(np.diff(joints, axis=0) != 0.0, axis=1))
     joints = joints[moves[0] : moves[-1] + 2]

@@ -30,15 +30,15 @@ class ToolMotion:
     """What is planned: a tool path, a machine, where its joints may be and begin, limits, period and strategy."""
 
     tool: sf.ToolPath
-    machine: sf.Kinematics
+    machine: sf.kinematics.Kinematics
     travel: dict[str, tuple[float, float]]
     start: dict[str, float]
     limits: sf.Limits
     period: float
     strategy: str
 
-    def joints(self) -> sf.JointPath:
-        return sf.JointPath(self.tool, self.machine, travel=self.travel, start=self.start)
+    def joints(self) -> sf.kinematics.JointPath:
+        return sf.kinematics.JointPath(self.tool, self.machine, travel=self.travel, start=self.start)
 
 
 def tool_motion(seed: int) -> ToolMotion:
@@ -53,7 +53,7 @@ def tool_motion(seed: int) -> ToolMotion:
     return ToolMotion(tool, machine, random_travel(tool, machine, random), start, limits, period, strategy)
 
 
-def random_machine(kind: str, random: np.random.Generator) -> sf.Kinematics:
+def random_machine(kind: str, random: np.random.Generator) -> sf.kinematics.Kinematics:
     """A machine with offsets, one of five without any."""
     scale = 0.0 if random.random() < 0.2 else 1.0
     given = {name: scale * random.uniform(-60.0, 60.0) for name in kinematics_of(kind) if name != "pivot_length"}
@@ -69,7 +69,7 @@ def kinematics_of(kind: str) -> list[str]:
     return [name.replace("-", "_") for name in KINDS[kind].lengths.split()]
 
 
-def random_tool(shape: str, machine: sf.Kinematics, random: np.random.Generator) -> sf.ToolPath:
+def random_tool(shape: str, machine: sf.kinematics.Kinematics, random: np.random.Generator) -> sf.ToolPath:
     """A tool path of some decimetres."""
     count = int(random.integers(5, 15))
     tip = np.cumsum(random.normal(size=(count, 3)) * [25.0, 25.0, 6.0], axis=0)
@@ -165,7 +165,7 @@ def dome(random: np.random.Generator) -> sf.ToolPath:
 
 
 def random_travel(
-    tool: sf.ToolPath, machine: sf.Kinematics, random: np.random.Generator
+    tool: sf.ToolPath, machine: sf.kinematics.Kinematics, random: np.random.Generator
 ) -> dict[str, tuple[float, float]]:
     """Travel of joints: none, wide, on one side alone, or tight around one way to go."""
     kind, rotary = random.random(), machine.joints[machine.linear :]
@@ -193,9 +193,9 @@ def random_travel(
     return {**wide, machine.joints[k]: (low[k] - random.uniform(-0.1, 0.5) * span[k], high[k] + 0.3 * span[k])}
 
 
-def ways(tool: sf.ToolPath, machine: sf.Kinematics) -> list[Array]:
+def ways(tool: sf.ToolPath, machine: sf.kinematics.Kinematics) -> list[Array]:
     """Joints (PLACES, joints) on each of the two ways to turn, or on the one of angles that are given."""
-    path = sf.JointPath(tool, machine)
+    path = sf.kinematics.JointPath(tool, machine)
     s = np.linspace(0.0, tool.length, PLACES)
     one = path(s)
     if tool.kind == "angles":

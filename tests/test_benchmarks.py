@@ -97,13 +97,13 @@ def test_quadrature_finds_the_parameter_of_an_arc_length():
 
 
 def test_online_steps_are_counted_in_whole_laps():
-    lap = sf.Interpolator(cases.butterfly(), cases.law()).ticks
+    lap = sf.interpolation.Interpolator(cases.butterfly(), cases.law()).ticks
     assert len(online.step_times("arc-length", lap + 1)) == 2 * lap
 
 
 def test_a_stream_writes_every_tick_that_it_counts():
     written = stream.write(1.0, cases.PERIOD)
-    assert written["ticks"] == sf.Interpolator(cases.butterfly(), cases.law()).ticks
+    assert written["ticks"] == sf.interpolation.Interpolator(cases.butterfly(), cases.law()).ticks
     assert written["laps"] == 1
     assert min(written["peak"], written["bytes"]) > 8 * written["ticks"]
 

@@ -34,8 +34,8 @@ BOUNDED = {
     ("cli.options", "[paper: "): 10_000,  # help texts of our own
     ("report.theme", r"\.?0*e"): 40,  # a number of our own
     ("formats.occt_shapes", "Line "): 4000,  # MOST_SAID
-    ("formats.table_text", r"\s*[,;\t]"): 2000,  # MOST_NAMES
-    ("formats.table_text", "(?:(?:pos|"): 80,  # MOST_NAME
+    ("files.table_text", r"\s*[,;\t]"): 2000,  # MOST_NAMES
+    ("files.table_text", "(?:(?:pos|"): 80,  # MOST_NAME
 }
 #: How patterns are used that have another name when they are.
 METHODS = {("formats.svg_paths", "_ARGUMENTS"): {"match"}}

@@ -10,6 +10,7 @@ import numpy as np
 
 import splinefeed as sf
 from benchmarks import cases, curves
+from splinefeed.paths.smoothing import smoothed
 
 HERE = Path(__file__).parent
 PROBLEMS = HERE / "problems"
@@ -52,7 +53,7 @@ def main() -> None:
         _write(f"random7-{seed:02d}", [sf.NurbsCurve(DEGREE, knots, points)], names, ARM)
     for name, file in PROGRAMS.items():
         path = sf.read(DATA / file, repair=True)
-        _write(f"program-{name}", *_longest_stretch(path.smoothed(TOLERANCE, corners="round")), ROUTER)
+        _write(f"program-{name}", *_longest_stretch(smoothed(path, TOLERANCE, corners="round")), ROUTER)
 
 
 def _longest_stretch(path: sf.Path) -> tuple[list[sf.NurbsCurve], tuple[str, ...]]:

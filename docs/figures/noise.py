@@ -9,6 +9,7 @@ import numpy as np
 
 import splinefeed as sf
 from splinefeed.curves.differential import curvatures
+from splinefeed.paths.smoothing import smoothed
 from splinefeed.reports import theme
 from splinefeed.reports.figure import Dots, Figure, Line, Panel, PlotAxis
 
@@ -23,7 +24,7 @@ def main() -> None:
     for name, points in noises(0).items():
         radius = 5000.0 if name == "near-collinear" else RADIUS
         path = sf.Path.polyline(points, repair=True)
-        result = path.smoothed(NOISE_TOLERANCE)
+        result = smoothed(path, NOISE_TOLERANCE)
         steps = path.ends[:, 1] - path.ends[:, 0]
         length = np.linalg.norm(steps, axis=1)
         unit = steps / length[:, None]

@@ -15,8 +15,8 @@ from splinefeed.machine.parts import Drive, PlotAxis
 from splinefeed.reports import theme
 from splinefeed.reports.figure import Dots, Figure, Level, Line, Mark, Panel
 from splinefeed.reports.figure import PlotAxis as Scale
-from splinefeed.runs.compare import PAPER_ERROR, PAPER_METHODS, comparison, serve_methods
-from splinefeed.runs.follow import Servo, follow
+from splinefeed.runs.comparison import PAPER_ERROR, PAPER_METHODS, comparison, serve_methods
+from splinefeed.runs.following import Servo, follow
 from splinefeed.runs.settings import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE
 from splinefeed.simulation.linear import margins
 
@@ -37,7 +37,7 @@ def main() -> None:
     run = sf.run(path, PAPER_LIMITS, period=PAPER_PERIOD)
     table = sf.Machine.load("xytheta")
     flat = list(serve_methods(path, run.law, table))
-    solid = list(serve_methods(sf.tangential(path), run.law, table))
+    solid = list(serve_methods(sf.paths.tangential(path), run.law, table))
     put("run", run_words(run))
     put("methods", methods(path, run.law))
     put("errors", errors(flat, solid))
@@ -68,7 +68,7 @@ def chord(path: sf.Path) -> float:
 def methods(path: sf.Path, law: sf.TimeLaw) -> str:
     """Ripple and drift of the paper's methods and of ours on the default path."""
     lines = [("method", "feed ripple, largest", "rms", "drift at the end, um", "chord error, um")]
-    for trace in sf.compare(path, law, period=PAPER_PERIOD, methods=PAPER_METHODS):
+    for trace in sf.runs.compare(path, law, period=PAPER_PERIOD, methods=PAPER_METHODS):
         each = trace.result
         numbers = f"{each.ripple_max:.1e}", f"{each.ripple_rms:.1e}", f"{1e3 * each.drift_mm:.3f}"
         lines.append((f"`{each.method}`", *numbers, f"{1e3 * each.chord_error_mm:.3f}"))

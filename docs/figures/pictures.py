@@ -7,7 +7,7 @@ from pathlib import Path
 import splinefeed as sf
 from splinefeed.reports.path_figures import contour_figure
 from splinefeed.reports.servo_figures import errors_figure
-from splinefeed.runs.compare import serve_methods
+from splinefeed.runs.comparison import serve_methods
 
 HERE = Path(__file__).parent
 
@@ -27,7 +27,7 @@ def main() -> None:
 
 def experiment() -> None:
     """The paper's experiment with theta, by its two methods and ours: errors over time, and where it left the path."""
-    path = sf.tangential(sf.shapes.naca("0025", perimeter=33))
+    path = sf.paths.tangential(sf.shapes.naca("0025", perimeter=33))
     run = sf.run(path)
     served = list(serve_methods(path, run.law, sf.Machine.load("xytheta")))
     responses = {each.method: each.response for each in served}

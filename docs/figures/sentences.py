@@ -121,7 +121,7 @@ def windows() -> str:
     for path in (sf.shapes.butterfly(), sf.shapes.naca("0025", perimeter=33)):
         times = []
         for cells in WINDOWS:
-            planner = sf.live.LookAhead(LIMITS, PERIOD, path.axes, cells)
+            planner = sf.planner.LookAhead(LIMITS, PERIOD, path.axes, cells)
             last = [*planner.push(path), *planner.finish()][-1]
             times.append(last.time + last.law.duration)
         longest.append(max(times) / min(times) - 1.0)

@@ -8,6 +8,7 @@ import numpy as np
 
 import splinefeed as sf
 from splinefeed.curves.differential import curvatures
+from splinefeed.paths.smoothing import smoothed
 from splinefeed.reports import theme
 from splinefeed.reports.figure import Figure, Line, Panel, PlotAxis
 
@@ -20,7 +21,7 @@ FROM, TO = 1195.0, 1235.0
 def main() -> None:
     """Curvature of the lines, as their angle over their mean length, and of the curves that take their place."""
     path = sf.read(PROGRAM)
-    result = path.smoothed(TOLERANCE)
+    result = smoothed(path, TOLERANCE)
     at, turn = turns(path)
     s = np.linspace(0.0, result.length, 400_001)
     curve, u = result.locate(s)

@@ -28,13 +28,13 @@ def main() -> None:
     """Tune the paper's table by every rule and on the paper's path, fill docs/tune.md, and draw X before and after."""
     table = sf.Machine.load("xytheta")
     x = table.servo_axis("x")
-    old, calm = sf.tune(x, "ziegler-nichols"), sf.tune(x, "tyreus-luyben")
+    old, calm = sf.runs.tune(x, "ziegler-nichols"), sf.runs.tune(x, "tyreus-luyben")
     put("stable", stable(old))
     put("drives", drives(x))
     run = sf.run(sf.shapes.naca("0025", perimeter=33))
     plain = tune_on_path(table, run.points, run.path)
     forward = tune_on_path(table, run.points, run.path, feed_forward=True)
-    put("gains", gains(x, sf.tune(x), old, calm, plain))
+    put("gains", gains(x, sf.runs.tune(x), old, calm, plain))
     put("margins", by_margins(table))
     put("path", on_path(plain, forward))
     tuned = [replace(axis, rule="rule path, NACA 0025") for axis in plain.axes.values()]
@@ -59,7 +59,7 @@ def by_margins(table: sf.Machine) -> str:
     """What rule margins makes of each axis: margins, following error and overshoot before and after."""
     lines = [("axis", "gains", "phase margin", "gain margin", "following error", "step overshoot")]
     for name in table.axes:
-        found = sf.tune(table.servo_axis(name)).numbers()
+        found = sf.runs.tune(table.servo_axis(name)).numbers()
         unit, factor = ("deg", 180.0 / math.pi) if found["rest_swing_unit"] == "rad" else ("µm", 1e3)
         for when, ending in (("old", "_before"), ("new", "")):
             margins = found[f"margins{ending}"]

@@ -3,7 +3,7 @@
 import splinefeed as sf
 
 machine = sf.Machine.load("xytheta")
-tuned = sf.tune(machine.servo_axis("x"), "margins", period=1e-3)
+tuned = sf.runs.tune(machine.servo_axis("x"), "margins", period=1e-3)
 
 figure = sf.plot.bode(tuned, machine.name)
 assert tuned.margins.phase_margin >= 44.9

@@ -12,7 +12,7 @@ limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
 marks: list[Line] = []
 seconds: list[float] = []
 for number, (name, path) in enumerate(
-    {"stops": square, "within 0.05 mm": square.smoothed(0.05, corners="round")}.items()
+    {"stops": square, "within 0.05 mm": sf.smooth(square, 0.05, corners="round")}.items()
 ):
     law = sf.plan(path, limits, period=1e-3)
     t = np.linspace(0.0, law.duration, 2000)

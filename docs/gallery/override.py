@@ -12,10 +12,12 @@ PERIOD = 1e-3
 OVERRIDE = ((0.0, 1.0), (0.5, 0.5), (1.5, 0.0), (2.2, 1.0))
 
 path = sf.shapes.ellipse(a=30, b=8)
-law = sf.plan(path, sf.live.with_reserve(LIMITS), strategy="time-optimal", period=PERIOD)
+law = sf.plan(path, sf.planner.with_reserve(LIMITS), strategy="time-optimal", period=PERIOD)
 t = np.linspace(PERIOD, 20000 * PERIOD, 20000)
 starts, rates = np.array(OVERRIDE).T
-ran = sf.live.Override(sf.live.LawSource(path, law), LIMITS).run(rates[np.searchsorted(starts, t, side="right") - 1])
+ran = sf.planner.Override(sf.planner.LawSource(path, law), LIMITS).run(
+    rates[np.searchsorted(starts, t, side="right") - 1]
+)
 t = t[: len(ran)]
 s = law(np.concatenate([[0.0], ran.tau]))
 feed = (s[1:] - s[:-1]) / PERIOD

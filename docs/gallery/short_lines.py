@@ -10,7 +10,7 @@ LIMITS = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
 
 x = np.arange(0.0, 40.1, 0.5)
 lines = sf.Path.polyline(np.column_stack([x, 5.0 * np.sin(0.1 * np.pi * x)]))
-smooth = lines.smoothed(0.01)
+smooth = sf.smooth(lines, 0.01)
 above: list[Line] = []
 below: list[Line] = []
 for path, colour, label in ((lines, theme.VERMILION, "lines"), (smooth, theme.BLUE, "curves")):

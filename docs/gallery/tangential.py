@@ -2,7 +2,7 @@
 
 import splinefeed as sf
 
-path = sf.tangential(sf.shapes.ellipse(a=30, b=15))
+path = sf.paths.tangential(sf.shapes.ellipse(a=30, b=15))
 limits = sf.Limits(
     feed=60,
     axis_acceleration={"x": 500, "y": 500, "theta": 20},

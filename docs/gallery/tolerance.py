@@ -10,7 +10,7 @@ lines = sf.Path.polyline(np.column_stack([30 * np.cos(angle), 15 * np.sin(angle)
 limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
 
 tolerances = np.array([0.002, 0.005, 0.01, 0.02, 0.05, 0.1])  # mm
-seconds = np.array([sf.plan(lines.smoothed(each), limits, period=1e-3).duration for each in tolerances])
+seconds = np.array([sf.plan(sf.smooth(lines, each), limits, period=1e-3).duration for each in tolerances])
 stops = sf.plan(lines, limits, period=1e-3).duration
 
 panel = Panel(

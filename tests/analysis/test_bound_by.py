@@ -60,7 +60,7 @@ def test_a_torque_that_binds_is_named():
 
 def test_a_combination_that_binds_is_named():
     path = sf.Path([sf.NurbsCurve.bezier([[0, 0, 0], [60, 40, 0.3], [120, 0, 0]])], ("x", "y", "c"))
-    left = sf.Combination(weights={"y": 1.0, "c": 200.0}, velocity=80.0, acceleration=400.0, jerk=15000.0)
+    left = sf.records.Combination(weights={"y": 1.0, "c": 200.0}, velocity=80.0, acceleration=400.0, jerk=15000.0)
     limits = sf.Limits(
         feed=200.0, axis_acceleration=[3000.0, 3000.0, 50.0], axis_jerk=[2e5, 2e5, 4e3], combinations={"left": left}
     )
@@ -82,7 +82,7 @@ def test_the_maximum_velocity_curve_is_lower_under_a_combination():
     path = sf.Path([sf.NurbsCurve.bezier([[0, 0], [50, 80], [100, 0]])])
     limits = sf.Limits(feed=1e3, axis_acceleration=1e4)
     tight = dataclasses.replace(
-        limits, combinations={"sum": sf.Combination(weights={"x": 1.0, "y": 1.0}, velocity=30.0)}
+        limits, combinations={"sum": sf.records.Combination(weights={"x": 1.0, "y": 1.0}, velocity=30.0)}
     )
     curve, u = path.locate(np.array([0.3 * path.length]))
     derivatives = path.evaluate(curve, u, 3)
@@ -142,7 +142,10 @@ def test_parts_of_a_motion_have_the_use_of_the_whole():
 
 def test_every_limit_is_a_row_of_the_table():
     fields = {each.name for each in dataclasses.fields(sf.Limits)} - {"modelled"}
-    modelled = {each.kind for each in (sf.Torque, sf.TorqueRate, sf.VelocityByPosition, sf.Approach)}
+    modelled = {
+        each.kind
+        for each in (sf.records.Torque, sf.records.TorqueRate, sf.records.VelocityByPosition, sf.records.Approach)
+    }
     assert set(KINDS) == fields | modelled
     assert len(KINDS) == len(TABLE)
     assert {each.bounds for each in TABLE} == {PATH, ENDS, TICKS, AXES, CORNERS, TRAVEL, SUMS, MODELS}

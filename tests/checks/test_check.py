@@ -654,4 +654,4 @@ def test_the_verdict_says_in_words_what_it_allows() -> None:
 
 @pytest.mark.parametrize(("share", "holds"), [(1.0 + 0.9e-6, True), (1.0 + 1.1e-6, False)])
 def test_a_limit_is_kept_up_to_a_millionth_of_it(share: float, holds: bool) -> None:
-    assert sf.LimitResult(limit=20000.0, worst=20000.0 * share, at_s=0.0, at_t=0.0).holds is holds
+    assert sf.records.LimitResult(limit=20000.0, worst=20000.0 * share, at_s=0.0, at_t=0.0).holds is holds

@@ -11,6 +11,7 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.checks.check import Check
+from splinefeed.paths.smoothing import smoothed
 from splinefeed.runs.long_path import parts_of
 
 PERIOD = 1e-3
@@ -25,7 +26,7 @@ def program() -> sf.Path:
                        [2, 8, 0.0], [1, 3, 0.0]])  # fmt: skip
     return sf.Path.polyline(
         points, ("x", "y", "c"), name="program", feeds=[20, 30, 40, np.inf, 30, 20, 50, 10],
-        markers=[sf.Marker(2, "M3", 0.1, True), sf.Marker(5, "", 0.0, True)],
+        markers=[sf.paths.Marker(2, "M3", 0.1, True), sf.paths.Marker(5, "", 0.0, True)],
     )  # fmt: skip
 
 
@@ -65,7 +66,7 @@ def same(one: sf.Verdict, other: sf.Verdict) -> None:
 def test_a_program_is_judged_by_parts_as_by_the_whole(size, monkeypatch):
     monkeypatch.setattr(import_module("splinefeed.checks.check"), "BLOCK", 61)
     path = program()
-    points = sf.Setpoints.joined(list(sf.live.stream_setpoints(parts_of(path, size), LIMITS, period=PERIOD)))
+    points = sf.Setpoints.joined(list(sf.runs.stream_setpoints(parts_of(path, size), LIMITS, period=PERIOD)))
     whole = sf.check(points, path, LIMITS)
     assert whole.ok, whole.problems
     found = judged(path, points, size)
@@ -78,7 +79,7 @@ def test_a_program_is_judged_by_parts_as_by_the_whole(size, monkeypatch):
 def test_what_is_wrong_is_found_in_its_place(monkeypatch):
     monkeypatch.setattr(import_module("splinefeed.checks.check"), "BLOCK", 61)
     path = program()
-    points = sf.Setpoints.joined(list(sf.live.stream_setpoints(parts_of(path, 2), LIMITS, period=PERIOD)))
+    points = sf.Setpoints.joined(list(sf.runs.stream_setpoints(parts_of(path, 2), LIMITS, period=PERIOD)))
     at = len(points) * 3 // 4
     bent, early = points.position.copy(), points.t.copy()
     bent[at, 1] += 1e-4
@@ -97,8 +98,8 @@ def test_a_smoothed_path_is_judged_as_it_was_made():
     turn = np.cumsum(0.4 * np.sin(np.arange(600) / 9.0))
     path = sf.Path.polyline(np.cumsum(np.column_stack([np.cos(turn), np.sin(turn)]), axis=0) * 0.2, ("x", "y"))
     limits = sf.Limits(feed=40, axis_acceleration=800, axis_jerk=30000)
-    smooth = path.smoothed(0.01)
-    points = sf.Setpoints.joined(list(sf.live.stream_setpoints(parts_of(smooth, 5), limits, period=PERIOD)))
+    smooth = smoothed(path, 0.01)
+    points = sf.Setpoints.joined(list(sf.runs.stream_setpoints(parts_of(smooth, 5), limits, period=PERIOD)))
     whole = sf.check(points, smooth, limits)
     assert whole.ok, whole.problems
     same(judged(smooth, points, 5, limits, chunk=700), whole)

@@ -19,8 +19,8 @@ DATA = File(__file__).parents[1] / "data"
 
 
 @cache
-def planned() -> tuple[sf.JointPath, sf.TimeLaw, sf.Setpoints]:
-    path = sf.JointPath(flank(DATA), kinematics("xyzac-trt"))
+def planned() -> tuple[sf.kinematics.JointPath, sf.TimeLaw, sf.Setpoints]:
+    path = sf.kinematics.JointPath(flank(DATA), kinematics("xyzac-trt"))
     law = sf.plan(path, FLANK, period=FLANK_PERIOD, strategy="look-ahead")
     return path, law, sf.interpolate(path, law)
 
@@ -78,7 +78,7 @@ def test_a_program_s_own_feeds_are_held_curve_by_curve() -> None:
     path, _, points = planned()
     tool = path.tool
     slow = sf.ToolPath(sf.Path(tool.curves, tool.axes, feeds=[20.0]), tool.tool_axis)
-    verdict = sf.check(points, sf.JointPath(slow, path.kinematics), FLANK)
+    verdict = sf.check(points, sf.kinematics.JointPath(slow, path.kinematics), FLANK)
     assert verdict.limits["feed"].limit == 20.0
     (said,) = (each for each in verdict.problems if each.startswith("feed: "))
     assert "mm/s " in said
@@ -105,7 +105,7 @@ def test_a_stop_that_is_not_gentle_is_seen() -> None:
 
 def test_setpoints_of_another_machine_are_refused() -> None:
     _, _, points = planned()
-    other = sf.JointPath(flank(DATA), kinematics("xyzbc-trt"))
+    other = sf.kinematics.JointPath(flank(DATA), kinematics("xyzbc-trt"))
     with pytest.raises(InputError, match="the setpoints have axes"):
         sf.check(points, other, FLANK)
     path = planned()[0]

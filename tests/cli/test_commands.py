@@ -117,7 +117,7 @@ def test_compare_in_words(splinefeed):
     for title in ("ripple max", "rms", "drift (mm)", "chord (mm)", "ns"):
         assert title in lines[head]
     assert max(map(len, lines)) <= 80
-    assert [line.split()[0] for line in lines[head + 1 :]] == list(sf.methods())
+    assert [line.split()[0] for line in lines[head + 1 :]] == list(sf.interpolation.methods())
 
 
 def test_a_minus_reads_standard_input():
@@ -218,16 +218,16 @@ def test_info_tells_what_the_reader_found(splinefeed, folder):
 
 def test_methods(splinefeed):
     page = answer(splinefeed("methods", "--json"))
-    assert [each["name"] for each in page["methods"]] == list(sf.methods())
+    assert [each["name"] for each in page["methods"]] == list(sf.interpolation.methods())
     orders = {each["name"]: each["order"] for each in page["methods"]}
     assert (orders["taylor-1"], orders["taylor-2"], orders["milne-simpson"], orders["arc-length"]) == (1, 2, 4, None)
     for each in page["methods"]:
         assert each["title"]
         assert each["source"]
         assert "stepping." not in each["source"]
-    assert page["default"] in sf.methods()
+    assert page["default"] in sf.interpolation.methods()
     text = splinefeed("methods").stdout
-    for name in sf.methods():
+    for name in sf.interpolation.methods():
         assert f"\n{name} " in text
         assert f"\n  {name}: " in text
 

@@ -117,7 +117,7 @@ def test_cam_programs_of_a_boat_keep_every_limit() -> None:
         paths = read_all(DEMOS / f"boat-{letters}.ngc")
         assert len(paths) >= 10
         for tool in paths[1::3]:
-            path = sf.JointPath(tool, machine)
+            path = sf.kinematics.JointPath(tool, machine)
             law = sf.plan(path, limits, period=2e-3, strategy="look-ahead")
             verdict = sf.check(sf.interpolate(path, law), path, limits, law=law)
             assert verdict.ok, (tool.name, verdict.problems)

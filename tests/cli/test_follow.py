@@ -33,7 +33,7 @@ def test_json_is_the_api(splinefeed, folder, setpoints):
     assert result.exit_code == 0, result.output
     page = json.loads(result.stdout)
     points = sf.load(setpoints)
-    response = sf.follow(points, Machine.load("xytheta"), path=sf.read("smooth.json"))
+    response = sf.runs.follow(points, Machine.load("xytheta"), path=sf.read("smooth.json"))
     assert page["contour_error_max_mm"] == np.max(response.contour_error)
     assert page["tracking_error_max"] == {
         axis: np.max(np.abs(response.tracking_error[:, i])) for i, axis in enumerate(response.axes)

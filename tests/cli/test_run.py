@@ -13,7 +13,7 @@ import pytest
 import splinefeed as sf
 from splinefeed.reports import files, record
 from splinefeed.reports.figure import Figure
-from splinefeed.runs.compare import BESIDE_A_RUN
+from splinefeed.runs.comparison import BESIDE_A_RUN
 
 LIMITS = ["--feed", "3600mm/min", "--accel", "0.5m/s^2", "--jerk", "20000"]
 

@@ -18,6 +18,7 @@ import splinefeed as sf
 from splinefeed.analysis.measures import chord_errors
 from splinefeed.formats import long_files
 from splinefeed.formats.long_files import read_parts
+from splinefeed.paths.smoothing import smoothed
 from splinefeed.runs import fold, long_path
 from splinefeed.runs.run import MotionJob, carry_out
 
@@ -56,7 +57,7 @@ def test_its_setpoints_are_those_of_the_smoothed_path(splinefeed, program, by_wi
     points = sf.load("out/setpoints.h5")
     assert len(points) == page["ticks"] == len(sf.load("out/setpoints.csv"))
     assert "--smooth program" in page["command"]
-    path = sf.read(program).smoothed("program", corners="round")
+    path = smoothed(sf.read(program), "program", corners="round")
     limits = sf.Limits(feed=50, axis_acceleration=1500, axis_jerk=50000)
     verdict = sf.check(points, path, limits)
     assert verdict.ok, verdict.problems
@@ -74,7 +75,7 @@ def test_its_numbers_are_those_of_the_whole_path(splinefeed, program, by_windows
     done = splinefeed("run", program, *LIMITS, "--smooth", "program", "--chord-error", "0.002", "--machine", "router",
                       "--axis-velocity", "200", "-o", "out", "--json")  # fmt: skip
     page = json.loads(done.stdout)
-    points, path = sf.load("out/setpoints.h5", sf.Setpoints), sf.read(program).smoothed("program", corners="round")
+    points, path = sf.load("out/setpoints.h5", sf.Setpoints), smoothed(sf.read(program), "program", corners="round")
     assert len(points) > 10 * 900
     assert page["chord_error_max_mm"] == pytest.approx(float(np.max(chord_errors(points, path))), rel=1e-9)
     assert page["ripple_max"] < 1e-6
@@ -83,7 +84,7 @@ def test_its_numbers_are_those_of_the_whole_path(splinefeed, program, by_windows
         acceleration = np.abs(np.diff(points.position[:, k], n=2)) / points.period**2
         assert page["axes"][axis]["velocity"] == pytest.approx(velocity.max(), rel=1e-3)
         assert page["axes"][axis]["acceleration"] == pytest.approx(acceleration.max(), rel=1e-2)
-    response = sf.follow(points, "router", path=path)
+    response = sf.runs.follow(points, "router", path=path)
     written = sf.load("out/response.h5", sf.Response)
     assert np.array_equal(written.position, response.position)
     assert np.max(np.abs(written.contour_error - response.contour_error)) < 1e-9

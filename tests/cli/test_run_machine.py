@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.runs.compare import PAPER_METHODS
+from splinefeed.runs.comparison import PAPER_METHODS
 
 QUIET = ("--no-figures", "--no-compare")
 
@@ -33,7 +33,9 @@ def test_the_experiment_puts_the_paper_s_methods_side_by_side(splinefeed, folder
     path = sf.shapes.naca("0025", perimeter=33)
     law = sf.plan(path, sf.Limits(feed=60, acceleration=50, jerk=2000), period=1e-3)
     for each in found["methods"]:
-        response = sf.follow(sf.interpolate(path, law, method=each["method"]), sf.Machine.load("xytheta"), path=path)
+        response = sf.runs.follow(
+            sf.interpolate(path, law, method=each["method"]), sf.Machine.load("xytheta"), path=path
+        )
         assert each["contour_error_max_mm"] == pytest.approx(np.max(response.contour_error), rel=1e-9)
     assert found["largest_error_mm"] == max(page["tracking_error_max"].values())
     # the digest: 85 to 107 um on X; Taylor-2 and Milne-Simpson move the contour error by less than a hundredth

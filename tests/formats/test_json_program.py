@@ -17,8 +17,11 @@ LINES = [sf.NurbsCurve.bezier([(0, 0), (1, 0)]), sf.NurbsCurve.bezier([(1, 0), (
 
 def test_what_a_program_said_comes_back(tmp_path: Path) -> None:
     markers = [
-        sf.Marker(0, "M3 S12000"), sf.Marker(1, "", 0.25), sf.Marker(1, "M62 P1", stop=False), sf.Marker(2, "M2"),
-    ]  # fmt: skip
+        sf.paths.Marker(0, "M3 S12000"),
+        sf.paths.Marker(1, "", 0.25),
+        sf.paths.Marker(1, "M62 P1", stop=False),
+        sf.paths.Marker(2, "M2"),
+    ]
     path = sf.Path(LINES, feeds=[10 / 3, math.inf], tolerances=[0, math.inf], markers=markers)
     sf.write(path, tmp_path / "a.json")
     back = sf.read(tmp_path / "a.json")

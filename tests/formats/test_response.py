@@ -12,7 +12,7 @@ import motions
 import splinefeed as sf
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats.setpoints import load_chunks
-from splinefeed.runs.follow import Servo, follow_chunks
+from splinefeed.runs.following import Servo, follow_chunks
 
 COLUMNS = ("t", "command", "position", "measured", "output", "saturated", "contour_error")
 
@@ -24,7 +24,7 @@ def points() -> sf.Setpoints:
 
 @pytest.fixture(scope="module")
 def response(points) -> sf.Response:
-    return sf.follow(points, sf.Machine.load("xytheta"), path=motions.smooth())
+    return sf.runs.follow(points, sf.Machine.load("xytheta"), path=motions.smooth())
 
 
 def test_a_response_comes_back_bit_for_bit(tmp_path, response):

@@ -97,7 +97,7 @@ def test_rest_and_back_to_motion():
         strategy="rest",
     )
     for method in ("tsai-cheng", "runge-kutta-2-compensated", "feed-correction", "taylor-3"):
-        source = sf.Interpolator(path, law, period=1e-3, method=method)
+        source = sf.interpolation.Interpolator(path, law, period=1e-3, method=method)
         points = source.block()
         assert points.s[-1] == pytest.approx(path.length, abs=2e-3), method
         assert source.replaced == 0

@@ -63,11 +63,11 @@ def test_default_methods_keep_feed_and_end_to_rounding(path, method):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", sf.methods())
+@pytest.mark.parametrize("method", sf.interpolation.methods())
 def test_no_method_leaves_the_path_or_fails_on_a_hard_one(method):
     for path in PATHS.values():
         law = sf.plan(path, LIMITS, period=1e-3)
-        source = sf.Interpolator(path, law, method=method)
+        source = sf.interpolation.Interpolator(path, law, method=method)
         points = source.block()
         assert np.all(np.isfinite(points.position))
         for i, curve in enumerate(path.curves):
@@ -95,7 +95,7 @@ def test_a_tick_rests_on_every_stop():
     assert np.all(np.abs(points.position[second, 0] - 20) < 1e-12)
 
 
-@pytest.mark.parametrize("method", sf.methods())
+@pytest.mark.parametrize("method", sf.interpolation.methods())
 def test_chunks_are_the_same_points(method):
     for path in (PATHS["corner"], PATHS["smooth"]):
         law = sf.plan(path, LIMITS, period=1e-3)
@@ -104,7 +104,7 @@ def test_chunks_are_the_same_points(method):
         assert [len(part) for part in parts[:-1]] == [37] * (len(parts) - 1)
         for name in ("t", "curve", "u", "s", "feed", "position"):
             assert np.array_equal(np.concatenate([getattr(part, name) for part in parts]), getattr(whole, name))
-        one_by_one = sf.Interpolator(path, law, method=method)
+        one_by_one = sf.interpolation.Interpolator(path, law, method=method)
         for k in range(len(whole)):
             assert np.array_equal(one_by_one.step(), whole.position[k])
         with pytest.raises(StopIteration):
@@ -117,9 +117,9 @@ def test_unrolled_and_general_loops_give_the_same_bits(monkeypatch):
 
     path = motions.butterfly()
     law = sf.plan(path, LIMITS, period=1e-3)
-    unrolled = sf.Interpolator(path, law, method="milne-simpson-anchored", compiled=True).block()
+    unrolled = sf.interpolation.Interpolator(path, law, method="milne-simpson-anchored", compiled=True).block()
     assert path.shape in loop.UNROLLED_SHAPES
-    source = sf.Interpolator(path, law, method="milne-simpson-anchored")
+    source = sf.interpolation.Interpolator(path, law, method="milne-simpson-anchored")
     source._loop = source._method.loop(loop.FIXED_SHAPE)
     general = source.block()
     assert np.array_equal(unrolled.u, general.u)
@@ -129,7 +129,7 @@ def test_unrolled_and_general_loops_give_the_same_bits(monkeypatch):
 def test_a_short_last_period():
     path = motions.smooth()
     law = motions.constant(path, 60.0)
-    for method in sf.methods():
+    for method in sf.interpolation.methods():
         points = sf.interpolate(path, law, period=1e-2, method=method)
         assert points.t[-1] == law.duration
         assert 0 < points.t[-1] - points.t[-2] < 1e-2
@@ -202,15 +202,15 @@ WITH_ZEROS = ("taylor-2", "taylor-3", "runge-kutta-4", "milne-simpson", "tsai-ch
 @pytest.mark.parametrize(
     ("name", "method"),
     [
-        *(("butterfly", method) for method in sf.methods() if method != "arc-length"),
+        *(("butterfly", method) for method in sf.interpolation.methods() if method != "arc-length"),
         *((cusp_end().name, method) for method in WITH_ZEROS),
     ],
 )
 def test_plain_python_and_compiled_loops_give_the_same_bits(monkeypatch, name, method):
     path = PATHS[name]
     law = sf.plan(path, LIMITS, period=1e-3)
-    compiled = sf.Interpolator(path, law, method=method, compiled=True)
-    plain = sf.Interpolator(path, law, method=method)
+    compiled = sf.interpolation.Interpolator(path, law, method=method, compiled=True)
+    plain = sf.interpolation.Interpolator(path, law, method=method)
     monkeypatch.setattr(plain, "_loop", plain._method.loop(path.shape).plainly)
     one, first, rest = compiled.block(), plain.block(7), plain.block()
     assert _bits(one.part(0, 7)) == _bits(first)

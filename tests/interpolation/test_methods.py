@@ -29,7 +29,7 @@ pytestmark = pytest.mark.nojit
 
 
 def test_names_are_the_published_ones():
-    assert set(sf.methods()) == {*ORDERS, *EXACT, *FITTED}
+    assert set(sf.interpolation.methods()) == {*ORDERS, *EXACT, *FITTED}
 
 
 @pytest.mark.parametrize(("name", "order"), ORDERS.items())
@@ -256,13 +256,13 @@ def damped_euler(u, rate, law, period, curve, corrections, tolerance, memory):
 def test_a_method_of_ones_own(smooth, smooth_law):
     name = "my-euler"
     try:
-        added = sf.register(name, damped_euler, title="mine", order=1)
-        assert name in sf.methods()
+        added = sf.interpolation.register(name, damped_euler, title="mine", order=1)
+        assert name in sf.interpolation.methods()
         assert added.title == "mine"
         mine = sf.interpolate(smooth, smooth_law, period=1e-2, method=name)
         assert np.array_equal(mine.u, sf.interpolate(smooth, smooth_law, period=1e-2, method="taylor-1").u)
         with pytest.raises(sf.errors.MethodError, match="method 'my-euler' is registered already; choose another name"):
-            sf.register(name, damped_euler)
+            sf.interpolation.register(name, damped_euler)
     finally:
         registry._methods.pop(name, None)
 
@@ -271,13 +271,13 @@ def test_refused_registrations():
     with pytest.raises(
         sf.errors.MethodError, match=r"method name 'My Method': use lower-case letters, digits and hyphens"
     ):
-        sf.register("My Method", damped_euler)
+        sf.interpolation.register("My Method", damped_euler)
     with pytest.raises(sf.errors.MethodError, match=r"method 'short': step takes \(u, rate\); it must take"):
-        sf.register("short", lambda u, rate: u[0])
+        sf.interpolation.register("short", lambda u, rate: u[0])
     with pytest.raises(
         sf.errors.MethodError, match=r"method 'long-memory': history is 7; 0 to 3 earlier steps are kept"
     ):
-        sf.register("long-memory", damped_euler, history=7)
+        sf.interpolation.register("long-memory", damped_euler, history=7)
     with pytest.raises(
         sf.errors.MethodError, match=r"unknown interpolation method 'milne-simson'; did you mean 'milne-simpson'\?"
     ):

@@ -26,9 +26,9 @@ def leaning(*vectors: tuple[float, float, float]) -> sf.ToolPath:
 
 
 @pytest.mark.parametrize("machine", MACHINES, ids=lambda machine: machine.kind)
-def test_joints_lead_back_to_tip_and_axis(machine: sf.Kinematics, data_dir: File) -> None:
+def test_joints_lead_back_to_tip_and_axis(machine: sf.kinematics.Kinematics, data_dir: File) -> None:
     for tool in (flank(data_dir), random_tool_path(3), random_tool_path(4)):
-        path = sf.JointPath(tool, machine)
+        path = sf.kinematics.JointPath(tool, machine)
         s = np.linspace(0.0, tool.length, 501)
         tip, axis = machine.forward(path(s))
         curve, u = tool.locate(s)
@@ -39,8 +39,8 @@ def test_joints_lead_back_to_tip_and_axis(machine: sf.Kinematics, data_dir: File
 
 
 @pytest.mark.parametrize("machine", MACHINES, ids=lambda machine: machine.kind)
-def test_derivatives_are_those_of_the_joints(machine: sf.Kinematics, data_dir: File) -> None:
-    path = sf.JointPath(flank(data_dir), machine)
+def test_derivatives_are_those_of_the_joints(machine: sf.kinematics.Kinematics, data_dir: File) -> None:
+    path = sf.kinematics.JointPath(flank(data_dir), machine)
     s, errors = np.linspace(1.0, 29.0, 57), []
     exact = path.derivatives(s)
     assert np.array_equal(exact[:, 0, 3:], path(s))
@@ -55,22 +55,22 @@ def test_derivatives_are_those_of_the_joints(machine: sf.Kinematics, data_dir: F
 def test_angles_are_taken_as_they_are_programmed() -> None:
     turns = sf.NurbsCurve(1, [0, 0, 1, 1], [[0.3, -1.0], [0.3, 9.0]])
     machine = kinematics("xyzac-trt")
-    path = sf.JointPath(sf.ToolPath(LINE, turns, kind="angles"), machine)
+    path = sf.kinematics.JointPath(sf.ToolPath(LINE, turns, kind="angles"), machine)
     assert np.allclose(path(path.length)[3:], [0.3, 9.0], atol=1e-12)
     with pytest.raises(CurveError, match=r"gives 2 rotary angle\(s\), xy-theta has 1"):
-        sf.JointPath(sf.ToolPath(LINE, turns, kind="angles"), kinematics("xy-theta"))
+        sf.kinematics.JointPath(sf.ToolPath(LINE, turns, kind="angles"), kinematics("xy-theta"))
 
 
 def test_the_table_turns_about_its_own_centre() -> None:
     turn = sf.NurbsCurve(1, [0, 0, 1, 1], [[0.0], [0.5 * math.pi]])
     machine = kinematics("xy-theta", x_rot_point=50.0, y_rot_point=10.0)
-    path = sf.JointPath(sf.ToolPath(LINE, turn, kind="angles"), machine)
+    path = sf.kinematics.JointPath(sf.ToolPath(LINE, turn, kind="angles"), machine)
     # (50, -10) from the centre, turned by a quarter of a turn
     assert np.allclose(path(path.length), [60.0, 60.0, 0.0, 0.5 * math.pi], atol=1e-12)
 
 
 def test_both_drives_of_a_gantry_move_as_one() -> None:
-    path = sf.JointPath(sf.ToolPath(LINE.transformed(np.eye(3)[[1, 0, 2]])), kinematics("gantry", skew=0.25))
+    path = sf.kinematics.JointPath(sf.ToolPath(LINE.transformed(np.eye(3)[[1, 0, 2]])), kinematics("gantry", skew=0.25))
     assert np.allclose(path(40.0), [0.0, 40.0, 0.0, 40.25], atol=1e-12)
 
 
@@ -80,7 +80,7 @@ def around(turns: float, count: int = 200) -> Array:
 
 
 def test_a_joint_winds_on_over_several_turns() -> None:
-    path = sf.JointPath(leaning(*map(tuple, around(3.0))), kinematics("xyzac-trt"))
+    path = sf.kinematics.JointPath(leaning(*map(tuple, around(3.0))), kinematics("xyzac-trt"))
     turned = path(path.length)[4] - path(0.0)[4]
     assert abs(abs(turned) - 6.0 * math.pi) < 1e-9
 
@@ -88,13 +88,13 @@ def test_a_joint_winds_on_over_several_turns() -> None:
 def test_turns_are_chosen_inside_the_travel_and_near_the_start() -> None:
     tool = leaning((0.3, 0.1, 1.0), (0.3, 0.4, 1.0))
     machine = kinematics("xyzac-trt")
-    free = sf.JointPath(tool, machine)
+    free = sf.kinematics.JointPath(tool, machine)
     assert free(0.0)[3] > 0.0
-    tilted = sf.JointPath(tool, machine, travel={"a": (-1.0, 0.0)})
+    tilted = sf.kinematics.JointPath(tool, machine, travel={"a": (-1.0, 0.0)})
     assert np.all(tilted(np.linspace(0.0, 100.0, 50))[:, 3] < 0.0)
-    turned = sf.JointPath(tool, machine, travel={"c": (20.0, 30.0)})
+    turned = sf.kinematics.JointPath(tool, machine, travel={"c": (20.0, 30.0)})
     assert np.all(turned(np.linspace(0.0, 100.0, 50))[:, 4] >= 20.0)
-    near = sf.JointPath(tool, machine, start={"c": 100.0})
+    near = sf.kinematics.JointPath(tool, machine, start={"c": 100.0})
     assert abs(near(0.0)[4] - 100.0) <= math.pi
     for other in (tilted, turned, near):
         for path in (free, other):
@@ -104,16 +104,16 @@ def test_turns_are_chosen_inside_the_travel_and_near_the_start() -> None:
 def test_the_travel_of_linear_joints_counts_where_the_way_to_turn_is_chosen() -> None:
     tool = leaning((0.3, 0.1, 1.0), (0.3, 0.4, 1.0))
     machine, s = kinematics("xyzac-trt", z_rot_point=-50.0), np.linspace(0.0, 100.0, 50)
-    free = sf.JointPath(tool, machine)(s)
+    free = sf.kinematics.JointPath(tool, machine)(s)
     low, high = float(np.min(free[:, 1])), float(np.max(free[:, 1]))
-    other = sf.JointPath(tool, machine, travel={"y": (-high - 1.0, -low + 1.0)})
+    other = sf.kinematics.JointPath(tool, machine, travel={"y": (-high - 1.0, -low + 1.0)})
     assert np.all((other(s)[:, 1] >= -high - 1.0) & (other(s)[:, 1] <= -low + 1.0))
     assert np.all(np.sign(other(s)[:, 3]) == -np.sign(free[:, 3]))  # it tilts to the other side
     assert np.allclose(machine.forward(other(s))[0], tool(s), atol=1e-12)
     with pytest.raises(
         LimitsError, match=r"travel\.y: the path takes joint y from .* mm, most at s = .* mm; its travel"
     ):
-        sf.JointPath(tool, machine, travel={"y": (high + 1e3, high + 2e3)})
+        sf.kinematics.JointPath(tool, machine, travel={"y": (high + 1e3, high + 2e3)})
 
 
 def test_travel_that_is_left_is_refused_with_joint_and_mend() -> None:
@@ -123,11 +123,11 @@ def test_travel_that_is_left_is_refused_with_joint_and_mend() -> None:
         "workpiece elsewhere"
     )
     with pytest.raises(LimitsError, match=said):
-        sf.JointPath(leaning(*map(tuple, around(1.2))), machine, travel={"c": (-math.pi, math.pi)})
+        sf.kinematics.JointPath(leaning(*map(tuple, around(1.2))), machine, travel={"c": (-math.pi, math.pi)})
     with pytest.raises(LimitsError, match=r"travel\.x: the path takes joint x .* mm, most at s = .* mm"):
-        sf.JointPath(leaning((0.1, 0.0, 1.0), (0.1, 0.1, 1.0)), machine, travel={"x": (-10.0, 10.0)})
+        sf.kinematics.JointPath(leaning((0.1, 0.0, 1.0), (0.1, 0.1, 1.0)), machine, travel={"x": (-10.0, 10.0)})
     with pytest.raises(InputError, match="w: xyzac-trt has no such joint; it has x, y, z, a, c"):
-        sf.JointPath(leaning((0.1, 0.0, 1.0), (0.1, 0.1, 1.0)), machine, travel={"w": (0.0, 1.0)})
+        sf.kinematics.JointPath(leaning((0.1, 0.0, 1.0), (0.1, 0.1, 1.0)), machine, travel={"w": (0.0, 1.0)})
 
 
 def bending(*vectors: tuple[float, float, float]) -> sf.ToolPath:
@@ -148,8 +148,8 @@ def bending(*vectors: tuple[float, float, float]) -> sf.ToolPath:
     ],
     ids=["straight", "beside", "curved", "from the pole", "to the pole"],
 )
-def test_a_path_straight_through_the_pole_tilts_on(machine: sf.Kinematics, tool: sf.ToolPath) -> None:
-    path = sf.JointPath(tool, machine)
+def test_a_path_straight_through_the_pole_tilts_on(machine: sf.kinematics.Kinematics, tool: sf.ToolPath) -> None:
+    path = sf.kinematics.JointPath(tool, machine)
     s = np.linspace(0.0, 100.0, 4001)
     tip, axis = machine.forward(path(s))
     wanted = tool.orientation(*tool.locate(s))[:, 0]
@@ -169,8 +169,8 @@ def test_turning_off_at_the_pole_is_refused_and_a_path_beside_it_turns_fast() ->
         leaning((5e-6, 0.0, 1.0), (0.0, 5e-6, 1.0)),
     ):
         with pytest.raises(CurveError, match=r"at s = .* mm the tool axis is that of joint c .*; tilt the workpiece"):
-            sf.JointPath(tool, machine)
-    path = sf.JointPath(leaning((0.2, 1e-3, 1.0), (-0.2, 1e-3, 1.0)), machine)
+            sf.kinematics.JointPath(tool, machine)
+    path = sf.kinematics.JointPath(leaning((0.2, 1e-3, 1.0), (-0.2, 1e-3, 1.0)), machine)
     d = path.derivatives(np.array([1.0, 50.0]))
     assert abs(d[1, 1, 7]) > 1000.0 * abs(d[0, 1, 7])
     assert np.min(np.abs(path.breaks - 50.0)) < 1e-6  # the planner looks at it
@@ -201,8 +201,8 @@ TIP = sf.NurbsCurve(3, KNOTS, [[0, 0, 0], [20, 25, 0], [40, -15, 2], [60, 10, 2]
     ],
     ids=["begins", "stays", "tilts on", "turns meanwhile", "over two curves", "leaves slowly", "upside down"],
 )
-def test_a_tool_may_stay_at_the_pole(machine: sf.Kinematics, tool: sf.ToolPath) -> None:
-    path = sf.JointPath(tool, machine)
+def test_a_tool_may_stay_at_the_pole(machine: sf.kinematics.Kinematics, tool: sf.ToolPath) -> None:
+    path = sf.kinematics.JointPath(tool, machine)
     s = np.linspace(0.0, tool.length, 5001)
     joints = path(s)
     tip, axis = machine.forward(joints)
@@ -216,30 +216,30 @@ def test_a_tool_may_stay_at_the_pole(machine: sf.Kinematics, tool: sf.ToolPath) 
 def test_an_upright_tool_leaves_the_rotary_joints_where_they_are() -> None:
     machine = kinematics("xyzac-trt")
     for tool in (leaning((0.0, 0.0, 1.0), (0.0, 0.0, 2.0)), sf.ToolPath(LINE)):
-        path = sf.JointPath(tool, machine, start={"c": 1.0})
+        path = sf.kinematics.JointPath(tool, machine, start={"c": 1.0})
         assert np.allclose(path(50.0)[3:], [0.0, 1.0])
     with pytest.raises(CurveError, match=r"tilts by 5\.71 deg at s = 100 mm; gantry cannot tilt the tool"):
-        sf.JointPath(leaning((0.0, 0.0, 1.0), (0.1, 0.0, 1.0)), kinematics("gantry"))
+        sf.kinematics.JointPath(leaning((0.0, 0.0, 1.0), (0.1, 0.0, 1.0)), kinematics("gantry"))
     with pytest.raises(LimitsError, match=r"travel\.a: the path takes joint a from 0 to 0 deg"):
-        sf.JointPath(sf.ToolPath(LINE), machine, travel={"a": (0.1, 1.0)})
+        sf.kinematics.JointPath(sf.ToolPath(LINE), machine, travel={"a": (0.1, 1.0)})
 
 
 @pytest.mark.parametrize("machine", [each for each in MACHINES if each.rotary == 2], ids=lambda machine: machine.kind)
-def test_a_tool_that_stands_upside_down_is_half_a_turn_away(machine: sf.Kinematics) -> None:
+def test_a_tool_that_stands_upside_down_is_half_a_turn_away(machine: sf.kinematics.Kinematics) -> None:
     tool, tilting = sf.ToolPath(LINE, [0.0, 0.0, -2.0], kind="vectors"), machine.joints[3]
     for travel, tilt in ((4.0, math.pi), (3.0, -math.pi)):
-        path = sf.JointPath(tool, machine, travel={tilting: (-4.0, travel)}, start={"c": 1.0})
+        path = sf.kinematics.JointPath(tool, machine, travel={tilting: (-4.0, travel)}, start={"c": 1.0})
         assert np.allclose(path(50.0)[3:], [tilt, 1.0])
         tip, axis = machine.forward(path(np.array([0.0, 50.0])))
         assert np.allclose(axis, [0.0, 0.0, -1.0]) and np.allclose(tip[1], [50.0, 0.0, 0.0])
     with pytest.raises(LimitsError, match=f"travel.{tilting}: the path takes joint {tilting} from -180 to -180 deg"):
-        sf.JointPath(tool, machine, travel={tilting: (-2.0, 2.0)})
+        sf.kinematics.JointPath(tool, machine, travel={tilting: (-2.0, 2.0)})
     with pytest.raises(CurveError, match="tilts by 180 deg at s = 0 mm; gantry cannot tilt the tool"):
-        sf.JointPath(tool, kinematics("gantry"))
+        sf.kinematics.JointPath(tool, kinematics("gantry"))
 
 
 def test_a_kink_of_the_tool_axis_is_a_stop() -> None:
-    path = sf.JointPath(leaning((0.1, 0.1, 1.0), (0.3, 0.1, 1.0), (0.3, 0.4, 1.0)), kinematics("xyzbc-trt"))
+    path = sf.kinematics.JointPath(leaning((0.1, 0.1, 1.0), (0.3, 0.1, 1.0), (0.3, 0.4, 1.0)), kinematics("xyzbc-trt"))
     assert path.stops == pytest.approx((50.0,))
 
 
@@ -253,7 +253,7 @@ def test_many_curves_are_evaluated_together() -> None:
     single = np.array([lines[1][i].derivatives(np.array([x]), 2)[0] for i, x in zip(curve, u, strict=True)])
     assert np.allclose(tool.orientation(curve, u, 2), single, atol=1e-15)
     for machine in MACHINES:
-        path = sf.JointPath(tool, machine)
+        path = sf.kinematics.JointPath(tool, machine)
         assert path.stops == pytest.approx((30.0, 50.0))
         assert np.allclose(machine.forward(path(s))[0], tool(s), atol=1e-11)
     with pytest.raises(CurveError, match=r"the tool axis jumps by .* deg between curves 1 and 2, at s = 50 mm"):
@@ -275,7 +275,7 @@ def test_bad_tool_paths_are_refused() -> None:
     with pytest.raises(InputError, match=r"kind is 'quaternions'; choose"):
         sf.ToolPath(LINE, other, kind="quaternions")
     with pytest.raises(InputError, match="a JointPath needs a ToolPath"):
-        sf.JointPath(sf.Path([LINE]), kinematics("gantry"))  # type: ignore[arg-type]
+        sf.kinematics.JointPath(sf.Path([LINE]), kinematics("gantry"))  # type: ignore[arg-type]
     with pytest.raises(InputError, match="a path with a tool axis cannot be transformed"):
         leaning((0.0, 0.0, 1.0), (0.1, 0.0, 1.0)).transformed(np.eye(3))
 
@@ -299,7 +299,9 @@ def test_a_tool_path_can_be_copied_and_turned_round(data_dir: File) -> None:
     s = np.linspace(0.0, tool.length, 20)
     machine = kinematics("xyzac-trt")
     for other in (copy, back, tool.with_findings("said")):
-        assert np.allclose(sf.JointPath(other, machine)(s), sf.JointPath(tool, machine)(s), atol=1e-10)
+        assert np.allclose(
+            sf.kinematics.JointPath(other, machine)(s), sf.kinematics.JointPath(tool, machine)(s), atol=1e-10
+        )
 
 
 def test_a_long_path_that_bends_all_along_has_no_stops() -> None:
@@ -309,4 +311,4 @@ def test_a_long_path_that_bends_all_along_has_no_stops() -> None:
     knots = np.concatenate([[0.0] * 3, np.arange(1201.0), [1200.0] * 3])
     axis = np.stack([np.sin(lean), 0.2 + np.zeros_like(s), np.cos(lean)], axis=1)
     tool = sf.ToolPath(sf.NurbsCurve(3, knots, tip), sf.NurbsCurve(3, knots, axis), kind="vectors")
-    assert sf.JointPath(tool, MACHINES[0]).stops == ()
+    assert sf.kinematics.JointPath(tool, MACHINES[0]).stops == ()

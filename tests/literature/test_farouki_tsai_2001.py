@@ -31,7 +31,7 @@ def without_acceleration(u, rate, law, period, curve, corrections, tolerance, me
 @pytest.fixture(scope="module")
 def older():
     name = "taylor-2-without-acceleration"
-    sf.register(name, without_acceleration)
+    sf.interpolation.register(name, without_acceleration)
     yield name
     registry._methods.pop(name)
 

@@ -38,7 +38,7 @@ needs_trunnion = pytest.mark.skipif(not TRUNNION.is_dir(), reason="LinuxCNC is h
 
 
 def test_joints_in_hal_lead_to_the_tool_path_by_linuxcnc_s_kinematics(data_dir: File) -> None:
-    path = sf.JointPath(flank(data_dir), kinematics("xyzac-trt"))
+    path = sf.kinematics.JointPath(flank(data_dir), kinematics("xyzac-trt"))
     law = sf.plan(path, with_reserve(FLANK), period=FLANK_PERIOD)
     axes = path.axes
     text = hal_text(tuple(HalAxis(axis) for axis in axes), FLANK_PERIOD)
@@ -63,7 +63,7 @@ def test_joints_in_hal_lead_to_the_tool_path_by_linuxcnc_s_kinematics(data_dir: 
 
 def test_linuxcnc_s_motion_controller_sees_the_tip_on_the_path(data_dir: File) -> None:
     """All of LinuxCNC on xyzac-trt, its joints streamed: what its own forward kinematics say at every servo tick."""
-    path = sf.JointPath(flank(data_dir), kinematics("xyzac-trt"))
+    path = sf.kinematics.JointPath(flank(data_dir), kinematics("xyzac-trt"))
     joints, poses = streamed(path, replace(FLANK, chord_error=None))
     assert np.allclose(poses[-1], np.append(path.tool(path.length), np.degrees(path(path.length)[3:])), atol=1e-9)
     assert len(poses) >= 8.0 / PERIOD
@@ -80,7 +80,7 @@ def test_the_trunnion_that_linuxcnc_brings_sees_the_tip_on_the_path(data_dir: Fi
     said = dict(re.findall(r"sets :(y-offset|z-offset) +(\S+)", ini.read_text(encoding="utf-8")))
     y, z = float(said["y-offset"]), float(said["z-offset"])
     assert y and z
-    path = sf.JointPath(flank(data_dir), kinematics("xyzac-trt", y_offset=y, z_offset=z))
+    path = sf.kinematics.JointPath(flank(data_dir), kinematics("xyzac-trt", y_offset=y, z_offset=z))
     _, poses = streamed(path, replace(FLANK, chord_error=None), ini)
     assert len(poses) >= 8.0 / PERIOD
     assert np.max(off(path.tool, poses[:, :3])[0]) <= TIP_ERROR

@@ -19,7 +19,7 @@ def test_joints_keep_their_limits_at_any_rate(seed: int, data_dir: File) -> None
     machine = MACHINES[0]
     limits, period = (FLANK, FLANK_PERIOD) if seed == 0 else random_limits(seed, machine.joints)
     tool = flank(data_dir) if seed == 0 else random_tool_path(seed)
-    path = sf.JointPath(tool, machine)
+    path = sf.kinematics.JointPath(tool, machine)
     motion = along(path, sf.plan(path, with_reserve(limits), period=period, strategy="look-ahead"), limits)
     rows = []
     while not motion.done and len(rows) < 400:

@@ -23,7 +23,7 @@ law = sf.TimeLaw(
 points = sf.interpolate(path, law, method="arc-length")
 assert len(points) == 1001 and points.curve[-1] == len(path.curves) - 1
 assert len(list(sf.interpolate(path, law, method="arc-length", chunk=100))) == 11
-stepping = sf.Interpolator(path, law, method="arc-length")
+stepping = sf.interpolation.Interpolator(path, law, method="arc-length")
 assert [stepping.step()[0] for _ in range(1001)] == points.position[:, 0].tolist()
 curve = path.curves[0]
 curve.split(0.5 * sum(curve.domain)), curve.elevated(), curve.reversed().length

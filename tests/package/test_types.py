@@ -34,19 +34,19 @@ law: sf.TimeLaw = sf.plan(path, limits, period=1e-3)
 points: sf.Setpoints = sf.interpolate(path, law)
 chunks: list[sf.Setpoints] = list(sf.interpolate(path, law, chunk=100))
 verdict: sf.Verdict = sf.check(points, path, limits, law=law)
-worst: sf.LimitResult = verdict.limits["feed"]
+worst: sf.records.LimitResult = verdict.limits["feed"]
 run: sf.Run = sf.run(path, limits)
 figure: sf.plot.Figure = sf.plot.overview(run)
 names: list[str] = sf.report(run, "folder")
 machine: sf.Machine = sf.Machine.load("xytheta")
-response: sf.Response = sf.follow(points, machine, path=path)
-one: sf.simulation.Tuning = sf.tune(machine.axes["x"], rule="tyreus-luyben")
-many: sf.simulation.PathTuning = sf.tune(machine, setpoints=points, path=path)
-traces: list[sf.MethodTrace] = list(sf.compare(path, law))
-results: list[sf.MethodResult] = [trace.result for trace in traces]
-blocks: list[sf.live.MotionBlock] = sf.live.LookAhead(limits, 1e-3, path.axes).push(path)
-ticks: sf.live.OverrideTicks = sf.live.Override(sf.live.LawSource(path, law), limits).run(np.ones(3))
-fitted: sf.paths.Fit = sf.fit([[0, 0], [1, 0.2], (2, np.sqrt(2.0))], 0.1)
+response: sf.Response = sf.runs.follow(points, machine, path=path)
+one: sf.simulation.Tuning = sf.runs.tune(machine.axes["x"], rule="tyreus-luyben")
+many: sf.runs.PathTuning = sf.runs.tune(machine, setpoints=points, path=path)
+traces: list[sf.runs.MethodTrace] = list(sf.runs.compare(path, law))
+results: list[sf.runs.MethodResult] = [trace.result for trace in traces]
+blocks: list[sf.planner.MotionBlock] = sf.planner.LookAhead(limits, 1e-3, path.axes).push(path)
+ticks: sf.planner.OverrideTicks = sf.planner.Override(sf.planner.LawSource(path, law), limits).run(np.ones(3))
+fitted: sf.paths.Fit = sf.paths.fit([[0, 0], [1, 0.2], (2, np.sqrt(2.0))], 0.1)
 curves = [sf.NurbsCurve.bezier([np.zeros(2), (1, 0.2)]), sf.NurbsCurve(1, [0, 0, 1, 1], np.eye(2))]
 lines: sf.Path = sf.Path.polyline([[0, 0], [1, 0.2]])
 loaded: sf.Response = sf.load("x.h5", sf.Response)
@@ -57,13 +57,13 @@ margins: sf.simulation.Margins = sf.simulation.margins(machine.axes["x"], 1e-3)
 MISUSE = {
     "sf.check(path, points, limits)": "arg-type",
     "sf.check(points, path, limits, law)": "call-arg",
-    "sf.follow(points, machine, path)": "call-overload misc call-arg",
+    "sf.runs.follow(points, machine, path)": "call-overload misc call-arg",
     "sf.plan(path, limits, 1e-3)": "call-arg",
     "sf.plan(path, limits, perod=1e-3)": "call-arg",
     "sf.Limits(feed='fast')": "arg-type",
     "sf.nonsense": "attr-defined",
     "sf.live.nonsense": "attr-defined",
-    "sf.tune(machine)": "call-overload",
+    "sf.runs.tune(machine)": "call-overload",
     "bad: sf.TimeLaw = points": "assignment",
 }
 

@@ -7,6 +7,7 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.paths.parts import cut_at_corners
+from splinefeed.paths.smoothing import smoothed
 
 LIMITS = sf.Limits(feed=50.0, axis_acceleration=500.0, axis_jerk=20000.0)
 POLYGON = 30.0 * np.stack([np.cos(np.linspace(0.0, 2 * np.pi, 121)), np.sin(np.linspace(0.0, 2 * np.pi, 121))], axis=1)
@@ -21,7 +22,7 @@ def _as_one(points: np.ndarray) -> sf.Path:
 def test_a_polyline_in_one_curve_is_smoothed_as_its_lines_are() -> None:
     one, lines = _as_one(POLYGON), sf.Path.polyline(POLYGON)
     assert len(one.stops) == len(lines.stops) == 119
-    smooth, expected = one.smoothed(0.02), lines.smoothed(0.02)
+    smooth, expected = smoothed(one, 0.02), smoothed(lines, 0.02)
     assert len(smooth.stops) == len(expected.stops) == 0
     assert smooth.length == expected.length
     times = [sf.run(path, LIMITS).law.duration for path in (smooth, expected, one)]
@@ -45,8 +46,8 @@ def test_corners_of_any_curve_are_rounded_where_they_are_to_be(name: str) -> Non
     assert len(path.stops) == 1
     apart = sf.Path(list(cut_at_corners(path)[0].curves))
     for corners in ("keep", "round"):
-        assert len(path.smoothed(0.1, corners=corners).stops) == len(apart.smoothed(0.1, corners=corners).stops)
-    rounded = path.smoothed(0.1, corners="round")
+        assert len(smoothed(path, 0.1, corners=corners).stops) == len(smoothed(apart, 0.1, corners=corners).stops)
+    rounded = smoothed(path, 0.1, corners="round")
     assert len(rounded.stops) == 0
     places = rounded(np.linspace(0.0, rounded.length, 2000))
     curve = CORNERED[name]
@@ -56,7 +57,7 @@ def test_corners_of_any_curve_are_rounded_where_they_are_to_be(name: str) -> Non
 def test_what_is_said_of_a_curve_is_said_of_its_parts() -> None:
     one = CORNERED["cubic, a knot of multiplicity 3"]
     line = sf.NurbsCurve(1, [0, 0, 1, 1], [[30, 30], [50, 30]])
-    markers = [sf.Marker(1, "M8", stop=False), sf.Marker(2, "M9")]
+    markers = [sf.paths.Marker(1, "M8", stop=False), sf.paths.Marker(2, "M9")]
     path = sf.Path([one, line], feeds=[10.0, 20.0], tolerances=[0.1, 0.2], markers=markers, lines=[3, 4], name="two")
     parts, counts = cut_at_corners(path)
     assert counts.tolist() == [2, 1]
@@ -74,4 +75,4 @@ def test_what_has_no_corner_inside_stays_itself() -> None:
     assert cut_at_corners(butterfly)[0] is butterfly
     circle = sf.shapes.from_text("circle?radius=10")
     assert cut_at_corners(circle)[0] is circle
-    assert circle.smoothed(0.01).length == pytest.approx(circle.length, rel=1e-9)
+    assert smoothed(circle, 0.01).length == pytest.approx(circle.length, rel=1e-9)

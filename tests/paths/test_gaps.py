@@ -94,7 +94,7 @@ def test_parts_of_a_stream_with_gaps_between_them(size):
     given = parts(1e-6)
     limits = sf.Limits(feed=40, axis_velocity=30, axis_acceleration=400, axis_jerk=20000)
     pieces = [Path(given[k : k + size], tolerance=1e-6) for k in range(0, len(given), size)]
-    chunks = list(sf.live.stream_setpoints(pieces, limits, period=PERIOD))
+    chunks = list(sf.runs.stream_setpoints(pieces, limits, period=PERIOD))
     position = np.concatenate([chunk.position for chunk in chunks])
     for order, most in ((1, 30), (2, 400), (3, 20000)):
         assert np.max(np.abs(np.diff(position, order, axis=0))) / PERIOD**order <= most * (1 + 1e-6)

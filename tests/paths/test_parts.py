@@ -21,7 +21,7 @@ def row(count: int = 12) -> Path:
             curves.append(sf.NurbsCurve(2, [0, 0, 0, 1, 1, 2, 2, 2], points, [1, w, 1, w, 1]))
         else:
             curves.append(sf.NurbsCurve.bezier(points))
-    markers = [sf.Marker(4, "M3", 0.25, True), sf.Marker(count, "M5", 0.5, True)]
+    markers = [sf.paths.Marker(4, "M3", 0.25, True), sf.paths.Marker(count, "M5", 0.5, True)]
     return Path(curves, feeds=np.arange(1.0, count + 1), tolerances=np.full(count, 0.1), markers=markers)
 
 

@@ -199,7 +199,7 @@ def test_feed_of_an_index_move_is_degrees_a_second():
 
 @pytest.mark.slow
 @pytest.mark.nojit
-@pytest.mark.parametrize("method", sf.methods())
+@pytest.mark.parametrize("method", sf.interpolation.methods())
 def test_every_method_goes_where_the_law_says(method):
     path = PATHS["x, a, x"]
     law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), period=4e-3)
@@ -271,7 +271,7 @@ def test_setpoints_and_verdicts_count_the_arc_length_of_the_tip(name):
 def test_setpoints_of_parts_count_the_arc_length_and_feed_of_the_tip():
     path = PATHS["helix, a, x"]
     limits = sf.Limits(feed=20.0, axis_acceleration=500.0, axis_jerk=20000.0)
-    found = list(sf.live.stream_setpoints(parts_of(path, 1), limits, period=1e-3))
+    found = list(sf.runs.stream_setpoints(parts_of(path, 1), limits, period=1e-3))
     s, feed = (np.concatenate([getattr(each, name) for each in found]) for name in ("s", "feed"))
     t = np.concatenate([each.t for each in found])
     assert s[-1] == pytest.approx(path.tip_end, rel=1e-12)

@@ -14,6 +14,7 @@ from smoothing_paths import NOISE_TOLERANCE, RADIUS, arc, noises, random_path
 from splinefeed.curves.differential import curvatures
 from splinefeed.curves.nearest import Nearest
 from splinefeed.errors import InputError
+from splinefeed.paths.smoothing import smoothed
 from splinefeed.paths.smoothing_joints import BEND, RATE, TANGENT, at_knot, transitions
 from splinefeed.paths.smoothing_proven import proven
 
@@ -49,14 +50,14 @@ def test_random_paths_stay_within_the_tolerance(seed):
 @pytest.mark.parametrize("tolerance", [0.005, 0.05])
 def test_real_programs_stay_within_the_tolerance(program, tolerance, request):
     path = sf.read(request.config.rootpath / "tests" / "data" / "gcode" / program)
-    result = path.smoothed(tolerance)
+    result = smoothed(path, tolerance)
     assert deviation(path, result, PRECISION * tolerance).largest <= tolerance
     assert len(result.stops) < 0.05 * len(path.stops)
 
 
 def test_the_proof_is_above_a_dense_sampling_and_near_it():
     path, tolerance = random_path(2)
-    result = path.smoothed(tolerance)
+    result = smoothed(path, tolerance)
     found = deviation(path, result, PRECISION * tolerance)
     there = Nearest(path.table, path.shape).find(result(np.linspace(0.0, result.length, 100_001)))[2].max()
     back = Nearest(result.table, result.shape).find(path(np.linspace(0.0, path.length, 100_001)))[2].max()
@@ -70,7 +71,7 @@ def test_a_transition_of_two_lines_is_as_far_off_as_the_formula_says(degrees):
     path = sf.Path.polyline([[-20.0, 0.0], [0.0, 0.0], [20.0 * math.cos(turn), 20.0 * math.sin(turn)]])
     made = transitions(path, np.array([0.01]), np.array([1.0]), np.array([True]))
     d = float(made.reach[0])
-    result = path.smoothed(0.01, corners="round")
+    result = smoothed(path, 0.01, corners="round")
     away = float(Nearest(result.table, result.shape).find(np.zeros(2))[2])
     bound = 0.375 * d * math.sin(0.5 * turn)
     assert away == pytest.approx(0.95 * bound, rel=1e-9)
@@ -85,7 +86,7 @@ def test_noise_of_the_last_digit_makes_no_ripples_of_curvature():
     points = np.insert(points, [50, 300], points[[50, 300]], axis=0)  # duplicates
     points = np.insert(points, [200], points[[199]] - [0.0004, -0.0003], axis=0)  # a tiny step back
     path = sf.Path.polyline(points, repair=True)
-    result = path.smoothed(0.01)
+    result = smoothed(path, 0.01)
     s = np.linspace(0.0, result.length, 20_001)
     curve, u = result.locate(s)
     derivatives = result.evaluate(curve, u, 2)
@@ -110,7 +111,7 @@ CALM = 0.05
 @pytest.mark.parametrize("seed", range(3))
 def test_curvature_does_not_ripple_whatever_noise_the_lines_have(noise, seed):
     path = sf.Path.polyline(noises(seed)[noise], repair=True)
-    result = path.smoothed(NOISE_TOLERANCE)
+    result = smoothed(path, NOISE_TOLERANCE)
     curve, u = result.locate(np.linspace(0.0, result.length, 10_001))
     bend = curvatures(result.evaluate(curve, u, 2)) * (5000.0 if noise == "near-collinear" else RADIUS)
     assert not len(result.corners)
@@ -121,7 +122,7 @@ def test_coarse_lines_beside_fine_ones_become_curves_too():
     # hundreds of them were left as lines, each longer than 12 times the median of a run that was mostly fine ones
     angles = np.concatenate([np.linspace(0, 1, 200), np.linspace(1, 1.01, 500)[1:], np.linspace(1.01, 6, 1000)[1:]])
     points = np.round(50.0 * np.column_stack([np.cos(angles), np.sin(angles)]), 6)
-    smooth = sf.Path.polyline(points).smoothed(0.01)
+    smooth = smoothed(sf.Path.polyline(points), 0.01)
     assert len(smooth.curves) < 12
     assert smooth.minimum_radius() > 45.0
     assert proven(sf.Path.polyline(points), 0.01).holds
@@ -132,7 +133,7 @@ def test_long_lines_and_arcs_keep_what_is_left_of_them():
     bend = arc([0.0, 0.0], np.array([0.0, 30.0]), math.pi)
     back = sf.NurbsCurve(1, [0, 0, 1, 1], [[0.0, 60.0], [-100.0, 60.0]])
     path = sf.Path([line, *bend, back], tolerance=1e-9)
-    result = path.smoothed(0.01)
+    result = smoothed(path, 0.01)
     assert len(path.corners) == 2 and not len(result.corners)
     assert [curve.degree for curve in result.curves] == [1, 5, 2, 2, 5, 1]
     for curve in (result.curves[0], result.curves[-1]):
@@ -154,29 +155,29 @@ def test_a_curve_is_cut_at_its_knot_and_not_a_rounding_beside_it():
 
 def test_a_reversal_stays_a_stop_and_no_loop():
     path = sf.Path.polyline([[0, 0], [10, 0], [0, 0], [0, 10]])
-    result = path.smoothed(0.05, corners="round")
+    result = smoothed(path, 0.05, corners="round")
     assert result.stops == (10.0,)
     assert result.bounding_box()[1][0] == 10.0
     # that small, it is noise
-    noisy = sf.Path.polyline([[0, 0], [5, 0], [4.999, 0], [10, 0]]).smoothed(0.05)
+    noisy = smoothed(sf.Path.polyline([[0, 0], [5, 0], [4.999, 0], [10, 0]]), 0.05)
     assert noisy.stops == ()
     assert noisy.length == pytest.approx(10.0)
 
 
 def test_corners_are_kept_or_rounded():
     path = sf.Path.polyline([[0, 0], [10, 0], [10, 10], [12, 20]])
-    kept, rounded = path.smoothed(0.02), path.smoothed(0.02, corners="round")
+    kept, rounded = smoothed(path, 0.02), smoothed(path, 0.02, corners="round")
     assert kept.stops == (10.0,)
     assert rounded.stops == ()
-    assert path.smoothed(0.02, corner_angle=math.radians(95)).stops == ()
+    assert smoothed(path, 0.02, corner_angle=math.radians(95)).stops == ()
 
 
 def test_feeds_tolerances_and_markers_stay_at_their_places():
     points = [[0, 0], [10, 0], [20, 1], [30, 1], [40, 2], [50, 2], [60, 3]]
     feeds = [10.0, 10.0, 20.0, 20.0, 20.0, math.inf]
-    markers = [sf.Marker(1, "S100", stop=False), sf.Marker(3, "M3", stop=True), sf.Marker(6, "M2")]
+    markers = [sf.paths.Marker(1, "S100", stop=False), sf.paths.Marker(3, "M3", stop=True), sf.paths.Marker(6, "M2")]
     path = sf.Path.polyline(points, feeds=feeds, tolerances=[0.01] * 6, markers=markers)
-    result = path.smoothed(0.01)
+    result = smoothed(path, 0.01)
     assert [m.text for m in result.markers] == ["S100", "M3", "M2"]
     assert result.markers[-1].before == len(result.curves)
     where = [result.curve_starts[m.before] for m in result.markers[:2]]
@@ -193,11 +194,11 @@ def test_feeds_tolerances_and_markers_stay_at_their_places():
 def test_the_program_s_own_tolerance():
     points = [[0, 0], [10, 0], [20, 4], [30, 4], [40, 8]]
     path = sf.Path.polyline(points, tolerances=[0.02, 0.02, 0.0, math.inf])
-    result = path.smoothed("program")
+    result = smoothed(path, "program")
     assert len(result.corners) == 2  # both ends of the exact line
     np.testing.assert_array_equal(result.curves[-2].control_points, points[2:4])
     plain = sf.Path.polyline(points)
-    assert plain.smoothed("program") is plain
+    assert smoothed(plain, "program") is plain
 
 
 def test_rotary_axes_turn_in_step():
@@ -205,7 +206,7 @@ def test_rotary_axes_turn_in_step():
     points = np.c_[x, 0 * x, np.radians([0, 10, 30, 35, 60, 60])]
     path = sf.Path.polyline(points, axes=("x", "y", "a"))
     allowed = math.radians(0.1)
-    result = path.smoothed(0.05, angular_tolerance=allowed)
+    result = smoothed(path, 0.05, angular_tolerance=allowed)
     assert not len(result.corners)
     found = result(np.linspace(0.0, result.length, 8001))
     given = path(np.linspace(0.0, path.length, 20001))
@@ -217,20 +218,20 @@ def test_rotary_axes_turn_in_step():
 
 def test_moves_of_rotary_axes_alone_stay_exact():
     points = [[0, 0, 0], [10, 0, 0], [10, 0, 1], [20, 3, 1], [30, 3, 1]]
-    result = sf.Path.polyline(points, axes=("x", "y", "a")).smoothed(0.01)
+    result = smoothed(sf.Path.polyline(points, axes=("x", "y", "a")), 0.01)
     np.testing.assert_array_equal(result.curves[1].control_points, points[1:3])
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -1.0, math.nan, math.inf, 1000.0, "any"])
 def test_tolerances_that_cannot_be(tolerance):
     with pytest.raises(InputError, match="tolerance is"):
-        sf.Path.polyline([[0, 0], [1, 0], [1, 1]]).smoothed(tolerance)
+        smoothed(sf.Path.polyline([[0, 0], [1, 0], [1, 1]]), tolerance)
 
 
 @pytest.mark.parametrize("wrong", [{"corners": "cut"}, {"corner_angle": 0.0}, {"angular_tolerance": -1.0}])
 def test_other_arguments_that_cannot_be(wrong):
     with pytest.raises(InputError, match=next(iter(wrong))):
-        sf.Path.polyline([[0, 0], [1, 0], [1, 1]]).smoothed(0.01, **wrong)
+        smoothed(sf.Path.polyline([[0, 0], [1, 0], [1, 1]]), 0.01, **wrong)
 
 
 def test_a_turn_over_a_tiny_way_is_no_noise():
@@ -241,13 +242,13 @@ def test_a_turn_over_a_tiny_way_is_no_noise():
     assert proof.holds
     assert proof.order.largest_angle <= 1.02 * math.radians(0.05)
     still = sf.Path.polyline([[0, 0, 0], [5, 0, 0], [5.0004, 0, 0], [10, 0, 0.2]], axes=("x", "y", "a"))
-    assert len(still.smoothed(0.01).curves) < len(proof.path.curves)
+    assert len(smoothed(still, 0.01).curves) < len(proof.path.curves)
 
 
 def test_points_that_are_no_path_are_refused_in_one_line():
     for points in ([[1.0, 1.0]] * 5, [[0.0, 0.0], [math.nan, 1.0], [2.0, 2.0]], [[0.0, 0.0], [math.inf, 0.0]]):
         with pytest.raises(sf.SplinefeedError) as refusal:
-            sf.Path.polyline(points, repair=True).smoothed(0.01)
+            smoothed(sf.Path.polyline(points, repair=True), 0.01)
         assert "\n" not in str(refusal.value)
         with pytest.raises(sf.SplinefeedError):
             list(sf.paths.smooth_stream((sf.Path.polyline(each) for each in [points]), 0.01))
@@ -255,12 +256,12 @@ def test_points_that_are_no_path_are_refused_in_one_line():
 
 def test_two_points_spikes_and_very_many_points_on_a_spot():
     two = sf.Path.polyline([[0, 0], [1, 0]])
-    assert two.smoothed(0.01).curves[0] == two.curves[0]
+    assert smoothed(two, 0.01).curves[0] == two.curves[0]
     spike = sf.Path.polyline([[0, 0], [5, 0], [5, 8], [5, 0.001], [10, 0]])
-    assert deviation(spike, spike.smoothed(0.01, corners="round"), 1e-4).largest <= 0.01
+    assert deviation(spike, smoothed(spike, 0.01, corners="round"), 1e-4).largest <= 0.01
     rng = np.random.default_rng(0)
     spot = np.vstack([[[-5.0, 0.0]], 1e-5 * rng.standard_normal((1_000_000, 2)), [[5.0, 0.0]]])
-    result = sf.Path.polyline(spot).smoothed(0.01)
+    result = smoothed(sf.Path.polyline(spot), 0.01)
     assert len(result.curves) <= 4
     assert result.stops == ()
 

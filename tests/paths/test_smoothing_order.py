@@ -10,6 +10,7 @@ import pytest
 import splinefeed as sf
 from smoothing_judge import deviation
 from smoothing_paths import random_path
+from splinefeed.paths.smoothing import smoothed
 from splinefeed.paths.smoothing_proven import PRECISION, order, proven
 
 LINE = sf.Path.polyline([[0, 0], [10, 0]])
@@ -97,7 +98,7 @@ def test_where_the_result_would_cross_itself_anew_it_is_smoothed_with_less(seed)
     path, tolerance = random_path(seed)
     crossed = 0
     for corners in ("keep", "round"):
-        crossed += len(order(path, path.smoothed(tolerance, corners=corners), tolerance, 1.0).crossings)
+        crossed += len(order(path, smoothed(path, tolerance, corners=corners), tolerance, 1.0).crossings)
         proof = proven(path, tolerance, corners=corners)
         assert proof.holds
         assert not proof.closer or "smoothed with less" in proof.sentence

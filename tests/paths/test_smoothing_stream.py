@@ -13,7 +13,7 @@ import splinefeed as sf
 from smoothing_paths import random_path
 from splinefeed.errors import CurveError, InputError
 from splinefeed.paths import smoothing
-from splinefeed.paths.smoothing import WINDOW, Smoother
+from splinefeed.paths.smoothing import WINDOW, Smoother, smoothed
 from splinefeed.paths.smoothing_runs import ARM_LINES, MOST
 
 AXES = ("x", "y", "a")
@@ -46,7 +46,7 @@ def program(seed, count):
     feeds = np.repeat(rng.choice([10.0, 20.0, math.inf], -(-lines // 90), p=[0.45, 0.45, 0.1]), 90)[:lines]
     tolerances = np.repeat(rng.choice([0.0, 0.02, math.inf], -(-lines // 400), p=[0.2, 0.4, 0.4]), 400)[:lines]
     places = np.sort(rng.choice(lines + 1, min(20, lines), replace=False))
-    markers = [sf.Marker(int(p), f"S{k}", stop=bool(k % 3)) for k, p in enumerate(places)]
+    markers = [sf.paths.Marker(int(p), f"S{k}", stop=bool(k % 3)) for k, p in enumerate(places)]
     return sf.Path.polyline(given, AXES, feeds=feeds, tolerances=tolerances, markers=markers)
 
 
@@ -61,7 +61,7 @@ def cut(path, sizes):
         mine = [m for m in path.markers if low <= m.before < high or (m.before == high == len(path.curves))]
         yield sf.Path.polyline(
             points[low : high + 1], path.axes, feeds=path.feeds[low:high], tolerances=path.tolerances[low:high],
-            markers=[sf.Marker(m.before - low, m.text, m.dwell, m.stop) for m in mine],
+            markers=[sf.paths.Marker(m.before - low, m.text, m.dwell, m.stop) for m in mine],
         )  # fmt: skip
         low = high
 
@@ -96,7 +96,7 @@ def test_the_result_is_the_same_to_the_bit_however_the_path_is_cut(seed, how, mo
     path = program(seed, 5000)
     rng = np.random.default_rng(seed)
     tolerance = 0.01 if seed % 2 else "program"
-    whole = as_arrays([path.smoothed(tolerance, **how)])
+    whole = as_arrays([smoothed(path, tolerance, **how)])
     for sizes in ([len(path.curves)], [1] * 800 + [999] * 9, rng.integers(1, 90, 9000).tolist()):
         assert_same(whole, as_arrays(list(sf.paths.smooth_stream(cut(path, sizes), tolerance, **how))))
 
@@ -115,17 +115,17 @@ def test_arcs_and_lines_are_the_same_to_the_bit_too(seed):
             whole = whole or curves
             assert curves == whole
         if window == 4096:
-            assert tuple(path.smoothed(tolerance, corners="round").curves) == tuple(curves)
+            assert tuple(smoothed(path, tolerance, corners="round").curves) == tuple(curves)
 
 
 @pytest.mark.parametrize("seed", range(2))
 def test_the_window_changes_no_more_than_roundings(seed):
     path = program(seed, 3000)
-    whole = as_arrays([path.smoothed(0.01, corners="round")])
+    whole = as_arrays([smoothed(path, 0.01, corners="round")])
     for window in (1, 9, 333):
         if window == 1:
             path = sf.Path.polyline(path.curves.points[:300], AXES, feeds=path.feeds[:299], tolerances=[0.01] * 299)
-            part = as_arrays([path.smoothed(0.01, corners="round")])
+            part = as_arrays([smoothed(path, 0.01, corners="round")])
         else:
             path = program(seed, 3000)
             part = whole
@@ -186,13 +186,13 @@ def test_a_million_points_on_a_spot_pass_through():
 
 def test_look_ahead_plans_what_comes_out():
     limits = sf.Limits(feed=50, acceleration=1000, jerk=30000)
-    planner = sf.live.LookAhead(limits, 1e-3, ("x", "y"))
+    planner = sf.planner.LookAhead(limits, 1e-3, ("x", "y"))
     pieces = list(long_program(3000))
     for path in sf.paths.smooth_stream(pieces, 0.01, window=512):
         planner.push(path)
     planner.finish()
     whole = sf.Path.polyline(np.vstack([pieces[0].curves.points, *(p.curves.points[1:] for p in pieces[1:])]))
-    law = sf.plan(whole.smoothed(0.01), limits, strategy="look-ahead", period=1e-3)
+    law = sf.plan(smoothed(whole, 0.01), limits, strategy="look-ahead", period=1e-3)
     assert planner.time == pytest.approx(law.duration, rel=0.02)
 
 

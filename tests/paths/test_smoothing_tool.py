@@ -80,7 +80,10 @@ def test_both_tolerances_hold_and_nothing_kinks(kind: str, noise: float) -> None
     assert "side by side" in result.findings[-1] and "tolerance 0.01 mm" in result.findings[-1]
     machine = kinematics("xyzac-trt", z_offset=-15.0)
     if kind != "angles":
-        assert len(sf.JointPath(path, machine).stops) > 60 and sf.JointPath(result, machine).stops == ()
+        assert (
+            len(sf.kinematics.JointPath(path, machine).stops) > 60
+            and sf.kinematics.JointPath(result, machine).stops == ()
+        )
 
 
 def test_a_kink_of_the_tool_axis_alone_is_rounded_and_a_corner_of_the_tip_stays() -> None:
@@ -89,11 +92,11 @@ def test_a_kink_of_the_tool_axis_alone_is_rounded_and_a_corner_of_the_tip_stays(
     path = lines(tip, axis, "vectors")
     result, _ = proven_tool(path, TOLERANCE, angular_tolerance=ANGLE)
     machine = kinematics("xyzac-trt")
-    assert sf.JointPath(path, machine).stops == pytest.approx((20.0, 40.0))
-    assert sf.JointPath(result, machine).stops == pytest.approx((40.0,), abs=1e-3)
+    assert sf.kinematics.JointPath(path, machine).stops == pytest.approx((20.0, 40.0))
+    assert sf.kinematics.JointPath(result, machine).stops == pytest.approx((40.0,), abs=1e-3)
     assert max(worst(path, result)) <= 1.0
-    rounded = path.smoothed(TOLERANCE, angular_tolerance=ANGLE, corners="round")
-    assert isinstance(rounded, sf.ToolPath) and sf.JointPath(rounded, machine).stops == ()
+    rounded = sf.smooth(path, TOLERANCE, angular_tolerance=ANGLE, corners="round")
+    assert isinstance(rounded, sf.ToolPath) and sf.kinematics.JointPath(rounded, machine).stops == ()
     assert max(worst(path, rounded)) <= 1.0
 
 
@@ -108,7 +111,7 @@ def test_the_program_says_the_tolerance_and_rapid_moves_stay() -> None:
     tip, _, axis = rows(60)
     feeds = np.where(np.arange(60) < 30, 25.0, np.inf)
     path = lines(tip, axis, "vectors", tolerances=np.full(60, 0.01), feeds=feeds)
-    result = path.smoothed("program", angular_tolerance=ANGLE)
+    result = sf.smooth(path, "program", angular_tolerance=ANGLE)
     assert result.feeds is not None and np.count_nonzero(np.isinf(result.feeds)) == 30
     assert max(worst(path, result)) <= 1.0  # type: ignore[arg-type]
 
@@ -119,19 +122,19 @@ def test_what_cannot_be_smoothed_is_refused() -> None:
         with pytest.raises(InputError, match="tolerance of the tool axis is"):
             proven_tool(path, 0.01, angular_tolerance=angle)
     with pytest.raises(InputError, match="tolerance"):
-        path.smoothed(math.nan)
+        sf.smooth(path, math.nan)
     far = lines(np.array([[0.0, 0, 0], [9, 0, 0]]), np.array([[1.0, 0, 0.1], [-1, 0, 0.1]]), "vectors")
     with pytest.raises(InputError, match=r"turns too far along curve 0 to be smoothed, at s = 9 mm; split"):
-        far.smoothed(0.01)
+        sf.smooth(far, 0.01)
     other = sf.NurbsCurve(2, [0, 0, 0, 1, 1, 1], [[0, 0, 1], [0, 0.1, 1], [0, 0.2, 1]])
     with pytest.raises(InputError, match="curve 0 has other knots or weights for the tool axis than for the tip"):
-        sf.ToolPath(sf.NurbsCurve(1, KNOTS, [[0, 0, 0], [9, 0, 0]]), other, kind="vectors").smoothed(0.01)
+        sf.smooth(sf.ToolPath(sf.NurbsCurve(1, KNOTS, [[0, 0, 0], [9, 0, 0]]), other, kind="vectors"), 0.01)
 
 
 def test_an_upright_tool_is_smoothed_as_its_tip() -> None:
     tip, _, _ = rows(60)
     tool = sf.ToolPath(sf.Path.polyline(tip))
-    result = tool.smoothed(0.01)
+    result = sf.smooth(tool, 0.01)
     assert isinstance(result, sf.ToolPath) and result.tool_axis is None
-    plain = sf.Path.polyline(tip).smoothed(0.01 / 1.02)
+    plain = sf.smooth(sf.Path.polyline(tip), 0.01 / 1.02)
     assert [c.degree for c in result.curves] == [c.degree for c in plain.curves]

@@ -13,7 +13,7 @@ from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import CurveError, InputError
 from splinefeed.paths import shapes
 from splinefeed.paths.path import Path
-from splinefeed.paths.tangential import LEAST_DEGREE, tangential
+from splinefeed.paths.tangent_axis import LEAST_DEGREE, tangential
 
 PATHS = {
     "circle": shapes.circle,

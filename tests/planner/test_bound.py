@@ -46,7 +46,7 @@ def test_no_motion_that_is_known_is_faster_and_the_gap_is_within_1_percent(name:
 
 def test_motion_from_a_feed_is_bounded_too() -> None:
     path, limits = cases.butterfly(), cases.axis_limits("A")
-    lower, duration = bound_of(path, limits, start=sf.State(feed=20.0, acceleration=100.0))
+    lower, duration = bound_of(path, limits, start=sf.planner.State(feed=20.0, acceleration=100.0))
     rest, _ = bound_of(path, limits)
     assert 0.99 * duration < lower < duration
     assert lower < rest - 0.02

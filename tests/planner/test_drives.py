@@ -53,7 +53,7 @@ def torques(points: sf.Setpoints) -> Array:
 @pytest.mark.parametrize("strategy", ["time-optimal", "look-ahead"])
 @pytest.mark.parametrize("jerk", [None, {"a": 400.0, "b": 600.0}])
 def test_an_arm_moves_as_fast_as_its_torques_allow(strategy: str, jerk: Any) -> None:
-    limits = sf.Limits(axis_velocity={"a": 4.0, "b": 5.0}, torque=sf.Torque(arm, MOST), axis_jerk=jerk)
+    limits = sf.Limits(axis_velocity={"a": 4.0, "b": 5.0}, torque=sf.records.Torque(arm, MOST), axis_jerk=jerk)
     law = sf.plan(ARM, limits, strategy=strategy, period=PERIOD, bound=True)
     points = sf.interpolate(ARM, law)
     shares = np.max(np.abs(torques(points)), axis=0) / list(MOST.values())
@@ -68,7 +68,7 @@ def test_an_arm_moves_as_fast_as_its_torques_allow(strategy: str, jerk: Any) -> 
 
 def test_at_every_instant_of_the_optimum_a_torque_or_a_velocity_is_at_its_limit() -> None:
     """Bang-bang, Bobrow, Dubowsky and Gibson 1985; but where the limit switches within a cell."""
-    limits = sf.Limits(axis_velocity={"a": 4.0, "b": 5.0}, torque=sf.Torque(arm, MOST))
+    limits = sf.Limits(axis_velocity={"a": 4.0, "b": 5.0}, torque=sf.records.Torque(arm, MOST))
     points = sf.interpolate(ARM, sf.plan(ARM, limits, strategy="time-optimal", period=PERIOD))
     shares = np.max(np.abs(torques(points)) / list(MOST.values()), axis=1)
     velocity = np.abs(np.gradient(points.position, PERIOD, axis=0)) / [4.0, 5.0]
@@ -77,9 +77,9 @@ def test_at_every_instant_of_the_optimum_a_torque_or_a_velocity_is_at_its_limit(
 
 
 def test_the_check_finds_torques_over_their_limit_by_itself() -> None:
-    loose = sf.Limits(axis_velocity={"a": 4.0, "b": 5.0}, torque=sf.Torque(arm, MOST))
+    loose = sf.Limits(axis_velocity={"a": 4.0, "b": 5.0}, torque=sf.records.Torque(arm, MOST))
     points = sf.interpolate(ARM, sf.plan(ARM, loose, period=PERIOD))
-    tight = sf.Limits(axis_velocity={"a": 4.0, "b": 5.0}, torque=sf.Torque(arm, {"a": 25.0, "b": 6.5}))
+    tight = sf.Limits(axis_velocity={"a": 4.0, "b": 5.0}, torque=sf.records.Torque(arm, {"a": 25.0, "b": 6.5}))
     verdict = sf.check(points, ARM, tight)
     assert not verdict.ok
     assert verdict.problems[0].startswith("torque.a: 25.9")
@@ -89,7 +89,9 @@ def test_the_check_finds_torques_over_their_limit_by_itself() -> None:
 def test_setpoints_of_a_gantry_keep_both_motors_within_their_limits() -> None:
     """A beam of 800 mm on two motors that also turns: y + 400 c and y - 400 c."""
     beam = {
-        name: sf.Combination(weights={"y": 1.0, "c": side * 400.0}, velocity=150.0, acceleration=900.0, jerk=3e4)
+        name: sf.records.Combination(
+            weights={"y": 1.0, "c": side * 400.0}, velocity=150.0, acceleration=900.0, jerk=3e4
+        )
         for name, side in (("left", 1.0), ("right", -1.0))
     }
     curve = sf.NurbsCurve.bezier([[0, 0, 0], [60, 80, 0.2], [10, 120, -0.25], [90, 200, 0.1]])
@@ -117,7 +119,7 @@ def test_setpoints_of_a_gantry_keep_both_motors_within_their_limits() -> None:
 
 def test_a_combination_of_one_axis_is_that_axis() -> None:
     path = sf.shapes.butterfly()
-    axes = {name: sf.Combination(weights={name: -2.0}, acceleration=1000.0, jerk=4e4) for name in path.axes}
+    axes = {name: sf.records.Combination(weights={name: -2.0}, acceleration=1000.0, jerk=4e4) for name in path.axes}
     one = sf.plan(path, sf.Limits(feed=60, axis_acceleration=500, axis_jerk=2e4), strategy="look-ahead")
     other = sf.plan(path, sf.Limits(feed=60, combinations=axes), strategy="look-ahead")
     assert other.duration == pytest.approx(one.duration, rel=1e-6)
@@ -128,7 +130,7 @@ def test_jerk_along_a_tool_axis_is_held_where_curvature_jumps() -> None:
     line = sf.NurbsCurve.bezier([[-30, 0], [0, 0]])
     arc = sf.NurbsCurve.bezier([[0, 0], [20, 0], [20, 20]], weights=[1, np.sqrt(0.5), 1])
     path = sf.Path([line, arc])
-    tool = sf.Combination(weights={"x": np.cos(np.pi / 6), "y": np.sin(np.pi / 6)}, jerk=2e4)
+    tool = sf.records.Combination(weights={"x": np.cos(np.pi / 6), "y": np.sin(np.pi / 6)}, jerk=2e4)
     limits = sf.Limits(feed=80, axis_acceleration=1000, axis_jerk=6e4, combinations={"tool": tool})
     points = sf.interpolate(path, sf.plan(path, limits, strategy="time-optimal", period=PERIOD))
     seen = np.abs(np.diff(at_rest(points, 3) @ [np.cos(np.pi / 6), np.sin(np.pi / 6)], 3)) / PERIOD**3
@@ -137,28 +139,28 @@ def test_jerk_along_a_tool_axis_is_held_where_curvature_jumps() -> None:
 
 
 def test_joints_of_a_machine_have_combinations_and_torques_too() -> None:
-    path = sf.JointPath(random_tool_path(1), kinematics("xyzac-trt"))
-    both = {"both": sf.Combination(weights={"x": 1.0, "y": 1.0}, acceleration=1500.0)}
-    table = sf.Torque(lambda q, v, a: 0.05 * a, {"c": 0.2})
+    path = sf.kinematics.JointPath(random_tool_path(1), kinematics("xyzac-trt"))
+    both = {"both": sf.records.Combination(weights={"x": 1.0, "y": 1.0}, acceleration=1500.0)}
+    table = sf.records.Torque(lambda q, v, a: 0.05 * a, {"c": 0.2})
     limits = sf.Limits(feed=50, axis_acceleration=2000, axis_jerk=1e5, combinations=both, torque=table)
     points = sf.interpolate(path, sf.plan(path, limits, period=2e-3))
     verdict = sf.check(points, path, limits)
     assert verdict.ok, verdict.problems
     assert {"combinations.both.acceleration", "torque.c"} <= verdict.limits.keys()
-    stricter = sf.Limits(feed=50, torque=sf.Torque(lambda q, v, a: 0.05 * a, {"c": 0.001}))
+    stricter = sf.Limits(feed=50, torque=sf.records.Torque(lambda q, v, a: 0.05 * a, {"c": 0.001}))
     assert any(problem.startswith("torque.c") for problem in sf.check(points, path, stricter).problems)
 
 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: sf.Combination(weights={}, jerk=1.0), "weights of a combination"),
-        (lambda: sf.Combination(weights={"x": np.nan}, jerk=1.0), "give finite ones"),
-        (lambda: sf.Combination(weights={"x": 1.0}), "one at least is needed"),
-        (lambda: sf.Combination(weights={"x": 1.0}, jerk=-1.0), "must be positive"),
-        (lambda: sf.Torque(arm, {}), "one at least is needed"),
-        (lambda: sf.Torque(arm, {"a": np.nan}), "must be positive"),
-        (lambda: sf.Torque(None, MOST), "a function of positions"),  # type: ignore[arg-type]
+        (lambda: sf.records.Combination(weights={}, jerk=1.0), "weights of a combination"),
+        (lambda: sf.records.Combination(weights={"x": np.nan}, jerk=1.0), "give finite ones"),
+        (lambda: sf.records.Combination(weights={"x": 1.0}), "one at least is needed"),
+        (lambda: sf.records.Combination(weights={"x": 1.0}, jerk=-1.0), "must be positive"),
+        (lambda: sf.records.Torque(arm, {}), "one at least is needed"),
+        (lambda: sf.records.Torque(arm, {"a": np.nan}), "must be positive"),
+        (lambda: sf.records.Torque(None, MOST), "a function of positions"),  # type: ignore[arg-type]
         (lambda: sf.Limits(feed=1, combinations={"a.b": None}), "without a dot"),  # type: ignore[dict-item]
         (lambda: sf.Limits(feed=1, torque=arm), "give a Torque"),  # type: ignore[arg-type]
         (lambda: sf.Limits.from_dict({"feed": 1.0, "torque.a": 1.0}), "is not a limit that a file can hold"),
@@ -172,7 +174,7 @@ def test_what_is_no_limit_is_refused(make: Any, message: str) -> None:
 
 def test_what_cannot_be_held_is_refused_by_name() -> None:
     def plan(model: Any, most: dict[str, float], **given: Any) -> Any:
-        return sf.plan(ARM, sf.Limits(feed=100, torque=sf.Torque(model, most)), period=PERIOD, **given)
+        return sf.plan(ARM, sf.Limits(feed=100, torque=sf.records.Torque(model, most)), period=PERIOD, **given)
 
     with pytest.raises(
         PlanError, match=r"standing still takes 16\.\d+ of a, whose torque is at most 16; only momentum"
@@ -188,6 +190,6 @@ def test_what_cannot_be_held_is_refused_by_name() -> None:
         plan(arm, {"a": 26.0, "c": 6.5})
     with pytest.raises(LimitsError, match="torque: the seven-phase strategy cannot hold it"):
         plan(arm, MOST, strategy="seven-phase")
-    given = sf.Limits(feed=100, combinations={"sum": sf.Combination(weights={"a": 1.0, "b": 1.0}, jerk=100.0)})
+    given = sf.Limits(feed=100, combinations={"sum": sf.records.Combination(weights={"a": 1.0, "b": 1.0}, jerk=100.0)})
     with pytest.raises(LimitsError, match="combinations: the seven-phase strategy cannot hold it"):
         sf.plan(ARM, given, strategy="seven-phase", period=PERIOD)

@@ -42,7 +42,7 @@ def model(q, v, a):
 
 
 #: Slow near both ends of its travel of 0 to 60 mm.
-LAW = sf.VelocityByPosition({"x": lambda q: (-np.sqrt(8.0 * (q + 5.0)), np.sqrt(8.0 * (65.0 - q)))})
+LAW = sf.records.VelocityByPosition({"x": lambda q: (-np.sqrt(8.0 * (q + 5.0)), np.sqrt(8.0 * (65.0 - q)))})
 #: Each limit so tight that it binds, and, where ALONG is not enough for that, what a motion goes beyond it under.
 TIGHT = {
     "feed": 20.0,
@@ -61,11 +61,13 @@ TIGHT = {
     "axis_velocity_step": 2.0,
     "axis_minimum": {"x": 1.0},
     "axis_maximum": {"x": 59.0},
-    "combinations": {"sum": sf.Combination(weights={"x": 1.0, "y": -1.0}, velocity=40.0, acceleration=300.0, jerk=5e3)},
-    "torque": sf.Torque(model, {"x": 500.0, "y": 300.0}),
-    "torque_rate": sf.TorqueRate(model, {"x": 6000.0, "y": 8000.0}),
+    "combinations": {
+        "sum": sf.records.Combination(weights={"x": 1.0, "y": -1.0}, velocity=40.0, acceleration=300.0, jerk=5e3)
+    },
+    "torque": sf.records.Torque(model, {"x": 500.0, "y": 300.0}),
+    "torque_rate": sf.records.TorqueRate(model, {"x": 6000.0, "y": 8000.0}),
     "axis_velocity_law": LAW,
-    "axis_approach": sf.Approach(LAW, {"x": 10.0}),
+    "axis_approach": sf.records.Approach(LAW, {"x": 10.0}),
 }
 LOOSE = {"axis_velocity_step": 20.0}
 NAMES = [each.name for each in TABLE]
@@ -91,7 +93,7 @@ def limits(name: str, value: object) -> sf.Limits:
 def motion(given: sf.Limits, how: str) -> tuple[sf.Setpoints, sf.TimeLaw | None]:
     """Setpoints by a strategy, with their law, or streamed."""
     if how == STREAM:
-        return sf.Setpoints.joined(list(sf.live.stream_setpoints(PATH, given, period=PERIOD))), None
+        return sf.Setpoints.joined(list(sf.runs.stream_setpoints(PATH, given, period=PERIOD))), None
     law = sf.plan(PATH, given, strategy=how, period=PERIOD)
     return sf.interpolate(PATH, law), law
 

@@ -196,5 +196,5 @@ def test_limits_in_the_order_of_axes_are_kept_in_a_file(tmp_path: Any) -> None:
 
 
 def test_a_reserve_scales_each_value() -> None:
-    slow = sf.live.with_reserve(sf.Limits(axis_velocity=[1.0, 2.0], axis_jerk=[30.0, 40.0]), top=2.0)
+    slow = sf.planner.with_reserve(sf.Limits(axis_velocity=[1.0, 2.0], axis_jerk=[30.0, 40.0]), top=2.0)
     assert slow.axis_velocity == (0.5, 1.0)

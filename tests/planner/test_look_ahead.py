@@ -89,7 +89,7 @@ def test_tangential_limits_alone_and_all_at_once():
 
 
 def test_a_rotary_axis_keeps_its_own_limits():
-    path = sf.tangential(sf.shapes.naca("0025", chord=15.5))
+    path = sf.paths.tangential(sf.shapes.naca("0025", chord=15.5))
     turns = {"axis_velocity": {"theta": 3.0}, "axis_acceleration": {"theta": 40.0}, "axis_jerk": {"theta": 2000.0}}
     law = checked(path, sf.Limits(feed=20, acceleration=300, jerk=9000, **turns))
     free = checked(path, sf.Limits(feed=20, acceleration=300, jerk=9000))

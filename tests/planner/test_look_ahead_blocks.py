@@ -8,6 +8,7 @@ import pytest
 import splinefeed as sf
 from splinefeed.live import LookAhead
 from splinefeed.paths import Smoother
+from splinefeed.paths.smoothing import smoothed
 
 PERIOD = 1e-3
 LIMITS = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
@@ -19,7 +20,7 @@ def zigzag(count: int, step: float = 0.4) -> sf.Path:
 
 
 def smooth(path: sf.Path) -> sf.Path:
-    return path.smoothed("program", corners="round")
+    return smoothed(path, "program", corners="round")
 
 
 def test_blocks_come_one_by_one_and_are_those_of_push():
@@ -102,7 +103,7 @@ def test_smooth_curves_know_which_curves_they_stand_for():
 
 def test_motion_that_cannot_wait_is_planned_early_and_goes_on_as_more_comes():
     points = np.column_stack([np.arange(61), 2.0 * np.sin(0.4 * np.arange(61))])
-    path = sf.Path.polyline(points, feeds=[40.0] * 60).smoothed(0.02, corners="round")
+    path = smoothed(sf.Path.polyline(points, feeds=[40.0] * 60), 0.02, corners="round")
     half = len(path.curves) // 2
     parts = [sf.Path(path.curves[a:b], feeds=path.feeds[a:b]) for a, b in ((0, half), (half, len(path.curves)))]
     planner = LookAhead(LIMITS, PERIOD, path.axes, 400)

@@ -103,7 +103,7 @@ def test_a_stream_begins_and_ends_in_motion_and_passes_corners_however_it_is_cut
 def test_late_instants_do_not_spoil_the_acceleration():
     """After an hour the acceleration jumps by no more than the jerk limit makes of it within a rounding of t."""
     given = sf.Limits(feed=60, acceleration=500, jerk=2e7, axis_acceleration=500)
-    wait = sf.Marker(before=1, text="G4 P5000", dwell=5000.0)
+    wait = sf.paths.Marker(before=1, text="G4 P5000", dwell=5000.0)
     path = Path([BUTTERFLY.curves[0], BUTTERFLY.curves[0].reversed()], markers=[wait])
     law = sf.plan(path, given, strategy="look-ahead", period=PERIOD)
     end = sf.TimeLaw(breaks=law.breaks, coefficients=law.coefficients, strategy="look-ahead")

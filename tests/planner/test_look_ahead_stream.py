@@ -123,7 +123,7 @@ def test_memory_and_work_a_curve_do_not_grow_on_an_endless_path():
 
 def test_stops_dwells_and_feeds_of_a_program():
     curves = list(islice(lines_and_arcs(7, corner=0.0), 12))
-    first = Path(curves[:6], feeds=[20.0] * 6, markers=[sf.Marker(before=6, text="G4 P0.25", dwell=0.25)])
+    first = Path(curves[:6], feeds=[20.0] * 6, markers=[sf.paths.Marker(before=6, text="G4 P0.25", dwell=0.25)])
     second = Path(curves[6:], feeds=[40.0] * 6)
     blocks = list(motions.look_ahead([first, second], LIMITS, PERIOD))
     path = Path(curves)

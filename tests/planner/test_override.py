@@ -44,7 +44,7 @@ CASES |= {
 }
 #: The motors of a machine whose belts run across both axes: x + y and x - y.
 BELTS = {
-    name: sf.Combination(weights={"x": 1.0, "y": sign}, velocity=55.0, acceleration=400.0, jerk=15000.0)
+    name: sf.records.Combination(weights={"x": 1.0, "y": sign}, velocity=55.0, acceleration=400.0, jerk=15000.0)
     for name, sign in (("a", 1.0), ("b", -1.0))
 }
 CASES |= {
@@ -61,7 +61,7 @@ def case(name: str) -> tuple[sf.Path, Limits, TimeLaw]:
     if source == "corners":
         points = [(0, 0), (12, 0), (12, 9), (3, 11)]
         lines = [sf.NurbsCurve(1, [0, 0, 1, 1], [a, b]) for a, b in pairwise(points)]
-        path = sf.Path(lines, markers=[sf.Marker(2, dwell=0.05)])
+        path = sf.Path(lines, markers=[sf.paths.Marker(2, dwell=0.05)])
     elif source == "space":
         rng = np.random.default_rng(7)
         knots = [0.0] * 4 + list(range(1, 9)) + [9.0] * 4

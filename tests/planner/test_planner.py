@@ -270,7 +270,7 @@ def test_rotary_axes_beside_linear_ones_are_planned_and_those_that_turn_on_the_s
 
 def test_stretches_planned_by_all_cores_are_the_same_to_the_bit(monkeypatch: pytest.MonkeyPatch) -> None:
     curve = sf.shapes.naca("0012", chord=15.5).curves[0]
-    stops = [sf.Marker(k, "M0", 0.0, True) for k in range(1, 12)]
+    stops = [sf.paths.Marker(k, "M0", 0.0, True) for k in range(1, 12)]
     path = sf.Path([curve] * 12, markers=stops, tolerance=0.1)
     limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
     monkeypatch.setattr(workers, "cores", lambda: 1)

@@ -64,7 +64,7 @@ def test_no_script_takes_rows_over_a_limit_of_the_axes(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_no_script_takes_rows_over_a_limit_of_a_combination(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    belt = sf.Combination(weights={"x": 1.0, "y": 1.0}, velocity=75.0, acceleration=760.0, jerk=26000.0)
+    belt = sf.records.Combination(weights={"x": 1.0, "y": 1.0}, velocity=75.0, acceleration=760.0, jerk=26000.0)
     limits = replace(LIMITS, feed=120.0, combinations={"belt": belt})
     course = SetpointSource(rows(True), 2)
     override = Override(course, limits, rate=0.5)

@@ -19,8 +19,8 @@ from splinefeed.planner.stream import LookAhead, MotionBlock
 PERIOD = 1e-3
 
 
-def state_of(law: sf.TimeLaw, t: float) -> sf.State:
-    return sf.State(float(law.feed(t)), float(law.acceleration(t)), float(law(t)))
+def state_of(law: sf.TimeLaw, t: float) -> sf.planner.State:
+    return sf.planner.State(float(law.feed(t)), float(law.acceleration(t)), float(law(t)))
 
 
 def over(points: np.ndarray, limits: sf.Limits) -> float:
@@ -55,7 +55,7 @@ def test_from_the_interior_of_a_plan_the_motion_goes_on(strategy: str, setting: 
 
 def test_a_start_at_rest_on_the_way() -> None:
     path, limits = cases.butterfly(), cases.axis_limits("A")
-    law = sf.plan(path, limits, period=PERIOD, start=sf.State(s=100.0))
+    law = sf.plan(path, limits, period=PERIOD, start=sf.planner.State(s=100.0))
     assert (float(law(0.0)), float(law.feed(0.0))) == (100.0, 0.0)
     assert law.length == pytest.approx(path.length, rel=1e-12)
 
@@ -63,12 +63,12 @@ def test_a_start_at_rest_on_the_way() -> None:
 def test_what_cannot_be_reached_is_refused_with_the_nearest_that_can() -> None:
     path, limits = cases.butterfly(), cases.axis_limits("A")
     with pytest.raises(sf.errors.PlanError, match=r"start_feed is 59 mm/s; .* allow at most ([\d.]+) mm/s") as caught:
-        sf.plan(path, limits, period=PERIOD, start=sf.State(59.0, 0.0, 96.0))
+        sf.plan(path, limits, period=PERIOD, start=sf.planner.State(59.0, 0.0, 96.0))
     nearest = float(str(caught.value).split("at most ")[1].split()[0])
     assert 0.0 < nearest < 59.0
-    sf.plan(path, limits, period=PERIOD, start=sf.State(nearest, 0.0, 96.0))
+    sf.plan(path, limits, period=PERIOD, start=sf.planner.State(nearest, 0.0, 96.0))
     with pytest.raises(sf.errors.PlanError, match=r"do not allow a state of 10 mm/s and 5000 .*the nearest"):
-        sf.plan(path, limits, period=PERIOD, start=sf.State(10.0, 5000.0, 50.0))
+        sf.plan(path, limits, period=PERIOD, start=sf.planner.State(10.0, 5000.0, 50.0))
 
 
 # Seeds whose own states were refused, by what they are: on the last bit to a rest, on a straight line that an exact
@@ -107,7 +107,7 @@ def line(length: float) -> sf.Path:
 )
 def test_a_state_at_its_limits_is_one_to_go_on_from(length, v, limits, start) -> None:
     most = sf.Limits(axis_velocity=v, axis_acceleration=limits[0], axis_jerk=limits[1])
-    law = sf.plan(line(length), most, start=sf.State(*start))
+    law = sf.plan(line(length), most, start=sf.planner.State(*start))
     t = np.linspace(0.0, law.duration, 5001)
     assert float(law.length) == pytest.approx(length, rel=1e-12)
     assert np.max(law.feed(t)) <= v * (1.0 + 1e-6)
@@ -125,7 +125,7 @@ def test_states_on_a_line_are_planned_or_refused_as_ruckig_does(k: int) -> None:
     case = STATES[k]
     path = line(case["L"])
     limits = sf.Limits(axis_velocity=case["V"], axis_acceleration=case["A"], axis_jerk=case["J"])
-    start = sf.State(case["v0"], case["a0"])
+    start = sf.planner.State(case["v0"], case["a0"])
     if case["mono"]:
         law = sf.plan(path, limits, start=start)
         assert case["T"] * (1.0 - 1e-6) <= law.duration <= 1.01 * case["T"]
@@ -135,20 +135,20 @@ def test_states_on_a_line_are_planned_or_refused_as_ruckig_does(k: int) -> None:
     sf.plan(path, limits, start=nearest(caught.value))
 
 
-def nearest(error: Exception) -> sf.State:
+def nearest(error: Exception) -> sf.planner.State:
     """The state that a refusal names."""
     said = re.search(r"they allow is a state of (\S+) mm/s and (\S+) mm/s\^2 at s = (\S+) mm", str(error))
     assert said is not None, error
     feed, acceleration, s = map(float, said.groups())
     assert feed > 0.0
-    return sf.State(feed, acceleration, s)
+    return sf.planner.State(feed, acceleration, s)
 
 
 @pytest.mark.parametrize("start", [(0.5, -3.0, 0.0), (0.9, 5.0, 2.0), (0.05, -1.9, 1.0)])
 def test_the_nearest_state_that_a_refusal_names_is_accepted(start: tuple[float, float, float]) -> None:
     limits = sf.Limits(axis_velocity=1.0, axis_acceleration=2.0, axis_jerk=20.0)
     with pytest.raises(sf.errors.PlanError) as caught:
-        sf.plan(line(4.0), limits, start=sf.State(*start))
+        sf.plan(line(4.0), limits, start=sf.planner.State(*start))
     sf.plan(line(4.0), limits, start=nearest(caught.value))
 
 
@@ -164,15 +164,15 @@ def test_the_nearest_state_that_a_refusal_names_is_accepted(start: tuple[float, 
 )
 def test_no_such_state(given: dict[str, float], message: str) -> None:
     with pytest.raises(sf.errors.InputError, match=message):
-        sf.State(**given)
+        sf.planner.State(**given)
 
 
 def test_a_start_that_is_not_on_the_path() -> None:
     path, limits = cases.butterfly(), cases.axis_limits("A")
     with pytest.raises(sf.errors.InputError, match="the path ends at"):
-        sf.plan(path, limits, period=PERIOD, start=sf.State(s=1e4))
+        sf.plan(path, limits, period=PERIOD, start=sf.planner.State(s=1e4))
     with pytest.raises(sf.errors.InputError, match="begins at the start of a path"):
-        sf.plan(path, sf.Limits(feed=5, acceleration=50, jerk=500), strategy="seven-phase", start=sf.State(1.0))
+        sf.plan(path, sf.Limits(feed=5, acceleration=50, jerk=500), strategy="seven-phase", start=sf.planner.State(1.0))
 
 
 # --- streams ---------------------------------------------------------------------------------------------------------

@@ -93,7 +93,7 @@ def test_what_has_no_times_is_refused():
     with pytest.raises(
         sf.errors.LimitsError, match="times: a motion with wanted times begins at the start of its path"
     ):
-        sf.plan(path, LIMITS, period=PERIOD, start=sf.State(s=3.0))
+        sf.plan(path, LIMITS, period=PERIOD, start=sf.planner.State(s=3.0))
     back = sf.Path.through([[0, 0], [50, 20], [0, 0]], duration=3.0)
     with pytest.raises(sf.errors.LimitsError, match="rests where it begins and ends and nowhere between"):
         sf.plan(back, LIMITS, period=PERIOD)

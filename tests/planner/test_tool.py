@@ -32,7 +32,7 @@ KEPT = {
 
 
 def test_flank_milling_takes_the_best_known_time(data_dir: File) -> None:
-    path = sf.JointPath(flank(data_dir), kinematics("xyzac-trt"))
+    path = sf.kinematics.JointPath(flank(data_dir), kinematics("xyzac-trt"))
     law = sf.plan(path, FLANK, period=FLANK_PERIOD, bound=True)
     assert law.duration <= 1.005 * BEST_KNOWN
     assert 0.95 * BEST_KNOWN < law.settings["lower_bound_s"] < BEST_KNOWN
@@ -49,7 +49,7 @@ def test_flank_milling_takes_the_best_known_time(data_dir: File) -> None:
 
 
 def test_look_ahead_is_close_to_it(data_dir: File) -> None:
-    path = sf.JointPath(flank(data_dir), kinematics("xyzac-trt"))
+    path = sf.kinematics.JointPath(flank(data_dir), kinematics("xyzac-trt"))
     law = sf.plan(path, FLANK, period=FLANK_PERIOD, strategy="look-ahead")
     assert law.duration <= 1.02 * BEST_KNOWN
     assert sf.check(sf.interpolate(path, law), path, FLANK, law=law).ok
@@ -87,14 +87,14 @@ def test_joints_that_stand_still_on_a_sphere_are_no_stops() -> None:
 
 
 def test_a_peak_between_the_places_of_the_audit_is_seen_at_ticks() -> None:
-    path = sf.JointPath(random_tool_path(128), MACHINES[0])
+    path = sf.kinematics.JointPath(random_tool_path(128), MACHINES[0])
     limits, period = random_limits(128, path.axes)
     points = sf.interpolate(path, sf.plan(path, limits, period=period, strategy="look-ahead"))
     assert np.max(differences(points, limits)) <= 1.0 + 1e-6
 
 
 def test_an_end_in_motion_is_kept(data_dir: File) -> None:
-    path = sf.JointPath(flank(data_dir), kinematics("xyzac-trt"))
+    path = sf.kinematics.JointPath(flank(data_dir), kinematics("xyzac-trt"))
     moving = replace(FLANK, start_feed=3.0, end_feed=5.0)
     law = sf.plan(path, moving, period=FLANK_PERIOD)
     assert law.feed(0.0) == pytest.approx(3.0)
@@ -107,7 +107,9 @@ def test_a_chord_error_is_held_at_the_tip_through_the_kinematics() -> None:
     # a straight tip, so that a curve has no chord error: all of it comes from the head that swings
     line = sf.NurbsCurve(1, [0, 0, 1, 1], [[0, 0, 0], [60, 0, 0]])
     swing = sf.NurbsCurve(2, [0, 0, 0, 1, 1, 1], [[-0.6, 0.2, 1.0], [0.0, 0.9, 1.0], [0.6, 0.2, 1.0]])
-    path = sf.JointPath(sf.ToolPath(line, swing, kind="vectors"), kinematics("5axiskins", pivot_length=200.0))
+    path = sf.kinematics.JointPath(
+        sf.ToolPath(line, swing, kind="vectors"), kinematics("5axiskins", pivot_length=200.0)
+    )
     free = sf.Limits(feed=100.0, axis_acceleration=3000.0, axis_jerk=1e5, axis_velocity={"b": 3.0, "c": 3.0})
     law = sf.plan(path, free, period=2e-3)
     seen = sf.check(sf.interpolate(path, law), path, free, law=law).numbers["chord_error_max_mm"]
@@ -122,7 +124,7 @@ def test_a_chord_error_is_held_at_the_tip_through_the_kinematics() -> None:
 
 
 def test_the_tool_axis_is_held_between_setpoints() -> None:
-    path = sf.JointPath(random_tool_path(3), MACHINES[0])  # near the pole, where joints bend most
+    path = sf.kinematics.JointPath(random_tool_path(3), MACHINES[0])  # near the pole, where joints bend most
     given, period = random_limits(3, path.axes)
     free = sf.plan(path, given, period=period, strategy="look-ahead")
     seen = sf.check(sf.interpolate(path, free), path, given, law=free).numbers["axis_error_between_max_rad"]
@@ -141,7 +143,7 @@ def test_the_tool_axis_is_held_between_setpoints() -> None:
 def test_an_orientation_error_needs_a_tool_axis_and_a_period(data_dir: File) -> None:
     limits = replace(FLANK, orientation_error=1e-5)
     with pytest.raises(LimitsError, match="orientation_error: needs the servo period"):
-        sf.plan(sf.JointPath(flank(data_dir), kinematics("xyzac-trt")), replace(limits, chord_error=None))
+        sf.plan(sf.kinematics.JointPath(flank(data_dir), kinematics("xyzac-trt")), replace(limits, chord_error=None))
     line = sf.Path([sf.NurbsCurve(1, [0, 0, 1, 1], [[0, 0], [10, 0]])], name="line")
     flat = sf.Limits(feed=10.0, axis_jerk=1e3, orientation_error=1e-3)
     with pytest.raises(LimitsError, match="orientation_error: line has no tool axis; leave it out"):
@@ -156,7 +158,7 @@ def test_joints_near_the_pole_turn_within_their_limits() -> None:
     machine = kinematics("xyzac-trt", z_rot_point=-30.0)
     for beside in (3e-2, 1e-3):
         lean = sf.NurbsCurve(1, [0, 0, 1, 1], [[0.2, beside, 1.0], [-0.2, beside, 1.0]])
-        path = sf.JointPath(sf.ToolPath(line, lean, kind="vectors"), machine)
+        path = sf.kinematics.JointPath(sf.ToolPath(line, lean, kind="vectors"), machine)
         law = sf.plan(path, FLANK, period=FLANK_PERIOD, strategy="look-ahead")
         points = sf.interpolate(path, law)
         assert np.max(differences(points, FLANK)) <= 1.0 + 1e-6
@@ -172,7 +174,7 @@ def test_a_knot_that_is_nearest_to_the_pole_is_one_place_and_not_two() -> None:
         ([[0.3, 1e-3, 1], [0.15, 1e-3, 1], [0, 1e-3, 1], [-0.15, 1e-3, 1], [-0.3, 1e-3, 1]], 8.0),
     ):
         tool = sf.ToolPath(tip, sf.NurbsCurve(3, knots, vectors), kind="vectors")
-        path = sf.JointPath(tool, kinematics("xyzac-trt"))
+        path = sf.kinematics.JointPath(tool, kinematics("xyzac-trt"))
         assert len(path.breaks) == 1
         law = sf.plan(path, FLANK, period=FLANK_PERIOD, strategy="look-ahead")
         assert law.duration < seconds
@@ -184,7 +186,7 @@ def test_a_tool_tilts_through_the_upright_without_slowing_down() -> None:
     motions = []
     for low, high in ((-0.2, 0.2), (0.1, 0.5)):
         lean = sf.NurbsCurve(1, [0, 0, 1, 1], [[low, 0.0, 1.0], [high, 0.0, 1.0]])
-        path = sf.JointPath(sf.ToolPath(line, lean, kind="vectors"), kinematics("xyzac-trt"))
+        path = sf.kinematics.JointPath(sf.ToolPath(line, lean, kind="vectors"), kinematics("xyzac-trt"))
         law = sf.plan(path, FLANK, period=FLANK_PERIOD, strategy="look-ahead")
         points = sf.interpolate(path, law)
         assert sf.check(points, path, FLANK, law=law).ok
@@ -197,7 +199,7 @@ def test_a_tool_tilts_through_the_upright_without_slowing_down() -> None:
 def test_a_tool_rests_at_kinks_of_its_axis() -> None:
     line = sf.NurbsCurve(1, [0, 0, 1, 1], [[0, 0, 0], [80, 0, 0]])
     lean = sf.NurbsCurve(1, [0, 0, 0.5, 1, 1], [[0.1, 0.1, 1.0], [0.3, 0.1, 1.0], [0.3, 0.4, 1.0]])
-    path = sf.JointPath(sf.ToolPath(line, lean, kind="vectors"), kinematics("xyzac-trt"))
+    path = sf.kinematics.JointPath(sf.ToolPath(line, lean, kind="vectors"), kinematics("xyzac-trt"))
     law = sf.plan(path, FLANK, period=FLANK_PERIOD)
     points = sf.interpolate(path, law)
     assert np.min(np.abs(points.s - 40.0)) < 1e-9
@@ -210,7 +212,7 @@ def test_a_tool_axis_of_numbers_stays_as_it_is() -> None:
     tilted = sf.ToolPath(tip, [0.1, 0, 1], kind="vectors")
     kinematics = sf.Machine.load("trunnion").kinematics
     assert kinematics is not None
-    joints = sf.JointPath(tilted, kinematics)
+    joints = sf.kinematics.JointPath(tilted, kinematics)
     s = np.linspace(0.0, joints.length, 50)
     found, axis = kinematics.forward(joints(s))
     assert np.abs(axis - np.array([0.1, 0.0, 1.0]) / np.sqrt(1.01)).max() < 1e-14
@@ -228,7 +230,7 @@ def test_a_tool_axis_of_numbers_stays_as_it_is() -> None:
 def test_an_upright_tool_on_a_gantry_is_planned_as_three_axes() -> None:
     curve = sf.NurbsCurve(3, [0, 0, 0, 0, 1, 1, 1, 1], [[0, 0, 0], [20, 40, 0], [60, -30, 5], [80, 10, 0]])
     limits = sf.Limits(feed=50.0, axis_acceleration=500.0, axis_jerk=2e4)
-    path = sf.JointPath(sf.ToolPath(curve), kinematics("gantry"))
+    path = sf.kinematics.JointPath(sf.ToolPath(curve), kinematics("gantry"))
     law, plain = sf.plan(path, limits, period=1e-3), sf.plan(sf.Path([curve]), limits, period=1e-3)
     assert law.duration == pytest.approx(plain.duration, rel=5e-3)
     points = sf.interpolate(path, law)
@@ -238,7 +240,7 @@ def test_an_upright_tool_on_a_gantry_is_planned_as_three_axes() -> None:
 
 def test_what_a_tool_path_cannot_have_is_refused(data_dir: File) -> None:
     tool = flank(data_dir)
-    path = sf.JointPath(tool, kinematics("xyzac-trt"))
+    path = sf.kinematics.JointPath(tool, kinematics("xyzac-trt"))
     with pytest.raises(InputError, match="flank: has a tool axis, which only a machine can follow"):
         sf.plan(tool, FLANK, period=FLANK_PERIOD)
     with pytest.raises(LimitsError, match=r"axis_jerk\.b: the path has no axis 'b'; its axes are x, y, z, a, c"):

@@ -25,7 +25,7 @@ def machine(**control) -> sf.Machine:
 def timed(tmp_path):
     """Times of a program, its lines joined, on a machine with this control."""
 
-    def take(*lines: str, **control) -> sf.CycleTime:
+    def take(*lines: str, **control) -> sf.programs.CycleTime:
         file = tmp_path / "part.nc"
         file.write_text("\n".join(["G21 G90 G94", *lines, "M30", ""]))
         return sf.cycle_time(file, machine(**control), dialect="fanuc")

@@ -26,8 +26,8 @@ def address(tmp_path_factory) -> str:
     """A report with everything in it, as a file."""
     path = motions.smooth()
     run = sf.run(path, LIMITS, strategy="look-ahead")
-    response = sf.follow(run.points, sf.Machine.load("xytheta"), path=path)
-    traces = list(sf.compare(path, run.law, methods=["taylor-2", "arc-length"]))
+    response = sf.runs.follow(run.points, sf.Machine.load("xytheta"), path=path)
+    traces = list(sf.runs.compare(path, run.law, methods=["taylor-2", "arc-length"]))
     said = record(run, about(run.settings, "smooth.json", {}, ["hdf5"]), traces)
     said["contour_error_max_mm"] = float(response.contour_error.max())
     said["tracking_error_max"] = {"x": float(abs(response.tracking_error[:, 0]).max())}

@@ -102,7 +102,7 @@ def test_the_motion_over_time(run):
 def test_the_ripple_of_methods():
     path = PATHS["smooth"]
     law = sf.plan(path, LIMITS, period=1e-3)
-    traces = list(sf.compare(path, law, methods=["taylor-1", "milne-simpson", "arc-length"]))
+    traces = list(sf.runs.compare(path, law, methods=["taylor-1", "milne-simpson", "arc-length"]))
     figure = ripple_figure(traces, "a path")
     assert [panel.y.label for panel in figure.panels] == [trace.result.method for trace in traces]
     for panel, trace in zip(figure.panels, traces, strict=True):
@@ -118,7 +118,7 @@ def test_motions_too_short_for_a_ripple():
     path = line([0, 0], [1e-3, 0])
     law = sf.plan(path, LIMITS, period=0.01)
     short = sf.run(path, LIMITS, period=0.01)
-    figures = [ripple_figure(list(sf.compare(path, law, methods=["arc-length"])), "short"), path_figure(short)]
+    figures = [ripple_figure(list(sf.runs.compare(path, law, methods=["arc-length"])), "short"), path_figure(short)]
     for figure in (*figures, sf.plot.motion(short), sf.plot.limits(short)):
         assert len(words(figure)) > 3
 

@@ -26,7 +26,7 @@ def finished():
     path = motions.smooth()
     limits = dataclasses.replace(LIMITS, axis_acceleration=450, axis_jerk=18000)
     run = sf.run(path, limits, strategy="time-optimal")
-    return run, list(sf.compare(path, run.law, methods=["taylor-2", "arc-length"]))
+    return run, list(sf.runs.compare(path, run.law, methods=["taylor-2", "arc-length"]))
 
 
 @pytest.fixture(scope="module")

@@ -29,8 +29,8 @@ LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000, axis_acceleration=450,
 def made():
     path = motions.smooth()
     run = sf.run(path, LIMITS, strategy="time-optimal")
-    response = sf.follow(run.points, sf.Machine.load("xytheta"), path=path)
-    traces = list(sf.compare(path, run.law, methods=["taylor-2", "arc-length"]))
+    response = sf.runs.follow(run.points, sf.Machine.load("xytheta"), path=path)
+    traces = list(sf.runs.compare(path, run.law, methods=["taylor-2", "arc-length"]))
     said = record(run, about(run.settings, "smooth.json", {}, ["hdf5"]), traces)
     return (
         run,
@@ -113,7 +113,7 @@ def test_in_space_on_one_axis_and_with_a_rotary_one():
     paths = [
         sf.shapes.helix(),
         sf.Path([sf.NurbsCurve(1, [0, 0, 1, 1], [[0.0], [20.0]])]),
-        sf.tangential(motions.smooth()),
+        sf.paths.tangential(motions.smooth()),
     ]
     for path in paths:
         run = sf.run(path)

@@ -73,13 +73,13 @@ def test_what_the_report_draws_is_a_line_of_python(run, served, tmp_path):
         "axis position", "axis velocity", "axis acceleration", "axis jerk",
     ]  # fmt: skip
     assert sf.plot.ripple(run).panels[0].note == f"at most {run.ripple.max:.2g}"
-    traces = list(sf.compare(run.path, run.law, methods=["taylor-2", "arc-length"]))
+    traces = list(sf.runs.compare(run.path, run.law, methods=["taylor-2", "arc-length"]))
     assert [panel.y.label for panel in sf.plot.compare(traces).panels] == ["taylor-2", "arc-length"]
     most = 1e3 * served.served.response.contour_error.max()
     assert f"at most {most:.3g} µm" in sf.plot.errors(served).panels[0].note
     assert sf.plot.errors(served.served.response).panels[0].note == sf.plot.errors(served).panels[0].note
     assert f"contour error at most {most:.3g} µm" in sf.plot.contour(served).title
-    tuned = sf.tune(sf.Machine.load("xytheta").servo_axis("x"), "margins", period=1e-3)
+    tuned = sf.runs.tune(sf.Machine.load("xytheta").servo_axis("x"), "margins", period=1e-3)
     assert "phase margin" in sf.plot.bode(tuned, "xytheta").title
     file = tmp_path / "part.nc"
     file.write_text("G21 G90 G0 X0 Y0 Z1\nG1 X30 F600\nG0 Y20\nG1 X0 F300\nM30\n")
@@ -90,7 +90,7 @@ def test_what_the_report_draws_is_a_line_of_python(run, served, tmp_path):
     for call, message in [
         (lambda: sf.plot.errors(run), "plot.errors: the run has no machine that followed"),
         (lambda: sf.plot.contour(run), "plot.contour: the run has no machine that followed"),
-        (lambda: sf.plot.compare([]), "plot.compare: expected what sf.compare gives"),
+        (lambda: sf.plot.compare([]), "plot.compare: expected what sf.runs.compare gives"),
         (lambda: sf.plot.program(run), "plot.program: butterfly is no path of a program"),
         (lambda: sf.plot.bode(run), "plot.bode: expected TunedAxis first"),
     ]:
@@ -114,17 +114,17 @@ def test_what_cannot_be_drawn_is_said(run):
 
 
 def test_records_show_themselves(run):
-    response = sf.follow(run.points, sf.Machine.load("xytheta"), path=run.path)
-    trace = next(sf.compare(run.path, run.law, methods=["taylor-2"], timed=False))
+    response = sf.runs.follow(run.points, sf.Machine.load("xytheta"), path=run.path)
+    trace = next(sf.runs.compare(run.path, run.law, methods=["taylor-2"], timed=False))
     pages = {
         "382.86 mm": run.path,
         "degree 3, 51 control points, rational": run.path.curves[0],
         "500 mm/s²": sf.Limits(feed=60, axis_acceleration={"x": 500, "y": 800}),
         "171.887 deg/s²": sf.Limits(feed=60, axis_acceleration={"x": 500, "b": 3}),
         "combinations.left.jerk": sf.Limits(
-            feed=60, combinations={"left": sf.Combination(weights={"y": 1.0, "c": 400.0}, jerk=3e4)}
+            feed=60, combinations={"left": sf.records.Combination(weights={"y": 1.0, "c": 400.0}, jerk=3e4)}
         ),
-        "0.2 N m": sf.Limits(feed=60, torque=sf.Torque(lambda q, v, a: 0.05 * a, {"c": 0.2})),
+        "0.2 N m": sf.Limits(feed=60, torque=sf.records.Torque(lambda q, v, a: 0.05 * a, {"c": 0.2})),
         "time-optimal": run.law,
         f"{len(run.points)}, one every 0.001 s": run.points,
         "every limit holds": run.verdict,

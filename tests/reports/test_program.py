@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
+from splinefeed.paths.smoothing import smoothed
 from splinefeed.reports.files import of_run
 from splinefeed.reports.html import page
 from splinefeed.reports.program import line_at, operations, starts
@@ -55,7 +56,7 @@ def test_each_curve_knows_its_line(made):
 def test_smoothed_programs_know_their_lines():
     points = np.array([[0, 0], [10, 0], [20, 3], [30, 3], [40, 0]], dtype=np.float64)
     path = sf.Path.polyline(points, ("x", "y"), lines=[5, 6, 8, 9])
-    lines = path.smoothed(0.1).lines
+    lines = smoothed(path, 0.1).lines
     assert lines[0] == 5
     assert lines[-1] == 9
     assert np.all(np.diff(lines) >= 0)

@@ -64,10 +64,10 @@ def most(q):
 
 def test_a_joint_slows_down_near_the_end_of_its_travel():
     arm = sf.robot(FILE)
-    law_of = sf.VelocityByPosition(
+    law_of = sf.records.VelocityByPosition(
         {"shoulder": lambda q: (-most(-q), most(q)), "elbow": lambda q: (-most(-q), most(q))}
     )
-    limits = replace(arm.limits, modelled=[law_of, sf.Approach(law_of, {"shoulder": 40.0, "elbow": 40.0})])
+    limits = replace(arm.limits, modelled=[law_of, sf.records.Approach(law_of, {"shoulder": 40.0, "elbow": 40.0})])
     law, q, _, _ = planned(arm, limits)
     step = np.diff(q, axis=0) / PERIOD
     middle = 0.5 * (q[1:] + q[:-1])

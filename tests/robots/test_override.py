@@ -27,18 +27,18 @@ def test_pauses_and_reversals_keep_the_torque(friction):
     most = np.array([58.0, 25.0])
     arm = sf.robot(FILE, payload=2.0, limits={"torque": most}, friction=friction)
     path = arm.through(WAYPOINTS)
-    law = sf.plan(path, sf.live.with_reserve(arm.limits), period=PERIOD)
-    course = sf.live.LawSource(path, law)
+    law = sf.plan(path, sf.planner.with_reserve(arm.limits), period=PERIOD)
+    course = sf.planner.LawSource(path, law)
     rng = np.random.default_rng(44)
     worst, without = 0.0, 0.0
     for _ in range(6):
         wanted = np.repeat(rng.choice([-1.0, 0.0, 0.3, 1.0, 1.0, 2.0], 30), rng.integers(20, 400, 30))
-        ran = sf.live.Override(course, arm.limits).run(wanted)
+        ran = sf.planner.Override(course, arm.limits).run(wanted)
         worst = max(worst, float(np.max(torques(arm, path, law, ran.tau, friction) / most)))
         q = path(law(ran.tau))
         for order, limit in enumerate((arm.velocity, arm.acceleration, arm.jerk), 1):
             assert np.max(np.abs(np.diff(q, order, axis=0)) / PERIOD**order / limit) <= 1 + 1e-6
-        free = sf.live.Override(sf.live.LawSource(path, law), no_torque(arm)).run(wanted)
+        free = sf.planner.Override(sf.planner.LawSource(path, law), no_torque(arm)).run(wanted)
         without = max(without, float(np.max(torques(arm, path, law, free.tau, friction) / most)))
     assert worst <= 1 + 1e-6
     assert without > 1.02  # an override that does not count torques

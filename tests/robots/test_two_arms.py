@@ -14,7 +14,7 @@ PERIOD = 1e-3
 def test_fourteen_joints_are_one_motion(tmp_path):
     points = np.random.default_rng(3).uniform(-1, 1, (6, 14))
     spline = make_interp_spline(np.linspace(0, 1, 6), points, 5)
-    joints = tuple(sf.robots.Joint(f"{side}_{k}", "rad") for side in ("left", "right") for k in range(1, 8))
+    joints = tuple(sf.records.Joint(f"{side}_{k}", "rad") for side in ("left", "right") for k in range(1, 8))
     path = sf.Path([sf.NurbsCurve(5, spline.t, spline.c)], axes=joints, name="two arms")
     limits = sf.Limits(axis_velocity=[2.0] * 14, axis_acceleration=[10.0] * 14, axis_jerk=[500.0] * 14)
     run = sf.run(path, limits, period=PERIOD)

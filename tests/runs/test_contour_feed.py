@@ -51,7 +51,7 @@ def test_the_best_feed_keeps_the_tolerance_and_a_little_more_does_not() -> None:
     assert min(trial.scale for trial in above) <= best.scale * contour_feed.CLOSE_ENOUGH
     # what is reported is what the setpoints do, simulated once more
     law = sf.plan(path, best.limits, period=1e-3)
-    response = sf.follow(sf.interpolate(path, law), TABLE, path=path)
+    response = sf.runs.follow(sf.interpolate(path, law), TABLE, path=path)
     assert np.max(response.contour_error) == pytest.approx(best.error, rel=1e-12)
     assert best.error <= 0.02
     np.testing.assert_array_equal(tuning.served.response.position, response.position)

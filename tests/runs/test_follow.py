@@ -13,7 +13,7 @@ from splinefeed.analysis.following import ContourMeter, ErrorTally
 from splinefeed.analysis.thinning import Kept
 from splinefeed.checks.place import Placer
 from splinefeed.errors import InputError
-from splinefeed.runs.follow import Servo, follow_chunks
+from splinefeed.runs.following import Servo, follow_chunks
 
 TABLE = sf.Machine.load("xytheta")
 
@@ -30,17 +30,17 @@ def without_places(points: sf.Setpoints) -> sf.Setpoints:
 
 def test_the_contour_error_is_attached_where_the_path_is_known(motion: sf.Setpoints) -> None:
     path = motions.smooth()
-    response = sf.follow(motion, TABLE, path=path)
+    response = sf.runs.follow(motion, TABLE, path=path)
     np.testing.assert_array_equal(
         response.contour_error, ContourMeter(path).measure(response.position, s_hint=motion.s).error
     )
-    assert sf.follow(motion, TABLE).contour_error is None
+    assert sf.runs.follow(motion, TABLE).contour_error is None
     assert np.all(response.contour_error <= np.linalg.norm(response.tracking_error, axis=1) + 1e-12)
 
 
 def test_pieces_give_the_bits_and_the_tally_of_one_run(motion: sf.Setpoints) -> None:
     path = motions.smooth()
-    whole = sf.follow(motion, TABLE, path=path)
+    whole = sf.runs.follow(motion, TABLE, path=path)
     servo = Servo(TABLE, motion, path)
     parts = list(follow_chunks((motion.part(i, i + 97) for i in range(0, len(motion), 97)), servo))
     for name in ("t", "command", "position", "measured", "output", "saturated", "contour_error"):
@@ -60,27 +60,27 @@ def test_pieces_give_the_bits_and_the_tally_of_one_run(motion: sf.Setpoints) -> 
 
 
 def test_rotary_axes_are_tallied_in_degrees() -> None:
-    points = sf.run(sf.tangential(motions.smooth()), sf.Limits(feed=20, acceleration=100, jerk=5000)).points
-    path = sf.tangential(motions.smooth())
+    points = sf.run(sf.paths.tangential(motions.smooth()), sf.Limits(feed=20, acceleration=100, jerk=5000)).points
+    path = sf.paths.tangential(motions.smooth())
     servo = Servo(TABLE, points, path)
     response = servo.follow(points)
     each = servo.tally.numbers()["tracking"]["theta"]
     assert each["unit"] == "deg"
     assert each["max"] == pytest.approx(np.degrees(np.max(np.abs(response.tracking_error[:, 2]))), rel=1e-12)
     planar = replace(points, axes=("x", "y"), position=points.position[:, :2])
-    np.testing.assert_array_equal(sf.follow(planar, TABLE, path=path).contour_error, response.contour_error)
+    np.testing.assert_array_equal(sf.runs.follow(planar, TABLE, path=path).contour_error, response.contour_error)
 
 
 def test_setpoints_without_arc_lengths_are_placed_in_order(motion: sf.Setpoints) -> None:
     """The figure of eight crosses itself; the nearest point alone would jump to the other branch there."""
     t = np.linspace(0.0, 2.0 * np.pi, 33)
-    eight = sf.fit(np.column_stack([20.0 * np.sin(t), 10.0 * np.sin(2.0 * t)]), 1e-3)
+    eight = sf.paths.fit(np.column_stack([20.0 * np.sin(t), 10.0 * np.sin(2.0 * t)]), 1e-3)
     path = sf.Path(eight.curves)
     points = sf.run(path, sf.Limits(feed=40, acceleration=300, jerk=10000)).points
     placed = Placer(path)
     np.testing.assert_allclose(placed.place(without_places(points)), points.s, rtol=0, atol=1e-6)
     assert placed.apart < 1e-9
-    both = [sf.follow(each, TABLE, path=path).contour_error for each in (points, without_places(points))]
+    both = [sf.runs.follow(each, TABLE, path=path).contour_error for each in (points, without_places(points))]
     np.testing.assert_allclose(both[1], both[0], rtol=0, atol=1e-9)
 
 
@@ -91,39 +91,39 @@ def test_axes_that_one_side_lacks(motion: sf.Setpoints) -> None:
     servo = Servo(TABLE, still, motions.smooth())
     response = servo.follow(still)
     assert response.axes == ("x", "y")
-    np.testing.assert_array_equal(response.position, sf.follow(motion, TABLE).position)
+    np.testing.assert_array_equal(response.position, sf.runs.follow(motion, TABLE).position)
     assert servo.notes == [
         "axis z does not move and xytheta has none: left out",
         "theta: no setpoints; this axis of xytheta holds its position",
     ]
     moving = replace(still, position=still.position + [[0.0, 0.0, 1.0]] * np.linspace(0, 2, len(still))[:, None])
     with pytest.raises(InputError) as caught:
-        sf.follow(moving, TABLE)
+        sf.runs.follow(moving, TABLE)
     assert str(caught.value) == (
         "the setpoints move axis z by 2 mm, and machine 'xytheta' has no such axis; its axes are x, y, theta"
     )
     spatial = sf.Path([sf.NurbsCurve.bezier([[0, 0, 0], [1, 1, 1]])])
     with pytest.raises(InputError) as caught:
-        sf.follow(motion, TABLE, path=spatial)
+        sf.runs.follow(motion, TABLE, path=spatial)
     assert str(caught.value) == "the path has an axis z; the setpoints have only x, y"
     none = replace(motion, axes=("a", "b"))
     with pytest.raises(InputError) as caught:
-        sf.follow(none, TABLE)
+        sf.runs.follow(none, TABLE)
     assert str(caught.value) == "machine 'xytheta' has none of the axes a, b; its axes are x, y, theta"
     with pytest.raises(
         InputError, match="has none of the axes x, y; its axes are none, only a control for cycle times"
     ):
-        sf.follow(motion, "hurco-02")
+        sf.runs.follow(motion, "hurco-02")
 
 
 def test_bad_setpoints_are_refused_with_their_place(motion: sf.Setpoints) -> None:
     bad = motion.position.copy()
     bad[70, 1] = np.nan
     with pytest.raises(InputError) as caught:
-        sf.follow(replace(motion, position=bad), TABLE, path=motions.smooth())
+        sf.runs.follow(replace(motion, position=bad), TABLE, path=motions.smooth())
     assert str(caught.value).startswith("at t = 0.07 s axis y is nan")
     with pytest.raises(InputError) as caught:
-        sf.follow(motion.part(0, 0), TABLE)
+        sf.runs.follow(motion.part(0, 0), TABLE)
     assert str(caught.value) == "no setpoints; at least one is needed"
 
 
@@ -141,14 +141,14 @@ def test_a_run_away_ends_the_response_and_is_tallied(motion: sf.Setpoints) -> No
     assert servo.notes[-1].startswith("axis x: gains unstable: a closed-loop pole has modulus ")
     assert servo.tally.numbers()["stopped"] == servo.stopped
     assert servo.tally.numbers()["tracking"]["x"]["saturated_ticks"] > 0
-    whole = sf.follow(motion, wild, path=motions.smooth())
+    whole = sf.runs.follow(motion, wild, path=motions.smooth())
     assert (len(whole), whole.stopped) == (ticks, servo.stopped)
     assert len(whole.contour_error) == ticks
 
 
 def test_every_peak_of_a_response_is_kept_in_bounded_room(motion: sf.Setpoints) -> None:
     path = motions.smooth()
-    whole = sf.follow(motion, TABLE, path=path)
+    whole = sf.runs.follow(motion, TABLE, path=path)
     servo = Servo(TABLE, motion, path, keep=Kept(most=300))
     for _ in follow_chunks((motion.part(i, i + 170) for i in range(0, len(motion), 170)), servo):
         pass
@@ -165,6 +165,6 @@ def test_every_peak_of_a_response_is_kept_in_bounded_room(motion: sf.Setpoints) 
 
 
 def test_a_tally_wants_the_axes_it_was_made_for(motion: sf.Setpoints) -> None:
-    response = sf.follow(motion, TABLE)
+    response = sf.runs.follow(motion, TABLE)
     with pytest.raises(InputError, match="the response has axes"):
         ErrorTally(("x",)).see(response)

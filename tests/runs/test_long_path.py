@@ -30,7 +30,7 @@ def arcs(count: int, start: int = 0) -> list[sf.NurbsCurve]:
 @pytest.mark.parametrize("size", [1, 7, 40])
 def test_setpoints_of_parts_keep_the_limits_of_the_whole(size):
     path = Path(arcs(40))
-    chunks = list(sf.live.stream_setpoints((Path(path.curves[i : i + size]) for i in range(0, 40, size)), LIMITS,
+    chunks = list(sf.runs.stream_setpoints((Path(path.curves[i : i + size]) for i in range(0, 40, size)), LIMITS,
                                       period=PERIOD, chunk=500))  # fmt: skip
     assert {len(chunk) for chunk in chunks[:-1]} == {500}
     points = sf.Setpoints.joined(chunks)
@@ -46,12 +46,12 @@ def test_setpoints_of_parts_keep_the_limits_of_the_whole(size):
 
 def test_a_program_with_feeds_stops_and_dwells_is_cut_where_it_may():
     corners = np.array([[0, 0], [5, 0], [5, 5], [0, 5], [0, 0], [5, 0]], dtype=float)
-    markers = [sf.Marker(2, "M3", 0.25, True), sf.Marker(5, "M5", 0.5, True)]
+    markers = [sf.paths.Marker(2, "M3", 0.25, True), sf.paths.Marker(5, "M5", 0.5, True)]
     path = Path.polyline(corners, ("x", "y"), feeds=[10, 20, 30, 10, 20], markers=markers)
     parts = list(parts_of(path, 2))
     assert [len(part.curves) for part in parts] == [2, 2, 1]
     assert [[m.before for m in part.markers] for part in parts] == [[], [0], [1]]
-    points = sf.Setpoints.joined(list(sf.live.stream_setpoints(iter(parts), LIMITS, period=PERIOD)))
+    points = sf.Setpoints.joined(list(sf.runs.stream_setpoints(iter(parts), LIMITS, period=PERIOD)))
     law = sf.plan(path, LIMITS, strategy="look-ahead", period=PERIOD)
     assert points.t[-1] == pytest.approx(law.duration, abs=0.1)
     assert sf.check(points, path, LIMITS).ok
@@ -70,7 +70,7 @@ def test_parts_that_are_behind_are_forgotten():
             yield part
 
     ticks = 0
-    for chunk in sf.live.stream_setpoints(parts(), LIMITS, period=PERIOD, chunk=2000):
+    for chunk in sf.runs.stream_setpoints(parts(), LIMITS, period=PERIOD, chunk=2000):
         ticks += len(chunk)
         most = max(most, len(alive))
     assert ticks > 10_000
@@ -82,14 +82,14 @@ def test_a_path_of_one_piece_comes_in_parts_by_itself():
     path = Path.polyline(points, ("x", "y"), feeds=np.full(4999, 40.0))
     assert [len(part.curves) for part in parts_of(path)] == [2048, 2048, 903]
     assert sum(part.length for part in parts_of(path)) == pytest.approx(path.length)
-    first = next(sf.live.stream_setpoints(path, LIMITS, period=PERIOD, chunk=100))
+    first = next(sf.runs.stream_setpoints(path, LIMITS, period=PERIOD, chunk=100))
     assert len(first) == 100
 
 
 def test_what_cannot_be_is_said():
     with pytest.raises(sf.SplinefeedError, match="no part came"):
-        list(sf.live.stream_setpoints([], LIMITS, period=PERIOD))
+        list(sf.runs.stream_setpoints([], LIMITS, period=PERIOD))
     with pytest.raises(sf.SplinefeedError, match="chunk is 0"):
-        sf.live.stream_setpoints([], LIMITS, period=PERIOD, chunk=0)
+        sf.runs.stream_setpoints([], LIMITS, period=PERIOD, chunk=0)
     with pytest.raises(sf.SplinefeedError, match="gap of"):
-        list(sf.live.stream_setpoints([Path(arcs(1)), Path(arcs(1, 5))], LIMITS, period=PERIOD))
+        list(sf.runs.stream_setpoints([Path(arcs(1)), Path(arcs(1, 5))], LIMITS, period=PERIOD))

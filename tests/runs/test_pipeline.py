@@ -36,8 +36,8 @@ def test_a_method_that_misses_the_end_is_not_ok():
 def test_compare_measures_each_method_alike():
     path = motions.butterfly()
     law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), period=1e-3)
-    traces = {trace.result.method: trace for trace in sf.compare(path, law)}
-    assert tuple(traces) == sf.methods()
+    traces = {trace.result.method: trace for trace in sf.runs.compare(path, law)}
+    assert tuple(traces) == sf.interpolation.methods()
     for name, trace in traces.items():
         result = trace.result
         points = sf.interpolate(path, law, method=name)
@@ -55,4 +55,4 @@ def test_compare_refuses_an_unknown_method_before_it_runs_any():
     path = motions.smooth()
     law = motions.smooth_law(path)
     with pytest.raises(sf.errors.MethodError, match="unknown interpolation method"):
-        next(sf.compare(path, law, period=1e-3, methods=["arc-length", "nothing"]))
+        next(sf.runs.compare(path, law, period=1e-3, methods=["arc-length", "nothing"]))

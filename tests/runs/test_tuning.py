@@ -40,7 +40,7 @@ def test_the_error_falls_and_the_bound_holds(circle: tuple[Path, Setpoints], nam
     assert (
         found.contour.max < (0.5 if name == "xytheta" else 1.5) * found.before.max
     )  # lintable's own gains keep 39 deg alone, and less of it is followed with 45
-    again = sf.follow(points, found.machine, path=path).contour_error
+    again = sf.runs.follow(points, found.machine, path=path).contour_error
     assert np.max(np.abs(again)) == found.contour.max
     for axis in ("x", "y"):
         seen = margins(found.machine.axes[axis], 1e-3)
@@ -127,14 +127,14 @@ def test_the_quick_test_of_margins_is_the_exact_one() -> None:
 def test_tune_is_one_name_for_both(circle: tuple[Path, Setpoints]) -> None:
     path, points = circle
     machine = Machine.load("xytheta")
-    found = sf.tune(machine, "path", setpoints=points, path=path, evaluations=5)
+    found = sf.runs.tune(machine, "path", setpoints=points, path=path, evaluations=5)
     assert found.contour.max > 0.0
-    assert sf.tune(machine.axes["x"]).rule == "margins"
+    assert sf.runs.tune(machine.axes["x"]).rule == "margins"
     for call in (
-        lambda: sf.tune(machine, "ziegler-nichols"),
-        lambda: sf.tune(machine.axes["x"], "path"),
-        lambda: sf.tune(machine, "path", setpoints=points),
-        lambda: sf.tune("x"),
+        lambda: sf.runs.tune(machine, "ziegler-nichols"),
+        lambda: sf.runs.tune(machine.axes["x"], "path"),
+        lambda: sf.runs.tune(machine, "path", setpoints=points),
+        lambda: sf.runs.tune("x"),
     ):
         with pytest.raises(InputError, match=r"tune takes an axis, .* or a Machine with setpoints=, path= and rule"):
             call()

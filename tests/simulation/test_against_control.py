@@ -10,7 +10,7 @@ import pytest
 
 from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
 from splinefeed.machine import Friction, ServoAxis
-from splinefeed.runs.follow import follow
+from splinefeed.runs.following import follow
 from splinefeed.simulation.linear import margins
 
 control = pytest.importorskip("control", reason="python-control is of the extra slow")

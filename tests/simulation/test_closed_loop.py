@@ -11,7 +11,7 @@ import pytest
 from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
 from simulation.reference_axis import ReferenceAxis
 from splinefeed.machine import Friction, ServoAxis
-from splinefeed.runs.follow import follow
+from splinefeed.runs.following import follow
 
 STRIBECK = Friction(coulomb=25.0, static=35.0, stribeck_speed=2.0, viscous=0.1)
 

@@ -11,7 +11,7 @@ import splinefeed
 from simulation.axes import table, velocity_axis
 from splinefeed.machine import Machine
 from splinefeed.records import Setpoints
-from splinefeed.runs.follow import follow
+from splinefeed.runs.following import follow
 
 
 @pytest.fixture(scope="module")

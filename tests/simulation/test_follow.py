@@ -17,7 +17,7 @@ from splinefeed.errors import InputError
 from splinefeed.kernels import mechanics
 from splinefeed.machine import Friction, Machine
 from splinefeed.records import Response, Setpoints
-from splinefeed.runs.follow import follow
+from splinefeed.runs.following import follow
 from splinefeed.simulation.follow import Follower
 from splinefeed.simulation.plant import parameters
 

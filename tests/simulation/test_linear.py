@@ -12,7 +12,7 @@ from scipy import signal
 
 from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
 from splinefeed.machine import Friction, ServoAxis
-from splinefeed.runs.follow import follow
+from splinefeed.runs.following import follow
 from splinefeed.simulation.linear import closed_loop, controller_response, discrete_plant, margins, spectral_radius
 
 TIME = np.arange(700) * PERIOD

@@ -22,7 +22,7 @@ from splinefeed.machine import (
     ServoAxis,
     Transmission,
 )
-from splinefeed.runs.follow import follow
+from splinefeed.runs.following import follow
 from splinefeed.simulation.linear import margins
 
 STOPPED = re.compile(

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
 from splinefeed.errors import InputError
 from splinefeed.machine import Machine
-from splinefeed.runs.follow import follow
+from splinefeed.runs.following import follow
 from splinefeed.simulation.linear import discrete_plant, margins, spectral_radius
 from splinefeed.simulation.tuning import RULES, tune, ultimate_point
 

@@ -29,7 +29,7 @@ class Contour:
     error   (n,)  distance from the path over the linear axes, mm
     s       (n,)  arc length of the nearest point, mm; see `ContourMeter.measure`
     Source: docs/math/contour-error.md.
-    Example: `sf.tune(machine, setpoints=setpoints, path=path, evaluations=2).contour.error`
+    Example: `sf.runs.tune(machine, setpoints=setpoints, path=path, evaluations=2).contour.error`
     """
 
     error: Array

@@ -52,7 +52,7 @@ def follow(say: Say, setpoints: str, **given: Any) -> Page:
     from splinefeed.reports.path_figures import contour_figure
     from splinefeed.reports.servo_figures import errors_figure
     from splinefeed.runs.fold import CHUNK
-    from splinefeed.runs.follow import MOST_SAMPLES, Servo, follow_chunks
+    from splinefeed.runs.following import MOST_SAMPLES, Servo, follow_chunks
 
     drawing = options.figure_formats(given)
     machine = sf.Machine.load(given["machine"])

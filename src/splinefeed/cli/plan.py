@@ -152,13 +152,13 @@ def compare(say: Say, source: str | None, names: tuple[str, ...] | None, **given
     say("planning")
     law = sf.plan(path, what.limits, strategy=what.strategy, period=what.period)
     say("comparing methods")
-    results = [trace.result for trace in sf.compare(path, law, methods=names, corrections=given["corrections"])]
+    results = [trace.result for trace in sf.runs.compare(path, law, methods=names, corrections=given["corrections"])]
     return {
         "name": path.name,
         "axes": list(path.axes),
         "duration_s": law.duration,
         "length_mm": path.tip_end,
-        "ticks": sf.Interpolator(path, law, method=names[0]).ticks,
+        "ticks": sf.interpolation.Interpolator(path, law, method=names[0]).ticks,
         "period_s": what.period,
         "strategy": law.strategy,
         "corrections": given["corrections"],

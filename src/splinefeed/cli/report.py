@@ -72,7 +72,7 @@ def report(say: Say, folder: str, output: str | None, machine: str | None) -> Pa
     for response in responses.values():
         _check_times(place / files.RESPONSE, response.t)
     page: dict[str, Any] = {**said, **plain(run.numbers())}
-    results = [sf.MethodResult(**each) for each in said.get("methods", [])]
+    results = [sf.runs.MethodResult(**each) for each in said.get("methods", [])]
     target = Path(output) if output else place / files.REPORT
     say(f"writing {target}")
     drawn = files.of_run(run, responses, str(page.get("machine", "")))

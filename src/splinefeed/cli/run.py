@@ -79,14 +79,14 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
     from splinefeed.reports import files
     from splinefeed.reports.folder import default_name, staged
     from splinefeed.reports.record import about, record
-    from splinefeed.runs import compare
+    from splinefeed.runs import comparison
     from splinefeed.runs.run import LONG, carry_out
 
     drawing = options.figure_formats(given)
     of_paper = source is None
-    named = given["machine"] or (compare.PAPER_MACHINE if of_paper else None)
+    named = given["machine"] or (comparison.PAPER_MACHINE if of_paper else None)
     machine = None if named is None else sf.Machine.load(named)
-    method = given["method"] or (compare.PAPER_METHODS[-1] if of_paper else registry.DEFAULT_METHOD)
+    method = given["method"] or (comparison.PAPER_METHODS[-1] if of_paper else registry.DEFAULT_METHOD)
     registry.method(method)
     # the paper's experiment has the paper's limits, whatever the machine
     if given["robot"] is not None:
@@ -131,14 +131,16 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
         if machine is not None and result.served is not None:
             if of_paper and result.whole:
                 say(f"following on {machine.name}")
-                names = [name for name in compare.PAPER_METHODS if name != method]
-                others += compare.serve_methods(path, result.law, machine, names, corrections)
-            servo = {**compare.servo_numbers([*others, result.served], of_paper), "machine_file": named}
+                names = [name for name in comparison.PAPER_METHODS if name != method]
+                others += comparison.serve_methods(path, result.law, machine, names, corrections)
+            servo = {**comparison.servo_numbers([*others, result.served], of_paper), "machine_file": named}
         traces: list[Any] = []
         possible = result.ticks <= MOST_COMPARED and result.joints is None
         if compared and possible:
             say("comparing methods")
-            traces += sf.compare(path, result.law, methods=compare.BESIDE_A_RUN, corrections=corrections, timed=False)
+            traces += sf.runs.compare(
+                path, result.law, methods=comparison.BESIDE_A_RUN, corrections=corrections, timed=False
+            )
         page = record(result, described(result.settings), traces, servo)
         long = [] if result.whole else [LONG_NOTE.format(LONG, 1e3 * _block(result))]
         page["notes"] = [*job.notes, *page["notes"], *long, *([PARTS_NOTE] if parts else [])]
@@ -169,7 +171,7 @@ def _progress(say: Say, parts: Any) -> Callable[[int, int], None]:
     return progress
 
 
-def _read(given: Mapping[str, Any], source: str, reading: Mapping[str, Any]) -> sf.Path | sf.formats.PathParts:
+def _read(given: Mapping[str, Any], source: str, reading: Mapping[str, Any]) -> sf.Path | sf.paths.PathParts:
     """The path, in parts where the file is too long to be held as a whole; InputError for what needs the whole."""
     from splinefeed.formats.long_files import MOST_LINES, too_long
     from splinefeed.planner.strategies import LOOK_AHEAD

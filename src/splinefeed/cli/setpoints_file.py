@@ -87,7 +87,7 @@ def of_robot(settings: Mapping[str, Any], file: str) -> tuple[sf.Path | sf.Joint
 
 def on_its_machine(
     path: sf.Path, settings: Mapping[str, Any], machine: str | None, limits: sf.Limits
-) -> sf.Path | sf.JointPath:
+) -> sf.Path | sf.kinematics.JointPath:
     """A tool path in the joints of `machine`, or of the one that the settings say; any other path as it is."""
     from splinefeed.runs.run import on_machine
 

@@ -138,7 +138,7 @@ def read_contents(source: str, reading: Mapping[str, Any], *, one: bool = False)
             found[:] = [registry.choose(found, which, source)]
     found[:] = [smooth(path, reading) for path in found]
     if reading.get("tangential"):
-        found[:] = map(sf.tangential, found)
+        found[:] = map(sf.paths.tangential, found)
     linking = {name: reading[name] for name in options.LINKS if name in reading}
     if linking and found.format in ("G-code", "shape"):
         raise InputError(f"--{next(iter(linking)).replace('_', '-')}: is for drawings; {source} has its own moves")

@@ -38,7 +38,7 @@ class Interpolator:
     Raises MethodError for an unknown method, LimitsError for a period that is not positive or longer than the motion,
     InputError for a law of another path.
     A position is (axes,), mm, rotary axes rad. Source: docs/math/interpolators.md names the paper of each method.
-    Example: `sf.Interpolator(path, law).step()`
+    Example: `sf.interpolation.Interpolator(path, law).step()`
     """
 
     def __init__(

@@ -82,7 +82,7 @@ _methods: dict[str, Method] = {each.name: each for each in _BUILT_IN}
 def methods() -> tuple[str, ...]:
     """Names of all interpolation methods, built-in ones first.
 
-    Source: docs/math/interpolators.md. Example: `"milne-simpson" in sf.methods()`
+    Source: docs/math/interpolators.md. Example: `"milne-simpson" in sf.interpolation.methods()`
     """
     return tuple(_methods)
 

@@ -66,7 +66,8 @@ class JointPath:
     Raises CurveError where the tool turns off at the pole, or tilts and the machine cannot; LimitsError where
     it leaves the travel of a joint: with the joint, the place and how to fix it.
     Called with arc lengths s (...), mm, of the tip it gives joints (..., joints), mm and rad.
-    Source: docs/how-to/five-axis.md. Example: `sf.JointPath(tool, sf.Machine.load("trunnion").kinematics)(0.0)`
+    Source: docs/how-to/five-axis.md.
+    Example: `sf.kinematics.JointPath(tool, sf.Machine.load("trunnion").kinematics)(0.0)`
     """
 
     def __init__(

@@ -1,7 +1,33 @@
-"""Setpoints to a running controller: a look-ahead buffer, override, hold and stop; one small file a sink."""
+"""Setpoints to a running controller: a look-ahead buffer, override, feed hold and stop; one small file a sink.
+
+In comes a motion; out go rows of setpoints, one a period. `stream` sends what `motion` makes under override and hold
+to a sink of `sinks`; `operator` takes orders from outside. `hal_files` and `hal_player` play rows in LinuxCNC's HAL for
+`linuxcnc_sink`; the other files of `linuxcnc_*` are the planner inside LinuxCNC: `linuxcnc_planner` plans what
+`linuxcnc_wire` brings, by the limits of `linuxcnc_limits`, as `linuxcnc_moves` and `linuxcnc_pieces` say.
+"""
 
 from __future__ import annotations
 
-from splinefeed.lazy import lazily
+import warnings
+from importlib import import_module
+from typing import Any
 
-__getattr__, __dir__, __all__ = lazily(__name__)
+#: Names that moved to where they live, which the next release has there alone.
+_MOVED = {
+    "Block": "planner.MotionBlock",
+    "LawCourse": "planner.LawSource",
+    "LookAhead": "planner.LookAhead",
+    "Override": "planner.Override",
+    "Ticks": "planner.OverrideTicks",
+    "stream_setpoints": "runs.stream_setpoints",
+    "with_reserve": "planner.with_reserve",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MOVED:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    room, _, there = _MOVED[name].partition(".")
+    words = f"sf.live.{name} is sf.{room}.{there}; the next release has it there alone"
+    warnings.warn(words, DeprecationWarning, stacklevel=2)
+    return getattr(import_module(f"splinefeed.{room}"), there)

@@ -1,5 +1,12 @@
-"""Immutable NURBS curves and the paths made of them, without a clock."""
+"""Paths: curves joined end to end with axes, feeds and markers, without a clock."""
 
-from splinefeed.paths.fitting.points import Fit as Fit
-from splinefeed.paths.smoothing import Smoother as Smoother
-from splinefeed.paths.smoothing import smooth_stream as smooth_stream
+from . import shapes as shapes
+from .fitting import fit as fit
+from .fitting.points import Fit as Fit
+from .jobs import Job as Job
+from .jobs import job as job
+from .path import Marker as Marker
+from .path_parts import PathParts as PathParts
+from .smoothing import Smoother as Smoother
+from .smoothing import smooth_stream as smooth_stream
+from .tangent_axis import tangential as tangential

@@ -48,7 +48,8 @@ class Job(Path):
     """Contours as one path, linked by rapid moves, whose feeds are infinite.
 
     contours  as they were drawn; linking  how they are linked; order  (n,) which contour is cut when
-    Lengths in mm. Source: docs/formats.md. Example: `sf.read("plate.dxf").job(clearance=5)`
+    Lengths in mm. Raises InputError as `job` does. Source: docs/formats.md.
+    Example: `sf.paths.job([sf.shapes.butterfly()], clearance=30).job(clearance=20).linking`
     """
 
     def __init__(
@@ -86,6 +87,7 @@ def job(
     A closed contour begins at the corner that is nearest, one without corners at its nearest place, where its curve is
     split (exactly); an open one at either end. Rapid moves have infinite feeds. Raises InputError for contours that
     have other axes than x, y and z, and for a clearance that is not above them.
+    Source: docs/formats.md. Example: `sf.paths.job([sf.shapes.butterfly()], clearance=5, feed=20).feeds`
     """
     paths = list(contours)
     _check(paths)

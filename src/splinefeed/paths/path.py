@@ -54,7 +54,7 @@ class Marker:
 
     before  index of the curve that follows it; the number of curves at the end
     text    its words, as they are written; dwell  time at rest, s; stop  whether the tool stops here
-    A Path raises InputError for a marker outside it. Source: docs/gcode.md. Example: `sf.Marker(0, "M3 S12000")`
+    A Path raises InputError for a marker outside it. Source: docs/gcode.md. Example: `sf.paths.Marker(0, "M3 S12000")`
     """
 
     before: int
@@ -603,18 +603,6 @@ class Path:
         given = _of_curves(lines, len(self._joined), "lines", "0 or more", lambda values: values >= 0.0)
         new.__dict__.update(self.__dict__, lines=None if given is None else read_only(given.astype(np.int64)))
         return new
-
-    def smoothed(self, tolerance: float | str, **how: Any) -> Path:
-        """The path with continuous curvature within `tolerance`, mm; see `paths.smoothing.smoothed`."""
-        from splinefeed.paths.smoothing import smoothed
-
-        return smoothed(self, tolerance, **how)
-
-    def job(self, **linking: Any) -> Path:
-        """The path as a job of one contour: with rapid moves at a clearance height; see `paths.jobs.job`."""
-        from splinefeed.paths.jobs import job
-
-        return job([self], **linking)
 
     @property
     def _said_length(self) -> str:

@@ -19,7 +19,14 @@ from splinefeed.kernels.layout import HIGH, LOW, SCALE, Shape
 from splinefeed.paths.meetings import meetings
 from splinefeed.paths.parts import cut_at_corners
 from splinefeed.paths.path import Path
-from splinefeed.paths.smoothing import ANGULAR_TOLERANCE, UNBOUNDED_TOLERANCE, allowed, lines_along, smoothed
+from splinefeed.paths.smoothing import (
+    ANGULAR_TOLERANCE,
+    SMOOTHING_CORNER_ANGLE,
+    UNBOUNDED_TOLERANCE,
+    allowed,
+    lines_along,
+    smoothed,
+)
 from splinefeed.paths.tool_path import ANGLES, POINTS, VECTORS, ToolPath, beside
 from splinefeed.records import Array, IntArray
 
@@ -395,6 +402,28 @@ def _bends(c: Array, shape: Shape, scale: Array) -> tuple[Array, Array, Array]:
     return top * c[SCALE] ** 2, 2.0 * speed.mean(axis=0), speed.min(axis=0) * c[SCALE]
 
 
-def with_proof(path: Path, **said: Any) -> Path:
-    """A path, or that of a tool, smoothed by `proven` or `proven_tool`; its findings state the proof."""
-    return proven_tool(path, **said)[0] if isinstance(path, ToolPath) else proven(path, **said).path
+def smooth(
+    path: Path,
+    tolerance: float | str,
+    *,
+    corners: str = "keep",
+    corner_angle: float = SMOOTHING_CORNER_ANGLE,
+    angular_tolerance: float = ANGULAR_TOLERANCE,
+) -> Path:
+    """Smooth a path, or that of a tool, within a tolerance, with proof.
+
+    path               curves of any kind: lines, arcs, splines
+    tolerance          how far the result may be from the path, mm; "program" for that of each curve (G64 P)
+    corners            "keep" them, the tool stops there, or "round" them within the tolerance
+    corner_angle       joints that turn by more, rad, are corners
+    angular_tolerance  of rotary axes or of the tool axis, rad
+
+    The result has a continuous tangent and curvature and a bounded third derivative; its findings state the proof. Of a
+    ToolPath it is a ToolPath. Raises InputError for arguments that cannot be used.
+    Source: docs/smoothing.md, docs/math/smoothing.md.
+    Example: `sf.smooth(sf.Path.polyline([[0, 0], [5, 0], [9, 1]]), 0.01, corners="round").stops`
+    """
+    said: dict[str, Any] = {"corners": corners, "corner_angle": corner_angle, "angular_tolerance": angular_tolerance}
+    if isinstance(path, ToolPath):
+        return proven_tool(path, tolerance, **said)[0]
+    return proven(path, tolerance, **said).path

@@ -174,12 +174,6 @@ class ToolPath(Path):
         """The same path with other findings."""
         return ToolPath(self.curves, self.tool_axis, **{**self._all_said(), "findings": findings})
 
-    def smoothed(self, tolerance: float | str, **how: Any) -> Path:
-        """Tip and tool axis with continuous curvature, each within its tolerance; see `proven_tool`."""
-        from splinefeed.paths.smoothing_proven import proven_tool
-
-        return proven_tool(self, tolerance, **how)[0]
-
 
 def beside(curve: NurbsCurve, points: Array) -> NurbsCurve:
     """A curve over the knots and weights of another one, through as many points (n, columns), which may all be one."""

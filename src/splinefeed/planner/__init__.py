@@ -8,3 +8,9 @@ horizon, `stream` along paths without end. `straight` and `openings` are closed 
 `ticks` and `dwells` fit it to the servo period, `bound` and `dual` say how far from the best it is, `corners` and
 `soft_limits` what may be passed. `override/` runs a law faster and slower. docs/math/planner.md derives it.
 """
+
+from __future__ import annotations
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

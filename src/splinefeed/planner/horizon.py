@@ -61,7 +61,8 @@ class State:
     s                   length from the start of the path, mm
 
     Raises InputError for values that are not finite, s or feed below 0, and an acceleration at rest.
-    Source: docs/math/planner.md. Example: `sf.plan(path, limits, strategy="time-optimal", start=sf.State(feed=20.0))`
+    Source: docs/math/planner.md.
+    Example: `sf.plan(path, limits, strategy="time-optimal", start=sf.planner.State(feed=20.0))`
     """
 
     feed: float = 0.0

@@ -36,7 +36,7 @@ class MotionBlock:
     phase   how much later than that, s, less than a period: kept apart, as after hours their sum is rounded
     law     from there: arc length from 0, time from 0
     limits  that it keeps
-    Source: docs/math/planner.md. Example: `sf.live.LookAhead(limits, 1e-3, path.axes).push(path)`
+    Source: docs/math/planner.md. Example: `sf.planner.LookAhead(limits, 1e-3, path.axes).push(path)`
     """
 
     curve: int
@@ -69,7 +69,7 @@ class LookAhead:
     Raises LimitsError for limits that leave acceleration and jerk free or name other axes, InputError for a window that
     is too small.
     Source: docs/math/planner.md.
-    Example: `planner = sf.live.LookAhead(limits, 1e-3, path.axes); blocks = [*planner.push(path), *planner.finish()]`
+    Example: `ahead = sf.planner.LookAhead(limits, 1e-3, path.axes); blocks = [*ahead.push(path), *ahead.finish()]`
     """
 
     def __init__(

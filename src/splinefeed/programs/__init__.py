@@ -5,3 +5,9 @@ CycleTime. `gcode/` reads and writes; `blocks` makes arrays of a program, `contr
 does (`firmware` and `linuxcnc_times` hold the rules of open ones), `cycle_time` adds what is not motion, `calibration`
 fits a control's numbers to recorded runs (`run_log` reads them).
 """
+
+from __future__ import annotations
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

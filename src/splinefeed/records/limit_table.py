@@ -16,7 +16,7 @@ class Joint(str):
 
     Names of axes (k,) that are Joints have figures, files and messages say that unit. Raises nothing.
     Source: docs/readers/robots.md.
-    Example: `sf.robots.Joint("elbow", "rad").unit`
+    Example: `sf.records.Joint("elbow", "rad").unit`
     """
 
     unit: str

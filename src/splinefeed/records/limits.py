@@ -75,7 +75,7 @@ class Combination:
     Source: docs/math/planner.md.
 
     >>> import splinefeed as sf
-    >>> left = sf.Combination(weights={"y": 1.0, "c": 400.0}, acceleration=5000.0, jerk=100000.0)
+    >>> left = sf.records.Combination(weights={"y": 1.0, "c": 400.0}, acceleration=5000.0, jerk=100000.0)
     >>> sf.Limits(feed=200.0, axis_jerk=80000.0, combinations={"left": left}).as_dict()["combinations.left.jerk"]
     100000.0
     """

@@ -199,7 +199,7 @@ class Response(_Columns):
                            which it had none so far; None where nothing was streamed
     stopped    why the run ended early, or None; settings  all that is needed to repeat it
     Raises InputError for arrays of other shapes. Source: docs/machines.md.
-    Example: `sf.follow(setpoints, machine, path=path).contour_error.max()`
+    Example: `sf.runs.follow(setpoints, machine, path=path).contour_error.max()`
     """
 
     _flat: ClassVar[Mapping[str, type]] = {

@@ -36,7 +36,7 @@ class Torque(Modelled):
     Raises LimitsError for a model that cannot be called, and for bounds that are not positive or all infinite.
 
     >>> import splinefeed as sf
-    >>> sf.Torque(lambda q, v, a: 0.02 * a, {"a": 1.5}).most["a"]  # a turntable of 0.02 kg m^2
+    >>> sf.records.Torque(lambda q, v, a: 0.02 * a, {"a": 1.5}).most["a"]  # a turntable of 0.02 kg m^2
     1.5
     """
 

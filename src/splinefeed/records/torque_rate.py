@@ -30,7 +30,7 @@ class TorqueRate(Modelled):
     Source: docs/math/planner.md.
 
     >>> import splinefeed as sf
-    >>> sf.TorqueRate(lambda q, v, a: 0.02 * a, {"a": 1000.0}).kind
+    >>> sf.records.TorqueRate(lambda q, v, a: 0.02 * a, {"a": 1000.0}).kind
     'torque_rate'
     """
 

@@ -32,7 +32,7 @@ class VelocityByPosition(Modelled):
 
     >>> import numpy as np
     >>> import splinefeed as sf
-    >>> law = sf.VelocityByPosition({"a": lambda q: (-np.sqrt(q + 2), np.sqrt(2 - q))})
+    >>> law = sf.records.VelocityByPosition({"a": lambda q: (-np.sqrt(q + 2), np.sqrt(2 - q))})
     >>> law.kind
     'axis_velocity_law'
     """
@@ -98,8 +98,8 @@ class Approach(Modelled):
     without a law. Source: docs/math/planner.md.
 
     >>> import splinefeed as sf
-    >>> law = sf.VelocityByPosition({"a": lambda q: (0 * q - 2, 0 * q + 2)})
-    >>> sf.Approach(law, {"a": 500.0}).kind
+    >>> law = sf.records.VelocityByPosition({"a": lambda q: (0 * q - 2, 0 * q + 2)})
+    >>> sf.records.Approach(law, {"a": 500.0}).kind
     'axis_approach'
     """
 

@@ -6,3 +6,9 @@ In come a Run and other records; out come figures and a folder. `folder` writes 
 `html`, `program` and `sweep_page` write, with `detail` for zooming; `library` brings the page's JavaScript, `theme`
 its colours.
 """
+
+from __future__ import annotations
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

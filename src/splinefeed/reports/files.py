@@ -17,9 +17,9 @@ from splinefeed.formats.setpoints import FORMATS, Writer, save
 from splinefeed.records import Response, Setpoints
 from splinefeed.reports.figure import EXTRA, Figure, possible
 from splinefeed.reports.figure import FORMATS as FIGURE_FORMATS
-from splinefeed.runs.compare import MethodTrace
+from splinefeed.runs.comparison import MethodTrace
 from splinefeed.runs.fold import Meter
-from splinefeed.runs.follow import Deviation, Servo
+from splinefeed.runs.following import Deviation, Servo
 from splinefeed.runs.meters import FileMeter
 from splinefeed.runs.result import Run
 

@@ -19,7 +19,7 @@ from splinefeed.reports import interactive, library, program, theme
 from splinefeed.reports.detail import DetailStore
 from splinefeed.reports.figure import Figure
 from splinefeed.reports.theme import short
-from splinefeed.runs.compare import MethodResult
+from splinefeed.runs.comparison import MethodResult
 from splinefeed.runs.result import Run
 
 

@@ -14,7 +14,7 @@ from splinefeed.records import Array, Limits, TimeLaw, unit_along, unit_of, unit
 from splinefeed.records.limit_table import named
 from splinefeed.reports import theme
 from splinefeed.reports.figure import Figure, Level, Line, Mark, Panel, PlotAxis, peak
-from splinefeed.runs.compare import MethodTrace
+from splinefeed.runs.comparison import MethodTrace
 from splinefeed.runs.meters import MOTION
 from splinefeed.runs.result import Run
 

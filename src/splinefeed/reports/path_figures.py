@@ -17,7 +17,7 @@ from splinefeed.records.limit_table import MODELS
 from splinefeed.reports import theme
 from splinefeed.reports.figure import Coloured, Dots, Figure, Heat, Line, Mark, Panel, PlotAxis, Shades
 from splinefeed.reports.motion_figures import TIME, maximum_velocity, over_time
-from splinefeed.runs.follow import Deviation
+from splinefeed.runs.following import Deviation
 from splinefeed.runs.result import Run
 from splinefeed.simulation.curves import rounded_down
 

@@ -26,8 +26,8 @@ from splinefeed.reports.motion_figures import (
 from splinefeed.reports.path_figures import binding, contour_figure, limits, path_figure, still_figure
 from splinefeed.reports.servo_figures import bode_figure, errors_figure
 from splinefeed.reports.time_figures import program_figure
-from splinefeed.runs.compare import MethodTrace
-from splinefeed.runs.follow import Servo
+from splinefeed.runs.comparison import MethodTrace
+from splinefeed.runs.following import Servo
 from splinefeed.runs.result import Run
 from splinefeed.simulation.tuning import TunedAxis
 
@@ -111,20 +111,20 @@ def ripple(run: Run) -> Figure:
 def compare(traces: Iterable[MethodTrace], name: str = "methods") -> Figure:
     """Draw the feed ripple of methods over time, s, one panel each, relative, on one logarithmic scale.
 
-    traces  what `sf.compare` gives; name  that of the path, for the title
+    traces  what `sf.runs.compare` gives; name  that of the path, for the title
     Raises InputError for anything else, or for none. Source: `reports.motion_figures`.
-    Example: `sf.plot.compare(sf.compare(path, law, methods=["taylor-2", "arc-length"]))`
+    Example: `sf.plot.compare(sf.runs.compare(path, law, methods=["taylor-2", "arc-length"]))`
     """
     found = list(traces)
     if not found or not all(isinstance(each, MethodTrace) for each in found):
-        raise InputError("plot.compare: expected what sf.compare gives: one trace a method, at least one")
+        raise InputError("plot.compare: expected what sf.runs.compare gives: one trace a method, at least one")
     return ripple_figure(found, name)
 
 
 def errors(what: Run | Response) -> Figure:
     """Draw contour and following errors of the axes over time, s, in µm, rotary axes in deg (fig. 5 of the paper).
 
-    what  a run with a machine, or the response of `sf.follow`
+    what  a run with a machine, or the response of `sf.runs.follow`
     Raises InputError for anything else, and for a run without a machine. Source: `reports.servo_figures`.
     Example: `sf.plot.errors(sf.run(sf.shapes.butterfly(), machine="xytheta"))`
     """
@@ -158,9 +158,9 @@ def _served(run: Run, what: str) -> Servo:
 def bode(tuned: TunedAxis, machine: str = "") -> Figure:
     """Draw gain (dB) and phase (deg) of an axis's loop over frequency (Hz) before and after tuning, with its margins.
 
-    tuned  what `sf.tune` gives for an axis; machine  its name, for the title
+    tuned  what `sf.runs.tune` gives for an axis; machine  its name, for the title
     Raises InputError for anything else. Source: docs/tune.md.
-    Example: `sf.plot.bode(sf.tune(sf.Machine.load("xytheta").servo_axis("x"), "margins", period=1e-3))`
+    Example: `sf.plot.bode(sf.runs.tune(sf.Machine.load("xytheta").servo_axis("x"), "margins", period=1e-3))`
     """
     expect("plot.bode(tuned)", (tuned, TunedAxis))
     return bode_figure(tuned, machine)

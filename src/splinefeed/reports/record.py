@@ -18,11 +18,11 @@ from splinefeed.files import json_values
 from splinefeed.files.plain import plain
 from splinefeed.files.source import read_text
 from splinefeed.records import ANGLES, ORDERS, ROTARY_AXES, TRAVEL_ENDS, unit_of
-from splinefeed.runs.compare import MethodResult
+from splinefeed.runs.comparison import MethodResult
 from splinefeed.runs.settings import PAPER_SHAPE
 
 if TYPE_CHECKING:
-    from splinefeed.runs.compare import MethodTrace
+    from splinefeed.runs.comparison import MethodTrace
     from splinefeed.runs.result import Run
 
 #: Largest page of numbers, bytes.

@@ -5,3 +5,9 @@ says which limits hold and how a path is smoothed; `fold` shows each chunk of se
 once, also of a path in parts (`long_path`); `follow` is the machine's meter, `result` the Run. `compare`, `tuning`,
 `contour_feed`, `convert` and `pulses` are the other things that a user asks for.
 """
+
+from __future__ import annotations
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -16,7 +16,7 @@ from splinefeed.machine.machine import Machine
 from splinefeed.paths.path import Path
 from splinefeed.planner.planning import plan
 from splinefeed.records import Limits, Setpoints, TimeLaw, order_of, positive
-from splinefeed.runs.follow import Servo, serve
+from splinefeed.runs.following import Servo, serve
 from splinefeed.runs.result import MOST_TICKS
 from splinefeed.runs.run import check_ticks
 

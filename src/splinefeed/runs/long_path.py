@@ -57,7 +57,7 @@ def stream_setpoints(
     (`arc-length`). `curve` and `s` count from the start of the first part. Raises what `LookAhead` raises, and
     InputError for no parts.
     Positions (n, axes), mm, rotary axes rad. Source: docs/scale.md.
-    Example: `next(sf.live.stream_setpoints(path, limits, period=1e-3, chunk=100)).position`
+    Example: `next(sf.runs.stream_setpoints(path, limits, period=1e-3, chunk=100)).position`
     """
     if isinstance(chunk, bool) or int(chunk) != chunk or chunk < 1:
         raise InputError(f"chunk is {chunk!r}; expected a whole number of ticks from 1 up")

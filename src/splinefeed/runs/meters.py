@@ -17,7 +17,7 @@ from splinefeed.formats.setpoints import Writer
 from splinefeed.machine.machine import Machine
 from splinefeed.records import Array, IntArray, Limits, Setpoints, Verdict
 from splinefeed.runs.fold import Chunk
-from splinefeed.runs.follow import Servo
+from splinefeed.runs.following import Servo
 
 #: What the axes do at a tick.
 MOTION = ("velocity", "acceleration", "jerk")

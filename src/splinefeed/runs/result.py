@@ -17,7 +17,7 @@ from splinefeed.errors import LimitsError
 from splinefeed.kinematics import JointPath
 from splinefeed.paths.path import Path
 from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along, unit_of_axis, view
-from splinefeed.runs.follow import Servo
+from splinefeed.runs.following import Servo
 from splinefeed.runs.meters import MOTION
 
 #: A picture of a tool path shows the tool axis at so many places, so long as a share of the path's size.

@@ -101,10 +101,10 @@ def smooth(path: Path, how: Mapping[str, Any]) -> Path:
     """
     if how.get("smooth") is None:
         return path
-    from splinefeed.paths.smoothing_proven import with_proof  # not at every start of the command line
+    from splinefeed.paths.smoothing_proven import smooth as smoothed  # not at every start of the command line
 
     said = arguments(how, path.tolerances is not None and bool(path.tolerances.any()))
-    return with_proof(path, **said)
+    return smoothed(path, **said)
 
 
 def arguments(how: Mapping[str, Any], says_tolerance: bool) -> dict[str, Any]:

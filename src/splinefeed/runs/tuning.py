@@ -60,7 +60,7 @@ CALMER = (math.log(1.0 / 2.2 / 0.6), math.log(1.0 / 2.2 / 2.2 / 1.2), math.log(1
 class AxisTuning(tuning.TunedAxis):
     """One axis before and after; tracking_error: largest |error| on the path, mm or rad, infinite if it ran away.
 
-    Source: docs/tune.md. Example: `sf.simulation.AxisTuning.__annotations__["tracking"]`
+    Source: docs/tune.md. Example: `sf.runs.AxisTuning.__annotations__["tracking"]`
     """
 
     tracking_before: float
@@ -94,7 +94,7 @@ class PathTuning(TunedMachine):
     before, contour  contour error with the old and with the new gains, mm; None if an axis ran away
     evaluations      runs of the path that were made
     Source: docs/tune.md.
-    Example: `sf.tune(machine, setpoints=setpoints, path=path, evaluations=2).contour.max`
+    Example: `sf.runs.tune(machine, setpoints=setpoints, path=path, evaluations=2).contour.max`
     """
 
     axes: Mapping[str, AxisTuning]
@@ -131,7 +131,7 @@ def tune(what: ServoAxis | Machine, rule: str | None = None, **options: Any) -> 
     Returns a Tuning or a PathTuning: gains in V/mm (rotary axes V/rad), margins in dB and deg.
     Raises InputError for anything but an axis or a Machine, a rule that does not fit it, and what the two raise.
     Source: J. G. Ziegler and N. B. Nichols, Trans. ASME 64 (1942) 759-768; the search on a path, see `tune_on_path`.
-    Example: `sf.tune(sf.Machine.load("xytheta").axes["x"], "tyreus-luyben").controller.kp`
+    Example: `sf.runs.tune(sf.Machine.load("xytheta").axes["x"], "tyreus-luyben").controller.kp`
     """
     if isinstance(what, Machine) and rule in (None, PATH_RULE) and {"setpoints", "path"} <= options.keys():
         return tune_on_path(what, **options)
@@ -171,7 +171,7 @@ def tune_on_path(
     gains. Linear axes are tuned together for contour error; a rotary axis has no part in it and is tuned for its own
     following error. The old gains are kept where nothing better keeps the bound.
     Raises InputError where nothing keeps it. Source: as named, and docs/tune.md.
-    Example: `sf.simulation.tune_on_path(machine, setpoints, path, evaluations=2).machine`
+    Example: `sf.runs.tune_on_path(machine, setpoints, path, evaluations=2).machine`
     """
     bound = bound or REQUIRED
     if isinstance(evaluations, bool) or not isinstance(evaluations, int) or not 1 <= evaluations <= MOST_EVALUATIONS:

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from splinefeed.lazy import lazily
+import lazy_loader
 
-__getattr__, __dir__, __all__ = lazily(__name__)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,10 +1,7 @@
 """The servo loop over setpoints, and the rules that tune it."""
 
-from splinefeed.runs.tuning import AxisTuning as AxisTuning
-from splinefeed.runs.tuning import PathTuning as PathTuning
-from splinefeed.runs.tuning import tune_on_path as tune_on_path
-from splinefeed.simulation.linear import Bound as Bound
-from splinefeed.simulation.linear import Margins as Margins
-from splinefeed.simulation.linear import margins as margins
-from splinefeed.simulation.tuning import Tuning as Tuning
-from splinefeed.simulation.tuning import UltimatePoint as UltimatePoint
+from .linear import Bound as Bound
+from .linear import Margins as Margins
+from .linear import margins as margins
+from .tuning import Tuning as Tuning
+from .tuning import UltimatePoint as UltimatePoint

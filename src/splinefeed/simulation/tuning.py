@@ -36,7 +36,8 @@ RULES: dict[str, dict[str, tuple[float, float, float]]] = {
 class UltimatePoint:
     """Where proportional control alone oscillates steadily: gain V/mm or V/rad, and period s.
 
-    Source: docs/tune.md. Example: `sf.tune(machine.axes["x"], "ziegler-nichols").ultimate.gain`
+    Source: docs/tune.md.
+    Example: `sf.runs.tune(machine.axes["x"], "ziegler-nichols").ultimate.gain`
     """
 
     gain: float
@@ -86,7 +87,8 @@ class Tuning(TunedAxis):
 
     old, axis  the axis as it was and with the new controller; before, margins: those of the two controllers
     ultimate  gain and period that the rule starts from, None for rule "margins"
-    period in s; gains in V/mm or V/rad. Source: docs/tune.md. Example: `sf.tune(machine.axes["x"]).controller.gains`
+    period in s; gains in V/mm or V/rad. Source: docs/tune.md.
+    Example: `sf.runs.tune(machine.axes["x"]).controller.gains`
     """
 
     ultimate: UltimatePoint | None = None

@@ -16,7 +16,7 @@ from splinefeed.reports import interactive, plot, theme
 from splinefeed.reports.path_figures import path_figure
 from splinefeed.reports.record import about, record
 from splinefeed.reports.servo_figures import errors_figure, has_spectra, spectra_figure
-from splinefeed.runs.compare import servo_numbers
+from splinefeed.runs.comparison import servo_numbers
 from splinefeed.studio.settings import Wanted
 from splinefeed.studio.sources import MOST_EDITED
 

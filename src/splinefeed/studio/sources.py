@@ -18,7 +18,7 @@ from splinefeed.errors import InputError, ProblemsError, SplinefeedError
 from splinefeed.formats import json_curve, registry
 from splinefeed.paths.contents import Contents
 from splinefeed.paths.jobs import Job
-from splinefeed.paths.tangential import tangential as with_theta
+from splinefeed.paths.tangent_axis import tangential as with_theta
 from splinefeed.runs.settings import smooth as smoothed
 
 #: Size of an upload at most, bytes; files of a folder that are kept: the oldest goes when another one comes.

@@ -29,7 +29,7 @@ from splinefeed.programs.cycle_time import cycle_time
 from splinefeed.reports import interactive
 from splinefeed.reports.servo_figures import bode_figure, errors_figure, step_figure
 from splinefeed.reports.time_figures import program_figure, time_figure
-from splinefeed.runs.follow import serve
+from splinefeed.runs.following import serve
 from splinefeed.runs.run import on_machine
 from splinefeed.runs.settings import PAPER_LIMITS
 from splinefeed.runs.tuning import EVALUATIONS, PATH_RULE, TunedMachine, by_rule, tune_on_path
@@ -272,7 +272,7 @@ def play(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
 
 def motion_of(
     request: Mapping[str, Any], bench: Bench, rate: float = 1.0
-) -> tuple[sf.TimeLaw, Motion, sf.Path | sf.JointPath]:
+) -> tuple[sf.TimeLaw, Motion, sf.Path | sf.kinematics.JointPath]:
     """Law, motion and path of the settings, planned with a reserve for overrides up to `top`."""
     wanted = resolve(request["settings"], bench.uploads)
     bench.say(f"planning {wanted.path.name}, {wanted.strategy}, with a reserve for the override")

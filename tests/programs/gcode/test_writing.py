@@ -175,7 +175,7 @@ def test_options_that_do_not_go_together(tmp_path: Path) -> None:
 
 
 def test_a_marker_that_is_no_line_is_refused(tmp_path: Path) -> None:
-    path = sf.Path(sf.shapes.line().curves, markers=[sf.Marker(0, "M3 é")])
+    path = sf.Path(sf.shapes.line().curves, markers=[sf.paths.Marker(0, "M3 é")])
     with pytest.raises(sf.errors.InputError, match="marker 'M3 é' is not a line of G-code"):
         sf.write(path, tmp_path / "x.ngc")
     assert not (tmp_path / "x.ngc").exists()

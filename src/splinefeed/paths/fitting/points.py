@@ -42,7 +42,7 @@ class Fit:
     error      largest distance of a given point from the curves, mm, to the nearest point of all curves
     tolerance  as given, mm
     Control points are (n, axes), mm. Source: docs/math/smoothing.md.
-    Example: `sf.fit([[0, 0], [1, 0.2], [2, 0], [3, 0.5]], 0.01).path()`
+    Example: `sf.paths.fit([[0, 0], [1, 0.2], [2, 0], [3, 0.5]], 0.01).path()`
     """
 
     curves: tuple[NurbsCurve, ...]
@@ -87,7 +87,7 @@ def fit(
     Raises InputError for points, a tolerance or a degree that cannot be used, CurveError if it cannot be held.
     Sources: The NURBS Book, 2nd ed., sections 9.2 to 9.4; Eilers, Marx, "Flexible smoothing with B-splines and
     penalties", Statistical Science 11(2), 1996, doi 10.1214/ss/1038425655.
-    Example: `sf.fit([[0, 0], [1, 0.2], [2, 0], [3, 0.5]], tolerance=0.01)`
+    Example: `sf.paths.fit([[0, 0], [1, 0.2], [2, 0], [3, 0.5]], tolerance=0.01)`
     """
     degree = check_degree(degree)
     angle = CORNER_ANGLE if corner_angle is None else float(corner_angle)

@@ -92,7 +92,7 @@ def from_text(text: str) -> Path:
     follow = values.pop(TANGENTIAL, False)
     path = make(**values)
     if follow:
-        from splinefeed.paths.tangential import tangential
+        from splinefeed.paths.tangent_axis import tangential
 
         path = tangential(path)
     return path

@@ -41,7 +41,7 @@ class OverrideTicks:
     """Ticks that were run: plan time, s, and rate at each, (n,).
 
     Source: docs/math/override.md.
-    Example: `sf.live.Override(sf.live.LawSource(path, slow, 1e-3), limits).run([1.0]).rate`
+    Example: `sf.planner.Override(sf.planner.LawSource(path, slow, 1e-3), limits).run([1.0]).rate`
     """
 
     tau: Array
@@ -66,7 +66,7 @@ class Override:
     Raises LimitsError for a course without reserve, for corners passed at speed (axis_velocity_step), and for limits
     that models give but torques.
     Source: docs/math/override.md.
-    Example: `sf.live.Override(sf.live.LawSource(path, slow, 1e-3), limits).run(np.full(100, 0.5))`
+    Example: `sf.planner.Override(sf.planner.LawSource(path, slow, 1e-3), limits).run(np.full(100, 0.5))`
     """
 
     def __init__(

@@ -26,7 +26,7 @@ def with_reserve(
 
     acceleration, jerk  the shares. Raises LimitsError for shares that are not in (0, 1) and a top below 1.
     V is a feed in mm/s, A and J in mm/s^2 and mm/s^3. Source: docs/math/override.md.
-    Example: `sf.plan(path, sf.live.with_reserve(limits), period=1e-3)`
+    Example: `sf.plan(path, sf.planner.with_reserve(limits), period=1e-3)`
     """
     if not 1.0 <= top <= MOST_RATE:
         raise LimitsError(f"the highest override is {top:g}; it must be from 1 to {MOST_RATE:g}")

@@ -69,7 +69,7 @@ class LawSource:
     moving  whether the law begins in motion, as one that was planned again from where an override was
 
     Raises LimitsError for a law that does not end at rest, and where nobody says a period.
-    Source: docs/math/override.md. Example: `sf.live.LawSource(path, law, 1e-3).duration`
+    Source: docs/math/override.md. Example: `sf.planner.LawSource(path, law, 1e-3).duration`
     """
 
     def __init__(self, path: Path | JointPath, law: TimeLaw, period: float | None = None) -> None:

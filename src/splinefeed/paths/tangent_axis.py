@@ -44,7 +44,7 @@ def tangential(path: Path, tolerance: float = 1e-6) -> Path:
     Raises CurveError for a path that is not planar, and for one with corners, where theta would have to turn while x
     and y rest; InputError for a tolerance that cannot be held.
     Called at s (...), mm, the path gives (..., 3): mm, mm, rad. Source: docs/paper.md, the table of three axes.
-    Example: `sf.tangential(path).axes`
+    Example: `sf.paths.tangential(path).axes`
     """
     allowed = float(tolerance)
     if not (math.isfinite(allowed) and allowed >= LEAST_TOLERANCE):

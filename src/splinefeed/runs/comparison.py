@@ -16,7 +16,7 @@ from splinefeed.interpolation.interpolator import Interpolator, interpolate
 from splinefeed.machine.machine import Machine
 from splinefeed.paths.path import Path
 from splinefeed.records import Array, TimeLaw, positive, view
-from splinefeed.runs.follow import Servo, serve
+from splinefeed.runs.following import Servo, serve
 from splinefeed.runs.run import check_ticks
 
 #: A method is timed until it has run this long, s, or this often; the fastest counts.
@@ -52,7 +52,7 @@ class MethodResult:
     ns_per_tick     time of a setpoint, point included, by the compiled loop on this machine, if it was timed
     replaced        steps without a finite result
     Source: docs/math/interpolators.md.
-    Example: `next(sf.compare(path, law, methods=["taylor-2"], timed=False)).result.as_dict()`
+    Example: `next(sf.runs.compare(path, law, methods=["taylor-2"], timed=False)).result.as_dict()`
     """
 
     method: str
@@ -76,7 +76,7 @@ class MethodTrace:
     """A result with its ripple over time: t (m,), s, and relative (m,).
 
     Source: docs/math/interpolators.md.
-    Example: `next(sf.compare(path, law, methods=["taylor-2"], timed=False)).result.ripple_max`
+    Example: `next(sf.runs.compare(path, law, methods=["taylor-2"], timed=False)).result.ripple_max`
     """
 
     result: MethodResult
@@ -110,7 +110,7 @@ def compare(
     timed    also measures the time of a setpoint: each method is compiled for it, and run again and again
     Raises what `Interpolator` raises, before the first method runs, and LimitsError for more than MOST_TICKS ticks.
     period in s, the law's by default; errors in mm, times in ns. Source: docs/math/interpolators.md names the papers.
-    Example: `[trace.result for trace in sf.compare(path, law, methods=["taylor-2", "arc-length"], timed=False)]`
+    Example: `[trace.result for trace in sf.runs.compare(path, law, methods=["taylor-2", "arc-length"], timed=False)]`
     """
     if period is not None or law.period is not None:
         check_ticks(law, positive(law.period if period is None else period, "period"))

@@ -196,7 +196,7 @@ def follow(setpoints: Setpoints, machine: Machine | str, *, path: Path | None = 
     that are not finite, and axes that machine or setpoints lack (see `Servo`). For jobs that do not fit in memory there
     is `follow_chunks`.
     Returns a Response of n ticks, (n, axes): mm, rotary axes rad, V. Source: docs/machines.md has the model.
-    Example: `sf.follow(setpoints, machine, path=path).tracking_error`
+    Example: `sf.runs.follow(setpoints, machine, path=path).tracking_error`
     """
     machine = Machine.load(machine) if isinstance(machine, str) else machine
     expect("follow(setpoints, machine)", (setpoints, Setpoints), (machine, Machine))
