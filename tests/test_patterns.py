@@ -32,7 +32,7 @@ ENDS = ("!", "", "\n!")
 #: why each may be slow on more. (module, pattern's beginning) to the most letters that it is given.
 BOUNDED = {
     ("cli.options", "[paper: "): 10_000,  # help texts of our own
-    ("report.theme", r"\.?0*e"): 40,  # a number of our own
+    ("reports.theme", r"\.?0*e"): 40,  # a number of our own
     ("formats.occt_shapes", "Line "): 4000,  # MOST_SAID
     ("files.table_text", r"\s*[,;\t]"): 2000,  # MOST_NAMES
     ("files.table_text", "(?:(?:pos|"): 80,  # MOST_NAME
