@@ -62,7 +62,7 @@ def check(say: Say, setpoints: str, **given: Any) -> Page:
     if not flat:
         raise LimitsError(f"{setpoints}: has no limits; give --limits FILE, or --feed, --axis-jerk and the like")
     arm = None if given["source"] else of_robot(points.settings, setpoints)
-    moved: sf.Path | sf.JointPath
+    moved: sf.Path | sf.kinematics.JointPath
     if arm is not None:
         if flat != own:
             raise LimitsError(f"{setpoints}: is a motion of an arm, whose limits are in its own files; give no others")

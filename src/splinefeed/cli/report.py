@@ -58,7 +58,7 @@ def report(say: Say, folder: str, output: str | None, machine: str | None) -> Pa
             )
     law = sf.load(place / files.LAW, sf.TimeLaw)
     settings = next(load_chunks(file, 1)).settings
-    moved: sf.Path | sf.JointPath
+    moved: sf.Path | sf.kinematics.JointPath
     if (arm := of_robot(settings, str(file))) is not None:
         moved, limits, period = arm
     else:

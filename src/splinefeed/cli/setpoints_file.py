@@ -64,7 +64,9 @@ def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) ->
     return read_path(text, options.reading_from(options_of(settings))), text
 
 
-def of_robot(settings: Mapping[str, Any], file: str) -> tuple[sf.Path | sf.JointPath, sf.Limits, float] | None:
+def of_robot(
+    settings: Mapping[str, Any], file: str
+) -> tuple[sf.Path | sf.kinematics.JointPath, sf.Limits, float] | None:
     """Path, limits and period, s, of the motion of an arm that a run made setpoints of; None where it is no arm's.
 
     They are read again from its own files. Raises InputError where these have changed since, or are gone.
