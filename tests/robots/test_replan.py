@@ -52,14 +52,14 @@ def wanted(rng):
 def test_along_a_curve_of_the_tip(share, slowing):
     rng = np.random.default_rng(int(100 * share) + slowing)
     path = ARM.along(CURVE, start=START, orientation=TURNS, feed=200.0)
-    reserve = sf.live.with_reserve(ARM.limits, acceleration=0.75)
+    reserve = sf.planner.with_reserve(ARM.limits, acceleration=0.75)
     law = sf.plan(path, reserve, period=PERIOD)
-    override = sf.live.Override(sf.live.LawSource(path, law), ARM.limits)
+    override = sf.planner.Override(sf.planner.LawSource(path, law), ARM.limits)
     ran = override.run([1.0] * int(share * law.duration / PERIOD) + [0.9] * slowing)
     state = override.state
     assert state.s == pytest.approx(law(ran.tau[-1]))
-    rest = sf.plan(path, sf.live.with_reserve(ARM.limits), period=PERIOD, start=state)
-    again = sf.live.Override(sf.live.LawSource(path, rest), ARM.limits)
+    rest = sf.plan(path, sf.planner.with_reserve(ARM.limits), period=PERIOD, start=state)
+    again = sf.planner.Override(sf.planner.LawSource(path, rest), ARM.limits)
     more = again.run(wanted(rng))
     assert again.done
     s = np.concatenate([law(ran.tau), rest(more.tau)])
@@ -73,13 +73,13 @@ def test_along_a_curve_of_the_tip(share, slowing):
 def test_waypoints_with_another_payload_keep_its_torques():
     heavy, light = (sf.robot(FILE, payload=mass, limits={"torque": [58, 25]}) for mass in (2.0, 0.0))
     path = heavy.through(WAYPOINTS)
-    law = sf.plan(path, sf.live.with_reserve(heavy.limits), period=PERIOD)
+    law = sf.plan(path, sf.planner.with_reserve(heavy.limits), period=PERIOD)
     for share in (0.2, 0.5, 0.8):
-        override = sf.live.Override(sf.live.LawSource(path, law), heavy.limits)
+        override = sf.planner.Override(sf.planner.LawSource(path, law), heavy.limits)
         ran = override.run([1.0] * int(share * law.duration / PERIOD))
-        rest = sf.plan(path, sf.live.with_reserve(light.limits), period=PERIOD, start=override.state)
+        rest = sf.plan(path, sf.planner.with_reserve(light.limits), period=PERIOD, start=override.state)
         assert rest.duration < law.duration - ran.tau[-1] + PERIOD
-        again = sf.live.Override(sf.live.LawSource(path, rest), light.limits)
+        again = sf.planner.Override(sf.planner.LawSource(path, rest), light.limits)
         more = again.run(wanted(np.random.default_rng(5)))
         q = path(np.concatenate([law(ran.tau), rest(more.tau)]))
         assert worst(q[len(ran) :], light, np.array([58.0, 25.0])) <= 1 + 1e-6
@@ -88,8 +88,8 @@ def test_waypoints_with_another_payload_keep_its_torques():
 
 def test_a_lower_feed_is_reached_by_slowing_down_first():
     fast, slow = (ARM.along(CURVE, start=START, orientation=TURNS, feed=feed) for feed in (200.0, 80.0))
-    law = sf.plan(fast, sf.live.with_reserve(ARM.limits), period=PERIOD)
-    override = sf.live.Override(sf.live.LawSource(fast, law), ARM.limits)
+    law = sf.plan(fast, sf.planner.with_reserve(ARM.limits), period=PERIOD)
+    override = sf.planner.Override(sf.planner.LawSource(fast, law), ARM.limits)
     override.run([1.0] * int(0.4 * law.duration / PERIOD))
     with pytest.raises(sf.errors.PlanError, match=r"do not allow a state of .* the nearest state they allow is"):
         sf.plan(slow, ARM.limits, period=PERIOD, start=override.state)
@@ -100,15 +100,15 @@ def test_a_lower_feed_is_reached_by_slowing_down_first():
 
 def test_what_cannot_be_is_refused():
     path = ARM.along(CURVE, start=START, feed=100.0)
-    law = sf.plan(path, sf.live.with_reserve(ARM.limits), period=PERIOD)
-    override = sf.live.Override(sf.live.LawSource(path, law), ARM.limits)
+    law = sf.plan(path, sf.planner.with_reserve(ARM.limits), period=PERIOD)
+    override = sf.planner.Override(sf.planner.LawSource(path, law), ARM.limits)
     override.run([1.0] * 400 + [0.0] * 400)
-    assert override.state == sf.State(s=float(law(override.tau)))
+    assert override.state == sf.planner.State(s=float(law(override.tau)))
     override.run([-1.0] * 100)
     with pytest.raises(sf.errors.LimitsError, match="state: the motion runs backwards; hold it first"):
         assert override.state
-    moving = sf.plan(path, sf.live.with_reserve(ARM.limits), period=PERIOD, start=sf.State(20.0, 0.0, 30.0))
+    moving = sf.plan(path, sf.planner.with_reserve(ARM.limits), period=PERIOD, start=sf.planner.State(20.0, 0.0, 30.0))
     with pytest.raises(sf.errors.LimitsError, match="a law that begins in motion is run from its start at the rate 1"):
-        sf.live.Override(sf.live.LawSource(path, moving), ARM.limits, tau=0.1)
+        sf.planner.Override(sf.planner.LawSource(path, moving), ARM.limits, tau=0.1)
     with pytest.raises(sf.errors.InputError, match="the path ends at"):
-        sf.plan(path, ARM.limits, period=PERIOD, start=replace(sf.State(), s=1e6))
+        sf.plan(path, ARM.limits, period=PERIOD, start=replace(sf.planner.State(), s=1e6))
