@@ -37,6 +37,9 @@ def svg(folder: Path, body: str) -> Path:
         ('<g fill="none"><circle r="4"/></g>', "1 circle without paint"),
         ('<g fill="none" stroke="red"><circle r="4" stroke-width="0mm"/></g>', "1 circle without paint"),
         ('<circle r="4" fill="transparent"/>', "1 circle without paint"),
+        ('<circle r="4" fill="none" stroke="rgba(0,0,0,0)"/>', "1 circle without paint"),
+        ('<circle r="4" fill="#ff000000" stroke="#f000"/>', "1 circle without paint"),
+        ('<circle r="4" fill="hsla(0, 100%, 50%, 0.0)" stroke="rgb(1 2 3 / 0%)"/>', "1 circle without paint"),
         ('<circle r="4" fill-opacity="0" stroke="red" stroke-opacity="0"/>', "1 circle without paint"),
         ("<style>.guide{fill:none}</style><circle r='4' class='guide'/>", "1 circle without paint"),
         ('<g visibility="hidden"><circle r="4"/></g>', "1 circle that is hidden"),
@@ -55,6 +58,8 @@ def test_what_an_svg_does_not_show_is_left_out(tmp_path: Path, body: str, said: 
 @pytest.mark.parametrize(
     "body",
     [
+        '<circle r="4" fill="rgba(0,0,0,.5)"/>', '<circle r="4" fill="#f00f"/>', '<circle r="4" fill="rgb(0,0,0)"/>',
+        '<circle r="4" fill="rgb(1 2 3 / 0.05)"/>',
         '<circle r="4" style="fill:none;stroke:#f00"/>', '<g fill="none"><circle r="4" fill="red"/></g>',
         '<g fill="none"><circle r="4" stroke="url(#a)"/></g>', '<circle r="4" opacity="0.2"/>',
         '<g fill="none" stroke="black"><circle r="4" stroke="inherit"/></g>', '<line x2="4" stroke="red"/>',
@@ -97,6 +102,25 @@ def test_layers_and_entities_that_a_dxf_does_not_show(tmp_path: Path) -> None:
     assert len(read_all(file, layer="ice")) == 2
 
 
+def test_dashed_lines_and_wide_polylines_of_dxf_are_said(tmp_path: Path) -> None:
+    document = ezdxf.new("R2010", units=4)
+    document.linetypes.add("DASHED", [1.0, 0.5, -0.5])
+    document.layers.add("hidden edges", linetype="DASHED")
+    space = document.modelspace()
+    space.add_line((0, 0), (5, 0), {"linetype": "Dashed"})
+    space.add_line((0, 1), (5, 1), {"layer": "hidden edges"})
+    space.add_line((0, 2), (5, 2), {"layer": "hidden edges", "linetype": "Continuous"})
+    space.add_lwpolyline([(0, 3), (5, 3)], dxfattribs={"const_width": 2.0})
+    space.add_lwpolyline([(0, 4, 1, 1), (5, 4)], format="xyse")
+    space.add_polyline2d([(0, 5), (5, 5)])
+    document.saveas(file := tmp_path / "a.dxf")
+    (first, *_) = read_all(file)
+    assert first.findings == (
+        "2 x element with a dashed stroke, which is read without gaps",
+        "2 x polyline with a width, of which the middle is read",
+    )
+
+
 def test_an_arc_of_no_sweep_has_no_length(tmp_path: Path) -> None:
     document = ezdxf.new("R2010", units=4)
     space = document.modelspace()
@@ -129,6 +153,15 @@ def test_objects_and_layers_that_rhino_does_not_show(tmp_path: Path) -> None:
     (path,) = read_all(file)
     assert path.findings[-1] == f"{SAID}1 hidden object, 1 object on layer 'dim', off, 1 object in a layout"
     assert len(read_all(file, hidden=True)) == 4 and len(read_all(file, layer="dim")) == 1
+
+
+def test_a_dashed_line_of_iges_is_said(data_dir: Path, tmp_path: Path) -> None:
+    text = (data_dir / "iges" / "blank.igs").read_text()
+    lines = text.splitlines(keepends=True)
+    first = next(i for i, line in enumerate(lines) if line[72:73] == "D")
+    lines[first] = lines[first][:24] + f"{2:8d}" + lines[first][32:]  # the pattern of the line: dashed
+    (file := tmp_path / "a.igs").write_text("".join(lines))
+    assert "1 x element with a dashed stroke, which is read without gaps" in read_all(file, hidden=True)[0].findings
 
 
 def test_a_blanked_entity_of_iges_is_left_out(data_dir: Path) -> None:

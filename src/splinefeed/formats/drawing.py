@@ -35,6 +35,7 @@ _FLAT_AXES = np.eye(3)[:2]
 _PLACES = {"x": 0, "y": 1, "z": 2}
 #: How many kinds a finding names, and how many faults have a finding each when repairing.
 NAMED, NAMED_FAULTS = 8, 20
+DASHED = "element with a dashed stroke, which is read without gaps"
 BROKEN = "spline with a knot of multiplicity degree + 1, at which it may jump; it is the pieces between, exactly"
 
 

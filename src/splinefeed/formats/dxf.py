@@ -20,7 +20,7 @@ from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import InputError
 from splinefeed.files.atomic import atomic_write
 from splinefeed.formats.drawing import Drawing, losses, three_axes
-from splinefeed.formats.dxf_entities import EntityReader
+from splinefeed.formats.dxf_entities import EntityReader, dashed_type
 from splinefeed.formats.dxf_tags import BINARY_MARK, read_sections
 from splinefeed.paths.contents import Contents
 from splinefeed.paths.path import Path
@@ -83,6 +83,8 @@ def from_file(
     for each in layers:
         state = "frozen" if each.is_frozen() else "off" if each.is_off() else ""
         reader.states[each.dxf.get("name", "").casefold()] = state
+        reader.line_types[each.dxf.get("name", "").casefold()] = each.dxf.get("linetype", "").casefold()
+    reader.dashed = {name for each in entities.get("TABLES", []) if (name := dashed_type(each))}
     reader.read(entities["ENTITIES"], None if scale == 1.0 else (np.diag([scale] * 3), np.zeros(3)))
     drawing.check_layers([*(each.dxf.get("name", "") for each in layers), *reader.seen_layers], "layer")
     return drawing.contents(name)

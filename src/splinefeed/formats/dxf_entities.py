@@ -21,7 +21,7 @@ from splinefeed.curves.editing import unbroken
 from splinefeed.errors import CurveError, InputError
 from splinefeed.files.sizes import MAX_DRAWING_CURVES
 from splinefeed.files.source import in_brief
-from splinefeed.formats.drawing import BROKEN, Drawing
+from splinefeed.formats.drawing import BROKEN, DASHED, Drawing
 from splinefeed.formats.dxf_tags import Entity
 from splinefeed.numbers import MOST
 from splinefeed.records import Array
@@ -49,6 +49,9 @@ _REQUIRED = {
 }
 #: Flags of a POLYLINE and of its vertices, and of a block.
 _IN_SPACE, _MESH, _FRAME_VERTEX, _EXTERNAL = 8, 16 | 64, 16, 4
+#: Groups of a line type's name and of its dashes, which are gaps below 0.
+_NAME, _DASH, _BY_LAYER = 2, 49, "bylayer"
+_WIDE = "polyline with a width, of which the middle is read"
 _NO_LENGTH = "entity without length"
 _FIT = "spline given by fit points alone: a cubic by chord length, natural ends where no tangent is given"
 
@@ -61,6 +64,13 @@ class DxfBlock(NamedTuple):
     entities: list[Entity]
     base: Array
     external: str
+
+
+def dashed_type(entity: Entity) -> str:
+    """Name of a line type that has gaps, in small letters; "" for what is none."""
+    said = [(tag.code, str(tag.value).strip()) for tag in entity.tags]
+    gaps = entity.kind == "LTYPE" and any(code == _DASH and value.startswith("-") for code, value in said)
+    return next((value for code, value in said if code == _NAME), "").casefold() if gaps else ""
 
 
 class TooMuchError(InputError):
@@ -76,6 +86,8 @@ class EntityReader:
         self.visits = self.inserts = 0
         self.seen_layers: Counter[str] = Counter()
         self.states: dict[str, str] = {}  # of layers by their names in small letters: frozen, off or ""
+        self.line_types: dict[str, str] = {}  # of layers; and those that have gaps, all in small letters
+        self.dashed = set[str]()
         # by id what ezdxf loads and its curves: entities of a block are met again at each reference to it
         self._known: dict[int, tuple[Any, list[NurbsCurve]]] = {}
         self._shapes: dict[str, Callable[[Entity, Any], list[NurbsCurve]]] = {
@@ -124,6 +136,11 @@ class EntityReader:
                     continue
                 if unseen and not self.drawing.reads(f"{kind} {unseen}"):
                     continue
+                line_type = said("linetype", _BY_LAYER).casefold()
+                if line_type == _BY_LAYER:
+                    line_type = self.line_types.get((layer or "").casefold(), "")
+                if line_type in self.dashed and kind != "INSERT":
+                    self.drawing.notes[DASHED] += 1
                 if kind == "INSERT":
                     self._insert(entity, loaded, place, inherited, above)
                 else:
@@ -243,6 +260,8 @@ class EntityReader:
         rows = np.array(line.lwpoints.values).reshape(-1, 5)  # x, y, two widths, bulge
         if not np.isfinite(rows).all():
             raise self._error(entity, "has a vertex that is not finite")
+        if line.dxf.get("const_width", 0.0) or rows[:, 2:4].any():
+            self.drawing.notes[_WIDE] += 1
         points = np.column_stack([rows[:, :2], np.full(len(rows), line.dxf.elevation)])
         return self._vertices(points, rows[:, 4].tolist(), line.closed, own_axes(line))
 
@@ -251,6 +270,9 @@ class EntityReader:
             self.drawing.left_out["POLYLINE mesh"] += 1
             return []
         vertices = [self.understood(vertex).dxf for vertex in entity.vertices]
+        widths = [each.get(f"{end}_width", 0.0) for each in vertices for end in ("start", "end")]
+        if any(widths) or line.dxf.get("default_start_width", 0.0) or line.dxf.get("default_end_width", 0.0):
+            self.drawing.notes[_WIDE] += 1
         vertices = [each for each in vertices if not each.flags & _FRAME_VERTEX]  # on no curve: a control point
         points = np.array([each.location.xyz for each in vertices]).reshape(-1, 3)
         if line.dxf.flags & _IN_SPACE:

@@ -36,6 +36,7 @@ from OCP.TopoDS import TopoDS, TopoDS_Iterator
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.cad_process import Curve, Gathered, arc_of, nurbs
+from splinefeed.formats.drawing import DASHED
 
 try:
     from OCP.collections import Sequence_TCollection_AsciiString as Names
@@ -63,6 +64,8 @@ _FULL_KNOT = (
     "a B-spline has an inner knot of multiplicity degree + 1, which OCCT cannot hold; let the CAD split it there"
 )
 _DATE = "Incorrect Date Format"
+#: Types of curves in IGES, and patterns of lines that have gaps (IGES 5.3, directory entry, field 4).
+_CURVES, _DASHES = frozenset((100, 102, 104, 106, 110, 112, 126)), frozenset(range(2, 6))
 _IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 5: "mi", 6: "m", 7: "km", 8: "mil", 9: "um", 10: "cm", 11: "uin"}
 
 
@@ -240,7 +243,10 @@ def _look_for_hidden(reader: Any, gathered: Gathered, kind: str) -> None:
             f"the file has a model scale of {scale:g}: places are read as they are written; in the real world they are "
             f"{1.0 / scale:g} times as large"
         )
-    blank = sum(each.BlankStatus() == 1 and each.SubordinateStatus() == 0 for each in every)
+    entities = [each for each in every if each.SubordinateStatus() == 0]
+    if dashed := sum(each.LineFontNumber() in _DASHES for each in entities if each.TypeNumber() in _CURVES):
+        gathered.findings.append(f"{dashed} x {DASHED}")
+    blank = sum(each.BlankStatus() == 1 for each in entities)
     if blank:
         gathered.unshown["blanked entity"] += blank
         reader.SetReadVisible(not gathered.task["hidden"])

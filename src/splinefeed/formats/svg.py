@@ -22,7 +22,7 @@ from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import InputError
 from splinefeed.files.source import head_text
 from splinefeed.formats import svg_paths, svg_places
-from splinefeed.formats.drawing import Drawing
+from splinefeed.formats.drawing import DASHED, Drawing
 from splinefeed.formats.svg_paths import SvgPiece
 from splinefeed.formats.svg_places import Affine, ShapeError, View
 from splinefeed.formats.svg_tree import GZIP, MAX_DEPTH, Node, Styles, read_tree, unpacked
@@ -48,7 +48,6 @@ _QUOTED_DATA = re.compile(r"""path\(\s*(["'])(.*)\1\s*\)""", re.DOTALL)
 _DECIMALS = re.compile(r"\.([0-9]+(?:[eE][-+0-9]+)?)")
 #: Properties of fill and stroke that are inherited.
 _PAINT = ("fill", "stroke", "fill-opacity", "stroke-opacity", "stroke-width", "stroke-dasharray")
-_DASHED = "element with a dashed stroke, which is read without gaps"
 _ROOT = re.compile(rb"<(?:[\w.-]+:)?svg[\s>/]")
 _BEZIER_KNOTS = {degree: np.repeat([0.0, 1.0], degree + 1) for degree in (2, 3)}
 for _knots in _BEZIER_KNOTS.values():
@@ -185,7 +184,7 @@ class _SvgReader:
             if not self.drawing.reads(f"{tag} {unseen}" if unseen else ""):
                 return
             if _painted(paint, ("stroke",)) and paint.get("stroke-dasharray", "none") not in ("none", "0"):
-                self.drawing.notes[_DASHED] += 1
+                self.drawing.notes[DASHED] += 1
         for name in ("clip-path", "mask"):
             if given.get(name, "none").strip().lower() not in ("none", ""):
                 self.drawing.left_out[f"{name} of {tag}, which is drawn whole"] += 1
@@ -276,12 +275,21 @@ def _number(text: str) -> float:
         return 1.0
 
 
+#: No paint, or a colour whose last part, how opaque it is, is 0 (CSS Color 4).
+_NO_COLOUR = re.compile(
+    r"\s*+(?:none|transparent|#[0-9a-f]{3}0|#[0-9a-f]{6}00"
+    r"|(?:rgb|hsl)a?\([^()/,]*+,[^()/,]*+,[^()/,]*+,\s*+\+?(?:0*+\.)?0++%?\s*+\)"
+    r"|[a-z]+\([^()/,]*+/\s*+\+?(?:0*+\.)?0++%?\s*+\))\s*+",
+    re.IGNORECASE,
+)
+
+
 def _painted(paint: Mapping[str, str], ways: Sequence[str] = ("fill", "stroke")) -> bool:
     """Whether a fill or stroke is drawn: black fill and no stroke unless something is said."""
     for way in ways:
         colour = paint.get(way, "black" if way == "fill" else "none")
         width = _number(paint.get("stroke-width", "1").rstrip(ascii_lowercase)) if way == "stroke" else 1.0
-        if colour not in ("none", "transparent") and _number(paint.get(f"{way}-opacity", "1")) and width:
+        if not _NO_COLOUR.fullmatch(colour) and _number(paint.get(f"{way}-opacity", "1")) and width:
             return True
     return False
 

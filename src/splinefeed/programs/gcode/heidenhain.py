@@ -30,6 +30,7 @@ _BEGIN = re.compile(r"BEGIN\s+PGM\s+\S+(?:\s+(MM|INCH))?")
 _IGNORED = re.compile(r"BLK\s+FORM|TOOL\s+DEF|LBL\b|\*|PLANE\s+RESET|FUNCTION\s+(?:RESET|MODE\s+MILL)|PRESET\s+SELECT")
 _CALL = re.compile(r"CYCL\s+CALL(?!\s*PAT)(\s+POS)?\s*(.*)")
 _DATUM = re.compile(r"TRANS\s+DATUM\s+(?:RESET|AXIS(?P<places>(?:\s+[XYZABC]\s*[-+0-9.,QLR]+)+))\s*")
+_LAST = re.compile(rf"(?:(?<![0-9.,])|(?=[-+]))({_NUMBER}|Q[LR]?[0-9]++)\s*+$")
 _PARAMETER = re.compile(r"(Q[0-9]+)\s*+=\s*+(\S+)")
 _CYCLE = re.compile(r"CYCLE?\s+DEF\s*([0-9]+)\s*(?:\.([0-9]+))?\s*(.*)")
 #: Cycles that say nothing of the places: presets, tolerances.
@@ -144,7 +145,7 @@ class Heidenhain(Interpreter):
             for name, value in _PARAMETER.findall(words) if part == 0 else ():
                 self.quantities.take(f"{name}={value}")
                 self._given[name] = self.quantities.get(name)
-            said = re.search(rf"({_NUMBER}|Q[LR]?[0-9]+)\s*$", words) if part else None
+            said = _LAST.search(words) if part else None
             if said and (name := old_name(number, part)):
                 self._given[name] = self.quantities.value(said[1].replace(",", "."))
             return
