@@ -84,7 +84,7 @@ def from_file(
         state = "frozen" if each.is_frozen() else "off" if each.is_off() else ""
         reader.states[each.dxf.get("name", "").casefold()] = state
         reader.line_types[each.dxf.get("name", "").casefold()] = each.dxf.get("linetype", "").casefold()
-    reader.dashed = {name for each in entities.get("TABLES", []) if (name := dashed_type(each))}
+    reader.dashed = {dashed_type(each) for each in entities.get("TABLES", [])} - {""}
     reader.read(entities["ENTITIES"], None if scale == 1.0 else (np.diag([scale] * 3), np.zeros(3)))
     drawing.check_layers([*(each.dxf.get("name", "") for each in layers), *reader.seen_layers], "layer")
     return drawing.contents(name)

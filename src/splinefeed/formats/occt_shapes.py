@@ -244,7 +244,7 @@ def _look_for_hidden(reader: Any, gathered: Gathered, kind: str) -> None:
             f"{1.0 / scale:g} times as large"
         )
     entities = [each for each in every if each.SubordinateStatus() == 0]
-    if dashed := sum(each.LineFontNumber() in _DASHES for each in entities if each.TypeNumber() in _CURVES):
+    if dashed := sum(each.RankLineFont() in _DASHES for each in entities if each.TypeNumber() in _CURVES):
         gathered.findings.append(f"{dashed} x {DASHED}")
     blank = sum(each.BlankStatus() == 1 for each in entities)
     if blank:
