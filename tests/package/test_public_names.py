@@ -193,7 +193,8 @@ SAID = {
 }
 #: What has no numbers of its own has no shapes; names, files, and settings; a record of single numbers.
 NO_SHAPES = re.compile(
-    r"Combination|LimitResult|Limits|Machine|Marker|MethodResult|UltimatePoint|State|Verdict|compare|load|save|methods|register|write|read|read_parts|sweep|cycle_time"
+    r"report|Combination|LimitResult|Limits|Machine|Marker|MethodResult|UltimatePoint|State|Verdict|compare|load|save"
+    r"|methods|register|write|read|read_parts|sweep|cycle_time"
     r"|PathParts|Smoother|smooth_stream|MotionBlock|LookAhead|Override|LawSource|with_reserve|tune"
     r"|tune_on_path|robot|report|smooth|Job|job|Payload|AxisTuning|Bound|Margins|margins|PathTuning|Tuning"
 )
