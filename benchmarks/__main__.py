@@ -47,8 +47,8 @@ NAMES = (
 )
 RESULTS = Path(__file__).with_name("results.json")
 ROOT = Path(__file__).parents[1]
-#: Has markers for the tables that it shows.
-PAGES = (ROOT / "docs" / "benchmarks.md",)
+#: Have markers for the tables that they show.
+PAGES = (ROOT / "docs" / "benchmarks.md", *sorted((ROOT / "docs" / "benchmarks").glob("*.md")))
 PACKAGES = (
     "splinefeed",
     "numpy",

@@ -50,7 +50,7 @@ def pieces() -> str:
     """Pieces of the butterfly."""
     return words(
         f"""The butterfly takes {len(sf.shapes.butterfly().table)} pieces; how long that takes is
-        [measured](../benchmarks.md#interpolation)."""
+        [measured](../benchmarks/setpoints.md#interpolation)."""
     )
 
 

@@ -65,11 +65,12 @@ def contents() -> str:
         "# Gallery\n\nA script for each question, with its picture. Copy one, and change the path and the limits.\n"
     ]
     for reader, names in READERS.items():
-        rows = [
-            f"| [![{question(HERE / f'{n}.py')}]({n}.svg)]({n}.md) | [{question(HERE / f'{n}.py')}]({n}.md) |"
-            for n in names
+        cells = [
+            f"[![{question(HERE / f'{n}.py')}]({n}.svg)]({n}.md) [{question(HERE / f'{n}.py')}]({n}.md)" for n in names
         ]
-        parts.append(f"## {TITLES[reader]}\n\n| | |\n|---|---|\n" + "\n".join(rows) + "\n")
+        cells += [""] * (-len(cells) % 3)
+        rows = [f"| {' | '.join(cells[k : k + 3])} |" for k in range(0, len(cells), 3)]
+        parts.append(f"## {TITLES[reader]}\n\n| | | |\n|---|---|---|\n" + "\n".join(rows) + "\n")
     parts.append("```{toctree}\n:hidden:\n\n" + "\n".join(script.stem for script in scripts()) + "\n```\n")
     return "\n".join(parts)
 

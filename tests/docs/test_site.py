@@ -47,7 +47,7 @@ def test_pages_fit_windows_of_every_width(chromium, tmp_path):
     """Long code, wide tables and formulas scroll inside themselves: a page that is wider is cut at its right."""
     docs = tmp_path / "docs"
     shutil.copytree(ROOT / "docs/_static", docs / "_static")
-    pages = ("math/override.md", "tests.md", "benchmarks.md")
+    pages = ("math/override.md", "tests.md", "benchmarks/planning.md")
     for page in ("conf.py", *pages):
         (docs / page).parent.mkdir(exist_ok=True)
         shutil.copy(ROOT / "docs" / page, docs / page)
@@ -67,3 +67,25 @@ def test_every_picture_of_the_gallery_can_be_drawn(tmp_path):
     draw = runpy.run_path(str(ROOT / "docs/gallery/draw.py"))
     for script in draw["scripts"]():
         assert draw["drawn"](script).panels, script  # each asserts a number
+
+
+#: Screens that a page may be long; the index is a list of names.
+SCREENS = 10
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+@pytest.mark.timeout(900)
+def test_no_page_is_taller_than_ten_screens_and_formulas_are_typeset(chromium, tmp_path):
+    words = [sys.executable, "-m", "sphinx", "-Q", "-b", "html", ROOT / "docs", tmp_path / "site"]
+    subprocess.run(words, check=True, timeout=600)
+    page = chromium.new_page(viewport={"width": 1280, "height": 900})
+    tall, formulas = [], 0
+    for file in sorted((tmp_path / "site").rglob("*.html")):
+        page.goto(file.as_uri())
+        high = page.evaluate("document.documentElement.scrollHeight")
+        tall += [file.name] if high > 900 * SCREENS else []
+        formulas += page.locator("math").count()
+    page.close()
+    assert tall == []
+    assert formulas > 30

@@ -1,7 +1,8 @@
 """Programs of people who run the machine, against a reader that shares nothing with ours (`tests/gcode_truth.py`).
 
 `tests/data/public_programs.json` has repository, commit, licence and hash of each. None is kept here: they are read
-where they lie as `build/public-files/OWNER+REPOSITORY/PATH`. docs/gcode.md lists what was tried, with the outcome.
+where they lie as `build/public-files/OWNER+REPOSITORY/PATH`. docs/gcode-dialects.md lists what was tried,
+with the outcome.
 """
 
 from __future__ import annotations

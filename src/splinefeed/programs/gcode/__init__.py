@@ -3,8 +3,8 @@
 `expressions` reads a line, `interpreter` knows what it does to the state (`state`, `codes`, `offsets`, `cycles`,
 `tools`), `reader` runs a whole file into rows of moves (`moves`), `arcs`, `spline_words`, `piece` and `to_path` make
 curves of them, `overview` counts them without making any; `dialects` tells controls apart. `writer` goes the other way,
-with `write_curves` and `fit_arcs`. docs/gcode.md says what each dialect holds, and docs/programs.md what of a shop's
-program is modelled.
+with `write_curves` and `fit_arcs`. docs/gcode-dialects.md says what each dialect holds, docs/programs.md what
+of a shop's program is modelled.
 """
 
 from __future__ import annotations

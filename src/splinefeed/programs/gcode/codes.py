@@ -62,7 +62,7 @@ REFUSED: dict[int, str] = {
 }
 
 #: Codes that not every control has, by the dialects that have them: what a program is likely for whose codes are not
-#: known. Sources: the manuals that docs/gcode.md names for each dialect.
+#: known. Sources: the manuals that docs/gcode-dialects.md names for each dialect.
 ELSEWHERE: dict[str, frozenset[int]] = {
     "siemens": frozenset(
         10 * each
