@@ -5,7 +5,8 @@ Runs in LinuxCNC's own Python, which has the modules `linuxcnc` and `hal`. Argum
 recorded, what HAL's sampler samples (letters), and the most seconds that the program may take. Writes NAME.f64, one row
 of doubles a tick, and NAME.json. Instead of a program `-`: it homes, switches the machine off, writes NAME.ready, and
 records the second sampler until there is a NAME.stop. A file `actions` beside NAME.json has what the operator does, and
-when, s from its start: 1.5:feed=50,2:rapid=25,3:pause,3.5:resume,4:most=10,5:probe,6:abort
+when, s from its start: 1.5:feed=50,2:rapid=25,3:pause,3.5:resume,4:most=10,5:probe,6:abort; `patient` goes on in spite
+of messages.
 """
 
 import array
@@ -54,7 +55,7 @@ class Machine:
 
     def __init__(self) -> None:
         self.command, self.status, self.channel = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
-        self.said = []
+        self.said, self.patient = [], False
         self.todo, self.acted, self.begin = [], [], 0.0
         self.count = lambda: 0  # samples so far
 
@@ -79,6 +80,20 @@ class Machine:
                 command.auto(linuxcnc.AUTO_STEP)
             elif word == "abort":
                 command.abort()
+            elif word == "spindle":
+                command.spindleoverride(float(value))
+            elif word == "patient":
+                self.patient = True
+            elif word == "run":
+                command.mode(linuxcnc.MODE_AUTO)
+                command.wait_complete()
+                command.auto(linuxcnc.AUTO_RUN, 0)
+            elif word == "estop":
+                command.state(linuxcnc.STATE_ESTOP)
+            elif word == "on":
+                for state in (linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_ON):
+                    command.state(state)
+                    command.wait_complete()
             elif word == "probe":
                 hal.set_p("motion.probe-input", value or "1")
             elif word == "mdi":
@@ -107,7 +122,7 @@ class Machine:
                 self.said.append(str(message[1]).strip())
             if self.begin:
                 self.act()
-            if done(self.status) or self.said:
+            if done(self.status) or (self.said and not self.patient):
                 return
             time.sleep(0.002 if self.todo else 0.01)
         raise SystemExit(f"no answer after {seconds:g} s: {what}")

@@ -46,6 +46,7 @@ setp sampler.0.enable 0
 {joints}
 net feed motion.current-vel sampler.0.pin.{count}
 net line motion.program-line sampler.0.pin.{last}
+net turns spindle.0.speed-out-rps-abs spindle.0.speed-in
 net safe iocontrol.0.user-enable-out iocontrol.0.emc-enable-in
 net prepare iocontrol.0.tool-prepare iocontrol.0.tool-prepared
 net change iocontrol.0.tool-change iocontrol.0.tool-changed

@@ -24,9 +24,10 @@ MODULE_DESCRIPTION("plays the motion that splinefeed's planner process computes"
 
 #define MARGIN 24       /* moves: task learns some cycles late that the queue is full */
 #define DEPTH 2000      /* moves that task may queue */
+#define FASTER 1.2      /* motion per revolution is planned for a spindle so many times as fast as is commanded */
 #define SAY(...) rtapi_print_msg(RTAPI_MSG_ERR, "splinefeed_tp: " __VA_ARGS__)
 
-typedef struct { int id, canon, atspeed, indexer; unsigned char enables; EmcPose to; struct state_tag_t tag; syncdio_t sync; } move_t;
+typedef struct { int id, canon, atspeed, indexer, spindle; double per_rev; unsigned char enables; EmcPose to; struct state_tag_t tag; syncdio_t sync; } move_t;
 static struct {
     hal_u32_t *late, *refused, *ns, *ns_max;
     hal_float_t *rate;
@@ -123,9 +124,18 @@ static int append(TP_STRUCT *tp, wire_segment *g, EmcPose const *end, struct sta
     int line = tag.fields[GM_FIELD_LINE_NUMBER], i;
     say_faults();
     if (tp->aborting || me.faulty) return TP_ERR_FAIL;
-    if (tp->synchronized) {
-        SAY("line %d: motion in step with the spindle (G33, G76, G95) is not supported\n", line);
+    double per_rev = tp->synchronized == TC_SYNC_VELOCITY ? fabs(uu_per_rev) : 0;
+    if (tp->synchronized && !per_rev) {
+        SAY("line %d: motion in step with the spindle (G33, G76) is not supported\n", line);
         return TP_ERR_FAIL;
+    }
+    if (per_rev) { /* G95 */
+        double turns = fabs(stat->spindle_status[tp->spindle.spindle_num].speed) / 60;
+        if (!(turns > 0)) {
+            SAY("line %d: a feed per revolution (G95), and the spindle does not turn\n", line);
+            return TP_ERR_FAIL;
+        }
+        g->feed = fmin(FASTER * per_rev * turns, g->top);
     }
     if (k - w->seg_done >= WIRE_SEGMENTS - 1) return TP_ERR_FAIL;
     limits();
@@ -138,6 +148,7 @@ static int append(TP_STRUCT *tp, wire_segment *g, EmcPose const *end, struct sta
         }
     w->segment[k % WIRE_SEGMENTS] = *g;
     o->id = g->id, o->canon = g->canon, o->atspeed = g->atspeed, o->indexer = g->indexer, o->enables = g->enables;
+    o->per_rev = per_rev, o->spindle = tp->spindle.spindle_num;
     o->tag = tag, o->to = *end, o->sync = tp->syncdio;
     sync_clear(&tp->syncdio);
     tp->goalPos = *end, tp->done = 0, tp->depth = k + 1 - w->seg_done;
@@ -219,6 +230,14 @@ static void ended(void) /* at the end of motion: the moves that are complete */
     begun = w->seg_done, started = 0;
 }
 
+static double scale(void) /* of what is planned: the override, and for a feed per revolution what the spindle does */
+{
+    move_t *o = move(begun);
+    if (!(o->per_rev > 0) || !started) return stat->net_feed_scale;
+    return stat->net_feed_scale * o->per_rev * fabs(stat->spindle_status[o->spindle].spindleSpeedIn)
+        / w->segment[begun % WIRE_SEGMENTS].feed;
+}
+
 static void run(TP_STRUCT *const tp)
 {
     int hold = tp->pausing || tp->aborting || me.faulty;
@@ -236,7 +255,7 @@ static void run(TP_STRUCT *const tp)
     }
     if (tp->aborting && player_held(&me)) { drop_all(tp); return; }
     if (me.faulty && player_held(&me)) { player_rest(&me); stat->current_vel = 0; return; }
-    if (!player_tick(&me, hold, stat->net_feed_scale, tp->vLimit)) {
+    if (!player_tick(&me, hold, scale(), tp->vLimit)) {
         pose_set(&tp->currentPos, me.at);
         stat->current_vel = 0, tp->depth = w->seg_head - w->seg_done;
         ended();
