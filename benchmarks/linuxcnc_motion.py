@@ -19,8 +19,8 @@ from splinefeed.live.linuxcnc_sink import LinuxcncError
 
 #: Limits of each linear axis, mm and s, and of a rotary one, deg and s; the planner leaves a reserve below them.
 LINEAR, ROTARY = (60.0, 1000.0, 50_000.0), (90.0, 1200.0, 60_000.0)
-#: How often a run is tried in which samples were lost; places on the programmed path are so far apart, mm.
-TRIES, FINE = 3, 0.02
+#: How often a run is tried, and how long each may take, s; places on the programmed path are so far apart, mm.
+TRIES, LONGEST, FINE = 3, 120.0, 0.02
 START = "G21 G90 G0 X0 Y0 Z0\n"
 
 
@@ -32,13 +32,14 @@ def machine(axes: str, jerk: float | None = None) -> Mill:
 
 
 def run(program: str, mill: Mill, **how: object) -> Recording:
-    """A recording; tried again where a busy computer lost samples."""
+    """A recording; tried again where a busy computer lost samples, or all of LinuxCNC."""
     for left in reversed(range(TRIES)):
         try:
-            return recorded(START + program, mill, **how)  # type: ignore[arg-type]
+            return recorded(START + program, mill, LONGEST, **how)  # type: ignore[arg-type]
         except LinuxcncError as error:
-            if not left or "lost" not in str(error):
+            if not left or "complained" in str(error):
                 raise
+            print(f"  again: {error}", file=sys.stderr, flush=True)
     raise AssertionError
 
 

@@ -199,13 +199,18 @@ def module_missing() -> str:
         for source in sources:
             shutil.copy(source, name)
         done = subprocess.run(
-            ["halcompile", "--install", MODULE.name],
+            ["halcompile", "--compile", MODULE.name],
             cwd=name,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
         )
-    return "" if done.returncode == 0 else f"halcompile: {done.stdout.strip()}"
+        if done.returncode != 0:
+            return f"halcompile: {done.stdout.strip()}"
+        made = target.with_suffix(".new")
+        shutil.copy(Path(name) / target.name, made)
+        made.replace(target)  # not --install, which writes into the file that a running LinuxCNC has loaded
+    return ""
 
 
 @contextmanager

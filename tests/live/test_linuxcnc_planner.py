@@ -83,6 +83,24 @@ def test_an_abort_stops_on_the_path_and_mdi_goes_on():
     np.testing.assert_allclose(found.position[-1], [2, 2, 3], atol=1e-6)
 
 
+def test_a_feed_per_revolution_follows_the_spindle_and_its_override():
+    program = "G21 G90 M3 S600\nG95 F1.5\nG1 X120\nM2\n"
+    found = recorded(program, OURS, actions="2:spindle=0.5,4:spindle=1.1")
+    assert max(shares(found)) <= 1.0
+    speed = np.abs(np.diff(found.position[:, 0])) / PERIOD
+    for turns in (600.0, 300.0, 660.0):
+        assert np.sum(np.abs(speed - 1.5 * turns / 60.0) < 1e-6) > 1000
+
+
+def test_a_standstill_at_a_word_that_waits_for_motion_is_short():
+    program = (
+        "G21 G90 G64 P0.01 F3000\n" + "".join(f"G1 X{4 * k} Y{3 * (k % 2)}\nG4 P0\n" for k in range(1, 14)) + "M2\n"
+    )
+    moves = np.flatnonzero(np.any(np.diff(recorded(program, OURS).position, axis=0) != 0.0, axis=1))
+    still = np.diff(moves)
+    assert np.median(still[still > 1] - 1) <= 45  # 11 to 15 ms; 65 where LinuxCNC's task is not seen
+
+
 def test_a_probe_trips():
     program = "G21 G90 F300\nG38.2 X60\nG1 X2 F1200\nM2\n"
     found = recorded(program, OURS, actions="1:probe")
@@ -95,6 +113,8 @@ def test_a_probe_trips():
     [
         ("G21 G90\nG0 X5\nM2\n", False, "no planner answers: start it with  splinefeed linuxcnc planner"),
         ("G21 G90\nM3 S100\nG33 X5 K1\nM2\n", True, "line 3: motion in step with the spindle"),
+        ("G21 G90\nM3 S100\nG1 F60 X1 (G33)\ng 33 X5 K1\nM2\n", True, "splinefeed: line 4: G33, motion in step with"),
+        ("G21 G90\nG95 F1\nG1 X5\nM2\n", True, "line 3: a feed per revolution (G95), and the spindle does not turn"),
         ("G21 G90\nM3 S100\nG33.1 Z-5 K1\nM2\n", True, "rigid tapping (G33.1) is not supported"),
     ],
 )
