@@ -219,7 +219,7 @@ def load(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, list
         part = rows_parquet.read([file])
         _indices(part, runs, file)
         if missing := [name for name in columns if name not in part]:
-            raise FormatError(f"{file}: is no part of this sweep: it has no column {missing[0]}")
+            raise FormatError(f"{file}: is no part of this sweep: it has no column {missing[0][:60]}")
         for name, values in columns.items():
             values += part[name]
     known = set(columns["index"])
