@@ -26,7 +26,8 @@ import numpy as np
 import scipy.io
 
 DATA = Path(__file__).parent / "data"
-#: Longest time for one file, s, and address space of the whole process, bytes; the CAD libraries have their own limits.
+#: Longest time for one file, s of the processor, and address space of the whole process, bytes; the CAD libraries have
+#: their own limits.
 MOST_SECONDS, MOST_MEMORY = 20, 2 * 2**30
 #: A file that made a reader run a line which none before it did is changed further; at most so many are kept.
 MOST_KEPT = 400
@@ -407,7 +408,7 @@ def fuzz(kind: str, seed: int, count: int, folder: Path, say: Callable[[str], No
         content = (retold if told else change)(rng, sound[i % len(sound)])
         file.write_bytes(content)
         start = time.monotonic()
-        signal.alarm(MOST_SECONDS)
+        limit(MOST_SECONDS)
         try:
             with coverage:
                 read(file, bool(rng.integers(2)))
@@ -421,7 +422,7 @@ def fuzz(kind: str, seed: int, count: int, folder: Path, say: Callable[[str], No
             kept.write_bytes(content)
             raise AssertionError(f"{kind}, seed {seed}, input {i}, kept as {kept}: {error!r}") from error
         finally:
-            signal.alarm(0)
+            limit(0)
         slowest = max(slowest, time.monotonic() - start)
         if coverage.new() and i >= len(sound) and len(sound) < MOST_KEPT and len(content) <= LARGEST:
             sound.append(content)
@@ -429,6 +430,12 @@ def fuzz(kind: str, seed: int, count: int, folder: Path, say: Callable[[str], No
             say(f"{kind}: {i + 1} inputs")
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     return f"{kind}: {count} inputs, {came:.0f} read, the slowest {slowest:.1f} s, peak {peak:.0f} MB"
+
+
+def limit(seconds: int) -> None:
+    """Raise an error after so many s of processor time, or ten times as many by the clock; 0 for never."""
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    signal.alarm(10 * seconds)
 
 
 def _too_long(*_: object) -> None:
@@ -440,7 +447,8 @@ def main() -> None:
     kind, seed, count = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
     # the processes of native libraries have limits of their own, which are not to be below this one
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))
-    signal.signal(signal.SIGALRM, _too_long)
+    for number in (signal.SIGALRM, signal.SIGPROF):
+        signal.signal(number, _too_long)
     warnings.simplefilter("error", RuntimeWarning)  # a user would see it beside the one line
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(sys.stderr):
         found = fuzz(kind, seed, count, Path(folder), lambda text: print(text, file=sys.stderr, flush=True))

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import fuzzing
+from splinefeed.errors import SplinefeedError
 
 SEED = 20_261_122
 
@@ -28,3 +29,20 @@ def test_each_reader_is_led_by_the_lines_that_it_runs(tmp_path: Path, kind: str)
     )
     assert done.returncode == 0, done.stderr[-800:]
     assert done.stdout.startswith(f"{kind}: 150 inputs")
+
+
+@pytest.mark.parametrize("kind", [each for each in fuzzing.SUFFIXES if each not in fuzzing.KEPT])
+def test_sound_files_of_each_kind_are_read(tmp_path: Path, kind: str) -> None:
+    """Changes of files that are refused as they are would reach little."""
+    read = fuzzing.reader(kind, tmp_path)
+    refused = []
+    sound = list(fuzzing.seeds(kind, tmp_path))
+    for k, content in enumerate(sound):
+        (file := tmp_path / f"sound{k}{'.bin' if kind in fuzzing.DRAWINGS else fuzzing.SUFFIXES[kind]}").write_bytes(
+            content
+        )
+        try:
+            read(file, False)
+        except SplinefeedError as error:
+            refused.append(str(error))
+    assert len(refused) <= len(sound) // 2, refused
