@@ -117,3 +117,29 @@ def test_a_bspline_of_siemens_that_a_motion_word_ends_has_its_own_degree(tmp_pat
     survives(file, dialect="siemens")
     file.write_text("G0 X60 BSPLINE Z=2 F300\nG2 X10 Y0 CR=12\n")
     survives(file, dialect="siemens")
+
+
+DIGITS = "9" * 5000
+
+
+@pytest.mark.parametrize(
+    ("suffix", "lines"),
+    [
+        (".ngc", ["G21", f"o{DIGITS} sub", f"o{DIGITS} endsub", "G1 X1 F10", "M2"]),
+        (".nc", ["%", "O1", "G21 G90", "G1 X1. F10.", "M98 P2", "M30", f"O{DIGITS}", "M99", "%"]),
+        (".h", ["0 BEGIN PGM A MM", f"1 LBL {DIGITS}", "2 L X+1 F10", "3 END PGM A MM"]),
+        (".h", ["0 BEGIN PGM A MM", "1 LBL 1", "2 L X+1 F10", f"3 CALL LBL 1 REP {DIGITS}", "4 END PGM A MM"]),
+        (".mpf", ["DEF REAL B=1", "A:", "N1 G90 G71 G1 X1 F10", f"REPEAT A P={DIGITS}", "M30"]),
+    ],
+)
+def test_lines_that_jump_may_be_no_longer_than_others(tmp_path, suffix, lines):
+    (file := tmp_path / f"part{suffix}").write_text("\n".join([*lines, ""]))
+    with pytest.raises(FormatError, match=r"line \d: has \d+ characters; at most 4096 can be read") as caught:
+        sf.read(file)
+    assert len(str(caught.value)) < 400
+
+
+def test_a_number_of_a_line_of_thousands_of_digits_is_no_aim(tmp_path):
+    lines = ["%", "O1", "G21 G90", "G1 X1. F10.", "GOTO 10", f"N{DIGITS} X2.", "N10 X3.", "M30", "%", ""]
+    (file := tmp_path / "part.nc").write_text("\n".join(lines))
+    assert sf.read(file).length == pytest.approx(3.0)

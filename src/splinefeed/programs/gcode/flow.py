@@ -20,6 +20,7 @@ from splinefeed.errors import FormatError
 from splinefeed.files.source import check_file, check_size, read_bytes
 from splinefeed.programs.gcode.expressions import VACANT, LineError, Scanner, refuse, without_comments
 from splinefeed.programs.gcode.interpreter import Interpreter
+from splinefeed.programs.gcode.moves import MAX_LINE
 from splinefeed.records import IntArray
 
 #: Most lines that are carried out; so many plain ones, or more in a row, are read by arrays and count a part of each.
@@ -55,7 +56,7 @@ _VARIABLES = {
     "V": 22, "W": 23, "X": 24, "Y": 25, "Z": 26,
 }  # fmt: skip
 _CENTRES, _MOST_CENTRES = "IJK", 10
-_LABEL = re.compile(rb"^[ \t]*+(?:/[ \t]*+[0-9]?[ \t]*+)?N[ \t]*+([0-9]++)(?![0-9.])", re.IGNORECASE | re.MULTILINE)
+_LABEL = re.compile(rb"^[ \t]*+(?:/[ \t]*+[0-9]?[ \t]*+)?N[ \t]*+([0-9]{1,9})(?![0-9.])", re.IGNORECASE | re.MULTILINE)
 _ABORT = re.compile(r"\s*\(\s*abort\s*,([^)]*)\)", re.IGNORECASE)
 #: The words that may follow in a statement, by the one that begins it; the last one ends it.
 _STATEMENTS = {
@@ -113,6 +114,11 @@ def _jump_of(text: str, at: int, macros: bool) -> Jump | None:
     return Jump(at, word, name, rest, text, wrong if rest and not word else "")
 
 
+def too_long(characters: int) -> str:
+    """What is said of a line of so many."""
+    return f"has {characters} characters; at most {MAX_LINE} can be read"
+
+
 class ProgramText:
     """A file of whole lines, and where those that jump lead; without `jumps` none does, and Fanuc's with `macros`."""
 
@@ -130,7 +136,7 @@ class ProgramText:
             line = self.between(at, at + 1)
             if not (_MORE.search(line) or (macros and _MACRO_LIKELY.search(line))):
                 continue
-            if jump := _jump_of(line.decode("utf-8-sig", errors="replace"), at, macros):
+            if jump := _jump_of(self.jumping(at).decode("utf-8-sig", errors="replace"), at, macros):
                 self.jumps[at] = jump
         self.order = [*self.jumps, self.count]
         self.subs: dict[tuple[str, str], Jump] = {}
@@ -211,6 +217,14 @@ class ProgramText:
         for first, *_ in parts.values():
             if first.last < 0:
                 first.fault = f"{first.said} has no o{first.name} {_STATEMENTS[first.word][-1]} after it"
+
+    def jumping(self, at: int) -> bytes:
+        """A line that may jump, without its comment where it is long; FormatError where it is too long then."""
+        line = self.between(at, at + 1)
+        line = line if len(line) <= MAX_LINE else line.partition(b";")[0]
+        if len(line) > MAX_LINE:
+            raise FormatError(f"{self.file}: line {at + 1}: {too_long(len(line))}")
+        return line
 
     def between(self, low: int, high: int) -> bytes:
         """Some lines in a row."""

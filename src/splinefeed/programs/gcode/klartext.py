@@ -147,7 +147,7 @@ class KlartextFlow(Walk):
         self._ends = set[int]()
         for found in _LIKELY.finditer(text.text):
             at = int(np.searchsorted(text.begins, found.start(), "right")) - 1
-            plain = BLOCK.match(text.between(at, at + 1).decode("utf-8-sig", errors="replace").partition(";")[0])
+            plain = BLOCK.match(text.jumping(at).decode("utf-8-sig", errors="replace").partition(";")[0])
             said = (plain["plain"] if plain else "").strip().upper()
             jump = _JUMP.match(said)
             self._jumps[at] = jump

@@ -15,7 +15,7 @@ from splinefeed.programs.gcode.arcs import find_arcs
 from splinefeed.programs.gcode.dialects import PRINTERS, Dialect, contradiction, told, whole_numbers, without_leader
 from splinefeed.programs.gcode.expressions import LineError, refuse
 from splinefeed.programs.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
-from splinefeed.programs.gcode.flow import PLAIN, Flow, ProgramText, blocks_of
+from splinefeed.programs.gcode.flow import PLAIN, Flow, ProgramText, blocks_of, too_long
 from splinefeed.programs.gcode.heidenhain import Heidenhain
 from splinefeed.programs.gcode.interpreter import Interpreter
 from splinefeed.programs.gcode.klartext import KlartextFlow
@@ -231,7 +231,7 @@ class Reading:
             if len(texts[at]) > MAX_LINE:
                 texts[at] = texts[at].partition(b";")[0]  # a comment may have any length
             if len(texts[at]) > MAX_LINE:
-                raise LineError(f"has {len(texts[at])} characters; at most {MAX_LINE} can be read")
+                raise LineError(too_long(len(texts[at])))
             run.run(texts[at].decode("utf-8-sig", errors="replace"), shown or self._line)
             at += 1
             if state.full:

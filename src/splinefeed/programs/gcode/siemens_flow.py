@@ -368,7 +368,7 @@ class SiemensFlow(Walk):
         self._labels: dict[str, list[int]] = {}
         for found in _LIKELY.finditer(text.text):
             at = int(np.searchsorted(text.begins, found.start(), "right")) - 1
-            said = _code_of(text.between(at, at + 1))
+            said = _code_of(text.jumping(at))
             head = HEAD.match(said)
             if head and head["label"]:
                 self._labels.setdefault(head["label"], []).append(at)
