@@ -134,8 +134,9 @@ DIGITS = "9" * 5000
 )
 def test_lines_that_jump_may_be_no_longer_than_others(tmp_path, suffix, lines):
     (file := tmp_path / f"part{suffix}").write_text("\n".join([*lines, ""]))
+    options = {"dialect": "siemens"} if suffix == ".mpf" else {}
     with pytest.raises(FormatError, match=r"line \d: has \d+ characters; at most 4096 can be read") as caught:
-        sf.read(file)
+        sf.read(file, **options)
     assert len(str(caught.value)) < 400
 
 
