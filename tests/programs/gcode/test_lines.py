@@ -103,7 +103,8 @@ def test_both_read_the_same(file: Path, lines: list[str], repair: bool) -> None:
 OF_SIEMENS = st.sampled_from(
     ["R1=3", "X=R1 Y=2", "X3 ;(a) R", "MSG(\"X1 ; \")", "G1 X1 (Y2)", "G3 X1 Y1 CR=5", "G1 X2 RND=0.2", "MCALL",
      "MCALL CYCLE81(5,0,1,-1)", "G70", "G71", "G700", "G710", "TRANS X1", "BSPLINE X1 Y2 PL=1", "M17", "N5 A: X2",
-     "X=IC(2)", "R5", "G1 R5 X1", "D1", "T1 D1", "TRAORI", "X1 A3=0 B3=0 C3=1", "G64"]
+     "X=IC(2)", "X=5 Y=-2.5", "G1 X = 3 F=500", "N5X=2", "X=2+3", "X=.5EX1", "G2 X9 Y9 CR=20 CR=3", "G2 X5 Y1 CR = -9",
+     "G3 X=1 Y=2 I=AC(1) J=0", "X1=5", "CR=7", "R5", "G1 R5 X1", "D1", "T1 D1", "TRAORI", "X1 A3=0 B3=0 C3=1", "G64"]
 )  # fmt: skip
 
 
@@ -142,8 +143,8 @@ def test_plain_lines_of_siemens_and_heidenhain_are_read_by_arrays(
     file: Path, dialect: str, line: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     said: list[int] = []
-    run = Interpreter.run
-    monkeypatch.setattr(Interpreter, "run", lambda self, text, line: (said.append(line), run(self, text, line)))
+    do = Interpreter._do
+    monkeypatch.setattr(Interpreter, "_do", lambda self, block: (said.append(self.line), do(self, block)))
     file.write_text("\n".join([*(line.format(k) for k in range(100)), "", ""]))
     assert len(joined(list(Reading(named(dialect)).moves(file)))) == 100
     assert said == ([] if dialect == "siemens" else [100]), "the last one, to which a next may be tangent"

@@ -68,6 +68,8 @@ _BITS: dict[str, Callable[[int, int], int]] = {
     "AND": lambda a, b: a & b, "OR": lambda a, b: a | b, "XOR": lambda a, b: a ^ b,
 }  # fmt: skip
 _NUMBER = re.compile(r"[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)")
+_SIMPLE = re.compile(rf"(?:[A-MP-Z]{_NUMBER.pattern}|N(?![+-]){_NUMBER.pattern})++", re.IGNORECASE)
+_SIMPLE_WORD = re.compile(rf"([A-Z])({_NUMBER.pattern})", re.IGNORECASE)
 _OPERATOR = re.compile("|".join(map(re.escape, _OPERATIONS)), re.IGNORECASE)
 _FUNCTION = re.compile("|".join(["ATAN", "EXISTS", *_FUNCTIONS]), re.IGNORECASE)
 _MACRO_FUNCTION = re.compile("|".join(["ATAN", *_FUNCTIONS, "RND", "SQR"]), re.IGNORECASE)
@@ -323,7 +325,16 @@ def parse(text: str, parameters: Parameters, *, bare: bool = False, corners: boo
     brackets, #1=#2+5, as in Fanuc's macros. With `corners` ,R and ,C (and ,L for Siemens' CHF) are words.
     """
     block = Block()
-    scanner = Scanner(_without_blanks(text), parameters)
+    plain = _without_blanks(text)
+    if _SIMPLE.fullmatch(plain):  # the usual line: letters and numbers
+        words = _SIMPLE_WORD.findall(plain)
+        refuse(len(words) > MAX_WORDS, f"more than {MAX_WORDS} words")
+        for letter, number in words:
+            value = float(number)
+            refuse(not within(value), f"{letter}: {number[:20]}... is too large for a number")
+            _add_word(block, letter.upper(), value, number)
+        return _checked(block)
+    scanner = Scanner(plain, parameters)
     if scanner.peek() == "/":
         block.deletable = True
         scanner.at += 2 if scanner.text[1:2].isdigit() else 1  # /2: the number of a switch
@@ -371,21 +382,33 @@ def parse(text: str, parameters: Parameters, *, bare: bool = False, corners: boo
         if value is VACANT:
             refuse(c in "GMNOP", f"{c}: its variable has no value")
             continue
-        if scanner.text[begin : scanner.at].lstrip("+-").isdigit():
-            block.whole.add(c)
-        if c in "GM":
-            code = round(value * (10 if c == "G" else 1)) if abs(value) <= MAX_CODE else -1
-            if code < 0 or abs(value * (10 if c == "G" else 1) - code) > _CODE_SLACK:
-                raise LineError(f"{c}{value:g} is not known")
-            (block.g if c == "G" else block.m).append(code)
-        elif c in block.words:
-            raise LineError(f"{c} appears twice")
-        elif c != "N":
-            block.words[c] = value
+        _add_word(block, c, value, scanner.text[begin : scanner.at])
     else:
         raise LineError(f"more than {MAX_WORDS} words")
-    _check_groups(block.g, GROUP_OF, g_name)
-    _check_groups(block.m, M_GROUP_OF, "M{}".format)
+    return _checked(block)
+
+
+def _add_word(block: Block, letter: str, value: float, text: str) -> None:
+    """A letter with its value, which stands there as `text`."""
+    if text.lstrip("+-").isdigit():
+        block.whole.add(letter)
+    if letter in "GM":
+        code = round(value * (10 if letter == "G" else 1)) if abs(value) <= MAX_CODE else -1
+        if code < 0 or abs(value * (10 if letter == "G" else 1) - code) > _CODE_SLACK:
+            raise LineError(f"{letter}{value:g} is not known")
+        (block.g if letter == "G" else block.m).append(code)
+    elif letter in block.words:
+        raise LineError(f"{letter} appears twice")
+    elif letter != "N":
+        block.words[letter] = value
+
+
+def _checked(block: Block) -> Block:
+    """The block; LineError for two codes of one group."""
+    if len(block.g) > 1:
+        _check_groups(block.g, GROUP_OF, g_name)
+    if len(block.m) > 1:
+        _check_groups(block.m, M_GROUP_OF, "M{}".format)
     return block
 
 

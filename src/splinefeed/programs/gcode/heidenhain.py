@@ -15,7 +15,7 @@ import re
 
 import numpy as np
 
-from splinefeed.programs.gcode.expressions import LineError, refuse
+from splinefeed.programs.gcode.expressions import Block, LineError, refuse
 from splinefeed.programs.gcode.interpreter import Interpreter
 from splinefeed.programs.gcode.klartext import BLOCK, Quantities
 from splinefeed.programs.gcode.klartext_cycles import STEPS as CYCLES
@@ -279,19 +279,20 @@ class Heidenhain(Interpreter):
             length = places.get("PR", float(np.hypot(*away)) + places.get("IPR", 0.0))
             there[:2] = pole + length * np.array([math.cos(angle), math.sin(angle)])
             moved |= {0, 1}
-        words = [f"{LETTERS[axis]}{there[axis]:.12f}" for axis in sorted(moved)]
+        words = {LETTERS[axis]: float(there[axis]) for axis in sorted(moved)}
         if name in ("L", "LP"):
-            words.insert(0, "G0" if rapid else "G1")
+            code = 0 if rapid else 10
             self._tangent = (there - here)[:2]
         else:
             refuse(rapid, f"{name} FMAX: an arc has a feed; write F")
-            words = self._arc_words(name, here, there, places, turn, radius, words)
-        super().run(" ".join(words), self.line)
+            code = self._arc_words(name, here, there, places, turn, radius, words)
+        self._do(Block(words, [code]))
 
     def _arc_words(
-        self, name: str, here: Array, there: Array, places: dict[str, float], turn: int, radius: float, words: list[str]
-    ) -> list[str]:
-        """C and CP about the pole, CR by its radius, CT tangent to the move before."""
+        self, name: str, here: Array, there: Array, places: dict[str, float], turn: int, radius: float,
+        words: dict[str, float],
+    ) -> int:  # fmt: skip
+        """G2 or G3 of C and CP about the pole, CR by its radius, CT tangent to the move before, with its words."""
         if name == "CT":
             way, t = (there - here)[:2], self._tangent
             refuse(not t.any(), "CT needs a move before it, to which it is tangent")
@@ -303,18 +304,18 @@ class Heidenhain(Interpreter):
             refuse(not turn, "CR needs DR+ or DR-")
             refuse(math.isnan(radius), "CR needs R")
             self._tangent = np.zeros(2)  # by which side the centre lies: CT behind CR is rare
-            return ["G3" if turn > 0 else "G2", *words, f"R{radius:.12f}"]
+            words["R"] = radius
+            return 30 if turn > 0 else 20
         else:
             refuse(not turn, f"{name} needs DR+ or DR-")
             middle = self._known_pole(name)
         away = there[:2] - middle
         self._tangent = turn * np.array([-away[1], away[0]])
-        i, j = (middle - here[:2]).tolist()
-        turns = []
+        words["I"], words["J"] = (middle - here[:2]).tolist()
         if "IPA" in places and abs(places["IPA"]) > 360.0:  # whole turns, and the rest
             refuse(places["IPA"] * turn < 0.0, "IPA and DR have different signs")
-            turns = [f"P{math.ceil(abs(places['IPA']) / 360.0 - 1e-9)}"]
-        return ["G3" if turn > 0 else "G2", *words, f"I{i:.12f}", f"J{j:.12f}", *turns]
+            words["P"] = float(math.ceil(abs(places["IPA"]) / 360.0 - 1e-9))
+        return 30 if turn > 0 else 20
 
     def _known_pole(self, name: str) -> Array:
         if self._pole is None:

@@ -63,6 +63,8 @@ _WORDS_OF_M = {
     **dict.fromkeys(range(100, 200), "PQ"),
 }  # fmt: skip
 _TAKES_WORDS = frozenset((40, 100, 640, *codes.GROUPS["motion"])) - {0, 10, 800}
+#: Codes and letters of a line that only moves.
+_MOVES, _MOVING = frozenset((0, 10, 20, 30)), frozenset("XYZABCUVWIJKRF")
 #: Dialects whose G70 and G71 are inches and mm; to others they are cycles of lathes, or rows of holes.
 _UNITS_BY_70 = ("siemens", "mach3")
 _MORE_OF_HAAS = range(1100, 1300, 10)
@@ -178,6 +180,11 @@ class Interpreter:
         self._words, self._begun, self._without_point = dict(block.words), True, block.whole
         for letter in block.whole & _COUNTED if self.increments else ():
             self._words[letter] /= 1e4 if self.state.inch and letter not in "ABC" else 1e3
+        if _MOVES.issuperset(block.g) and not block.m and _MOVING.issuperset(block.words) and not self.cutter.on:
+            self._feed_word(block.g[0] if block.g else self._modal)
+            self._motion(block.g[0] if block.g else None, set(block.g))
+            self._check_used()
+            return
         self._bare_g92 = not self._words.keys() & {"S", "E"}  # G92 S limits a spindle, G92 E is about filament
         known = {code for code in block.g if code not in self.dialect.modes}
         for code in sorted(set(block.g) - known):
@@ -214,6 +221,10 @@ class Interpreter:
             self._words.pop("H", None)
         self._motion(said.get("motion"), known)
         self._stops(block)
+        self._check_used()
+
+    def _check_used(self) -> None:
+        """LineError for a word of the line that nothing has taken."""
         if self._words:
             letter, value = next(iter(self._words.items()))
             hint = "; a number cannot have an exponent" if letter == "E" else ""

@@ -22,7 +22,11 @@ from splinefeed.programs.gcode.siemens_flow import HEAD, Values, without_remarks
 from splinefeed.programs.gcode.spline_words import BSPLINE, order_of
 
 DEFAULT_DEGREE = 3
-_NOT_PLAIN = bytes.maketrans(b"(Rr", 3 * UNKNOWN)
+#: A byte in place of CR=, and what becomes of letters that are no words of LinuxCNC here; values that are numbers.
+_MARK = b"\x02"
+_NOT_PLAIN = bytes.maketrans(b"(Rr" + _MARK, 3 * UNKNOWN + b"R")
+_RADIUS = re.compile(rb"(?<![A-Z0-9_$])CR[ \t]*+=[ \t]*+(?=[-+.0-9])", re.IGNORECASE)
+_EQUAL = re.compile(rb"(?<![A-Z0-9_$])([XYZABCIJKF])[ \t]*+=[ \t]*+(?=[-+.0-9])", re.IGNORECASE)
 #: Components of the tool axis, from the tip to the spindle.
 _TOOL_AXIS = ("A3", "B3", "C3")
 #: What LinuxCNC calls what Siemens calls otherwise: exact stop, continuous path, cancelled offsets, units with feeds.
@@ -110,7 +114,10 @@ class Siemens(Interpreter):
         return super().busy or self._modal_call is not None
 
     def plain_lines(self, block: bytes) -> bytes:
-        """Brackets are no comments here, and R is no radius."""
+        """Brackets are no comments here, and R is no radius; CR=5 and X=5 are words."""
+        if b"=" in block:
+            block = _RADIUS.sub(_MARK, block)
+            block = _EQUAL.sub(rb"\1", block)
         return block.translate(_NOT_PLAIN)
 
     def end(self) -> None:
