@@ -26,7 +26,7 @@
 #define PLAYER_LOOKS 128       /* places along the motion that are looked at for one of them */
 #define PLAYER_LONGER 1.12     /* each span is so many times the one before; so many there are */
 #define PLAYER_SPANS 48
-#define PLAYER_KEPT 0.995      /* share of the jerk that a change of rate may use: it is looked at at places */
+#define PLAYER_KEPT 0.99       /* share of the jerk that a change of rate may use: it is looked at at places */
 
 #define PUBLISH(field, value) __atomic_store_n(&(field), value, __ATOMIC_RELEASE)
 #define LOOK(field) __atomic_load_n(&(field), __ATOMIC_ACQUIRE)
@@ -54,7 +54,6 @@ typedef struct {
     int turning;
     double turn[4], turn_t, turn_span, turn_to;
     unsigned int turn_try;         /* spans that were looked at in vain */
-    unsigned long long turn_seen;  /* batches that were known when it was found */
     wire_batch batch[WIRE_BATCHES];
     wire_piece ring[WIRE_PIECES];
 } player;
@@ -229,11 +228,28 @@ static int player_ahead(player *p, player_spot *s)
     return 1;
 }
 
-/* Whether a change of rate, from its time `from` on, keeps acceleration and jerk along the motion ahead of a place:
+/* Whether acceleration and jerk keep their limits at a place of a piece and a rate of time, r, with its derivatives:
    x''r^2 + x'r' and x'''r^3 + 3x''rr' + x'r''. */
+static int player_may_at(player *p, unsigned long long piece, double at, double r, double rv, double ra)
+{
+    int i;
+    for (i = 0; i < WIRE_AXES; i++) {
+        double x[3], x3;
+        double const *g = player_piece(p, piece)->c[i];
+        if (!p->there[i]) continue;
+        player_state(g, at, x);
+        x3 = 6 * g[3] + at * (24 * g[4] + at * 60 * g[5]);
+        if (fabs(x[2] * r * r + x[1] * rv) > p->amax[i]) return 0;
+        if (fabs(x3 * r * r * r + 3 * x[2] * r * rv + x[1] * ra) > PLAYER_KEPT * p->w->jerk[i]) return 0;
+    }
+    return 1;
+}
+
+/* Whether a change of rate, from its time `from` on, keeps them along the motion ahead of a place: at about each tick,
+   and at both sides of the end of each piece, where jerk has its peaks. */
 static int player_may(player *p, player_spot s, double const c[4], double from, double span)
 {
-    int n = (int)fmin(ceil((span - from) / p->period), PLAYER_LOOKS), i, k;
+    int n = (int)fmin(ceil((span - from) / p->period), PLAYER_LOOKS), k;
     double step = (span - from) / (n < 1 ? 1 : n), way = player_turned_way(c, from);
     for (k = 0; k <= n; k++) {
         double t = from + k * step, r = player_turned(c, t), now = player_turned_way(c, t);
@@ -241,21 +257,23 @@ static int player_may(player *p, player_spot s, double const c[4], double from, 
         if (r < -1e-9 || r > 1 + 1e-9) return 0;
         s.t += now - way, way = now;
         while (s.t >= player_piece(p, s.piece)->span) {
-            double over = s.t - player_piece(p, s.piece)->span;
+            double end = player_piece(p, s.piece)->span, over = s.t - end;
+            if (!player_may_at(p, s.piece, end, r, rv, ra)) return 0;
             if (!player_ahead(p, &s)) return 1; /* it comes to rest before */
+            if (!player_may_at(p, s.piece, 0, r, rv, ra)) return 0;
             s.t = over;
         }
-        for (i = 0; i < WIRE_AXES; i++) {
-            double x[3], x3;
-            double const *g = player_piece(p, s.piece)->c[i];
-            if (!p->there[i]) continue;
-            player_state(g, s.t, x);
-            x3 = 6 * g[3] + s.t * (24 * g[4] + s.t * 60 * g[5]);
-            if (fabs(x[2] * r * r + x[1] * rv) > p->amax[i]) return 0;
-            if (fabs(x3 * r * r * r + 3 * x[2] * r * rv + x[1] * ra) > PLAYER_KEPT * p->w->jerk[i]) return 0;
-        }
+        if (!player_may_at(p, s.piece, s.t, r, rv, ra)) return 0;
     }
     return 1;
+}
+
+/* The same along the batches that are known to come, and along the stop of this one, should none of them be taken. */
+static int player_may_both(player *p, player_spot s, double const c[4], double from, double span)
+{
+    player_spot stop = s;
+    stop.next = p->seen;
+    return player_may(p, s, c, from, span) && (s.next >= p->seen || player_may(p, stop, c, from, span));
 }
 
 /* Look for a change of the rate to `want`, and for a shorter one while one goes on; that stays until one is found. */
@@ -276,9 +294,9 @@ static void player_seek(player *p, double want)
         double c[4] = {p->rate, p->rate_v, 3 * d / (T * T) - 2 * p->rate_v / T, -2 * d / (T * T * T) + p->rate_v / (T * T)};
         p->turn_try = T < most ? (p->turn_try + 1) % PLAYER_SPANS : 0;
         if (T >= most) return;
-        if (!player_may(p, s, c, 0, T)) continue;
+        if (!player_may_both(p, s, c, 0, T)) continue;
         memcpy(p->turn, c, sizeof(c));
-        p->turning = 1, p->turn_t = 0, p->turn_span = T, p->turn_to = want, p->turn_seen = p->seen, p->turn_try = 0;
+        p->turning = 1, p->turn_t = 0, p->turn_span = T, p->turn_to = want, p->turn_try = 0;
         return;
     }
 }
@@ -317,7 +335,7 @@ static int player_find(player *p, unsigned long long *found)
             if (b->from_rest || b->after > p->piece) continue;
             player_spot s = {k, k + 1, b->piece, 0, 0};
             if (b->after < p->piece || (b->rate > 0 && (fabs(b->rate - p->rate) > 1e-6 * b->rate || p->turning))
-                || (p->turning && k >= p->turn_seen && !player_may(p, s, p->turn, p->turn_t, p->turn_span)))
+                || (p->turning && !player_may_both(p, s, p->turn, p->turn_t, p->turn_span)))
                 return player_epoch(p, WIRE_WHY_LATE), 0; /* too late, or the override was turned once more */
         }
         *found = k;

@@ -58,6 +58,7 @@ class SentBatch:
 
     track: PlannedTrack
     piece: int
+    behind: int  # number of the piece behind its last one
     sure: Quintics
     stop: float  # where its last piece ends, mm
     overrides: tuple[float, float, float]  # of feeds and rapid moves, and the largest velocity
@@ -344,7 +345,7 @@ class Planner:
         if at >= len(batch.sure) - 1:
             return  # too near to the end of what is certain: the next batch
         s, feed, acceleration = batch.sure.ends[at].tolist()
-        self.overrides, begun = now, time.monotonic()
+        self.overrides, begun = now, self.clock()
         try:
             run.restart(s, State(feed * rate, acceleration * rate * rate))
             block = run.block(hungry=True)
@@ -357,7 +358,8 @@ class Planner:
             return
         self.after = batch.piece + at
         self._send(run, block, rate=rate)
-        self.takes += 0.3 * (time.monotonic() - begun - self.takes)
+        taken = self.clock() - begun + (self.piece - self.sent[self.head - 1].piece) * self.period / wires.COPIES
+        self.takes += 0.3 * (taken - self.takes)
 
     def _go_on(self, run: PlannedMotion, last: SentBatch) -> None:
         """Plan again behind a batch that was sent."""
@@ -411,7 +413,7 @@ class Planner:
         row["after"], row["rate"], run.begins = max(self.after, 0), rate, False
         row["done"] = self.read if whole else int(track.segments(np.array([end]))[0])
         row["vlimit"] = min(self.overrides[2], 1e9)
-        self.sent[self.head] = SentBatch(track, self.piece, sure, end, self.overrides)
+        self.sent[self.head] = SentBatch(track, self.piece, self.piece + n, sure, end, self.overrides)
         for k in [k for k in self.sent if k < int(wire.batch_now) - 1]:
             del self.sent[k]
         self.head += 1
@@ -435,7 +437,8 @@ class Planner:
             self.stranded = int(wire.state) != wires.MOVES or playing is None or playing.track is not self.run.track
             if not self.stranded and playing is not None:  # it goes on as planned before: there is time to plan again
                 self.sent = {k: batch for k, batch in self.sent.items() if k <= now}
-                self.overrides = playing.overrides
+                self.overrides, self.piece = playing.overrides, playing.behind
+                self.takes = min(2.0 * self.takes, FARTHEST)
                 self._go_on(self.run, playing)
             return
         self.stranded = False

@@ -21,6 +21,8 @@ from splinefeed.errors import SplinefeedError
 
 KEY, MAGIC, PROTOCOL, AXES = 0x53504C46, 0x53465450, 2, 9
 SEGMENTS, PIECES, BATCHES, TEXT = 4096, 8192, 512, 240
+#: Pieces that the player checks at one tick.
+COPIES = 8
 #: Values of `kind`, `why` and `state`.
 LINE, ARC = 1, 2
 WHY_START, WHY_LATE, WHY_DROPPED, WHY_REFUSED = range(4)
