@@ -217,7 +217,7 @@ class Planner:
             self.stranded = self.run is not None
         except SplinefeedError as error:
             self.fault(str(error))
-        except (ArithmeticError, ValueError, IndexError, AssertionError) as error:  # a fault of ours: no motion
+        except (ArithmeticError, ValueError, LookupError, AssertionError) as error:  # a fault of ours: no motion
             self.fault(f"internal fault of the planner, {type(error).__name__}: {error}")
         return True
 
@@ -354,7 +354,7 @@ class Planner:
         if block is None:  # the motion of before goes on, slower where it must
             self.overrides = batch.overrides
             self.changed = self.clock() + 20 * STEADY
-            self._go_on(run, self.sent[self.head - 1])
+            self._go_on(run, self.sent[max(self.sent)])
             return
         self.after = batch.piece + at
         self._send(run, block, rate=rate)
