@@ -80,7 +80,12 @@ def notebook(script: Path) -> str:
     code = script.read_text(encoding="utf-8").split('"""', 2)[2]
     cell: dict[str, Any] = {"metadata": {}, "cell_type": "code", "execution_count": None, "outputs": []}
     cells: list[dict[str, Any]] = [
-        {"cell_type": "markdown", "metadata": {}, "id": "question", "source": f"# {question(script)}\n\n{answer(script)}"},
+        {
+            "cell_type": "markdown",
+            "metadata": {},
+            "id": "question",
+            "source": f"# {question(script)}\n\n{answer(script)}",
+        },
         {**cell, "id": "code", "source": code.strip()},
         {**cell, "id": "figure", "source": "figure"},
     ]

@@ -88,4 +88,4 @@ def test_no_page_is_taller_than_ten_screens_and_formulas_are_typeset(chromium, t
         formulas += page.locator("math").count()
     page.close()
     assert tall == []
-    assert formulas > 30
+    assert formulas > 25

@@ -82,9 +82,9 @@ def _program_lines(program: Mapping[str, Any]) -> list[str]:
         f"  lengths   {lengths}",
     ]
     if program["feed_max_mm_s"] is not None:
-        feeds = " to ".join(dict.fromkeys(number(program[f"feed_{end}_mm_s"]) for end in ("min", "max")))
+        feeds = " to ".join(dict.fromkeys(number(60.0 * program[f"feed_{end}_mm_s"]) for end in ("min", "max")))
         times = f"{number(program['feed_time_s'])} s at them, {number(program['dwell_s'])} s of dwells"
-        lines.append(f"  feeds     {feeds} mm/s; {times}, without rapid moves")
+        lines.append(f"  feeds     {feeds} mm/min; {times}, without rapid moves")
     return lines if program["ends"] else [*lines, "  note      no M2 or M30 ends it"]
 
 

@@ -11,6 +11,8 @@ from typing import Any
 
 from splinefeed.cli.failures import visible
 
+#: Letters of a line of a terminal.
+WIDTH = 80
 Page = dict[str, Any]
 #: Lines without an empty one between them.
 Block = Sequence[str]
@@ -39,11 +41,15 @@ def _coloured(line: str) -> str:
 
 
 def table(columns: Sequence[str], rows: Iterable[Sequence[str]], *, texts: int = 1) -> list[str]:
-    """The lines of a table; the first `texts` columns are words, all others are numbers and stand to the right."""
+    """The lines of a table; the first `texts` columns are words, all others are numbers and stand to the right.
+
+    There are three blanks between columns, or two where only that fits 80 letters.
+    """
     lines = [list(map(visible, row)) for row in [columns, *rows]]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    blanks = "   " if sum(widths) + 3 * (len(widths) - 1) <= WIDTH else "  "
     return [
-        "   ".join(f"{cell:{'<' if i < texts else '>'}{widths[i]}}" for i, cell in enumerate(line)).rstrip()
+        blanks.join(f"{cell:{'<' if i < texts else '>'}{widths[i]}}" for i, cell in enumerate(line)).rstrip()
         for line in lines
     ]
 

@@ -104,7 +104,7 @@ def methods(page: Page) -> Block:
             **each,
             "drift": f"{each['drift_mm']:+.1e}",
             "chord": f"{each['chord_error_mm']:.2e}",
-            "ns": f"{ns:.0f}" if (ns := each["ns_per_tick"] or 0.0) < 99_999.5 else f"{ns:.0e}",  # five letters
+            "ns": f"{each['ns_per_tick'] or 0.0:.0f}",
         }
         for each in compared
     ]

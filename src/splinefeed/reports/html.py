@@ -58,7 +58,7 @@ def page(
         view="" if run.path.lines is None else ' data-view="program"' if text else "",
         listing=_LISTING if text else "",
         operations="" if run.path.lines is None else _operations(run),
-        command=text_of(record.get("command", "")),
+        command=_COMMAND.format(text_of(record["command"])) if record.get("command") else "",
         settings=_settings(record),
     )
 
@@ -206,6 +206,11 @@ def _limits(run: Run) -> str:
     return table(("limit", "", "share", "", "worst", "allowed", "at s", "binds"), rows)
 
 
+#: How the run is made again, of one that a command made.
+_COMMAND = (
+    '<p>The command that repeats this run:</p><pre id="command" tabindex="0">{}</pre>'
+    '<button id="copy" type="button">copy the command</button>'
+)
 #: Where the lines of a program are.
 _LISTING = (
     '<div class="program"><div id="listing" class="listing" tabindex="0" role="listbox" '
