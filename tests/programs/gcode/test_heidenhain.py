@@ -254,7 +254,7 @@ def test_datum_shifts_by_steps_and_parameters(tmp_path: Path) -> None:
         "CYCL DEF 7.0 PUNKT BAZOWY",
         "CYCL DEF 7.1 IZ+0",
         "CYCL DEF 7.2 Y-11.75",
-        "CYCL DEF 7.1 X+Q5 IY+1",
+        "CYCL DEF 7.1 X + Q5 IY+1",
         "CYCL DEF 10.0 ROTATION",
         "CYCL DEF 10.1 ROT+0",
         "L X+0 Y+0",
@@ -316,7 +316,7 @@ def moves(path: sf.Path) -> str:
         (
             ["L Z+2 FMAX", "CYCL DEF 1.0 PECKING", "CYCL DEF 1.1 SET UP 2", "CYCL DEF 1.2 DEPTH -20",
              "CYCL DEF 1.3 PECKG 10", "CYCL DEF 1.4 DWELL 0,5", "CYCL DEF 1.5 F100"],
-            "R2 R2 100:-8 R2 R-7.4 100:-18 R2 R-17.4 100:-20 R2", [0.5],
+            "R2 R2 100:-10 R2 R-9.4 100:-20 R2", [0.5],
         ),
         (
             ["L Z+2 FMAX", "CYCL DEF 17.0 RIGID", "CYCL DEF 17.1 SET UP2", "CYCL DEF 17.2 DEPTH-10",

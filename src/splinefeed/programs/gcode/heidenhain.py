@@ -35,6 +35,7 @@ _PARAMETER = re.compile(r"(Q[0-9]+)\s*+=\s*+(\S+)")
 _CYCLE = re.compile(r"CYCLE?\s+DEF\s*([0-9]+)\s*(?:\.([0-9]+))?\s*(.*)")
 #: Cycles that say nothing of the places: presets, tolerances.
 _OF_NO_PLACE = (32, 247, 392)
+_SPACED = re.compile(r"(?<=[XYZABC])[ \t]*+([-+])[ \t]*+(?=[0-9.,])")
 _SHIFT = re.compile(rf"(I?)([XYZABC])\s*({_NUMBER})")
 _MOVE = re.compile(
     r"(LP|LN|L|CP|CTP|CT|CR|CC|C|RND|CHF|APPR|DEP|FL|FCT|FC|FPOL|SPL)(?![A-Z])\s*+|(?=I?[XYZABC]\s*[-+0-9.,Q])"
@@ -152,6 +153,7 @@ class Heidenhain(Interpreter):
         words = self.quantities.filled(words) if part else ""
         if number == 7:
             refuse("#" in words, "a datum shift by a line of a table is not read; write its place")
+            words = _SPACED.sub(r"\1", words)
             rest = _SHIFT.sub("", words).strip()
             refuse(rest, f"a datum shift by {rest[:20]!r} is not read; write places of its axes")
             self._shift(_SHIFT.findall(words))

@@ -2,9 +2,9 @@
 
 Source: HEIDENHAIN TNC 640, User's Manual Cycle Programming (34059x-01), "Fixed Cycles: Drilling" (200 drilling, 201
 reaming, 203 universal drilling, 240 centring) and "Fixed Cycles: Tapping" (206, 207); TNC 407 (280 580), User's Manual
-ISO Programming, p. 8-4 (1 pecking: it counts from where the tool stands; how far before the last depth feed begins),
-and the chapters of tapping (2) and rigid tapping (17). Q203 and Q200 say where feed begins, Q204 where the tool ends if
-that is higher, depths are below 0. The feed of a cycle is its own; F of the program stays.
+ISO Programming, p. 8-4 (1 pecking: a peck as deep as the hole drills it at once; where feed begins again), and the
+chapters of tapping (2) and rigid tapping (17). Q203 and Q200 say where feed begins, Q204 where the tool ends if that is
+higher, depths are below 0. The feed of a cycle is its own; F of the program stays.
 """
 
 from __future__ import annotations
@@ -97,7 +97,6 @@ def _pecks(
     setup = abs(given["Q200"])
     if number == 1:
         setup = _AHEAD if total <= _AHEAD_TO else min(total * _AHEAD_PART, _AHEAD_MOST)
-        total, surface = begin - surface - depth, begin  # it counts from where the tool stands
     pecks, done = list[tuple[float, float]](), 0.0
     while (done := done + step) < total - SAME_LEVEL:
         if len(pecks) > MAX_MOVES // 4:
