@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import pytest
 
 import splinefeed as sf
@@ -116,3 +119,17 @@ def test_a_drawing_of_several_contours_is_planned_and_drawn_as_one_motion(opened
     rest(page, lambda: page.select_option("#which", "2"))
     made = sf.run(sf.read(file, path=2), sf.Limits(feed=60.0, axis_acceleration=500.0, axis_jerk=20000.0))
     assert value(page, "duration_s") == made.law.duration
+
+
+def test_a_urdf_and_a_motion_are_dropped_and_the_arm_is_drawn(opened, tmp_path):
+    page = opened()
+    urdf = Path(__file__).parents[1] / "data/two-link.urdf"
+    motion = tmp_path / "move.json"
+    motion.write_text(json.dumps({"waypoints": [[0, 0.5], [0.8, -0.4], [1.5, 0.9]]}), encoding="utf-8")
+    page.set_input_files("#file", str(urdf))
+    rest(page, lambda: page.set_input_files("#file", str(motion)))
+    arm = sf.robot(urdf)
+    made = sf.run(arm.through([[0, 0.5], [0.8, -0.4], [1.5, 0.9]]), arm.limits, strategy="time-optimal")
+    assert value(page, "duration_s") == made.law.duration
+    assert page.locator('tr[data-limit="torque.elbow"]').count() == 1
+    page.screenshot(path=str(tmp_path / "arm.png"))

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import six_joints
 import splinefeed as sf
 from splinefeed.formats import json_curve
-from splinefeed.studio import results
+from splinefeed.studio import results, sources
 from splinefeed.studio.settings import USUAL, Bench, SettingsError, complete, from_toml, resolve, to_toml
-from splinefeed.studio.tasks import plan
+from splinefeed.studio.tasks import plan, read
 
 
 def test_the_usual_settings_are_the_butterfly(tmp_path):
@@ -232,3 +236,41 @@ def test_how_contours_are_linked_is_the_machines_or_what_the_page_says(plate, tm
             resolve({"source": {**source, "clearance": wrong}}, tmp_path)
     with pytest.raises(SettingsError, match="neither true nor false"):
         resolve({"source": {**source, "keep_order": "yes"}}, tmp_path)
+
+
+ARM = Path(__file__).parents[1] / "data/two-link.urdf"
+
+
+@pytest.mark.parametrize("along", [False, True], ids=["waypoints", "tip"])
+def test_a_motion_and_a_urdf_are_an_arm_in_space(tmp_path, along):
+    uploads = tmp_path / "uploads"
+    uploads.mkdir()
+    if along:
+        urdf = six_joints.urdf()
+        net = sf.robot(urdf, limits=six_joints.LIMITS).forward(six_joints.START)[0] + [
+            [0, 0, 0],
+            [0, 60, 0],
+            [80, 60, 30],
+        ]
+        curve = {"degree": 2, "knots": [0, 0, 0, 1, 1, 1], "control_points": net.tolist()}
+        motion = {"limits": six_joints.LIMITS, "along": {"curve": curve, "start": six_joints.START, "feed": 200}}
+    else:
+        urdf, motion = ARM.read_text(encoding="utf-8"), {"waypoints": [[0, 0.5], [0.8, -0.4], [1.5, 0.9]]}
+    robot = sources.put(uploads, "arm.urdf", urdf.encode())
+    file = sources.put(uploads, "move.json", json.dumps(motion).encode())
+    bench = Bench(uploads, tmp_path, NoMail())
+    source = {"file": file, "robot": robot}
+    assert read({"source": source}, bench)["format"] == "arm"
+    shown = plan({"settings": {"source": source}}, bench, at_once=False)
+    numbers = shown["result"]["numbers"]
+    assert numbers["ok"]
+    assert "torque.elbow" in numbers["limits"]
+    assert "the limits are those of the arm, not of this page" in numbers["notes"]
+    assert numbers["command"].startswith("splinefeed run move.json --period 0.001")
+    assert "--robot arm.urdf" in numbers["command"]
+    assert "x (mm)" in json.dumps(shown["result"]["path"])
+    with pytest.raises(SettingsError) as caught:
+        read({"source": {"file": file}}, bench)
+    assert "move.json: is a motion of an arm" in caught.value.problems["source"]
+    curve = sources.put(uploads, "curve.json", json_curve.to_text([sf.shapes.butterfly()]).encode())
+    assert read({"source": {"file": curve, "robot": robot}}, bench)["format"] == "JSON curve"

@@ -43,6 +43,10 @@ _RAPID, _FREE = "rapid", "free"
 _NO_UNITS = "no units are given; read as mm"
 
 
+#: What the motion of an arm says, and no curve.
+MOTIONS = {"waypoints", "along"}
+
+
 def _bound(unbounded: str, least: str, holds: Callable[[float], bool]) -> values.Check:
     def check(value: Any, place: str) -> float:
         if value is None or value == unbounded:
@@ -121,6 +125,11 @@ def from_text(text: str, source: str | os.PathLike[str], *, tolerance: float | s
 
 def _paths(document: dict[str, Any], source: str | os.PathLike[str], tolerance: float) -> list[Path]:
     """Paths of neighbouring curves whose ends meet; a lone path has the file's name, others their first curve's."""
+    if document.keys() & MOTIONS:
+        raise FormatError(
+            f"{source}: is a motion of an arm, which its URDF belongs to: splinefeed run {os.path.basename(source)} "
+            "--robot ROBOT.urdf; in the studio drop the URDF first"
+        )
     shared, items = values.listed(document, f"{source}", _SHARED, _CURVE, ("degree", "knots", "control_points"))
     entries = [_entry(item, shared, place) for place, item in items]
     findings = [_NO_UNITS] if any(entry.scale is None for entry in entries) else []

@@ -19,10 +19,10 @@ from splinefeed.planner.solve import FAR, NEAR, RIDGES, STEPS, Problem, Solution
 from splinefeed.planner.spline import DEGREE
 from splinefeed.records import Array, IntArray
 
-#: While the bound is below this share of the time it is looked for once more, on cells half as long.
-CLOSE = 0.995
+#: While the bound is below this share of the time it is looked for again, on cells half as long, so many times in all.
+CLOSE, TIMES = 0.995, 3
 #: A multiplier that begins below this, and those whose splines overlap it, too, stays 0: its row does not bind there.
-BINDING = 1e-2
+BINDING = 1e-3
 
 
 def lower_bound(
@@ -39,7 +39,7 @@ def lower_bound(
     states, found = tuple((end.q, end.slope) for end in ends), 0.0
     scale = solution.time / (high - low)
     at, x = _first(problem, solution, scale)
-    for _ in range(2):
+    for _ in range(TIMES):
         dual, close = (Dual(setting, nodes, states, scale, parts) for parts in (1, 2))
         q = problem.spline.at(solution.c, np.clip(dual.x, inner[0], inner[-1]))[0]
         for end, away in zip(ends, (dual.x - low, high - dual.x), strict=True):

@@ -14,13 +14,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from splinefeed.errors import FormatError, InputError
+from splinefeed.errors import FormatError, InputError, nearest
 from splinefeed.records import Array
 from splinefeed.robots.description import FIXED, Description, JointDescription
 from splinefeed.robots.frames import MM, Frames, onto, rotation_of
@@ -179,10 +179,13 @@ def payload_of(value: float | Mapping[str, Any] | Payload) -> Payload:
     if isinstance(value, Payload):
         return value
     if isinstance(value, Mapping):
-        try:
-            return Payload(**value)
-        except TypeError as error:
-            raise InputError(f"payload: {error}; it has mass, center and inertia") from None
+        known = [each.name for each in fields(Payload)]
+        for name in value:
+            if name not in known:
+                raise InputError(f"payload: {name!r} is not known; {nearest(str(name), known)}")
+        if "mass" not in value:
+            raise InputError("payload: there is no mass; give it in kg")
+        return Payload(**value)
     return Payload(value)
 
 

@@ -70,6 +70,14 @@ def read_motion(
     return arm, path, replace(arm.limits)
 
 
+def is_motion(file: str | os.PathLike[str]) -> bool:
+    """Whether a JSON file is the motion of an arm, and not curves."""
+    try:
+        return any(key in _read(os.fspath(file)) for key in MOTIONS)
+    except FormatError:
+        return False
+
+
 def _along(arm: Arm, said: Any, name: str, title: str, feed: float | None) -> JointPath:
     if not isinstance(said, Mapping):
         raise InputError("along: expected a table with curve and start")

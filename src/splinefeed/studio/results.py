@@ -68,7 +68,7 @@ def result(wanted: Wanted, run: sf.Run, look: Mapping[str, Any] | None = None) -
 def curves(run: sf.Run) -> str | None:
     """The curves as the text of a JSON file, for editing; None where there are too many points, or not a plane."""
     path = run.path
-    if path.linear != len(path.axes) or len(path.axes) != 2:
+    if path.linear != len(path.axes) or len(path.axes) != 2 or path.sticks(run.kept.position[:1]) is not None:
         return None
     if len(path.curves) > MOST_EDITED or sum(len(each.control_points) for each in path.curves) > MOST_EDITED:
         return None
@@ -79,7 +79,7 @@ def entry(wanted: Wanted, page: Mapping[str, Any], run: sf.Run) -> dict[str, Any
     """What the history keeps of a run beside its settings."""
     names = ("ok", "duration_s", "length_mm", "strategy", "method", "ticks", "lower_bound_s", "contour_error_max_mm")
     kept = {**{name: page.get(name) for name in names}, "machine": machine_name(wanted)}
-    place = run.kept.position[:, : run.path.linear]
+    place = run.place
     place = np.vstack([place[:: -(-len(place) // PICTURE_POINTS)], place[-1:]])
     picture = view.shape(place, run.path.name) or view.sparkline(place[:, :1].ravel(), run.path.name)
     return plain({"name": run.path.name, "numbers": kept, "picture": picture})  # type: ignore[no-any-return]

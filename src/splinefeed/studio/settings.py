@@ -153,6 +153,11 @@ def resolve(given: object, folder: File) -> Wanted:
 
     tried("method", methods.method, settings["method"])
     period = tried("period", _quantity, settings["period"], "time") or PAPER_PERIOD
+    if (arm := tried("source", sources.arm_of, settings["source"], folder)) is not None:
+        strategy = tried("strategy", strategy_for, arm[2], settings["strategy"])
+        if problems:
+            raise SettingsError(problems)
+        return _of_arm(arm, settings, period, strategy)
     smooth = tried("smooth", _quantity, settings["smooth"], "length")
     machine = tried("machine", machine_of, settings["machine"])
     if machine is not None and not machine.axes:
@@ -171,6 +176,16 @@ def resolve(given: object, folder: File) -> Wanted:
     return Wanted(
         path, limits, machine, period, strategy, settings["method"], settings["corrections"], source=origin["text"],
         reading=reading, notes=notes, given=settings, origin=origin,
+    )  # fmt: skip
+
+
+def _of_arm(arm: tuple[Any, ...], settings: Mapping[str, Any], period: float, strategy: str) -> Wanted:
+    """The motion of an arm, see `sources.arm_of`, whose limits are its own."""
+    made, path, limits, file, robot = arm
+    notes = (*made.notes, "the limits are those of the arm, not of this page")
+    return Wanted(
+        path, limits, None, period, strategy, settings["method"], settings["corrections"], source=file.name,
+        reading={"robot": robot.name}, notes=notes, given=settings, origin=sources.origin_of(file),
     )  # fmt: skip
 
 

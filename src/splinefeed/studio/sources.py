@@ -10,7 +10,7 @@ import shutil
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path as File
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import splinefeed as sf
 from splinefeed import units
@@ -20,6 +20,9 @@ from splinefeed.paths.contents import Contents
 from splinefeed.paths.jobs import Job
 from splinefeed.paths.tangent_axis import tangential as with_theta
 from splinefeed.runs.settings import smooth as smoothed
+
+if TYPE_CHECKING:
+    from splinefeed.robots.arm import Arm
 
 #: Size of an upload at most, bytes; files of a folder that are kept: the oldest goes when another one comes.
 LARGEST, MOST = 64 * 2**20, 16
@@ -141,11 +144,16 @@ def _plain_paths(text: str, folder: File) -> tuple[tuple[sf.Path, ...], dict[str
     which = source.get("which")
     paths = contents if which is None else [registry.choose(contents, which, file.name)]
     reading = {name: source[name] for name in (*READING, "which") if source.get(name) is not None}
-    return tuple(paths), _origin(file.name, file.read_bytes()), reading
+    return tuple(paths), origin_of(file), reading
 
 
 def _origin(name: str, content: bytes) -> dict[str, str]:
     return {"text": name, "sha256": hashlib.sha256(content).hexdigest()}
+
+
+def origin_of(file: File) -> dict[str, str]:
+    """What a record says of an upload."""
+    return _origin(file.name, file.read_bytes())
 
 
 def _edited(text: object) -> tuple[bytes, sf.Path]:
@@ -156,6 +164,19 @@ def _edited(text: object) -> tuple[bytes, sf.Path]:
     if len(found) != 1:
         raise InputError(f"the edited curves are {len(found)} paths that do not meet; move their ends together")
     return text.encode(), found[0]
+
+
+def arm_of(source: Mapping[str, Any], folder: File) -> tuple[Arm, sf.Path | sf.JointPath, sf.Limits, File, File] | None:
+    """The motion of an arm that an upload is with the URDF of another one: arm, path, limits and both files; else None.
+
+    Raises what `read_motion` raises.
+    """
+    from splinefeed.robots.motion_file import is_motion, read_motion
+
+    if source.get("robot") is None or not is_motion(file := upload(source.get("file"), folder)):
+        return None
+    robot = upload(source["robot"], folder)
+    return (*read_motion(file, robot), file, robot)
 
 
 def contents_of(source: Mapping[str, Any], folder: File) -> tuple[Contents, File]:

@@ -26,6 +26,7 @@ from splinefeed.live.operator import MOST, Operator
 from splinefeed.live.sinks import ClockSink
 from splinefeed.planner.strategies import LOOK_AHEAD, TIME_OPTIMAL
 from splinefeed.programs.cycle_time import cycle_time
+from splinefeed.records import unit_along
 from splinefeed.reports import interactive
 from splinefeed.reports.servo_figures import bode_figure, errors_figure, step_figure
 from splinefeed.reports.time_figures import program_figure, time_figure
@@ -57,7 +58,7 @@ def plan(request: Mapping[str, Any], bench: Bench, *, at_once: bool = True) -> d
         return timed(settings, bench, at_once=at_once)
     wanted = resolve(settings, bench.uploads)
     slow, look = wanted.strategy == TIME_OPTIMAL, request.get("look")
-    if at_once and len(wanted.path.curves) > MOST_WHILE_MOVING:
+    if at_once and len(wanted.path.tip_path.curves) > MOST_WHILE_MOVING:
         return {"final": False, "shown": None}
     final = not at_once or not (slow or wanted.followed)
     quick = {**settings, "strategy": LOOK_AHEAD} if at_once and slow else settings
@@ -75,6 +76,10 @@ def read(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     source = request["source"]
     bench.say(f"reading {sources.upload(source.get('file'), bench.uploads).name}")
     try:
+        if (arm := sources.arm_of(source, bench.uploads)) is not None:
+            _, path, _, file, _ = arm
+            said = {"name": path.name, "curves": len(path.tip_path.curves), "length_mm": path.length, "findings": []}
+            return {"name": file.name, "format": "arm", "units": unit_along(path.axes), "paths": [said]}
         contents, file = sources.contents_of(source, bench.uploads)
     except (SplinefeedError, OSError) as error:
         raise SettingsError({"source": sources.words(error, bench.uploads)}) from error

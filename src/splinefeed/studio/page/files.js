@@ -23,7 +23,7 @@ export const takeFiles = (takers) => {
       if (/^\s*\[+(axis|control)\b/m.test(text)) takers.machine(file.name.replace(/\.toml$/i, ""), text);
       else if (/^\s*\[tools\./m.test(text)) await upload(file, takers, takers.tools);
       else takers.settings(text);
-    } else await upload(file, takers, /\.tbl$/i.test(file.name) ? takers.tools : takers.dropped);
+    } else await upload(file, takers, /\.tbl$/i.test(file.name) ? takers.tools : /\.urdf$/i.test(file.name) ? takers.robot : takers.dropped);
   };
   $("file").addEventListener("change", () => { take($("file").files[0]); $("file").value = ""; });
   const over = (on) => document.body.classList.toggle("dropping", on);

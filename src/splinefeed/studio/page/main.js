@@ -215,6 +215,7 @@ link.on("failed", (message) => {
 
 let reading = null;
 let tools = {};
+let robot = {};
 const read = (source) => { reading = source; link.send({ do: "job", kind: "read", title: source.name, source }); };
 const opened = (found) => {
   const source = { ...reading, name: found.name, format: found.format };
@@ -224,7 +225,12 @@ const opened = (found) => {
   settings.touched(false);
 };
 takeFiles({
-  dropped: (source) => read({ ...source, ...tools }),
+  dropped: (source) => read({ ...source, ...tools, ...(/\.json$/i.test(source.name) ? robot : {}) }),
+  robot: ({ file, name }) => {
+    robot = { robot: file };
+    const source = reading ?? settings.value.source;
+    if (/\.json$/i.test(source.name ?? "")) read({ ...source, ...robot }); else settings.problems({ source: `${name} is kept for the motion that is dropped next` });
+  },
   tools: ({ file, name }) => {
     tools = { tools: file, table: name };
     const source = reading ?? settings.value.source;

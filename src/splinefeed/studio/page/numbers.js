@@ -26,7 +26,7 @@ const cardsOf = (n, words) => {
   const top = worst(n);
   if (top) cards.push(["largest share", "share", percent(top[1].share), words[top[0]] ?? top[0]]);
   cards.push(["feed ripple", "ripple_max", digits(n.ripple_max, 2), `rounding alone ${digits(n.ripple_floor, 2)}`]);
-  cards.push(["chord error", "chord_error_max_mm", length(n.chord_error_max_mm), "largest, between setpoints"]);
+  if (!n.unit || n.unit === "mm") cards.push(["chord error", "chord_error_max_mm", length(n.chord_error_max_mm), "largest, between setpoints"]);
   if (n.contour_error_max_mm !== undefined && n.contour_error_max_mm !== null) {
     cards.push(["contour error", "contour_error_max_mm", length(n.contour_error_max_mm), `rms ${length(n.contour_error_rms_mm)}`]);
   }

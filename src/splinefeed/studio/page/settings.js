@@ -161,6 +161,7 @@ export class Settings {
 
   fill() {
     const { source } = this.value;
+    show($("limits-of-axes"), source.format !== "arm");
     if (source.format !== "G-code" && this.value.by_control) this.byControl(false);
     const { limits, machine, by_control: whole } = this.value;
     const own = this.ownMachine ? [["own:", `${this.ownMachine.name} (yours)`]] : [];
