@@ -166,7 +166,9 @@ def _edited(text: object) -> tuple[bytes, sf.Path]:
     return text.encode(), found[0]
 
 
-def arm_of(source: Mapping[str, Any], folder: File) -> tuple[Arm, sf.Path | sf.JointPath, sf.Limits, File, File] | None:
+def arm_of(
+    source: Mapping[str, Any], folder: File
+) -> tuple[Arm, sf.Path | sf.kinematics.JointPath, sf.Limits, File, File] | None:
     """The motion of an arm that an upload is with the URDF of another one: arm, path, limits and both files; else None.
 
     Raises what `read_motion` raises.

@@ -78,7 +78,12 @@ def read(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     try:
         if (arm := sources.arm_of(source, bench.uploads)) is not None:
             _, path, _, file, _ = arm
-            said = {"name": path.name, "curves": len(path.tip_path.curves), "length_mm": path.length, "findings": []}
+            said: dict[str, Any] = {
+                "name": path.name,
+                "curves": len(path.tip_path.curves),
+                "length_mm": path.length,
+                "findings": [],
+            }
             return {"name": file.name, "format": "arm", "units": unit_along(path.axes), "paths": [said]}
         contents, file = sources.contents_of(source, bench.uploads)
     except (SplinefeedError, OSError) as error:
