@@ -4,9 +4,10 @@ In come a path and Limits; out comes a TimeLaw. `planning` chooses the strategy:
 along the path alone, else `strategies`, the two modes of one planner. That one reads a path through `track`, makes
 cells (`grid`), `coordinates` and the `rows` of their limits under `conditions`, and solves for q = feed^2, a `spline`
 (`solve`); `horizon` repeats it where the `audit` finds the motion over a limit, `receding` goes on from horizon to
-horizon, `stream` along paths without end. `straight` and `openings` are closed forms, `law` the motion in time,
-`ticks` and `dwells` fit it to the servo period, `bound` and `dual` say how far from the best it is, `corners` and
-`soft_limits` what may be passed. `override/` runs a law faster and slower. docs/math/planner.md derives it.
+horizon, `stream` along paths without end, `timed` to wanted times. `straight` and `openings` are closed forms, `law`
+the motion in time, `ticks` slows it where setpoints are over a limit, `bound` and `dual` say how far from the best it
+is; `shared` is what every strategy looks at first: ends, travel, feeds of curves, waits. `override/` runs a law faster
+and slower. docs/math/planner.md derives it.
 """
 
 from __future__ import annotations

@@ -16,11 +16,10 @@ import numpy as np
 from splinefeed.errors import CurveError, InputError, LimitsError, PlanError, expect
 from splinefeed.kinematics import JointPath
 from splinefeed.paths.path import Path
-from splinefeed.planner.dwells import check_ends, with_dwells
 from splinefeed.planner.horizon import State
 from splinefeed.planner.seven_phase import STRATEGY as SEVEN_PHASE
 from splinefeed.planner.seven_phase import Measurable, plan_seven_phase
-from splinefeed.planner.soft_limits import GOES, check_travel
+from splinefeed.planner.shared import GOES, check_ends, check_travel, with_dwells
 from splinefeed.planner.strategies import LOOK_AHEAD, TIME_OPTIMAL, plan_in_mode
 from splinefeed.planner.timed import in_time
 from splinefeed.records import (

@@ -14,8 +14,8 @@ from splinefeed.errors import LimitsError, PlanError
 from splinefeed.paths.path import Path
 from splinefeed.planner import profiles
 from splinefeed.planner.constants import SAME
-from splinefeed.planner.dwells import curve_feeds
 from splinefeed.planner.profiles import ROUNDING, Profile
+from splinefeed.planner.shared import curve_feeds
 from splinefeed.records import Array, Limits, TimeLaw
 
 STRATEGY = "seven-phase"

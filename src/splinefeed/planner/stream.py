@@ -16,7 +16,7 @@ from splinefeed.planner.constants import ALMOST, SAME
 from splinefeed.planner.horizon import REST, State
 from splinefeed.planner.law import MotionPieces
 from splinefeed.planner.receding import OPEN, RecedingHorizon
-from splinefeed.planner.soft_limits import check_travel
+from splinefeed.planner.shared import check_travel
 from splinefeed.planner.strategies import LOOK_AHEAD, MODES, check_limits, setting_of
 from splinefeed.records import LAW_COEFFICIENTS, Limits, TimeLaw, positive
 

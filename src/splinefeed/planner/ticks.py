@@ -10,7 +10,7 @@ from splinefeed.errors import PlanError
 from splinefeed.kinematics import JointPath
 from splinefeed.paths.path import Path
 from splinefeed.planner.constants import HOPELESS, ROUNDINGS, ROUNDS, SAME, TOGETHER
-from splinefeed.planner.dwells import on_tick
+from splinefeed.planner.shared import on_tick
 from splinefeed.records import AXIS_LIMITS, BOUNDED, LAW_COEFFICIENTS, Array, IntArray, Limits, TimeLaw
 from splinefeed.records.verdict import KEPT
 

@@ -10,7 +10,7 @@ import pytest
 import splinefeed as sf
 from splinefeed.errors import LimitsError
 from splinefeed.paths.path import Marker
-from splinefeed.planner.dwells import with_dwells
+from splinefeed.planner.shared import with_dwells
 
 STRATEGIES = ("seven-phase", "time-optimal")
 LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000)
