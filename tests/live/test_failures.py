@@ -111,6 +111,12 @@ def test_fifty_kills_at_random_times_never_step(tmp_path: File) -> None:
         assert_resumes_without_a_step(state, sent, tmp_path / f"more{k}.txt")
 
 
+def in_one_line(stderr: str) -> str:
+    """The one line of an error; what took over two seconds on a busy machine has said so before it."""
+    (line,) = [line for line in stderr.splitlines() if not line.endswith(" s)")]
+    return line
+
+
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
@@ -123,7 +129,7 @@ def test_fifty_kills_at_random_times_never_step(tmp_path: File) -> None:
 def test_a_place_is_one_of_every_axis(tmp_path: File, words: list[str], reason: str) -> None:
     (tmp_path / "s.json").write_text("{}")
     done = subprocess.run([*SHORT, "--to", "udp", *words], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 2 and reason in done.stderr and done.stderr.count("\n") == 1
+    assert done.returncode == 2 and reason in (said := in_one_line(done.stderr)), said
 
 
 @pytest.mark.parametrize(
@@ -135,8 +141,7 @@ def test_what_is_no_state_is_one_line(tmp_path: File, page: str) -> None:
     (tmp_path / "s.json").write_text(page)
     command = [*SHORT, "--to", "udp", "--resume", "--state", "s.json"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 2 and done.stderr.count("\n") == 1
-    assert "s.json: is not the state of a stream" in done.stderr
+    assert done.returncode == 2 and "s.json: is not the state of a stream" in in_one_line(done.stderr)
 
 
 def test_an_interrupt_while_kernels_compile_ends_at_once(tmp_path: File) -> None:
