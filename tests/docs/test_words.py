@@ -25,17 +25,13 @@ OLD = [
 PATTERN = re.compile(rf"\b({'|'.join(OLD)})\b", re.IGNORECASE)
 #: Pages of records: they say what was, in the words of their day.
 RECORDS = ("docs/glossary.md", "docs/decisions/", "docs/peers.md", "CHANGELOG.md")
-#: Rooms whose names and comments are as old as they are; what users see of them is held like all others.
-OLD_ROOMS = ("formats", "planner", "programs", "files")
 #: Names of the API and keys of `--json`, which stay.
 STABLE = ("tracking_error",)
 
 
 def prose(file: Path) -> Iterator[tuple[int, str]]:
-    """Line and text of every string of a module, and of its docstrings, comments and names but in OLD_ROOMS."""
+    """Line and text of every string of a module, and of its docstrings, comments and names."""
     yield from strings(file)
-    if file.relative_to(SOURCE).parts[0] in OLD_ROOMS:
-        return
     for token in tokenize.generate_tokens(io.StringIO(file.read_text(encoding="utf-8")).readline):
         text = token.string
         if token.type == tokenize.COMMENT or (token.type == tokenize.STRING and text.startswith('"""')):

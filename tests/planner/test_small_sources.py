@@ -70,7 +70,7 @@ def test_rows_are_the_control_points_of_a_b_spline():
 
 def test_what_rows_ask_for_in_each_tick_is_the_largest_derivative_of_the_spline():
     course = SetpointSource(rows(), 2)
-    cells = course.asked(-3, TICKS + 8)
+    cells = course.demands(-3, TICKS + 8)
     curve = spline()
     within = np.linspace(1e-9, 1.0 - 1e-9, 101)
     for k, cell in enumerate(cells):
@@ -164,7 +164,7 @@ def test_what_a_law_asks_for_is_the_largest_derivative_of_the_axes_by_plan_time(
     limits = Limits(feed=20.0, acceleration=900.0, jerk=4e4)
     course = LawSource(PATH, law(limits))
     count = round(course.duration / PERIOD)
-    cells = course.asked(0, count)
+    cells = course.demands(0, count)
     jumped = []
     for k in range(count):
         tau = PERIOD * (k + np.linspace(0.05, 0.95, 31))
@@ -189,7 +189,7 @@ def test_what_a_law_asks_for_is_the_largest_derivative_of_the_axes_by_plan_time(
         assert cells[when - 3, 2, axis] < 0.5 * feed**2 / PERIOD
     assert 4 <= len(jumped) <= 40
     # beyond both ends nothing moves
-    assert not np.any(course.asked(-5, 4)) and not np.any(course.asked(count + 2, 3))
+    assert not np.any(course.demands(-5, 4)) and not np.any(course.demands(count + 2, 3))
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -189,5 +189,5 @@ def arc_of(center: Any, x: Any, y: Any, first: float, last: float) -> Curve:
 
 
 def nurbs(degree: int, knots: Sequence[float], points: Sequence[Sequence[float]], weights: Any) -> Curve:
-    """A NURBS curve, run through as its parameter grows."""
+    """A NURBS curve, traversed as its parameter grows."""
     return {"degree": degree, "knots": knots, "points": points, "weights": weights, "reversed": False}

@@ -205,7 +205,7 @@ class Drawing:
         return [[moved(curve, _FLAT_AXES, np.zeros(2)) for curve in piece] for piece in self.pieces]
 
     def _copies(self, pieces: list[list[NurbsCurve]]) -> IntArray:
-        """(n,) how many earlier pieces lie exactly where this one does, run through either way."""
+        """(n,) how many earlier pieces lie exactly where this one does, traversed either way."""
         seen: Counter[bytes] = Counter()
         pools = np.zeros(len(pieces), dtype=np.int64)
         for i, piece in enumerate(pieces):

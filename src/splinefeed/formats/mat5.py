@@ -1,7 +1,7 @@
-"""A struct of a MATLAB file (level 5, .mat): read here, as libraries were seen to end the program over a damaged one.
+"""A struct of a MATLAB file (level 5, .mat): read here, as libraries end the program over a damaged one.
 
 What the file says of sizes is compared with the bytes that are there before anything is made of it. Fields that nobody
-asked for are passed over. Source: The MathWorks, "MAT-File Format", chapter 1 (level 5).
+needs are passed over. Source: The MathWorks, "MAT-File Format", chapter 1 (level 5).
 """
 
 from __future__ import annotations

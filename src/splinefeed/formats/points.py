@@ -127,11 +127,11 @@ def fitted_path(
     if far > allowed:
         raise InputError(f"the fit is {far:.6g} mm from a point, not {allowed:g} mm; please report it")
     controls = sum(len(curve.control_points) for curve in made.curves)
-    told = (
+    note = (
         f"fitted by {len(made.curves)} curve(s) of degree {degree} with {controls} control points; largest distance of "
         f"a point {max(far, made.error) if path.linear < len(axes) else far:.3g} mm (tolerance {allowed:g} mm)"
     )
-    return Path(made.curves, axes, name=name, findings=(*findings, told))
+    return Path(made.curves, axes, name=name, findings=(*findings, note))
 
 
 def positive_length(value: float | str, name: str) -> float:

@@ -83,7 +83,7 @@ def save(record: Record | Iterable[Setpoints] | Iterable[Response], path: str | 
 
 @contextmanager
 def _sink(sink: Any) -> Iterator[Callable[[Any], None]]:
-    """What sends parts to a function that writes a file; at the end it is told that there are no more."""
+    """What sends parts to a function that writes a file; at the end it hears that there are no more."""
     next(sink)
     try:
         yield sink.send

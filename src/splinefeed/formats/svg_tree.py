@@ -171,7 +171,7 @@ class Styles:
 
     def __init__(self, root: Node) -> None:
         self.findings: list[str] = []
-        self._asked = 0
+        self._questions = 0
         self._matcher = cssselect2.Matcher()
         self._rules: dict[Node, list[tuple[tuple[int, ...], Said]]] = {}
         unknown: list[str] = []
@@ -229,8 +229,8 @@ class Styles:
                 unknown.append(f"@{rule.at_keyword} {words}")
 
     def _ask(self, number: int = 1) -> None:
-        self._asked += number
-        if self._asked > MAX_QUESTIONS:
+        self._questions += number
+        if self._questions > MAX_QUESTIONS:
             raise InputError("its style sheets have too many rules for its elements; simplify them")
 
 

@@ -31,8 +31,8 @@ class Motion:
     """
 
     def __init__(self, override: Override, setpoints: Callable[[Array, Array], Setpoints]) -> None:
-        self.override, self.period, self.axes = override, override.period, override.course.axes
-        self.duration = override.course.duration
+        self.override, self.period, self.axes = override, override.period, override.source.axes
+        self.duration = override.source.duration
         self._points = setpoints
         #: Where it begins at plan time 0, (axes,).
         self.origin: Array = setpoints(np.zeros(1), np.zeros(1)).position[0]
@@ -108,9 +108,9 @@ def along(
     highest: float = HIGHEST,
 ) -> Motion:
     """A law along a path; limits hold for the rows sent; the law is planned under a reserve of them."""
-    course = LawSource(path, law)
+    source = LawSource(path, law)
     return Motion(
-        Override(course, limits, rate=rate, tau=tau, highest=highest), Instants(path, law, course.period).block
+        Override(source, limits, rate=rate, tau=tau, highest=highest), Instants(path, law, source.period).block
     )
 
 
@@ -129,8 +129,8 @@ def planned(
 
 def through(rows: Setpoints, limits: Limits, *, highest: float = HIGHEST) -> Motion:
     """Setpoints without their path."""
-    course = SetpointSource(rows, sum(axis not in ROTARY_AXES for axis in rows.axes))
-    return Motion(Override(course, limits, highest=highest), course.block)
+    source = SetpointSource(rows, sum(axis not in ROTARY_AXES for axis in rows.axes))
+    return Motion(Override(source, limits, highest=highest), source.block)
 
 
 def approach(start: Array, end: Array, axes: tuple[str, ...], limits: Limits, period: float) -> Motion:

@@ -1,4 +1,4 @@
-"""From a path and limits to a time law sigma(t): how far by when.
+"""From a path and limits to a time law sigma(t): how far along the path at each time.
 
 In come a path and Limits; out comes a TimeLaw. `planning` chooses the strategy: `seven_phase` where the limits are
 along the path alone, else `strategies`, the two modes of one planner. That one reads a path through `track`, makes

@@ -136,7 +136,7 @@ class Horizon:
         return len(self.nodes) - 1
 
     def again(self, c: Array, mode: SolverSettings, cut: BoolArray | None = None) -> tuple[Horizon, IntArray]:
-        """The window laid anew by a solution c, or with cells of `cut` (n,) halved; which cell each new one was."""
+        """The window laid again by a solution c, or with cells of `cut` (n,) halved; which cell each new one was."""
         laid = None
         if cut is not None:
             nodes = graded(self.nodes, cut)

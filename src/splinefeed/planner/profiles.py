@@ -110,10 +110,10 @@ def solve(length: Array, feed: Numbers, *limits: Numbers) -> Profile:
         cuts = [slice(k, k + TOGETHER) for k in range(0, len(length), TOGETHER)]
         parts = [solve(length[some], feed[some], *(each[some] for each in given)) for some in cuts]
         return Profile(*each_field(lambda *each: np.concatenate(each, axis=-1), *parts))
-    asked = Profile(np.empty((PHASES, 0)), length, length, feed, *given)
+    given_profile = Profile(np.empty((PHASES, 0)), length, length, feed, *given)
     a, d, j, jd, start, end = given
     with np.errstate(all="ignore"):  # of those that have their answer
-        base = _ramps(asked, 0.0)[3]
+        base = _ramps(given_profile, 0.0)[3]
         room = base < (1.0 - ROUNDING) * length
         top = np.where(room, feed - np.maximum(start, end), 0.0)
         most, left = np.sqrt(top), (1.0 + ROUNDING) * (length - base)
@@ -122,7 +122,7 @@ def solve(length: Array, feed: Numbers, *limits: Numbers) -> Profile:
         )
         w = np.where(room, np.minimum(most, w), 0.0)
         for _ in range(STEPS):
-            (time_up, *_, up), (time_down, *_, down), peak, way = _ramps(asked, w * w)
+            (time_up, *_, up), (time_down, *_, down), peak, way = _ramps(given_profile, w * w)
             slope = w * (time_up + time_down + (start + peak) / up + (peak + end) / down)
             over = way - length
             share = 1.0 + over / (length - base)
@@ -130,7 +130,7 @@ def solve(length: Array, feed: Numbers, *limits: Numbers) -> Profile:
             before, w = w, np.where(room & (over > 0.0), lower, w)
             if np.all(before - w <= LAST * w):
                 break
-        found = _with_peak(asked, np.where(w == most, top, w * w))
+        found = _with_peak(given_profile, np.where(w == most, top, w * w))
     peak = np.where(room & (w == most), feed, found.peak_feed)  # to the bit
     return replace(found, peak_feed=peak, duration=np.where(base > (1.0 + ROUNDING) * length, np.nan, found.duration))
 

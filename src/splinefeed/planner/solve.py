@@ -65,7 +65,7 @@ class End:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Coefficients of q (m,), the time of it, s, multipliers to go on from, and how it came out.
+    """Coefficients of q (m,), the time of it, s, multipliers to go on from, and how it ended.
 
     kept  whether every row holds
     """
@@ -250,7 +250,7 @@ class Problem:
 def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Solution:
     """From coefficients c (m,), q > 0, to a time within the share `gap` of the least; z goes on from multipliers.
 
-    A row that is over its limit has a slack of its own until it is not; one that is not stays so. So whatever comes out
+    A row that is over its limit has a slack of its own until it is not; one that is not stays so. So every solution
     keeps every row unless one could not be kept at all, and steps may end anywhere.
     """
     c = problem.complete(c)

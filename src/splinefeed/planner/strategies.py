@@ -54,9 +54,9 @@ def passed_corners(path: Path, limits: Limits, period: float | None) -> tuple[Ar
     corner of angle phi, v T apart, leave it by v T / 2 sin(phi / 2) at most.
     """
     corners = path.corners
-    asked = [float(path.curve_starts[marker.before]) for marker in path.markers if marker.stop]
+    stopped = [float(path.curve_starts[marker.before]) for marker in path.markers if marker.stop]
     passing = corners.stop & (corners.angle <= SHARPEST) & np.isfinite(corners.curvature_jump)
-    passing &= ~np.isin(corners.s, asked) & (corners.s > 0.0) & (corners.s < path.length)
+    passing &= ~np.isin(corners.s, stopped) & (corners.s > 0.0) & (corners.s < path.length)
     if limits.axis_velocity_step is None or not np.any(passing):
         return np.zeros(0), np.zeros(0)
     s, curve, u, angle = (each[passing] for each in (corners.s, corners.curve, corners.u, corners.angle))
@@ -134,7 +134,7 @@ def plan_in_mode(
 ) -> TimeLaw:
     """The motion in one of MODES, which on each curve may use a share `paces` of the limits, see `setting_of`.
 
-    The law rests at the stops, and each stretch lasts whole periods. Raises LimitsError for limits that leave
+    The law stops at the stops, and each stretch lasts whole periods. Raises LimitsError for limits that leave
     acceleration and jerk free, and for curvature jumps under an axis jerk without a period; PlanError for ends in
     motion that the limits do not allow, with the nearest that they do, and for places where no motion within them was
     found. With `start` it begins there, in the law too; with `bound` it has a lower bound of its time.

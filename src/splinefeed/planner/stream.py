@@ -1,4 +1,4 @@
-"""Look-ahead on a path without end: curves go in as they come, committed motion comes out, memory stays the same."""
+"""Look-ahead on a path without end: curves go in as they come, committed motion is given, memory stays the same."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class MotionBlock:
 
 
 class LookAhead:
-    """Plans a path that need not end: `push` curves, get motion; `finish` comes to rest at the end of what came.
+    """Plans a path that need not end: `push` curves, get motion; `finish` comes to rest at the end of it all.
 
     limits, period  as for `plan`; the period, s, is needed, as stops fall on ticks: the tool waits there for the next.
                     Motion begins at start_feed and, when finished, ends at end_feed: not on a tick then
@@ -102,7 +102,7 @@ class LookAhead:
 
     @property
     def time(self) -> float:
-        """Up to when motion has come out, s."""
+        """Up to when motion is committed, s."""
         return self._tick * self.period + self._elapsed
 
     @property
@@ -146,7 +146,7 @@ class LookAhead:
 
     @property
     def stop(self) -> MotionBlock | None:
-        """The motion to rest that the last plan has behind committed motion; None where committed motion rests.
+        """The motion to rest that the last plan has behind committed motion; None where committed motion is at a stop.
 
         It keeps the limits and is what the machine does when no other block comes in time.
         """

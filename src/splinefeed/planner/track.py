@@ -23,7 +23,7 @@ class Track(Protocol):
 
     @property
     def alone(self) -> bool:
-        """Whether an axis behind the tip's may move while the tip rests."""
+        """Whether an axis behind the tip's may move while the tip holds its position."""
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -66,7 +66,7 @@ class PathTrack:
 
     @property
     def alone(self) -> bool:
-        """Whether a rotary axis may move while the tip rests."""
+        """Whether a rotary axis may move while the tip holds its position."""
         return not self.path.by_tip
 
     @property

@@ -54,7 +54,7 @@ class OverrideTicks:
 class Override:
     """Runs a law at a wanted rate, tick by tick: 1 as planned, 0 hold, negative backwards; never beyond `limits`.
 
-    course   what runs; it rests at its end                limits  that hold for what is sent, not those of the plan
+    source   what runs; it rests at its end                limits  that hold for what is sent, not those of the plan
     rate     to begin with                                 highest  what a wanted rate is cut to, in both directions
     tau      plan time to begin at, s: beyond 0 it begins at rest, as after a hold there
 
@@ -63,7 +63,7 @@ class Override:
     top   highest rate that keeps the limits everywhere. A higher one is run where and while they allow it: what
           programmed feeds of the path (F) ask for is 100 %, `limits.feed` is a limit.
     Torques are kept, too, of a `LawSource`: M q' dr/dt and r^2 of what motion takes, at ticks and between them.
-    Raises LimitsError for a course without reserve, for corners passed at speed (axis_velocity_step), and for limits
+    Raises LimitsError for a source without reserve, for corners passed at speed (axis_velocity_step), and for limits
     that models give but torques.
     Source: docs/math/override.md.
     Example: `sf.planner.Override(sf.planner.LawSource(path, slow, 1e-3), limits).run(np.full(100, 0.5))`
@@ -71,7 +71,7 @@ class Override:
 
     def __init__(
         self,
-        course: MotionSource,
+        source: MotionSource,
         limits: Limits,
         *,
         rate: float = 1.0,
@@ -80,14 +80,14 @@ class Override:
     ) -> None:
         if not 0.0 < highest <= MOST_RATE:
             raise LimitsError(f"the highest override is {highest:g}; it must be above 0 and at most {MOST_RATE:g}")
-        self.course, self.limits, self.period = course, limits, course.period
+        self.source, self.limits, self.period = source, limits, source.period
         beyond = [each.name for each in TABLE if not each.held and getattr(limits, each.name) is not None]
         beyond += [model.kind for model in limits.modelled]
-        if limits.torque is not None and not isinstance(course, LawSource):
+        if limits.torque is not None and not isinstance(source, LawSource):
             beyond.append("torque")
         if beyond:
             raise LimitsError(f"{', '.join(beyond)}: cannot be overridden; plan without, or run the law as planned")
-        axes = course.axes
+        axes = source.axes
         along = (
             limits.feed,
             min(limits.acceleration, float(limits.deceleration or math.inf)),
@@ -95,28 +95,28 @@ class Override:
         )
         bounded = limits.axis_bounds(axes)
         self._limit, self._sums = np.column_stack([bounded.bounds, along]), bounded.weights
-        if isinstance(course, LawSource):
-            course.torque = limits.torque
+        if isinstance(source, LawSource):
+            source.torque = limits.torque
         if limits.torque is not None:
             joints = len(limits.torque.most)
             own = np.repeat([[math.inf], [1.0], [math.inf]], joints, axis=1)
             self._limit = np.ascontiguousarray(np.concatenate([self._limit, own], axis=1))
         columns = self._limit.shape[1]
-        self._cells = math.ceil(course.duration / self.period)
+        self._cells = math.ceil(source.duration / self.period)
         self._windows = np.array(WINDOWS, dtype=np.int64)
         self._first, self._loaded = 0, 0
         self._looked_at = np.zeros((0, 4, columns))
         self._ahead = np.zeros((len(WINDOWS), 0, 4, columns))
         self._caps = np.zeros((len(WINDOWS), 0))
-        bend = course.bend_share(limits)
+        bend = source.bend_share(limits)
         self.top = min(self._top(bend, min(highest, 1.0)), highest)
         self._most = max(min(highest, 1.0 / bend if bend > 0.0 else highest), self.top)
         self._state = np.zeros(kernels.STATE)
         self._state[kernels.DIRECTION] = 1.0
-        if not 0.0 <= tau <= course.duration:
-            raise LimitsError(f"the plan time to begin at is {tau:g} s; the law lasts {course.duration:g} s")
+        if not 0.0 <= tau <= source.duration:
+            raise LimitsError(f"the plan time to begin at is {tau:g} s; the law lasts {source.duration:g} s")
         self._state[kernels.TAU] = tau
-        if course.moving and (tau > 0.0 or rate != 1.0 or self.top < 1.0):
+        if source.moving and (tau > 0.0 or rate != 1.0 or self.top < 1.0):
             raise LimitsError(f"a law that begins in motion is run from its start at the rate 1; top is {self.top:.4g}")
         if tau == 0.0:
             # at rest any rate is as good as another
@@ -129,13 +129,13 @@ class Override:
         self._state[kernels.TAU], self._state[kernels.DIRECTION] = tau, direction
 
     def _top(self, bend: float, least: float) -> float:
-        """The rate at which the course is at its limits; it may be that of plans that are over them by rounding.
+        """The rate at which the source is at its limits; it may be that of plans that are over them by rounding.
 
         LimitsError unless the rate `least` leaves something to slow it with.
         """
         most = np.zeros((4, self._limit.shape[1]))
         for first in range(0, self._cells, BLOCK):
-            cells = self.course.asked(first, min(BLOCK, self._cells - first), self._sums)
+            cells = self.source.demands(first, min(BLOCK, self._cells - first), self._sums)
             most = np.maximum(most, np.max(cells, axis=0))
         shares = np.max(most / self._limit[[0, 1, 2, 2]], axis=1)
         speed = max(float(shares[0]), bend, LEAST)
@@ -178,9 +178,9 @@ class Override:
 
         Raises LimitsError while it runs backwards, and for setpoints without their path.
         """
-        if not isinstance(self.course, LawSource):
+        if not isinstance(self.source, LawSource):
             raise LimitsError("state: setpoints without their path have none; run a law along a path")
-        law, tau, rate, slope = self.course.law, self.tau, self.rate, float(self._state[kernels.SLOPE])
+        law, tau, rate, slope = self.source.law, self.tau, self.rate, float(self._state[kernels.SLOPE])
         if rate < 0.0:
             raise LimitsError("state: the motion runs backwards; hold it first")
         feed = float(law.feed(tau)) * rate
@@ -195,7 +195,7 @@ class Override:
     @property
     def done(self) -> bool:
         """Whether the end of the law is reached."""
-        return self.tau >= self.course.duration
+        return self.tau >= self.source.duration
 
     def run(self, wanted: ArrayLike) -> OverrideTicks:
         """Run as many ticks as wanted (n,) has rates, fewer where the law ends; the last one is the end exactly.
@@ -204,7 +204,7 @@ class Override:
         """
         targets = np.array(wanted, dtype=np.float64, order="C")
         targets[np.isnan(targets)] = 0.0
-        if self.course.moving:
+        if self.source.moving:
             targets = np.maximum(targets, 0.0)
         tau, rate = np.empty(len(targets)), np.empty(len(targets))
         ran = 0
@@ -230,7 +230,7 @@ class Override:
             self._windows,
             self.period,
             self.top,
-            self.course.duration,
+            self.source.duration,
             self._state,
             tau,
             rate,
@@ -245,7 +245,7 @@ class Override:
         known = self._looked_at[passed:] if passed >= 0 else self._looked_at[:0]
         more = count + WINDOWS[-1] - len(known)
         begin = cell + len(known) if direction > 0 else cell + 1 - len(known) - more
-        cells = self.course.asked(begin, more, self._sums)
+        cells = self.source.demands(begin, more, self._sums)
         cells = np.concatenate([known, BETWEEN * cells[::direction]])
         self._first, self._loaded, self._looked_at = cell, direction, cells
         self._ahead = np.empty((len(WINDOWS), count, *cells.shape[1:]))

@@ -54,7 +54,7 @@ class SetpointSource:
         a, b, c, d = (self._q[np.clip(piece + k, 0, last)] for k in (-2, -1, 0, 1))
         return (a + 4.0 * b + c) / 6.0, 0.5 * (c - a), 0.5 * (a - 2.0 * b + c), (d - a + 3.0 * (b - c)) / 6.0
 
-    def asked(self, first: int, count: int, sums: Array = NO_SUMS) -> Array:
+    def demands(self, first: int, count: int, sums: Array = NO_SUMS) -> Array:
         """As `Course` says; along the path q'' is bounded by that of all linear axes, and q''' is left out."""
         T = self.period
         piece = np.arange(first, first + count)

@@ -51,7 +51,7 @@ class MotionSource(Protocol):
     duration: float
     moving: bool
 
-    def asked(self, first: int, count: int, sums: Array = NO_SUMS) -> Array:
+    def demands(self, first: int, count: int, sums: Array = NO_SUMS) -> Array:
         """What axes and weighted sums of them, (k, axes), need in `count` ticks from `first` on; 0 beyond both ends.
 
         (count, 4, axes + k + 1)
@@ -84,7 +84,7 @@ class LawSource:
         #: The torques that an override keeps, each a column behind the others.
         self.torque: Torque | None = None
 
-    def asked(self, first: int, count: int, sums: Array = NO_SUMS) -> Array:
+    def demands(self, first: int, count: int, sums: Array = NO_SUMS) -> Array:
         """As `MotionSource` says, from the exact derivatives of path and law.
 
         For one period before and behind it, less a twentieth, a jump D of q'' counts as jerk of PEAK D / T: the

@@ -128,7 +128,7 @@ _SIGNS = {
 }
 _DETECTED = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign in _SIGNS.items()}
 
-#: What only programs of one kind have, outside of comments: of two kinds in one program none can be told.
+#: What only programs of one kind have, outside of comments: of two kinds in one program none is recognized.
 _KINDS = {
     "siemens": _SIGNS["siemens"],
     "linuxcnc": r"^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b|\bM6[78][ \t]*E\d",
@@ -139,7 +139,7 @@ _KINDS = {
 }
 _OF_KIND = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign in _KINDS.items()}
 #: Where G4's P is in s, where a whole P is in ms, and from which P on the dialect has to be known.
-IN_SECONDS, IN_MILLISECONDS, ASKED_FROM = ("linuxcnc", "mach3", "grbl"), ("fanuc", "haas", "marlin"), 100.0
+IN_SECONDS, IN_MILLISECONDS, UNSURE_FROM = ("linuxcnc", "mach3", "grbl"), ("fanuc", "haas", "marlin"), 100.0
 
 #: Klipper's macros, whose values may look like Siemens' words: PARK_AT X=10.
 _MACRO = re.compile(r"^[ \t]*(?=\w*_)[A-Z_]\w*[ \t]+\w+=.*", re.IGNORECASE | re.MULTILINE)
@@ -175,7 +175,7 @@ def named(name: str) -> Dialect:
 
 def detect(head: bytes) -> Dialect:
     """The dialect of a program by its first bytes; LinuxCNC where nothing tells."""
-    return told(head)[0]
+    return recognized(head)[0]
 
 
 def without_leader(content: bytes) -> bytes:
@@ -186,7 +186,7 @@ def without_leader(content: bytes) -> bytes:
     return content
 
 
-def told(head: bytes) -> tuple[Dialect, str]:
+def recognized(head: bytes) -> tuple[Dialect, str]:
     """The dialect of a program by its first bytes, and what tells it, with its line; "" where nothing does."""
     text, code = _text_and_code(head)
     for name, sign in _DETECTED.items():
@@ -249,10 +249,10 @@ def holds(head: bytes) -> bool:
     lines = [line.strip() for line in text.splitlines()[:_LOOKED_AT]]
     if len(head) >= HEAD_BYTES:  # the last line may be cut
         lines = lines[:-1] or lines
-    told = [line for line in lines if line and line[0] not in "%;(:" and line[:2] != "//"]
-    codes = sum(1 for line in told if _CODE.match(line))
+    counted = [line for line in lines if line and line[0] not in "%;(:" and line[:2] != "//"]
+    codes = sum(1 for line in counted if _CODE.match(line))
     if _DETECTED["heidenhain"].search(text):
         return True
     others = [_DETECTED[name] for name in ("siemens", "grbl", "klipper", "printer")]
-    words = sum(1 for line in told if _WORDS.match(line) or any(sign.search(line) for sign in others))
-    return codes > 0 and words >= 0.7 * len(told)
+    words = sum(1 for line in counted if _WORDS.match(line) or any(sign.search(line) for sign in others))
+    return codes > 0 and words >= 0.7 * len(counted)

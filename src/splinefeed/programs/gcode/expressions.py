@@ -426,7 +426,7 @@ def without_comments(text: str) -> str:
 
 
 def mended(text: str, say: Callable[[str], None]) -> str:
-    """The line without comments, `say` being told of wrong ones, and with numbers such as 1.5E-05 written out."""
+    """The line without comments, `say` hears of wrong ones, and with numbers such as 1.5E-05 written out."""
     try:
         text = without_comments(text)
     except LineError as fault:

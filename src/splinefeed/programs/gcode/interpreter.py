@@ -22,7 +22,7 @@ from splinefeed.programs.gcode.corner_words import WORDS as CORNER_WORDS
 from splinefeed.programs.gcode.corner_words import CornerWords
 from splinefeed.programs.gcode.cutter import Cutter
 from splinefeed.programs.gcode.cycles import Cycles
-from splinefeed.programs.gcode.dialects import ASKED_FROM, IN_MILLISECONDS, IN_SECONDS, Dialect
+from splinefeed.programs.gcode.dialects import IN_MILLISECONDS, IN_SECONDS, UNSURE_FROM, Dialect
 from splinefeed.programs.gcode.expressions import (
     Block,
     LineError,
@@ -162,7 +162,7 @@ class Interpreter:
         self.corners.end()
 
     def _plain(self, text: str) -> str:
-        """The line without what only its dialect knows, and mended if that is asked for."""
+        """The line without what only its dialect knows, and mended if the user wants that."""
         dialect = self.dialect
         if text.lstrip().upper().startswith(dialect.silent):
             self.findings.count(f"lines that begin with {' or '.join(dialect.silent)} move nothing", self.line)
@@ -271,7 +271,7 @@ class Interpreter:
         if mode == 95:
             self.findings.count("feeds by G95 are F times the speed S of the spindle, taken as constant", self.line)
         if state.feed_mode != mode and 95 in (state.feed_mode, mode):
-            state.feed = state.feed_per_turn = 0.0  # as in LinuxCNC F is said anew
+            state.feed = state.feed_per_turn = 0.0  # as in LinuxCNC F is said again
         state.feed_mode = mode
 
     def _spindle_mode(self, code: int | None, known: set[int]) -> None:
@@ -394,7 +394,7 @@ class Interpreter:
         unit = 1.0 if self.dialect.of_fanuc and "P" not in self._without_point else self.dialect.dwell
         if unit != self.dialect.dwell and "P" in self._words and self.dialect.name != "haas":
             self.findings.count("P of G4 with a decimal point is taken in s, as a Haas does; Fanuc has none", self.line)
-        if self.untold and "P" in self._without_point and self._words.get("P", 0.0) >= ASKED_FROM:
+        if self.untold and "P" in self._without_point and self._words.get("P", 0.0) >= UNSURE_FROM:
             p, there, others = self._words["P"], ", ".join(IN_SECONDS), ", ".join(IN_MILLISECONDS)
             raise LineError(
                 f"G4 P{p:g} waits {p:g} s in {there}, and {1e-3 * p:g} s in {others}; nothing shows which control the "

@@ -1,4 +1,4 @@
-"""Programs of lathes, which are told apart to be refused: as a mill's they would be another motion.
+"""Programs of lathes, which are recognized to be refused: as a mill's they would be another motion.
 
 X is a diameter there, U and W are steps of X and Z, F is a feed per revolution, G50 S bounds the speed, and G70 to G76,
 G90, G92 and G94 are turning and threading cycles. Source: Fanuc Series 30i-MODEL B, User's Manual (Lathe System),

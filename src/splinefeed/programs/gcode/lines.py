@@ -169,7 +169,7 @@ class ProgramLines:
         return done
 
     def _extrude(self, state: ProgramState, filament: Array, moves: BoolArray, feed: Array, number: int) -> None:
-        """Words E (n,) of a printer: alone on their line, they take their time while the tool rests."""
+        """Words E (n,) of a printer: alone on their line, they take their time while the tool holds its position."""
         places, state.extruded = filament * state.scale[0], True
         if state.relative or state.steps_of_filament:
             steps = np.nan_to_num(places)

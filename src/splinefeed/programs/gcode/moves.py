@@ -51,7 +51,7 @@ STATED = 16
 class Flag(IntFlag):
     """Of a move: I, J, K, R are given; in `centre` is an absolute place, or the tool axis at the end (VECTOR).
 
-    G0_AT_F  a line that a printer was told by G0
+    G0_AT_F  a line that a printer has as G0
     """
 
     I, J, K, R, ABSOLUTE, VECTOR, INVERSE_FEED, STOPS, INCH, TIP, G0_AT_F = (1 << bit for bit in range(11))  # noqa: E741

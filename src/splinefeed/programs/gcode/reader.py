@@ -12,7 +12,14 @@ import numpy as np
 from splinefeed.errors import FormatError
 from splinefeed.files.source import check_file, check_size, head_text, read_bytes, read_head
 from splinefeed.programs.gcode.arcs import find_arcs
-from splinefeed.programs.gcode.dialects import PRINTERS, Dialect, contradiction, told, whole_numbers, without_leader
+from splinefeed.programs.gcode.dialects import (
+    PRINTERS,
+    Dialect,
+    contradiction,
+    recognized,
+    whole_numbers,
+    without_leader,
+)
 from splinefeed.programs.gcode.expressions import LineError, refuse
 from splinefeed.programs.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
 from splinefeed.programs.gcode.flow import PLAIN, Flow, ProgramText, blocks_of, too_long
@@ -89,7 +96,7 @@ class Reading:
         if self.dialect is None:
             if said := contradiction(head):
                 raise FormatError(f"{file}: {said}")
-            self.dialect, shown = told(head)
+            self.dialect, shown = recognized(head)
             self.dialect_by = shown or NOTHING_TELLS
         likely = self.dialect.lead == "F"  # Fanuc's kind
         if self.dialect.name == "siemens" and (sign := siemens_lathe_sign(head_text(head))):

@@ -61,7 +61,7 @@ class ProgramState:
         self.geometry_alone = False  # Siemens' G70 and G71 leave the units of F alone
         self.feed_inch = False
         self.rapid = MoveKind.RAPID  # what G0 is: printers move it at F
-        self.speed_stops = True  # whether the tool rests for another speed (S): not where S is the power of a laser
+        self.speed_stops = True  # whether the tool stops for another speed (S): not where S is the power of a laser
         self.plane, self.units = 17, 0  # 20 or 21, 0 (mm) while none was said
         self.feed_mode, self.feed, self.tolerance = 94, 0.0, UNSAID  # as G codes say it
         self.speed: float | None = None
@@ -137,7 +137,7 @@ class ProgramState:
             self.feed = 0.0 if at_axis else self.feed_per_turn * self.turns(float(x))
 
     def extrude(self, filament: float, line: int, *, alone: bool) -> None:
-        """Take over an E word; `alone`, without a move of the tool, it takes its time while the tool rests."""
+        """Take over an E word; `alone`, it takes its time while the tool holds its position."""
         self.extruded, value = True, self.scaled(0, filament)
         step = value if self.relative or self.steps_of_filament else value - self.filament
         self.filament += step

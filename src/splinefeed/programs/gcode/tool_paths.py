@@ -1,7 +1,7 @@
 """Programs under tool centre point control as tool paths: the tip is a path, the tool axis stands beside it.
 
 Where the control goes on or off, or another tool comes, one path ends and the next one begins. So it does where the
-tool turns while its tip rests: arc length of the tip says nothing there.
+tool turns while its tip holds its position: arc length of the tip says nothing there.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def _sections(moves: Moves) -> Iterator[tuple[Moves, bool, float]]:
 def _under_control(
     moves: Moves, reading: Reading, rotary: Sequence[int], known: int
 ) -> Iterator[tuple[Piece, Array | None]]:
-    """Pieces between which the tool does not turn while its tip rests, with the tool axes (k, 2, 3) of their curves.
+    """Pieces, with the tool axes (k, 2, 3) of their curves: none turns the tool while its tip holds its position.
 
     The axes are None where angles stand behind z; `known` are bits of the axes whose places are stated before.
     """
