@@ -62,7 +62,7 @@ class LookAhead:
     start           where on the first path it begins, and how; None begins at its start with start_feed
 
     The last plan always ends at rest within the window and keeps every limit. Its first half becomes final and the rest
-    is planned again with what follows; where that fails, the last plan still stands. So motion that came out can always
+    is planned again with what follows; where that fails, the last plan still stands. So committed motion can always
     be followed by a stop within the limits, and a window costs the same wherever it is.
     From wherever it is the motion goes on without a stop under other limits (`change_limits`), along another path
     (`reroute`), or comes to rest as soon as it can (`hold`). A feedrate override is `live`'s.
