@@ -233,3 +233,16 @@ def test_it_prints_white_and_whole(opened):
     shown.wait_for_function("document.getElementById('motion')._fullLayout.width > 1000")
     pages = len(re.findall(rb"/Type\s*/Page\b", shown.pdf(format="A4", print_background=True)))
     assert 3 <= pages <= 7
+
+
+def test_the_mouse_tells_values_to_three_digits_with_their_units(opened):
+    shown = opened()
+    shown.evaluate("document.getElementById('path').scrollIntoView({block: 'center'})")
+    shown.mouse.move(*shown.evaluate(ON_PATH, 40), steps=3)
+    told = shown.locator("#hover").inner_text()
+    assert re.search(r"t \d+\.\d{3} s, s \d+\.\d{3} mm", told)
+    assert re.search(r"x -?\d+\.\d{3}, y -?\d+\.\d{3} mm", told)
+    assert re.search(r"feed [\d.]{1,4} mm/s", told)
+    shown.evaluate("Plotly.Fx.hover('spectra', [{curveNumber: 0, pointNumber: 50}])")
+    shown.wait_for_selector("#spectra .hovertext")
+    assert re.search(r"at [\d.]{1,4} Hz", shown.locator("#spectra .hovertext").first.text_content())

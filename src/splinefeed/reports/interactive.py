@@ -88,9 +88,19 @@ def _stacked(figure: Figure, store: DetailStore) -> Plain:
                 names.discard(mark.name)
                 group = {"legendgroup": mark.name} if legend and mark.named else {}
                 trace = _line(mark, store) if isinstance(mark, Line) else _dots(mark, panel.x)
+                if isinstance(mark, Line) and not mark.fill:
+                    trace["hovertemplate"] = _told(panel)
                 data.append({**trace, **group, "showlegend": shown, **axes})
         layout["shapes"] += [_level(level, axes) for level in panel.levels()]
     return {"data": data, "layout": layout}
+
+
+def _told(panel: Panel) -> str:
+    """What the mouse tells of a curve: both values to three digits, with their units."""
+    x, y = (
+        label.rpartition("(")[2].partition(")")[0] if "(" in label else "" for label in (panel.x.label, panel.y.label)
+    )
+    return f"%{{y:.3~g}} {html.escape(y)}<br>at %{{x:.3~g}} {html.escape(x)}<extra>%{{fullData.name}}</extra>"
 
 
 def _axis(axis: PlotAxis) -> Plain:
@@ -168,7 +178,7 @@ def _heat(heat: Heat, store: DetailStore) -> Plain:
             "title": {"text": "share (%)", "side": "right"}, "thickness": 14,
             "lenmode": "pixels", "len": max(tall, 120), "y": 0, "yanchor": "bottom",
         },
-        "hovertemplate": "%{y}<br>t = %{x:.4f} s<br>%{z:.1f} % of the limit<extra></extra>",
+        "hovertemplate": "%{y}<br>t = %{x:.3f} s<br>%{z:.3~g} % of the limit<extra></extra>",
     }  # fmt: skip
 
 

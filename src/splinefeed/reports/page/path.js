@@ -437,9 +437,9 @@ export class PathPicture {
     show($("hover"), k >= 0);
     if (k < 0) return;
     const chosen = this.colours[$("colour").value];
-    const place = ["x", "y", "z"].filter((name) => this.points[name]).map((name, i) => `${this.labels[i].split(" ")[0]} ${this.points[name][k].toFixed(4)}`);
+    const place = ["x", "y", "z"].filter((name) => this.points[name]).map((name, i) => `${this.labels[i].split(" ")[0]} ${this.points[name][k].toFixed(3)}`);
     const lines = this.program ? [...this.program.told(this.said[k]), place.join(", ")] : this.told(this.said[k], place.join(", "));
-    if (!this.program && !chosen.label.startsWith("feed") && chosen.values[k] !== null) lines.push(`${chosen.label} ${chosen.values[k]}`);
+    if (!this.program && !chosen.label.startsWith("feed") && chosen.values[k] !== null) lines.push(`${chosen.label.replace(/ \(.*/, "")} ${Number(chosen.values[k].toPrecision(3))} ${/\((.*)\)/.exec(chosen.label)?.[1] ?? ""}`);
     $("hover").textContent = lines.join("\n");
     const [x, y] = this.at(k);
     const flip = x > this.width / 2;
@@ -453,9 +453,11 @@ export class PathPicture {
     const words = this.names.map((name, k) => { // a number of a line is whole
       if (name === "line") return `line ${values[k]}`;
       const [, word, unit] = /^(\S+)(?: \((.*)\))?$/.exec(name);
-      return `${word} ${unit ? `${values[k].toFixed(4)} ${unit}` : values[k].toPrecision(6)}`;
+      const digits = /^(s|mm|deg|rad)$/.test(unit ?? "") ? values[k].toFixed(3) : Number(values[k].toPrecision(unit ? 3 : 6));
+      return `${word} ${digits}${unit ? ` ${unit}` : ""}`;
     });
-    return [words.slice(0, 3).join(", "), place, ...words.slice(3)];
+    const unit = /\((.*)\)/.exec(this.labels[this.labels.filter(Boolean).length - 1])?.[1];
+    return [words.slice(0, 3).join(", "), unit ? `${place} ${unit}` : place, ...words.slice(3)];
   }
 
   listen() {
