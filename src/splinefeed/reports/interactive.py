@@ -89,14 +89,14 @@ def _stacked(figure: Figure, store: DetailStore) -> Plain:
                 group = {"legendgroup": mark.name} if legend and mark.named else {}
                 trace = _line(mark, store) if isinstance(mark, Line) else _dots(mark, panel.x)
                 if isinstance(mark, Line) and not mark.fill:
-                    trace["hovertemplate"] = _told(panel)
+                    trace["hovertemplate"] = _hover(panel)
                 data.append({**trace, **group, "showlegend": shown, **axes})
         layout["shapes"] += [_level(level, axes) for level in panel.levels()]
     return {"data": data, "layout": layout}
 
 
-def _told(panel: Panel) -> str:
-    """What the mouse tells of a curve: both values to three digits, with their units."""
+def _hover(panel: Panel) -> str:
+    """What the mouse shows of a curve: both values to three digits, with their units."""
     x, y = (
         label.rpartition("(")[2].partition(")")[0] if "(" in label else "" for label in (panel.x.label, panel.y.label)
     )
