@@ -34,6 +34,10 @@ SECONDS, MEMORY = 20, 2 * 2**30
 DXF = "0\nSECTION\n2\nENTITIES\n{}0\nENDSEC\n0\nEOF\n"
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="9mm" height="9mm" viewBox="0 0 9 9">{}</svg>'
 
+#: A subprogram that is called for ever, or nearly so, and a label that is jumped to for ever.
+CALLS = "%\nO1\nG21 G90\nM98 P2 L99999999\nM30\nO2\nG91 G1 X1. F100.\nM99\n%\n"
+JUMP = "0 BEGIN PGM A MM\n1 L X+0 F100\n2 LBL 1\n3 FN 9: IF +0 EQU +0 GOTO LBL 1\n4 END PGM A MM\n"
+
 
 def entities() -> str:
     """Entities of entities: ten times ten times ... letters."""
@@ -101,6 +105,11 @@ CASES: tuple[tuple[str, str, Callable[[], str], tuple[str, ...]], ...] = (
     ("DXF: 50,000 fit points", "fit50.dxf", lambda: fit_points(50_000), ()),
     ("G-code: a row of digits, --repair", "digits.ngc", lambda: "X" + "9" * 2000 + "\n", ("--repair",)),
     ("G-code: a loop without an end", "loop.ngc", lambda: "o1 while [1]\no1 endwhile\nM2\n", ()),
+    ("Fanuc: a subprogram 99,999,999 times", "calls.nc", lambda: CALLS, ()),
+    ("Heidenhain: a jump back to itself", "jump.h", lambda: JUMP, ()),
+    ("O-words with numbers of 5,000 digits", "word.ngc", lambda: f"G21\no{'9' * 5000} sub\no{'9' * 5000} endsub\nM2\n", ()),
+    ("DXF: 8,000 lines from one point", "lines.dxf", lambda: DXF.format("".join(
+        f"0\nLINE\n10\n0\n20\n0\n11\n{k % 97}\n21\n{k % 89}\n" for k in range(8000))), ()),
     ("JSON: 60,000 keys, one twice", "keys.json", lambda: "{" + "".join(
         f'"k{k}": 1,' for k in range(60_000)) + '"k59999": 1}', ()),
     ("points: the same places again and again", "places.csv", lambda: same_places(2000), ()),

@@ -55,3 +55,39 @@ def test_a_plan_that_takes_too_long_is_left_to_a_job_and_the_next_worker_is_warm
         told, tasks = pool.submit(asyncio.run, scene()).result()
     assert told == ("planned", {"n": 3, "body": rooms.LATER})
     assert tasks[:3] == ["warm", "plan", "warm"]
+
+
+def test_an_upload_that_hangs_costs_that_upload_only(monkeypatch):
+    """The reader of one tab hangs; the file of another tab is read, and the first one can be cancelled."""
+
+    async def scene():
+        with Staff() as staff:
+            await read(rooms.House(None, staff))
+
+    async def read(house):
+        hanging = asyncio.Event()
+
+        async def ask(worker, request, heard=None, deadline=None):
+            if request.get("source") == "hangs":
+                worker.stop = hanging.set  # what a cancelled job does to its worker
+                await hanging.wait()
+                return {"error": {"fields": {"": "ended its worker"}, "fault": False}, "late": False}, b""
+            return {}, b"{}"
+
+        monkeypatch.setattr(rooms, "ask", ask)
+        one, other = Page(), Page()
+        house.tabs["1" * 16], house.tabs["2" * 16] = one.send, other.send
+        house.do_job("1" * 16, {"kind": "read", "source": "hangs"})
+        await asyncio.sleep(0.01)
+        house.do_job("2" * 16, {"kind": "read", "source": "good"})
+        while (told := await asyncio.wait_for(other.told.get(), 100))[0] != "done":
+            assert told[0] == "job"
+        assert house.jobs[0].state == rooms.RUNNING
+        house.do_cancel("1" * 16, {"job": house.jobs[0].id})
+        while (told := await asyncio.wait_for(one.told.get(), 100))[1].get("job", {}).get("state") != rooms.CANCELLED:
+            pass
+        await asyncio.wait_for(hanging.wait(), 100)
+        await house.close()
+
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(asyncio.run, scene()).result()
