@@ -452,3 +452,24 @@ def test_what_is_wrong_is_one_line_with_the_file(made, kind, text, words) -> Non
 def test_an_unknown_kind_is_refused(tmp_path) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(InputError, match="configuration 'mach3' is not known; "):
         imported("mach3", tmp_path / "a")
+
+
+@pytest.mark.parametrize(
+    "name", ["/etc/passwd", "../secret.inc", "~/x.inc", "/proc/**/*", "*/x.inc", "**", "a/../../b.inc", "."]
+)
+@pytest.mark.parametrize("kind", ["ini", "klipper"])
+def test_only_files_beside_a_configuration_are_included(made, kind, name) -> None:  # type: ignore[no-untyped-def]
+    line = f"#INCLUDE {name}\n" if kind == "ini" else f"[include {name}]\n"
+    with pytest.raises(FormatError, match="only files beside it or in folders there are read"):
+        made(kind, line + (GANTRY if kind == "ini" else CARTESIAN))
+
+
+@pytest.mark.parametrize("kind", ["ini", "klipper"])
+def test_few_files_are_included_however_they_name_each_other(made, tmp_path, kind) -> None:  # type: ignore[no-untyped-def]
+    """Ten times ten times ten: a thousand files of a few lines each."""
+    form = "#INCLUDE x{}.inc\n" if kind == "ini" else "[include x{}.inc]\n"
+    for depth in range(3):
+        (tmp_path / f"x{depth}.inc").write_text(10 * form.format(depth + 1))
+    (tmp_path / "x3.inc").write_text("# nothing\n")
+    with pytest.raises(FormatError, match="more than 100 files are included"):
+        made(kind, form.format(0) + (GANTRY if kind == "ini" else CARTESIAN))

@@ -9,20 +9,18 @@ import re
 from pathlib import Path
 
 from splinefeed.errors import FormatError
-from splinefeed.files.source import read_text
+from splinefeed.machine.imports.included import IncludedFiles
 from splinefeed.machine.imports.page import Page, Plain, number, positive, short
 
 #: What holds where a section does not say: square corner velocity mm/s, minimum cruise ratio, resolution of arcs mm.
 _CORNER, _CRUISE, _ARC = 5.0, 0.5, 1.0
-#: Files that may be included in each other.
-_DEEPEST = 8
 
 Sections = dict[str, dict[str, str]]
 
 
 def read(text: str, source: str) -> Page:
     """The page of a machine file from the text of printer.cfg; FormatError for what is missing or wrong."""
-    cfg = _sections(text, source)
+    cfg = _sections(text, source, IncludedFiles())
     printer = cfg.get("printer")
     if printer is None:
         raise FormatError(f"{source}: no section [printer]; is it Klipper's printer.cfg?")
@@ -96,7 +94,7 @@ def _travel(axis: str, stepper: dict[str, str] | None, source: str, page: Page) 
     page.set(section, "maximum", f"{high[0]}mm", f"{place} position_max")
 
 
-def _sections(text: str, source: str, depth: int = 0) -> Sections:
+def _sections(text: str, source: str, included: IncludedFiles, depth: int = 0) -> Sections:
     """Sections of a configuration, the last of equal keys; files of [include] are read in their place."""
     found: Sections = {}
     section = ""
@@ -107,20 +105,11 @@ def _sections(text: str, source: str, depth: int = 0) -> Sections:
         if match := re.match(r"\[([^\]]*+)\]", line):
             section = " ".join(match[1].split()).lower()
             if section.startswith("include "):
-                if depth >= _DEEPEST:
-                    raise FormatError(f"{source}: files are included in each other more than {_DEEPEST} deep")
-                _include(found, match[1].split(None, 1)[1].strip(), source, depth)
+                for more, file in included.read(match[1].split(None, 1)[1].strip(), source, depth):
+                    for name, values in _sections(more, file, included, depth + 1).items():
+                        found.setdefault(name, {}).update(values)
             else:
                 found.setdefault(section, {})
         elif (match := re.match(r"([^:=]+)[:=]\s*(.*)", line)) and section in found:
             found[section][match[1].strip().lower()] = match[2].strip()
     return found
-
-
-def _include(found: Sections, pattern: str, source: str, depth: int) -> None:
-    """Add what the files say that a pattern names; one without wildcards must be there."""
-    folder = Path(source).parent
-    files = sorted(folder.glob(pattern)) if any(each in pattern for each in "*?[") else [folder / pattern]
-    for file in files:
-        for name, values in _sections(read_text(file, "a configuration"), str(file), depth + 1).items():
-            found.setdefault(name, {}).update(values)

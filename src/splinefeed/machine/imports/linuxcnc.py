@@ -10,8 +10,8 @@ import re
 from pathlib import Path
 
 from splinefeed.errors import FormatError
-from splinefeed.files.source import read_text
 from splinefeed.kinematics import KINDS
+from splinefeed.machine.imports.included import IncludedFiles
 from splinefeed.machine.imports.page import AXES, TURNS, Page, no_times, number, positive, short
 
 #: Values of LINEAR_UNITS and ANGULAR_UNITS: the unit, and how many of it the file's unit is.
@@ -20,8 +20,6 @@ ANGULAR = {
     "deg": ("deg", 1.0), "degree": ("deg", 1.0), "rad": ("rad", 1.0), "radian": ("rad", 1.0), "grad": ("deg", 0.9),
     "gon": ("deg", 0.9),
 }  # fmt: skip
-#: Files that may be included in each other.
-_DEEPEST = 8
 #: Kinematics whose joints are the axes themselves.
 TRIVIAL = "trivkins"
 #: A tolerance for G64 without P: beyond every block.
@@ -55,11 +53,11 @@ def read(text: str, source: str) -> Page:
     return page
 
 
-def sections(text: str, source: str, depth: int = 0) -> Sections:
+def sections(text: str, source: str) -> Sections:
     """Sections of an INI file, the first of equal keys; files that `#INCLUDE` names are read in its place."""
     found: Sections = {}
     section = ""
-    for line in _lines(text, source, depth):
+    for line in _lines(text, source, IncludedFiles()):
         if line[:1] in ("", "#", ";"):
             continue
         if match := re.match(r"\[([^\]]*+)\]", line):
@@ -71,16 +69,14 @@ def sections(text: str, source: str, depth: int = 0) -> Sections:
     return found
 
 
-def _lines(text: str, source: str, depth: int) -> list[str]:
+def _lines(text: str, source: str, included: IncludedFiles, depth: int = 0) -> list[str]:
     """The lines of a file, those that end in a backslash joined, with those of included files in their place."""
     out: list[str] = []
     for line in re.sub(r"\\\r?\n", " ", text).splitlines():
         line = line.strip()
         if match := re.match(r"#INCLUDE\s+(\S.*)", line):
-            if depth >= _DEEPEST:
-                raise FormatError(f"{source}: files are included in each other more than {_DEEPEST} deep")
-            file = Path(source).parent / match[1].strip().strip('"')
-            out += _lines(read_text(file, "a configuration"), str(file), depth + 1)
+            for more, file in included.read(match[1].strip().strip('"'), source, depth):
+                out += _lines(more, file, included, depth + 1)
         else:
             out.append(line)
     return out
