@@ -12,7 +12,6 @@ import argparse
 import fcntl
 import json
 import re
-import resource
 import subprocess
 import sys
 import tempfile
@@ -127,7 +126,7 @@ def cost(name: str, text: str, words: tuple[str, ...], folder: Path) -> tuple[in
     command = [words[0], name] if words[:1] == ("sweep",) else ["info", name, *words]
     done = subprocess.run(
         [sys.executable, "-c", MEASURED, *command], cwd=folder, capture_output=True, text=True, check=False,
-        timeout=20 * SECONDS,  # by the clock, of a machine that others use preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 1)),
+        timeout=20 * SECONDS, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 1)),
     )  # fmt: skip
     found = re.search(r"^cost ([\d.]+) (\d+)$", done.stderr, re.MULTILINE)
     seconds, peak = (float(found[1]), int(found[2]) / 2**20) if found else (float("nan"), float("nan"))
