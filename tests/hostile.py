@@ -12,6 +12,7 @@ import argparse
 import fcntl
 import json
 import re
+import resource
 import subprocess
 import sys
 import tempfile
