@@ -234,3 +234,17 @@ def test_long_stretches_between_jumps_are_read_as_line_by_line(tmp_path: Path) -
 def test_in_other_dialects_there_are_no_jumps(tmp_path: Path) -> None:
     assert refusal(tmp_path, "M98 P100", dialect="grbl").startswith("line 1: M98: subprograms are not supported")
     assert refusal(tmp_path, "O100 sub", dialect="grbl").startswith("line 1: O100 sub: subprograms, loops and")
+
+
+@pytest.mark.parametrize(
+    ("dialect", "lines"),
+    [
+        ("linuxcnc", ["#1=0", "O1 while [#1 lt 100000]", "#1=[#1+1]", "O1 endwhile", "G1 X1 F60"]),
+        ("fanuc", ["#1=0", "WHILE [#1 LT 100000] DO1", "#1=#1+1", "END1", "G1 X1. F60."]),
+        ("siemens", ["R1=0", "WHILE R1<100000", "R1=R1+1", "ENDWHILE", "G1 X1 F60"]),
+    ],
+)
+@pytest.mark.slow
+def test_a_loop_of_a_hundred_thousand_turns_runs(tmp_path: Path, dialect: str, lines: list[str]) -> None:
+    """FluidNC#1312: a turn is two jumps, of which a program may make as many."""
+    assert path_of(tmp_path, *lines, dialect=dialect).length == 1.0

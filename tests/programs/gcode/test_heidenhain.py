@@ -130,7 +130,7 @@ def test_what_says_nothing_of_the_motion_is_passed_over(tmp_path: Path) -> None:
         ("CALL LBL QS5", "line 6: LBL, CALL LBL and IF need the number of a label, or its name in quotes"),
         ('CALL LBL "" REP 2', "line 6: LBL, CALL LBL and IF need the number of a label, or its name in quotes"),
         ("LBL 1\nL X+1\nCALL LBL 1", "line 8: LBL 1: more than 19 calls within calls"),
-        ("LBL 1\nFN 9: IF +1 EQU +1 GOTO LBL 1", "line 7: more than 200000 jumps are executed"),
+        ("LBL 1\nFN 9: IF +1 EQU +1 GOTO LBL 1", "line 7: more than 300000 jumps are executed"),
         ("FN 0: Q1 = +5\nFN 14: IF +Q1 EQU +5 GOTO LBL 0", "line 7: FN 14 does not jump"),
         ("CALL LBL 1\nL X+1\nM30\nLBL 1\nL X+2", "within LBL 1, which has no LBL 0"),
         ("FN 18: SYSREAD Q1 = ID20 NR1", "is a function of the control, which is not read"),

@@ -52,7 +52,7 @@ def test_lines_are_those_of_the_program_that_jumps(tmp_path: Path) -> None:
         (["WHILE[1EQ1]", "END1"], "line 4: WHILE needs DO1, DO2 or DO3 at the end of its line"),
         (["IF[1EQ1] X5."], "line 4: IF[..]: expected GOTO or THEN, got 'X5.'"),
         (["IF[#107EQ1]GOTO1"], "line 4: #107 has no value; set it in the program before it is used"),
-        (["DO1", "END1"], "more than 200000 jumps are executed; is there an endless loop near here?"),
+        (["DO1", "END1"], "more than 300000 jumps are executed; is there an endless loop near here?"),
         (["G66 P9000 X1."], "line 4: G66 is a modal macro call, which is not supported; write plain lines"),
     ],
 )

@@ -25,8 +25,8 @@ from splinefeed.records import IntArray
 
 #: Most lines that are carried out; so many plain ones, or more in a row, are read by arrays and count a part of each.
 MAX_STEPS, PLAIN = 1_000_000, 16
-#: Most jumps, calls and turns of loops that are carried out: each takes as long as several lines.
-MAX_JUMPS = 200_000
+#: Most jumps and calls that are carried out, of which a turn of a loop is two: each takes as long as several lines.
+MAX_JUMPS = 300_000
 #: Most calls within calls (LinuxCNC), arguments of one, bytes of a program that jumps, and files of subprograms.
 MAX_CALLS, MAX_ARGUMENTS, MAX_BYTES, MAX_FILES = 10, 30, 2**26, 100
 #: How files of numbered subprograms end.
