@@ -159,3 +159,9 @@ def test_a_fanuc_program_without_any_point_says_what_it_was_taken_for(tmp_path: 
     )
     path = path_of(tmp_path, *lines, increments=True)
     assert path.length == pytest.approx(25.0) and "taken as thousandths of mm" in path.findings[0]
+
+
+def test_a_wait_in_the_words_of_another_control_names_it(tmp_path: Path) -> None:
+    assert refusal(tmp_path, "G0 X0 Y0", "G4 X2.") == (
+        "line 2: G4 needs P, the time to wait; X and U are Fanuc's: name the control (option dialect)"
+    )

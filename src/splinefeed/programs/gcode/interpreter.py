@@ -409,7 +409,8 @@ class Interpreter:
             seconds = self._words.pop(letter, seconds)
         if self.dialect.extruder and math.isnan(seconds):
             return 0.0  # it waits until the printer rests
-        refuse(math.isnan(seconds), "G4 needs P, the time to wait")
+        hint = "; X and U are Fanuc's: name the control (option dialect)" if self._words.keys() & {"X", "U"} else ""
+        refuse(math.isnan(seconds), f"G4 needs P, the time to wait{hint}")
         refuse(not 0.0 <= seconds <= LARGEST, f"G4: a wait of {seconds:g} s is not possible")
         return seconds
 
