@@ -1,1 +1,5 @@
-"""Numba kernels: the arithmetic of one point, one piece or one tick, on floats and contiguous float64 arrays."""
+"""What is recursive from tick to tick: leaves on floats and contiguous float64 arrays, no classes, no files.
+
+`jit` decides whether Python runs them or Numba compiles them. `layout` is a row of a table of curves, `pieces` its
+arithmetic, `mechanics` an axis of a machine, `override` the rate of a law, `matching` two lines side by side.
+"""

@@ -1,4 +1,8 @@
-"""Kinematics: from tool tip and tool axis to the joints of a machine and back, with derivatives along a path."""
+"""Joints of machines along a tool path, with exact derivatives: from tip and tool axis to joints and back.
+
+`chains` has the machines with both directions, written once for numbers and for `jets`, truncated Taylor series;
+`joint_path` is the path of joints along a ToolPath, which planner and interpolation take.
+"""
 
 from __future__ import annotations
 

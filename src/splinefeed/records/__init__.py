@@ -1,4 +1,9 @@
-"""The records that rooms hand to each other: Limits, TimeLaw, Setpoints, Response, Verdict (numpy only, frozen)."""
+"""The records that rooms hand to each other: Limits, TimeLaw, Setpoints, Response, Verdict (NumPy only, frozen).
+
+`limits` is Limits, `limit_table` says of each limit its name, unit, order and words, and is where a new one begins;
+`modelled` is what limits of models share: `torque`, `torque_rate`, `velocity_law`. `motion` has TimeLaw, Setpoints and
+Response, `verdict` the Verdict; `arrays` checks and freezes arrays, `view` shows a record in a notebook.
+"""
 
 from __future__ import annotations
 

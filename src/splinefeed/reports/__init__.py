@@ -3,8 +3,8 @@
 In come a Run and other records; out come figures and a folder. `folder` writes a run (`sf.report`): numbers by
 `record`, then `files`. A figure is data (`figure`, `marks`), made by `path_figures`, `motion_figures`,
 `servo_figures`, `time_figures`; `layout` places it on paper for `svg` and `raster`, `interactive` on the page that
-`html`, `program` and `sweep_page` write, with `detail` for zooming; `library` brings the page's JavaScript, `theme`
-its colours.
+`html`, `program` and `sweep_page` write, with `detail` for zooming; `library` brings plotly's JavaScript, `page/` has
+our own, `theme` its colours.
 """
 
 from __future__ import annotations

@@ -1,4 +1,10 @@
-"""Robot arms: from a URDF to joints along waypoints or a TCP curve, with exact derivatives and rigid-body torque."""
+"""Robot arms: from a URDF to joints along waypoints or a curve of the tip, with exact derivatives and torques.
+
+In comes a URDF; out comes an Arm (`arm`). `description` reads the file, `frames` say where links are, `dynamics` has
+torques, `joint_limits` gathers limits and `planning` hands them to the planner. `arm_path` is the path of joints along
+a curve of the tip, by `inverse` and `orientation`; `motion_file` reads motions for the command line, `trajectory`
+writes JointTrajectory.
+"""
 
 from __future__ import annotations
 

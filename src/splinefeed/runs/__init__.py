@@ -2,8 +2,8 @@
 
 In comes a MotionJob (source, limits, machine, planning, output); out comes a Run. `run` carries it out; `settings`
 says which limits hold and how a path is smoothed; `fold` shows each chunk of setpoints to every meter of `meters`
-once, also of a path in parts (`long_path`); `follow` is the machine's meter, `result` the Run. `compare`, `tuning`,
-`contour_feed`, `convert` and `pulses` are the other things that a user asks for.
+once, also of a path in parts (`long_path`); `following` is the machine's meter, `result` the Run. `comparison`
+(methods side by side), `tuning`, `contour_feed`, `convert` and `pulses` are the other things that a user asks for.
 """
 
 from __future__ import annotations

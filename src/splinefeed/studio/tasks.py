@@ -1,4 +1,4 @@
-"""What a worker process does for a page: read, plan, follow, tune, and make files; all through `pipeline`.
+"""What a worker process does for a page: read, plan, follow, tune, and make files; all through `runs`.
 
 Uploads are read here, never in the server: what crashes a reader, eats memory or does not end takes a worker with it
 and nothing else.
