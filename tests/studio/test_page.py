@@ -73,7 +73,7 @@ def test_a_path_in_space_is_drawn_turned_and_told_under_the_mouse(opened, tmp_pa
     assert -5.0 < z < 0.0
     page.locator("#path").hover(position={"x": x, "y": y})
     told = page.inner_text("#hover")
-    assert f"z {z:.4f}" in told
+    assert f"z {z:.3f} mm" in told
     assert "mm/min" in told
     page.mouse.down()
     page.mouse.move(*[sum(pair) for pair in zip(page.evaluate(BOX), (x + 60, y + 10), strict=True)], steps=4)
