@@ -584,6 +584,12 @@ class Path:
         """The same path with other findings."""
         return Path(self.curves, self.axes, **{**self._said(), "findings": findings})
 
+    def named(self, name: str) -> Path:
+        """The same path under another name; what was computed of it is kept."""
+        new: Path = object.__new__(type(self))
+        new.__dict__.update(self.__dict__, name=name)
+        return new
+
     def with_feeds(self, feeds: ArrayLike | None) -> Path:
         """The same path under other feeds (curves,), mm/s, infinite for rapid moves; what was computed of it is kept.
 

@@ -277,7 +277,8 @@ class Limits:
         return flat
 
     def _repr_html_(self) -> str:
-        flat = {name: (shown_by(name, name.partition(".")[2]), value) for name, value in self.as_dict().items()}
+        said = {name: value for name, value in self.as_dict().items() if value or not name.endswith("_feed")}  # at rest
+        flat = {name: (shown_by(name, name.partition(".")[2]), value) for name, value in said.items()}
         return view.table({name: f"{unit * value:g} {raised(unit_of(name))}" for name, (unit, value) in flat.items()})
 
     @classmethod

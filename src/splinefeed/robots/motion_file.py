@@ -96,7 +96,7 @@ def _along(arm: Arm, said: Any, name: str, title: str, feed: float | None) -> Jo
             raise InputError(f"along.curve: {error}; it has {', '.join(CURVE)}") from None
     else:
         raise InputError("along: curve is neither the name of a file nor a table of degree, knots and control_points")
-    tip = Path([curve], name=title) if isinstance(curve, NurbsCurve) else curve
+    tip = Path([curve], name=title) if isinstance(curve, NurbsCurve) else curve.named(title)
     how = {key: said[key] for key in ("orientation", "hold", "feed") if key in said}
     if feed is not None:
         how["feed"] = feed
