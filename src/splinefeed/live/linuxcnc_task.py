@@ -19,7 +19,7 @@ QUIET = 0.010
 
 #: What a program may not have, and words of G-code that are comments.
 REFUSED = re.compile(r"g0*(33(?:\.1)?|76)(?![\d.])")
-COMMENT = re.compile(r"\([^)]*\)|;.*")
+COMMENT = re.compile(r"\([^()]*\)|;.*")
 
 
 def refused(file: str) -> str:
