@@ -511,8 +511,7 @@ class TaskWatch:
         """End the child."""
         self._ends = True
         if self._child is not None:
-            assert self._child.stdin is not None
-            self._child.stdin.close()
+            self._child.kill()
             self._child.wait()
 
 
