@@ -30,6 +30,8 @@ from splinefeed.live.linuxcnc_sink import LinuxcncError, as_nobody, installed
 
 #: Servo period, s; how far the axes may travel to either side, mm or deg; what LinuxCNC may take to start and end, s.
 PERIOD, TRAVEL, AROUND = 1e-3, 1e4, 60.0
+#: What the planner process says when it is ready: without LinuxCNC, and beside one that runs.
+READY = b"ready: start", b"LinuxCNC is here"
 DISPLAY = Path(__file__).with_name("linuxcnc_display.py")
 #: The planner module, and where LinuxCNC looks for it.
 MODULE = Path(__file__).parents[1] / "linuxcnc" / "splinefeed_tp.c"
@@ -224,7 +226,7 @@ def planned_by_us(folder: Path, options: tuple[str, ...] = ()) -> Iterator[subpr
         )  # fmt: skip
         try:
             end = time.monotonic() + AROUND
-            while b"ready" not in (folder / "planner.txt").read_bytes():
+            while not any(text in (folder / "planner.txt").read_bytes() for text in READY):
                 if child.poll() is not None or time.monotonic() > end:
                     text = (folder / "planner.txt").read_text(encoding="utf-8", errors="replace")
                     raise LinuxcncError(f"the planner does not start: {text.strip()}")

@@ -42,8 +42,8 @@ PORTION, KNOWN = 1.0, 3.0
 #: With less certain motion than this ahead, s, what is known is planned, however little it is.
 HUNGRY = 0.4
 #: A change of the override is planned when it has not changed for so long, s, from a place so far ahead, s: at least,
-#: at most, and so many times what planning took of late.
-STEADY, NEAREST, FARTHEST, TIMES = 0.01, 0.03, 0.15, 1.5
+#: at most, and so many times what planning took of late, or is taken to take first, s.
+STEADY, NEAREST, FARTHEST, TIMES, SLOW = 0.01, 0.03, 0.15, 1.5, 0.06
 #: Cells of a window, and curves that the smoother looks at in one go.
 WINDOW, SMOOTH = 60, 200
 #: A child that watches LinuxCNC's task is started again after this, s.
@@ -187,7 +187,7 @@ class Planner:
         self.stranded = False  # real time plays a stop, behind which to go on
         self.overrides = (1.0, 1.0, math.inf)  # under which it plans: of feeds and rapid moves, largest velocity
         self.changed, self.wanted = 0.0, (1.0, 1.0, math.inf)
-        self.takes = NEAREST  # how long it takes to plan a change of the override, s
+        self.takes = SLOW  # how long it takes to plan a change of the override, s: what it took of late
         self.news = self.seen = self.alive = self.clock()  # `seen`: when the last moves were there
         self.blocks = 0
         jerk = np.zeros(wires.AXES)
