@@ -200,6 +200,7 @@ def quintics(track: PlannedTrack, begin: float, spans: Array, c: Array) -> Quint
     free = np.minimum(starts - around[next_one - 1], around[next_one] - starts) > SHORTEST
     free[[0, -1]] = True
     edges = np.sort(np.concatenate([starts[free], cuts]))
+    edges = edges[(edges == 0.0) | (edges > SHORTEST) | (edges == starts[-1])]  # a first span may be rounding
     edges = edges[np.append(np.diff(edges) > SHORTEST, True) | (edges == 0.0)]
     low, high = edges[:-1], edges[1:]
     row = np.clip(np.searchsorted(starts, 0.5 * (low + high), side="right") - 1, 0, len(spans) - 1)
