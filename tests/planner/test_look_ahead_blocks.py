@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.live import LookAhead
 from splinefeed.paths import Smoother
 from splinefeed.paths.smoothing import smoothed
+from splinefeed.planner import LookAhead
 
 PERIOD = 1e-3
 LIMITS = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)

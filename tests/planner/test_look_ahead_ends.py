@@ -7,8 +7,8 @@ import pytest
 
 import motions
 import splinefeed as sf
-from splinefeed.live import LookAhead
 from splinefeed.paths.path import Path
+from splinefeed.planner import LookAhead
 
 PERIOD = 1e-3
 BUTTERFLY = motions.butterfly()

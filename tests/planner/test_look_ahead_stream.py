@@ -10,8 +10,8 @@ import pytest
 
 import motions
 import splinefeed as sf
-from splinefeed.live import LookAhead
 from splinefeed.paths.path import Path
+from splinefeed.planner import LookAhead
 from splinefeed.planner.stream import MotionBlock
 
 PERIOD = 1e-3

@@ -7,8 +7,8 @@ import pytest
 
 import motions
 import splinefeed as sf
-from splinefeed.live import LookAhead
 from splinefeed.paths.path import Marker
+from splinefeed.planner import LookAhead
 
 PERIOD = 2e-3
 AXES = {"feed": 20.0, "axis_velocity": 20.0, "axis_acceleration": 2000.0, "axis_jerk": 5e5}
