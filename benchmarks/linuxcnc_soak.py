@@ -43,7 +43,7 @@ def actions(rng: random.Random) -> str:
     def typed(begin: float, count: int) -> float:
         for k in range(count):
             x, y, z = (round(rng.uniform(-20.0, 20.0), 3) for _ in range(3))
-            out.append((begin + 2.5 * k, f"mdi=G{rng.choice(['0', '1 F3000'])} X{x} Y{y} Z{z}"))
+            out.append((begin + 2.5 * k, f"mdi=G21 G90 G{rng.choice(['0', '1 F3000'])} X{x} Y{y} Z{z}"))
         return begin + 2.5 * count
 
     turn(0.5, 12.0)
@@ -57,7 +57,7 @@ def actions(rng: random.Random) -> str:
     turn(at + 0.5, at + 4.0)
     out += [(at + 6.0, "estop"), (at + 7.0, "on")]
     at = typed(at + 8.0, 2)
-    out += [(at, "mdi=G0 X{} Y{} Z{}".format(*END)), (at + 5.0, "feed=100")]
+    out += [(at, "mdi=G21 G90 G0 X{} Y{} Z{}".format(*END)), (at + 5.0, "feed=100")]
     return ",".join(f"{at:.2f}:{what}" for at, what in sorted(out, key=lambda each: each[0]))
 
 
