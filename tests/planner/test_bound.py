@@ -9,7 +9,7 @@ from scipy.interpolate import BSpline
 
 import splinefeed as sf
 from splinefeed.planner.dual import Dual, longest
-from splinefeed.planner.strategies import setting_of
+from splinefeed.planner.strategies import conditions_of
 
 PERIOD = 1e-3
 #: Motion that begins and ends at rest.
@@ -58,7 +58,7 @@ def test_whatever_the_multipliers_no_motion_within_the_limits_is_faster() -> Non
     What is left out of Z <= 1 or of the rows tells at once: the best multipliers times 1.5 would be beyond the time.
     """
     path, limits = cases.airfoil12(), cases.axis_limits("A")
-    setting = setting_of(path, limits, PERIOD)
+    setting = conditions_of(path, limits, PERIOD)
     dual = Dual(setting, np.linspace(0.0, path.length, 41), REST, 1.0 / limits.feed, 8)
     random = np.random.default_rng(5)
     for _ in range(20):
@@ -75,7 +75,7 @@ def test_rows_with_multipliers_add_up_as_they_do_before_they_are_integrated_by_p
     """int x (row) ds of any q(s) and any spline x, by the rows' own c0, c1, c2: what `pull` and `fixed` make of it."""
     path = cases.smooth()
     limits = sf.Limits(feed=60.0, acceleration=500.0, jerk=2e4, axis_acceleration=400.0, axis_jerk=1e4)
-    setting, length = setting_of(path, limits, PERIOD), path.length
+    setting, length = conditions_of(path, limits, PERIOD), path.length
     nodes = np.unique(np.concatenate([np.linspace(0.0, length, 60), setting.breaks, [0.0, length]]))
     # q with q = q' = 0 at rest, else a slope of its own
     shape = np.array([start, start + 3.0 * (start > 0.0), 500.0, 2000.0, 900.0, end - 5.0 * (end > 0.0), end])

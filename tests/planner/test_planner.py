@@ -31,8 +31,8 @@ PERIOD = 1e-3
 SHAPES = {"butterfly": cases.butterfly, "airfoil12": cases.airfoil12}
 
 
-def setting_of(path: Path, limits: sf.Limits, period: float | None = PERIOD) -> Conditions:
-    return planner.setting_of(path, limits, period)
+def conditions_of(path: Path, limits: sf.Limits, period: float | None = PERIOD) -> Conditions:
+    return planner.conditions_of(path, limits, period)
 
 
 @pytest.mark.parametrize(("name", "setting"), cases.BEST)
@@ -89,7 +89,7 @@ def test_a_quintic_has_both_states_and_its_time() -> None:
 def straight_problem(limit: float, h: int = 200) -> Problem:
     """A line of 10 mm under an acceleration limit alone, between two states."""
     line = Path([sf.NurbsCurve.bezier([[0.0, 0.0], [10.0, 0.0]])])
-    setting = setting_of(line, sf.Limits(feed=1e3, acceleration=limit))
+    setting = conditions_of(line, sf.Limits(feed=1e3, acceleration=limit))
     nodes = np.linspace(0.0, 10.0, h + 1)
     spline = Spline.on(nodes, np.zeros(h + 1, dtype=bool))
     cell = np.append(np.repeat(np.arange(h), 2), h - 1)
@@ -110,7 +110,7 @@ def test_between_two_feeds_the_optimum_is_up_and_down_at_the_limit() -> None:
 
 
 def test_a_window_goes_from_state_to_state() -> None:
-    setting = setting_of(cases.butterfly(), cases.axis_limits("A"))
+    setting = conditions_of(cases.butterfly(), cases.axis_limits("A"))
     mode = SolverSettings(cell=0.4, tolerance=2e-3, cells=400)
     whole = plan_window(setting, 0.0, 200.0, REST, REST, mode, exact=True)
     k = len(whole.pieces) // 2
@@ -176,7 +176,7 @@ def test_a_rest_at_a_cusp_costs_what_a_bend_does() -> None:
 def test_setpoints_over_a_limit_are_seen_at_ticks() -> None:
     path, limits = cases.butterfly(), cases.axis_limits("A")
     law = sf.plan(path, limits, strategy="time-optimal", period=PERIOD)
-    breaks = setting_of(path, limits).breaks
+    breaks = conditions_of(path, limits).breaks
 
     def slower(given: sf.Limits) -> float:
         return held_at_ticks(law, path, given, np.zeros(1, dtype=int), np.zeros(0), breaks).duration / law.duration

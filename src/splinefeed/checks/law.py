@@ -262,8 +262,10 @@ class LawMotion:
                     value = r1[k] * v
                 elif kind == "axis_acceleration":
                     value = r2[k] * v * v + r1[k] * a
-                else:
+                elif kind == "axis_jerk":
                     value = r3[k] * v * v * v + 3.0 * r2[k] * v * a + r1[k] * j
+                else:
+                    raise AssertionError(f"{name}: a limit that the check of a law does not know")
                 out[name] = np.where(near, np.nan, np.abs(value)).reshape(s.shape)
         return out
 

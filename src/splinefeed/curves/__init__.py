@@ -1,8 +1,8 @@
 """NURBS curves: immutable splines of any number of axes, and all of many curves at once as arrays; no paths.
 
 In come knots, control points and weights; out come points, derivatives, arc length and its inverse, nearest points.
-`curve` is NurbsCurve, `packed` many in a row, `flat` all of them as arrays; `arcs`, `editing` and `spline` make and
-change curves; `tables` makes the table of pieces of many curves by arc length in the metric of `metric`, `pieces`
-reads it (`piece_rows` as columns); `differential` has tangents and curvature; `nearest` and `search` find nearest
-points.
+`curve` is NurbsCurve, `packed` many in a row, `flat` all of them as arrays; `arcs` makes and `editing` changes curves
+(`spline` is what both need of one); `tables` makes the table of pieces of many curves by arc length in the metric of
+`metric`, `pieces` reads it (`piece_rows` as columns); `differential` has tangents and curvature; `nearest` and
+`search` find nearest points.
 """

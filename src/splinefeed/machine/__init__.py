@@ -1,8 +1,9 @@
 """A machine is what is known of it: axes with limits, motors, drives, mechanics, encoders, controllers, its control.
 
-In comes a TOML file; out comes a Machine (`machine`) of `parts`, with units by `quantities`, and its `control`, which
-plans programs. `limits_toml` reads and writes files with limits alone, `under` puts them onto a machine, `usual` is
-the one taken where none is named; `imports/` makes machine files of configurations of other controls.
+In comes a TOML file; out comes a Machine (`machine`) of `parts`, with units by `quantities`, and its `control`: the
+numbers by which `programs` times a program. `limits_toml` reads and writes files with limits alone, `under` puts them
+onto a machine, `usual` is the one taken where none is named; `imports/` makes machine files of configurations of other
+controls.
 """
 
 from __future__ import annotations

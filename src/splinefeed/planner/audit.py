@@ -16,7 +16,7 @@ DOUBT = 3.5
 
 
 def worst_shares(
-    setting: Conditions, pieces: MotionPieces, end: float, before: tuple[MotionPieces, Array, Array] | None = None
+    conditions: Conditions, pieces: MotionPieces, end: float, before: tuple[MotionPieces, Array, Array] | None = None
 ) -> tuple[Array, Array]:
     """Largest shares in each piece of tops, linear limits and jerk, (3, m), as factors on q; it ends at `end`, mm.
 
@@ -31,17 +31,17 @@ def worst_shares(
         some = np.flatnonzero(np.any(pieces.coefficients != old.coefficients, axis=1) | (pieces.spans != old.spans))
     if not len(some):
         return worst, bound
-    worst[:, some], bound[some] = _looked_at(setting, pieces, end, LOOKED, some)
+    worst[:, some], bound[some] = _looked_at(conditions, pieces, end, LOOKED, some)
     bound[np.intersect1d(some, [0, len(pieces) - 1])] = np.inf
     near = np.flatnonzero(~(bound <= max(1.0, float(np.max(worst)))))
     if len(near):
-        worst[:, near], _ = _looked_at(setting, pieces, end, CLOSER, near)
+        worst[:, near], _ = _looked_at(conditions, pieces, end, CLOSER, near)
         bound[near] = np.max(worst[:, near], axis=0)
     return worst, bound
 
 
 def _looked_at(
-    setting: Conditions, pieces: MotionPieces, end: float, looked: Array, some: IntArray
+    conditions: Conditions, pieces: MotionPieces, end: float, looked: Array, some: IntArray
 ) -> tuple[Array, Array]:
     """Shares (3, m) of some pieces (m,), and for each what the largest is below, (m,)."""
     begin = pieces.coefficients[:, 0]
@@ -57,13 +57,13 @@ def _looked_at(
             worst[:, block] = bound[block] = np.inf
             continue
         s = np.clip(s, low[block] + inside, high[block] - inside)
-        way = v * (setting.period or 0.0) * WITHIN  # what a piece comes within reach of counts for all of it
+        way = v * (conditions.period or 0.0) * WITHIN  # what a piece comes within reach of counts for all of it
         least, most = np.min(s - way, axis=0), np.max(s + way, axis=0)
         reach = tuple(np.broadcast_to(each, s.shape).ravel() for each in (least, most))
         flat = s.ravel()
-        seen = setting.along(flat)
+        seen = conditions.along(flat)
         signs = _rising(seen[1], a, v)
-        rows = setting.rows(flat, seen, reach=(reach[0], reach[1]), rising=signs, alone=True)
+        rows = conditions.rows(flat, seen, reach=(reach[0], reach[1]), rising=signs, alone=True)
         found = rows.shares(v.ravel(), a.ravel(), j.ravel())
         good = (v >= -SAME * np.max(v)).ravel() & np.isfinite(found)
         peaks, bound[block] = _peaks(np.where(good, found, np.inf).reshape(len(found), *s.shape))

@@ -26,7 +26,7 @@ BINDING = 1e-3
 
 
 def lower_bound(
-    setting: Conditions, problem: Problem, solution: Solution, low: float, high: float, gap: float
+    conditions: Conditions, problem: Problem, solution: Solution, low: float, high: float, gap: float
 ) -> float:
     """A lower bound of the time, s, from `low` to `high`, mm, between the ends of a problem; from a solution of it.
 
@@ -40,7 +40,7 @@ def lower_bound(
     scale = solution.time / (high - low)
     at, x = _first(problem, solution, scale)
     for _ in range(TIMES):
-        dual, close = (Dual(setting, nodes, states, scale, parts) for parts in (1, 2))
+        dual, close = (Dual(conditions, nodes, states, scale, parts) for parts in (1, 2))
         q = problem.spline.at(solution.c, np.clip(dual.x, inner[0], inner[-1]))[0]
         for end, away in zip(ends, (dual.x - low, high - dual.x), strict=True):
             if end.rest:

@@ -45,16 +45,16 @@ def longest(s: Array, step: Array, most: float) -> Array:
     return np.full(len(s), most)
 
 
-def rows_of(setting: Conditions, s: Array) -> Rows:
+def rows_of(conditions: Conditions, s: Array) -> Rows:
     """The smooth rows at places (n,), mm; of two limits of jerk along the path the larger.
 
     A step may lie beside the sharpest place around, and an error of chords allow as much as anywhere within the step.
     """
-    limits = setting.limits
+    limits = conditions.limits
     slowing = np.inf if limits.deceleration_jerk is None else limits.deceleration_jerk
     way = 1.0 if limits.jerk >= slowing else -1.0
-    rows = setting.rows(s, rising=way, alone=True, smooth=True)
-    period, top = setting.period or 0.0, rows.own
+    rows = conditions.rows(s, rising=way, alone=True, smooth=True)
+    period, top = conditions.period or 0.0, rows.own
     if period:
         most = period * float(np.max(top)) ** 0.5
         top = np.minimum(top, longest(s, period * np.sqrt(rows.between), most) ** 2 / period**2)
@@ -71,7 +71,7 @@ class Dual:
     """
 
     def __init__(
-        self, setting: Conditions, nodes: Array, ends: tuple[tuple[float, float], ...], scale: float, parts: int
+        self, conditions: Conditions, nodes: Array, ends: tuple[tuple[float, float], ...], scale: float, parts: int
     ) -> None:
         self.spline = Spline.on(nodes, np.zeros(len(nodes), dtype=bool))
         h, m = np.diff(nodes), len(nodes) - 1
@@ -79,7 +79,7 @@ class Dual:
         cell, self.x = np.repeat(np.arange(m), len(share)), (nodes[:-1, None] + h[:, None] * share).ravel()
         self.weight = h[:, None] * np.tile(WEIGHTS / parts, parts)
         at_ends = np.array([nodes[0] + INSIDE * h[0], nodes[-1] - INSIDE * h[-1]])
-        rows, outer = (rows_of(setting, x) for x in (self.x, at_ends))
+        rows, outer = (rows_of(conditions, x) for x in (self.x, at_ends))
         self.top = rows.top.reshape(m, -1)
         self.jerks, self.fields = 2 * len(rows.jerk), 2 * (len(rows.jerk) + len(rows.linear))
         value, slope, bend = self.spline.basis(cell, self.x)
@@ -88,7 +88,7 @@ class Dual:
         torques = np.arange(rows.coordinates, rows.smooth)
         if len(torques):
             way = INSIDE * np.repeat(h, len(share))
-            before, behind = (rows_of(setting, self.x + side * way).linear[torques] for side in (-1.0, 1.0))
+            before, behind = (rows_of(conditions, self.x + side * way).linear[torques] for side in (-1.0, 1.0))
             own[torques] = rows.linear[torques, 0] - (behind[:, 1] - before[:, 1]) / (2.0 * way)
         high = scale * (value * own[:, None] - slope * rows.linear[:, 1, None])
         self.pull = self._by_cell(np.concatenate([up, -up, high, -high]))
@@ -105,7 +105,7 @@ class Dual:
             first, second = np.split(given, [self.jerks // 2])
             both = np.concatenate([first, -first, second, -second]).T * (1.0 if k else -1.0)
             self.fixed[k * (m - 1) : k * (m - 1) + REACHING] -= both
-        self.held = self._held(setting, nodes)
+        self.held = self._held(conditions, nodes)
 
     def _by_cell(self, rows: Array) -> Array:
         """(f, 4, places) as (m, 4 f, g)."""
@@ -113,16 +113,16 @@ class Dual:
         m = len(self.spline.nodes) - 1
         return np.ascontiguousarray(rows.reshape(f, k, m, n // m).transpose(2, 1, 0, 3)).reshape(m, k * f, n // m)
 
-    def _held(self, setting: Conditions, nodes: Array) -> BoolArray:
+    def _held(self, conditions: Conditions, nodes: Array) -> BoolArray:
         """Coefficients (n, f) that reach to where r' jumps, or for jerk r'' next to it: there are no such rows."""
-        inside = (setting.breaks > nodes[0]) & (setting.breaks < nodes[-1])
-        turned, bent = setting.real_jumps
-        turned = turned | np.isin(setting.breaks, setting.passed[0])
+        inside = (conditions.breaks > nodes[0]) & (conditions.breaks < nodes[-1])
+        turned, bent = conditions.real_jumps
+        turned = turned | np.isin(conditions.breaks, conditions.passed[0])
         bent = bent | turned
         t, held = self.spline.t, np.zeros((self.spline.size, self.fields), dtype=bool)
-        reach = (setting.period or 0.0) * float(np.max(self.top)) ** 0.5
+        reach = (conditions.period or 0.0) * float(np.max(self.top)) ** 0.5
         for jumps, fields in ((bent, slice(self.jerks)), (turned, slice(self.jerks, None))):
-            at = setting.breaks[jumps & inside]
+            at = conditions.breaks[jumps & inside]
             first, last = np.searchsorted(at, t[:-REACHING] - reach), np.searchsorted(at, t[REACHING:] + reach)
             held[last > first, fields] = True
         return held

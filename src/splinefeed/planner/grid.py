@@ -57,19 +57,19 @@ class Samples:
 
 
 def sample(
-    setting: Conditions, low: float, high: float, q_low: float, q_high: float, known: Samples | None = None
+    conditions: Conditions, low: float, high: float, q_low: float, q_high: float, known: Samples | None = None
 ) -> Samples:
     """Places between two ends with these q, parted until tangent and feed change little from one to the next.
 
     known  samples from `low` to `high` or further, to go on from.
     Where nothing limits the jerk or the acceleration, they are what the top feed can do with: see ABRUPT.
     """
-    edges = np.concatenate([[low], setting.inside(low, high), [high]])
+    edges = np.concatenate([[low], conditions.inside(low, high), [high]])
     if known is None or not known.s[0] < high:
         share = np.array([INSIDE, 0.5, 1.0 - INSIDE])
         s = (edges[:-1, None] + np.diff(edges)[:, None] * share).ravel()
         s = np.sort(np.concatenate([s, low + (edges[1] - low) * TOWARDS, high - (high - edges[-2]) * TOWARDS]))
-        looked, push, twist = _look(setting, s)
+        looked, push, twist = _look(conditions, s)
     else:
         looked, push, twist = [known.top, known.turn, known.directions], known.push, known.twist
         s = known.s
@@ -77,7 +77,9 @@ def sample(
             inside = int(np.searchsorted(s, high))
             ending = high - (high - max(edges[-2], s[inside - 1])) * TOWARDS
             s = np.append(s[:inside], ending)
-            looked = [np.append(a[:inside], b, axis=0) for a, b in zip(looked, _look(setting, ending)[0], strict=True)]
+            looked = [
+                np.append(a[:inside], b, axis=0) for a, b in zip(looked, _look(conditions, ending)[0], strict=True)
+            ]
     for _ in range(HALVINGS):
         top, turn, directions = looked
         q = profile(s, top, push, twist, low, high, q_low, q_high)
@@ -94,19 +96,19 @@ def sample(
         share = (np.arange(len(at)) - np.repeat(np.cumsum(more) - more, more) + 1.0) / (more[at] + 1.0)
         new = s[at] + share * gap[at]
         s = np.insert(s, at + 1, new)
-        looked = [np.insert(a, at + 1, b, axis=0) for a, b in zip(looked, _look(setting, new)[0], strict=True)]
+        looked = [np.insert(a, at + 1, b, axis=0) for a, b in zip(looked, _look(conditions, new)[0], strict=True)]
         if len(s) > MOST_CELLS:
-            raise _too_sharp(setting, low, high, len(s))
+            raise _too_sharp(conditions, low, high, len(s))
     q = profile(s, looked[0], push, twist, low, high, q_low, q_high)
     return Samples(s, looked[0], q, looked[1], looked[2], push, twist)
 
 
 @np.errstate(divide="ignore", over="ignore", invalid="ignore")
-def _look(setting: Conditions, s: Array) -> tuple[list[Array], float, float]:
+def _look(conditions: Conditions, s: Array) -> tuple[list[Array], float, float]:
     """At places: what velocity and acceleration allow q to be, how fast the path turns, directions; push and twist."""
-    seen = setting.along(s)
-    rows = setting.rows(s, seen)
-    directions, turn = setting.directions(*seen)
+    seen = conditions.along(s)
+    rows = conditions.rows(s, seen)
+    directions, turn = conditions.directions(*seen)
     linear = rows.linear[:, 0]
     a = np.max(np.abs(linear) / np.where(linear > 0.0, rows.high, -rows.low), axis=0, initial=0.0)
     j = np.max(np.abs(rows.jerk[:, 0]), axis=0, initial=0.0)
@@ -151,7 +153,7 @@ def density(samples: Samples, q: Array, size: float) -> Array:
 
 
 def lay(
-    setting: Conditions,
+    conditions: Conditions,
     samples: Samples,
     q: Array,
     low: float,
@@ -165,14 +167,14 @@ def lay(
     """
     ramps = ends[0].ramp, ends[1].ramp
     begin, end = low + ramps[0], high - ramps[1]
-    edges = np.concatenate([[begin], setting.inside(begin + ramps[0], end - ramps[1]), [end]])
-    edges = _worth_a_cell(setting, samples.s, q, _with_reach(setting, samples.s, q, edges))
+    edges = np.concatenate([[begin], conditions.inside(begin + ramps[0], end - ramps[1]), [end]])
+    edges = _worth_a_cell(conditions, samples.s, q, _with_reach(conditions, samples.s, q, edges))
     wanted = density(samples, np.maximum(q, 2.0 * samples.push * max(ramps)), size) + STEADY / (high - low)
     total = _total(samples.s, wanted)
     at = np.interp(edges, samples.s, total)
     counts = np.maximum(np.ceil(np.diff(at) - ALMOST), 1.0)
     if not np.sum(counts) < MOST_CELLS:
-        raise _too_sharp(setting, low, high, float(np.sum(counts)))
+        raise _too_sharp(conditions, low, high, float(np.sum(counts)))
     owner = np.repeat(np.arange(len(counts)), counts.astype(int))
     share = (np.arange(len(owner)) - (np.cumsum(counts) - counts)[owner]) / counts[owner]
     nodes = np.interp(at[owner] + share * np.diff(at)[owner], total, samples.s)
@@ -198,27 +200,27 @@ def _halved(nodes: Array, cut: BoolArray) -> Array:
     return np.unique(np.concatenate([nodes, (0.5 * (nodes[1:] + nodes[:-1]))[cut]]))
 
 
-def _with_reach(setting: Conditions, s: Array, q: Array, edges: Array) -> Array:
+def _with_reach(conditions: Conditions, s: Array, q: Array, edges: Array) -> Array:
     """Edges (k,) and, on both sides of each jump that matters, those where its reach of one period ends."""
-    real, there = setting.jumps_worth_cells(float(edges[0]), float(edges[-1]), s, q)
+    real, there = conditions.jumps_worth_cells(float(edges[0]), float(edges[-1]), s, q)
     if not len(real):
         return edges
-    reach = FASTER * float(setting.period or 0.0) * np.sqrt(there)
+    reach = FASTER * float(conditions.period or 0.0) * np.sqrt(there)
     more, apart = np.concatenate([real - reach, real + reach]), 0.25 * np.concatenate([reach, reach])
     beside = np.clip(np.searchsorted(edges, more), 1, len(edges) - 1)
     clear = (more - edges[beside - 1] > apart) & (edges[beside] - more > apart)
     return np.unique(np.concatenate([edges, more[clear]]))
 
 
-def _worth_a_cell(setting: Conditions, s: Array, q: Array, edges: Array) -> Array:
+def _worth_a_cell(conditions: Conditions, s: Array, q: Array, edges: Array) -> Array:
     """Edges (k,) without those that follow another one within a share of the way of a period, corners passed apart.
 
     Next to a wide cell a sliver makes only work: it is graded up to it, and tells no setpoint anything.
     """
-    if setting.period is None:
+    if conditions.period is None:
         return edges
-    least = SLIVER * setting.period * np.sqrt(np.interp(edges, s, q))
-    held = np.isin(edges, setting.passed[0])
+    least = SLIVER * conditions.period * np.sqrt(np.interp(edges, s, q))
+    held = np.isin(edges, conditions.passed[0])
     held[[0, -1]] = True
     keep = np.ones(len(edges), dtype=bool)
     for k in (np.flatnonzero(np.diff(edges) < least[1:]) + 1).tolist():
@@ -236,25 +238,25 @@ def _total(s: Array, wanted: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(s))])
 
 
-def _too_sharp(setting: Conditions, low: float, high: float, cells: float) -> PlanError:
+def _too_sharp(conditions: Conditions, low: float, high: float, cells: float) -> PlanError:
     return PlanError(
-        f"{setting.between(low, high)} the path bends too sharply for its limits: {cells:.3g} cells would be "
+        f"{conditions.between(low, high)} the path bends too sharply for its limits: {cells:.3g} cells would be "
         "needed; smooth it there"
     )
 
 
 def counted(
-    setting: Conditions, low: float, high: float, size: float, cells: int, joins: float
+    conditions: Conditions, low: float, high: float, size: float, cells: int, joins: float
 ) -> tuple[float, float, Samples]:
     """How far about so many cells reach from `low`, mm: `high`, where the path ends, if only `joins` times as many do.
 
     With it what share of so many cells there is up to `high`, and the samples.
     What lies behind does not matter, so that a path which comes in parts is cut as one that is known whole.
     """
-    inner = setting.inside(low, high)
+    inner = conditions.inside(low, high)
     most = int(joins * cells)
     far = float(inner[most]) if len(inner) > most else high
-    samples = sample(setting, low, far, FREE, FREE)
+    samples = sample(conditions, low, far, FREE, FREE)
     wanted = density(samples, np.maximum(samples.top, SLOW * np.maximum.accumulate(samples.top)), size)
     total = _total(samples.s, wanted)
     edges = np.concatenate([[low], inner[inner < far], [far]])

@@ -109,7 +109,7 @@ class Horizon:
 
     def __init__(
         self,
-        setting: Conditions,
+        conditions: Conditions,
         samples: Samples,
         q: Array,
         ends: tuple[End, End],
@@ -118,10 +118,10 @@ class Horizon:
         mode: SolverSettings,
         laid: tuple[Array, BoolArray] | None = None,
     ) -> None:
-        self.setting, self.samples, self.q, self.ends, self.low, self.high = setting, samples, q, ends, low, high
-        nodes, jumps = laid or lay(setting, samples, q, low, high, ends, mode.cell)
+        self.conditions, self.samples, self.q, self.ends, self.low, self.high = conditions, samples, q, ends, low, high
+        nodes, jumps = laid or lay(conditions, samples, q, low, high, ends, mode.cell)
         self.nodes, self.jumps, self.spline = nodes, jumps, Spline.on(nodes, jumps)
-        cell, part, weight, shift = _with_breaks(setting, nodes, *_simpson(nodes, jumps))
+        cell, part, weight, shift = _with_breaks(conditions, nodes, *_simpson(nodes, jumps))
         h = np.diff(nodes)
         x = nodes[cell] + part * h[cell]
         self.at = nodes[cell] + np.clip(part, INSIDE, 1.0 - INSIDE) * h[cell] + shift
@@ -143,7 +143,7 @@ class Horizon:
             laid = nodes, np.isin(nodes, self.nodes[self.jumps])
         found: Array = self.spline.at(c, np.clip(self.samples.s, self.nodes[0], self.nodes[-1]))[0]
         q = np.maximum(found, SAME * self.samples.q)  # less is not a motion but rows that contradict each other
-        new = Horizon(self.setting, self.samples, q, self.ends, self.low, self.high, mode, laid=laid)
+        new = Horizon(self.conditions, self.samples, q, self.ends, self.low, self.high, mode, laid=laid)
         return new, np.clip(np.searchsorted(self.nodes, new.nodes[:-1], side="right") - 1, 0, len(self) - 1)
 
     def hold(self, factor: Array) -> None:
@@ -204,13 +204,13 @@ class Horizon:
         Those of jerk on ramps are bounds of q at their inner ends: q = (9/2 ramp^2 j)^(2/3). Where a state is given, q
         and q' are as given.
         """
-        d, x = self.setting.along(self.at)
-        rows = self.setting.rows(self.at, (d, x), v=self.fast, rising=0.0 if rising is None else rising)
+        d, x = self.conditions.along(self.at)
+        rows = self.conditions.rows(self.at, (d, x), v=self.fast, rising=0.0 if rising is None else rising)
         self.tip = x[1, -1], 0.5 * x[0, -1]  # times q and q': the acceleration of the tip
         top = rows.top.copy()
         for end, place, way, at in ((self.ends[0], self.low, 1.0, 0), (self.ends[1], self.high, -1.0, -1)):
             if end.rest:
-                unit = _ramp_unit(self.setting, place, way * end.ramp)
+                unit = _ramp_unit(self.conditions, place, way * end.ramp)
                 if unit > 0.0:
                     top[at] = min(top[at], (4.5 * end.ramp**2 / unit) ** (2.0 / 3.0))
             elif not end.free:
@@ -219,7 +219,7 @@ class Horizon:
 
 
 def plan_window(
-    setting: Conditions,
+    conditions: Conditions,
     low: float,
     high: float,
     start: State,
@@ -233,25 +233,25 @@ def plan_window(
     With `exact` the audit holds it to 1, not to 1 + `mode.tolerance`: for motion that is not slowed down afterwards.
     known  samples from `low` to `high` or further
     """
-    if not high - low > SAME * setting.track.length:
-        raise PlanError(f"{setting.between(low, high)} a limit leaves almost no feed")
-    samples = sample(setting, low, high, start.feed**2, stop.feed**2, known)
+    if not high - low > SAME * conditions.track.length:
+        raise PlanError(f"{conditions.between(low, high)} a limit leaves almost no feed")
+    samples = sample(conditions, low, high, start.feed**2, stop.feed**2, known)
     if samples.push == np.inf:
-        raise PlanError(f"{setting.between(low, high)} nothing limits the acceleration or jerk")
+        raise PlanError(f"{conditions.between(low, high)} nothing limits the acceleration or jerk")
     if start.feed**2 >= np.max(samples.top) and State(start.feed) == stop == start:  # nothing to choose
         steady = MotionPieces(np.array([(high - low) / start.feed]), np.array([[low, start.feed, 0.0, 0.0, 0.0, 0.0]]))
-        most = float(np.max(worst_shares(setting, steady, high)[0]))
+        most = float(np.max(worst_shares(conditions, steady, high)[0]))
         return Plan(steady, steady.duration, most if most > 1.0 + SAME else 0.0)
-    ends = _ends(setting, samples, low, high, start, stop)
-    window = Horizon(setting, samples, samples.q, ends, low, high, mode)
-    if len(setting.jumps_worth_cells(low, high, samples.s, samples.q)[0]):
+    ends = _ends(conditions, samples, low, high, start, stop)
+    window = Horizon(conditions, samples, samples.q, ends, low, high, mode)
+    if len(conditions.jumps_worth_cells(low, high, samples.s, samples.q)[0]):
         # cells beside a jump end where its reach does, which is a matter of the feed there
         rough = solve(window.problem, window.guess(), FASTER - 1.0)
         window, _ = window.again(rough.c, mode)
     goal = (1.0 - UNSEEN) * (1.0 - mode.spare) if exact else 1.0 + mode.tolerance
     c = window.guess()
-    if setting.limits.deceleration_jerk != setting.limits.jerk:
-        window, c = _turned(setting, window, c, mode)
+    if conditions.limits.deceleration_jerk != conditions.limits.jerk:
+        window, c = _turned(conditions, window, c, mode)
     factor = np.full((3, len(window)), 1.0 - mode.spare)
     often, lower = np.zeros_like(factor), np.zeros(factor.shape, dtype=bool)
     z: Array | None = None
@@ -265,9 +265,9 @@ def plan_window(
         solution = solution or solve(window.problem, c, mode.tolerance, z)
         c, z = solution.c, solution.z
         if k == 0 and mode.bounded:
-            bound = lower_bound(setting, window.problem, solution, low, high, mode.tolerance)
+            bound = lower_bound(conditions, window.problem, solution, low, high, mode.tolerance)
         pieces = pieces_of(window.spline, c, ends)
-        shares, below = worst_shares(setting, pieces, high, before)
+        shares, below = worst_shares(conditions, pieces, high, before)
         broken = ~np.isfinite(np.max(window.of_cells(shares), axis=0))
         if np.any(broken) and k < 2 * ROUNDS:  # q falls to nothing between places
             window, was = window.again(c, mode, broken)
@@ -287,13 +287,13 @@ def plan_window(
     return dataclasses.replace(best, bound=bound, over=best.over * (1.0 if exact else 1.0 + UNSEEN))
 
 
-def _turned(setting: Conditions, window: Horizon, c: Array, mode: SolverSettings) -> tuple[Horizon, Array]:
+def _turned(conditions: Conditions, window: Horizon, c: Array, mode: SolverSettings) -> tuple[Horizon, Array]:
     """A window and what to begin with where speeding up and slowing down have two limits of jerk, from coefficients c.
 
     Which limit holds depends on the sign of the tip's acceleration. Where it may be either the lower one does; over
     cells that clearly have the sign of the higher one, that, and the sign is held.
     """
-    limits = setting.limits
+    limits = conditions.limits
     way = 1.0 if limits.deceleration_jerk is None or limits.jerk > limits.deceleration_jerk else -1.0
     level = SLOW * window.samples.push
     for left in range(ROUNDS, 0, -1):
@@ -314,14 +314,16 @@ def _turned(setting: Conditions, window: Horizon, c: Array, mode: SolverSettings
     return window, c
 
 
-def _ends(setting: Conditions, samples: Samples, low: float, high: float, start: State, stop: State) -> tuple[End, End]:
+def _ends(
+    conditions: Conditions, samples: Samples, low: float, high: float, start: State, stop: State
+) -> tuple[End, End]:
     """What the optimiser knows of both ends."""
     way = min(samples.push**3 / (6.0 * samples.twist**2), high - low)
-    inner = setting.inside(low, high)
+    inner = conditions.inside(low, high)
     ends = []
     for state, place in ((start, low), (stop, high)):
         away = np.abs(inner - place)
-        beside = float(np.min(away[away > ALMOST * setting.track.length], initial=way))
+        beside = float(np.min(away[away > ALMOST * conditions.track.length], initial=way))
         moving = state.feed > 0.0
         turn = float(np.max(samples.turn, initial=0.0, where=np.abs(samples.s - place) <= RAMP * beside))
         ramp = max(min(RAMP * beside, TURN / max(turn, TINY)), ALMOST * (high - low))  # arc length must resolve it
@@ -329,7 +331,7 @@ def _ends(setting: Conditions, samples: Samples, low: float, high: float, start:
     return ends[0], ends[1]
 
 
-def _ramp_unit(setting: Conditions, place: float, ramp: float) -> float:
+def _ramp_unit(conditions: Conditions, place: float, ramp: float) -> float:
     """Largest share of a limit of jerk along a ramp of jerk 1: |2 c2 + 6 c1 x + 9/2 c0 x^2|, x mm from rest.
 
     With s = j t^3 / 6: feed * acceleration = 3 j s and feed^3 = 9/2 j s^2. Backwards q' has the other sign.
@@ -337,7 +339,7 @@ def _ramp_unit(setting: Conditions, place: float, ramp: float) -> float:
     way, away = float(np.sign(ramp)), abs(ramp) * np.array([1e-3, 0.2, 0.5, 0.8, 1.0 - INSIDE])
     places = place + way * away
     order = np.argsort(places)
-    jerk, away = setting.rows(places[order], rising=way).jerk, away[order]
+    jerk, away = conditions.rows(places[order], rising=way).jerk, away[order]
     found = np.abs(2.0 * jerk[:, 2] + way * 6.0 * jerk[:, 1] * away + 4.5 * jerk[:, 0] * away**2)
     return float(np.max(found, initial=0.0))
 
@@ -366,17 +368,17 @@ def _simpson(nodes: Array, jumps: BoolArray) -> tuple[IntArray, Array, Array]:
 
 
 def _with_breaks(
-    setting: Conditions, nodes: Array, cell: IntArray, part: Array, weight: Array
+    conditions: Conditions, nodes: Array, cell: IntArray, part: Array, weight: Array
 ) -> tuple[IntArray, Array, Array, Array]:
     """Cell, place in it, weight, and shift, mm, of places and, on both sides, of the breaks at which no cell ends.
 
     Those count for the rows only.
     """
-    inside = setting.inside(float(nodes[0]), float(nodes[-1]))
+    inside = conditions.inside(float(nodes[0]), float(nodes[-1]))
     inside = inside[~np.isin(inside, nodes)]
     owner = np.searchsorted(nodes, inside, side="right") - 1
     share = (inside - nodes[owner]) / np.diff(nodes)[owner]
-    away, more = BESIDE * setting.track.length, len(inside)
+    away, more = BESIDE * conditions.track.length, len(inside)
     shift = np.repeat([0.0, -away, away], [len(cell), more, more])
     cell, part = np.concatenate([cell, owner, owner]), np.concatenate([part, share, share])
     weight = np.concatenate([weight, np.zeros(2 * more)])

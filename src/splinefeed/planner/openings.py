@@ -65,7 +65,7 @@ class _Line:
 
 
 def plan_from(
-    setting: Conditions,
+    conditions: Conditions,
     low: float,
     high: float,
     start: State,
@@ -77,60 +77,60 @@ def plan_from(
 
     Where cubics find none: with a beginning in closed form, then with finer cells. Raises PlanError as `plan_window`.
     """
-    openings = _openings(setting, low, high, start, stop)
-    if openings is None or over_at(setting, low, start) > 1.0 + 2.0 * KEPT:
+    openings = _openings(conditions, low, high, start, stop)
+    if openings is None or over_at(conditions, low, start) > 1.0 + 2.0 * KEPT:
         still = np.array([[low, start.feed, 0.5 * start.acceleration, 0.0, 0.0, 0.0]])
         return Plan(MotionPieces(np.zeros(1), still), 0.0, np.inf)
-    found = [plan_window(setting, low, high, start, stop, mode, exact=True, known=known)]
+    found = [plan_window(conditions, low, high, start, stop, mode, exact=True, known=known)]
     if found[0].over > 1.0 + KEPT:
         for opening in openings:
             with suppress(PlanError):
-                found.append(_continued(setting, opening, high, stop, mode))
+                found.append(_continued(conditions, opening, high, stop, mode))
                 if found[-1].over <= 1.0 + KEPT:
                     return found[-1]
         with suppress(PlanError):
             finer = replace(mode, cell=FINER * mode.cell)
-            found.append(plan_window(setting, low, high, start, stop, finer, exact=True))
+            found.append(plan_window(conditions, low, high, start, stop, finer, exact=True))
     return min(found, key=lambda each: each.over)
 
 
-def over_at(setting: Conditions, place: float, state: State) -> float:
+def over_at(conditions: Conditions, place: float, state: State) -> float:
     """The largest share of a limit of velocity or acceleration in a state, as a factor on q."""
-    length = setting.track.length
-    rows = setting.rows(np.clip(np.array([place]), BESIDE * length, (1.0 - BESIDE) * length), alone=True)
+    length = conditions.track.length
+    rows = conditions.rows(np.clip(np.array([place]), BESIDE * length, (1.0 - BESIDE) * length), alone=True)
     shares = rows.shares(np.full(1, state.feed), np.full(1, state.acceleration), np.zeros(1))
     return float(np.max(rows.by_kind(shares)[:2]))
 
 
-def _openings(setting: Conditions, low: float, high: float, start: State, stop: State) -> list[Opening] | None:
+def _openings(conditions: Conditions, low: float, high: float, start: State, stop: State) -> list[Opening] | None:
     """Beginnings in closed form, the best first; None if the straight line ahead has no motion from there."""
     if start.feed == 0.0:
         return []
-    end, limits = straight_ahead(setting, low, high)
-    found = _last_bit(setting, low, high, start)
+    end, limits = straight_ahead(conditions, low, high)
+    found = _last_bit(conditions, low, high, start)
     if not end > low:
         return found
-    on_line = _on_a_line(_Line(low, end, *limits.tolist()), high, start, stop, _near(setting, low, high))
+    on_line = _on_a_line(_Line(low, end, *limits.tolist()), high, start, stop, _near(conditions, low, high))
     return None if on_line is None else found + on_line
 
 
-def _continued(setting: Conditions, opening: Opening, high: float, stop: State, mode: SolverSettings) -> Plan:
+def _continued(conditions: Conditions, opening: Opening, high: float, stop: State, mode: SolverSettings) -> Plan:
     """The motion with this beginning: it ends at `high`, or goes on to there."""
-    own = float(np.max(worst_shares(setting, opening.pieces, opening.end)[0]))
+    own = float(np.max(worst_shares(conditions, opening.pieces, opening.end)[0]))
     if opening.end == high or own > 1.0 + KEPT:
         return Plan(opening.pieces, 0.0, own)
-    rest = plan_window(setting, opening.end, high, opening.state, stop, mode, exact=True)
+    rest = plan_window(conditions, opening.end, high, opening.state, stop, mode, exact=True)
     return Plan(joined([opening.pieces, rest.pieces]), 0.0, max(own, rest.over))
 
 
-def _last_bit(setting: Conditions, low: float, high: float, start: State) -> list[Opening]:
+def _last_bit(conditions: Conditions, low: float, high: float, start: State) -> list[Opening]:
     """To rest at `high` by one quintic, where that takes about as long as under the jerk of a last bit."""
     v, a = start.feed, start.acceleration
     if a < 0.0 and abs(-2.0 * v * v / (3.0 * a) - (high - low)) < LAST_BIT * (high - low):
         spans = -2.0 * v / a * np.linspace(1.0 - LAST_BIT, 1.0 + LAST_BIT, TRIED)
         ends = np.array([low, high]), np.array([v, 0.0]), np.array([a, 0.0])
         tried = [Opening(MotionPieces(t[None], quintics(*ends, t[None])), high, REST) for t in spans]
-        return [min(tried, key=lambda each: float(np.max(worst_shares(setting, each.pieces, high)[0])))]
+        return [min(tried, key=lambda each: float(np.max(worst_shares(conditions, each.pieces, high)[0])))]
     return []
 
 
@@ -210,6 +210,6 @@ def _phases(low: float, v: float, phases: list[tuple[float, float, float]]) -> t
     return MotionPieces(np.array(spans), np.array(rows).reshape(-1, LAW_COEFFICIENTS)), low, v
 
 
-def _near(setting: Conditions, low: float, high: float) -> float:
+def _near(conditions: Conditions, low: float, high: float) -> float:
     """What a place may round by, mm."""
-    return SAME * setting.track.length + ALMOST * (high - low)
+    return SAME * conditions.track.length + ALMOST * (high - low)

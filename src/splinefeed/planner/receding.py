@@ -1,4 +1,4 @@
-"""A stretch by windows: each is planned to rest, its first part becomes final, and the next begins in that state."""
+"""A stretch by horizons: each is planned to rest, its first part becomes final, and the next begins in that state."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class RecedingHorizon:
     limits: Limits | None = None
     lines: dict[float, MotionPieces] | None = None
 
-    def straight(self, setting: Conditions, marks: Array) -> MotionPieces | None:
+    def straight(self, conditions: Conditions, marks: Array) -> MotionPieces | None:
         """The exact profile to the next stop, if the motion is at rest and the line to there straight.
 
         marks (m,)  where it is, mm, and the stops ahead: what is found of TOGETHER of them is kept
@@ -54,16 +54,16 @@ class RecedingHorizon:
             return None
         if self.lines is None or self.low not in self.lines:
             marks = marks[: TOGETHER + 1]
-            motions = zip(marks[:-1].tolist(), *straights(setting, marks), strict=True)
+            motions = zip(marks[:-1].tolist(), *straights(conditions, marks), strict=True)
             self.lines = {s: MotionPieces(t[t > 0.0], c[t > 0.0]) for s, _, t, c in motions}
         line = self.lines[self.low]
         if not len(line):
             return None
-        self.limits = setting.limits
+        self.limits = conditions.limits
         return self._take(line, len(line), float(marks[1]), REST)
 
     def advance(
-        self, setting: Conditions, mode: SolverSettings, near: float, stop: State, *, ends_here: bool
+        self, conditions: Conditions, mode: SolverSettings, near: float, stop: State, *, ends_here: bool
     ) -> MotionPieces:
         """The next final motion, by a window up to `near`, mm; with `ends_here` the motion ends there in `stop`.
 
@@ -74,9 +74,11 @@ class RecedingHorizon:
         try:
             with np.errstate(all="ignore"):  # what is not a number is not a motion to take
                 if self.left is None and max(self.state.feed, into.feed) > 0.0:
-                    plan = plan_from(setting, self.low, near, self.state, into, mode, self.samples)
+                    plan = plan_from(conditions, self.low, near, self.state, into, mode, self.samples)
                 else:
-                    plan = plan_window(setting, self.low, near, self.state, into, mode, exact=True, known=self.samples)
+                    plan = plan_window(
+                        conditions, self.low, near, self.state, into, mode, exact=True, known=self.samples
+                    )
         except PlanError:
             if self.left is None:
                 raise
@@ -87,7 +89,7 @@ class RecedingHorizon:
             pieces, end = self.left, self.end
         elif not plan.over < HOPELESS and not moving:
             raise PlanError(
-                f"{setting.between(self.low, near)} no motion within the limits was found: the path bends or "
+                f"{conditions.between(self.low, near)} no motion within the limits was found: the path bends or "
                 "turns too sharply there; smooth it"
             )
         elif plan.over > 1.0 + KEPT and moving:
@@ -97,29 +99,31 @@ class RecedingHorizon:
             )
         else:
             pieces, end = plan.pieces.stretched(plan.over**0.5 if plan.over > 1.0 + KEPT else 1.0), near
-            self.limits = setting.limits
+            self.limits = conditions.limits
             if ends_here:
                 return self._take(pieces, len(pieces), end, stop)
         return self._take(pieces, _final(len(pieces)), end, REST)
 
-    def hold(self, setting: Conditions, mode: SolverSettings, high: float) -> MotionPieces:
+    def hold(self, conditions: Conditions, mode: SolverSettings, high: float) -> MotionPieces:
         """Motion to rest on the shortest way that the limits allow, no further than `high`, mm, if rest is there.
 
         Where no shorter way is found, it is the rest of the last plan.
         """
-        self.left, self.end = self._shortest(setting, mode, high)
+        self.left, self.end = self._shortest(conditions, mode, high)
         return self._take(self.left, len(self.left), self.end, REST)
 
-    def change(self, before: Conditions, setting: Conditions, mode: SolverSettings, high: float) -> MotionPieces | None:
+    def change(
+        self, before: Conditions, conditions: Conditions, mode: SolverSettings, high: float
+    ) -> MotionPieces | None:
         """Motion under the limits of before to where the new ones can be kept, if that is not at once.
 
         It ends at a feed that these allow, without acceleration, as soon as that can be, or at rest.
         """
         if self.state.feed == 0.0:
             return None
-        near, low, state = self.reach(setting, mode, high), self.low, self.state
+        near, low, state = self.reach(conditions, mode, high), self.low, self.state
         samples = self.samples
-        if samples is None or self._found(setting, mode, near) is not None:
+        if samples is None or self._found(conditions, mode, near) is not None:
             return None
         left, end = self._shortest(before, mode, high)
         for k in range(BISECTIONS):
@@ -129,35 +133,37 @@ class RecedingHorizon:
             if bridge is None:
                 continue
             self.low, self.state = at, into
-            onwards = self._found(setting, mode, near)
+            onwards = self._found(conditions, mode, near)
             if onwards is not None:
-                self.left, self.end, self.limits = onwards, near, setting.limits
+                self.left, self.end, self.limits = onwards, near, conditions.limits
                 return bridge
             self.low, self.state = low, state
         return self._take(left, len(left), end, REST)
 
-    def _found(self, setting: Conditions, mode: SolverSettings, near: float, into: State = REST) -> MotionPieces | None:
+    def _found(
+        self, conditions: Conditions, mode: SolverSettings, near: float, into: State = REST
+    ) -> MotionPieces | None:
         """Motion to `near`, mm, if it keeps the limits."""
         with np.errstate(all="ignore"), suppress(PlanError):
-            plan = plan_window(setting, self.low, near, self.state, into, mode, exact=True)
+            plan = plan_window(conditions, self.low, near, self.state, into, mode, exact=True)
             self.work += len(plan.pieces)
             return plan.pieces if plan.over <= 1.0 + KEPT else None
         return None
 
-    def _shortest(self, setting: Conditions, mode: SolverSettings, high: float) -> tuple[MotionPieces, float]:
+    def _shortest(self, conditions: Conditions, mode: SolverSettings, high: float) -> tuple[MotionPieces, float]:
         """The shortest way to rest, and where that is, mm: no further than the last plan or, without one, `high`."""
         least, most, best = self.low, high if self.left is None else self.end, self.left
         for _ in range(BISECTIONS):
             middle = 0.5 * (least + most)
-            found = self._found(setting, mode, middle)
+            found = self._found(conditions, mode, middle)
             least, most, best = (middle, most, best) if found is None else (least, middle, found)
         if best is None:
             raise OutOfReachError(f"from {self.state} at s = {self.low:.6g} mm no stop within the limits was found")
         return best, most
 
-    def reach(self, setting: Conditions, mode: SolverSettings, high: float) -> float:
+    def reach(self, conditions: Conditions, mode: SolverSettings, high: float) -> float:
         """Where a window of about `mode.cells` cells ends, mm: `high` if there is no more."""
-        near, self.ahead, self.samples = counted(setting, self.low, high, mode.cell, mode.cells, 1.0 + OPEN)
+        near, self.ahead, self.samples = counted(conditions, self.low, high, mode.cell, mode.cells, 1.0 + OPEN)
         return near
 
     def move(self, origin: float) -> None:
@@ -185,16 +191,18 @@ def _final(count: int) -> int:
     return max(count - int(OPEN * count), 1)
 
 
-def plan_stretch(setting: Conditions, low: float, high: float, start: State, stop: State, mode: SolverSettings) -> Plan:
-    """The motion between two ends, at rest or in motion, by as many windows as it takes."""
-    windows = RecedingHorizon(low, State(start.feed, start.acceleration))
-    if windows.reach(setting, mode, high) == high:
+def plan_stretch(
+    conditions: Conditions, low: float, high: float, start: State, stop: State, mode: SolverSettings
+) -> Plan:
+    """The motion between two ends, at rest or in motion, by as many horizons as it takes."""
+    horizon = RecedingHorizon(low, State(start.feed, start.acceleration))
+    if horizon.reach(conditions, mode, high) == high:
         if max(start.feed, stop.feed) > 0.0:
-            return plan_from(setting, low, high, windows.state, stop, mode, known=windows.samples)
-        return plan_window(setting, low, high, start, stop, mode, known=windows.samples)
-    mode = replace(mode, bounded=False)  # bounds of windows do not add up to one
+            return plan_from(conditions, low, high, horizon.state, stop, mode, known=horizon.samples)
+        return plan_window(conditions, low, high, start, stop, mode, known=horizon.samples)
+    mode = replace(mode, bounded=False)  # bounds of horizons do not add up to one
     parts = []
-    while windows.low < high:
-        near = windows.reach(setting, mode, high)
-        parts.append(windows.advance(setting, mode, near, stop, ends_here=near == high))
+    while horizon.low < high:
+        near = horizon.reach(conditions, mode, high)
+        parts.append(horizon.advance(conditions, mode, near, stop, ends_here=near == high))
     return Plan(joined(parts), 0.0, 1.0)

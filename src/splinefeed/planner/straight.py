@@ -17,16 +17,16 @@ LOOKED = np.clip(np.linspace(0.0, 1.0, 4), INSIDE, 1.0 - INSIDE)
 NO_LIMIT = 1e100
 
 
-def straights(setting: Conditions, marks: Array) -> tuple[BoolArray, Array, Array]:
+def straights(conditions: Conditions, marks: Array) -> tuple[BoolArray, Array, Array]:
     """Which stretches (m,) between rests at marks (m + 1,), mm, are straight, and their exact motions.
 
     Times of their seven phases (m, 7), s, and coefficients (m, 7, 6) of s in t; 0 where a stretch is not straight.
     """
-    inner = setting.inside(float(marks[0]), float(marks[-1]))
+    inner = conditions.inside(float(marks[0]), float(marks[-1]))
     apart = np.minimum(*(np.abs(inner - marks[np.clip(np.searchsorted(marks, inner) + k, 0, None)]) for k in (-1, 0)))
-    edges = np.sort(np.concatenate([marks, inner[apart > SAME * setting.track.length]]))
+    edges = np.sort(np.concatenate([marks, inner[apart > SAME * conditions.track.length]]))
     found = np.concatenate(
-        [_along(setting, edges[k : k + TOGETHER + 1]) for k in range(0, len(edges) - 1, TOGETHER)], 1
+        [_along(conditions, edges[k : k + TOGETHER + 1]) for k in range(0, len(edges) - 1, TOGETHER)], 1
     )
     first = np.searchsorted(edges, marks[:-1])
     along, most = np.minimum.reduceat(found, first, axis=1), np.maximum.reduceat(found, first, axis=1)
@@ -43,20 +43,20 @@ def straights(setting: Conditions, marks: Array) -> tuple[BoolArray, Array, Arra
     return straight, spans, coefficients
 
 
-def straight_ahead(setting: Conditions, low: float, high: float) -> tuple[float, Array]:
+def straight_ahead(conditions: Conditions, low: float, high: float) -> tuple[float, Array]:
     """Where the straight line from `low` ends, mm, at most at `high`, and its limits (5,), see `_along`.
 
     The line ends at `low` where the path is not straight there.
     """
-    edges = np.concatenate([[low], setting.inside(low, high), [high]])
-    found = _along(setting, edges)
+    edges = np.concatenate([[low], conditions.inside(low, high), [high]])
+    found = _along(conditions, edges)
     with np.errstate(invalid="ignore"):
         same = np.all(np.abs(found - found[:, :1]) <= SAME * np.maximum(np.abs(found[:, :1]), 1.0), axis=0)
     count = int(np.argmin(np.append(same, False)))
     return float(edges[count]), np.where(found[:5, 0] < NO_LIMIT, found[:5, 0], np.inf)
 
 
-def _along(setting: Conditions, edges: Array) -> Array:
+def _along(conditions: Conditions, edges: Array) -> Array:
     """Limits along the spans between edges (m + 1,), and their tangents: (5 + axes, m), NaN where one is not straight.
 
     Feed, acceleration, deceleration, jerk, deceleration jerk, by rows on q' and q'' alone: those along the path, and
@@ -64,10 +64,10 @@ def _along(setting: Conditions, edges: Array) -> Array:
     """
     length = np.diff(edges)
     s = edges[:-1, None] + length[:, None] * LOOKED
-    limits, found = setting.limits, []
-    d, x = setting.along(s.ravel())
+    limits, found = conditions.limits, []
+    d, x = conditions.along(s.ravel())
     for rising in (1.0, -1.0)[: 1 + (limits.jerk != limits.deceleration_jerk)]:
-        rows = setting.rows(s.ravel(), (d, x), rising=rising, alone=True)
+        rows = conditions.rows(s.ravel(), (d, x), rising=rising, alone=True)
         linear, high, low = rows.linear[:, 1], rows.high, rows.low
         with np.errstate(divide="ignore"):
             up, down = (

@@ -85,7 +85,9 @@ def _worth(path: Path, limits: Limits) -> float:
     return WORTH_PASSING * (min(push * push / twist, top) if np.isfinite(push / twist) else top)
 
 
-def setting_of(path: Path | JointPath, limits: Limits, period: float | None, paces: Array | None = None) -> Conditions:
+def conditions_of(
+    path: Path | JointPath, limits: Limits, period: float | None, paces: Array | None = None
+) -> Conditions:
     """What a motion along the path is planned under; joints are axes over the arc length of the tip, behind its own.
 
     paces (curves,)  share of the limits that the motion may use on each curve, as a factor on q
@@ -132,7 +134,7 @@ def plan_in_mode(
     bound: bool = False,
     paces: Array | None = None,
 ) -> TimeLaw:
-    """The motion in one of MODES, which on each curve may use a share `paces` of the limits, see `setting_of`.
+    """The motion in one of MODES, which on each curve may use a share `paces` of the limits, see `conditions_of`.
 
     The law stops at the stops, and each stretch lasts whole periods. Raises LimitsError for limits that leave
     acceleration and jerk free, and for curvature jumps under an axis jerk without a period; PlanError for ends in
@@ -148,26 +150,26 @@ def plan_in_mode(
         if limits.axis_velocity_step is not None:
             raise LimitsError("axis_velocity_step: a tool stops at the corners of its path; leave it out")
     with np.errstate(all="ignore"):  # what is not a number is not a motion to take
-        setting = setting_of(path, limits, period, paces)
-        begin = State(setting.speed_at(0.0, limits.start_feed)) if start is None else start
-        law = motion(setting, strategy, mode, begin)
+        conditions = conditions_of(path, limits, period, paces)
+        begin = State(conditions.speed_at(0.0, limits.start_feed)) if start is None else start
+        law = motion(conditions, strategy, mode, begin)
         law = with_dwells(law, [(s, wait) for s, wait in path.dwells if s >= begin.s], path.length)
         at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
-        return held_at_ticks(law, path, limits, at_rest, setting.passed[0], setting.breaks)
+        return held_at_ticks(law, path, limits, at_rest, conditions.passed[0], conditions.breaks)
 
 
-def motion(setting: Conditions, strategy: str, mode: SolverSettings, begin: State | None = None) -> TimeLaw:
-    """From a state to the end of a setting's track, as `plan_in_mode`; PlanError where no motion was found."""
-    limits, period, length = setting.limits, setting.period, setting.track.length
-    begin = State(setting.speed_at(0.0, limits.start_feed)) if begin is None else begin
-    marks = np.concatenate([[begin.s], setting.rests[setting.rests > begin.s], [length]])
-    instants, rows, notes = [np.zeros(1)], [], _assumed(setting)
+def motion(conditions: Conditions, strategy: str, mode: SolverSettings, begin: State | None = None) -> TimeLaw:
+    """From a state to the end of a path's, as `plan_in_mode`; PlanError where no motion was found."""
+    limits, period, length = conditions.limits, conditions.period, conditions.track.length
+    begin = State(conditions.speed_at(0.0, limits.start_feed)) if begin is None else begin
+    marks = np.concatenate([[begin.s], conditions.rests[conditions.rests > begin.s], [length]])
+    instants, rows, notes = [np.zeros(1)], [], _assumed(conditions)
     bound, tick = 0.0, 0
-    exact, phases, shapes = straights(setting, marks)
+    exact, phases, shapes = straights(conditions, marks)
     exact[0] &= begin.feed == 0.0
     exact[-1] &= limits.end_feed == 0.0
-    others = [_stretch(setting, begin, *marks[k : k + 2].tolist()) for k in np.flatnonzero(~exact).tolist()]
-    plans = spread(_in_ticks, (setting, mode), others)
+    others = [_stretch(conditions, begin, *marks[k : k + 2].tolist()) for k in np.flatnonzero(~exact).tolist()]
+    plans = spread(_in_ticks, (conditions, mode), others)
     for first, last in _runs(exact):
         if exact[first]:
             spans, shape = phases[first:last], shapes[first:last]
@@ -190,10 +192,10 @@ def motion(setting: Conditions, strategy: str, mode: SolverSettings, begin: Stat
         low, high = marks[first : first + 2].tolist()
         plan, ticks = next(plans)
         if not plan.over <= HOPELESS:
-            raise _not_found(setting, plan, low, high)
+            raise _not_found(conditions, plan, low, high)
         if plan.over > POOR:
             notes.append(
-                f"{setting.between(low, high)} the motion is {plan.over**0.5:.3g} times slower than "
+                f"{conditions.between(low, high)} the motion is {plan.over**0.5:.3g} times slower than "
                 "it might be: no better one within the limits was found"
             )
         bound += plan.bound
@@ -219,14 +221,14 @@ def motion(setting: Conditions, strategy: str, mode: SolverSettings, begin: Stat
     )
 
 
-def _assumed(setting: Conditions) -> list[str]:
+def _assumed(conditions: Conditions) -> list[str]:
     """What is taken for the limits of axes that have none."""
-    names = setting.at.assumed
+    names = conditions.at.assumed
     if not names:
         return []
     have = "has" if len(names) == 1 else "have"
-    k = setting.at.names.index(names[0])
-    bounds = ((setting.at.a[k], 2), (setting.at.j[k], 3))
+    k = conditions.at.names.index(names[0])
+    bounds = ((conditions.at.a[k], 2), (conditions.at.j[k], 3))
     taken = " and ".join(f"{value:.6g} rad/s^{order}" for value, order in bounds if value < np.inf)
     return [
         f"{', '.join(names)} {have} no limit of acceleration or jerk: the plan takes {taken} (mm where linear), the "
@@ -240,11 +242,11 @@ def _runs(exact: BoolArray) -> list[tuple[int, int]]:
     return list(pairwise([*begin.tolist(), len(exact)]))
 
 
-def _stretch(setting: Conditions, begin: State, low: float, high: float) -> tuple[float, float, State, State]:
+def _stretch(conditions: Conditions, begin: State, low: float, high: float) -> tuple[float, float, State, State]:
     """A stretch between two marks, mm, and the states at its ends."""
     start = begin if low == begin.s else State(s=low)
-    feed = setting.limits.end_feed if high == setting.track.length else 0.0
-    return low, high, start, State(setting.speed_at(high, feed))
+    feed = conditions.limits.end_feed if high == conditions.track.length else 0.0
+    return low, high, start, State(conditions.speed_at(high, feed))
 
 
 @np.errstate(all="ignore")  # in other processes, too
@@ -254,10 +256,10 @@ def _in_ticks(given: tuple[Conditions, SolverSettings], stretch: tuple[float, fl
     From rest to rest it is slowed down as a whole, by k: feeds by k, accelerations by k^2, jerks by k^3. With one end
     in motion it waits at the other one, with both it is slowed down between them.
     """
-    (setting, mode), (low, high, start, stop) = given, stretch
-    period = setting.period
+    (conditions, mode), (low, high, start, stop) = given, stretch
+    period = conditions.period
     if max(start.feed, stop.feed) == 0.0:
-        plan = plan_stretch(setting, low, high, start, stop, mode)
+        plan = plan_stretch(conditions, low, high, start, stop, mode)
         if not plan.over <= HOPELESS:
             return plan, 0
         pieces = plan.pieces.stretched(math.sqrt(plan.over)) if plan.over > 1.0 else plan.pieces
@@ -267,14 +269,14 @@ def _in_ticks(given: tuple[Conditions, SolverSettings], stretch: tuple[float, fl
         return replace(plan, pieces=pieces.stretched(ticks * period / pieces.duration)), ticks
 
     with suppress(OutOfReachError):
-        plan = plan_stretch(setting, low, high, start, stop, mode)
+        plan = plan_stretch(conditions, low, high, start, stop, mode)
         if plan.over <= 1.0 + KEPT:
             if period is None:
                 return plan, 0
             if min(start.feed, stop.feed) == 0.0:
                 return _waiting(plan, high, stop, period)
-            return _slowed(plan, setting, stretch, mode, period)
-    raise _out_of_reach(setting, low, high, start, stop, mode)
+            return _slowed(plan, conditions, stretch, mode, period)
+    raise _out_of_reach(conditions, low, high, start, stop, mode)
 
 
 def _waiting(plan: Plan, high: float, stop: State, period: float) -> tuple[Plan, int]:
@@ -288,7 +290,7 @@ def _waiting(plan: Plan, high: float, stop: State, period: float) -> tuple[Plan,
 
 
 def _slowed(
-    plan: Plan, setting: Conditions, stretch: tuple[float, float, State, State], mode: SolverSettings, period: float
+    plan: Plan, conditions: Conditions, stretch: tuple[float, float, State, State], mode: SolverSettings, period: float
 ) -> tuple[Plan, int]:
     """Motion slowed down by less than a period between its ends, so that it lasts whole ones; as it is if none can.
 
@@ -299,43 +301,43 @@ def _slowed(
     for spare in (*SPARES, None):
         ticks = max(math.ceil(tried.pieces.duration / period * (1.0 - SAME) - SAME), 1)
         slower = tried.pieces.slowed_between(ticks * period)
-        if np.max(worst_shares(setting, slower, stretch[1])[0]) <= 1.0 + KEPT:
+        if np.max(worst_shares(conditions, slower, stretch[1])[0]) <= 1.0 + KEPT:
             return replace(plan, pieces=slower), ticks
         if spare is not None:
             with suppress(PlanError):
-                tried = plan_stretch(setting, *stretch, replace(mode, spare=spare))
+                tried = plan_stretch(conditions, *stretch, replace(mode, spare=spare))
     return plan, 0
 
 
-def _not_found(setting: Conditions, plan: Plan, low: float, high: float) -> PlanError:
+def _not_found(conditions: Conditions, plan: Plan, low: float, high: float) -> PlanError:
     """The error for a stretch whose best motion is over a limit: where, by how much, and what mends it."""
     with np.errstate(all="ignore"):
-        over = np.max(worst_shares(setting, plan.pieces, high)[0], axis=0)
+        over = np.max(worst_shares(conditions, plan.pieces, high)[0], axis=0)
     k = int(np.argmax(over))
     much = f"{100.0 * (over[k] - 1.0):.3g} % over a limit" if over[k] < np.inf else "no motion"
-    place = setting.track.place(float(plan.pieces.coefficients[k, 0]))
+    place = conditions.track.place(float(plan.pieces.coefficients[k, 0]))
     return PlanError(
-        f"{setting.between(low, high)} no motion within the limits was found: at s = {place:.6g} mm the best one is "
+        f"{conditions.between(low, high)} no motion within the limits was found: at s = {place:.6g} mm the best one is "
         f"{much}; smooth or split the path there, or leave out the limits of an axis that turns or bends there while "
         "the path hardly moves"
     )
 
 
 def _out_of_reach(
-    setting: Conditions, low: float, high: float, start: State, stop: State, mode: SolverSettings
+    conditions: Conditions, low: float, high: float, start: State, stop: State, mode: SolverSettings
 ) -> OutOfReachError:
     """The error for feeds at the ends that the limits do not allow: which, and the nearest that they do allow.
 
     The nearest is sought in a short window, and is one that a plan was made from.
     """
-    near = RecedingHorizon(low).reach(setting, MODES[LOOK_AHEAD], high)  # what lies behind does not matter
+    near = RecedingHorizon(low).reach(conditions, MODES[LOOK_AHEAD], high)  # what lies behind does not matter
     length = near - low
 
     def possible(first: State, last: State, mode: SolverSettings = MODES[LOOK_AHEAD]) -> bool:
         begin, end = (low, near) if last.feed == 0.0 or near == high else (high - length, high)
         first, last = (first if begin == low else REST), (last if end == high else REST)
         with suppress(PlanError):
-            return plan_from(setting, begin, end, first, last, mode).over <= 1.0 + KEPT
+            return plan_from(conditions, begin, end, first, last, mode).over <= 1.0 + KEPT
         return False
 
     at_end = stop.feed > 0.0 and (start.feed == 0.0 or possible(start, REST))
@@ -354,7 +356,7 @@ def _out_of_reach(
     whole = given.acceleration == 0.0 or not fits(calm)
     least, most = 0.0, 1.0
     if whole:
-        most = min(over_at(setting, place, given) ** -0.5, 1.0)
+        most = min(over_at(conditions, place, given) ** -0.5, 1.0)
     if most < 1.0 and fits(written(most)):
         least = most
     else:
@@ -365,10 +367,10 @@ def _out_of_reach(
         least *= 0.8
     found = written(least)
     if given.acceleration != 0.0:
-        up_to = f"up to s = {setting.track.place(near):.6g} mm"
+        up_to = f"up to s = {conditions.track.place(near):.6g} mm"
         return OutOfReachError(f"the limits {up_to} do not allow {start}; the nearest state they allow is {found}")
-    between = setting.between(low, high)
-    name, by_feed = "end_feed" if at_end else "start_feed", setting.speed_at(place, 1.0)
+    between = conditions.between(low, high)
+    name, by_feed = "end_feed" if at_end else "start_feed", conditions.speed_at(place, 1.0)
     return OutOfReachError(
         f"{name} is {given.feed / by_feed:.6g} mm/s; the limits {between} "
         f"allow at most {found.feed / by_feed:.6g} mm/s there; lower it"

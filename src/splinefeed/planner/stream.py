@@ -17,7 +17,7 @@ from splinefeed.planner.horizon import REST, State
 from splinefeed.planner.law import MotionPieces
 from splinefeed.planner.receding import OPEN, RecedingHorizon
 from splinefeed.planner.shared import check_travel
-from splinefeed.planner.strategies import LOOK_AHEAD, MODES, check_limits, setting_of
+from splinefeed.planner.strategies import LOOK_AHEAD, MODES, check_limits, conditions_of
 from splinefeed.records import LAW_COEFFICIENTS, Limits, TimeLaw, positive
 
 #: Cells of a window, and the fewest that it may have.
@@ -89,7 +89,7 @@ class LookAhead:
             raise InputError(f"a window of {window} cells; it must have at least {LEAST_WINDOW}")
         check_limits(limits, self.axes, LOOK_AHEAD)
         self._mode = replace(MODES[LOOK_AHEAD], cells=int(window))
-        self._windows = RecedingHorizon(start.s, State(start.feed, start.acceleration))
+        self._horizon = RecedingHorizon(start.s, State(start.feed, start.acceleration))
         self._path: Path | None = None  # what is known and not yet behind
         self._waiting: list[Path] = []  # what came since
         self._curves = 0  # that came
@@ -113,7 +113,7 @@ class LookAhead:
     @property
     def work(self) -> float:
         """Cells that were planned so far: what planning costs."""
-        return float(self._windows.work)
+        return float(self._horizon.work)
 
     def push(self, path: Path) -> list[MotionBlock]:
         """Take more of the path, which goes on where the last one ended; returns the motion that is final by now.
@@ -150,19 +150,19 @@ class LookAhead:
 
         It keeps the limits and is what the machine does when no other block comes in time.
         """
-        windows = self._windows
-        if windows.left is None or self._path is None:
+        horizon = self._horizon
+        if horizon.left is None or self._path is None:
             return None
-        spans, coefficients = windows.left.spans, windows.left.coefficients.copy()
-        coefficients[:, 0] -= windows.low
+        spans, coefficients = horizon.left.spans, horizon.left.coefficients.copy()
+        coefficients[:, 0] -= horizon.low
         law = TimeLaw(
             breaks=np.concatenate([[0.0], np.cumsum(spans)]),
             coefficients=coefficients,
             strategy=LOOK_AHEAD,
             period=self.period,
         )
-        curve, offset = self._place(self._path, windows.low)
-        return MotionBlock(curve, offset, self._tick, self._elapsed, law, windows.limits or self.limits)
+        curve, offset = self._place(self._path, horizon.low)
+        return MotionBlock(curve, offset, self._tick, self._elapsed, law, horizon.limits or self.limits)
 
     def change_limits(self, limits: Limits) -> list[MotionBlock]:
         """Plan by other limits from where committed motion ends, or from the first place on where they can be kept.
@@ -178,9 +178,9 @@ class LookAhead:
         known = self._known()
         if known is None:
             return []
-        settings = [setting_of(known, each, self.period) for each in (before, limits)]
-        begin = self._windows.low
-        pieces = self._windows.change(settings[0], settings[1], self._mode, self._stop_ahead(known, settings[0]))
+        settings = [conditions_of(known, each, self.period) for each in (before, limits)]
+        begin = self._horizon.low
+        pieces = self._horizon.change(settings[0], settings[1], self._mode, self._stop_ahead(known, settings[0]))
         return [] if pieces is None else [self._block(known, pieces, begin, dict(known.dwells), before)]
 
     def reroute(self) -> int:
@@ -191,8 +191,8 @@ class LookAhead:
         path = self._known()
         if path is None:
             return 0
-        windows = self._windows
-        end = windows.low if windows.left is None else windows.end
+        horizon = self._horizon
+        end = horizon.low if horizon.left is None else horizon.end
         starts = path.curve_starts[:-1] + SAME * path.length
         count = max(int(np.searchsorted(starts, end)), 1)
         self._keep(path, 0, count)
@@ -202,16 +202,16 @@ class LookAhead:
     def hold(self) -> list[MotionBlock]:
         """A feed hold: come to rest on the shortest way that the limits allow; `push` and `finish` go on from there."""
         path = self._known()
-        if path is None or self._windows.state.feed == 0.0:
+        if path is None or self._horizon.state.feed == 0.0:
             return []
-        setting, begin = setting_of(path, self.limits, self.period), self._windows.low
-        pieces = self._windows.hold(setting, self._mode, self._stop_ahead(path, setting))
+        conditions, begin = conditions_of(path, self.limits, self.period), self._horizon.low
+        pieces = self._horizon.hold(conditions, self._mode, self._stop_ahead(path, conditions))
         self._looked = 0.0
         return [self._block(path, pieces, begin, dict(path.dwells))]
 
-    def _stop_ahead(self, path: Path, setting: Conditions) -> float:
+    def _stop_ahead(self, path: Path, conditions: Conditions) -> float:
         """Where the motion next rests, or what is known of the path ends, mm."""
-        ahead = setting.rests[setting.rests > self._windows.low]
+        ahead = conditions.rests[conditions.rests > self._horizon.low]
         return float(ahead[0]) if len(ahead) else path.length
 
     @property
@@ -233,42 +233,42 @@ class LookAhead:
         """
         ahead = sum(path.length for path in self._waiting) if not whole else 0.0
         if self._path is not None:
-            ahead += self._path.length - self._windows.low
+            ahead += self._path.length - self._horizon.low
         if not (whole or early) and ahead < self._looked and self.rows < self._looked_curves:
             return
         path = self._known()
         if path is None:
             return
-        setting = setting_of(path, self.limits, self.period)
+        conditions = conditions_of(path, self.limits, self.period)
         if not self._begun and self._start is None:
-            self._windows.state = State(setting.speed_at(0.0, self.limits.start_feed))
-        stops = setting.rests
+            self._horizon.state = State(conditions.speed_at(0.0, self.limits.start_feed))
+        stops = conditions.rests
         waits = dict(path.dwells)
         if not self._begun and 0.0 in waits:
             self._tick += math.ceil(waits.pop(0.0) / self.period - ALMOST)
-        windows = self._windows
-        windows.lines = None
+        horizon = self._horizon
+        horizon.lines = None
         same = SAME * path.length
-        while windows.low < path.length - same:
-            stop = stops[np.searchsorted(stops, windows.low + same, side="right") :]
+        while horizon.low < path.length - same:
+            stop = stops[np.searchsorted(stops, horizon.low + same, side="right") :]
             high = float(stop[0]) if len(stop) else path.length
             last = whole or len(stop) > 0
-            begin = windows.low
-            end = State(setting.speed_at(high, self.limits.end_feed)) if whole and not len(stop) else REST
+            begin = horizon.low
+            end = State(conditions.speed_at(high, self.limits.end_feed)) if whole and not len(stop) else REST
             marks = np.append(begin, stop) if len(stop) or not whole or end.feed > 0.0 else np.array([begin, high])
-            pieces = windows.straight(setting, marks)
+            pieces = horizon.straight(conditions, marks)
             if pieces is not None:
                 self._begun, self._looked = True, 0.0
                 yield self._block(path, pieces, begin, waits)
                 if early:
                     break
                 continue
-            near = windows.reach(setting, self._mode, high)
+            near = horizon.reach(conditions, self._mode, high)
             if not last and near == high and not early:
-                self._looked = (path.length - windows.low) * max(1.0 + OPEN, (1.0 - OPEN) / windows.ahead)
+                self._looked = (path.length - horizon.low) * max(1.0 + OPEN, (1.0 - OPEN) / horizon.ahead)
                 self._looked_curves = AGAIN * len(path.curves)  # length alone tells little behind a long line
                 break
-            pieces = windows.advance(setting, self._mode, near, end, ends_here=last and near == high)
+            pieces = horizon.advance(conditions, self._mode, near, end, ends_here=last and near == high)
             self._begun, self._looked = True, 0.0
             yield self._block(path, pieces, begin, waits)
             if early:
@@ -284,14 +284,14 @@ class LookAhead:
         curve, offset = self._place(path, begin)
         tick, phase = self._tick, self._elapsed
         self._elapsed += float(np.sum(spans))
-        if self._windows.state.feed == 0.0:
+        if self._horizon.state.feed == 0.0:
             passed = math.ceil(self._elapsed / self.period - ALMOST)
-            passed += math.ceil(_wait_at(waits, self._windows.low, SAME * path.length) / self.period - ALMOST)
+            passed += math.ceil(_wait_at(waits, self._horizon.low, SAME * path.length) / self.period - ALMOST)
             still = passed * self.period - self._elapsed
             if still > ALMOST * self.period:
                 spans = np.append(spans, still)
                 coefficients = np.vstack([coefficients, np.zeros(LAW_COEFFICIENTS)])
-                coefficients[-1, 0] = self._windows.low - begin
+                coefficients[-1, 0] = self._horizon.low - begin
             self._tick, self._elapsed = self._tick + passed, 0.0
         else:
             passed = math.floor(self._elapsed / self.period)
@@ -302,7 +302,7 @@ class LookAhead:
             strategy=LOOK_AHEAD,
             period=self.period,
         )
-        kept = limits or self._windows.limits or self.limits
+        kept = limits or self._horizon.limits or self.limits
         return MotionBlock(curve, offset, tick, phase, law, kept)
 
     def _place(self, path: Path, s: float) -> tuple[int, float]:
@@ -312,13 +312,13 @@ class LookAhead:
 
     def _forget(self, path: Path) -> None:
         """Drop the curves behind the motion, and count arc length from the first that is left."""
-        behind = int(np.searchsorted(path.curve_starts, self._windows.low, side="right")) - 2  # and keep one of them
+        behind = int(np.searchsorted(path.curve_starts, self._horizon.low, side="right")) - 2  # and keep one of them
         if behind <= 0:
             return
         origin = float(path.curve_starts[behind])
         self._keep(path, behind, len(path.curves))
         self._first_curve += behind
-        self._windows.move(origin)
+        self._horizon.move(origin)
 
     def _keep(self, path: Path, first: int, last: int) -> None:
         """Of the path that is known keep the curves from `first` to the one before `last`."""

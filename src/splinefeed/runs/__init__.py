@@ -1,8 +1,8 @@
 """The chain as one call: read, plan, interpolate, measure; what the command line and other front ends share.
 
-In comes a MotionJob (source, limits, machine, planning, output); out comes a Run. `run` carries it out; `settings`
+In comes a MotionJob (source, limits, machine, planning); out comes a Run. `run` carries it out; `settings`
 says which limits hold and how a path is smoothed; `fold` shows each chunk of setpoints to every meter of `meters`
-once, also of a path in parts (`long_path`); `following` is the machine's meter, `result` the Run. `comparison`
+once, also of a path in parts (`long_path`); `following` gives chunks to a machine, `result` the Run. `comparison`
 (methods side by side), `tuning`, `contour_feed`, `convert` and `pulses` are the other things that a user asks for.
 """
 

@@ -90,7 +90,7 @@ def run(
              setpoints, simulated; law  if it is planned already
     meters   further ones of the chunks, such as writers of files (`splinefeed.runs.fold`)
 
-    Setpoints are made and measured in chunks, once. Of more than a million ticks those that figures need are kept, and
+    Setpoints are made and measured in chunks, once. Of more than 250,000 ticks those that figures need are kept, and
     `setpoints()` of the run makes all of them again.
     Raises what `plan`, `interpolate` and `follow` raise, InputError for a machine that cannot follow a tool path, and
     LimitsError for more than MOST_IN_CHUNKS ticks.

@@ -1,4 +1,8 @@
-"""Machine files made from the configuration of a control: LinuxCNC, grbl, Klipper, Marlin."""
+"""Machine files made from the configuration of a control: LinuxCNC, grbl, Klipper, Marlin.
+
+One file a control: `linuxcnc`, `grbl`, `klipper`, `marlin`; `included` finds files that a configuration names, `page`
+writes the machine file with what was assumed.
+"""
 
 from __future__ import annotations
 

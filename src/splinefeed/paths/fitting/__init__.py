@@ -1,4 +1,7 @@
-"""NURBS curves through measured points and through functions, within a tolerance that is checked afterwards."""
+"""NURBS curves through measured points and through functions, within a tolerance that is checked afterwards.
+
+`points` fits points, with the smoothing of `smooth`; `function` fits a function; `grid` places the knots of both.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Ready-made paths: lines and conics, airfoils, the butterfly, a figure-eight, a helix; by call or by text."""
+"""Ready-made paths: lines and conics, airfoils, the butterfly, a figure-eight, a helix; by call or by text.
+
+`curves` and `airfoil` make them, `text` reads what a user types, such as `naca:0025?perimeter=33`.
+"""
 
 from __future__ import annotations
 

@@ -1,10 +1,12 @@
 """G-code: programs of machine tools, read to paths with feeds and markers, and written again.
 
-`expressions` reads a line, `interpreter` knows what it does to the state (`state`, `codes`, `offsets`, `cycles`,
-`tools`), `reader` runs a whole file into rows of moves (`moves`), `arcs`, `spline_words`, `piece` and `to_path` make
-curves of them, `overview` counts them without making any; `dialects` tells controls apart. `writer` goes the other way,
-with `write_curves` and `fit_arcs`. docs/gcode-dialects.md says what each dialect holds, docs/programs.md what
-of a shop's program is modelled.
+In comes a file; `dialects` recognizes its control, `reader` runs it into rows of `moves`, `to_path` makes a path of
+them. Lines: `lines` takes simple ones by arrays, `expressions` all others as words, `flow` says which comes next.
+`interpreter` knows what a line does to the `state`, by `codes`, `offsets`, `tools`, `cutter`, `cycles`,
+`corner_words`, `threads`, `spline_words` and `tool_tip`; other controls derive from it: `siemens` with `siemens_flow`,
+`heidenhain` with `klartext` and `klartext_cycles`, `printers`; `lathe` recognizes what is refused. Curves: `arcs`,
+`piece`, `tool_paths`; `overview` counts without making any. `writer` goes the other way, with `write_curves` and
+`fit_arcs`. docs/gcode-dialects.md says what each dialect holds, docs/programs.md what of a shop's program is modelled.
 """
 
 from __future__ import annotations
