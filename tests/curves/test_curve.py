@@ -7,12 +7,16 @@ import pickle
 
 import numpy as np
 import pytest
-from scipy.interpolate import BSpline
+from numpy.polynomial import polynomial as poly
+from scipy.interpolate import BSpline, PPoly, make_interp_spline
 
 import reference
 from sample_curves import KINDS, KNOWN, STILL, butterfly, ellipse, random_curve
+from splinefeed.curves import differential
 from splinefeed.curves.curve import MAX_DEGREE, NurbsCurve
+from splinefeed.curves.pieces import coefficients
 from splinefeed.errors import InputError
+from splinefeed.kernels.layout import HIGH, LOW, MIDDLE, SCALE
 
 SEEDS = range(60)
 #: The promise: points relative to the curve's size, derivatives relative to their greatest value on the curve.
@@ -237,6 +241,60 @@ def test_bounding_box_holds_the_curve_and_touches_it(seed):
             around = np.linspace(u[max(best - 1, 0)], u[min(best + 1, len(u) - 1)], 2000)
             closer = curve(np.append(around, u[best]))[:, axis]
             assert np.abs(closer - bound[axis]).min() <= 1e-9 * curve.size
+
+
+def roots_of_each(values: np.ndarray, real: float) -> list[np.ndarray]:
+    """Real roots in [-1, 1] of polynomials with coefficients (terms, n), one after another: that of NumPy."""
+    found = []
+    for each in values.T:
+        kept = np.trim_zeros(np.where(np.abs(each) > 1e-15 * np.abs(each).max(), each, 0.0), "b")
+        roots = poly.polyroots(kept) if len(kept) > 1 else np.zeros(0)
+        found.append(roots.real[(np.abs(roots.imag) < real) & (np.abs(roots.real) <= 1.0)])
+    return found
+
+
+@pytest.mark.parametrize("seed", range(1, 120, 2))
+def test_roots_of_all_pieces_at_once_are_those_of_each(seed):
+    curve = random_curve(seed)
+    table, shape = curve.table
+    c = np.ascontiguousarray(table.T)
+    terms = coefficients(c, shape)
+    weights = terms[curve.axes].T if curve.rational else np.ones((len(table), 1))
+    for axis, slope in enumerate(differential.slopes(c, shape)):
+        wanted = np.zeros_like(slope)
+        for k, (a, w) in enumerate(zip(terms[axis].T, weights, strict=True)):
+            each = poly.polysub(poly.polymul(poly.polyder(a), w), poly.polymul(a, poly.polyder(w)))
+            wanted[: len(each), k] = each
+        assert slope == pytest.approx(wanted, rel=1e-12, abs=1e-14 * np.abs(wanted).max(initial=0.0))
+        each = roots_of_each(slope, 1e-6)
+        u = [np.clip(row[MIDDLE] + t / row[SCALE], row[LOW], row[HIGH]) for row, t in zip(table, each, strict=True)]
+        width = curve.domain[1] - curve.domain[0]
+        found = np.sort(differential.zeros_on(c, slope, 1e-6))
+        assert found == pytest.approx(np.sort(np.concatenate(u)), rel=0.0, abs=1e-9 * width)
+
+
+def test_a_polynomial_that_is_0_or_a_number_has_no_roots():
+    table, _ = random_curve(2).table
+    c = np.repeat(table.T[:, :1], 4, axis=1)
+    values = np.array([[0.0, 3.0, 0.5, -0.25], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+    t = (differential.zeros_on(c, values, 1e-6) - c[MIDDLE, 0]) * c[SCALE, 0]
+    assert np.sort(t) == pytest.approx([-0.5, -0.5, 0.5], abs=1e-12)
+    assert len(differential.zeros_on(c, values[:, :0], 1e-6)) == 0
+
+
+def test_the_work_of_a_box_is_by_arrays(monkeypatch):
+    """A cubic through 4,000 places in no order: roots come from a few calls, not one a piece and axis."""
+    places = np.random.default_rng(3).uniform(size=(4000, 2))
+    spline = make_interp_spline(np.arange(4000.0), places)
+    curve, calls, eigvals = NurbsCurve(3, spline.t, spline.c), [], np.linalg.eigvals
+    monkeypatch.setattr(np.linalg, "eigvals", lambda matrix: calls.append(len(matrix)) or eigvals(matrix))
+    low, high = curve.bounding_box()
+    assert 0 < len(calls) <= 8
+    exact = spline.derivative()
+    for axis in range(2):
+        turns = PPoly.from_spline((exact.t, exact.c[:, axis], exact.k)).roots(extrapolate=False)
+        values = np.append(spline(turns[np.isfinite(turns)])[:, axis], places[[0, -1], axis])
+        assert [low[axis], high[axis]] == pytest.approx([values.min(), values.max()], abs=1e-12)
 
 
 @pytest.mark.nojit

@@ -9,7 +9,7 @@ import splinefeed as sf
 from sample_curves import KNOWN, TIPS, bent, butterfly, random_curve
 from splinefeed.curves.differential import by_arc_length
 from splinefeed.paths.path import Marker, Path
-from splinefeed.paths.resolution import RESOLUTION
+from splinefeed.paths.resolution import RESOLUTION, _slowest
 
 bezier = sf.NurbsCurve.bezier
 
@@ -54,6 +54,28 @@ def test_a_bend_is_a_corner_below_the_resolution_and_a_bend_above(radius: float)
 def test_what_goes_straight_back_turns_by_pi(rational: bool) -> None:
     (corner,) = Path([bezier([[0, 0], [3, 4], [0, 0]], [1, 2, 1] if rational else None)]).corners
     assert corner.angle == pytest.approx(np.pi, abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(0, 72, 2))
+def test_slowest_places_of_all_spans_at_once_are_those_of_each(seed: int) -> None:
+    """Against the sign of C' . C'' along each span: where it goes from - to + the curve is slowest."""
+    curve = random_curve(seed)
+    if curve.degree == 1:
+        return
+    breaks = curve.breaks
+    spans = np.column_stack([breaks[:-1], breaks[1:]])
+    every = _slowest(curve, spans)
+    alone = np.concatenate([_slowest(curve, span[None]) for span in spans])
+    assert np.array_equal(np.sort(every), np.sort(alone))
+    some = _slowest(curve, spans[::2])
+    assert np.array_equal(np.sort(some), np.sort(np.concatenate([_slowest(curve, s[None]) for s in spans[::2]])))
+    for low, high in spans.tolist():
+        u = np.linspace(low, high, 2003)[1:-1]
+        d = curve.derivatives(u, 2)
+        slope = np.sum(d[:, 1] * d[:, 2], axis=1)
+        k = np.flatnonzero((slope[:-1] < 0.0) & (slope[1:] > 0.0))
+        near = np.abs(u[k, None] - every).min(axis=1, initial=np.inf)
+        assert np.all(near <= 1.01 * (u[1] - u[0]))
 
 
 def test_what_has_nothing_small_is_what_it_was() -> None:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.polynomial import polynomial as poly
 from numpy.typing import ArrayLike
 
-from splinefeed.curves.pieces import coefficients, taylor
+from splinefeed.curves.pieces import chunks, coefficients, columns, taylor
 from splinefeed.curves.spline import AnySpline
 from splinefeed.kernels import layout as pieces
 from splinefeed.records import Array, IntArray
@@ -15,6 +14,8 @@ from splinefeed.records import Array, IntArray
 VANISHING = 1e-12
 #: Where C' would take the curve less than this part of its size over a piece, it is decided whether C' counts as none.
 SUSPECT = 1e-9
+#: A coefficient below this, relative to the greatest one, is rounding: as the highest it would be a root far outside.
+NO_TERM = 1e-15
 
 #: Which axes count: the first so many, or a slice of them.
 Axes = int | slice | None
@@ -126,12 +127,11 @@ def extremes(curve: AnySpline) -> Array:
 
 def _turns(curve: AnySpline, rows: IntArray) -> Array:
     """Parameters (k,) on some pieces at which the derivative of a coordinate is 0."""
-    table, (degree, axes, _, rational) = curve.table
+    table, shape = curve.table
     found = [np.zeros(0)]
-    for row in table[rows] if degree > 1 else ():
-        columns = row[pieces.ORIGIN + axes :].reshape(axes + rational, degree + 1)
-        weight = columns[axes] if rational else np.ones(1)
-        found += [zeros_on(row, slope_of(columns[a], weight), 1e-6) for a in range(axes)]
+    for some in chunks(len(rows)) if curve.degree > 1 else ():
+        c = columns(table, rows[some])
+        found += [zeros_on(c, slope, 1e-6) for slope in slopes(c, shape)]
     return np.concatenate(found)
 
 
@@ -150,16 +150,49 @@ def bounding_box(curve: AnySpline) -> tuple[Array, Array]:
     return points.min(axis=0), points.max(axis=0)
 
 
-def slope_of(a: Array, w: Array, times: float = 1.0) -> Array:
-    """The polynomial a' w - times a w': that over w^2 is the derivative of a / w."""
-    return np.asarray(poly.polysub(poly.polymul(poly.polyder(a), w), times * poly.polymul(a, poly.polyder(w))))
+def slopes(c: Array, shape: pieces.Shape) -> list[Array]:
+    """The polynomials A' w - A w' of each axis, (terms, n) each, of the columns c (width, n) of a table."""
+    _, axes, _, rational = shape
+    a = coefficients(c, shape)
+    return [slope_of(each, a[axes] if rational else None) for each in a[:axes]]
 
 
-def zeros_on(row: Array, values: Array, real: float) -> Array:
-    """Parameters (k,) on one piece of a table at which a polynomial in its t is 0, up to an imaginary part `real`."""
-    # a highest coefficient that is rounding only would send a spurious root to infinity, with an overflow
-    kept = np.trim_zeros(np.where(np.abs(values) > 1e-15 * np.max(np.abs(values)), values, 0.0), "b")
-    roots = poly.polyroots(kept) if len(kept) > 1 else np.zeros(0)
-    inside = roots.real[(np.abs(roots.imag) < real) & (np.abs(roots.real) <= 1.0)]
-    found: Array = np.clip(row[pieces.MIDDLE] + inside / row[pieces.SCALE], row[pieces.LOW], row[pieces.HIGH])
-    return found
+def product(a: Array, b: Array) -> Array:
+    """The products (terms, n) of polynomials with coefficients (terms, n) of t^k."""
+    out = np.zeros((len(a) + len(b) - 1, a.shape[1]))
+    for k, each in enumerate(a):
+        out[k : k + len(b)] += each * b
+    return out
+
+
+def _derivative(a: Array) -> Array:
+    return np.arange(1, len(a))[:, None] * a[1:]
+
+
+def slope_of(a: Array, w: Array | None, times: float = 1.0) -> Array:
+    """The polynomials a' w - times a w' (terms, n): that over w^2 is the derivative of a / w. Without w it is 1."""
+    if w is None:
+        return _derivative(a)
+    return product(_derivative(a), w) - times * product(a, _derivative(w))
+
+
+def zeros_on(c: Array, values: Array, real: float) -> Array:
+    """Parameters (k,) on pieces at which polynomials (terms, n) in their t are 0, up to an imaginary part `real`.
+
+    c  columns (width, n) of the pieces' table. Roots are eigenvalues of companion matrices, of one degree at once.
+    """
+    values = np.where(np.abs(values) > NO_TERM * np.max(np.abs(values), axis=0, initial=0.0), values, 0.0)
+    degree = np.max(np.arange(len(values))[:, None] * (values != 0.0), axis=0, initial=0)
+    found = [np.zeros(0)]
+    for n in np.unique(degree[degree > 0]).tolist():
+        which = np.flatnonzero(degree == n)
+        companion = np.zeros((len(which), n, n))
+        companion[:, np.arange(1, n), np.arange(n - 1)] = 1.0
+        companion[:, :, -1] = -(values[:n, which] / values[n, which]).T
+        roots = np.linalg.eigvals(companion)
+        piece, k = np.nonzero((np.abs(roots.imag) < real) & (np.abs(roots.real) <= 1.0))
+        low, high, middle, scale = (
+            c[each, which[piece]] for each in (pieces.LOW, pieces.HIGH, pieces.MIDDLE, pieces.SCALE)
+        )
+        found.append(np.clip(middle + roots.real[piece, k] / scale, low, high))
+    return np.concatenate(found)

@@ -17,14 +17,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.polynomial.polynomial import polyadd, polymul
 
 from splinefeed.curves.curve import NurbsCurve
-from splinefeed.curves.differential import slope_of, zeros_on
+from splinefeed.curves.differential import product, slope_of, slopes, zeros_on
 from splinefeed.curves.packed import Flat, Lines, Packed
-from splinefeed.curves.pieces import taylor
+from splinefeed.curves.pieces import chunks, coefficients, columns, taylor
 from splinefeed.curves.tables import Spans
-from splinefeed.kernels.layout import HIGH, LOW, ORIGIN
+from splinefeed.kernels.layout import HIGH, LOW
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: The resolution, mm: 1 nm, a tenth of what the finest encoders of machine tools tell apart and far above the rounding
@@ -187,22 +186,22 @@ def _is_tip(d: Array, resolution: float) -> BoolArray:
 
 
 def _slowest(curve: NurbsCurve, spans: Array) -> Array:
-    """Parameters (k,) inside of knot spans (n, 2) at which |C'| may be least: roots of C' . C''.
+    """Parameters (k,) inside of knot spans (n, 2), in order, at which |C'| may be least: roots of C' . C''.
 
     With C' = n / w^2, n = A' w - A w', they are those of n . (n' w - 2 n w').
     """
-    table, (degree, axes, _, rational) = curve.table
+    table, shape = curve.table
+    behind = np.searchsorted(
+        spans[:, 1], table[:, LOW], side="right"
+    )  # the first span that ends behind the piece's low
+    begins = np.append(spans[:, 0], np.inf)
+    rows = np.flatnonzero(begins[behind] < table[:, HIGH])
     found = [np.zeros(0)]
-    for row in table:
-        if not np.any((spans[:, 0] < row[HIGH]) & (row[LOW] < spans[:, 1])):
-            continue
-        a = row[ORIGIN + axes :].reshape(axes + rational, degree + 1)
-        w = a[axes] if rational else np.ones(1)
-        slope: Array = np.zeros(1)
-        for x in a[:axes]:
-            n = slope_of(x, w)
-            slope = np.asarray(polyadd(slope, polymul(n, slope_of(n, w, 2.0))))
-        found.append(zeros_on(row, slope, REAL))
+    for some in chunks(len(rows)):
+        c = columns(table, rows[some])
+        weight = coefficients(c, shape)[-1] if curve.rational else None
+        slope = sum(product(n, slope_of(n, weight, 2.0)) for n in slopes(c, shape))
+        found.append(zeros_on(c, np.asarray(slope), REAL))
     return np.concatenate(found)
 
 
