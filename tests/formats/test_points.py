@@ -13,6 +13,7 @@ from splinefeed.errors import FormatError
 from splinefeed.files import table_text
 from splinefeed.formats.long_files import read_parts
 from splinefeed.formats.registry import read_all
+from splinefeed.paths.fitting import distances
 
 ANGLE = np.linspace(0.0, 2.0 * math.pi, 201)
 LOOP = np.round(np.column_stack([50.0 * np.cos(ANGLE), 30.0 * np.sin(ANGLE)]), 4)
@@ -32,6 +33,23 @@ def test_a_closed_scan_is_a_closed_path(tmp_path, between):
     assert len(path.corners) == 0
     assert Nearest(path.table, path.shape).find(LOOP)[2].max() <= 0.01
     assert any("closed" in finding for finding in path.findings)
+
+
+@pytest.mark.parametrize(("head", "count", "searches"), [("x,y\n", 400, 1), ("x,y,a\n", 60, 2)])
+def test_the_distance_said_is_that_of_the_motion(tmp_path, monkeypatch, head, count, searches):
+    """Places in no order: most curves pass 2 to 4 of them. What the fit measured is measured again only if need be."""
+    places = np.random.default_rng(7).uniform(0.0, 100.0, (count, head.count(",") + 1))
+    file = tmp_path / "places.csv"
+    file.write_text(text_of(places, ",", head))
+    calls, find = [], Nearest.find
+    monkeypatch.setattr(Nearest, "find", lambda self, points: calls.append(len(points)) or find(self, points))
+    path = sf.read(file)
+    assert len(calls) == searches
+    monkeypatch.undo()
+    lines = [sf.NurbsCurve(c.degree, c.knots, c.control_points[:, : path.linear]) for c in path.joined]
+    far = distances(lines, np.round(places, 4)[:, : path.linear]).max()
+    said = float(path.findings[-1].split("of a point ")[1].split(" mm")[0])
+    assert far <= said * 1.005 if path.linear < len(path.axes) else far == pytest.approx(said, rel=0.005)
 
 
 def test_columns_may_have_names_and_units_and_others_are_left_out(tmp_path):

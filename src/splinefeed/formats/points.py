@@ -12,7 +12,7 @@ import pathlib
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import chain, islice
+from itertools import chain, islice, zip_longest
 from operator import itemgetter
 
 import numpy as np
@@ -111,7 +111,8 @@ def fitted_path(
 ) -> Path:
     """The path near points (n, axes), mm, within `tolerance`, mm, the last finding on the distance of the points.
 
-    It is measured by means that the fit does not share. Raises InputError for a tolerance that is not above 0.
+    It is measured by means that the fit does not share, and again where the motion leaves the curves of the fit or not
+    all axes are linear. Raises InputError for a tolerance that is not above 0.
     """
     from splinefeed.curves.nearest import Nearest
     from splinefeed.curves.tables import arc_pieces
@@ -120,10 +121,12 @@ def fitted_path(
     allowed = positive_length(tolerance, "tolerance")
     made = fit(points, allowed, degree=degree, closed=closed)
     path = Path(made.curves, axes, name=name)
-    places = np.unique(points[:, : path.linear or None], axis=0)  # each is searched once
-    flat = replace(path.flat, points=np.ascontiguousarray(path.flat.points[:, : path.linear or None]))
-    measured = int(flat.degrees.max()), flat.points.shape[1], flat.points.shape[1], int(flat.rational.max())
-    far = float(Nearest(arc_pieces(flat, measured, path.joined).table, measured).find(places)[2].max())
+    far = made.error
+    if path.linear < len(axes) or any(a is not b for a, b in zip_longest(path.joined, made.curves)):
+        places = np.unique(points[:, : path.linear or None], axis=0)  # each is searched once
+        flat = replace(path.flat, points=np.ascontiguousarray(path.flat.points[:, : path.linear or None]))
+        measured = int(flat.degrees.max()), flat.points.shape[1], flat.points.shape[1], int(flat.rational.max())
+        far = float(Nearest(arc_pieces(flat, measured, path.joined).table, measured).find(places)[2].max())
     if far > allowed:
         raise InputError(f"the fit is {far:.6g} mm from a point, not {allowed:g} mm; please report it")
     controls = sum(len(curve.control_points) for curve in made.curves)

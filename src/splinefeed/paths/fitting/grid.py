@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,8 @@ LEAST_TOLERANCE = 1e-12
 GRADE = 2.01
 #: Matrices with fewer elements are kept dense: sparse ones would cost more to handle, larger ones wake BLAS threads.
 DENSE = 3_000
+#: Spaces over no more knots than this are kept.
+FEW = 17
 
 
 def check_degree(degree: int) -> int:
@@ -182,3 +185,13 @@ class SplineSpace:
             return NurbsCurve(self.degree, self.knots, self.unknown @ x + given)
 
         return fitted
+
+
+def space_over(degree: int, grid: Array, periodic: bool) -> SplineSpace:
+    """The space over a grid; of a few spans, as thousands of short curves in a row have them, made once and kept."""
+    return _kept(degree, tuple(grid.tolist()), periodic) if len(grid) <= FEW else SplineSpace(degree, grid, periodic)
+
+
+@lru_cache(maxsize=256)
+def _kept(degree: int, grid: tuple[float, ...], periodic: bool) -> SplineSpace:
+    return SplineSpace(degree, np.array(grid), periodic)

@@ -11,7 +11,7 @@ import numpy as np
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.differential import curvatures
 from splinefeed.errors import CurveError
-from splinefeed.paths.fitting.grid import MAX_SPANS, ROUNDS, SplineSpace, graded, halved, in_spans, span_of
+from splinefeed.paths.fitting.grid import MAX_SPANS, ROUNDS, SplineSpace, graded, halved, in_spans, space_over, span_of
 from splinefeed.records import Array
 
 #: Knots are inserted until the error is this share of the tolerance: what is left over makes the curve fair.
@@ -69,7 +69,7 @@ def smooth_curve(
     renewals, fairings, trials = MANY_WORK if brief else WORK
     strengths = list(STRENGTHS)
     for _ in range(ROUNDS):
-        space = SplineSpace(degree, grid, periodic)
+        space = space_over(degree, grid, periodic)
         u, curve, errors = _by_arc_length(space, u, points, tolerance, strengths[0], renewals)
         wide = span_of(grid, u[errors > KNOT_SHARE * tolerance])
         if not len(wide):
@@ -232,7 +232,7 @@ def fewer_spans(
     def of(spans: int) -> SplineSpace:
         grid = np.interp(np.linspace(0.0, share[-1], spans + 1), share, space.grid)
         grid[0], grid[-1] = 0.0, 1.0
-        return SplineSpace(space.degree, grid, space.periodic)
+        return space_over(space.degree, grid, space.periodic)
 
     low, high, trial = least - 1, most, least
     while low < trial < high:
