@@ -65,7 +65,7 @@ class Outcome:
 
 def profiles(seed: int) -> Outcome:
     """Seven phases alone: ends, lengths and limits by sums in extended precision."""
-    from feed.test_profiles import check_motion, drawn
+    from planner.test_profiles import check_motion, drawn
 
     check_motion(*drawn(seed, (2, 9)[seed % 2], PROFILES_A_CASE))
     return Outcome()
@@ -89,9 +89,8 @@ def corners(seed: int) -> Outcome:
 
 def judged(draw: Callable[[], Motion]) -> Outcome:
     """Plan, interpolate and check a motion."""
-    from feed.test_torture import REFUSALS
-
     import splinefeed as sf
+    from planner.test_torture import REFUSALS
     from splinefeed.errors import CurveError, LimitsError, PlanError
 
     try:
@@ -118,7 +117,7 @@ def tools(seed: int) -> Outcome:
 
 def override(seed: int) -> Outcome:
     """What an operator does to the feed, on plans of three strategies."""
-    from feed.test_override import CASES, assert_kept
+    from planner.test_override import CASES, assert_kept
 
     return Outcome(share=assert_kept(list(CASES)[seed % len(CASES)], seed))
 
@@ -132,7 +131,7 @@ def servo(seed: int) -> Outcome:
 
 def smoothing(seed: int) -> Outcome:
     """Lines, arcs and mixtures smoothed, proved by other means."""
-    from geometry.test_smoothing import check_one
+    from paths.test_smoothing import check_one
 
     check_one(seed)
     return Outcome()

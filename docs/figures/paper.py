@@ -11,7 +11,7 @@ from marked import rows, write
 from scipy.optimize import brentq
 
 import splinefeed as sf
-from splinefeed.machine.parts import Drive, PlotAxis
+from splinefeed.machine.parts import Axis, Drive
 from splinefeed.reports import theme
 from splinefeed.reports.figure import Dots, Figure, Level, Line, Mark, Panel
 from splinefeed.reports.figure import PlotAxis as Scale
@@ -152,7 +152,7 @@ def heavier(table: sf.Machine) -> sf.Machine:
     x, y = (table.axes[name] for name in XY)
     ratio = y.controller.kp / x.controller.kp
     load = 1e3 * (ratio * (x.motor_inertia + x.load_inertia) - y.motor_inertia)
-    heavy: PlotAxis = replace(y, load=replace(y.load, inertia=load))
+    heavy: Axis = replace(y, load=replace(y.load, inertia=load))
     return replace(table, axes={**table.axes, "y": heavy})
 
 
