@@ -110,6 +110,8 @@ TRAVEL_ENDS = tuple(each.name for each in TABLE if each.bounds == TRAVEL)
 ANGLES = tuple(each.name for each in TABLE if each.angle)
 #: What follows the unit of length or angle, by order.
 _PER = ("", "/s", "/s^2", "/s^3")
+#: Names of columns that nobody named, nor said whether they turn or slide.
+UNSAID = re.compile(r"q\d{1,3}")
 #: A limit in the path's order as `Limits.as_dict` writes it.
 IN_ORDER = re.compile(r"(\w+)\[\d+\]")
 
@@ -135,19 +137,21 @@ def words_of(name: str) -> str:
 
 
 def unit_of_axis(axis: str) -> str:
-    """Unit of an axis for people: deg of a rotary one, that of a joint of an arm, else mm."""
-    return "deg" if axis in ROTARY_AXES else axis.unit if isinstance(axis, Joint) else "mm"
+    """Unit of an axis for people: deg of a rotary one, that of a joint, (mm or rad) of q1, q2, ..., else mm."""
+    if isinstance(axis, Joint):
+        return axis.unit
+    return "deg" if axis in ROTARY_AXES else "(mm or rad)" if UNSAID.fullmatch(axis) else "mm"
 
 
 def unit_along(axes: Iterable[str]) -> str:
     """Unit of arc length along a path of these axes, for people: "mm", or what all of them are in, "deg" or "rad".
 
-    Where some joints turn and others slide it is (rad or mm).
+    Where some joints turn and others slide, or nobody says what they do, it is (mm or rad).
     """
     found = list(dict.fromkeys(map(unit_of_axis, axes)))
     if len(found) <= 1:
         return found[0] if found else "deg"
-    return "(rad or mm)" if "rad" in found else "mm"
+    return "(mm or rad)" if {"rad", "(mm or rad)"} & set(found) else "mm"
 
 
 def unit_of(name: str, along: str = "mm") -> str:
@@ -158,7 +162,7 @@ def unit_of(name: str, along: str = "mm") -> str:
     kind, _, axis = name.partition(".")
     if kind in KINDS and KINDS[kind].of_force:
         return ("N m" if axis in ROTARY_AXES or _own_unit(name) == "rad" else "N") + _PER[order_of(name)]
-    if IN_ORDER.fullmatch(name):
+    if IN_ORDER.fullmatch(name) or (UNSAID.fullmatch(axis) and not isinstance(name, Joint)):
         base = "(mm or rad)"
     elif axis in ROTARY_AXES or kind in ANGLES:
         base = "deg"

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from splinefeed.paths.path import Path
-from splinefeed.records import Array, Joint, raised, unit_of, unit_of_axis
+from splinefeed.records import Array, raised, unit_of, unit_of_axis
 
 #: Okabe and Ito's colours, https://jfly.uni-koeln.de/color/: distinct with every kind of colour blindness.
 BLUE = "#0072B2"
@@ -72,8 +72,7 @@ def of_feed(path: Path | None, along: str = "mm") -> tuple[float, str]:
 
 def of_axis(quantity: str, axis: str) -> str:
     """The unit of an axis's position, velocity, acceleration or jerk; joints without names may be in mm or in rad."""
-    known = isinstance(axis, Joint) or not re.fullmatch(r"q\d+", axis)
-    whole = unit_of_axis(axis).replace("deg", "°") if known else "(mm or rad)"
+    whole = unit_of_axis(axis).replace("deg", "°")
     return whole + {"position": "", "velocity": "/s", "acceleration": "/s²", "jerk": "/s³"}[quantity]
 
 
