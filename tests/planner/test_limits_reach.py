@@ -198,3 +198,11 @@ def test_limits_in_the_order_of_axes_are_kept_in_a_file(tmp_path: Any) -> None:
 def test_a_reserve_scales_each_value() -> None:
     slow = sf.planner.with_reserve(sf.Limits(axis_velocity=[1.0, 2.0], axis_jerk=[30.0, 40.0]), top=2.0)
     assert slow.axis_velocity == (0.5, 1.0)
+
+
+def test_columns_without_names_are_in_units_that_nobody_said() -> None:
+    path = sf.Path.through([[0.0, 0.0, 0.0, 0.0], [1.0, 0.5, 0.2, 0.1], [0.5, 1.0, 0.4, 0.3]])
+    limits = sf.Limits(axis_velocity=1.0, axis_acceleration=4.0, axis_jerk=40.0)
+    verdict = sf.check(sf.interpolate(path, sf.plan(path, limits, period=1e-3)), path, limits)
+    assert "(mm or rad)/s^2" in str(verdict) and "mm/s" not in str(verdict)
+    assert "(mm or rad)" in repr(path)
