@@ -155,7 +155,7 @@ def test_pins_of_hal_turn_the_feed_hold_go_back_and_go_on_within_the_limits() ->
             (2600, "override", "1"),
             (2800, "reverse", "0"),
         ]
-        orders = {row: partial(halcmd, home, "setp", f"splinefeed.planner-{pin}", value) for row, pin, value in pins}
+        orders = {row: partial(halcmd, home, "setp", f"splinefeed.feed-{pin}", value) for row, pin, value in pins}
         orders[4200] = partial(operator.obey, {"stop": True})
         rates: list[float] = []
         follow = at_rows(orders)
