@@ -114,7 +114,7 @@ def test_a_probe_trips():
         ("G21 G90\nG0 X5\nM2\n", False, "no planner answers: start it with  splinefeed linuxcnc planner"),
         ("G21 G90\nM3 S100\nG33 X5 K1\nM2\n", True, "line 3: motion in step with the spindle"),
         ("G21 G90\nM3 S100\nG1 F60 X1 (G33)\ng 33 X5 K1\nM2\n", True, "splinefeed: line 4: G33, motion in step with"),
-        ("G21 G90\nG95 F1\nG1 X5\nM2\n", True, "line 3: a feed per revolution (G95), and the spindle does not turn"),
+        ("G21 G90\nG95 F1\nG1 X5\nM2\n", True, "zero spindle speed in feed per rev mode"),  # LinuxCNC says so itself
         ("G21 G90\nM3 S100\nG33.1 Z-5 K1\nM2\n", True, "rigid tapping (G33.1) is not supported"),
     ],
 )
