@@ -98,6 +98,18 @@ def test_names_that_moved_warn_and_say_where(name):
         assert getattr(sf, name) is getattr(import_module(f"splinefeed.{MOVED[name]}"), name)
 
 
+def test_methods_that_became_functions_warn_and_do_the_same():
+    path = sf.Path.polyline([[0, 0], [5, 0], [9, 1]])
+    with pytest.warns(DeprecationWarning, match=r"use sf\.smooth\(path, tolerance\)"):
+        old = path.smoothed(0.01, corners="round")
+    assert tuple(old.curves) == tuple(sf.smooth(path, 0.01, corners="round").curves)
+    with pytest.warns(DeprecationWarning, match=r"use sf\.paths\.job\(\[path\]\)"):
+        old = path.job(feed=20.0)
+    assert tuple(old.curves) == tuple(sf.paths.job(path, feed=20.0).curves)
+    with pytest.raises(sf.SplinefeedError, match=r"smooth: expected Path first, got int"):
+        sf.smooth(5, 0.01)
+
+
 def test_names_of_the_live_room_that_moved_warn():
     with pytest.warns(DeprecationWarning, match=r"sf\.live\.LawCourse is sf\.planner\.LawSource; "):
         assert sf.live.LawCourse is sf.planner.LawSource

@@ -210,7 +210,8 @@ def test_ticks(value, text):
 
 
 @pytest.mark.parametrize(
-    ("value", "text"), [(1539.6, "1540"), (1.43e5, "1.43e5"), (0.129, "0.129"), (60.0, "60"), (1e-9, "1e-9")]
+    ("value", "text"),
+    [(1539.6, "1540"), (999.96, "1000"), (1.43e5, "1.43e5"), (0.129, "0.129"), (60.0, "60"), (1e-9, "1e-9")],
 )
 def test_short_numbers(value, text):
     assert theme.short(value) == text

@@ -68,7 +68,7 @@ class Job(Path):
 
 
 def job(
-    contours: Sequence[Path],
+    contours: Sequence[Path] | Path,
     *,
     clearance: float | str | None = None,
     feed: float | str | None = None,
@@ -76,7 +76,7 @@ def job(
     first: str | int | None = None,
     name: str | None = None,
 ) -> Job:
-    """One path through all contours: inner before outer, nearest next, linked by rapid moves.
+    """One path through all contours, or through a single one: inner before outer, nearest next, linked by rapid moves.
 
     clearance   z of the rapid moves, mm, above all contours; the tool goes down and up at the start and the end of
                 each. None for a laser: straight rapid moves with M5 before and M3 behind them
@@ -89,7 +89,7 @@ def job(
     have other axes than x, y and z, and for a clearance that is not above them.
     Source: docs/formats.md. Example: `sf.paths.job([sf.shapes.butterfly()], clearance=5, feed=20).feeds`
     """
-    paths = list(contours)
+    paths = [contours] if isinstance(contours, Path) else list(contours)
     _check(paths)
     linking = Linking(
         clearance=None if clearance is None else units.parse(clearance, "length"),

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property, partial
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -609,6 +611,20 @@ class Path:
         given = _of_curves(lines, len(self._joined), "lines", "0 or more", lambda values: values >= 0.0)
         new.__dict__.update(self.__dict__, lines=None if given is None else read_only(given.astype(np.int64)))
         return new
+
+    def smoothed(self, tolerance: float | str, **how: Any) -> Path:
+        """Deprecated: use `sf.smooth(path, tolerance)`."""
+        words = "path.smoothed() goes with the next release; use sf.smooth(path, tolerance)"
+        warnings.warn(words, DeprecationWarning, stacklevel=2)
+        made: Path = import_module("splinefeed.paths.smoothing_proven").smooth(self, tolerance, **how)
+        return made
+
+    def job(self, **linking: Any) -> Path:
+        """Deprecated: use `sf.paths.job([path])`; a `Job` of several contours has a `job` of its own."""
+        words = "path.job() goes with the next release; use sf.paths.job([path])"
+        warnings.warn(words, DeprecationWarning, stacklevel=2)
+        made: Path = import_module("splinefeed.paths.jobs").job([self], **linking)
+        return made
 
     @property
     def _said_length(self) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.pieces import chunks, coefficients, taylor
-from splinefeed.errors import CurveError, InputError
+from splinefeed.errors import CurveError, InputError, expect
 from splinefeed.kernels import matching as kernels
 from splinefeed.kernels.layout import HIGH, LOW, SCALE, Shape
 from splinefeed.paths.meetings import meetings
@@ -423,6 +423,7 @@ def smooth(
     Source: docs/smoothing.md, docs/math/smoothing.md.
     Example: `sf.smooth(sf.Path.polyline([[0, 0], [5, 0], [9, 1]]), 0.01, corners="round").stops`
     """
+    expect("smooth(path, tolerance)", (path, Path))
     said: dict[str, Any] = {"corners": corners, "corner_angle": corner_angle, "angular_tolerance": angular_tolerance}
     if isinstance(path, ToolPath):
         return proven_tool(path, tolerance, **said)[0]

@@ -78,7 +78,7 @@ def of_axis(quantity: str, axis: str) -> str:
 
 def short(value: float) -> str:
     """`value` in three digits, for a label."""
-    return _short_power(f"{value:.3g}" if not 1e3 <= abs(value) < 1e5 else f"{value:.0f}")
+    return _short_power(f"{value:.3g}" if not 999.5 <= abs(value) < 1e5 else f"{value:.0f}")
 
 
 def tick_text(value: float) -> str:
