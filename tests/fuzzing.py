@@ -7,10 +7,13 @@ and of time for each, and prints what came of them; the tests of `make torture` 
 from __future__ import annotations
 
 import contextlib
+import gc
 import io
 import json
+import os
 import re
 import resource
+import select
 import signal
 import sys
 import tempfile
@@ -20,10 +23,13 @@ from collections.abc import Callable, Iterator
 from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import scipy.io
+
+if TYPE_CHECKING:
+    from splinefeed.workers import Mail, Worker
 
 DATA = Path(__file__).parent / "data"
 #: Longest time for one file, s of the processor, and address space of the whole process, bytes; the CAD libraries have
@@ -63,6 +69,8 @@ SUFFIXES = {
 DRAWINGS = ("dxf", "svg", "json", "airfoil", "iges", "3dm", "step", "gcode")
 #: Dialects of programs other than LinuxCNC's.
 DIALECTS = ("heidenhain", "siemens", "macro", "printer")
+#: Kinds that libraries for CAD read.
+CAD = ("step", "iges", "3dm")
 RECORDS = ("csv", "npz", "h5", "mat", "parquet")
 OTHERS = {
     "points": "formats.registry:read_all", "limits": "machine.limits_toml:read",
@@ -331,6 +339,82 @@ def other_reader(kind: str) -> Callable[[Path, bool], Any]:
     return lambda file, repair: _resumed(str(file), motion)
 
 
+class Forks:
+    """Answers tasks for CAD libraries by forks of this process, which holds them; in place of the process for that.
+
+    What a library is asked and what it may take are the same, and a fork starts in some ms where that process, which
+    must load OCCT after each crash, takes a second.
+    """
+
+    def __init__(self, kind: str) -> None:
+        from splinefeed.formats import cad_process
+
+        self._handler, self._most = cad_process.open_libraries, cad_process.MAX_ADDRESS_SPACE
+        library = import_module(f"splinefeed.formats.{cad_process.MODULES[kind][0]}")
+        sound = min((DATA / kind).iterdir(), key=lambda file: file.stat().st_size)
+        with tempfile.TemporaryDirectory() as folder, unheard():  # what a library makes at its first file is made once
+            task = {"kind": kind, "file": str(sound), "folder": folder, "layers": [], "repair": True}
+            library.read({**task, "hidden": True, "edges": True})
+        gc.collect()
+        gc.freeze()  # a fork looks for its own garbage alone
+
+    def ask(self, request: Any, heard: Any = None, seconds: float = 0.0) -> tuple[Any, bytes]:
+        """The answer to `request`; LostError where there is none in its time."""
+        from splinefeed.workers import LostError
+
+        ours, theirs = os.pipe()
+        child = os.fork()
+        if child == 0:
+            with contextlib.suppress(BaseException):
+                self._answer(request, ours, theirs)
+            os._exit(1)
+        os.close(theirs)
+        end, body = time.monotonic() + seconds, b""
+        try:
+            while select.select([ours], [], [], max(0.0, end - time.monotonic()))[0]:
+                if not (part := os.read(ours, 2**20)):
+                    break
+                body += part
+            else:
+                raise LostError(late=True)
+        finally:
+            os.close(ours)
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+        if not body.endswith(b"\n"):
+            raise LostError(late=False)
+        return {}, body
+
+    def _answer(self, request: Any, ours: int, theirs: int) -> None:
+        """In the fork."""
+        from splinefeed.workers import limit_memory
+
+        os.close(ours)
+        sys.settrace(None)
+        for number in (signal.SIGALRM, signal.SIGPROF):
+            signal.signal(number, signal.SIG_DFL)
+        limit_memory(self._most)
+        with unheard(), open(theirs, "wb") as stream:
+            stream.write(self._handler(cast("Mail", None))(request)[1] + b"\n")
+        os._exit(0)
+
+
+@contextlib.contextmanager
+def unheard() -> Iterator[None]:
+    """Have what libraries in C print go nowhere."""
+    kept = [os.dup(stream) for stream in (1, 2)]
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        for stream in (1, 2):
+            os.dup2(nowhere, stream)
+        yield
+    finally:
+        for stream, old in zip((1, 2), kept, strict=True):
+            os.dup2(old, stream)
+        for each in (*kept, nowhere):
+            os.close(each)
+
+
 def reader(kind: str, folder: Path) -> Callable[[Path, bool], Any]:
     """What reads a file of a kind, strictly or repairing; `folder` is that of the sound files."""
     import splinefeed as sf
@@ -346,6 +430,10 @@ def reader(kind: str, folder: Path) -> Callable[[Path, bool], Any]:
         module, _, name = OTHERS[kind].partition(":")
         function = attrgetter(name)(import_module(f"splinefeed.{module}"))
         return lambda file, repair: function(file)
+    if kind in CAD:
+        from splinefeed.formats import cad_process
+
+        cad_process._worker = cast("Worker", Forks(kind))
     modules = {"json": "json_curve", "3dm": "threedm"}
     name = "programs.gcode" if kind in (*DIALECTS, "gcode") else f"formats.{modules.get(kind, kind)}"
     module = next(each for each in FORMATS if each.module == name)

@@ -107,6 +107,7 @@ CASES: tuple[tuple[str, str, Callable[[], str], tuple[str, ...]], ...] = (
     ("G-code: a row of digits, --repair", "digits.ngc", lambda: "X" + "9" * 2000 + "\n", ("--repair",)),
     ("G-code: a loop without an end", "loop.ngc", lambda: "o1 while [1]\no1 endwhile\nM2\n", ()),
     ("Fanuc: a subprogram 99,999,999 times", "calls.nc", lambda: CALLS, ()),
+    ("Fanuc: G2, X, Z, K again and again", "arcs.nc", lambda: "%\nO1\n" + "G2XZK" * 800 + "\nM30\n", ()),
     ("Heidenhain: a jump back to itself", "jump.h", lambda: JUMP, ()),
     ("O-words with numbers of 5,000 digits", "word.ngc", lambda: WORDS, ()),
     ("DXF: 8,000 lines from one point", "lines.dxf", lambda: DXF.format("".join(

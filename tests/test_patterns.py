@@ -24,8 +24,14 @@ import splinefeed
 
 SOURCE = Path(splinefeed.__file__).parent
 LENGTH, MOST_SECONDS = 100_000, 2
+#: Where calls of `re` have their flags.
+PLACE_OF_FLAGS = {
+    "compile": 1, "match": 2, "fullmatch": 2, "search": 2, "findall": 2, "finditer": 2, "split": 3, "sub": 4,
+}  # fmt: skip
 #: What looks for a pattern anywhere in a text; the others begin at its start.
 ANYWHERE = {"search", "sub", "split", "findall", "finditer", "subn"}
+#: Longest beginning of a pattern that is said again and again.
+LONGEST_SAID = 200
 LETTERS = " \t\n0aAgGxXeEnN.-+(),;:*/#[]{}<>=_%\"'|\\^$?é"
 ENDS = ("!", "", "\n!")
 #: What may be longer than a text that the pattern ever sees: patterns on words and lines that are bounded before, and
@@ -39,6 +45,8 @@ BOUNDED = {
 }
 #: How patterns are used that have another name when they are.
 METHODS = {("formats.svg_paths", "_ARGUMENTS"): {"match"}}
+#: Tables of a module whose texts become patterns under a name of a loop.
+TABLES = {("programs.gcode.lathe", "sign"): ("_CERTAIN", "_LIKELY", "_OF_SIEMENS")}
 FILES = [
     file for file in sorted(SOURCE.rglob("*.py")) if re.search(r"^ *import re$", file.read_text("utf-8"), re.MULTILINE)
 ]
@@ -77,19 +85,34 @@ def patterns(file: Path) -> Iterator[tuple[Any, int, bool]]:
         for pattern in several:
             if isinstance(pattern, re.Pattern):
                 yield pattern.pattern, pattern.flags, bool(here & ANYWHERE) or not here & {"match", "fullmatch"}
+    for node in calls_of_re(file, inside=True):
+        flags = [each.value for each in node.keywords if each.arg == "flags"] or node.args[
+            PLACE_OF_FLAGS[node.func.attr] :
+        ]
+        said = eval(ast.unparse(flags[0]), {}, Known(vars(held))) if flags else 0
+        given = node.args[0]
+        if isinstance(given, ast.Name) and given.id not in vars(held):
+            texts = [text for table in TABLES[short, given.id] for text in getattr(held, table).values()]
+        else:
+            texts = [eval(ast.unparse(given), {}, Known(vars(held)))]
+        yield from ((text, said, node.func.attr in ANYWHERE) for text in texts)
+
+
+def calls_of_re(file: Path, *, inside: bool) -> Iterator[Any]:
+    """Calls of `re` with a pattern: those inside of functions and classes, or those that a module makes at once."""
     tree = ast.parse(file.read_text(encoding="utf-8"))
     at_once = {part for each in tree.body if isinstance(each, ast.Assign) for part in ast.walk(each)}
     for node in ast.walk(tree):
         if (
             isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.args
             and isinstance(node.func.value, ast.Name) and node.func.value.id == "re"
-            and node.func.attr != "escape" and not isinstance(node.args[0], ast.Name) and node not in at_once
+            and node.func.attr != "escape" and (node in at_once) != inside
         ):  # fmt: skip
-            yield eval(ast.unparse(node.args[0]), {}, Known(vars(held))), 0, node.func.attr in ANYWHERE
+            yield node
 
 
-def sample(items: Any) -> str:
-    """A short text that a parsed pattern takes."""
+def sample(items: Any, least: int = 0) -> str:
+    """A short text that a parsed pattern takes, what repeats in it at least so many times, where it may."""
     out = ""
     for kind, given in items:
         name = str(kind)
@@ -98,14 +121,33 @@ def sample(items: Any) -> str:
         elif name in ("IN", "NOT_LITERAL", "ANY"):
             out += next((each for each in LETTERS if takes(kind, given, each)), "a")
         elif name in ("MAX_REPEAT", "MIN_REPEAT", "POSSESSIVE_REPEAT"):
-            out += sample(given[2]) * max(given[0], 0)
+            out += sample(given[2], least) * max(given[0], min(least, given[1]))
         elif name == "SUBPATTERN":
-            out += sample(given[3])
+            out += sample(given[3], least)
         elif name == "ATOMIC_GROUP":
-            out += sample(given)
+            out += sample(given, least)
         elif name == "BRANCH":
-            out += sample(given[1][0])
+            out += sample(given[1][0], least)
     return out
+
+
+def beginnings(items: Any) -> Iterator[str]:
+    """What a parsed pattern takes up to each of its parts, of each of its branches: to be said again and again."""
+    for k, (kind, given) in enumerate(items):
+        name = str(kind)
+        inner = (
+            given[1]
+            if name == "BRANCH"
+            else [given[3]]
+            if name == "SUBPATTERN"
+            else [given]
+            if name == "ATOMIC_GROUP"
+            else []
+        )
+        for least in (0, 1):
+            before = sample(items[:k], least)
+            yield from (before + each for branch in inner for each in beginnings(branch))
+            yield before + sample([items[k]], least)
 
 
 def takes(kind: Any, given: Any, letter: str) -> bool:
@@ -157,6 +199,27 @@ def worst(pattern: Any, flags: int) -> Iterator[str]:
         if lead and (lead, unit, 2) not in seen:
             seen.add((lead, unit, 2))
             yield (lead + unit) * (LENGTH // len(lead + unit)) + "!"
+    if any(units_of(tree)):  # what repeats nothing takes its time once a letter at the most
+        for unit in sorted({each for each in beginnings(tree) if 1 < len(each) < LONGEST_SAID}):
+            yield unit * (LENGTH // len(unit)) + "!"
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(SOURCE)))
+def test_every_pattern_of_the_source_is_seen(file: Path) -> None:
+    """One in a place that `patterns` does not look at would never be tried."""
+    short = ".".join(file.relative_to(SOURCE).with_suffix("").parts)
+    held = vars(importlib.import_module(f"splinefeed.{short}".removesuffix(".__init__")))
+    seen = {pattern for pattern, _, _ in patterns(file)}
+    for node in calls_of_re(file, inside=False):
+        if all(name.id in held for name in ast.walk(node.args[0]) if isinstance(name, ast.Name)):  # not of a loop
+            assert eval(ast.unparse(node.args[0]), {}, held) in seen, ast.unparse(node)
+    imports = [each for each in ast.walk(ast.parse(file.read_text("utf-8"))) if isinstance(each, ast.ImportFrom)]
+    assert not any(each.module == "re" for each in imports)
+
+
+def test_no_file_uses_patterns_under_another_name() -> None:
+    others = [file for file in SOURCE.rglob("*.py") if file not in FILES]
+    assert not [str(file) for file in others if re.search(r"\bimport re\b|from re import", file.read_text("utf-8"))]
 
 
 def _late(*_: object) -> None:

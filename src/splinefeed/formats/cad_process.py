@@ -4,7 +4,8 @@ OCCT was seen to end by a segmentation fault on more than half of STEP files wit
 libraries cannot be stopped. So they run apart, with a limit on time and memory; a file that they cannot bear is an
 error of one line, and the next file finds a new process. It is started by the first file and stays for the next ones.
 
-A task is {"kind", "file", "edges", "repair", "hidden", "layers"}. The answer is {"units", "findings", "unshown",
+A task is {"kind", "file", "folder", "edges", "repair", "hidden", "layers"}, the folder being one for temporary files,
+which is removed here: a process that dies leaves them. The answer is {"units", "findings", "unshown",
 "groups"}, "unshown" being counts of what the author's program does not show, with groups of
 {"name", "curves"} that make one path each, and curves of {"degree", "knots", "points", "weights", "reversed"}; or
 {"refused": why}, which the readers say by a FormatError without the file's name.
@@ -17,6 +18,7 @@ import itertools
 import json
 import math
 import os
+import tempfile
 from collections import Counter
 from collections.abc import Sequence
 from importlib import import_module
@@ -66,13 +68,11 @@ def read(drawing: Drawing, kind: str, faults: list[str], *, edges: bool) -> Cont
         for fault in faults:
             drawing.fault(fault, "")
         seconds = MAX_SECONDS + SECONDS_PER_MB * file.stat().st_size / 1e6
+        task = {"kind": kind, "file": os.path.abspath(file), "layers": drawing.layers, "repair": drawing.repair}
         try:
-            task = {"kind": kind, "file": os.path.abspath(file), "layers": drawing.layers}
-            answer = json.loads(
-                _worker.ask(
-                    {**task, "repair": drawing.repair, "hidden": drawing.hidden, "edges": edges}, seconds=seconds
-                )[1]
-            )
+            with tempfile.TemporaryDirectory(prefix="splinefeed-") as folder:
+                task |= {"folder": folder, "hidden": drawing.hidden, "edges": edges}
+                answer = json.loads(_worker.ask(task, seconds=seconds)[1])
         except LostError as error:
             why = f"takes longer than {seconds:.0f} s" if error.late else "makes the CAD library crash"
             raise InputError(f"{why}; is it damaged?") from None

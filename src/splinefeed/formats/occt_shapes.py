@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import pathlib
 import re
-import tempfile
 from collections.abc import Iterator
 from itertools import groupby, islice
 from typing import Any
@@ -76,7 +75,7 @@ def read(task: dict[str, Any]) -> dict[str, Any]:
     it holds against single entities are findings.
     """
     gathered = _Shapes(task)
-    reader, faults, units = (_step if task["kind"] == "step" else _iges)(task["file"])
+    reader, faults, units = (_step if task["kind"] == "step" else _iges)(task["file"], pathlib.Path(task["folder"]))
     _look_for_hidden(reader, gathered, task["kind"])
     said = _said(reader.WS().ModelCheckList(True))
     dates = [each for each in said if _DATE in each]
@@ -102,22 +101,21 @@ def read(task: dict[str, Any]) -> dict[str, Any]:
     return gathered.answer(units)
 
 
-def _step(file: str) -> tuple[Any, list[str], str]:
+def _step(file: str, folder: pathlib.Path) -> tuple[Any, list[str], str]:
     """OCCT's reader of a STEP file, what is wrong with its curves, and the unit of its first shape.
 
     No curve is closed for OCCT from here on: it makes such curves periodic and drops the last weight. Points stay.
     """
     reader, faults = STEPControl_Reader(), []
-    with tempfile.TemporaryDirectory(prefix="splinefeed-") as folder:
-        words = pathlib.Path(folder, "said")
-        said = Message_PrinterOStream(os.fspath(words), False, Message_Gravity.Message_Trace)
-        Message.DefaultMessenger_s().ChangePrinters().Clear()
-        Message.DefaultMessenger_s().AddPrinter(said)
-        done = reader.ReadFile(file) == IFSelect_RetDone
-        said.Close()
-        if not done:
-            line = _SYNTAX.search(words.read_text(encoding="utf-8", errors="replace")[:MOST_SAID])
-            raise FormatError(f"line {line[1]}: OCCT says: {line[2]}; is the file complete?" if line else _UNSOUND)
+    words = folder / "said"
+    said = Message_PrinterOStream(os.fspath(words), False, Message_Gravity.Message_Trace)
+    Message.DefaultMessenger_s().ChangePrinters().Clear()
+    Message.DefaultMessenger_s().AddPrinter(said)
+    done = reader.ReadFile(file) == IFSelect_RetDone
+    said.Close()
+    if not done:
+        line = _SYNTAX.search(words.read_text(encoding="utf-8", errors="replace")[:MOST_SAID])
+        raise FormatError(f"line {line[1]}: OCCT says: {line[2]}; is the file complete?" if line else _UNSOUND)
     model = reader.WS().Model()
     for number in range(1, model.NbEntities() + 1):
         curve = model.Value(number)
@@ -136,7 +134,7 @@ def _step(file: str) -> tuple[Any, list[str], str]:
     return reader, faults, str(lengths.Value(1).ToCString()) if lengths.Length() else ""
 
 
-def _iges(file: str) -> tuple[Any, list[str], str]:
+def _iges(file: str, folder: pathlib.Path) -> tuple[Any, list[str], str]:
     """OCCT's reader of an IGES file, what is wrong with its curves, and its unit.
 
     Faults are B-splines (126) that may jump and arcs (100) that do not end on the circle that they begin on: OCCT moves
@@ -145,9 +143,8 @@ def _iges(file: str) -> tuple[Any, list[str], str]:
     reader, faults = IGESControl_Reader(), []
     # 0: no splitting of curves where a derivative jumps
     Interface_Static.SetIVal_s("read.iges.bspline.continuity", 0)
-    with tempfile.TemporaryDirectory(prefix="splinefeed-") as folder:
-        plain = _without_comments(pathlib.Path(file), pathlib.Path(folder, "plain.igs"))
-        done = reader.ReadFile(os.fspath(plain)) == IFSelect_RetDone
+    plain = _without_comments(pathlib.Path(file), folder / "plain.igs")
+    done = reader.ReadFile(os.fspath(plain)) == IFSelect_RetDone
     if not done or not (model := reader.IGESModel()).NbEntities():
         raise FormatError(_UNSOUND)
     section = model.GlobalSection()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -174,12 +175,24 @@ def test_random_jumps_are_those_of_linuxcnc(tmp_path: Path, seed: int) -> None:
         ["o1 do", "#1=[#5420+1]", "o1 while [1]"],
         ["o1 repeat [99999999999]", "G91 G1 X0.1 F1", "o1 endrepeat"],
         ["o1 while [1]", *["G91 G1 X0.001 F1"] * 2000, "o1 endwhile"],
-        ["M98 P7 L100000000", "M2", "O7", "(nothing)", "M99"],
     ],
 )
 def test_a_loop_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, loop: list[str]) -> None:
     monkeypatch.setattr(flow, "MAX_STEPS", 20_000)
     assert "more than 20000 lines are executed; is there an endless loop near here?" in refusal(tmp_path, *loop)
+
+
+@pytest.mark.parametrize(("call", "dialect"), [("M98 P7", "linuxcnc"), ("M98 P7", "fanuc"), ("G65 P7", "fanuc")])
+def test_more_repeats_than_a_program_may_jump_are_refused_before_they_begin(
+    tmp_path: Path, call: str, dialect: str
+) -> None:
+    sub = ["M2", "O7", "G91 G1 X1. F60.", "M99"]
+    begin = time.process_time()
+    assert refusal(tmp_path, f"{call} L99999999", *sub, dialect=dialect) == (
+        "line 1: repeats 99999999 times, and at most 300000 jumps are executed; leave L out"
+    )
+    assert time.process_time() - begin < 2.0
+    assert path_of(tmp_path, f"{call} L9", *sub, dialect=dialect).length == 9.0
 
 
 def test_modes_are_kept_and_restored(tmp_path: Path) -> None:

@@ -251,6 +251,10 @@ class LineBudget:
         self._jumps -= 1
         self._check(self._jumps, MAX_JUMPS, "jumps")
 
+    def expect(self, turns: int) -> None:
+        """Look at so many turns before they begin: each takes a jump at least."""
+        refuse(turns > self._jumps, f"repeats {turns} times, and at most {MAX_JUMPS} jumps are executed; leave L out")
+
     def _check(self, left: int, most: int, what: str) -> None:
         if left < 0:
             raise LineError(f"more than {most} {what} are executed; is there an endless loop near here?")
@@ -414,6 +418,7 @@ class Flow:
                 arguments[key] = value
         refuse("P" not in once, "G65 needs P, the number of a program")
         number, repeats = (_whole_of(once.get(letter, 1.0), f"{letter} of G65") for letter in "PL")
+        self._budget.expect(repeats)
         if repeats > 0:
             self._enter("", str(number), f"begin it with O{number}", repeats)
             self._calls[-1].arguments = arguments
@@ -499,6 +504,7 @@ class Flow:
         run.run(jump.text, self.shown or self.at)
         if run.call is not None and run.call[1] > 0:
             number, repeats = run.call
+            self._budget.expect(repeats)
             if run.calls_line:
                 self._enter_lines(number, repeats, jump)
             else:
