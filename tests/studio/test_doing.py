@@ -4,17 +4,27 @@ from __future__ import annotations
 
 import pytest
 
+from studio_tools import rest
+
 pytestmark = [pytest.mark.slow, pytest.mark.browser, pytest.mark.timeout(900)]
 
 #: A plan that takes some seconds: very slow along the butterfly, a tick each 0.1 ms.
 LONG = {"feed": "0.4", "period": "0.1 ms"}
 
+#: Two changes, the second while the first is planned.
+CHANGES = """({ period, feed }) => {
+  const set = (input, value) => { input.value = value; input.dispatchEvent(new Event("change", { bubbles: true })); };
+  new MutationObserver((_, own) => { own.disconnect(); set(document.querySelector("#limit-feed"), feed); })
+    .observe(document.body, { attributeFilter: ["data-busy"] });
+  set(document.querySelector("#period"), period);
+}"""
+
 
 def test_a_long_plan_says_so_and_stops(opened):
     page = opened()
     assert "Nothing is planned" not in page.inner_text("#verdict")
+    rest(page, lambda: (page.fill("#period", LONG["period"]), page.press("#period", "Enter")))
     before = page.inner_text("#cards")
-    page.fill("#period", LONG["period"])
     page.locator("#limits input[type=text]").first.fill(LONG["feed"])
     page.locator("#limits input[type=text]").first.press("Enter")
     page.wait_for_selector("#doing:not([hidden])")
@@ -29,6 +39,15 @@ def test_a_long_plan_says_so_and_stops(opened):
     page.locator("#limits input[type=text]").first.press("Enter")
     page.wait_for_selector("body[data-shown=final]")
     assert "Checked" in page.inner_text("#verdict")
+
+
+def test_a_change_while_a_plan_is_made_is_still_being_planned_when_the_first_plan_comes(opened):
+    page = opened()
+    page.evaluate(CHANGES, LONG)
+    page.wait_for_selector("body[data-shown=preview]")
+    assert page.get_attribute("body", "data-busy") is not None
+    page.click("#stop-plan")
+    page.wait_for_selector("body[data-shown=stopped]")
 
 
 def test_all_views_of_the_studio_have_one_time(opened):

@@ -38,6 +38,19 @@ def test_a_dxf_is_dropped_a_limit_moved_and_the_numbers_are_those_of_the_api(ope
         assert float(page.get_attribute(f'tr[data-limit="{name}"]', "data-worst")) == each["worst"]
 
 
+def test_the_first_picture_does_not_wait_for_the_library_of_figures(opened):
+    page = opened()
+    page.add_init_script(
+        "new MutationObserver((_, own) => { if (!document.body?.dataset.shown) return; own.disconnect();"
+        " window.early = document.querySelector('script[src*=plotly]') !== null; })"
+        ".observe(document, { subtree: true, childList: true, attributeFilter: ['data-shown'] });"
+    )
+    page.reload()
+    page.wait_for_selector("body[data-shown=final]")
+    assert page.evaluate("early") is False
+    page.wait_for_function("window.Plotly")  # and it comes without being asked for
+
+
 def test_setpoints_are_downloaded_byte_for_byte(opened, tmp_path):
     page = opened()
     asked = {"source": {"shape": "circle?radius=10"}}

@@ -16,11 +16,6 @@ export class Figures {
     this.sheets = {};
     this.beside = {}; // figures at the right of others, by their names
     this.chosen = "limits";
-    this.loaded = new Promise((resolve, reject) => {
-      const script = make("script", { src: "/page/plotly.min.js", onload: () => resolve(window.Plotly), onerror: reject });
-      // after the first paint: the library is some MB of script
-      requestAnimationFrame(() => setTimeout(() => document.head.append(script), 0));
-    });
     $("tabs").addEventListener("keydown", (event) => {
       const tabs = [...$("tabs").children];
       const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
@@ -31,6 +26,14 @@ export class Figures {
     });
   }
 
+  // the library, some MB of script: half a second in which the page does nothing else
+  get loaded() {
+    this.library ??= new Promise((resolve, reject) => {
+      document.head.append(make("script", { src: "/page/plotly.min.js", onload: () => resolve(window.Plotly), onerror: reject }));
+    });
+    return this.library;
+  }
+
   // figures by name, and sheets: elements that stand in for figures
   set(figures, sheets, pinned) {
     this.sets = { ...figures, ...(this.sets.tuning ? { tuning: this.sets.tuning } : {}) };
@@ -38,6 +41,7 @@ export class Figures {
     this.sheets = { ...sheets, ...(this.sheets.tuning ? { tuning: this.sheets.tuning } : {}) };
     this.tabs();
     this.draw();
+    requestAnimationFrame(() => setTimeout(() => this.loaded, 0)); // once the path is on the screen
   }
 
   // one more figure, with the sheet above it and another figure beside it, and look at it

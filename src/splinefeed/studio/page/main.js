@@ -50,6 +50,7 @@ const doing = {
     $("doing-words").textContent = `${job?.words || this.words}: ${seconds.toFixed(1)} s`;
   },
   end() {
+    if (planner.asked) return; // newer settings came meanwhile, and are being planned
     delete document.body.dataset.busy;
     clearInterval(this.timer);
     show($("doing"), false);
