@@ -7,6 +7,8 @@ arc of no sweep); SVG 2, "Painting"; DXF Reference, LAYER group 70 and 62, entit
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import ezdxf
@@ -210,6 +212,60 @@ def test_what_step_calls_invisible_is_left_out(tmp_path: Path, styled, on_layer,
     else:
         with pytest.raises(sf.errors.InputError, match=re.escape(f"holds no curves ({SAID}{said})")):
             read_all(file)
+
+
+@pytest.mark.parametrize(
+    ("font", "dashed"),
+    [
+        ("DRAUGHTING_PRE_DEFINED_CURVE_FONT('continuous')", 0),
+        ("DRAUGHTING_PRE_DEFINED_CURVE_FONT('chain double dash')", 1),
+        ("CURVE_STYLE_FONT('own',(#59))", 1),
+    ],
+)
+def test_a_dashed_curve_of_step_is_said(tmp_path: Path, font: str, dashed: int) -> None:
+    sf.write([sf.Path.polyline([[0, y, 0], [y + 10, y, 0]]) for y in (0, 10)], file := tmp_path / "a.step")
+    text = file.read_text()
+    curve = re.findall(r"(#\d+)=B_SPLINE_CURVE_WITH_KNOTS", text)[1]
+    more = INVISIBLE.format(styled=curve, on_layer=curve, unseen="").replace("#54=INVISIBILITY(());\n", "")
+    more = more.replace("DRAUGHTING_PRE_DEFINED_CURVE_FONT('continuous')", font)
+    more = more.replace("ENDSEC;", "#59=CURVE_STYLE_FONT_PATTERN(2.,1.);\nENDSEC;")
+    file.write_text(text.replace("ENDSEC;\nEND-ISO", re.sub(r"#5(\d)", r"#905\1", more)))
+    said = [each for each in read_all(file)[0].findings if "dashed" in each]
+    assert said == ["1 x element with a dashed stroke, which is read without gaps"] * dashed
+
+
+#: In a process of its own: rhino3dm frees a line type that was added twice when Python ends.
+DASHED_3DM = """
+import os, sys, rhino3dm
+model = rhino3dm.File3dm()
+kept = []
+for name, gaps in (("full", False), ("dashes", True)):
+    line = rhino3dm.Linetype()
+    kept.append(line)
+    line.Name = name
+    line.AppendSegment(2.0, True)
+    if gaps:
+        line.AppendSegment(1.0, False)
+    model.Linetypes.Add(line)
+    layer = rhino3dm.Layer()
+    layer.Name, layer.LinetypeIndex = f"layer of {name}", len(model.Linetypes) - 1
+    model.Layers.Add(layer)
+for y, (layer, own) in enumerate([(0, -1), (0, 1), (1, -1), (1, 0)]):
+    attributes = rhino3dm.ObjectAttributes()
+    attributes.LayerIndex = layer
+    if own >= 0:
+        attributes.LinetypeIndex, attributes.LinetypeSource = own, rhino3dm.ObjectLinetypeSource.LinetypeFromObject
+    model.Objects.AddCurve(rhino3dm.LineCurve(rhino3dm.Point3d(0, y, 0), rhino3dm.Point3d(5, y, 0)), attributes)
+os._exit(0 if model.Write(sys.argv[1], 8) else 1)
+"""
+
+
+def test_dashed_curves_of_3dm_are_said(tmp_path: Path) -> None:
+    file = tmp_path / "a.3dm"
+    subprocess.run([sys.executable, "-c", DASHED_3DM, file], check=True)
+    paths = read_all(file)
+    assert len(paths) == 4
+    assert "2 x element with a dashed stroke, which is read without gaps" in paths[0].findings
 
 
 def test_an_invisible_body_of_step_has_no_edges(data_dir: Path, tmp_path: Path) -> None:

@@ -233,7 +233,10 @@ def _look_for_hidden(reader: Any, gathered: Gathered, kind: str) -> None:
     model = reader.WS().Model()
     every = (model.Value(number) for number in range(1, model.NbEntities() + 1))
     if kind == "step":
-        _leave_out_invisible(model, [each for each in every if isinstance(each, StepVisual_Invisibility)], gathered)
+        styles = [each for each in every if isinstance(each, StepVisual_Invisibility | StepVisual_StyledItem)]
+        if dashed := sum(_is_dashed(each) for each in styles if isinstance(each, StepVisual_StyledItem)):
+            gathered.findings.append(f"{dashed} x {DASHED}")
+        _leave_out_invisible(model, [each for each in styles if isinstance(each, StepVisual_Invisibility)], gathered)
         return
     if (scale := model.GlobalSection().Scale()) not in (0.0, 1.0):
         gathered.findings.append(
@@ -247,6 +250,19 @@ def _look_for_hidden(reader: Any, gathered: Gathered, kind: str) -> None:
     if blank:
         gathered.unshown["blanked entity"] += blank
         reader.SetReadVisible(not gathered.task["hidden"])
+
+
+def _is_dashed(item: Any) -> bool:
+    """Whether a styled item of STEP has a curve style whose font has gaps (ISO 10303-46, curve_style_font)."""
+    for each in (item.StylesValue(i) for i in range(1, item.NbStyles() + 1)):
+        for style in (each.StylesValue(i).CurveStyle() for i in range(1, each.NbStyles() + 1)):
+            font = None if style is None else style.CurveFont()
+            if font is not None and (known := font.PreDefinedCurveFont()) is not None:
+                return bool(known.Name().ToCString().strip().casefold() not in ("continuous", ""))
+            if font is not None and (made := font.CurveStyleFont()) is not None:
+                patterns = (made.PatternListValue(i) for i in range(1, made.NbPatternList() + 1))
+                return any(pattern.InvisibleSegmentLength() > 0.0 for pattern in patterns)
+    return False
 
 
 def _leave_out_invisible(model: Any, said: list[Any], gathered: Gathered) -> None:

@@ -10,11 +10,14 @@ import rhino3dm
 from splinefeed import units
 from splinefeed.errors import FormatError
 from splinefeed.formats.cad_process import Curve, Gathered, arc_of, nurbs
+from splinefeed.formats.drawing import DASHED
 from splinefeed.records import Array
 
 #: Units of files by Rhino's names for them.
 UNITS = {"Millimeters": "mm", "Centimeters": "cm", "Meters": "m", "Inches": "in", "Feet": "ft", "Microns": "um",
          "Mils": "mil", "None": "mm", "Unset": "mm"}  # fmt: skip
+#: Line types as long as the process lasts: rhino3dm 8.35 frees one twice where Python lets go of it.
+_KEPT: list[Any] = []
 #: Blocks in blocks.
 MAX_DEPTH = 16
 
@@ -45,6 +48,10 @@ class _Objects(Gathered):
             if name not in self.layers:
                 raise FormatError(f"layer {name!r} is not there; layers are {', '.join(self.layers) or 'none'}")
         self.off = {name for layer, name in zip(file.Layers, self.layers, strict=True) if not layer.Visible}
+        self.dashes = 0  # curves of which gaps are read, too
+        lines = list(file.Linetypes)
+        _KEPT.extend(lines)
+        self.dashed = {line.Index for line in lines if line.SegmentCount > 1}  # dashes and gaps follow each other
         self.objects = {str(each.Attributes.Id): each for each in file.Objects}
 
     def add_all(self, scale: float) -> None:
@@ -56,6 +63,7 @@ class _Objects(Gathered):
         for brep, name, matrix in self.bodies if self.wants_edges() else ():
             for i in range(len(brep.Edges)):
                 self.add_curve(brep.Edges[i].ToNurbsCurve(), name, matrix)
+        self.findings += [f"{self.dashes} x {DASHED}"] if self.dashes else []
 
     def add_object(self, entry: Any, matrix: Array, depth: int) -> None:
         """An object under the 4 x 4 `matrix` from its place to mm."""
@@ -72,6 +80,9 @@ class _Objects(Gathered):
         if isinstance(geometry, rhino3dm.InstanceReference):
             self.add_block(geometry, matrix, depth)
         elif isinstance(geometry, rhino3dm.Curve):
+            own = attributes.LinetypeSource == rhino3dm.ObjectLinetypeSource.LinetypeFromObject
+            line = attributes.LinetypeIndex if own else self.file.Layers[index].LinetypeIndex if layer else -1
+            self.dashes += line in self.dashed
             self.add_curve(geometry, name, matrix)
         elif isinstance(geometry, rhino3dm.Brep):
             self.bodies.append((geometry, name, matrix))

@@ -44,7 +44,7 @@ def test_a_wait_that_may_be_s_or_ms_is_asked_for(tmp_path: Path, wait: str, aske
     number = wait[1:]
     assert refusal(tmp_path, *lines) == (
         f"line 2: G4 {wait} waits {number} s in linuxcnc, mach3, grbl, and {float(number) / 1e3:g} s in fanuc, haas, "
-        "marlin; nothing shows which control the program is for: name it (option dialect)"
+        "printer, marlin, klipper; nothing shows which control the program is for: name it (option dialect)"
     )
     for dialect, seconds in (("linuxcnc", float(number)), ("fanuc", 1e-3 * float(number))):
         path = path_of(tmp_path, *lines, dialect=dialect)
@@ -53,7 +53,13 @@ def test_a_wait_that_may_be_s_or_ms_is_asked_for(tmp_path: Path, wait: str, aske
 
 @pytest.mark.parametrize(
     ("code", "control"),
-    [("G187 P2", "haas"), ("G505", "siemens"), ("G29", "printer"), ("G12 I5", "haas"), ("G68.2 X0", "fanuc and haas")],
+    [
+        ("G187 P2", "haas"),
+        ("G505", "siemens"),
+        ("G29", "printer"),
+        ("G12 I5", "haas and mach3"),
+        ("G68.2 X0", "fanuc and haas"),
+    ],
 )
 def test_a_code_that_is_not_known_names_the_controls_that_have_it(tmp_path: Path, code: str, control: str) -> None:
     wrong = refusal(tmp_path, "G1 X1 F60", code, dialect="linuxcnc")
@@ -99,3 +105,44 @@ def test_a_short_number_where_a_program_begins_is_a_fanucs() -> None:
 )
 def test_programs_of_posts_are_told(dialect: str, lines: list[str]) -> None:
     assert detect("\n".join(lines).encode()).name == dialect
+
+
+@pytest.mark.parametrize(
+    ("lines", "dialect"),
+    [
+        (["(Mach3 post)", "M98 P2000", "M30", "O2000", "G1 X1", "M99"], "mach3"),  # subprograms of Mach3 have an O
+        (["(Mach3Turn)", "G1 X1"], "mach3"),
+        (["( FANUC 18M )", "G21 G90", "G1 X1. F90."], "fanuc"),
+        (["; post: Fanuc", "G1 X1. F90."], "fanuc"),
+        (["START_PRINT BED=60", "PARK X=3", "G1 X1 F90"], "klipper"),
+        (["G1 X1 F90 (machine 30, not Mach 33)"], "linuxcnc"),
+    ],
+)
+def test_words_that_show_a_control(lines: list[str], dialect: str) -> None:
+    assert detect("\n".join(lines).encode()).name == dialect
+
+
+def test_mach3_has_the_unit_of_a_wait_as_a_setting_and_comments_behind_percent(tmp_path: Path) -> None:
+    """Using Mach3Mill, 1.84-A2: 5.6.3 and 10.7.4, G4; 10.5.5, comments."""
+    lines = ["%", "(Mach3)", "% O0001 X9", "G1 X10 F60", "G4 P2", "%", "X20", "M30"]
+    path = path_of(tmp_path, *lines)
+    assert path.length == 20.0 and sum(each.dwell for each in path.markers) == 2.0
+    assert [each for each in path.findings if each.startswith("times P are taken in s; a setting of Mach3 makes them")]
+
+
+def test_times_of_fanuc_with_a_point_are_said_in_cycles_too(tmp_path: Path) -> None:
+    lines = ["G21 G90", "G0 X0. Y0. Z5.", "G82 X10. Z-5. R2. {} F100."]
+    dwells = {}
+    for word in ("P500", "P0.5"):
+        path = path_of(tmp_path, "O1000", *[line.format(word) for line in lines])
+        dwells[word] = sum(each.dwell for each in path.markers)
+        assert any("with a decimal point is taken in s" in each for each in path.findings) == ("." in word)
+    assert dwells == {"P500": 0.5, "P0.5": 0.5}
+
+
+def test_a_peck_of_fanuc_without_a_point_is_said(tmp_path: Path) -> None:
+    lines = ["O1000", "G21 G90", "G0 X0. Y0. Z5.", "G83 X10. Z-6. R0. Q2000 F100."]
+    whole = path_of(tmp_path, *lines)
+    assert any(each.startswith("Q, the depth of a peck, without a decimal point") for each in whole.findings)
+    parts = path_of(tmp_path, *lines, increments=True)
+    assert len(parts.curves) > len(whole.curves) and not any(each.startswith("Q,") for each in parts.findings)

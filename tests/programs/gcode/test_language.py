@@ -81,6 +81,23 @@ def test_offsets_of_coordinate_systems(tmp_path: Path) -> None:
     )
 
 
+def test_systems_between_which_a_program_moves_are_known_or_said(tmp_path: Path) -> None:
+    """From one system to another a move is as long as their offsets say, those before the first word included."""
+
+    def unknown(*lines: str) -> list[str]:
+        return [each for each in path_of(tmp_path, *lines).findings if "is not known" in each]
+
+    assert unknown("G1 X1 F60", "G55 X2") == ["the offset of G55 is not known: taken as 0 (option offsets): line 2"]
+    assert unknown("G1 X1 F60", "G10 L2 P2 X100", "G55 X2") == [
+        "the offset of G54 is not known: taken as 0 (option offsets): line 3"
+    ]
+    assert unknown("G55", "G1 X1 F60", "X2") == [] and unknown("G54", "G1 X1 F60", "G54 X2") == []
+    haas = unknown("(HAAS)", "G154 P3", "G1 X1. F60.", "G54 X2.")
+    assert haas == ["the offset of G54 is not known: taken as 0 (option offsets): line 4"]
+    back = unknown("(HAAS)", "G54 G1 X1. F60.", "G154 P3 X2.")
+    assert back == ["the offset of G54.1 P3 is not known: taken as 0 (option offsets): line 3"]
+
+
 def test_machine_places_need_a_known_machine(tmp_path: Path) -> None:
     lines = ["F60 G1 X1", "G53 G0 X0", "G28 X5", "G28.1", "G1 X9", "G28", "M30"]
     path = path_of(tmp_path, *lines)
@@ -167,9 +184,9 @@ def test_absolute_centres_hold_until_they_are_called_off(tmp_path: Path) -> None
         (["G1 X1 F1", "G80", "X2"], "line 3: axis words without G0, G1, G2 or G3 before them"),
         (["G1 X"], "line 1: X: a number is missing at the end of the line"),
         (["G1 Xnan"], "line 1: X: a number is missing before 'nan'"),
-        (["G1 X1 (and) 0,5"], "line 1: expected a letter, got ',5'"),
+        (["G1 X1 (and) 0,5"], "line 1: expected a letter, got ',5'; a number has a decimal point, not a comma"),
         (["G92"], "line 1: G92 needs the axes whose places it gives"),
-        (["G1 X1e9"], "line 1: E9 is used by no code of the line; a number cannot have an exponent"),
+        (["G1 X1e9"], "line 1: E9 is used by no code of the line; a number has no exponent, and E is a"),
         (["G1 X99999999999"], "line 1: X leads to 1e+11; at most 1e+09 mm or rad from the zero point is possible"),
         (["G1 X1 I2"], "line 1: I2 is used by no code of the line"),
         (["G1 X#7"], "line 1: X: #7 has no value; set it in the program before it is used"),

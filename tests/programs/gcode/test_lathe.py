@@ -30,6 +30,15 @@ LATHES = {
     "G76": ["G97 S600 M3", "G0 X25 Z5", "G76 P010060 Q100 R0.05", "G76 X21.5 Z-25. P1624 Q500 F2.5", "M30"],
     "small": ["o0105", "g0x50z2", "g76p021060q50r.02", "m30"],
     "tools": ["O0106", "T0202 M8", "G97 S900 M3", "G0 X20. Z1.", "G1 Z-10. F.1", "M30"],
+    "per turn by G99": ["O0108", "G21 G99 S1000 M3", "G0 X20. Z2.", "G1 Z-10. F0.2", "X30.", "M30"],
+    "per turn by G95": ["O0109", "G18 G21 G95 G97 S1000 M3", "G0 X20. Z2.", "G1 Z-10. F0.2", "M30"],
+    "G32": ["O0110", "G97 S500 M3", "G0 X20. Z5.", "G32 Z-20. F1.5", "M30"],
+    "pecks": ["O0111", "G0 X0. Z2.", "G74 R1.", "G74 Z-20. Q5000 F0.1", "M30"],
+    "no number, tools": ["G21 G40", "T0303", "G97 S900 M3", "G0 X20. Z1.", "G1 Z-10. F.1", "M30"],
+    "no number, G99": ["G21 G99", "S900 M3", "G0 X20. Z1.", "G1 Z-10. F.1", "M30"],
+    "Mach3": ["(Mach3Turn)", "G21 G90 M3 S500", "G0 X10 Z2", "G1 Z-10 F50", "M30"],
+    "thread of Mach3": ["(Mach3)", "G21 M3 S500", "G0 X10 Z2", "G76 X8 Z-10 Q1 P1 H0.2 I30 R0.1 K1", "M30"],
+    "per turn in Mach3": ["(Mach3)", "G18 G21 G95 M3 S500", "G0 X10 Z2", "G1 Z-10 F.1", "M30"],
     "facing": ["O0107", "G97 S900 M3", "G0 X40. Z1.", "G94 X-1. Z0 F.1", "Z-.5", "M30"],
 }
 
@@ -51,6 +60,13 @@ def test_the_line_of_the_sign_is_named(tmp_path: Path) -> None:
         ["G90 X5 Z1 F100 G1", "G96 S100 D2000 M3 G95 F.1", "X3", "M2"],  # LinuxCNC, radii
         ["G0 X0 Y0 U0 V0", "G1 X5 Y5 U5 V5 F100", "M2"],
         ["O0003 (G71 P10 Q20)", "G1 X5. F100.", "M30"],
+        ["O0004", "G21 G90 G98 S900 M3", "G0 X5. Z2.", "G1 Z-1. F100.", "M30"],
+        ["O0005", "G21 G0 X5. Z9.", "G99 G81 Z-3. R2. F80.", "X9.", "G80", "M30"],
+        ["O0006", "T1 M6", "S500 M3 G95", "G0 X5. Z2.", "G1 Z-1. F.2", "M30"],
+        ["O0007", "S500 M3 G95", "G0 X5. Y0. Z2.", "G1 Z-1. F.2", "M30"],
+        ["O0008", "G18 G0 X0. Y0. Z5.", "G2 X10. Z5. I5. F100.", "M30"],
+        ["O0009", "T303", "G90 G0 X5. Z2.", "T3 M6", "G1 Z-1. F90.", "M30"],
+        ["(Mach3)", "G18 G95 M3 S500", "G0 X10 Y0 Z2", "G1 Z-10 F.1", "M30"],
     ],
 )  # fmt: skip
 def test_what_a_mill_may_have(tmp_path: Path, lines: list[str]) -> None:
@@ -65,6 +81,7 @@ def test_what_a_mill_may_have(tmp_path: Path, lines: list[str]) -> None:
         (["G18 G95", "G96 S180 M3", "G0 X52 Z2"], "line 3: G96"),
         (["G0 X52 Z2", 'CYCLE95("A:B",1.5,0.1,0.2,0)'], "line 3: a turning cycle"),
         (["G0 X52 Z2", "CYCLE930(30,-20,5,5,3)"], "line 3: a turning cycle"),
+        (["G95 S900 M4", "G0 X52 Z2", "G1 Z-9 F.2"], "line 2: a feed per revolution (G95)"),
     ],
 )
 def test_lathes_of_siemens_are_refused(tmp_path: Path, lines: list[str], sign: str) -> None:
@@ -83,3 +100,9 @@ def test_a_lathe_of_heidenhain_is_refused(tmp_path: Path) -> None:
     lines = ["0 BEGIN PGM T MM", "1 FUNCTION MODE TURN", "2 L X+52 Z+2 R0 FMAX"]
     assert "'FUNCTION MODE TURN' is a function of the control or of a lathe" in refusal(tmp_path, *lines)
     assert path_of(tmp_path, lines[0], "1 FUNCTION MODE MILL", "2 L X+0 FMAX", "3 L X+9 F100").length == 9.0
+
+
+@pytest.mark.parametrize("line", ["G0 X9 Y=2 Z2", "T1 M6"])
+def test_a_mill_of_siemens_may_feed_by_turns(tmp_path: Path, line: str) -> None:
+    path = path_of(tmp_path, "; SINUMERIK", "G95 S1000 M3", line, "G0 X9 Z2", "G1 Z-8 F0.2", start=(9, 2, 2))
+    assert path.feeds is not None and path.feeds[-1] == pytest.approx(200.0 / 60.0)

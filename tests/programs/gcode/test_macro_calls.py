@@ -89,7 +89,7 @@ def test_a_subprogram_may_be_a_file_beside_the_program(tmp_path: Path, name: str
         (["G65 A1."], "line 4: G65 needs P, the number of a program"),
         (["G65 P9000.5"], "line 4: P of G65 is 9000.5; it must be a whole number from 0"),
         (["G65 P9000 G1 X1."], "line 4: G1 beside G65: write it on its own line"),
-        (["G65 P8000 A1."], "line 4: o8000 is called, and is neither in the program nor in 8000.ngc beside it"),
+        (["G65 P8000 A1."], "line 4: O8000 is called, and is neither in the program nor in O8000.nc beside it"),
         (["G65 P9000", "M30", "O9000", "G65 P9000", "M99"], "line 7: o9000: more than 10 calls within calls"),
         (["G65 P9000 L999999999", "M30", "O9000", "M99"], "more than 300000 jumps are executed"),
         (["M98 P9000 L99999999", "M30", "O9000", "M99"], "more than 300000 jumps are executed"),

@@ -61,22 +61,6 @@ REFUSED: dict[int, str] = {
     **dict.fromkeys((760, 870, 880), "a canned cycle that is not supported; let the CAM system write its moves"),
 }
 
-#: Codes that not every control has, by the dialects that have them: what a program is likely for whose codes are not
-#: known. Sources: the manuals that docs/gcode-dialects.md names for each dialect.
-ELSEWHERE: dict[str, frozenset[int]] = {
-    "siemens": frozenset(
-        10 * each
-        for each in (25, 26, 63, 70, 71, 74, 75, *range(110, 113), 147, 148, 153, 247, 248, *range(331, 334), 347, 348,
-                     450, 451, 500, *range(505, 600), 601, 602, 603, *range(641, 646), 700, 710)
-    ),
-    "fanuc": frozenset((51, 71, 75, 106, 121, 131, 434, 435, 501, 511, 541, 681, 682, 800, 810, 2340))
-    | {10 * each for each in (9, 22, 23, 27, 31, 45, 46, 47, 48, 60, 62, 63, 65, 66, 67, 68, 69, 75, 77)},
-    "haas": frozenset((682, 2340))
-    | {10 * each for each in (12, 13, 31, 35, 36, 37, 47, 65, 68, 69, 70, 71, 72, *range(101, 104), *range(107, 130),
-                              136, 141, 143, 150, 153, 154, 155, 160, 161, 167, 174, 184, 187)},
-    "printer": frozenset(10 * each for each in (26, 27, 29, 32, 34, 35, 60, 61, 76, 425)),
-}  # fmt: skip
-
 #: Codes that change nothing that a path knows.
 WITHOUT_EFFECT = frozenset((80, 150, 400, 490, 500, 690, 800, 960, 970, 980, 990))
 

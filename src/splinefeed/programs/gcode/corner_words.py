@@ -8,6 +8,7 @@ begins and ends, R the radius of an arc that touches both lines. SINUMERIK 840D 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -18,22 +19,24 @@ from splinefeed.records import Array
 
 #: What is read of a line: a radius, the way from the corner, and the length of the chamfer.
 WORDS = (",R", ",C", ",L")
-_OF_SIEMENS = {",R": "RND=", ",C": "CHR=", ",L": "CHF="}
 #: Lines that turn by less than this, rad, have no corner.
 STRAIGHT = 1e-9
 
 
 class CornerWords:
-    """The corner at the end of the last move, which the next one completes; `open` while there is one."""
+    """The corner at the end of the last move, which the next one completes; `open` while there is one.
 
-    def __init__(self, state: ProgramState, *, siemens: bool = False) -> None:
-        self._state, self._names = state, _OF_SIEMENS if siemens else {}
+    names  what the dialect calls `WORDS`, in that order
+    """
+
+    def __init__(self, state: ProgramState, names: Sequence[str]) -> None:
+        self._state, self.names = state, dict(zip(WORDS, names, strict=False))
         self.open, self._word, self._size = False, "", 0.0
 
     @property
     def _name(self) -> str:
         """The word as the program has it."""
-        return self._names.get(self._word, self._word)
+        return self.names.get(self._word, self._word)
 
     def begin(self, word: str, size: float) -> None:
         """The last move, a line, ends in a corner of that size, mm."""

@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 from splinefeed.programs.gcode.codes import g_name
 from splinefeed.programs.gcode.dialects import Dialect
 from splinefeed.programs.gcode.expressions import LineError, refuse
+from splinefeed.programs.gcode.line_words import LineWords
 from splinefeed.programs.gcode.moves import LARGEST, LETTERS, POLAR, Findings, MoveKind
 from splinefeed.programs.gcode.state import UNSAID, ProgramState, check_size
 from splinefeed.programs.gcode.threads import TIED
@@ -58,6 +59,8 @@ FANUC = CYCLES | {
 }
 #: A Haas waits at the bottom of the last peck (Mill Operator's Manual, G73 and G83: P); Fanuc's have no P.
 HAAS = FANUC | {730: "0R Q( 1L 0A ) 1Z P 0C", 830: "0R Q( 1L 0R 0A ) 1Z P 0C"}
+#: As `Dialect.cycles` calls them.
+KINDS = {"linuxcnc": CYCLES, "fanuc": FANUC, "haas": HAAS}
 _PECKS = (730, 830)
 #: How the spindle turns in LinuxCNC's tapping cycles, and the cycle that cuts upwards, from R to Z.
 _TURNING, _UPWARDS = {740: 4, 840: 3}, 870
@@ -152,7 +155,7 @@ class Cycles:
     def __init__(self, state: ProgramState, dialect: Dialect, findings: Findings) -> None:
         self.state, self.dialect, self.findings = state, dialect, findings
         state.returns = dialect.returns
-        self.known = HAAS if dialect.name == "haas" else FANUC if dialect.keeps_cycles else CYCLES
+        self.known = KINDS[dialect.cycles]
         self._initial = 0.0
         self.forget()
 
@@ -163,7 +166,7 @@ class Cycles:
         self._kept: dict[str, float] = {}
         self._levels: dict[str, float] = {}  # of R and Z from the zero point, which Fanuc keeps
 
-    def line(self, code: int, words: dict[str, float], line: int) -> None:
+    def line(self, code: int, words: LineWords, line: int) -> None:
         """One line of the cycle `code`; the words that it uses are taken from `words`."""
         state, steps, name = self.state, self.known[code], g_name(code)
         refuse(state.feed_mode == 93, f"{name} cannot have feeds by inverse time; write G94")
@@ -177,12 +180,14 @@ class Cycles:
             self._initial, self.first_line = float(state.position[across] - zero), line
         if code != self._code and not self.dialect.keeps_cycles:
             self._kept = {}
-        if code in _PECKS and "P" in words and self.known is FANUC:
+        if code in _PECKS and "P" in words and self.dialect.keeps_cycles and "P" not in steps:
             words.pop("P")
             self.findings.count(f"P of {name} is left out: Fanuc has none there, a Haas waits at the bottom", line)
         said_now = {"R"} & words.keys() | ({"Z"} if depth in axes else set())
         self._code, kept = code, self._kept
-        kept |= {letter: words.pop(letter) for letter in "RQP" if letter in steps and letter in words}
+        kept |= {letter: words.pop(letter) for letter in "RQ" if letter in steps and letter in words}
+        if "P" in steps and "P" in words:
+            kept["P"] = words.wait(self.dialect.dwell, self.dialect.dwell_pointed)
         if depth in axes:
             kept["Z"] = axes.pop(depth)
         optional = "P" * ("M-" in steps or self.dialect.keeps_cycles) + "Q" * ("M-" in steps)
@@ -220,7 +225,7 @@ class Cycles:
         switches = {"M+": f"M{turning}", "M-": f"M{7 - turning}"} if turning else {"M+": 0.0, "M-": 0.0}
         hole = Hole(
             state, line, name, {"R": retract, "Z": bottom, "C": clear}, [(peck, peck + clearance) for peck in pecks],
-            {"P": kept.get("P", 0.0) * self.dialect.dwell, **switches},
+            {"P": kept.get("P", 0.0), **switches},
             abs(state.scaled((across + 1) % 3, kept.get("Q", 0.0))),
         )  # fmt: skip
         if times and initial < top and not back:
@@ -236,7 +241,7 @@ class Cycles:
             hole.drill(steps)
         state.tolerance, state.exact_stop = before
 
-    def _repeats(self, name: str, words: dict[str, float]) -> int:
+    def _repeats(self, name: str, words: LineWords) -> int:
         """How often; LinuxCNC's L is at least 1, Fanuc's K may be 0, which only keeps the words."""
         letters = [letter for letter in self.dialect.repeats if letter in words]
         times = words.pop(letters[0]) if letters else 1.0

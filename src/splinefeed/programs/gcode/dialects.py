@@ -16,40 +16,66 @@ HEAD_BYTES = 2**16
 
 @dataclass(frozen=True)
 class Dialect:
-    """What a control reads differently from LinuxCNC.
+    """What a control reads differently from LinuxCNC. To add one: a row in DIALECTS, and what shows it in _SIGNS.
 
+    language      whose lines it has: rs274, or those of a row of `reader.LANGUAGES`
     extruder      3-D printers: E words are filament and no motion, and G0 moves at F
     laser         S is the power of a laser, for which the tool does not rest
+    own           G codes that not every control has, as tenths; those that are not read are refused as its own
     m_codes       those that it has; the words beside another one are that one's. None where the builder adds codes
     dwell         s of one unit of G4's P; dwell_words: letters of G4 that are in s
+    dwell_pointed s of one unit of P with a decimal point, of G4 and of cycles; None where a point changes nothing
+    dwell_said    what a finding says of that unit, where the manual leaves it open
+    units_by_70   whether G70 and G71 are inches and mm; to others they are cycles of lathes, or rows of holes
     modes         codes that switch functions of the control on and off and move nothing
     silent        how lines begin that are for the control alone: directives, texts
+    percent_ends  whether a second % ends the program; to others a line that begins with it is a comment
     returns       98 or 99: where canned cycles end unless the program says it
     repeats       letters of a canned cycle's repeats
-    jumps         whether O-words, M98 and M99 are read
+    cycles        whose canned cycles it has, by the name that `cycles.KINDS` has for them
     keeps_cycles  whether R, Z, P and Q stay in force from one kind of cycle to the next
+    corners       what it calls a rounded corner, a chamfer by its way and a chamfer by its length; nothing for none
+    jumps         whether O-words, M98 and M99 are read; calls_lines: whether M97 calls lines of the same program
+    systems       codes of coordinate systems beyond G54 to G59.3
     of_fanuc      whether systems are G54.1 P (G154 P), which G10 L20 sets, G10 adds with G91, R and Z of a cycle stay
-                  where they were said, and G80 brings G0 to G3 from before the cycle back; G4's P with a point is in s
+                  where they were said, G80 brings G0 to G3 from before the cycle back, and macros are Fanuc's
     of_linuxcnc   whether words that LinuxCNC alone has are read: G76 as a thread, M70 to M73, M128, F before units
     lead          letter of the way a revolution of G33
+    lathe         by which signs a lathe's program is recognized, as `lathe.SIGNS` calls them; nothing for none
     """
 
     name: str
     title: str
+    language: str = "rs274"
     extruder: bool = False
     laser: bool = False
+    own: frozenset[int] = frozenset()
     m_codes: frozenset[int] | None = None
     dwell: float = 1.0
     dwell_words: str = ""
+    dwell_pointed: float | None = None
+    dwell_said: str = ""
+    units_by_70: bool = False
     modes: frozenset[int] = frozenset()
     silent: tuple[str, ...] = ()
+    percent_ends: bool = True
     returns: int = 98
     repeats: str = "L"
+    cycles: str = "linuxcnc"
     keeps_cycles: bool = False
+    corners: tuple[str, ...] = ()
     jumps: bool = False
+    calls_lines: bool = False
+    systems: frozenset[int] = frozenset()
     of_fanuc: bool = False
     of_linuxcnc: bool = False
     lead: str = "K"
+    lathe: str = ""
+
+
+def _tenths(*codes: int) -> frozenset[int]:
+    """G codes as tenths."""
+    return frozenset(10 * code for code in codes)
 
 
 #: LinuxCNC documentation, "M-Codes" (M100 to M199 are the user's, with P and Q), and "M98 and M99"; Grbl 1.1,
@@ -58,34 +84,65 @@ _OF_LINUXCNC = frozenset(
     (*range(10), 19, 30, *range(48, 54), *range(60, 69), *range(70, 74), *range(96, 200), 428, 429)
 )
 _OF_GRBL = frozenset((*range(10), 30, 56, *range(62, 68)))
-#: What Marlin and Klipper have in common: printers are read by `printers`.
-_PRINTER = Dialect("printer", "3-D printer", extruder=True, laser=True, dwell=1e-3, dwell_words="S")
-PRINTERS = ("printer", "marlin", "klipper")
+#: What Marlin and Klipper have in common.
+_PRINTER = Dialect("printer", "3-D printer", language="printer", extruder=True, laser=True, dwell=1e-3, dwell_words="S")
 
 _FANUC = Dialect(
     "fanuc",
     "Fanuc",
+    own=frozenset((51, 71, 75, 106, 121, 131, 434, 435, 501, 511, 541, 681, 682, 800, 810, 2340))
+    | _tenths(9, 22, 23, 27, 31, 45, 46, 47, 48, 60, 62, 63, 65, 66, 67, 68, 69, 75, 77),
     dwell=1e-3,
     dwell_words="XU",
+    dwell_pointed=1.0,
+    dwell_said="P of G4 and of cycles with a decimal point is taken in s, as a Haas does; Fanuc has none",
     # G05 P10000 and G05.1 Q1 look ahead, G08 P1 does too; G50.1 and G69 end what is refused when it begins;
     # G13.1 does too, but G13 is a round pocket to a Haas, whose G103 and G187 say how far to look ahead and
     # how smooth to be
     modes=frozenset((50, 51, 80, 501, 620, 630, 690, 150, 131, 1030, 1870)),
     silent=("//", "POPEN", "PCLOS", "DPRNT", "BPRNT"),
     repeats="KL",
+    cycles="fanuc",
     keeps_cycles=True,
+    corners=(",R", ",C", ",L"),
     jumps=True,
+    systems=frozenset((541, 1540)),
     of_fanuc=True,
     lead="F",
+    lathe="fanuc",
 )
 
 DIALECTS = {
     each.name: each
     for each in (
-        Dialect("linuxcnc", "LinuxCNC", m_codes=_OF_LINUXCNC, returns=99, jumps=True, of_linuxcnc=True),
+        Dialect(
+            "linuxcnc", "LinuxCNC", m_codes=_OF_LINUXCNC, returns=99, jumps=True, of_linuxcnc=True, lathe="certain"
+        ),
         _FANUC,
-        replace(_FANUC, name="haas", title="Haas", repeats="L"),
-        Dialect("mach3", "Mach3", modes=frozenset((150, 501, 690)), jumps=True),
+        replace(
+            _FANUC,
+            name="haas",
+            title="Haas",
+            own=frozenset((682, 2340))
+            | _tenths(12, 13, 31, 35, 36, 37, 47, 65, 68, 69, 70, 71, 72, *range(101, 104), *range(107, 130), 136,
+                      141, 143, 150, 153, 154, 155, 160, 161, 167, 174, 184, 187),
+            dwell_said="",
+            repeats="L",
+            cycles="haas",
+            calls_lines=True,
+            systems=frozenset((541, 1540)) | _tenths(*range(110, 130)),
+        ),
+        Dialect(
+            "mach3",
+            "Mach3",
+            own=_tenths(12, 13, 15, 16, 31, 50, 51, 68, 69, 77, 78),
+            dwell_said="times P are taken in s; a setting of Mach3 makes them ms (General Config, G04 Dwell param)",
+            units_by_70=True,
+            modes=frozenset((150, 501, 690)),
+            percent_ends=False,
+            jumps=True,
+            lathe="mach3",
+        ),
         Dialect(
             "grbl",
             "Grbl",
@@ -94,37 +151,48 @@ DIALECTS = {
             silent=("$", "?", "!", "~", "[ESP", "%"),
             laser=True,
         ),
-        _PRINTER,
+        replace(_PRINTER, own=_tenths(26, 27, 29, 32, 34, 35, 60, 61, 76, 425)),
         replace(_PRINTER, name="marlin", title="Marlin"),
         replace(_PRINTER, name="klipper", title="Klipper", dwell_words=""),
-        Dialect("siemens", "Siemens Sinumerik"),
-        Dialect("heidenhain", "Heidenhain"),
+        Dialect(
+            "siemens",
+            "Siemens Sinumerik",
+            language="siemens",
+            own=_tenths(25, 26, 63, 70, 71, 74, 75, *range(110, 113), 147, 148, 153, 247, 248, *range(331, 334), 347,
+                        348, 450, 451, 500, *range(505, 600), 601, 602, 603, *range(641, 646), 700, 710),
+            units_by_70=True,
+            corners=("RND=", "CHR=", "CHF="),
+            lathe="siemens",
+        ),
+        Dialect("heidenhain", "Heidenhain", language="klartext", corners=("RND", "CHF", "CHF")),
     )
-}
+}  # fmt: skip
 
 #: What tells a dialect, the first that is found; G6.2 with a method is what LinuxCNC alone has.
 _SIGNS = {
     "heidenhain": r"^[ \t]*(?:\d+[ \t]+)?BEGIN[ \t]+PGM\b",
+    "klipper": r"^;FLAVOR:\s*Klipper|^[ \t]*(?:START_PRINT|PRINT_START|SET_VELOCITY_LIMIT|SET_PRESSURE_ADVANCE"
+    r"|EXCLUDE_OBJECT\w*|BED_MESH_\w+|SET_GCODE_OFFSET|SAVE_GCODE_STATE|SET_RETRACTION|SET_KINEMATIC_POSITION)\b",
     "siemens": r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;(?:\$PATH|\s*SINUMERIK)|^%_N_"
     r"|\bCYCLE\d+[ \t]*\(|\bG(?:500|505|64[12])\b|\bTRA(?:ORI|FOOF)\b|\b[ABC]3[ \t]*="
     r"|^[ \t]*(?:N\d+[ \t]*)?(?:EXTERN|PROC)[ \t]+[A-Z_]+\d*|\bSUPA\b|\bLIMS[ \t]*=",
     "grbl": r"^[ \t]*\$(?:N?\d+[ \t]*=|J=|[$#GIXCH](?![A-Z0-9]))",
     "linuxcnc": r"^(?>[^\n]*?\bG0?6\.2\b)[^\n]*Q\s*[123]\b|^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b"
     r"|\bM6[78][ \t]*E\d|\bM6[2-6][ \t]*P\d|#[ \t]*<\w|\bM0?[345][ \t]*\$[ \t]*-?\d",
+    "mach3": r"\bmach\s?[234](?![0-9])(?:/[34])?",
     "haas": r"\bhaas\b|\bG154[ \t]*P\d|\bG187\b|\bG103[ \t]*P\d",
     # a number of four digits, or of fewer where the program begins
     "fanuc": r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?![ \t]*[a-z\[#])|\A[%\s]*+O\d{1,3}\b(?![ \t]*[a-z\[#<])"
     r"|^[ \t]*//|\bG0?5\.1\s*Q[013]\b"
     r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b|\bG43\.[45]\b|\bG234\b|^(?>[^\n]*?\bIF[ \t]*\[)[^\n]*\b(?:GOTO|THEN)"
     r"|^(?>[^\n]*?\bWHILE[ \t]*\[)[^\n]*\][ \t]*DO[ \t]*[123]\b|\bG65[ \t]*P\d",
-    "mach3": r"\bmach\s?[234](?:/[34])?\b|^[ \t]*M1[01]\s*P[0-3]\b",
+    "mach3, by less": r"^[ \t]*M1[01]\s*P[0-3]\b",
     "grbl, by less": r"\bgrbl\b|\bM0?[34][ \t]*S0\b",
     "marlin": r"^;FLAVOR:\s*Marlin",
-    "klipper": r"^;FLAVOR:\s*Klipper|^[ \t]*(?:START_PRINT|PRINT_START|SET_VELOCITY_LIMIT|SET_PRESSURE_ADVANCE"
-    r"|EXCLUDE_OBJECT\w*|BED_MESH_\w+|SET_GCODE_OFFSET|SAVE_GCODE_STATE|SET_RETRACTION|SET_KINEMATIC_POSITION)\b",
     "printer": r"^;FLAVOR:|^[ \t]*(?:N\d+[ \t]*)?"
     r"(?:G[0123]\b[^;(\nM]*\sE-?[\d.]|G92\s*E|G28\s+[WXYZ]\s*(?:[XYZ]\s*)*$"
     r"|M73\s+[PQR]|M(?:82|83|84|10[4679]|11[57]|140|190|20[1-5]|22[01]|400|486|555|862|900|906)\b)",
+    "fanuc, by less": r"^[^(;\n]*+[(;][^\n]*?\bfanuc\b",
 }
 _DETECTED = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign in _SIGNS.items()}
 
@@ -139,13 +207,15 @@ _KINDS = {
 }
 _OF_KIND = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign in _KINDS.items()}
 #: Where G4's P is in s, where a whole P is in ms, and from which P on the dialect has to be known.
-IN_SECONDS, IN_MILLISECONDS, UNSURE_FROM = ("linuxcnc", "mach3", "grbl"), ("fanuc", "haas", "marlin"), 100.0
+IN_SECONDS = tuple(each.name for each in DIALECTS.values() if each.language == "rs274" and each.dwell == 1.0)
+IN_MILLISECONDS = tuple(each.name for each in DIALECTS.values() if each.dwell == 1e-3)
+UNSURE_FROM = 100.0
 
 #: Klipper's macros, whose values may look like Siemens' words: PARK_AT X=10.
 _MACRO = re.compile(r"^[ \t]*(?=\w*_)[A-Z_]\w*[ \t]+\w+=.*", re.IGNORECASE | re.MULTILINE)
 
 #: Dialects that a comment may name.
-_IN_COMMENTS = ("mach3", "grbl, by less", "haas")
+_IN_COMMENTS = ("mach3", "grbl, by less", "haas", "fanuc, by less")
 
 #: Axis words with a decimal point and without, and how many of these are counted.
 _POINTED = re.compile(r"(?<![A-Z#\[])[XYZUVWABCIJKR][-+]?[0-9]*\.", re.IGNORECASE)
@@ -199,7 +269,7 @@ def recognized(head: bytes) -> tuple[Dialect, str]:
 def contradiction(head: bytes) -> str:
     """What a program says that shows two kinds of dialects, with their lines; "" where it shows one or none."""
     _, code = _text_and_code(head)
-    if _DETECTED["heidenhain"].search(code):
+    if _DETECTED["heidenhain"].search(code) or _DETECTED["klipper"].search(code):
         return ""
     kinds = {
         name: _place(code, found)

@@ -101,6 +101,12 @@ def refuse(wrong: object, reason: str) -> None:
         raise LineError(reason)
 
 
+def shown(rest: str) -> str:
+    """What is left of a line that cannot be read, with a hint for a comma that stands for a decimal point."""
+    hint = "; a number has a decimal point, not a comma" if re.match(r",[0-9]", rest) else ""
+    return f"{rest[:20].strip()!r}{hint}"
+
+
 class Vacant(float):
     """The value of a macro's variable that has none: 0 in arithmetic, equal to #0 alone; its letter is no word."""
 
@@ -362,7 +368,7 @@ def parse(text: str, parameters: Parameters, *, bare: bool = False, corners: boo
             block.words[f",{corner}"] = scanner.value()
             continue
         if not ("A" <= c <= "Z" or c in ":@^$"):
-            raise LineError(f"expected a letter, got {scanner.text[scanner.at :][:20]!r}")
+            raise LineError(f"expected a letter, got {shown(scanner.text[scanner.at :])}")
         scanner.at += 1
         if c in "O:":
             if block.words or block.g or block.m:

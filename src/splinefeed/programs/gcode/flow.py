@@ -465,7 +465,10 @@ class Flow:
             texts.append(self._files[base])
         text = next((text for text in texts if (kind, name) in text.subs), None)
         if text is None:
-            raise LineError(f"o{name} is called, and is neither in the program nor in {base}.ngc beside it; {mend}")
+            called, there = f"o{name}", f"{base}.ngc"
+            if self._parameters.macros and base.isdigit():  # as a Fanuc has it
+                called, there = f"O{base}", f"O{int(base):04d}.nc"
+            raise LineError(f"{called} is called, and is neither in the program nor in {there} beside it; {mend}")
         jump = text.subs[kind, name]
         refuse(jump.fault, jump.fault)
         if len(self._calls) > MAX_CALLS:

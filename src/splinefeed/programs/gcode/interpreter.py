@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from splinefeed.programs.gcode.corner_words import WORDS as CORNER_WORDS
 from splinefeed.programs.gcode.corner_words import CornerWords
 from splinefeed.programs.gcode.cutter import Cutter
 from splinefeed.programs.gcode.cycles import Cycles
-from splinefeed.programs.gcode.dialects import IN_MILLISECONDS, IN_SECONDS, UNSURE_FROM, Dialect
+from splinefeed.programs.gcode.dialects import DIALECTS, IN_MILLISECONDS, IN_SECONDS, UNSURE_FROM, Dialect
 from splinefeed.programs.gcode.expressions import (
     Block,
     LineError,
@@ -31,13 +30,13 @@ from splinefeed.programs.gcode.expressions import (
     parse,
     refuse,
 )
-from splinefeed.programs.gcode.moves import AXES, LARGEST, LETTERS, POLAR, STATED, Findings, Flag, MoveKind
-from splinefeed.programs.gcode.offsets import MORE_SYSTEMS, MOST_SYSTEMS, REFERENCE_PARAMETERS, SYSTEMS
+from splinefeed.programs.gcode.line_words import LineWords
+from splinefeed.programs.gcode.moves import LARGEST, LETTERS, POLAR, STATED, Findings, Flag, MoveKind
+from splinefeed.programs.gcode.places import Places
 from splinefeed.programs.gcode.spline_words import SplineWords
 from splinefeed.programs.gcode.state import UNBOUNDED, Modal, ProgramState, check_size, number
 from splinefeed.programs.gcode.threads import thread, tied
 from splinefeed.programs.gcode.tool_tip import SWITCH_OFF, SWITCH_ON, TOOL_AXIS, TOOL_TIP, ToolTip
-from splinefeed.programs.gcode.tools import Tool
 from splinefeed.records import Array
 
 _RATE = {
@@ -65,9 +64,6 @@ _WORDS_OF_M = {
 _TAKES_WORDS = frozenset((40, 100, 640, *codes.GROUPS["motion"])) - {0, 10, 800}
 #: Codes and letters of a line that only moves.
 _MOVES, _MOVING = frozenset((0, 10, 20, 30)), frozenset("XYZABCUVWIJKRF")
-#: Dialects whose G70 and G71 are inches and mm; to others they are cycles of lathes, or rows of holes.
-_UNITS_BY_70 = ("siemens", "mach3")
-_MORE_OF_HAAS = range(1100, 1300, 10)
 #: Fanuc's variables that raise an alarm and that stop with a message (B-64484EN, "System variables").
 _ALARM, _MESSAGE = 3000, 3006
 #: Most turns of one arc.
@@ -84,13 +80,10 @@ class Interpreter:
             state.rapid = MoveKind.LINE
         state.speed_stops = not dialect.laser
         self.parameters = Parameters(state.parameter, dialect.of_fanuc)
-        self._words: dict[str, float] = {}  # of the line by letter; what its codes do not take belongs to none of them
-        self._without_point: set[str] = set()  # letters of the line whose numbers are whole
+        self._words = LineWords()  # of the line
         self.untold = False  # whether nothing in the program shows its dialect
         self.increments = False  # whether words of axes without a decimal point count least increments
         self._before_cycles = -1  # G0 to G3, which Fanuc's G80 puts in force again
-        self._bare_g92 = True
-        self._machine_known = bool(state.offsets.known or state.offsets.references)
         self.ended = False
         self.jumps = dialect.jumps  # whether what calls and ends subprograms is carried out by `Flow`
         self.call: tuple[int, int] | None = None  # what M98 calls, and how often
@@ -99,10 +92,8 @@ class Interpreter:
         self.goes_on = 0  # the line (N) at which Fanuc's M99 P goes on
         self.cutter, self.tool_tip, self.splines = Cutter(state), ToolTip(state, findings), SplineWords(state, findings)
         self.splines.of_fanuc = dialect.of_fanuc
-        self.cycles, self.corners = (
-            Cycles(state, dialect, findings),
-            CornerWords(state, siemens=dialect.name == "siemens"),
-        )
+        self.cycles, self.corners = Cycles(state, dialect, findings), CornerWords(state, dialect.corners)
+        self.places = Places(state, dialect, findings, self.parameters)
         self._begun = False  # whether there was a line of the program, or the % in front of it
         self._kept: list[tuple[Modal, int] | None] = [None]  # what M70 or M73 has kept, by level of calls
 
@@ -112,7 +103,7 @@ class Interpreter:
         if self._modal not in self.cycles.known:
             self.cycles.forget()
         fanuc = self.dialect.of_fanuc
-        block = parse(self._plain(text), self.parameters, bare=fanuc, corners=fanuc or self.dialect.name == "siemens")
+        block = parse(self._plain(text), self.parameters, bare=fanuc, corners=bool(self.dialect.corners))
         if block.deletable:
             self.findings.count("lines with / are executed, as with block delete off", line)
         if block.percent:  # the first one, in front of the program, begins it; any other ends it
@@ -167,6 +158,8 @@ class Interpreter:
         if text.lstrip().upper().startswith(dialect.silent):
             self.findings.count(f"lines that begin with {' or '.join(dialect.silent)} move nothing", self.line)
             return ""
+        if not dialect.percent_ends and text.lstrip().startswith("%"):
+            return ""
         if "//" in text and not dialect.of_linuxcnc:
             text = _TRAILING.sub(lambda found: found[1] or "", text)
         if dialect.of_fanuc and "/" in text and "#" not in text:
@@ -177,15 +170,16 @@ class Interpreter:
         return mended(text, lambda fault: self.findings.count(fault, self.line)) if self.repair else text
 
     def _do(self, block: Block) -> None:
-        self._words, self._begun, self._without_point = dict(block.words), True, block.whole
+        self._words, self._begun = LineWords(block.words), True
+        self._words.whole = block.whole
         for letter in block.whole & _COUNTED if self.increments else ():
             self._words[letter] /= 1e4 if self.state.inch and letter not in "ABC" else 1e3
         if _MOVES.issuperset(block.g) and not block.m and _MOVING.issuperset(block.words) and not self.cutter.on:
             self._feed_word(block.g[0] if block.g else self._modal)
             self._motion(block.g[0] if block.g else None, set(block.g))
-            self._check_used()
+            self._words.check_used(self.corners.names)
             return
-        self._bare_g92 = not self._words.keys() & {"S", "E"}  # G92 S limits a spindle, G92 E is about filament
+        bare_g92 = not self._words.keys() & {"S", "E"}  # G92 S limits a spindle, G92 E is about filament
         known = {code for code in block.g if code not in self.dialect.modes}
         for code in sorted(set(block.g) - known):
             for letter in "PQRE":
@@ -212,23 +206,19 @@ class Interpreter:
         self.state.returns = said.get("retract", 10 * self.state.returns) // 10
         for group, do in (
             ("units", self.state.set_units), ("cutter compensation", self._cutter),
-            ("tool length", self._tool_length), ("coordinate system", self._system),
-            ("path control", self._path_control), ("one line", self._places),
+            ("tool length", self._tool_length), ("path control", self._path_control),
         ):  # fmt: skip
             if group in said:
                 do(said[group])
+        if "coordinate system" in said:
+            self.places.choose(said["coordinate system"], self._words, self.line)
+        if "one line" in said:
+            self.places.shift(said["one line"], self._words, self.line, bare_g92)
         if not known & {100, 760}:
             self._words.pop("H", None)
         self._motion(said.get("motion"), known)
         self._stops(block)
-        self._check_used()
-
-    def _check_used(self) -> None:
-        """LineError for a word of the line that nothing has taken."""
-        if self._words:
-            letter, value = next(iter(self._words.items()))
-            hint = "; a number cannot have an exponent" if letter == "E" else ""
-            raise LineError(f"{letter}{value:g} is used by no code of the line{hint}")
+        self._words.check_used(self.corners.names)
 
     def _unknown_m(self, block: Block, known: set[int]) -> None:
         """An M code that the dialect does not have takes the words of its line with it, unless a G code moves there."""
@@ -244,18 +234,18 @@ class Interpreter:
         if self._compensates(code) or code in self.cycles.known or (code == 760 and self.dialect.of_linuxcnc):
             return
         if reason is None:
-            elsewhere = code in (700, 710) and self.dialect.name not in _UNITS_BY_70
+            elsewhere = code in (700, 710) and not self.dialect.units_by_70
             if elsewhere or (code not in codes.GROUP_OF and code not in codes.WITHOUT_EFFECT):
-                others = [each for each, there in codes.ELSEWHERE.items() if code in there]
+                others = [each.name for each in DIALECTS.values() if code in each.own]
                 own = f"{name} is a code of {self.dialect.title} that is not read; let the CAM system write its moves"
-                refuse(self.dialect.name in others, own)
+                refuse(code in self.dialect.own, own)
                 hint = f"it is a code of {' and '.join(others)}" if others else "the program may be another control's"
                 hint += ": name the control (option dialect)"
                 raise LineError(f"{name} is not known in the dialect {self.dialect.title}; {hint}")
         elif self.repair and code in (*codes.PROBES, *codes.COMPENSATION):
             self.findings.count(f"{name} is left out, the path is as programmed: {reason.partition(';')[0]}", self.line)
             if code in codes.PROBES:
-                self._axes()
+                self._words.axes(self.state)
                 known.discard(code)
                 self.state.motion = -1
         elif code in codes.COMPENSATION and not self.dialect.jumps:
@@ -277,7 +267,7 @@ class Interpreter:
     def _spindle_mode(self, code: int | None, known: set[int]) -> None:
         """G96, S at the surface with D as the highest speed, and G97; G92 S and G50 S of lathes are that speed too."""
         state = self.state
-        if self.dialect.lead == "F" and known & {920, 500} and not self._words.keys() & set(LETTERS):
+        if self.dialect.of_fanuc and known & {920, 500} and not self._words.keys() & set(LETTERS):
             state.top_speed = self._words.pop("S", state.top_speed) or math.inf
         if code is None:
             return
@@ -340,7 +330,7 @@ class Interpreter:
             said.append(f"M{code}")
             if code == 61 and linuxcnc:  # the tool in the spindle has another number
                 selected = state.selected
-                state.select(self._need("Q", "M61"))
+                state.select(self._words.need("Q", "M61"))
                 state.loaded, state.selected = state.selected, selected
                 said.append(f"Q{number(state.loaded)}")
         if any_m and not any(code in codes.GROUP_OF for code in block.g):
@@ -374,37 +364,33 @@ class Interpreter:
     def _subprogram(self, code: int, block: Block) -> None:
         """M98: what `Flow` calls behind this line, P by number and L times; Fanuc's P may say both.
 
-        A Haas's M97 calls the lines of the same program from N on.
+        M97 of a Haas calls the lines of the same program from N on.
         """
-        if code == 97 and self.dialect.name == "haas":
-            number, times = self._whole("P", "M97"), self._whole("L", "M97") if "L" in self._words else 1
+        words = self._words
+        if code == 97 and self.dialect.calls_lines:
+            number, times = words.need_whole("P", "M97"), words.need_whole("L", "M97") if "L" in words else 1
             self.call, self.calls_line = (number, times), True
             return
         if code != 98 or not self.jumps:
             raise LineError(f"M{code}: subprograms are not supported here; write the program in one piece")
         if self.dialect.of_linuxcnc and (block.g or self._words.keys() - {"P", "L"}):
             raise LineError("M98 must be alone on its line; LinuxCNC ignores the rest of it")
-        packed = self.dialect.keeps_cycles and "L" not in self._words
-        number = self._whole("P", "M98")
+        packed = self.dialect.of_fanuc and "L" not in words
+        number = words.need_whole("P", "M98")
         times, number = divmod(number, 10_000) if packed and number > 9_999 else (1, number)
-        self.call = number, self._whole("L", "M98") if "L" in self._words else times
+        self.call = number, words.need_whole("L", "M98") if "L" in words else times
 
     def _dwell(self) -> float:
         """The seconds of G4."""
-        unit = 1.0 if self.dialect.of_fanuc and "P" not in self._without_point else self.dialect.dwell
-        if unit != self.dialect.dwell and "P" in self._words and self.dialect.name != "haas":
-            self.findings.count("P of G4 with a decimal point is taken in s, as a Haas does; Fanuc has none", self.line)
-        if self.untold and "P" in self._without_point and self._words.get("P", 0.0) >= UNSURE_FROM:
-            p, there, others = self._words["P"], ", ".join(IN_SECONDS), ", ".join(IN_MILLISECONDS)
+        words, dialect = self._words, self.dialect
+        if self.untold and "P" in words.whole and words.get("P", 0.0) >= UNSURE_FROM:
+            p, there, others = words["P"], ", ".join(IN_SECONDS), ", ".join(IN_MILLISECONDS)
             raise LineError(
                 f"G4 P{p:g} waits {p:g} s in {there}, and {1e-3 * p:g} s in {others}; nothing shows which control the "
                 "program is for: name it (option dialect)"
             )
-        seconds = self._words.pop("P", math.nan) * unit
-        if self.dialect.name == "siemens" and "U" in self._words:
-            turns = self.state.turns(0.0) if not self.state.surface else 0.0
-            refuse(not turns, "G4 S counts turns of the spindle, whose speed is not known; write S and M3 before it")
-            seconds = 60.0 * self._words.pop("U") / turns
+        self._say_unit(words)
+        seconds = words.wait(dialect.dwell, dialect.dwell_pointed)
         for letter in self.dialect.dwell_words:
             seconds = self._words.pop(letter, seconds)
         if self.dialect.extruder and math.isnan(seconds):
@@ -413,6 +399,12 @@ class Interpreter:
         refuse(math.isnan(seconds), f"G4 needs P, the time to wait{hint}")
         refuse(not 0.0 <= seconds <= LARGEST, f"G4: a wait of {seconds:g} s is not possible")
         return seconds
+
+    def _say_unit(self, words: LineWords) -> None:
+        """What is to be said of the unit of P, a time."""
+        dialect = self.dialect
+        if dialect.dwell_said and "P" in words and not (dialect.dwell_pointed and "P" in words.whole):
+            self.findings.count(dialect.dwell_said, self.line)
 
     def _path_control(self, code: int) -> None:
         state, bound = self.state, 0.0
@@ -446,7 +438,9 @@ class Interpreter:
             return
         axes = {letter: self._words[letter] for letter in LETTERS + POLAR if letter in self._words}
         if 530 in known:
-            self._machine_move(axes)
+            if axes and (move := self.places.machine_move(self._words, self.line)):
+                kind, end, said = move
+                state.add(kind, end, said, self.line, **self._feed(kind, end))
             return
         if axes or code is not None:
             refuse(self.corners.open and (code not in (None, 0, 10, 20, 30)), "a corner needs a line, G1, behind it")
@@ -454,8 +448,12 @@ class Interpreter:
                 thread(state, self._words, self.line, self.findings)
                 return
             if self._modal in self.cycles.known:
-                if self.dialect.name == "haas" and "P" in self._words and "P" not in self._without_point:
-                    self._words["P"] /= self.dialect.dwell  # a wait with a point is in s there, as that of G4
+                self._say_unit(self._words)
+                if self.dialect.of_fanuc and "Q" in self._words.whole and not self.increments:
+                    unit = "mm or inches (option increments)"
+                    self.findings.count(
+                        f"Q, the depth of a peck, without a decimal point is taken in {unit}", self.line
+                    )
                 self.cycles.line(self._modal, self._words, self.line)
                 return
         tool_axis = self.tool_tip.taken(self._words, self._modal)
@@ -463,7 +461,8 @@ class Interpreter:
             return
         refuse(self._modal not in _RATE, "axis words without G0, G1, G2 or G3 before them")
         there, said = state.target(axes)
-        self._words = {letter: value for letter, value in self._words.items() if letter not in axes}
+        for letter in axes:
+            del self._words[letter]
         if self._modal in (330, 331):
             lead = self._words.pop(self.dialect.lead, None)
             tied(state, self._modal, (there, said), lead, self.line, self.findings)
@@ -498,7 +497,7 @@ class Interpreter:
             if code == 99:
                 if not self.jumps or ("P" in self._words and not self.dialect.of_fanuc):
                     raise LineError("M99 with P, or in this dialect, is not supported; write the program in one piece")
-                self.goes_on = self._whole("P", "M99") if "P" in self._words else 0
+                self.goes_on = self._words.need_whole("P", "M99") if "P" in self._words else 0
                 self._words.pop("L", None)
                 self.returns = True
             elif code in codes.M_GROUPS["stop"]:
@@ -514,21 +513,6 @@ class Interpreter:
     def _modal(self) -> int:
         """The motion in force, as tenths of its G code; -1 for none."""
         return self.state.motion
-
-    def _need(self, letter: str, name: str) -> float:
-        refuse(letter not in self._words, f"{name} needs {letter}")
-        return self._words.pop(letter)
-
-    def _whole(self, letter: str, name: str) -> int:
-        value = self._need(letter, name)
-        if not 0.0 <= value < 1e9 or abs(value - round(value)) > 1e-4:
-            raise LineError(f"{letter}{value:g} of {name} is not a whole number from 0")
-        return round(value)
-
-    def _axes(self) -> dict[int, float]:
-        """Axis words as values in mm or rad by axis, which are then done with."""
-        scaled, words = self.state.scaled, self._words
-        return {axis: scaled(axis, words.pop(letter)) for axis, letter in enumerate(LETTERS) if letter in words}
 
     def _feed(self, kind: int, there: Array) -> dict[str, Any]:
         """The feed of a move to `there` (9,) by inverse time, on its own line, or by G96 at its mean X."""
@@ -570,7 +554,7 @@ class Interpreter:
     def _tool_length(self, code: int) -> None:
         """G43 and its kin: the programmed point is the tool tip: the axes move by the tool offset."""
         state, name = self.state, g_name(code)
-        axes = self._axes() if code in (431, 432) else {}
+        axes = self._words.axes(self.state) if code in (431, 432) else {}
         number = self._words.pop("H", state.loaded if code == 430 else None)
         if code in TOOL_TIP:
             self.tool_tip.begin(TOOL_TIP[code], self.line, number, vectors=code == 435)
@@ -611,7 +595,7 @@ class Interpreter:
             raise LineError(f"{name} needs {what} before it")
         refuse(code % 10 and self._words.pop("L", 0.0), f"{name} L: tools of a lathe are not supported")
         if code % 10 or state.tools is None:
-            diameter = state.scaled(0, self._need("D", name))
+            diameter = state.scaled(0, self._words.need("D", name))
         else:
             diameter = state.tools.tool(self._words.pop("D", state.loaded)).diameter
         refuse(abs(diameter) > LARGEST, f"{name}: a tool of diameter {diameter:.6g} mm does not compensate")
@@ -633,103 +617,3 @@ class Interpreter:
         if 6 in block.m or self.state.feed_mode == 93:
             named = named or "a change of tool and G93 are"
         refuse(named, f"{named} not allowed between G41 or G42 and G40")
-
-    def _system(self, code: int) -> None:
-        number, name = SYSTEMS.get(code, 0), g_name(code)
-        if not number:  # G54.1 P1, G154 P1, and a Haas's G110 to G129, which are G154 P1 to P20
-            there = self.dialect.of_fanuc and (code < _MORE_OF_HAAS[0] or self.dialect.name == "haas" or code == 1540)
-            own = code in codes.ELSEWHERE.get(self.dialect.name, ())
-            refuse(not there and own, f"{name} is a code of {self.dialect.title} that is not read; write its moves")
-            refuse(not there, f"{name} is not known in the dialect {self.dialect.title}")
-            more = (code - _MORE_OF_HAAS[0]) // 10 + 1 if code in _MORE_OF_HAAS else self._whole("P", name)
-            refuse(not 1 <= more <= MOST_SYSTEMS, f"{name} P{more}: coordinate systems are P1 to P{MOST_SYSTEMS}")
-            number, name = MORE_SYSTEMS + more, f"{name} P{more}"
-        if not self.state.offsets.select(number):
-            self.findings.count(f"the offset of {name} is not known: taken as 0 (option offsets)", self.line)
-        self.state.set_offsets()
-
-    def _places(self, code: int) -> None:
-        """G10, G52, G92 and the reference points of G28 and G30."""
-        offsets, position = self.state.offsets, self.state.position
-        if code == 100:
-            self._set_system()
-        elif code in (520, 920):
-            axes = self._axes()
-            refuse(code == 920 and not axes and self._bare_g92, "G92 needs the axes whose places it gives")
-            offsets.shift(axes, position if code == 920 else None)
-        elif code in (921, 922, 923):
-            offsets.clear(code)
-        elif code in (281, 301):
-            offsets.references[code - 1] = self.state.position.copy()
-        self.state.set_offsets()
-        if code in (280, 300):
-            self._go_to_reference(code)
-
-    def _set_system(self) -> None:
-        kind, state, offsets = self._whole("L", "G10"), self.state, self.state.offsets
-        if kind in (1, 10, 11) and state.tools is not None:
-            number, radius, values = self._whole("P", "G10"), self._words.pop("R", None), self._axes()
-            if kind > 1:
-                values = offsets.zero(values, state.position, SYSTEMS[593] if kind == 11 else 0, tool=True)
-            tool = state.tools.by_number.get(number, Tool(np.zeros(AXES)))
-            offset, diameter = tool.offset.copy(), tool.diameter if radius is None else 2.0 * state.scaled(0, radius)
-            offset[list(values)] = list(values.values())
-            by_number = {**state.tools.by_number, number: Tool(offset, diameter)}
-            state.tools = replace(state.tools, by_number=by_number)
-        elif kind not in (2, 20):
-            self.findings.count(f"G10 L{kind} changes the tool table, which is not supported", self.line)
-            self._words = {each: value for each, value in self._words.items() if each in "FST"}
-        else:
-            system, values = self._whole("P", "G10"), self._axes()
-            if self.dialect.of_fanuc:
-                self._set_system_of_fanuc(kind, system, values)
-                return
-            refuse(system > 9, f"G10 P{system}: coordinate systems are 1 to 9, or 0 for the one in force")
-            if kind == 2 and self._words.pop("R", 0.0):
-                raise LineError("G10 L2 R turns a coordinate system; write the turned coordinates")
-            offsets.set_system(system, values if kind == 2 else offsets.zero(values, state.position, system))
-            self._machine_known = True
-
-    def _set_system_of_fanuc(self, kind: int, number: int, values: dict[int, float]) -> None:
-        """G10 L2 P1 to P6 (G54 to G59), P0 (of all systems), and L20 P1 (G54.1 P1): offsets, added with G91."""
-        offsets, most = self.state.offsets, MOST_SYSTEMS if kind == 20 else 6
-        refuse(not kind // 20 <= number <= most, f"G10 L{kind} P{number}: coordinate systems are 1 to {most}")
-        if kind == 2 and number == 0:
-            added = offsets.external[list(values)] * self.state.relative
-            offsets.external[list(values)] = list(values.values()) + added
-        else:
-            offsets.set_system(number + MORE_SYSTEMS * (kind == 20), values, self.state.relative)
-        self._machine_known = True
-
-    def _go_to_reference(self, code: int) -> None:
-        state, numbers = self.state, self.parameters.numbers
-        there, said = state.target({x: self._words.pop(x) for x in LETTERS if x in self._words})
-        point, first = state.offsets.references.get(code), REFERENCE_PARAMETERS[code]
-        if point is None and numbers.keys() & set(range(first, first + AXES)):
-            point = np.array([state.scaled(axis, numbers.get(first + axis, 0.0)) for axis in range(AXES)])
-        if point is None:
-            self.findings.count(f"{g_name(code)} is left out: the machine's reference point is unknown here", self.line)
-        if said and (not state.relative or point is not None):
-            state.add(MoveKind.RAPID, there, said, self.line)
-        if point is None:
-            return
-        chosen = said >> np.arange(AXES) & 1 != 0
-        end = np.where(chosen | (not said), point, state.position)
-        moved = int((chosen | (end != state.position)) @ (1 << np.arange(AXES)))
-        state.add(MoveKind.RAPID, end, moved | moved << STATED, self.line)
-
-    def _machine_move(self, axes: dict[str, float]) -> None:
-        """G53: the words are places of the machine, which are known only where its offsets are."""
-        if not axes:
-            return
-        refuse(self._modal not in (0, 10), "G53 needs G0 or G1")
-        refuse(axes.keys() & set(POLAR), "polar coordinates (@, ^) are not machine positions; write X and Y with G53")
-        if not self._machine_known:
-            self._axes()
-            self.findings.count("G53 is left out: the machine's zero is unknown here (option offsets)", self.line)
-            return
-        end, places = self.state.position.copy(), self._axes()
-        end[list(places)] = [check_size(LETTERS[axis], place) for axis, place in places.items()]
-        said = sum(1 << axis | 1 << axis + STATED for axis in places)
-        kind = MoveKind.LINE if self._modal else MoveKind.RAPID
-        self.state.add(kind, end, said, self.line, **self._feed(kind, end))

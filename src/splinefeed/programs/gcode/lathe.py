@@ -22,53 +22,74 @@ _CERTAIN = {
     "a thread by G92": r"^(?>[^\n]*?G92(?![0-9.]))(?>[^\n]*?[XU])[^\n]*?F\s*[0-9.]|"
     r"G92(?![0-9.])\s*[XU]\s*[-+.0-9]+\s*Z\s*[-+.0-9]+\s*F",
 }
-#: What a mill of that kind hardly has where it moves no Y.
+#: What a mill hardly has where it moves no Y and changes no tool by M6.
+_PER_TURN, _OFFSET = "a feed per revolution (G95)", "a tool with its offset"
+_UNLIKELY = {_PER_TURN: r"G95(?![0-9.])"}
+#: And what a mill of Fanuc's kind hardly has.
+_RETURN = "G98 or G99 without a drilling cycle"
 _LIKELY = {
+    _RETURN: r"(?<![A-Z0-9])G9[89](?![0-9.])",
+    "a thread by G32": r"(?<![A-Z0-9])G32(?![0-9.])",
+    "a pecking cycle": r"G7[45]\s*R\s*[.0-9]",
     "G96": r"G96(?![0-9.])",
     "steps by U and W": r"(?<![A-Z#])[UW]\s*[-+]?[.0-9]",
     "a turning cycle": r"^(?![^\n]*G0?[0-3](?![0-9.]))(?>[^\n]*?G9[04](?![0-9.])\s*[XUZW])(?>[^\n]*?[XUZW])[^\n]*?F",
-    "a tool with its offset": r"^(?![^\n]*M0?6(?![0-9]))[^\n]*(?<![A-Z])T[0-9]{4}(?![0-9])",
+    _OFFSET: r"^(?![^\n]*M0?6(?![0-9]))[^\n]*(?<![A-Z])T(?:[0-9]{4}|([0-9])0\1)(?![0-9])",
 }
-#: What no mill of Siemens has; G96 and LIMS where nothing says that X is a radius.
+#: What programs of LinuxCNC have, which is read where nothing shows a control.
+_OF_LINUXCNC = ("G96", "steps by U and W", "a pecking cycle")
+#: What no mill of Mach3 has: its G76 is a thread, G77 and G78 turn and face.
+_OF_MACH3 = {"a turning cycle": r"(?<![A-Z0-9])G7[678](?![0-9.])", "Mach3Turn": r"\bMach3\s?Turn\b"}
+#: What no mill of Siemens has; the feed, G96 and LIMS where nothing says that X is a radius.
 _OF_SIEMENS = {
     "DIAMON": r"^[^;\n\"]*?\b(?:DIAMON|DIAM90)\b",
     "a turning cycle": r"^[^;\n\"]*?\bCYCLE9(?:[3-9]|[2-5][0-9])[ \t]*\(",
     "LIMS=": r"^[^;\n\"]*?\bLIMS[ \t]*=",
     "G96": r"^[^;\n\"]*?\bG96(?![0-9.])",
+    _PER_TURN: r"^[^;\n\"]*?\bG95(?![0-9.])",
 }
 _RADIUS = re.compile(r"^[^;\n\"]*?\bDIAMOF\b", _FLAGS)
 #: An arc in the plane of Z and X, which is the one in force on a lathe.
 _ARC = re.compile(r"^(?>[^\n]*?G0?[23](?![0-9.]))(?>[^\n]*?X)(?>[^\n]*?Z)[^\n]*?(?<![A-Z])K\s*[-+.0]*[1-9]", _FLAGS)
 _PLANE = re.compile(r"G1[89](?![0-9])", re.IGNORECASE)
 _COMMENT = re.compile(r"\([^()\n]*\)|;.*")
-_Y, _CHANGE = re.compile(r"Y\s*[-+]?[.0-9#\[]", re.IGNORECASE), re.compile(r"M0?6(?![0-9])", re.IGNORECASE)
+_Y, _CHANGE = re.compile(r"Y\s*+(?:=\s*+)?[-+]?[.0-9#\[]", re.IGNORECASE), re.compile(r"M0?6(?![0-9])", re.IGNORECASE)
+#: What says that a program of Fanuc's kind is a mill's where it has G98 and G99.
+_OF_MILL = re.compile(r"(?<![A-Z0-9])G(?:17|90|91|73|76|8[1-9])(?![0-9])", re.IGNORECASE)
+#: By what `Dialect.lathe` says. Some count where no line moves Y, or where nothing says that X is a radius.
+SIGNS = {
+    "certain": _CERTAIN,
+    "mach3": _OF_MACH3 | _CERTAIN | _UNLIKELY,
+    "fanuc": _CERTAIN | _LIKELY | _UNLIKELY,
+    "siemens": _OF_SIEMENS,
+    "untold": _CERTAIN | {name: sign for name, sign in _LIKELY.items() if name not in _OF_LINUXCNC},
+}
+_MEND = "a mill's program moves Y: write Y0 in its first move"
+_MEND_OF_SIEMENS = "where X is a radius, write DIAMOF"
 
 
-def siemens_lathe_sign(text: str) -> tuple[int, str] | None:
-    """Line and kind of what shows a program of Siemens' lathes, or None."""
-    of_radius = _RADIUS.search(text)
-    for name, sign in _OF_SIEMENS.items():
-        if name in ("LIMS=", "G96") and of_radius:
-            continue
-        if found := re.search(sign, text, _FLAGS):
-            return text.count("\n", 0, found.end()) + 1, name
-    return None
+def lathe_sign(text: str, kind: str) -> tuple[int, str, str] | None:
+    """Line and name of what shows a lathe's program, and what to do if it is none; None for a mill's.
 
-
-def lathe_sign(text: str, likely: bool) -> tuple[int, str] | None:
-    """Line and kind of what shows a lathe's program, or None; a program that moves Y is a mill's.
-
-    likely  whether the dialect is Fanuc's or near to it, so that signs count that others write, too
+    kind  the entry of SIGNS that the dialect of the program names, "untold" where nothing shows one; "" for none
     """
-    code = _COMMENT.sub("", text)
-    if _Y.search(code):
+    if not kind:
         return None
-    if not _PLANE.search(code) and (found := _ARC.search(code)):
-        return code.count("\n", 0, found.start()) + 1, "an arc of X, Z and K without G18"
-    signs = _CERTAIN | (_LIKELY if likely else {})
-    if _CHANGE.search(code):
-        signs.pop("a tool with its offset", None)
-    for name, sign in signs.items():
-        if found := re.search(sign, code, _FLAGS):
-            return code.count("\n", 0, found.start()) + 1, name
+    code, unsure = _COMMENT.sub("", text), set[str]()
+    if kind == "siemens":
+        code, mend = text, _MEND_OF_SIEMENS
+        unsure |= {_PER_TURN} if _Y.search(_COMMENT.sub("", text)) else set()
+        unsure |= {"LIMS=", "G96", _PER_TURN} if _RADIUS.search(text) else set()
+    else:
+        mend = _MEND
+        if _Y.search(code):
+            return None
+        if not _PLANE.search(code) and (found := _ARC.search(code)):
+            return code.count("\n", 0, found.start()) + 1, "an arc of X, Z and K without G18", mend
+        unsure |= {_RETURN} if _OF_MILL.search(code) else set()
+    unsure |= {_OFFSET, _PER_TURN} if _CHANGE.search(code) else set()
+    for name, sign in SIGNS[kind].items():
+        looked_at = text if name == "Mach3Turn" else code
+        if name not in unsure and (found := re.search(sign, looked_at, _FLAGS)):
+            return code.count("\n", 0, found.start()) + 1, name, mend
     return None

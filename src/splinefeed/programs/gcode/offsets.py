@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from splinefeed.programs.gcode.codes import g_name
 from splinefeed.programs.gcode.moves import AXES
 from splinefeed.records import Array
 
@@ -33,6 +34,7 @@ class Offsets:
         self.systems = {number: np.array(given.get(number, np.zeros(AXES))) for number in range(1, 10)}
         self.systems |= {number: np.array(given[number]) for number in given if number > MORE_SYSTEMS}
         self.known = {number for number in given if number not in REFERENCES.values()}
+        self._given = bool(self.known)
         self.references = {code: given[code] for code in REFERENCES.values() if code in given}
         self.external = np.zeros(AXES)  # of all systems (Fanuc's G10 L2 P0)
         self.active = 1
@@ -65,12 +67,17 @@ class Offsets:
             found |= dict(enumerate((values / scale).tolist(), first))
         return found
 
-    def select(self, number: int) -> bool:
-        """Put a system in force; False where its offset from the one before is not known."""
+    def select(self, number: int, moved: bool = False) -> int:
+        """Put a system in force: the number of one whose offset from the others is not known; 0 where all is known.
+
+        moved  whether there were places in the system before; offsets that the user gives are from the first system
+        """
+        self.used |= {self.active} if moved else set()
         self.active = number
         self.systems.setdefault(number, np.zeros(AXES))
         self.used.add(number)
-        return len(self.used) < 2 or number in self.known
+        unknown = ({number} if self._given else self.used) - self.known
+        return 0 if len(self.used) < 2 or not unknown else number if number in unknown else min(unknown)
 
     def set_system(self, number: int, values: Mapping[int, float], added: bool = False) -> None:
         """G10 L2: offsets by axis, or what is added to them."""
@@ -103,3 +110,9 @@ class Offsets:
             return
         self.stored = np.zeros(AXES) if code == 921 else self.g92.copy()
         self.g92 = np.zeros(AXES)
+
+
+def system_name(number: int) -> str:
+    """The code of a coordinate system by its number: G54, or G54.1 P1 (G154 P1)."""
+    codes = {each: code for code, each in SYSTEMS.items()}
+    return g_name(codes[number]) if number in codes else f"G54.1 P{number - MORE_SYSTEMS}"

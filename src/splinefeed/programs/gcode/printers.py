@@ -12,7 +12,7 @@ import re
 from collections import Counter
 
 from splinefeed.programs.gcode.codes import g_name
-from splinefeed.programs.gcode.expressions import LineError, refuse
+from splinefeed.programs.gcode.expressions import LineError, refuse, shown
 from splinefeed.programs.gcode.interpreter import Interpreter
 
 #: G codes that are read as everywhere else; all others, with their words, are the printer's own.
@@ -102,7 +102,7 @@ class Printer(Interpreter):
             else:
                 self.findings.count(f"{letter} beside a motion of a printer moves nothing", self.line)
         rest = text[at:].strip()
-        refuse(rest and not match, f"expected a letter and a number, got {rest[:20]!r}")
+        refuse(rest and not match, f"expected a letter and a number, got {shown(rest)}")
         if name in ("G5", "G5.1") and len(words) == 1:  # as Cura writes it behind what it prints first
             self._settings[name] += 1
             return rest

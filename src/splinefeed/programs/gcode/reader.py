@@ -13,7 +13,6 @@ from splinefeed.errors import FormatError
 from splinefeed.files.source import check_file, check_size, head_text, read_bytes, read_head
 from splinefeed.programs.gcode.arcs import find_arcs
 from splinefeed.programs.gcode.dialects import (
-    PRINTERS,
     Dialect,
     contradiction,
     recognized,
@@ -26,7 +25,7 @@ from splinefeed.programs.gcode.flow import PLAIN, Flow, ProgramText, blocks_of, 
 from splinefeed.programs.gcode.heidenhain import Heidenhain
 from splinefeed.programs.gcode.interpreter import Interpreter
 from splinefeed.programs.gcode.klartext import KlartextFlow
-from splinefeed.programs.gcode.lathe import lathe_sign, siemens_lathe_sign
+from splinefeed.programs.gcode.lathe import lathe_sign
 from splinefeed.programs.gcode.lines import ProgramLines
 from splinefeed.programs.gcode.moves import AXES, MAX_LINE, STATED, Findings, Moves
 from splinefeed.programs.gcode.offsets import Offsets
@@ -37,9 +36,9 @@ from splinefeed.programs.gcode.state import ProgramState
 from splinefeed.programs.gcode.tools import Tools
 from splinefeed.records import Array
 
-#: Dialects whose lines are not those of RS274.
-_INTERPRETERS: dict[str, type[Interpreter]] = {
-    "siemens": Siemens, "heidenhain": Heidenhain, **dict.fromkeys(PRINTERS, Printer),
+#: Who runs the lines of a language, as `Dialect.language` calls it.
+LANGUAGES: dict[str, type[Interpreter]] = {
+    "rs274": Interpreter, "printer": Printer, "siemens": Siemens, "klartext": Heidenhain,
 }  # fmt: skip
 #: Largest program, bytes.
 MAX_BYTES = 2 * 2**30
@@ -98,12 +97,11 @@ class Reading:
                 raise FormatError(f"{file}: {said}")
             self.dialect, shown = recognized(head)
             self.dialect_by = shown or NOTHING_TELLS
-        likely = self.dialect.lead == "F"  # Fanuc's kind
-        if self.dialect.name == "siemens" and (sign := siemens_lathe_sign(head_text(head))):
-            raise FormatError(f"{file}: line {sign[0]}: {sign[1]} {_LATHE}; where X is a radius, write DIAMOF")
-        if likely or self.dialect.name in ("linuxcnc", "mach3"):
-            self._check_mill(file, head_text(head), likely)
-        first, lines, beside = whole_numbers(head_text(head)) if likely else ("", [], False)
+        text = head_text(head)
+        if sign := lathe_sign(text, "untold" if self.dialect_by is NOTHING_TELLS else self.dialect.lathe):
+            line, name, mend = sign
+            raise FormatError(f"{file}: line {line}: {name} {_LATHE}; {mend}")
+        first, lines, beside = whole_numbers(text) if self.dialect.of_fanuc else ("", [], False)
         for line in lines:
             taken = (
                 "thousandths of mm (inch programs: ten-thousandths of an inch)" if self.increments else "mm or inches"
@@ -123,12 +121,6 @@ class Reading:
                 "resume at another line (from_line)"
             )
 
-    @staticmethod
-    def _check_mill(file: str | os.PathLike[str], text: str, likely: bool) -> None:
-        if sign := lathe_sign(text, likely):
-            mend = "a mill's program moves Y: write Y0 in its first move"
-            raise FormatError(f"{file}: line {sign[0]}: {sign[1]} {_LATHE}; {mend}")
-
     def checked(self, file: str | os.PathLike[str]) -> Iterator[Moves]:
         """The same; FormatError with the line, too, for an arc that misses its circle, unless it is to be mended."""
         for moves in self.moves(file):
@@ -144,8 +136,7 @@ class Reading:
 
     def _run(self, file: pathlib.Path, dialect: Dialect) -> Iterator[Moves]:
         state = ProgramState(Offsets(self.offsets), self.start, self.tools)
-        interpreter = _INTERPRETERS.get(dialect.name, Interpreter)
-        run = interpreter(state, dialect, self.findings, repair=self.repair)
+        run = LANGUAGES[dialect.language](state, dialect, self.findings, repair=self.repair)
         run.increments = self.increments and dialect.of_fanuc
         run.untold = self.dialect_by is NOTHING_TELLS
         self.fast &= not run.increments

@@ -14,7 +14,7 @@ import re
 import numpy as np
 
 from splinefeed.programs.gcode.cycles import SIEMENS, parameters, siemens
-from splinefeed.programs.gcode.expressions import LineError, refuse
+from splinefeed.programs.gcode.expressions import LineError, refuse, shown
 from splinefeed.programs.gcode.interpreter import Interpreter
 from splinefeed.programs.gcode.lines import UNKNOWN
 from splinefeed.programs.gcode.moves import AXES, LETTERS
@@ -120,6 +120,14 @@ class Siemens(Interpreter):
             block = _EQUAL.sub(rb"\1", block)
         return block.translate(_NOT_PLAIN)
 
+    def _dwell(self) -> float:
+        """G4 F, in s, is a P here, and G4 S, in turns of the spindle, a U."""
+        if "U" not in self._words:
+            return super()._dwell()
+        turns = self.state.turns(0.0) if not self.state.surface else 0.0
+        refuse(not turns, "G4 S counts turns of the spindle, whose speed is not known; write S and M3 before it")
+        return 60.0 * self._words.pop("U") / turns
+
     def end(self) -> None:
         """The file is at its end."""
         self._close()
@@ -203,7 +211,7 @@ def _translated(text: str) -> tuple[list[str], dict[str, float], set[str], _Call
     while at < len(text):
         match = _WORD.match(text, at)
         if match is None:
-            raise LineError(f"expected a word of a Siemens program, got {text[at : at + 20].strip()!r}")
+            raise LineError(f"expected a word of a Siemens program, got {shown(text[at:])}")
         at = match.end()
         name, value, key, inside = match["name"], match["text"], match["key"], match["inside"]
         if match["letter"]:
