@@ -26,10 +26,15 @@
 #define PLAYER_LOOKS 128       /* places along the motion that are looked at for one of them */
 #define PLAYER_LONGER 1.12     /* each span is so many times the one before; so many there are */
 #define PLAYER_SPANS 48
+#define PLAYER_EARLY 3.0       /* a step slows down over at most so many times the shortest span */
+#define PLAYER_NEAR 1e-7       /* s in a piece: so near to its end is at its end */
 #define PLAYER_KEPT 0.99       /* share of the jerk that a change of rate may use: it is looked at at places */
 
 #define PUBLISH(field, value) __atomic_store_n(&(field), value, __ATOMIC_RELEASE)
 #define LOOK(field) __atomic_load_n(&(field), __ATOMIC_ACQUIRE)
+
+/* what it is told: go on, come to rest on the path, come to rest where the next move begins */
+enum { PLAYER_GO, PLAYER_HOLD, PLAYER_STEP };
 
 typedef struct {
     wire *w;
@@ -54,6 +59,7 @@ typedef struct {
     int turning;
     double turn[4], turn_t, turn_span, turn_to;
     unsigned int turn_try;         /* spans that were looked at in vain */
+    int exact, stepped;            /* the change ends where the next move begins; it stands there, and was told to */
     wire_batch batch[WIRE_BATCHES];
     wire_piece ring[WIRE_PIECES];
 } player;
@@ -276,19 +282,27 @@ static int player_may_both(player *p, player_spot s, double const c[4], double f
     return player_may(p, s, c, from, span) && (s.next >= p->seen || player_may(p, stop, c, from, span));
 }
 
-/* Look for a change of the rate to `want`, and for a shorter one while one goes on; that stays until one is found. */
-static void player_seek(player *p, double want)
+/* The shortest span in which the rate may change by a gap where the motion goes straight on. */
+static double player_least(player *p, double gap)
 {
-    double most = p->turning && p->turn_to == want ? p->turn_span - p->turn_t - p->period : INFINITY;
-    player_spot s = {p->playing, p->next, p->piece, p->piece_i, p->t};
-    double gap = fabs(want - p->rate), least = 4 * p->period, d = want - p->rate;
-    int i, k;
+    double least = 4 * p->period;
+    int i;
     for (i = 0; i < WIRE_AXES; i++) {
         double x[3];
         if (!p->there[i] || !(p->w->jerk[i] > 0)) continue;
         player_state(player_piece(p, p->piece)->c[i], p->t, x);
         least = fmax(least, fmax(1.5 * gap * fabs(x[1]) / p->amax[i], sqrt(6 * gap * fabs(x[1]) / p->w->jerk[i])));
     }
+    return least;
+}
+
+/* Look for a change of the rate to `want`, and for a shorter one while one goes on; that stays until one is found. */
+static void player_seek(player *p, double want)
+{
+    double most = p->turning && p->turn_to == want ? p->turn_span - p->turn_t - p->period : INFINITY;
+    player_spot s = {p->playing, p->next, p->piece, p->piece_i, p->t};
+    double d = want - p->rate, least = player_least(p, fabs(d));
+    int k;
     for (k = 0; k < PLAYER_TURNS; k++) {
         double T = least * pow(PLAYER_LONGER, p->turn_try);
         double c[4] = {p->rate, p->rate_v, 3 * d / (T * T) - 2 * p->rate_v / T, -2 * d / (T * T * T) + p->rate_v / (T * T)};
@@ -301,11 +315,39 @@ static void player_seek(player *p, double want)
     }
 }
 
+/* Time from here to where a move of another number begins, along the pieces that are known; INFINITY where it is far. */
+static double player_to_next(player *p)
+{
+    player_spot s = {p->playing, p->next, p->piece, p->piece_i, p->t};
+    int id = p->w->segment[player_piece(p, s.piece)->segment % WIRE_SEGMENTS].id, k;
+    double way = -p->t;
+    for (k = 0; k < PLAYER_LOOKS; k++) {
+        way += player_piece(p, s.piece)->span;
+        if (!player_ahead(p, &s)) return INFINITY; /* it comes to rest before */
+        if (p->w->segment[player_piece(p, s.piece)->segment % WIRE_SEGMENTS].id != id) return way;
+    }
+    return INFINITY;
+}
+
+/* Begin to slow down so that it stands where the next move begins, once that is near. */
+static void player_seek_next(player *p)
+{
+    player_spot s = {p->playing, p->next, p->piece, p->piece_i, p->t};
+    double way = player_to_next(p), r = p->rate, rv = p->rate_v, root = r * r / 4 + rv * way / 3, T;
+    if (!(way < INFINITY && root > 0)) return;
+    T = 2 * way / (r / 2 + sqrt(root)); /* rT/2 + rv T^2/12 = way */
+    if (!(T >= 4 * p->period && T <= PLAYER_EARLY * player_least(p, r))) return;
+    double c[4] = {r, rv, -3 * r / (T * T) - 2 * rv / T, 2 * r / (T * T * T) + rv / (T * T)};
+    if (!player_may_both(p, s, c, 0, T)) return;
+    memcpy(p->turn, c, sizeof(c));
+    p->turning = p->exact = 1, p->turn_t = 0, p->turn_span = T, p->turn_to = 0, p->turn_try = 0;
+}
+
 /* One tick of the rate of time towards `want`: how far time goes, s. */
 static double player_rate(player *p, double want)
 {
     double before, after, way, left;
-    if (p->turning || p->rate != want) player_seek(p, want);
+    if (!p->exact && (p->turning || p->rate != want)) player_seek(p, want);
     if (!p->turning) return p->rate * p->period;
     before = p->turn_t, after = fmin(before + p->period, p->turn_span), left = before + p->period - after;
     way = player_turned_way(p->turn, after) - player_turned_way(p->turn, before) + left * p->turn_to;
@@ -376,7 +418,7 @@ static void player_place(player *p)
 static void player_rest(player *p)
 {
     memcpy(p->w->rest, p->at, sizeof(p->at));
-    p->moving = p->stopping = p->turning = 0, p->turn_try = 0, p->t = p->rate_v = p->speed = 0, p->rate = 1;
+    p->moving = p->stopping = p->turning = p->exact = p->stepped = 0, p->turn_try = 0, p->t = p->rate_v = p->speed = 0, p->rate = 1;
     PUBLISH(p->w->state, WIRE_REST);
 }
 
@@ -426,11 +468,12 @@ PLAYER_API int player_ready(player *p, unsigned long long *segment)
     return 1;
 }
 
-/* One tick of motion; hold: come to rest on the path. 1 while it moves, 0 when it has come to its end at rest. */
-PLAYER_API int player_tick(player *p, int hold, double net_scale, double vlimit)
+/* One tick of motion as it is told to. 1 while it moves, 0 when it has come to its end at rest. */
+PLAYER_API int player_tick(player *p, int told, double net_scale, double vlimit)
 {
     wire *w = p->w;
     double want;
+    int exact;
     wire_batch *b;
     wire_piece *g;
     if (!p->moving) {
@@ -439,10 +482,18 @@ PLAYER_API int player_tick(player *p, int hold, double net_scale, double vlimit)
         PUBLISH(w->state, WIRE_MOVES);
     } else player_take(p);
     b = player_batch(p, p->playing), g = player_piece(p, p->piece);
-    want = hold || net_scale <= 0 ? 0 : fmin(net_scale / g->scale, 1);
+    p->stepped &= told == PLAYER_STEP, p->exact &= told == PLAYER_STEP;
+    want = told == PLAYER_HOLD || p->stepped || net_scale <= 0 ? 0 : fmin(net_scale / g->scale, 1);
     if (vlimit < b->vlimit) want = fmin(want, fmax(vlimit, 0) / b->vlimit);
     if (p->rate < 0) p->rate = want; /* it begins at rest: no jump */
+    if (told == PLAYER_STEP && !p->stepped && !p->exact && p->rate > 0) player_seek_next(p);
+    exact = p->exact;
     p->t += player_rate(p, want);
+    if (exact && !p->turning) { /* it stands; where the motion was planned anew meanwhile it goes on to the next place */
+        p->exact = 0;
+        if (fabs(p->t - player_piece(p, p->piece)->span) < PLAYER_NEAR) p->t = player_piece(p, p->piece)->span;
+        p->stepped = p->t == player_piece(p, p->piece)->span || p->t < PLAYER_NEAR;
+    }
     while (p->t >= player_piece(p, p->piece)->span) {
         double over = p->t - player_piece(p, p->piece)->span, rate = p->rate;
         if (player_next(p)) {

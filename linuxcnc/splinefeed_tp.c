@@ -240,7 +240,7 @@ static double scale(void) /* of what is planned: the override, and for a feed pe
 
 static void run(TP_STRUCT *const tp)
 {
-    int hold = tp->pausing || tp->aborting || me.faulty;
+    int told = tp->pausing || tp->aborting || me.faulty ? PLAYER_HOLD : stat->stepping ? PLAYER_STEP : PLAYER_GO;
     unsigned long long k;
     w->feed_scale = stat->feed_scale, w->rapid_scale = stat->rapid_scale, w->vlimit = tp->vLimit;
     w->stepping = stat->stepping;
@@ -249,13 +249,15 @@ static void run(TP_STRUCT *const tp)
         if (tp->aborting) { drop_all(tp); return; }
         if (w->seg_done == w->seg_head) { idle(tp); return; }
         tp->done = 0, tp->depth = w->seg_head - w->seg_done, stat->current_vel = 0;
-        if (!player_ready(&me, &k) || hold || stat->net_feed_scale <= 0) return;
+        if (!player_ready(&me, &k) || told == PLAYER_HOLD || stat->net_feed_scale <= 0) return;
         if (!may_begin(k)) return;
+        int other = tp->execId && tp->execId != move(k)->id;
         begin(tp, k);
+        if (other && told == PLAYER_STEP) return; /* motmod sees another move, and pauses */
     }
     if (tp->aborting && player_held(&me)) { drop_all(tp); return; }
     if (me.faulty && player_held(&me)) { player_rest(&me); stat->current_vel = 0; return; }
-    if (!player_tick(&me, hold, scale(), tp->vLimit)) {
+    if (!player_tick(&me, told, scale(), tp->vLimit)) {
         pose_set(&tp->currentPos, me.at);
         stat->current_vel = 0, tp->depth = w->seg_head - w->seg_done;
         ended();

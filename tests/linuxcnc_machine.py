@@ -21,6 +21,8 @@ from splinefeed.records import Array
 HEADER = Path(__file__).parents[1] / "linuxcnc" / "splinefeed_player.h"
 PERIOD = 1e-3
 GCC = shutil.which("gcc")
+#: What the player is told.
+GO, HOLD, STEP = range(3)
 
 
 @cache
@@ -97,7 +99,7 @@ class Machine:
         self.segments: list[int] = []
         self.feed_scale = self.rapid_scale = 1.0
         self.vlimit = 1e3
-        self.pausing = self.aborting = False
+        self.pausing = self.aborting = self.stepping = False
         self.waits = True
         self.greet()
 
@@ -142,6 +144,7 @@ class Machine:
         if lib.player_listen(self.me, PERIOD):
             self.said.append(f"fault {self.player['faulty'][0]}")
         hold = self.pausing or self.aborting or bool(self.player["faulty"][0])
+        told = HOLD if hold else STEP if self.stepping else GO
         canon = int(wire.segment[int(self.player["segment"][0]) % wires.SEGMENTS]["canon"])
         net = self.rapid_scale if canon == 1 else self.feed_scale
         left = True
@@ -153,12 +156,12 @@ class Machine:
             segment = ctypes.c_ulonglong()
             if left and lib.player_ready(self.me, ctypes.byref(segment)) and not hold and net > 0.0:
                 self.player["segment"] = segment.value
-                lib.player_tick(self.me, hold, net, self.vlimit)
+                lib.player_tick(self.me, told, net, self.vlimit)
         elif self.aborting and lib.player_held(self.me):
             self.drop()
             left = False
         else:
-            lib.player_tick(self.me, hold, net, self.vlimit)
+            lib.player_tick(self.me, told, net, self.vlimit)
         self.rows.append(self.at.copy())
         self.segments.append(int(self.player["segment"][0]))
         return left

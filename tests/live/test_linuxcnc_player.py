@@ -142,6 +142,29 @@ def test_an_override_that_never_rests_keeps_the_limits():
 
 
 @needs_gcc
+@pytest.mark.parametrize(("feed", "term", "near"), [(60.0, 1, 1e-7), (12.0, 1, 1e-7), (60.0, 2, 0.2), (30.0, 2, 0.2)])
+def test_a_step_stands_where_the_next_move_begins(feed, term, near):
+    machine = Machine()
+    places = np.array([[9.0 * k, 5.0 * (k % 3 == 2), 0.0] for k in range(1, 20)])
+    for place in places:
+        machine.line(*place, term=term, feed=feed)
+    machine.run(200)
+    machine.pausing = True
+    machine.run(1000, until=lambda: bool(machine.lib.player_held(machine.me)))
+    for _ in range(12):
+        machine.pausing, machine.stepping, before = False, True, machine.segments[-1]
+        machine.run(5000, until=lambda: machine.segments[-1] != before)  # noqa: B023
+        machine.pausing, machine.stepping = True, False  # motmod sees another move
+        machine.run(1)
+        assert machine.lib.player_held(machine.me)
+        np.testing.assert_allclose(machine.at[:3], places[machine.segments[-1] - 1], atol=near)
+    machine.pausing = False
+    machine.run()
+    assert machine.wire.seg_done == len(places) and machine.said == []
+    assert kept(machine)
+
+
+@needs_gcc
 def test_a_planner_that_comes_late_costs_a_stop_and_nothing_else():
     machine = Machine()
     wavy(machine, 600)
