@@ -84,6 +84,9 @@ class Machine:
                 command.spindleoverride(float(value))
             elif word == "patient":
                 self.patient = True
+            elif word == "open":
+                self.load(os.path.abspath(value))
+                command.auto(linuxcnc.AUTO_RUN, 0)
             elif word == "run":
                 command.mode(linuxcnc.MODE_AUTO)
                 command.wait_complete()

@@ -43,7 +43,7 @@ loadrt motmod servo_period_nsec={nanoseconds} num_joints={count}
 loadrt sampler depth=20000 cfg={sampled}
 addf motion-command-handler servo-thread
 addf motion-controller servo-thread
-addf sampler.0 servo-thread
+{spindle}addf sampler.0 servo-thread
 setp sampler.0.enable 0
 {joints}
 net feed motion.current-vel sampler.0.pin.{count}
@@ -52,6 +52,19 @@ net turns spindle.0.speed-out-rps-abs spindle.0.speed-in
 net safe iocontrol.0.user-enable-out iocontrol.0.emc-enable-in
 net prepare iocontrol.0.tool-prepare iocontrol.0.tool-prepared
 net change iocontrol.0.tool-change iocontrol.0.tool-changed
+"""
+
+# a spindle that takes its time to change its speed, 40 turns a second squared, with an encoder and its index
+SPINDLE = """\
+loadrt limit2 names=inertia
+loadrt sim_spindle names=encoder
+setp inertia.maxv 40
+net asked spindle.0.speed-out-rps inertia.in
+net turning inertia.out encoder.velocity-cmd
+net angle encoder.position-fb spindle.0.revs sampler.0.pin.{pin}
+net index encoder.index-enable spindle.0.index-enable
+addf inertia servo-thread
+addf encoder servo-thread
 """
 
 INI = """\
@@ -119,6 +132,7 @@ class Mill:
 
     velocity, acceleration  of each axis; those of the path are those of the first one
     jerk  of each axis; where it is given, splinefeed plans, and its nanoseconds a tick are sampled behind all else
+    spindle  it has one with an encoder, whose angle is sampled behind that
     """
 
     velocity: tuple[float, ...]
@@ -126,11 +140,12 @@ class Mill:
     axes: str = "xyz"
     kinematics: str = "trivkins"
     jerk: tuple[float, ...] = ()
+    spindle: bool = False
 
     @property
     def sampled(self) -> str:
         """What HAL samples at every tick: each joint, feed, line of the program."""
-        return "f" * len(self.axes) + "fs" + ("u" if self.jerk else "")
+        return "f" * len(self.axes) + "fs" + "u" * bool(self.jerk) + "f" * self.spindle
 
     def files(self, program: str, folder: Path, seconds: float, actions: str = "") -> dict[str, str]:
         """The files of its configuration by name; actions as linuxcnc_display.py takes them."""
@@ -144,6 +159,7 @@ class Mill:
             "velocity": self.velocity[0],
             "acceleration": self.acceleration[0],
             "letters": " ".join(self.axes.upper()),
+            "spindle": SPINDLE.format(pin=count + 2 + bool(self.jerk)) if self.spindle else "",
         }
         joints = "".join(
             JOINT.format(
@@ -244,7 +260,8 @@ class Recording:
     position  (n, axes) of joints, mm or deg; feed  (n,) mm/s, as LinuxCNC says; line  (n,) of the program
     period   s
     wall_s    how long the program ran; version  of LinuxCNC
-    spent_ns  (n,) of splinefeed's part of each tick; acted  ticks of the actions and what they were
+    spent_ns  (n,) of splinefeed's part of each tick; turns  (n,) angle of the spindle, where it has an encoder
+    acted     ticks of the actions and what they were
     """
 
     position: NDArray[np.float64]
@@ -254,6 +271,7 @@ class Recording:
     wall_s: float
     version: str
     spent_ns: NDArray[np.int64]
+    turns: NDArray[np.float64]
     acted: list[tuple[int, str]]
     said: list[str]
 
@@ -294,6 +312,7 @@ def recorded(
             told["wall_s"],
             told["version"],
             rows[:, count + 2].astype(np.int64) if machine.jerk else np.zeros(0, dtype=np.int64),
+            rows[:, -1].copy() if machine.spindle else np.zeros(0),
             [(int(row), str(what)) for row, what in told.get("acted", [])],
             told["said"],
         )

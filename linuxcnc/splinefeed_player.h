@@ -4,7 +4,8 @@
    It computes no motion. Every batch ends at rest; the next one branches off behind one of its pieces. Where none comes
    in time the player runs into the stop. A newer batch replaces all before it from its branch on. Pause, feed hold,
    abort and lower overrides slow the time along the motion: the rate of time goes to another one by a cubic, over the
-   shortest of some spans in which acceleration and jerk keep their limits along the pieces that lie ahead.
+   shortest of some spans in which acceleration and jerk keep their limits along the pieces that lie ahead. In step with
+   a spindle, time goes as far as its angle says, back too where a tap comes out.
    Nothing here needs LinuxCNC: tests compile this file alone. */
 #ifndef SPLINEFEED_PLAYER_H
 #define SPLINEFEED_PLAYER_H
@@ -28,6 +29,9 @@
 #define PLAYER_SPANS 48
 #define PLAYER_EARLY 3.0       /* a step slows down over at most so many times the shortest span */
 #define PLAYER_NEAR 1e-7       /* s in a piece: so near to its end is at its end */
+#define PLAYER_SPIN 0.3        /* share of what a spindle's angle is off by that is taken for its own at a tick */
+#define PLAYER_FOLLOW 100.0    /* 1/s: how fast motion makes good what it is behind a spindle */
+#define PLAYER_BEHIND 0.020    /* s that it may be behind */
 #define PLAYER_KEPT 0.99       /* share of the jerk that a change of rate may use: it is looked at at places */
 
 #define PUBLISH(field, value) __atomic_store_n(&(field), value, __ATOMIC_RELEASE)
@@ -54,12 +58,16 @@ typedef struct {
     unsigned int part;             /* pieces of batch `seen` that are copied */
     unsigned long long playing, session, beat, fault;
     double silent;                 /* s since the planner's last beat */
-    int faulty;                    /* 1 the planner is silent, 2 it says that it cannot go on */
+    int faulty, told;              /* 1 the planner is silent, 2 it cannot go on, 3 a spindle is too fast; 3 was told */
     /* a change of the rate of time under way: a cubic of time from its start */
     int turning;
     double turn[4], turn_t, turn_span, turn_to;
     unsigned int turn_try;         /* spans that were looked at in vain */
     int exact, stepped;            /* the change ends where the next move begins; it stands there, and was told to */
+    /* motion in step with a spindle: how (WIRE_THREAD, WIRE_TAP); its angle, turns, and speed, turns/s; s of motion that
+       a turn is; where the motion should be and is, s from its start; whether a tap comes out */
+    int sync, out;
+    double spin, spin_v, turn_s, due, gone;
     wire_batch batch[WIRE_BATCHES];
     wire_piece ring[WIRE_PIECES];
 } player;
@@ -251,6 +259,9 @@ static int player_may_at(player *p, unsigned long long piece, double at, double 
     return 1;
 }
 
+/* The least rate of time: below 0 a tap comes out. */
+static double player_least_rate(player *p) { return p->sync == WIRE_TAP ? -1 : 0; }
+
 /* Whether a change of rate, from its time `from` on, keeps them along the motion ahead of a place: at about each tick,
    and at both sides of the end of each piece, where jerk has its peaks. */
 static int player_may(player *p, player_spot s, double const c[4], double from, double span)
@@ -260,8 +271,15 @@ static int player_may(player *p, player_spot s, double const c[4], double from, 
     for (k = 0; k <= n; k++) {
         double t = from + k * step, r = player_turned(c, t), now = player_turned_way(c, t);
         double rv = c[1] + t * (2 * c[2] + t * 3 * c[3]), ra = 2 * c[2] + 6 * c[3] * t;
-        if (r < -1e-9 || r > 1 + 1e-9) return 0;
+        if (r < player_least_rate(p) - 1e-9 || r > 1 + 1e-9) return 0;
         s.t += now - way, way = now;
+        while (s.t < 0) {
+            if (!player_may_at(p, s.piece, 0, r, rv, ra)) return 0;
+            if (!s.piece_i) return 1; /* it comes to rest before */
+            s.piece--, s.piece_i--;
+            s.t += player_piece(p, s.piece)->span;
+            if (!player_may_at(p, s.piece, player_piece(p, s.piece)->span, r, rv, ra)) return 0;
+        }
         while (s.t >= player_piece(p, s.piece)->span) {
             double end = player_piece(p, s.piece)->span, over = s.t - end;
             if (!player_may_at(p, s.piece, end, r, rv, ra)) return 0;
@@ -283,7 +301,7 @@ static int player_may_both(player *p, player_spot s, double const c[4], double f
 }
 
 /* The shortest span in which the rate may change by a gap where the motion goes straight on. */
-static double player_least(player *p, double gap)
+static double player_shortest(player *p, double gap)
 {
     double least = 4 * p->period;
     int i;
@@ -301,7 +319,7 @@ static void player_seek(player *p, double want)
 {
     double most = p->turning && p->turn_to == want ? p->turn_span - p->turn_t - p->period : INFINITY;
     player_spot s = {p->playing, p->next, p->piece, p->piece_i, p->t};
-    double d = want - p->rate, least = player_least(p, fabs(d));
+    double d = want - p->rate, least = player_shortest(p, fabs(d));
     int k;
     for (k = 0; k < PLAYER_TURNS; k++) {
         double T = least * pow(PLAYER_LONGER, p->turn_try);
@@ -336,7 +354,7 @@ static void player_seek_next(player *p)
     double way = player_to_next(p), r = p->rate, rv = p->rate_v, root = r * r / 4 + rv * way / 3, T;
     if (!(way < INFINITY && root > 0)) return;
     T = 2 * way / (r / 2 + sqrt(root)); /* rT/2 + rv T^2/12 = way */
-    if (!(T >= 4 * p->period && T <= PLAYER_EARLY * player_least(p, r))) return;
+    if (!(T >= 4 * p->period && T <= PLAYER_EARLY * player_shortest(p, r))) return;
     double c[4] = {r, rv, -3 * r / (T * T) - 2 * rv / T, 2 * r / (T * T * T) + rv / (T * T)};
     if (!player_may_both(p, s, c, 0, T)) return;
     memcpy(p->turn, c, sizeof(c));
@@ -352,10 +370,39 @@ static double player_rate(player *p, double want)
     before = p->turn_t, after = fmin(before + p->period, p->turn_span), left = before + p->period - after;
     way = player_turned_way(p->turn, after) - player_turned_way(p->turn, before) + left * p->turn_to;
     p->turn_t = after;
-    p->rate = fmin(fmax(player_turned(p->turn, after), 0), 1);
+    p->rate = fmin(fmax(player_turned(p->turn, after), player_least_rate(p)), 1);
     p->rate_v = p->turn[1] + after * (2 * p->turn[2] + after * 3 * p->turn[3]);
     if (after >= p->turn_span) p->turning = 0, p->rate = p->turn_to, p->rate_v = 0;
-    return fmax(way, 0);
+    return fmax(way, p->sync == WIRE_TAP ? way : 0);
+}
+
+/* --- in step with a spindle ---------------------------------------------------------------------------------------- */
+
+/* Motion from rest begins in step, how, with a spindle that has turned so far; a turn is so long in the time of motion. */
+PLAYER_API void player_sync(player *p, int how, double turns, double turn_s)
+{
+    p->sync = how, p->out = 0, p->spin = turns, p->turn_s = turn_s, p->due = turns * turn_s, p->gone = 0;
+}
+
+/* The angle of the spindle at a tick, turns: what noise its counts have is smoothed. */
+PLAYER_API void player_spindle(player *p, double turns)
+{
+    double before = p->spin, off;
+    p->spin += p->spin_v * p->period, off = turns - p->spin;
+    p->spin += PLAYER_SPIN * off;
+    p->spin_v += PLAYER_SPIN * PLAYER_SPIN / (2 - PLAYER_SPIN) * off / p->period;
+    p->due += (p->spin - before) * p->turn_s;
+}
+
+/* A tap is as deep as it should be: it comes out as the spindle turns back. */
+PLAYER_API void player_come_out(player *p) { p->out = 1; }
+
+/* The rate of time that follows it. */
+static double player_follow(player *p)
+{
+    double behind = p->due - p->gone - p->rate * p->period; /* at the end of this tick */
+    if (fabs(behind) > PLAYER_BEHIND && !p->faulty) p->faulty = 3;
+    return fmin(fmax(p->spin_v * p->turn_s + PLAYER_FOLLOW * behind, player_least_rate(p)), 1);
 }
 
 /* The newest batch that branches off here, or that begins here at rest, into `found`. */
@@ -411,14 +458,14 @@ static void player_place(player *p)
         player_state(g->c[i], p->t, x);
         p->at[i] = x[0], v[i / 3] += x[1] * x[1];
     }
-    p->speed = p->rate * sqrt(v[0] > 0 ? v[0] : v[2] > 0 ? v[2] : v[1]);
+    p->speed = fabs(p->rate) * sqrt(v[0] > 0 ? v[0] : v[2] > 0 ? v[2] : v[1]);
     p->segment = g->segment;
 }
 
 static void player_rest(player *p)
 {
     memcpy(p->w->rest, p->at, sizeof(p->at));
-    p->moving = p->stopping = p->turning = p->exact = p->stepped = 0, p->turn_try = 0, p->t = p->rate_v = p->speed = 0, p->rate = 1;
+    p->moving = p->stopping = p->turning = p->exact = p->stepped = p->sync = 0, p->turn_try = 0, p->t = p->rate_v = p->speed = 0, p->rate = 1;
     PUBLISH(p->w->state, WIRE_REST);
 }
 
@@ -426,7 +473,7 @@ static void player_rest(player *p)
 PLAYER_API void player_drop(player *p)
 {
     player_rest(p);
-    p->faulty = 0;
+    p->faulty = p->told = 0;
     p->w->seg_clear = p->w->seg_done = p->segment = p->w->seg_head;
     player_epoch(p, WIRE_WHY_DROPPED);
 }
@@ -449,7 +496,7 @@ PLAYER_API int player_listen(player *p, double elapsed)
         p->session = session, p->fault = fault, p->seen = p->next = 0, p->part = 0;
         player_epoch(p, WIRE_WHY_LATE);
     }
-    if (p->faulty) return 0;
+    if (p->faulty) return p->faulty == 3 && !p->told++;
     if (fault != p->fault) p->fault = fault, p->faulty = 2;
     else if (!p->moving && w->seg_head == w->seg_done) p->silent = 0; /* nothing is to be planned */
     else if (p->silent > PLAYER_SILENT) p->faulty = 1;
@@ -472,30 +519,47 @@ PLAYER_API int player_ready(player *p, unsigned long long *segment)
 PLAYER_API int player_tick(player *p, int told, double net_scale, double vlimit)
 {
     wire *w = p->w;
-    double want;
-    int exact;
+    double want, before;
+    int exact, begins = !p->moving;
     wire_batch *b;
     wire_piece *g;
-    if (!p->moving) {
+    if (begins) {
         if (!player_next(p)) return 0;
-        p->moving = 1, p->stopping = 0, p->t = p->rate_v = 0, p->rate = -1;
+        p->moving = 1, p->stopping = 0, p->t = p->rate_v = 0;
         PUBLISH(w->state, WIRE_MOVES);
     } else player_take(p);
     b = player_batch(p, p->playing), g = player_piece(p, p->piece);
     p->stepped &= told == PLAYER_STEP, p->exact &= told == PLAYER_STEP;
     want = told == PLAYER_HOLD || p->stepped || net_scale <= 0 ? 0 : fmin(net_scale / g->scale, 1);
     if (vlimit < b->vlimit) want = fmin(want, fmax(vlimit, 0) / b->vlimit);
-    if (p->rate < 0) p->rate = want; /* it begins at rest: no jump */
+    if (p->sync && told != PLAYER_HOLD) told = PLAYER_GO, want = player_follow(p);
+    if (begins) p->rate = want; /* it begins at rest: no jump */
     if (told == PLAYER_STEP && !p->stepped && !p->exact && p->rate > 0) player_seek_next(p);
-    exact = p->exact;
-    p->t += player_rate(p, want);
+    exact = p->exact, before = p->t;
+    p->t += player_rate(p, want), p->gone += p->t - before;
     if (exact && !p->turning) { /* it stands; where the motion was planned anew meanwhile it goes on to the next place */
         p->exact = 0;
         if (fabs(p->t - player_piece(p, p->piece)->span) < PLAYER_NEAR) p->t = player_piece(p, p->piece)->span;
         p->stepped = p->t == player_piece(p, p->piece)->span || p->t < PLAYER_NEAR;
     }
+    while (p->t < 0) { /* a tap comes out: all of its motion is one batch */
+        if (!p->piece_i) {
+            p->gone -= p->t, p->t = 0;
+            if (!p->out) break;
+            player_place(p);
+            w->seg_done = b->done;
+            player_rest(p);
+            return 0;
+        }
+        p->piece--, p->piece_i--;
+        p->t += player_piece(p, p->piece)->span;
+    }
     while (p->t >= player_piece(p, p->piece)->span) {
         double over = p->t - player_piece(p, p->piece)->span, rate = p->rate;
+        if (p->sync == WIRE_TAP && p->piece_i + 1 == b->n) { /* as deep as it may go */
+            p->t -= over, p->gone -= over;
+            break;
+        }
         if (player_next(p)) {
             b = player_batch(p, p->playing), p->stopping = 0;
             p->t = b->rate > 0 ? over / rate : over; /* what is left of the tick, in its time */

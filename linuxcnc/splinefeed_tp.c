@@ -25,9 +25,17 @@ MODULE_DESCRIPTION("plays the motion that splinefeed's planner process computes"
 #define MARGIN 24       /* moves: task learns some cycles late that the queue is full */
 #define DEPTH 2000      /* moves that task may queue */
 #define FASTER 1.2      /* motion per revolution is planned for a spindle so many times as fast as is commanded */
+#define PAST 10.0       /* turns that the spindle may need to stop at the bottom of a tapped hole */
 #define SAY(...) rtapi_print_msg(RTAPI_MSG_ERR, "splinefeed_tp: " __VA_ARGS__)
 
-typedef struct { int id, canon, atspeed, indexer, spindle; double per_rev; unsigned char enables; EmcPose to; struct state_tag_t tag; syncdio_t sync; } move_t;
+typedef struct {
+    int id, canon, atspeed, indexer, spindle, sync;
+    double per_rev, depth, back; /* of a tapped hole: its depth, and how many times as fast the spindle comes out */
+    unsigned char enables;
+    EmcPose to;
+    struct state_tag_t tag;
+    syncdio_t io;
+} move_t;
 static struct {
     hal_u32_t *late, *refused, *ns, *ns_max;
     hal_float_t *rate;
@@ -48,6 +56,8 @@ static int comp, shm, started, told; /* started: the move `begun` has begun; tol
 static unsigned long long begun;
 static unsigned int refused;
 static double uu_per_rev;
+static double turned; /* 1, or -1 where the spindle turned backwards as the motion began */
+static int indexing;  /* the spindle's encoder was told to begin anew at its index */
 
 static move_t *move(unsigned long long k) { return &moves[k % WIRE_SEGMENTS]; }
 
@@ -106,6 +116,9 @@ static void say_faults(void)
             SAY("no planner answers: start it with  splinefeed linuxcnc planner --ini YOUR.ini, and abort\n");
         else if (me.faulty == 1)
             SAY("the planner has been silent for %g s: the machine stops on its path. Abort, and start it again\n", PLAYER_SILENT);
+        else if (me.faulty == 3)
+            SAY("line %d: the spindle is more than %g times as fast as was commanded: motion cannot follow. Abort\n",
+                w->segment[begun % WIRE_SEGMENTS].line, FASTER);
         else SAY("%s. Abort to go on\n", text);
     }
     if (w->refused != refused) {
@@ -117,30 +130,48 @@ static void say_faults(void)
 
 /* --- moves ------------------------------------------------------------------------------------------------------ */
 
-static int append(TP_STRUCT *tp, wire_segment *g, EmcPose const *end, struct state_tag_t tag)
+/* back, of a tap: how many times as fast it comes out; 0 for another move. */
+static int append(TP_STRUCT *tp, wire_segment *g, EmcPose const *end, double back, struct state_tag_t tag)
 {
     unsigned long long k = w->seg_head;
     move_t *o = move(k);
     int line = tag.fields[GM_FIELD_LINE_NUMBER], i;
     say_faults();
     if (tp->aborting || me.faulty) return TP_ERR_FAIL;
-    double per_rev = tp->synchronized == TC_SYNC_VELOCITY ? fabs(uu_per_rev) : 0;
-    if (tp->synchronized && !per_rev) {
-        SAY("line %d: motion in step with the spindle (G33, G76) is not supported\n", line);
-        return TP_ERR_FAIL;
-    }
-    if (per_rev) { /* G95 */
-        double turns = fabs(stat->spindle_status[tp->spindle.spindle_num].speed) / 60;
-        if (!(turns > 0)) {
-            SAY("line %d: a feed per revolution (G95), and the spindle does not turn\n", line);
+    double per_rev = tp->synchronized ? fabs(uu_per_rev) : 0, depth = 0;
+    g->sync = back > 0 ? WIRE_TAP : tp->synchronized == TC_SYNC_POSITION ? WIRE_THREAD : WIRE_FREE;
+    if (per_rev) { /* G95, G33, G76, G33.1 */
+        double feed = per_rev * fabs(stat->spindle_status[tp->spindle.spindle_num].speed) / 60 * fmax(back, 1);
+        if (!(feed > 0)) {
+            SAY("line %d: a feed per revolution, and the spindle does not turn\n", line);
             return TP_ERR_FAIL;
         }
-        g->feed = fmin(FASTER * per_rev * turns, g->top);
+        if (g->sync && !(feed < g->top)) {
+            SAY("line %d: in step with the spindle it goes at %g a second, and the axes allow %g\n", line, feed, g->top);
+            return TP_ERR_FAIL;
+        }
+        g->feed = fmin(FASTER * feed, g->top);
+    } else if (g->sync) {
+        SAY("line %d: motion in step with the spindle without a pitch\n", line);
+        return TP_ERR_FAIL;
     }
     if (k - w->seg_done >= WIRE_SEGMENTS - 1) return TP_ERR_FAIL;
     limits();
     g->id = tp->nextId, g->line = line, g->term = tp->termCond, g->tolerance = tp->tolerance;
     pose_get(&tp->goalPos, g->from), pose_get(end, g->to);
+    if (g->sync) g->enables &= ~FS_ENABLED; /* its override does not count */
+    if (back > 0) { /* as far on as a spindle that stops may go, within the travel */
+        double way = 0, most = 1e9;
+        for (i = 0; i < 3; i++) depth += (g->to[i] - g->from[i]) * (g->to[i] - g->from[i]);
+        depth = sqrt(depth);
+        for (i = 0; i < 3; i++) {
+            double each = (g->to[i] - g->from[i]) / depth;
+            if (each > 0) most = fmin(most, (me.pmax[i] - g->to[i]) / each);
+            if (each < 0) most = fmin(most, (me.pmin[i] - g->to[i]) / each);
+        }
+        way = fmin(PAST * per_rev, fmax(most, 0));
+        for (i = 0; i < 3; i++) g->to[i] += way * (g->to[i] - g->from[i]) / depth;
+    }
     for (i = 0; i < WIRE_AXES; i++)
         if (me.session && !me.there[i] && fabs(g->to[i] - g->from[i]) > PLAYER_CLOSE) {
             SAY("line %d: the move is along an axis that the planner does not know: %c\n", line, "XYZABCUVW"[i]);
@@ -148,10 +179,11 @@ static int append(TP_STRUCT *tp, wire_segment *g, EmcPose const *end, struct sta
         }
     w->segment[k % WIRE_SEGMENTS] = *g;
     o->id = g->id, o->canon = g->canon, o->atspeed = g->atspeed, o->indexer = g->indexer, o->enables = g->enables;
-    o->per_rev = per_rev, o->spindle = tp->spindle.spindle_num;
-    o->tag = tag, o->to = *end, o->sync = tp->syncdio;
+    o->per_rev = per_rev, o->sync = g->sync, o->depth = depth, o->back = back, o->spindle = tp->spindle.spindle_num;
+    o->tag = tag, o->to = *end, o->io = tp->syncdio;
     sync_clear(&tp->syncdio);
-    tp->goalPos = *end, tp->done = 0, tp->depth = k + 1 - w->seg_done;
+    if (!(back > 0)) tp->goalPos = *end; /* a tap ends where it begins */
+    tp->done = 0, tp->depth = k + 1 - w->seg_done;
     PUBLISH(w->seg_head, k + 1);
     return 0;
 }
@@ -166,7 +198,7 @@ int tpAddLine(TP_STRUCT *const tp, EmcPose end, int canon, double vel, double to
     (void)acc;
     pose_get(&tp->goalPos, a), pose_get(&end, b);
     for (i = 0; i < WIRE_AXES; i++) far = fmax(far, fabs(b[i] - a[i]));
-    return far < TP_POS_EPSILON ? TP_ERR_ZERO_LENGTH : append(tp, &g, &end, tag);
+    return far < TP_POS_EPSILON ? TP_ERR_ZERO_LENGTH : append(tp, &g, &end, 0, tag);
 }
 int tpAddCircle(TP_STRUCT *const tp, EmcPose end, PmCartesian c, PmCartesian n, int turn, int canon, double vel,
                 double top, double acc, unsigned char enables, char atspeed, struct state_tag_t tag)
@@ -174,14 +206,19 @@ int tpAddCircle(TP_STRUCT *const tp, EmcPose end, PmCartesian c, PmCartesian n, 
     wire_segment g = {.kind = WIRE_ARC, .canon = canon, .turn = turn, .feed = vel, .top = top, .enables = enables,
                       .atspeed = atspeed, .indexer = -1, .centre = {c.x, c.y, c.z}, .normal = {n.x, n.y, n.z}};
     (void)acc;
-    return append(tp, &g, &end, tag);
+    return append(tp, &g, &end, 0, tag);
 }
 int tpAddRigidTap(TP_STRUCT *const tp, EmcPose end, double vel, double top, double acc, unsigned char enables,
                   double scale, struct state_tag_t tag)
 {
-    (void)tp, (void)end, (void)vel, (void)top, (void)acc, (void)enables, (void)scale, (void)tag;
-    SAY("rigid tapping (G33.1) is not supported\n"); /* motmod says the line */
-    return TP_ERR_FAIL;
+    wire_segment g = {.kind = WIRE_LINE, .canon = EMC_MOTION_TYPE_FEED, .feed = vel, .top = top, .enables = enables,
+                      .indexer = -1};
+    EmcPose *from = &tp->goalPos;
+    double x = end.tran.x - from->tran.x, y = end.tran.y - from->tran.y, z = end.tran.z - from->tran.z;
+    (void)acc;
+    if (x * x + y * y + z * z < TP_POS_EPSILON * TP_POS_EPSILON) return TP_ERR_ZERO_LENGTH;
+    end.a = from->a, end.b = from->b, end.c = from->c, end.u = from->u, end.v = from->v, end.w = from->w;
+    return append(tp, &g, &end, scale > 0 ? scale : 1, tag);
 }
 
 /* --- each tick -------------------------------------------------------------------------------------------------- */
@@ -189,6 +226,7 @@ int tpAddRigidTap(TP_STRUCT *const tp, EmcPose end, double vel, double top, doub
 static void drop_all(TP_STRUCT *tp) /* at rest: forget every move and all that was planned */
 {
     player_drop(&me);
+    if (indexing) stat->spindle_status[move(begun)->spindle].spindle_index_enable = indexing = 0;
     begun = w->seg_head, started = 0, told = 0;
     idle(tp);
 }
@@ -198,14 +236,43 @@ static int may_begin(unsigned long long k) /* 0 while the spindle or an indexer 
     move_t *o = move(k);
     int n;
     if (started && k == begun) return 1;
-    if (o->atspeed)
+    if (o->atspeed || o->sync)
         for (n = 0; n < conf->numSpindles; n++)
             if (!stat->spindle_status[n].at_speed) return 0;
     if (o->indexer != -1) {
         rotary_unlock(o->indexer, 1);
         if (!rotary_is_unlocked(o->indexer)) return 0;
     }
+    if (!o->sync) return 1;
+    spindle_status_t *s = &stat->spindle_status[o->spindle];
+    if (!indexing) { /* its encoder counts from 0 at the next index */
+        s->spindle_index_enable = indexing = 1;
+        me.spin = s->spindleRevs, me.spin_v = s->speed / 60;
+        return 0;
+    }
+    if (s->spindle_index_enable) {
+        player_spindle(&me, s->spindleRevs);
+        return 0;
+    }
+    indexing = 0;
+    turned = s->speed < 0 ? -1 : 1, me.spin_v *= turned;
+    player_sync(&me, o->sync, turned * s->spindleRevs, o->per_rev / w->segment[k % WIRE_SEGMENTS].feed);
     return 1;
+}
+
+/* In step with the spindle: its angle, and where a tapped hole ends the other way round. */
+static void follow(void)
+{
+    move_t *o = move(begun);
+    spindle_status_t *s = &stat->spindle_status[o->spindle];
+    double far = 0, x[WIRE_AXES];
+    int i;
+    me.turn_s = o->per_rev / w->segment[begun % WIRE_SEGMENTS].feed;
+    player_spindle(&me, turned * s->spindleRevs);
+    if (o->sync != WIRE_TAP || me.out) return;
+    memcpy(x, w->segment[begun % WIRE_SEGMENTS].from, sizeof(x));
+    for (i = 0; i < 3; i++) far += (me.at[i] - x[i]) * (me.at[i] - x[i]);
+    if (far >= o->depth * o->depth) player_come_out(&me), s->speed *= -o->back;
 }
 
 static void begin(TP_STRUCT *tp, unsigned long long k) /* outputs of every move up to this one; none is skipped */
@@ -214,7 +281,7 @@ static void begin(TP_STRUCT *tp, unsigned long long k) /* outputs of every move 
     unsigned long long i;
     if (started && k == begun) return;
     for (i = started ? begun + 1 : begun; i <= k; i++) {
-        sync_write(&move(i)->sync);
+        sync_write(&move(i)->io);
         if (started && i > begun && move(i - 1)->indexer != -1) rotary_unlock(move(i - 1)->indexer, 0);
     }
     begun = k, started = 1;
@@ -225,7 +292,7 @@ static void ended(void) /* at the end of motion: the moves that are complete */
 {
     unsigned long long i;
     if (w->seg_done <= begun) return; /* it stopped in mid-move */
-    for (i = begun + 1; i < w->seg_done; i++) sync_write(&move(i)->sync);
+    for (i = begun + 1; i < w->seg_done; i++) sync_write(&move(i)->io);
     if (started && move(begun)->indexer != -1) rotary_unlock(move(begun)->indexer, 0);
     begun = w->seg_done, started = 0;
 }
@@ -233,14 +300,15 @@ static void ended(void) /* at the end of motion: the moves that are complete */
 static double scale(void) /* of what is planned: the override, and for a feed per revolution what the spindle does */
 {
     move_t *o = move(begun);
-    if (!(o->per_rev > 0) || !started) return stat->net_feed_scale;
+    if (!(o->per_rev > 0) || o->sync || !started) return stat->net_feed_scale;
     return stat->net_feed_scale * o->per_rev * fabs(stat->spindle_status[o->spindle].spindleSpeedIn)
         / w->segment[begun % WIRE_SEGMENTS].feed;
 }
 
 static void run(TP_STRUCT *const tp)
 {
-    int told = tp->pausing || tp->aborting || me.faulty ? PLAYER_HOLD : stat->stepping ? PLAYER_STEP : PLAYER_GO;
+    int pauses = tp->pausing && !(me.moving && me.sync); /* a thread is cut to its end */
+    int told = pauses || tp->aborting || me.faulty ? PLAYER_HOLD : stat->stepping ? PLAYER_STEP : PLAYER_GO;
     unsigned long long k;
     w->feed_scale = stat->feed_scale, w->rapid_scale = stat->rapid_scale, w->vlimit = tp->vLimit;
     w->stepping = stat->stepping;
@@ -253,11 +321,15 @@ static void run(TP_STRUCT *const tp)
         if (!may_begin(k)) return;
         int other = tp->execId && tp->execId != move(k)->id;
         begin(tp, k);
-        if (other && told == PLAYER_STEP) return; /* motmod sees another move, and pauses */
+        if (other && told == PLAYER_STEP && !me.sync) return; /* motmod sees another move, and pauses */
     }
     if (tp->aborting && player_held(&me)) { drop_all(tp); return; }
     if (me.faulty && player_held(&me)) { player_rest(&me); stat->current_vel = 0; return; }
+    if (me.moving && me.sync) follow();
+    stat->spindleSync = me.sync != 0;
+    int out = me.sync == WIRE_TAP && me.out;
     if (!player_tick(&me, told, scale(), tp->vLimit)) {
+        if (out) stat->spindle_status[move(begun)->spindle].speed /= -move(begun)->back;
         pose_set(&tp->currentPos, me.at);
         stat->current_vel = 0, tp->depth = w->seg_head - w->seg_done;
         ended();

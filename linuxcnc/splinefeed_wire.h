@@ -8,7 +8,7 @@
 
 #define WIRE_KEY 0x53504c46
 #define WIRE_MAGIC 0x53465450
-#define WIRE_PROTOCOL 2
+#define WIRE_PROTOCOL 3
 #define WIRE_AXES 9      /* x y z a b c u v w */
 #define WIRE_SEGMENTS 4096
 #define WIRE_PIECES 8192
@@ -16,11 +16,12 @@
 #define WIRE_TEXT 240
 
 enum { WIRE_LINE = 1, WIRE_ARC = 2 };
+enum { WIRE_FREE, WIRE_THREAD, WIRE_TAP }; /* in step with a spindle: G33, G76; G33.1 */
 enum { WIRE_WHY_START, WIRE_WHY_LATE, WIRE_WHY_DROPPED, WIRE_WHY_REFUSED };
 enum { WIRE_REST, WIRE_MOVES, WIRE_STOPS };
 
 typedef struct {                   /* a move, as tpAddLine or tpAddCircle got it */
-    int id, line, kind, canon, turn, enables, atspeed, indexer, term, pad;
+    int id, line, kind, canon, turn, enables, atspeed, indexer, term, sync;
     double feed, top, tolerance;   /* asked for; most by the INI file; of G64 P, 0 where none is said */
     double from[WIRE_AXES], to[WIRE_AXES], centre[3], normal[3];
 } wire_segment;

@@ -39,11 +39,13 @@ def library() -> ctypes.CDLL:
     for name in ("player_size", "player_wire_size"):
         getattr(found, name).restype = ctypes.c_ulong
     found.player_listen.argtypes = [ctypes.c_void_p, ctypes.c_double]
-    for name in ("drop", "held", "planner_there"):
+    for name in ("come_out", "drop", "held", "planner_there"):
         getattr(found, f"player_{name}").argtypes = [ctypes.c_void_p]
     found.player_ready.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
     found.player_set.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
     found.player_tick.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_double, ctypes.c_double]
+    found.player_spindle.argtypes = [ctypes.c_void_p, ctypes.c_double]
+    found.player_sync.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_double, ctypes.c_double]
     found.player_version_fits.argtypes = [ctypes.c_char_p]
     return found
 
@@ -75,6 +77,7 @@ class Machine:
     """Task, motmod and player: moves go in, `run` ticks until all is played; `rows` has the position of each tick.
 
     planner  plans for it, a step a tick unless it is taken away
+    turns, turn_s  of a spindle: its angle, and the time of motion that a turn is, s
     """
 
     def __init__(self, machine: Mill | None = None, reserve: float = 0.05, travel: float = 1e3) -> None:
@@ -101,6 +104,7 @@ class Machine:
         self.vlimit = 1e3
         self.pausing = self.aborting = self.stepping = False
         self.waits = True
+        self.turns, self.turn_s = 0.0, 1.0
         self.greet()
 
     def greet(self) -> None:
@@ -156,11 +160,15 @@ class Machine:
             segment = ctypes.c_ulonglong()
             if left and lib.player_ready(self.me, ctypes.byref(segment)) and not hold and net > 0.0:
                 self.player["segment"] = segment.value
+                sync = int(wire.segment[segment.value % wires.SEGMENTS]["sync"])
+                if sync:
+                    lib.player_sync(self.me, sync, self.turns, self.turn_s)
                 lib.player_tick(self.me, told, net, self.vlimit)
         elif self.aborting and lib.player_held(self.me):
             self.drop()
             left = False
         else:
+            lib.player_spindle(self.me, self.turns)
             lib.player_tick(self.me, told, net, self.vlimit)
         self.rows.append(self.at.copy())
         self.segments.append(int(self.player["segment"][0]))

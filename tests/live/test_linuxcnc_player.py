@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path as File
 
 import numpy as np
 import pytest
 
 import splinefeed as sf
-from linuxcnc_machine import GCC, Machine, mill
+from linuxcnc_machine import GCC, PERIOD, Machine, mill
 from splinefeed.live import linuxcnc_wire as wires
 from splinefeed.live.linuxcnc_limits import mill_of
 from splinefeed.live.linuxcnc_moves import curve_of, feeds_of
@@ -161,6 +162,82 @@ def test_a_step_stands_where_the_next_move_begins(feed, term, near):
     machine.pausing = False
     machine.run()
     assert machine.wire.seg_done == len(places) and machine.said == []
+    assert kept(machine)
+
+
+def in_step(machine: Machine, speed: Callable[[], float], ticks: int, noise: float = 0.0) -> Array:
+    """Turn a spindle at a speed, turns/s, for so many ticks of motion; angle (n,) at each of machine.rows since."""
+    rng, angles, angle, begin = np.random.default_rng(1), [], 0.0, len(machine.rows)
+    for _ in range(ticks):
+        if machine.moving:
+            angle += speed() * PERIOD
+        machine.turns = angle + rng.uniform(-noise, noise)
+        more = machine.tick()
+        angles.append(angle)
+        if not more:
+            break
+    assert len(angles) == len(machine.rows) - begin
+    return np.array(angles)
+
+
+@needs_gcc
+@pytest.mark.parametrize(("wobble", "noise", "near"), [(0.0, 0.0, 1e-4), (0.05, 0.0, 2e-3), (0.0, 2e-4, 2e-3)])
+def test_a_thread_is_as_far_on_as_its_spindle_has_turned(wobble, noise, near):
+    machine, pitch, turns = Machine(), 1.5, 10.0
+    for end in (-12.0, -30.0):
+        machine.line(0.0, 0.0, end, feed=1.2 * pitch * turns, sync=wires.THREAD, enables=13)
+    machine.turn_s = pitch / (1.2 * pitch * turns)
+    at = len(machine.rows)
+    machine.feed_scale, machine.vlimit = 0.3, 1.0  # which do not count
+    angle = in_step(machine, lambda: turns * (1.0 + wobble * np.sin(0.02 * len(machine.rows))), 4000, noise)
+    z = -np.array(machine.rows)[at:, 2]
+    assert machine.wire.seg_done == 2 and machine.said == [] and kept(machine)
+    middle = (z > 3.0) & (z < 27.0)
+    off = (z - pitch * angle)[middle]
+    assert np.ptp(off) <= 2.0 * near
+    assert middle.sum() > 1000
+
+
+@needs_gcc
+def test_a_tap_goes_out_as_it_came_in_and_ends_where_it_began():
+    machine, pitch, turns = Machine(), 1.0, 8.0
+    machine.line(0.0, 0.0, -20.0 - 10.0 * pitch, feed=1.2 * pitch * turns, sync=wires.TAP, enables=13)
+    machine.goal[:] = 0.0
+    machine.line(5.0, 0.0, 0.0)
+    machine.turn_s = 1.0 / (1.2 * turns)
+    speed, deepest = turns, len(machine.rows)
+
+    def spindle() -> float:
+        nonlocal speed, deepest
+        if machine.at[2] <= -20.0 and speed == turns:
+            machine.lib.player_come_out(machine.me)
+            speed -= 0.08
+        if speed < turns:
+            speed = max(speed - 0.08, -turns)  # 0.2 s to turn round
+            deepest = len(machine.rows) if machine.at[2] < np.array(machine.rows)[:, 2].min() else deepest
+        return speed
+
+    at = len(machine.rows)
+    angle = in_step(machine, spindle, 9000)
+    rows = np.array(machine.rows)[at:]
+    z = rows[:, 2]
+    assert machine.wire.seg_done == 2 and machine.said == [] and kept(machine)
+    np.testing.assert_allclose(rows[-1, :3], [5.0, 0.0, 0.0], atol=1e-9)
+    bottom = int(np.argmin(z))
+    assert -21.0 < z[bottom] < -20.3  # the spindle went on by 0.4 turns
+    out = bottom + int(np.argmax(z[bottom:] == z[-1]))
+    came = np.interp(z[bottom:out][::-1], z[:bottom][::-1], angle[:bottom][::-1])
+    away = (z[bottom:out][::-1] > -19.0) & (z[bottom:out][::-1] < -2.0)
+    assert np.abs(came - angle[bottom:out][::-1])[away].max() * pitch <= 2e-3
+
+
+@needs_gcc
+def test_a_spindle_that_is_too_fast_stops_the_motion_with_a_fault():
+    machine = Machine()
+    machine.line(0.0, 0.0, -30.0, feed=12.0, sync=wires.THREAD, enables=13)
+    machine.turn_s = 1.0 / 12.0
+    in_step(machine, lambda: 15.0, 1000)
+    assert machine.said == ["fault 3"] and machine.lib.player_held(machine.me)
     assert kept(machine)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.live.linuxcnc_limits import Mill
-from splinefeed.live.linuxcnc_wire import LINE
+from splinefeed.live.linuxcnc_wire import FREE, LINE
 from splinefeed.programs.gcode.arcs import Arcs, arc_curve
 from splinefeed.records import Array
 
@@ -66,6 +66,7 @@ def feeds_of(moves: Any, mill: Mill, feed_scale: float, rapid_scale: float, vlim
     """Feeds (n,), mm/s, of moves under overrides and the largest velocity, and the override of each, (n,).
 
     LinuxCNC counts a feed along x, y and z, else along u, v and w, else in degrees; a path counts all its linear axes.
+    In step with a spindle the largest velocity does not count.
     """
     step = np.abs(moves["to"] - moves["from"])
     arc = moves["kind"] != LINE
@@ -76,5 +77,5 @@ def feeds_of(moves: Any, mill: Mill, feed_scale: float, rapid_scale: float, vlim
     scale = np.where(moves["canon"] == TRAVERSE, rapid_scale, feed_scale)
     scale = np.where(moves["enables"] & OVERRIDE, scale, 1.0)
     feeds = np.minimum(moves["feed"] * scale, moves["top"])
-    feeds = np.where(linear, np.minimum(feeds, vlimit), feeds)
+    feeds = np.where(linear & (moves["sync"] == FREE), np.minimum(feeds, vlimit), feeds)
     return np.maximum(feeds * unit * straight, 1e-6), scale

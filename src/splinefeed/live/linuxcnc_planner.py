@@ -112,7 +112,8 @@ class PlannedMotion:
         for path, origins in zip(paths, self.smoother.origins, strict=True):
             moves = np.array([self.moves[k] for k in origins.tolist()])
             times = np.diff(path.curve_starts) / feeds_of(moves, self.planner.mill, 1.0, 1.0, math.inf)[0]
-            for part, own in portions(path, origins, times, PORTION):
+            whole = moves["sync"][0] == wires.TAP  # which the player goes back over: one batch
+            for part, own in portions(path, origins, times, math.inf if whole else PORTION):
                 self.track.add(part, own)
                 self.times.append(part.length / path.length * float(times.sum()))
         self.planned = False
@@ -268,7 +269,9 @@ class Planner:
         self.seen = now
         count = min(head - self.read, AT_ONCE)
         moves = np.array([wire.segment[k % wires.SEGMENTS] for k in range(self.read, self.read + count)])
-        waits = (moves["atspeed"] != 0) | (moves["indexer"] >= 0)  # such a move begins at rest
+        last = moves["sync"][0] if self.run is None else self.run.moves[-1]["sync"]
+        other = np.diff(moves["sync"], prepend=last) != 0  # such a move begins at rest
+        waits = (moves["atspeed"] != 0) | (moves["indexer"] >= 0) | other | (moves["sync"] == wires.TAP)
         ends = np.flatnonzero(waits)
         if self.run is None:
             ends = ends[ends > 0]
@@ -279,7 +282,7 @@ class Planner:
         if len(moves):
             self.read += len(moves)
             self.run.push(moves)
-        if len(ends):
+        if len(ends) or self.run.moves[-1]["sync"] == wires.TAP:
             self.run.close()
         return True
 

@@ -4,7 +4,6 @@ Prints as that changes, until its input ends: since when it waits, s of the syst
 goes on. Nothing of splinefeed is imported here.
 """
 
-import re
 import select
 import sys
 import time
@@ -16,24 +15,6 @@ linuxcnc: Any = import_module("linuxcnc")
 EVERY, AWAY = 0.001, 0.1
 #: A command that was typed is taken for whole when its queue has not changed for so long, s.
 QUIET = 0.010
-
-#: What a program may not have, and words of G-code that are comments.
-REFUSED = re.compile(r"g0*(33(?:\.1)?|76)(?![\d.])")
-COMMENT = re.compile(r"\([^()]*\)|;.*")
-
-
-def refused(file: str) -> str:
-    """The first word of a program that stops it when its turn comes, in one line; empty where there is none."""
-    try:
-        with open(file, encoding="utf-8", errors="replace") as stream:
-            for number, line in enumerate(stream, 1):
-                found = REFUSED.search(COMMENT.sub("", line).lower().replace(" ", ""))
-                if found:
-                    what = f"G{found[1]}, motion in step with the spindle, is not supported"
-                    return f"splinefeed: line {number}: {what}: the program stops there"
-    except OSError:
-        pass
-    return ""
 
 
 def waits(status: Any) -> bool:
@@ -55,7 +36,7 @@ def by_hand(status: Any) -> bool:
 
 def main() -> None:
     """Watch until nobody listens."""
-    status, before, queue, since, file = None, None, 0, 0.0, ""
+    status, before, queue, since = None, None, 0, 0.0
     while not select.select([sys.stdin], [], [], EVERY)[0]:
         try:
             status = status or linuxcnc.stat()
@@ -68,11 +49,6 @@ def main() -> None:
             status = None
             time.sleep(AWAY)
             continue
-        if status.file != file:
-            file = status.file
-            text = refused(file) if file else ""
-            if text:
-                linuxcnc.command().error_msg(text)
         if status.queue != queue:
             queue, since = status.queue, time.monotonic()
         now = waits(status) or (by_hand(status) and time.monotonic() - since > QUIET)

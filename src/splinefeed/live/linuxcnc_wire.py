@@ -19,17 +19,18 @@ import numpy as np
 
 from splinefeed.errors import SplinefeedError
 
-KEY, MAGIC, PROTOCOL, AXES = 0x53504C46, 0x53465450, 2, 9
+KEY, MAGIC, PROTOCOL, AXES = 0x53504C46, 0x53465450, 3, 9
 SEGMENTS, PIECES, BATCHES, TEXT = 4096, 8192, 512, 240
 #: Pieces that the player checks at one tick.
 COPIES = 8
-#: Values of `kind`, `why` and `state`.
+#: Values of `kind`, `sync`, `why` and `state`.
 LINE, ARC = 1, 2
+FREE, THREAD, TAP = range(3)
 WHY_START, WHY_LATE, WHY_DROPPED, WHY_REFUSED = range(4)
 REST, MOVES, STOPS = range(3)
 
 SEGMENT = np.dtype(
-    [(name, "<i4") for name in ["id", "line", "kind", "canon", "turn", "enables", "atspeed", "indexer", "term", "pad"]]
+    [(name, "<i4") for name in ["id", "line", "kind", "canon", "turn", "enables", "atspeed", "indexer", "term", "sync"]]
     + [(name, "<f8") for name in ["feed", "top", "tolerance"]]
     + [("from", "<f8", AXES), ("to", "<f8", AXES), ("centre", "<f8", 3), ("normal", "<f8", 3)]
 )
