@@ -30,6 +30,7 @@
 #define PLAYER_EARLY 3.0       /* a step slows down over at most so many times the shortest span */
 #define PLAYER_NEAR 1e-7       /* s in a piece: so near to its end is at its end */
 #define PLAYER_SPIN 0.3        /* share of what a spindle's angle is off by that is taken for its own at a tick */
+#define PLAYER_ANEW 0.25       /* turns off by which an encoder counts anew */
 #define PLAYER_FOLLOW 100.0    /* 1/s: how fast motion makes good what it is behind a spindle */
 #define PLAYER_BEHIND 0.020    /* s that it may be behind */
 #define PLAYER_KEPT 0.99       /* share of the jerk that a change of rate may use: it is looked at at places */
@@ -52,6 +53,7 @@ typedef struct {
     unsigned long long piece, segment;
     unsigned int piece_i;
     double t, rate, rate_v;        /* time in the piece, rate of time and its derivative */
+    double since;                  /* time in the piece as this tick began, or as the piece did in this tick */
     /* what is known */
     unsigned long long next;       /* batch that is looked at next: those before are played or dropped */
     unsigned long long seen;       /* batches that are copied whole */
@@ -65,9 +67,10 @@ typedef struct {
     unsigned int turn_try;         /* spans that were looked at in vain */
     int exact, stepped;            /* the change ends where the next move begins; it stands there, and was told to */
     /* motion in step with a spindle: how (WIRE_THREAD, WIRE_TAP); its angle, turns, and speed, turns/s; s of motion that
-       a turn is; where the motion should be and is, s from its start; whether a tap comes out */
+       a turn is; where the motion should be and is, s from its start; how much earlier it has to be there, s; whether a
+       tap comes out */
     int sync, out;
-    double spin, spin_v, turn_s, due, gone;
+    double spin, spin_v, turn_s, due, gone, lead;
     wire_batch batch[WIRE_BATCHES];
     wire_piece ring[WIRE_PIECES];
 } player;
@@ -142,8 +145,9 @@ static int player_within(double const a[], int n, double limit, int halvings)
     return player_within(left, n, limit, halvings - 1) && player_within(right, n, limit, halvings - 1);
 }
 
-/* Whether a piece may be played behind `before`, or from rest where that is none; the end of a stop: `last`. */
-static int player_check(player *p, wire_piece const *g, wire_piece const *before, double rate, int last)
+/* Whether a piece may be played behind `before`, left at a time in it and at a rate, or from rest where that is none; the
+   end of a stop: `last`. */
+static int player_check(player *p, wire_piece const *g, wire_piece const *before, double at, double rate, int last)
 {
     double h = g->span, T = p->period;
     int i, k;
@@ -163,7 +167,7 @@ static int player_check(player *p, wire_piece const *g, wire_piece const *before
         double dv = PLAYER_CLOSE * p->vmax[i] + J * T * T, da = PLAYER_CLOSE * p->amax[i] + PLAYER_JUMP * J * T;
         player_state(c, 0, x);
         if (before) {
-            player_state(before->c[i], before->span, y);
+            player_state(before->c[i], fmin(at, before->span), y);
             y[1] *= rate, y[2] *= rate * rate;
             if (fabs(x[0] - y[0]) > PLAYER_CLOSE) return player_refuse(p, "a jump of the position", i);
         }
@@ -196,7 +200,7 @@ static void player_take(player *p)
             *b = w->batch[p->seen % WIRE_BATCHES];
             if (b->epoch == w->epoch
                 && (b->n < 1 || b->sure < 1 || b->sure > b->n || b->n > WIRE_PIECES / 2 || !(b->rate >= 0 && b->rate <= 1)
-                    || !(b->vlimit > 0) || b->done > w->seg_head || b->piece + b->n - p->piece > WIRE_PIECES)) {
+                    || !(b->vlimit > 0) || !(b->at >= 0) || b->done > w->seg_head || b->piece + b->n - p->piece > WIRE_PIECES)) {
                 player_refuse(p, "a batch that cannot be one", -1);
                 return;
             }
@@ -207,7 +211,8 @@ static void player_take(player *p)
                 wire_piece *g = player_piece(p, k);
                 wire_piece *before = p->part ? player_piece(p, k - 1) : b->from_rest ? NULL : player_piece(p, b->after);
                 *g = w->piece[k % WIRE_PIECES];
-                if (player_check(p, g, before, !p->part && b->rate > 0 ? b->rate : 1, p->part + 1 == b->n)) return;
+                double rate = !p->part && b->rate > 0 ? b->rate : 1, at = p->part ? INFINITY : b->at;
+                if (player_check(p, g, before, at, rate, p->part + 1 == b->n)) return;
             }
             if (p->part < b->n) break;
             w->piece_seen = b->piece + b->n;
@@ -219,7 +224,8 @@ static void player_take(player *p)
 
 /* --- changes of the rate of time ---------------------------------------------------------------------------------- */
 
-typedef struct { unsigned long long playing, next, piece; unsigned int piece_i; double t; } player_spot;
+/* A place along the motion ahead; it leaves its piece at `end`, for batch `to` - 1 if that is not 0. */
+typedef struct { unsigned long long playing, next, piece; unsigned int piece_i; double t, end; unsigned long long to; } player_spot;
 
 static double player_turned(double const c[4], double t) { return c[0] + t * (c[1] + t * (c[2] + t * c[3])); }
 static double player_turned_way(double const c[4], double t)
@@ -227,18 +233,34 @@ static double player_turned_way(double const c[4], double t)
     return t * (c[0] + t * (c[1] / 2 + t * (c[2] / 3 + t * c[3] / 4)));
 }
 
-/* On to the next piece, by what is known now; 0 where it ends. */
-static int player_ahead(player *p, player_spot *s)
+/* Where it leaves its piece: at the end, or for the newest batch that is known to follow from there at any rate. */
+static void player_leave(player *p, player_spot *s)
 {
     unsigned long long k = p->seen;
+    s->end = player_piece(p, s->piece)->span, s->to = 0;
     while (k-- > s->next) {
         wire_batch *b = player_batch(p, k);
-        if (b->epoch != p->w->epoch || b->from_rest || b->after != s->piece || b->rate > 0) continue;
-        s->playing = k, s->next = k + 1, s->piece = b->piece, s->piece_i = 0;
-        return 1;
+        if (b->epoch != p->w->epoch || b->from_rest || b->after != s->piece || b->rate > 0 || b->at < s->t) continue;
+        s->end = fmin(s->end, b->at), s->to = k + 1;
+        return;
     }
-    if (s->piece_i + 1 >= player_batch(p, s->playing)->n) return 0;
-    s->piece++, s->piece_i++;
+}
+
+static player_spot player_here(player *p)
+{
+    player_spot s = {p->playing, p->next, p->piece, p->piece_i, p->t, 0, 0};
+    player_leave(p, &s);
+    return s;
+}
+
+/* On to the start of the next piece, by what is known now; 0 where it ends. */
+static int player_ahead(player *p, player_spot *s)
+{
+    s->t = 0;
+    if (s->to) s->playing = s->to - 1, s->next = s->to, s->piece = player_batch(p, s->playing)->piece, s->piece_i = 0;
+    else if (s->piece_i + 1 >= player_batch(p, s->playing)->n) return 0;
+    else s->piece++, s->piece_i++;
+    player_leave(p, s);
     return 1;
 }
 
@@ -278,11 +300,12 @@ static int player_may(player *p, player_spot s, double const c[4], double from, 
             if (!s.piece_i) return 1; /* it comes to rest before */
             s.piece--, s.piece_i--;
             s.t += player_piece(p, s.piece)->span;
+            player_leave(p, &s);
             if (!player_may_at(p, s.piece, player_piece(p, s.piece)->span, r, rv, ra)) return 0;
         }
-        while (s.t >= player_piece(p, s.piece)->span) {
-            double end = player_piece(p, s.piece)->span, over = s.t - end;
-            if (!player_may_at(p, s.piece, end, r, rv, ra)) return 0;
+        while (s.t >= s.end) {
+            double over = s.t - s.end;
+            if (!player_may_at(p, s.piece, s.end, r, rv, ra)) return 0;
             if (!player_ahead(p, &s)) return 1; /* it comes to rest before */
             if (!player_may_at(p, s.piece, 0, r, rv, ra)) return 0;
             s.t = over;
@@ -296,7 +319,7 @@ static int player_may(player *p, player_spot s, double const c[4], double from, 
 static int player_may_both(player *p, player_spot s, double const c[4], double from, double span)
 {
     player_spot stop = s;
-    stop.next = p->seen;
+    stop.next = p->seen, player_leave(p, &stop);
     return player_may(p, s, c, from, span) && (s.next >= p->seen || player_may(p, stop, c, from, span));
 }
 
@@ -318,7 +341,7 @@ static double player_shortest(player *p, double gap)
 static void player_seek(player *p, double want)
 {
     double most = p->turning && p->turn_to == want ? p->turn_span - p->turn_t - p->period : INFINITY;
-    player_spot s = {p->playing, p->next, p->piece, p->piece_i, p->t};
+    player_spot s = player_here(p);
     double d = want - p->rate, least = player_shortest(p, fabs(d));
     int k;
     for (k = 0; k < PLAYER_TURNS; k++) {
@@ -336,11 +359,11 @@ static void player_seek(player *p, double want)
 /* Time from here to where a move of another number begins, along the pieces that are known; INFINITY where it is far. */
 static double player_to_next(player *p)
 {
-    player_spot s = {p->playing, p->next, p->piece, p->piece_i, p->t};
+    player_spot s = player_here(p);
     int id = p->w->segment[player_piece(p, s.piece)->segment % WIRE_SEGMENTS].id, k;
     double way = -p->t;
     for (k = 0; k < PLAYER_LOOKS; k++) {
-        way += player_piece(p, s.piece)->span;
+        way += s.end;
         if (!player_ahead(p, &s)) return INFINITY; /* it comes to rest before */
         if (p->w->segment[player_piece(p, s.piece)->segment % WIRE_SEGMENTS].id != id) return way;
     }
@@ -350,7 +373,7 @@ static double player_to_next(player *p)
 /* Begin to slow down so that it stands where the next move begins, once that is near. */
 static void player_seek_next(player *p)
 {
-    player_spot s = {p->playing, p->next, p->piece, p->piece_i, p->t};
+    player_spot s = player_here(p);
     double way = player_to_next(p), r = p->rate, rv = p->rate_v, root = r * r / 4 + rv * way / 3, T;
     if (!(way < INFINITY && root > 0)) return;
     T = 2 * way / (r / 2 + sqrt(root)); /* rT/2 + rv T^2/12 = way */
@@ -389,6 +412,10 @@ PLAYER_API void player_spindle(player *p, double turns)
 {
     double before = p->spin, off;
     p->spin += p->spin_v * p->period, off = turns - p->spin;
+    if (fabs(off) > PLAYER_ANEW) { /* it counts anew */
+        p->spin = turns;
+        return;
+    }
     p->spin += PLAYER_SPIN * off;
     p->spin_v += PLAYER_SPIN * PLAYER_SPIN / (2 - PLAYER_SPIN) * off / p->period;
     p->due += (p->spin - before) * p->turn_s;
@@ -400,9 +427,10 @@ PLAYER_API void player_come_out(player *p) { p->out = 1; }
 /* The rate of time that follows it. */
 static double player_follow(player *p)
 {
-    double behind = p->due - p->gone - p->rate * p->period; /* at the end of this tick */
+    double speed = p->spin_v * p->turn_s;
+    double behind = p->due + speed * p->lead - p->gone - p->rate * p->period; /* at the end of this tick */
     if (fabs(behind) > PLAYER_BEHIND && !p->faulty) p->faulty = 3;
-    return fmin(fmax(p->spin_v * p->turn_s + PLAYER_FOLLOW * behind, player_least_rate(p)), 1);
+    return fmin(fmax(speed + PLAYER_FOLLOW * behind, player_least_rate(p)), 1);
 }
 
 /* The newest batch that branches off here, or that begins here at rest, into `found`. */
@@ -422,8 +450,9 @@ static int player_find(player *p, unsigned long long *found)
                     return player_refuse(p, "a motion that begins elsewhere", i), 0;
         } else {
             if (b->from_rest || b->after > p->piece) continue;
-            player_spot s = {k, k + 1, b->piece, 0, 0};
-            if (b->after < p->piece || (b->rate > 0 && (fabs(b->rate - p->rate) > 1e-6 * b->rate || p->turning))
+            player_spot s = {k, k + 1, b->piece, 0, 0, 0, 0};
+            player_leave(p, &s);
+            if (b->after < p->piece || b->at < p->since || (b->rate > 0 && (fabs(b->rate - p->rate) > 1e-6 * b->rate || p->turning))
                 || (p->turning && !player_may_both(p, s, p->turn, p->turn_t, p->turn_span)))
                 return player_epoch(p, WIRE_WHY_LATE), 0; /* too late, or the override was turned once more */
         }
@@ -432,6 +461,18 @@ static int player_find(player *p, unsigned long long *found)
     }
     if (late) player_epoch(p, WIRE_WHY_LATE);
     return 0;
+}
+
+/* Where it leaves the piece that it plays, s in it: at its end, or before for the newest batch that follows from there. */
+static double player_end(player *p)
+{
+    unsigned long long k = p->seen;
+    double span = player_piece(p, p->piece)->span;
+    while (k-- > p->next) {
+        wire_batch *b = player_batch(p, k);
+        if (b->epoch == p->w->epoch && !b->from_rest && b->after == p->piece) return fmin(span, b->at);
+    }
+    return span;
 }
 
 /* Go on with that batch; what lies before it is dropped. */
@@ -519,7 +560,7 @@ PLAYER_API int player_ready(player *p, unsigned long long *segment)
 PLAYER_API int player_tick(player *p, int told, double net_scale, double vlimit)
 {
     wire *w = p->w;
-    double want, before;
+    double want, before, end;
     int exact, begins = !p->moving;
     wire_batch *b;
     wire_piece *g;
@@ -535,12 +576,13 @@ PLAYER_API int player_tick(player *p, int told, double net_scale, double vlimit)
     if (p->sync && told != PLAYER_HOLD) told = PLAYER_GO, want = player_follow(p);
     if (begins) p->rate = want; /* it begins at rest: no jump */
     if (told == PLAYER_STEP && !p->stepped && !p->exact && p->rate > 0) player_seek_next(p);
-    exact = p->exact, before = p->t;
+    exact = p->exact, before = p->since = p->t;
     p->t += player_rate(p, want), p->gone += p->t - before;
     if (exact && !p->turning) { /* it stands; where the motion was planned anew meanwhile it goes on to the next place */
         p->exact = 0;
-        if (fabs(p->t - player_piece(p, p->piece)->span) < PLAYER_NEAR) p->t = player_piece(p, p->piece)->span;
-        p->stepped = p->t == player_piece(p, p->piece)->span || p->t < PLAYER_NEAR;
+        end = player_end(p);
+        if (fabs(p->t - end) < PLAYER_NEAR) p->t = end;
+        p->stepped = p->t == end || p->t < PLAYER_NEAR;
     }
     while (p->t < 0) { /* a tap comes out: all of its motion is one batch */
         if (!p->piece_i) {
@@ -551,11 +593,11 @@ PLAYER_API int player_tick(player *p, int told, double net_scale, double vlimit)
             player_rest(p);
             return 0;
         }
-        p->piece--, p->piece_i--;
+        p->piece--, p->piece_i--, p->since = 0;
         p->t += player_piece(p, p->piece)->span;
     }
-    while (p->t >= player_piece(p, p->piece)->span) {
-        double over = p->t - player_piece(p, p->piece)->span, rate = p->rate;
+    while (p->t >= (end = player_end(p))) {
+        double over = p->t - end, rate = p->rate;
         if (p->sync == WIRE_TAP && p->piece_i + 1 == b->n) { /* as deep as it may go */
             p->t -= over, p->gone -= over;
             break;
@@ -563,22 +605,24 @@ PLAYER_API int player_tick(player *p, int told, double net_scale, double vlimit)
         if (player_next(p)) {
             b = player_batch(p, p->playing), p->stopping = 0;
             p->t = b->rate > 0 ? over / rate : over; /* what is left of the tick, in its time */
+            p->since = 0;
             continue;
         }
+        if (end < player_piece(p, p->piece)->span) continue; /* that came too late: on with this piece */
         if (p->piece_i + 1 == b->n) { /* it ends here, at rest */
             p->t = player_piece(p, p->piece)->span;
             player_place(p);
             w->seg_done = b->sure == b->n ? b->done : p->segment;
             player_rest(p);
-            w->piece_now = p->piece, w->piece_i = p->piece_i;
+            w->piece_now = p->piece, w->piece_i = p->piece_i, w->piece_t = p->t;
             return 0;
         }
-        p->t = over, p->piece++, p->piece_i++;
+        p->t = over, p->since = 0, p->piece++, p->piece_i++;
         if (p->piece_i == b->sure) w->late++, p->stopping = 1; /* nothing came in time: the stop begins */
     }
     player_place(p);
     w->seg_done = p->segment;
-    w->piece_now = p->piece, w->piece_i = p->piece_i, w->rate = p->rate;
+    w->piece_now = p->piece, w->piece_i = p->piece_i, w->piece_t = p->t, w->rate = p->rate;
     PUBLISH(w->state, p->stopping ? WIRE_STOPS : WIRE_MOVES);
     return 1;
 }

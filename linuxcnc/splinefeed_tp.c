@@ -25,6 +25,7 @@ MODULE_DESCRIPTION("plays the motion that splinefeed's planner process computes"
 #define MARGIN 24       /* moves: task learns some cycles late that the queue is full */
 #define DEPTH 2000      /* moves that task may queue */
 #define FASTER 1.2      /* motion per revolution is planned for a spindle so many times as fast as is commanded */
+#define LEAD 3          /* ticks from an angle that the module sees until the joints are where it sends them */
 #define PAST 10.0       /* turns that the spindle may need to stop at the bottom of a tapped hole */
 #define SAY(...) rtapi_print_msg(RTAPI_MSG_ERR, "splinefeed_tp: " __VA_ARGS__)
 
@@ -57,7 +58,7 @@ static unsigned long long begun;
 static unsigned int refused;
 static double uu_per_rev;
 static double turned; /* 1, or -1 where the spindle turned backwards as the motion began */
-static int indexing;  /* the spindle's encoder was told to begin anew at its index */
+static spindle_status_t *indexed; /* a spindle whose encoder was told to begin anew at its index */
 
 static move_t *move(unsigned long long k) { return &moves[k % WIRE_SEGMENTS]; }
 
@@ -223,10 +224,16 @@ int tpAddRigidTap(TP_STRUCT *const tp, EmcPose end, double vel, double top, doub
 
 /* --- each tick -------------------------------------------------------------------------------------------------- */
 
+static void unindex(void) /* the spindle's index is not waited for any more */
+{
+    if (indexed) indexed->spindle_index_enable = 0;
+    indexed = NULL;
+}
+
 static void drop_all(TP_STRUCT *tp) /* at rest: forget every move and all that was planned */
 {
     player_drop(&me);
-    if (indexing) stat->spindle_status[move(begun)->spindle].spindle_index_enable = indexing = 0;
+    unindex();
     begun = w->seg_head, started = 0, told = 0;
     idle(tp);
 }
@@ -245,8 +252,8 @@ static int may_begin(unsigned long long k) /* 0 while the spindle or an indexer 
     }
     if (!o->sync) return 1;
     spindle_status_t *s = &stat->spindle_status[o->spindle];
-    if (!indexing) { /* its encoder counts from 0 at the next index */
-        s->spindle_index_enable = indexing = 1;
+    if (!indexed) { /* its encoder counts from 0 at the next index */
+        indexed = s, s->spindle_index_enable = 1;
         me.spin = s->spindleRevs, me.spin_v = s->speed / 60;
         return 0;
     }
@@ -254,9 +261,10 @@ static int may_begin(unsigned long long k) /* 0 while the spindle or an indexer 
         player_spindle(&me, s->spindleRevs);
         return 0;
     }
-    indexing = 0;
+    indexed = NULL;
     turned = s->speed < 0 ? -1 : 1, me.spin_v *= turned;
     player_sync(&me, o->sync, turned * s->spindleRevs, o->per_rev / w->segment[k % WIRE_SEGMENTS].feed);
+    me.lead = LEAD * me.period;
     return 1;
 }
 
@@ -317,7 +325,7 @@ static void run(TP_STRUCT *const tp)
         if (tp->aborting) { drop_all(tp); return; }
         if (w->seg_done == w->seg_head) { idle(tp); return; }
         tp->done = 0, tp->depth = w->seg_head - w->seg_done, stat->current_vel = 0;
-        if (!player_ready(&me, &k) || told == PLAYER_HOLD || stat->net_feed_scale <= 0) return;
+        if (!player_ready(&me, &k) || told == PLAYER_HOLD || stat->net_feed_scale <= 0) { unindex(); return; }
         if (!may_begin(k)) return;
         int other = tp->execId && tp->execId != move(k)->id;
         begin(tp, k);

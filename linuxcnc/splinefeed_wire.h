@@ -41,6 +41,7 @@ typedef struct {                   /* motion that ends at rest; the next batch b
     unsigned int epoch, from_rest; /* 0 follows in motion, 1 begins wherever it rests, 2 at rest behind `after` */
     double rate;                   /* rate of time at which it follows and which becomes 1; 0: goes on at any rate */
     double vlimit;                 /* largest feed that it is planned for */
+    double at;                     /* time in the piece `after` at which it follows, s: at its end at the latest */
 } wire_batch;
 
 typedef struct {
@@ -50,7 +51,7 @@ typedef struct {
     unsigned long long batch_now, batch_seen;         /* played, batches that were looked at */
     unsigned long long piece_now, piece_seen;         /* played, pieces that were copied */
     unsigned int epoch, why, state, piece_i;          /* batches of another epoch are ignored; piece of its batch */
-    double period, feed_scale, rapid_scale, vlimit, rate;
+    double period, feed_scale, rapid_scale, vlimit, rate, piece_t; /* piece_t: time in the piece, s */
     double rest[WIRE_AXES];                           /* where it stands */
     unsigned int cycles, late, refused, stepping;
     char said[WIRE_TEXT];                             /* why the last batch was refused */

@@ -57,7 +57,7 @@ FIELDS = np.dtype(
     + [("there", "<i4", wires.AXES), ("pad", "<i4")]
     + [("at", "<f8", wires.AXES), ("speed", "<f8"), ("moving", "<i4"), ("stopping", "<i4")]
     + [("piece", "<u8"), ("segment", "<u8"), ("piece_i", "<u4"), ("pad2", "<u4")]
-    + [(name, "<f8") for name in ("t", "rate", "rate_v")]
+    + [(name, "<f8") for name in ("t", "rate", "rate_v", "since")]
     + [("next", "<u8"), ("seen", "<u8"), ("part", "<u4"), ("pad3", "<u4")]
     + [(name, "<u8") for name in ("playing", "session", "beat", "fault")]
     + [("silent", "<f8"), ("faulty", "<i4")]

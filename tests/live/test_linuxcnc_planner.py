@@ -95,9 +95,8 @@ def test_a_feed_per_revolution_follows_the_spindle_and_its_override():
 
 
 def in_step(found: Recording, low: float, high: float) -> Array:
-    """Angle of the spindle, turns, where z is between two places on the way down, at each of them in turn."""
-    z, still = found.position[:, 2], found.position[:, 2].max()
-    assert still == 0.0
+    """Ticks at which z is between two places."""
+    z = found.position[:, 2]
     return np.flatnonzero((z > low) & (z < high))
 
 
@@ -106,7 +105,7 @@ def test_threads_begin_at_one_angle_and_are_as_far_on_as_the_spindle_has_turned(
     passes = "".join(f"G33 Z-25 K1.5\nG0 X{k}\nG0 Z0\n" for k in range(1, 4))
     actions = "1.2:pause,1.7:resume,1.3:feed=50"  # which wait for the end of a thread
     found = recorded(f"G21 G90 G61\nM3 S600\n{passes}M2\n", turned, actions=actions)
-    assert max(shares(found)) <= 1.0
+    assert max(shares(found)) <= 1.0 + 1e-9
     cut = in_step(found, -20.0, -5.0)
     cut = cut[np.abs(np.diff(found.position[:, 2])[cut] / PERIOD + 15.0) < 1.0]
     groups = np.split(cut, np.flatnonzero(np.diff(cut) > 1) + 1)
@@ -162,7 +161,7 @@ def test_a_probe_trips():
     ("program", "planner", "said"),
     [
         ("G21 G90\nG0 X5\nM2\n", False, "no planner answers: start it with  splinefeed linuxcnc planner"),
-        ("G21 G90\nM3 S6000\nG33 X5 K1\nM2\n", True, "line 4: in step with the spindle it goes at 100 a second"),
+        ("G21 G90\nM3 S6000\nG33 X5 K1\nM2\n", True, "line 3: in step with the spindle it goes at 100 a second"),
         ("G21 G90\nG95 F1\nG1 X5\nM2\n", True, "zero spindle speed in feed per rev mode"),  # LinuxCNC says so itself
     ],
 )

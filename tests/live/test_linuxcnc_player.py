@@ -128,6 +128,22 @@ def test_a_pause_in_a_curve_at_its_highest_feed_takes_hardly_longer_than_on_a_li
 
 
 @needs_gcc
+def test_a_higher_override_on_a_line_is_obeyed_midway():
+    machine = Machine()
+    machine.line(400.0, 0.0, 0.0, feed=40.0)
+    machine.run(500)
+    for scale in (0.3, 1.5, 0.3, 1.5):
+        machine.feed_scale, before = scale, len(machine.rows)
+        machine.run(400)
+        speed = np.diff(np.array(machine.rows)[before:, 0]) / PERIOD
+        late = np.flatnonzero(np.abs(speed - 40.0 * scale) > 0.4 * scale)
+        assert late[-1] < 130  # 72 ms of it are what the limits ask for
+    machine.feed_scale = 1.0
+    machine.run()
+    assert machine.wire.seg_done == 1 and machine.said == [] and kept(machine)
+
+
+@needs_gcc
 def test_an_override_that_never_rests_keeps_the_limits():
     machine = Machine()
     wavy(machine, 600)

@@ -19,8 +19,8 @@ from splinefeed.paths.parts import cut
 from splinefeed.paths.path import Path
 from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray, IntArray
 
-#: A piece takes so long, s, or so much of the path, mm, but never longer than the third, s.
-LONGEST, LONGEST_WAY, NEVER_LONGER = 0.010, 0.5, 0.050
+#: A piece of a curve takes so long, s, or so much of the path, mm, but never longer than the third, s; one of a line.
+LONGEST, LONGEST_WAY, NEVER_LONGER, OF_A_LINE = 0.010, 0.5, 0.020, 5.0
 #: In a shorter piece rounding of positions is an acceleration, s; a shorter span of a law is rounding itself, s.
 SHORTEST, TINY = 2e-5, 1e-9
 #: A place this far from the curve that it should lie on, mm, lies on another one.
@@ -32,15 +32,26 @@ class Quintics:
     """Pieces: times (n,), s; coefficients (n, axes, 6), mm and rad; s, feed and acceleration at their ends, (n, 3).
 
     middle  place on the track in the middle of each, mm
+    law     (n, 6), of the motion in each: s from `begin`, t from `behind` (n,), s, before the piece
+    straight  (n,) whether it is on a line: it can be left where one likes
     """
 
     span: Array
     c: Array
     ends: Array
     middle: Array
+    begin: float
+    law: Array
+    behind: Array
+    straight: BoolArray
 
     def __len__(self) -> int:
         return len(self.span)
+
+    def state(self, piece: int, t: float) -> tuple[float, float, float]:
+        """Place, mm, feed and acceleration at a time in a piece."""
+        s, v, a = (float(value(self.law[piece], np.array(self.behind[piece] + t), order)) for order in range(3))
+        return self.begin + s, v, a
 
 
 class PlannedTrack:
@@ -207,7 +218,7 @@ def quintics(track: PlannedTrack, begin: float, spans: Array, c: Array) -> Quint
     way = np.abs(value(c[row], high - starts[row], 0) - value(c[row], low - starts[row], 0))
     parts = np.maximum(np.minimum((high - low) / LONGEST, way / LONGEST_WAY), (high - low) / NEVER_LONGER)
     centre = begin + value(c[row], 0.5 * (low + high) - starts[row], 0)
-    parts = np.where(track.straight(centre), (high - low) / NEVER_LONGER, parts)  # there a quintic is the law itself
+    parts = np.where(track.straight(centre), (high - low) / OF_A_LINE, parts)  # there a quintic is the law itself
     n = np.maximum(np.ceil(parts - 1e-9), 1.0).astype(int)
     at = np.repeat(np.arange(len(n)), n)
     share = np.arange(len(at)) - np.repeat(np.cumsum(n) - n, n)
@@ -231,4 +242,6 @@ def quintics(track: PlannedTrack, begin: float, spans: Array, c: Array) -> Quint
         p0, v0, 0.5 * a0, (10.0 * dp - 4.0 * dv + 0.5 * da) / h**3, (-15.0 * dp + 7.0 * dv - da) / h**4,
         (6.0 * dp - 3.0 * dv + 0.5 * da) / h**5,
     ]  # fmt: skip
-    return Quintics(h[:, 0], np.stack(terms, axis=2), states[1], middle)
+    return Quintics(
+        h[:, 0], np.stack(terms, axis=2), states[1], middle, begin, law, t0, np.asarray(track.straight(middle))
+    )

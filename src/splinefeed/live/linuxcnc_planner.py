@@ -37,15 +37,18 @@ AT_ONCE, SETTLE = 200, 0.003
 SILENCE, MANY = 0.050, 900
 #: Motion that is planned ahead, s: what a change of the override throws away.
 AHEAD = 2.0
-#: The path goes to look-ahead in parts that take so long, s, at the feeds of the program, and so far ahead, s.
-PORTION, KNOWN = 1.0, 3.0
+#: The path goes to look-ahead in parts that take so long, s, at the feeds of the program, and so far ahead, s; for a
+#: change of the override so far beyond twice what a stop takes, s: less is planned and sent sooner.
+PORTION, KNOWN, SOON = 0.5, 3.0, 0.8
 #: With less certain motion than this ahead, s, what is known is planned, however little it is.
 HUNGRY = 0.4
-#: A change of the override is planned when it has not changed for so long, s, from a place so far ahead, s: at least,
-#: at most, and so many times what planning took of late, or is taken to take first, s.
-STEADY, NEAREST, FARTHEST, TIMES, SLOW = 0.01, 0.03, 0.15, 1.5, 0.06
+#: A change of the override is planned when it has not changed for so long, s, from a place so far ahead, s: what the
+#: player takes to look at its pieces, and so many times what planning took of late, or is taken to take first, s.
+STEADY, LOOKED_AT, TIMES, SLOW, FARTHEST = 0.004, 0.02, 1.5, 0.03, 0.15
 #: Cells of a window, and curves that the smoother looks at in one go.
 WINDOW, SMOOTH = 60, 200
+#: A batch that follows at the end of a piece: a time in it that is later.
+LATEST = 1e9
 #: A child that watches LinuxCNC's task is started again after this, s.
 AGAIN = 0.2
 #: The main loop is taken for dead after this, s.
@@ -137,19 +140,23 @@ class PlannedMotion:
         self.base, self.given, self.done = track.curves[first], first, s
         self.coming, self.planned = None, False
 
-    def block(self, hungry: bool) -> MotionBlock | None:
-        """The next block of motion, None where nothing more can be planned yet; hungry: not even a full window."""
-        count = len(self.track.parts)
+    def block(self, *, hungry: bool = False, soon: bool = False) -> MotionBlock | None:
+        """The next block of motion, None where nothing more can be planned yet.
+
+        hungry  not even a full window may be there; soon  a window is not waited for: it costs time
+        """
+        count, planner = len(self.track.parts), self.planner
         begun = self.track.part_at(self.done) if count else 0
+        known = (planner.soon if soon else KNOWN) * min(planner.overrides[0], 1.0)
         while True:
-            while self.given < count and (self.given <= begun or sum(self.times[begun : self.given]) < KNOWN):
+            while self.given < count and (self.given <= begun or sum(self.times[begun : self.given]) < known):
                 self._offer()
-            if self.coming is None and self.planned:
-                if self.given < count:  # what is known is not enough for a window
+            if self.coming is None and (self.planned or soon):
+                if self.given < count and not soon:  # what is known is not enough for a window
                     self._offer()
-                elif hungry and not self.closed and count:
+                elif count and (self.given < count or not self.closed) and (hungry or soon):
                     return next(self.look.blocks(early=True), None)
-                else:
+                elif self.planned:
                     return None
             if self.coming is None:
                 whole = self.closed and self.given == count
@@ -176,6 +183,7 @@ class Planner:
         self.wire, self.mill, self.window, self.smooth, self.say, self.waits = wire, mill, window, smooth, say, waits
         self.clock = clock
         self.limits, self.reserve = mill.limits(reserve), reserve
+        self.soon = SOON + 2.0 * float(np.max(mill.velocity / mill.acceleration + mill.acceleration / mill.jerk))
         self.period = float(wire.period)
         self.inverse = 1.0 / mill.units[mill.columns]
         self.session = time.time_ns() & 0x7FFFFFFFFFFFFFFF
@@ -249,9 +257,11 @@ class Planner:
         ahead = self.ahead()
         if ahead > AHEAD:
             return fresh
-        block = run.block(ahead < HUNGRY and self.clock() - run.since > SILENCE)
+        begun = self.clock()
+        block = run.block(hungry=ahead < HUNGRY and begun - run.since > SILENCE)
         if block is not None:
             self._send(run, block)
+            self._took(begun)
         return fresh or block is not None
 
     # --- what comes -------------------------------------------------------------------------------------------------
@@ -321,7 +331,7 @@ class Planner:
         if int(wire.state) == wires.STOPS:
             return
         if int(wire.state) == wires.REST:
-            if not run.track.parts or (int(wire.batch_now) in self.sent and int(wire.batch_now) + 1 == self.head):
+            if not run.given:  # nothing of it is planned: else it is planned anew when it moves
                 self._settled()
             return
         batch = self.sent.get(int(wire.batch_now))
@@ -343,15 +353,19 @@ class Planner:
         if abs(rate - 1.0) > 1e-9 and abs(rate - lowest) > 1e-6:
             return  # it is still slowing down, or this kind of move does not heed the override that has changed
         rate = 1.0 if abs(rate - 1.0) <= 1e-9 else lowest
-        ahead = np.cumsum(batch.sure.span[here:]) / rate
-        at = here + int(np.searchsorted(ahead, min(max(TIMES * self.takes, NEAREST), FARTHEST)))
-        if at >= len(batch.sure) - 1:
+        sure = batch.sure
+        starts = np.concatenate([[0.0], np.cumsum(sure.span[here:])]) - float(wire.piece_t)
+        when = rate * min(LOOKED_AT + TIMES * self.takes, FARTHEST)
+        at = int(np.searchsorted(starts, when, side="right")) - 1
+        if when > starts[-1] - self.period:
             return  # too near to the end of what is certain: the next batch
-        s, feed, acceleration = batch.sure.ends[at].tolist()
+        t = when - float(starts[at]) if sure.straight[here + at] else float(sure.span[here + at])
+        at += here
+        s, feed, acceleration = sure.state(at, t)
         self.overrides, begun = now, self.clock()
         try:
             run.restart(s, State(feed * rate, acceleration * rate * rate))
-            block = run.block(hungry=True)
+            block = run.block(soon=True)
         except SplinefeedError:
             block = None
         if block is None:  # the motion of before goes on, slower where it must
@@ -360,9 +374,12 @@ class Planner:
             self._go_on(run, self.sent[max(self.sent)])
             return
         self.after = batch.piece + at
-        self._send(run, block, rate=rate)
-        taken = self.clock() - begun + (self.piece - self.sent[self.head - 1].piece) * self.period / wires.COPIES
-        self.takes += 0.3 * (taken - self.takes)
+        self._send(run, block, rate=rate, at=t)
+        self._took(begun)
+
+    def _took(self, begun: float) -> None:
+        """Note how long the last batch took to plan since a time, s."""
+        self.takes += 0.3 * (self.clock() - begun - self.takes)
 
     def _go_on(self, run: PlannedMotion, last: SentBatch) -> None:
         """Plan again behind a batch that was sent."""
@@ -379,7 +396,7 @@ class Planner:
         total = sum(float(batch.sure.span.sum()) for k, batch in self.sent.items() if k > now)
         if int(self.wire.state) == wires.MOVES and now in self.sent:
             batch = self.sent[now]
-            total += float(batch.sure.span[max(int(self.wire.piece_now) - batch.piece, 0) :].sum())
+            total += float(batch.sure.span[max(int(self.wire.piece_now) - batch.piece, 0) :].sum() - self.wire.piece_t)
         return total
 
     def _quintics(self, run: PlannedMotion, block: MotionBlock) -> Quintics:
@@ -387,8 +404,8 @@ class Planner:
         begin = run.track.place(run.base + block.curve, block.offset)
         return quintics(run.track, begin, np.diff(law.breaks), law.coefficients)
 
-    def _send(self, run: PlannedMotion, block: MotionBlock, rate: float = 0.0) -> None:
-        """A block of certain motion, and the stop behind it."""
+    def _send(self, run: PlannedMotion, block: MotionBlock, rate: float = 0.0, at: float = LATEST) -> None:
+        """A block of certain motion, and the stop behind it; it follows at a time in the piece before, s."""
         wire, track = self.wire, run.track
         sure, stop = self._quintics(run, block), run.look.stop
         parts = [sure] if stop is None or not len(stop.law.coefficients) else [sure, self._quintics(run, stop)]
@@ -400,20 +417,20 @@ class Planner:
         numbers = track.segments(middle)
         moves = np.array([run.moves[k] for k in (numbers - run.first).tolist()])
         scale = feeds_of(moves, self.mill, *self.overrides)[1]
-        at = (self.piece + np.arange(n)) % wires.PIECES
+        ring = (self.piece + np.arange(n)) % wires.PIECES
         rows = wire.piece
-        rows["c"][at] = 0.0
-        rows["c"][at[:, None], self.mill.columns] = c * self.inverse[:, None]
+        rows["c"][ring] = 0.0
+        rows["c"][ring[:, None], self.mill.columns] = c * self.inverse[:, None]
         rest = np.setdiff1d(np.arange(wires.AXES), self.mill.columns)
-        rows["c"][at[:, None], rest, 0] = wire.rest[rest]
+        rows["c"][ring[:, None], rest, 0] = wire.rest[rest]
         for name, values in (("span", h), ("scale", scale), ("segment", numbers)):
-            rows[name][at] = values
+            rows[name][ring] = values
         row = wire.batch[self.head % wires.BATCHES : self.head % wires.BATCHES + 1]
         whole = len(parts) == 1 and run.closed and end > track.length - 1e-6
         row["piece"], row["n"], row["sure"], row["epoch"] = self.piece, n, len(sure), self.epoch
         still = rate == 0.0 and block.law.coefficients[0, 1] == 0.0
         row["from_rest"] = (1 if run.begins else 2) if still else 0
-        row["after"], row["rate"], run.begins = max(self.after, 0), rate, False
+        row["after"], row["at"], row["rate"], run.begins = max(self.after, 0), at, rate, False
         row["done"] = self.read if whole else int(track.segments(np.array([end]))[0])
         row["vlimit"] = min(self.overrides[2], 1e9)
         self.sent[self.head] = SentBatch(track, self.piece, self.piece + n, sure, end, self.overrides)

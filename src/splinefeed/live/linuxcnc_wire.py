@@ -21,8 +21,6 @@ from splinefeed.errors import SplinefeedError
 
 KEY, MAGIC, PROTOCOL, AXES = 0x53504C46, 0x53465450, 3, 9
 SEGMENTS, PIECES, BATCHES, TEXT = 4096, 8192, 512, 240
-#: Pieces that the player checks at one tick.
-COPIES = 8
 #: Values of `kind`, `sync`, `why` and `state`.
 LINE, ARC = 1, 2
 FREE, THREAD, TAP = range(3)
@@ -38,13 +36,13 @@ PIECE = np.dtype([(name, "<f8") for name in ["span", "scale"]] + [("segment", "<
 BATCH = np.dtype(
     [(name, "<u8") for name in ["piece", "after", "done"]]
     + [(name, "<u4") for name in ["n", "sure", "epoch", "from_rest"]]
-    + [(name, "<f8") for name in ["rate", "vlimit"]]
+    + [(name, "<f8") for name in ["rate", "vlimit", "at"]]
 )
 WIRE = np.dtype(
     [(name, "<u4") for name in ["magic", "protocol", "size", "pad0"]]
     + [(n, "<u8") for n in ["seg_head", "seg_clear", "seg_done", "batch_now", "batch_seen", "piece_now", "piece_seen"]]
     + [(name, "<u4") for name in ["epoch", "why", "state", "piece_i"]]
-    + [(name, "<f8") for name in ["period", "feed_scale", "rapid_scale", "vlimit", "rate"]]
+    + [(name, "<f8") for name in ["period", "feed_scale", "rapid_scale", "vlimit", "rate", "piece_t"]]
     + [("rest", "<f8", AXES)]
     + [(name, "<u4") for name in ["cycles", "late", "refused", "stepping"]]
     + [("said", f"S{TEXT}")]
@@ -54,6 +52,9 @@ WIRE = np.dtype(
 )
 #: The order of acquire and release of the C11 memory model, as libatomic counts them.
 _ACQUIRE, _RELEASE = 2, 3
+FOREIGN = "the shared memory belongs to another user: start the planner as the user who runs LinuxCNC"
+#: What shmctl is told to remove a shared memory.
+IPC_RMID = 0
 
 
 class WireError(SplinefeedError):
@@ -110,20 +111,26 @@ def _libc() -> Any:
 def found() -> int | None:
     """The number of the shared memory that a running LinuxCNC has; None where none runs with the module.
 
-    Raises WireError where another program, another version, or another user has it.
+    One of another size that an ended LinuxCNC left behind is removed. Raises WireError where another program, another
+    version, or another user has it.
     """
     libc = _libc()
-    ident = int(libc.shmget(KEY, ctypes.c_size_t(WIRE.itemsize), 0))
-    if ident >= 0:
-        return ident if users(ident) else None
-    reason = ctypes.get_errno()
-    if reason == errno.ENOENT:
+    ident = int(libc.shmget(KEY, ctypes.c_size_t(0), 0))
+    if ident < 0:
+        if ctypes.get_errno() == errno.ENOENT:
+            return None
+        raise WireError(FOREIGN)
+    if not users(ident):
+        if int(libc.shmget(KEY, ctypes.c_size_t(WIRE.itemsize), 0)) < 0:
+            libc.shmctl(ident, IPC_RMID, None)
         return None
-    if reason == errno.EACCES:
-        raise WireError("the shared memory belongs to another user: start the planner as the user who runs LinuxCNC")
+    if int(libc.shmget(KEY, ctypes.c_size_t(WIRE.itemsize), 0)) >= 0:
+        return ident
+    if ctypes.get_errno() == errno.EACCES:
+        raise WireError(FOREIGN)
     raise WireError(
         f"the shared memory of key {KEY:#x} has another size: it is of another version of splinefeed_tp; "
-        "build it again (halcompile --install splinefeed_tp.c), or remove what another program left (ipcs -m, ipcrm -M)"
+        "build it again (halcompile --install splinefeed_tp.c), or end the program that has it (ipcs -m)"
     )
 
 
@@ -155,7 +162,7 @@ def attached(ident: int) -> Wire | None:
     libc = _libc()
     address = libc.shmat(ident, None, 0)
     if address in (None, ctypes.c_void_p(-1).value):
-        raise WireError("the shared memory belongs to another user: start the planner as the user who runs LinuxCNC")
+        raise WireError(FOREIGN)
     wire = Wire((ctypes.c_char * WIRE.itemsize).from_address(address), ident)
     if wire.magic != MAGIC:
         libc.shmdt(address)

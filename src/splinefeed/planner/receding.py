@@ -18,8 +18,8 @@ from splinefeed.planner.straight import straights
 from splinefeed.records import Array, Limits
 
 #: Share of a window's pieces that do not become final, as what follows still matters to them. What is left of a stretch
-#: joins a window that would hold so much more.
-OPEN = 0.25
+#: joins a window that would hold so much more. Of one that was not waited for EARLY stays open: its end is nearer.
+OPEN, EARLY = 0.25, 0.5
 
 
 class OutOfReachError(PlanError):
@@ -63,9 +63,18 @@ class RecedingHorizon:
         return self._take(line, len(line), float(marks[1]), REST)
 
     def advance(
-        self, conditions: Conditions, mode: SolverSettings, near: float, stop: State, *, ends_here: bool
+        self,
+        conditions: Conditions,
+        mode: SolverSettings,
+        near: float,
+        stop: State,
+        *,
+        ends_here: bool,
+        share: float = OPEN,
     ) -> MotionPieces:
         """The next final motion, by a window up to `near`, mm; with `ends_here` the motion ends there in `stop`.
+
+        share  of the window's pieces that does not become final
 
         Where no new plan keeps the limits, the next part of the last one is taken: it leads to rest.
         Raises OutOfReachError where there is none: from the state the motion cannot keep the limits.
@@ -82,7 +91,7 @@ class RecedingHorizon:
         except PlanError:
             if self.left is None:
                 raise
-            return self._take(self.left, _final(len(self.left)), self.end, REST)
+            return self._take(self.left, _final(len(self.left), share), self.end, REST)
         self.work += len(plan.pieces)
         moving = self.state.feed > 0.0 or (ends_here and stop.feed > 0.0)
         if plan.over > 1.0 + KEPT and self.left is not None:
@@ -102,7 +111,7 @@ class RecedingHorizon:
             self.limits = conditions.limits
             if ends_here:
                 return self._take(pieces, len(pieces), end, stop)
-        return self._take(pieces, _final(len(pieces)), end, REST)
+        return self._take(pieces, _final(len(pieces), share), end, REST)
 
     def hold(self, conditions: Conditions, mode: SolverSettings, high: float) -> MotionPieces:
         """Motion to rest on the shortest way that the limits allow, no further than `high`, mm, if rest is there.
@@ -186,9 +195,9 @@ class RecedingHorizon:
         return taken
 
 
-def _final(count: int) -> int:
-    """How many of so many pieces become final."""
-    return max(count - int(OPEN * count), 1)
+def _final(count: int, share: float) -> int:
+    """How many of so many pieces become final, where a share does not."""
+    return max(count - int(share * count), 1)
 
 
 def plan_stretch(

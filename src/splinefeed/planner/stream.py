@@ -15,7 +15,7 @@ from splinefeed.planner.conditions import Conditions
 from splinefeed.planner.constants import ALMOST, SAME
 from splinefeed.planner.horizon import REST, State
 from splinefeed.planner.law import MotionPieces
-from splinefeed.planner.receding import OPEN, RecedingHorizon
+from splinefeed.planner.receding import EARLY, OPEN, RecedingHorizon
 from splinefeed.planner.shared import check_travel
 from splinefeed.planner.strategies import LOOK_AHEAD, MODES, check_limits, conditions_of
 from splinefeed.records import LAW_COEFFICIENTS, Limits, TimeLaw, positive
@@ -268,7 +268,8 @@ class LookAhead:
                 self._looked = (path.length - horizon.low) * max(1.0 + OPEN, (1.0 - OPEN) / horizon.ahead)
                 self._looked_curves = AGAIN * len(path.curves)  # length alone tells little behind a long line
                 break
-            pieces = horizon.advance(conditions, self._mode, near, end, ends_here=last and near == high)
+            share = EARLY if early else OPEN
+            pieces = horizon.advance(conditions, self._mode, near, end, ends_here=last and near == high, share=share)
             self._begun, self._looked = True, 0.0
             yield self._block(path, pieces, begin, waits)
             if early:
