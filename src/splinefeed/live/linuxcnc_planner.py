@@ -331,7 +331,7 @@ class Planner:
         if int(wire.state) == wires.STOPS:
             return
         if int(wire.state) == wires.REST:
-            if not run.given:  # nothing of it is planned: else it is planned anew when it moves
+            if not run.given:  # nothing of it is planned: else it is planned again when it moves
                 self._settled()
             return
         batch = self.sent.get(int(wire.batch_now))

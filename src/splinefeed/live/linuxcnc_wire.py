@@ -53,7 +53,7 @@ WIRE = np.dtype(
 #: The order of acquire and release of the C11 memory model, as libatomic counts them.
 _ACQUIRE, _RELEASE = 2, 3
 FOREIGN = "the shared memory belongs to another user: start the planner as the user who runs LinuxCNC"
-#: What shmctl is told to remove a shared memory.
+#: The number by which shmctl removes a shared memory.
 IPC_RMID = 0
 
 
