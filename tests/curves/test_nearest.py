@@ -251,21 +251,70 @@ def test_path_of_many_curves_over_its_linear_axes():
     assert np.abs(np.linalg.norm(at - queries, axis=1) - distance).max() <= 1e-13 * path.size
 
 
-@pytest.mark.parametrize("name", ["butterfly", "polyline", "near cusp, 1e-4"])
-def test_cells_hold_their_curve(name):
-    curve = CURVES[name]
-    search, rows = curve._nearest.search, curve._nearest.rows
-    cells, (least, greatest) = search.cells, search._boxes
-    u = np.linspace(*curve.domain, 997)
-    points = curve(u).T
-    row, _ = rows.find(np.zeros(len(u), dtype=np.int64), u)
+def scribble(count: int = 400, axes: int = 2, seed: int = 3) -> Path:
+    """Lines that cross a plate in all ways."""
+    return Path.polyline(np.random.default_rng(seed).uniform(0.0, 100.0, (count, axes)), "xyz"[:axes])
+
+
+@pytest.mark.parametrize("name", ["butterfly", "polyline", "near cusp, 1e-4", "scribble"])
+def test_leaves_hold_their_curve(name):
+    if name == "scribble":
+        path = scribble()
+        nearest, curve = Nearest(path.table, path.shape), np.repeat(np.arange(399), 7)
+        u = np.tile(np.linspace(0.0, 1.0, 7), 399)
+        points = path.evaluate(curve, u)[:, 0].T
+        assert len(nearest.search._leaves.cell) == 4 * len(nearest.search.cells.row)
+    else:
+        nearest, u = CURVES[name]._nearest, np.linspace(*CURVES[name].domain, 997)
+        points, curve = CURVES[name](u).T, np.zeros(len(u), dtype=np.int64)
+    rows, leaves, (least, greatest) = nearest.rows, nearest.search._leaves, nearest.search._boxes
+    if name == "scribble":
+        row = np.array([path.curve_rows[c, 0] for c in curve])
+    else:
+        row, _ = rows.find(curve, u)
     t = (u - rows.middle[row]) * rows.scale[row]
-    cell = np.array([np.flatnonzero((cells.row == r) & (cells.low <= at))[-1] for r, at in zip(row, t, strict=True)])
-    assert np.all(search._cell_bound(points, cell) == 0.0)
-    node = cell + least.shape[1] // 2
+    of = nearest.search.cells.row[leaves.cell]
+    holding = [
+        np.flatnonzero((of == r) & (leaves.low <= at + 1e-12) & (at - 1e-12 <= leaves.high))[0]
+        for r, at in zip(row, t, strict=True)
+    ]
+    leaf = np.array(holding)
+    assert np.all(nearest.search._bound(points, leaf) <= 1e-26 * np.max(np.abs(points)) ** 2)
+    node = leaf + least.shape[1] // 2
+    slack = 1e-12 * np.max(np.abs(points))  # of the t above
     while np.all(node >= 1):
-        assert np.all((least[:, node] <= points) & (points <= greatest[:, node]))
+        assert np.all((least[:, node] - slack <= points) & (points <= greatest[:, node] + slack))
         node //= 2
+
+
+@pytest.mark.parametrize(("axes", "seed"), [(2, 1), (3, 2)])
+def test_lines_that_cross_a_plate_in_all_ways(axes, seed):
+    path = scribble(600, axes, seed)
+    random = np.random.default_rng(seed)
+    on = path.evaluate(random.integers(0, 599, 300), random.uniform(0.0, 1.0, 300))[:, 0]
+    queries = np.concatenate([on, on + random.normal(0.0, 1e-2, on.shape), random.uniform(-50.0, 150.0, on.shape)])
+    rows, u, distance = Nearest(path.table, path.shape).find(queries)
+    corners = np.concatenate([path.evaluate(np.arange(599), np.zeros(599))[:, 0],
+                              path.evaluate(np.array([598]), np.ones(1))[:, 0]])  # fmt: skip
+    start, side = corners[:-1], np.diff(corners, axis=0)
+    share = np.sum((queries[:, None] - start) * side, axis=2) / np.sum(side * side, axis=1)
+    apart = np.linalg.norm(queries[:, None] - start - share.clip(0.0, 1.0)[..., None] * side, axis=2)
+    assert np.abs(distance - apart.min(axis=1)).max() <= 1e-13 * path.size
+    at = path.evaluate(np.searchsorted(path.curve_rows[:, 1], rows), u)[:, 0]
+    assert np.abs(np.linalg.norm(at - queries, axis=1) - distance).max() <= 1e-13 * path.size
+
+
+def test_the_work_for_many_lines_that_cross_grows_slower_than_by_their_square(monkeypatch):
+    """Pairs of a place and a line that are looked at: for all boxes that a place lies in they grew by the square."""
+    looked, bound = [], search.Search._bound
+    monkeypatch.setattr(search.Search, "_bound", lambda self, q, leaf: looked.append(len(leaf)) or bound(self, q, leaf))
+    found = []
+    for count in (500, 4000):
+        path = scribble(count)
+        looked.clear()
+        Nearest(path.table, path.shape).find(path.evaluate(np.arange(count - 1), np.full(count - 1, 0.3))[:, 0])
+        found.append(sum(looked))
+    assert found[1] < 40 * found[0]  # 64 by the square: 29 are
 
 
 @pytest.mark.parametrize("aside", [-0.3, -1e-3, 1e-3, 0.3])

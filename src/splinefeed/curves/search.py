@@ -36,8 +36,10 @@ ROUNDING = 1e-15
 MAX_BISECTIONS = 4
 #: Newton steps inside a bracket, and the step in t behind which the next is rounding.
 MAX_STEPS, SMALL_STEP = 60, 1e-9
-#: So many cells of a window are searched without the tree, and pairs of a position and a node at a time.
-FEW_CELLS, MOST_PAIRS = 8, 1 << 20
+#: A box of cells is looked at for so many positions at a time: pairs.
+MOST_PAIRS = 1 << 20
+#: A place lies in so many boxes for each part of a cell at the most, or cells are cut further; most parts of a cell.
+MOST_INSIDE, MOST_PARTS = 8, 16
 #: Pairs whose curves are worked on at a time: some hundred bytes each.
 MOST_REFINED = 1 << 17
 #: So many pairs of a position and a cell are compared in one search of the whole path, and as many more for each
@@ -64,6 +66,28 @@ class Cells:
     reach: Array
     first: Array
     last: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Leaves:
+    """Parts of cells, m of them, those near each other in space beside each other.
+
+    cell, low, high (m,)  which part of which cell, in t
+    reach (m,)            no point is further than this from the chord between the ends, mm
+    first, last (dims, m)  the ends
+    """
+
+    cell: IntArray
+    low: Array
+    high: Array
+    reach: Array
+    first: Array
+    last: Array
+
+    @property
+    def boxes(self) -> tuple[Array, Array]:
+        """Least and greatest coordinates, (dims, m)."""
+        return np.minimum(self.first, self.last) - self.reach, np.maximum(self.first, self.last) + self.reach
 
 
 @dataclass(eq=False)
@@ -148,10 +172,10 @@ class Search:
         largest = np.max(np.maximum(np.abs(first), np.abs(last)), axis=0, initial=0.0)
         new = np.concatenate([[True], row[1:] != row[:-1]])
         s = np.where(new, rows.start[row], rows.arc_length(row, low))
-        reach = self._reach(row, rows.arc_length(row, high) - rows.arc_length(row, low), last - first)
+        reach = self._reach(rows.arc_length(row, high) - rows.arc_length(row, low), last - first)
         return Cells(row, low, high, s, speed, bend, reach + ROUNDING * largest, first, last)
 
-    def _reach(self, row: IntArray, length: Array, chord: Array) -> Array:
+    def _reach(self, length: Array, chord: Array) -> Array:
         """No point of an arc of some length (c,), mm, is further than this, mm, from its chord (dims, c).
 
         All its points lie in the ellipsoid with the ends of the chord c as foci: sqrt(l^2 - c^2) / 2.
@@ -188,19 +212,58 @@ class Search:
         return out[0], out[1], out[2]
 
     @cached_property
-    def _boxes(self) -> tuple[Array, Array]:
-        """Least and greatest coordinates, (dims, 2 leaves): node i holds 2 i and 2 i + 1, leaves + i the cell i."""
+    def _leaves(self) -> Leaves:
+        """The cells, cut where boxes of many lie over each other, as of long lines that cross a plate in all ways.
+
+        Of n boxes that lie anyhow a place is inside of n times the mean share that a box has of all space; cut in two,
+        they are twice as many, of a half or a quarter of the size each.
+        """
+        from scipy.spatial import cKDTree
+
         cells = self.cells
-        count = len(cells.row)
-        leaves = 1 << (count - 1).bit_length()
-        least, greatest = np.full((self.dims, 2 * leaves), np.inf), np.full((self.dims, 2 * leaves), -np.inf)
-        least[:, leaves : leaves + count] = np.minimum(cells.first, cells.last) - cells.reach
-        greatest[:, leaves : leaves + count] = np.maximum(cells.first, cells.last) + cells.reach
-        while leaves > 1:
-            pair, half = slice(leaves, 2 * leaves), slice(leaves // 2, leaves)
+        ends = cells.low, cells.high
+        leaves = Leaves(np.arange(len(cells.row)), *ends, cells.reach, cells.first, cells.last)
+        least, greatest = leaves.boxes
+        size = np.max(greatest, axis=1) - np.min(least, axis=1)
+        wide = size > 0.0
+        inside = float(np.sum(np.prod((greatest - least)[wide] / size[wide, None], axis=0)))
+        parts = 1
+        while parts < MOST_PARTS and inside > MOST_INSIDE * parts and wide.sum() > 1:
+            parts, inside = 2 * parts, inside / 2.0 ** (wide.sum() - 1)
+        if parts > 1:
+            leaves = self._parts_of_cells(parts)
+        order = cKDTree(0.5 * (leaves.first + leaves.last).T).indices
+        return Leaves(*(each[..., order] for each in vars(leaves).values()))
+
+    def _parts_of_cells(self, parts: int) -> Leaves:
+        """Every cell in so many parts, each as long as the others in t."""
+        cells, rows = self.cells, self.rows
+        share = np.arange(parts + 1) / parts
+        t = cells.low[:, None] * (1.0 - share) + cells.high[:, None] * share
+        row = np.repeat(cells.row, parts + 1)
+        place = (self._taylor(self._terms[:, :, row], t.ravel(), 0)[0] + self._origin[:, row]).reshape(
+            self.dims, *t.shape
+        )
+        length = np.diff(rows.arc_length(row, t.ravel()).reshape(t.shape), axis=1).ravel()
+        first, last = (np.ascontiguousarray(each).reshape(self.dims, -1) for each in (place[..., :-1], place[..., 1:]))
+        largest = np.max(np.maximum(np.abs(first), np.abs(last)), axis=0)
+        reach = self._reach(length, last - first) + ROUNDING * largest
+        cell = np.repeat(np.arange(len(cells.row)), parts)
+        return Leaves(cell, t[:, :-1].ravel(), t[:, 1:].ravel(), reach, first, last)
+
+    @cached_property
+    def _boxes(self) -> tuple[Array, Array]:
+        """Least and greatest coordinates, (dims, 2 width): node i holds 2 i and 2 i + 1, width + i the leaf i."""
+        least_of, greatest_of = self._leaves.boxes
+        count = least_of.shape[1]
+        width = 1 << (count - 1).bit_length()
+        least, greatest = np.full((self.dims, 2 * width), np.inf), np.full((self.dims, 2 * width), -np.inf)
+        least[:, width : width + count], greatest[:, width : width + count] = least_of, greatest_of
+        while width > 1:
+            pair, half = slice(width, 2 * width), slice(width // 2, width)
             least[:, half] = least[:, pair].reshape(self.dims, -1, 2).min(axis=2)
             greatest[:, half] = greatest[:, pair].reshape(self.dims, -1, 2).max(axis=2)
-            leaves //= 2
+            width //= 2
         return least, greatest
 
     @cached_property
@@ -241,70 +304,59 @@ class Search:
         found.put(sure, self._descend(*taken(sure, row, *gathered, *ends, t), known=taken(sure, *known)))
         done = np.full(len(row), -1)
         done[sure] = own[sure]
-        lowest, highest = np.zeros(len(row), dtype=np.int64), np.full(len(row), len(cells.row) - 1)
-        for owner, cell in self._candidates(q, lowest, highest, found):
+        leaves = self._leaves
+        for owner, leaf in self._candidates(q, found):
             left[0] -= len(owner)
             if left[0] < 0:
                 raise InputError(
                     f"more than {MOST_COMPARED} parts of the path are about as near to points as the nearest: it "
                     "passes the same places again and again; split it"
                 )
-            other = done[owner] != cell
-            owner, cell = owner[other], cell[other]
-            self._refine(q, owner, cell, cells.low[cell], cells.high[cell], found)
+            other = done[owner] != leaves.cell[leaf]
+            owner, leaf = owner[other], leaf[other]
+            self._refine(q, owner, leaves.cell[leaf], leaves.low[leaf], leaves.high[leaf], found)
         return found
 
-    def _candidates(
-        self, q: Array, first: IntArray, last: IntArray, found: Found
-    ) -> Iterator[tuple[IntArray, IntArray]]:
-        """Pairs of a position and a cell in [first, last] (n,) that can be nearer than what is `found` (n,).
+    def _candidates(self, q: Array, found: Found) -> Iterator[tuple[IntArray, IntArray]]:
+        """Pairs of a position and a leaf that can be nearer than what is `found` (n,).
 
         They come in blocks of MOST_REFINED, so that a path that passes the same places again and again fits into the
         memory; what is found by then leaves out more of the next block.
         """
-        best, count = found.square, last - first + 1
-        if int(np.max(count)) <= FEW_CELLS:
-            owner = np.repeat(np.arange(len(count)), count)
-            cell = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count - first, count)
-        else:
-            least, greatest = self._boxes
-            owner, node, span = np.arange(len(first)), np.ones(len(first), dtype=np.int64), least.shape[1] // 2
-            leaves, some = span, bool(np.any(first > 0) or np.any(last < len(self.cells.row) - 1))
-            while span > 1:
-                if len(owner) > MOST_PAIRS and len(first) > 1:  # far from everything: fewer positions at a time
-                    half = len(first) // 2
-                    for part in (slice(half), slice(half, None)):
-                        here = Found(found.row[part], found.t[part], found.square[part])
-                        for who, cell in self._candidates(q[:, part], first[part], last[part], here):
-                            yield who + (part.start or 0), cell
-                    return
-                span //= 2
-                owner, node = np.repeat(owner, 2), np.repeat(2 * node, 2)
-                node[1::2] += 1
-                begin = node * span - leaves
-                at = np.take(q, owner, axis=1)
-                outside = np.maximum(np.take(least, node, axis=1) - at, at - np.take(greatest, node, axis=1))
-                np.maximum(outside, 0.0, out=outside)
-                near = dot(outside, outside) <= best[owner]
-                if some:
-                    near &= (begin <= last[owner]) & (begin + span > first[owner])
-                owner, node = owner[near], node[near]
-            cell = node - leaves
+        best, count = found.square, q.shape[1]
+        least, greatest = self._boxes
+        width = least.shape[1] // 2
+        owner, node = np.arange(count), np.ones(count, dtype=np.int64)
+        for _ in range(width.bit_length() - 1):
+            if len(owner) > MOST_PAIRS and count > 1:  # far from everything: fewer positions at a time
+                half = count // 2
+                for part in (slice(half), slice(half, None)):
+                    here = Found(found.row[part], found.t[part], found.square[part])
+                    for who, leaf in self._candidates(q[:, part], here):
+                        yield who + (part.start or 0), leaf
+                return
+            owner, node = np.repeat(owner, 2), np.repeat(2 * node, 2)
+            node[1::2] += 1
+            at = np.take(q, owner, axis=1)
+            outside = np.maximum(np.take(least, node, axis=1) - at, at - np.take(greatest, node, axis=1))
+            np.maximum(outside, 0.0, out=outside)
+            near = dot(outside, outside) <= best[owner]
+            owner, node = owner[near], node[near]
         for block in chunks(len(owner), MOST_REFINED):
-            who, cells = owner[block], cell[block]
-            near = self._cell_bound(q[:, who], cells) <= best[who]
-            yield who[near], cells[near]
+            who, leaf = owner[block], node[block] - width
+            near = self._bound(q[:, who], leaf) <= best[who]
+            yield who[near], leaf[near]
 
-    def _cell_bound(self, q: Array, cell: IntArray) -> Array:
-        """Squared distance (n,), mm^2, that no point of a cell falls below: to the chord, less its reach."""
-        cells = self.cells
-        first = np.take(cells.first, cell, axis=1)
-        side, away = np.take(cells.last, cell, axis=1) - first, q - first
+    def _bound(self, q: Array, leaf: IntArray) -> Array:
+        """Squared distance (n,), mm^2, that no point of a leaf falls below: to the chord, less its reach."""
+        leaves = self._leaves
+        first = np.take(leaves.first, leaf, axis=1)
+        side, away = np.take(leaves.last, leaf, axis=1) - first, q - first
         chord = dot(side, side)
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.where(chord > 0.0, np.clip(dot(side, away) / chord, 0.0, 1.0), 0.0)
         apart = away - share * side
-        return np.asarray(np.maximum(np.sqrt(dot(apart, apart)) - cells.reach[cell], 0.0) ** 2)
+        return np.asarray(np.maximum(np.sqrt(dot(apart, apart)) - leaves.reach[leaf], 0.0) ** 2)
 
     def _refine(self, q: Array, owner: IntArray, cell: IntArray, low: Array, high: Array, found: Found) -> None:
         """Better `found` (n,) by the nearest points of parts of cells, low to high, each for the position `owner`.
