@@ -225,10 +225,8 @@ def test_a_chord_error_needs_the_period(strategy):
         sf.plan(PATH, limits("chord_error", 1e-3), strategy=strategy)
 
 
-def test_a_bare_length_has_no_axes():
+def test_what_is_no_path_is_refused():
     line = SimpleNamespace(length=10.0, stops=())
-    assert sf.plan(line, sf.Limits(**ALONG)).strategy == "seven-phase"
-    with pytest.raises(LimitsError, match="axis_jerk: the seven-phase strategy cannot hold it"):
-        sf.plan(line, limits("axis_jerk", 900.0))
-    with pytest.raises(LimitsError, match="travel: the path has no axes, only a length; give a Path"):
-        sf.plan(line, limits("axis_minimum", ENDS["axis_minimum"]))
+    with pytest.raises(sf.errors.InputError, match="plan: expected Path first, got SimpleNamespace"):
+        sf.plan(line, sf.Limits(**ALONG))
+    assert sf.plan(sf.Path.polyline([[0.0], [10.0]]), sf.Limits(**ALONG)).strategy == "seven-phase"

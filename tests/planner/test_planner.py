@@ -25,7 +25,6 @@ from splinefeed.planner.rows import within_reach
 from splinefeed.planner.solve import End, Problem, solve
 from splinefeed.planner.spline import Spline
 from splinefeed.planner.ticks import held_at_ticks
-from splinefeed.planner.track import PathTrack
 
 PERIOD = 1e-3
 SHAPES = {"butterfly": cases.butterfly, "airfoil12": cases.airfoil12}
@@ -129,7 +128,7 @@ def test_tips_of_sharp_bends_are_found(radius: float) -> None:
     s, curvature = path.sharp_bends
     assert curvature == pytest.approx([1.0 / radius], rel=1e-6)
     assert s == pytest.approx(path.arc_length([0], [0.5]), rel=1e-12)
-    assert np.any(np.isclose(PathTrack(path).breaks[:, None], s[None, :], rtol=1e-13))
+    assert np.any(np.isclose(path.breaks[:, None], s[None, :], rtol=1e-13))
 
 
 @pytest.mark.parametrize("width", [1e-2, 3e-2])

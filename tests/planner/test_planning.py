@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -11,7 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from one_stretch import SevenPhase
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import CurveError, InputError, LimitsError, PlanError
+from splinefeed.paths.path import Path
 from splinefeed.planner import planning
 from splinefeed.planner.planning import plan
 from splinefeed.records import Limits, TimeLaw
@@ -21,12 +22,12 @@ pytestmark = pytest.mark.nojit
 PAPER = Limits(feed=60, acceleration=50, jerk=2000)
 
 
-@dataclass(frozen=True)
-class Line:
-    """The least that a planner asks of a path."""
+class Line(Path):
+    """A straight line that says another length of itself, and where it stops."""
 
-    length: float
-    stops: tuple[float, ...] = ()
+    def __init__(self, length: float, stops: tuple[float, ...] = ()) -> None:
+        super().__init__([NurbsCurve(1, [0, 0, 1, 1], [[0.0], [length if 0.0 < length < math.inf else 1.0]])])
+        self.__dict__.update(length=length, stops=stops)
 
 
 def limits(start: float = 0.0, end: float = 0.0) -> Limits:
@@ -235,7 +236,7 @@ def test_unknown_strategies_name_the_known_ones() -> None:
 def test_a_new_strategy_is_one_entry(monkeypatch: pytest.MonkeyPatch) -> None:
     seen = []
 
-    def constant(path: planning.Stretched, limits: Limits, period: float | None) -> TimeLaw:
+    def constant(path: Path, limits: Limits, period: float | None) -> TimeLaw:
         seen.append((path.length, period))
         return TimeLaw(breaks=[0, 1], coefficients=[[0, path.length, 0, 0, 0, 0]], strategy="constant")
 

@@ -178,3 +178,11 @@ def test_the_arm_is_drawn_as_lines_from_its_base_to_its_tip():
     run = sf.run(path, ARM.limits, period=PERIOD)
     thread = run.thread[-len(lines) * (len(ARM.joints) + 3) :]
     assert np.sum(np.isnan(thread[:, 0])) == len(lines)
+
+
+def test_one_number_for_limits_of_axes_reaches_every_joint():
+    path = ARM.along(sf.NurbsCurve(1, [0, 0, 1, 1], PLACE + [[0, 0, 0], [60, 50, 15]]), start=START, feed=300.0)
+    limits = sf.Limits(feed=300.0, axis_velocity=1.0, axis_acceleration=5.0, axis_jerk=50.0)
+    verdict = sf.check(sf.interpolate(path, sf.plan(path, limits, period=PERIOD)), path, limits)
+    assert verdict.ok, verdict.problems
+    assert max(verdict.limits[f"axis_jerk.{name}"].share for name in path.axes) > 0.95

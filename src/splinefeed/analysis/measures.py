@@ -9,9 +9,9 @@ import numpy as np
 
 from splinefeed.checks import between
 from splinefeed.checks.spans import EPSILON, SpanPlaces, spans_of
-from splinefeed.kinematics import JointPath
 from splinefeed.paths.corners import STOP_ANGLE
 from splinefeed.paths.path import Path
+from splinefeed.paths.track import Track
 from splinefeed.records import Array, IntArray, Limits, Setpoints, TimeLaw
 
 #: A limit binds where at least this share of it is used.
@@ -97,9 +97,7 @@ class LimitUse:
         return {**{name: part for name, part in zip(self.names, parts, strict=True) if part > 0.0}, "none": none}
 
 
-def limit_use(
-    setpoints: Setpoints, path: Path | JointPath, law: TimeLaw, limits: Limits
-) -> tuple[AxisMotion, LimitUse]:
+def limit_use(setpoints: Setpoints, path: Track, law: TimeLaw, limits: Limits) -> tuple[AxisMotion, LimitUse]:
     """What each axis or joint does at the ticks, exact, q(t) = r(s(t)), and how much of all limits that and `law` use.
 
     q' = r_s s',  q'' = r_ss s'^2 + r_s s'',  q''' = r_sss s'^3 + 3 r_ss s' s'' + r_s s'''
@@ -111,11 +109,12 @@ def limit_use(
     v, a, j = law.feed(t), law.acceleration(t), law.jerk(t)
     reach = (v * setpoints.period) ** 2 / 8.0  # a chord over 1/mm of curvature is off by that
     turned, tip = np.zeros(len(t)), (np.ones(len(t)), np.zeros(len(t)), np.zeros(len(t)))
-    joints, own = path.joint_path, path.tip_path
-    if joints is not None:
-        d = joints.derivatives(setpoints.s)
-        kappa, (chord, axis_chord) = np.linalg.norm(d[:, 2, :3], axis=1), joints.between_ticks(d)
-        d, feed = d[:, :, 3:], feed_limit(setpoints, own, limits)
+    own: Path = path.tip_path
+    if path.beside:
+        d = path.derivatives(setpoints.s)
+        kappa, between_ticks = np.linalg.norm(d[:, 2, path.tip_columns], axis=1), path.between_ticks(d)
+        chord, axis_chord = (kappa if each is None else each for each in between_ticks)
+        d, feed = d[:, :, : len(path.axes)], feed_limit(setpoints, own, limits)
         sagitta, turned = chord * reach, axis_chord * reach
     else:
         rows = spans_of(own)
@@ -155,7 +154,7 @@ def limit_use(
     for names, values, bounds in zip(bounded.names, exact, bounded.bounds.tolist(), strict=True):
         measures += zip(names, bounded.of(values).T, bounds, strict=True)
     measures += _models(setpoints, exact, path.axes, limits)
-    if joints is None:
+    if not path.beside:
         measures += _steps(setpoints, own, law, limits)
     given = [each for each in measures if each[2] is not None and (each[0] in limited or np.any(np.isfinite(each[2])))]
     with np.errstate(invalid="ignore", over="ignore"):

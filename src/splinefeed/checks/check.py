@@ -6,14 +6,15 @@ import math
 from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 from splinefeed.checks.bounds import TOLERANCE, Bounds, Fault
 from splinefeed.checks.law import check_law
 from splinefeed.checks.setpoints import Judge
 from splinefeed.errors import InputError, expect
-from splinefeed.kinematics import JointPath
 from splinefeed.paths.parts import cut, joined
 from splinefeed.paths.path import Path
+from splinefeed.paths.track import Track
 from splinefeed.records import (
     LimitResult,
     Limits,
@@ -21,7 +22,6 @@ from splinefeed.records import (
     TimeLaw,
     Verdict,
     number,
-    refuse_orientation,
     shown_by,
     unit_along,
     unit_of,
@@ -46,7 +46,7 @@ _SENTENCES = {
 
 def check(
     setpoints: Setpoints | Iterable[Setpoints],
-    path: Path | JointPath,
+    path: Track,
     limits: Limits,
     *,
     law: TimeLaw | None = None,
@@ -83,14 +83,13 @@ def check(
     expect(
         "check(setpoints, path, limits)",
         (setpoints, (Setpoints, Iterable)),
-        (path, (Path, JointPath)),
+        (path, (Path, Track)),
         (limits, Limits),
     )
     slack = number(tolerance, "tolerance"), number(resolution, "resolution")
     if min(slack) < 0.0:
         raise InputError(f"tolerance {slack[0]:g} and resolution {slack[1]:g} must not be negative")
-    if path.joint_path is None:
-        refuse_orientation(limits, path.name)
+    path.check_limits(limits)
     judged = Check(limits, *slack, law=law)
     judged.part(path)
     for chunk in [setpoints] if isinstance(setpoints, Setpoints) else setpoints:
@@ -146,18 +145,18 @@ class Check:
 
     def __post_init__(self) -> None:
         self._coming: deque[Path] = deque()  # parts that the judge does not know yet
-        self._joints: JointPath | None = None
+        self._joints: Any = None
         self._axes: tuple[str, ...] = ()
         self._first_curve = 0  # that the judge knows, among those of all parts
         self._judge: Judge | None = None
         self._first: Setpoints | None = None
         self._blocks = TickBlocks(BLOCK)
 
-    def part(self, path: Path | JointPath) -> None:
+    def part(self, path: Track) -> None:
         """The next part of the path; a JointPath comes whole."""
         self._axes = path.axes
-        if path.joint_path is not None:
-            self._joints = path.joint_path
+        if path.kinematics is not None:
+            self._joints = path
         self._coming.append(path.tip_path)
 
     def see(self, setpoints: Setpoints) -> None:

@@ -11,6 +11,7 @@ from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Block, Page, Say, notes, number, verdict
 from splinefeed.cli.setpoints_file import of_robot, on_its_machine, path_of, read_setpoints
 from splinefeed.errors import LimitsError
+from splinefeed.paths.track import Track
 
 
 def _show(page: Page) -> list[Block]:
@@ -62,7 +63,7 @@ def check(say: Say, setpoints: str, **given: Any) -> Page:
     if not flat:
         raise LimitsError(f"{setpoints}: has no limits; give --limits FILE, or --feed, --axis-jerk and the like")
     arm = None if given["source"] else of_robot(points.settings, setpoints)
-    moved: sf.Path | sf.kinematics.JointPath
+    moved: Track
     if arm is not None:
         if flat != own:
             raise LimitsError(f"{setpoints}: is a motion of an arm, whose limits are in its own files; give no others")

@@ -16,6 +16,7 @@ from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Page, Say, verdict
 from splinefeed.cli.setpoints_file import of_robot, on_its_machine, path_of, run_of
 from splinefeed.errors import FormatError
+from splinefeed.paths.track import Track
 
 #: Formats of setpoints that keep every digit and all settings, those that are read first.
 FORMS = ("hdf5", "npz", "parquet", "mat", "csv")
@@ -58,7 +59,7 @@ def report(say: Say, folder: str, output: str | None, machine: str | None) -> Pa
             )
     law = sf.load(place / files.LAW, sf.TimeLaw)
     settings = next(load_chunks(file, 1)).settings
-    moved: sf.Path | sf.kinematics.JointPath
+    moved: Track
     if (arm := of_robot(settings, str(file))) is not None:
         moved, limits, period = arm
     else:

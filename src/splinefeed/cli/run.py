@@ -96,7 +96,7 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
     compared = of_paper if given["compare"] is None else given["compare"]
     path: Any = what.path
     corrections, formats, reading = given["corrections"], given["formats"], what.reading
-    tool, parts = path.tool_path is not None, path.in_parts is not None
+    tool, parts = path.needs_machine, path.in_parts is not None
     if given["tip"] and not tool:
         raise InputError(f"--tip: {path.name} has no tool axis; its setpoints are the tool's positions already")
     if machine is not None and not tool and not parts:

@@ -12,6 +12,7 @@ from splinefeed.cli import options
 from splinefeed.cli.source import read_path
 from splinefeed.errors import InputError
 from splinefeed.files import json_values
+from splinefeed.paths.track import Track
 from splinefeed.records import positive
 
 
@@ -64,9 +65,7 @@ def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) ->
     return read_path(text, options.reading_from(options_of(settings))), text
 
 
-def of_robot(
-    settings: Mapping[str, Any], file: str
-) -> tuple[sf.Path | sf.kinematics.JointPath, sf.Limits, float] | None:
+def of_robot(settings: Mapping[str, Any], file: str) -> tuple[Track, sf.Limits, float] | None:
     """Path, limits and period, s, of the motion of an arm that a run made setpoints of; None where it is no arm's.
 
     They are read again from its own files. Raises InputError where these have changed since, or are gone.
@@ -87,13 +86,11 @@ def of_robot(
     return path, limits, positive(settings.get("period"), f"{file}: period")
 
 
-def on_its_machine(
-    path: sf.Path, settings: Mapping[str, Any], machine: str | None, limits: sf.Limits
-) -> sf.Path | sf.kinematics.JointPath:
+def on_its_machine(path: sf.Path, settings: Mapping[str, Any], machine: str | None, limits: sf.Limits) -> Track:
     """A tool path in the joints of `machine`, or of the one that the settings say; any other path as it is."""
     from splinefeed.runs.run import on_machine
 
-    own = None if path.tool_path is None else options_of(settings)["machine"]
+    own = options_of(settings)["machine"] if path.needs_machine else None
     return on_machine(path, machine or own, limits)
 
 

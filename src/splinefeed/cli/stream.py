@@ -176,7 +176,7 @@ def _along(say: Say, source: str, given: dict[str, Any], machine: sf.Machine | N
 
     what, most = job_of(say, source, given, machine), given["most"] / 100.0
     path: Any = what.path
-    moved = on_machine(path, None if path.tool_path is None else machine, what.limits)
+    moved = on_machine(path, machine if path.needs_machine else None, what.limits)
     say("planning")
     reserve = {"top": given["top"], "most": most}
     law, motion = planned(moved, what.limits, period=what.period, strategy=what.strategy, **reserve)

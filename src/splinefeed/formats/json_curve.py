@@ -255,7 +255,8 @@ def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
 
 def to_text(paths: Sequence[Path]) -> str:
     """The text of a file with the curves of `paths`."""
-    first, several, tool = paths[0], len(paths) > 1, paths[0].tool_path
+    first, several = paths[0], len(paths) > 1
+    tool: Any = first if first.needs_machine else None
     shared: dict[str, Any] = {"units": "mm"} if several else {"name": first.name, "units": "mm"}
     if several or tool is None:
         shared |= {} if several else {"axes": first.axes}

@@ -165,7 +165,7 @@ def write(paths: Path | Iterable[Path], target: str | os.PathLike[str], **option
     chosen = tuple(paths) if isinstance(paths, Iterable) else (paths,)
     if not chosen:
         raise InputError(f"{target}: there is no path to write")
-    lost = [each.name for each in chosen if each.tool_path is not None and found.module != "formats.json_curve"]
+    lost = [each.name for each in chosen if each.needs_machine and found.module != "formats.json_curve"]
     left_out = [f"the tool axis of {name} is left out: a {found.title} cannot hold it" for name in lost]
     return (*found.load().write(chosen, target, **options), *left_out)
 

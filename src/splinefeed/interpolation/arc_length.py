@@ -8,8 +8,8 @@ import numpy as np
 
 from splinefeed.curves.pieces import arc, chunks, columns, derivatives, place_on
 from splinefeed.kernels.layout import HIGH, MIDDLE, SCALE, START
-from splinefeed.kinematics import JointPath
 from splinefeed.paths.path import Path
+from splinefeed.paths.track import Track
 from splinefeed.records import Array, IntArray, Setpoints, TimeLaw
 from splinefeed.records.motion import derivative
 
@@ -17,17 +17,14 @@ from splinefeed.records.motion import derivative
 AT_END = 64.0 * 2.0**-52
 
 
-def fill(path: Path | JointPath, law: TimeLaw, time: Array) -> tuple[IntArray, Array, Array, Array, Array]:
+def fill(track: Track, law: TimeLaw, time: Array) -> tuple[IntArray, Array, Array, Array, Array]:
     """Curve (n,), u (n,), s (n,), mm, feed (n,), mm/s, and position (n, axes) at times (n,), s, of a law, in any order.
 
     u solves S(u) = l(t); S is a piecewise polynomial of degree 10. The bits of a tick do not depend on the others.
     Source: the idea of an arc-length table is B. Guenter, R. Parent, "Computing the arc length of parametric curves",
     IEEE Computer Graphics and Applications 10(3), 1990, doi 10.1109/38.55155; the table is `kernels.layout`.
     """
-    if path.joint_path is not None:  # joints at the places of the tip
-        curve, u, s, feed, _ = fill(path.tip_path, law, time)
-        return curve, u, s, feed, path.joint_path.joints(curve, u, s)
-    path = path.tip_path
+    path: Path = track.tip_path
     pieces, length, ends = path.arc_pieces, path.length, path.curve_starts[1:-1]
     curve, (u, s, feed) = np.zeros(len(time), dtype=np.int64), np.empty((3, len(time)))
     position = np.empty((len(time), len(path.axes)))
@@ -47,7 +44,8 @@ def fill(path: Path | JointPath, law: TimeLaw, time: Array) -> tuple[IntArray, A
         u[part], s[part] = place, c[START] + arc(c, t)
         if len(ends):
             curve[part] = np.searchsorted(ends, wanted, side="right")
-    return curve, u, *of_tip(path, s, feed, position)
+    s, feed, position = of_tip(path, s, feed, position)
+    return curve, u, s, feed, track.positions(curve, u, s, position)
 
 
 def of_tip(path: Path, s: Array, feed: Array, position: Array) -> tuple[Array, Array, Array]:
@@ -74,7 +72,7 @@ def motion(law: TimeLaw, time: Array) -> tuple[Array, Array]:
 class Instants:
     """Points of one motion at instants of its law, block by block."""
 
-    def __init__(self, path: Path | JointPath, law: TimeLaw, period: float) -> None:
+    def __init__(self, path: Track, law: TimeLaw, period: float) -> None:
         self.path, self.law, self.period, self.tick = path, law, period, 0
         self.settings = {**law.settings, "path": path.name, "period": period, "method": "arc-length"}
 

@@ -14,8 +14,8 @@ from splinefeed.interpolation import registry
 from splinefeed.interpolation.arc_length import of_tip, record
 from splinefeed.interpolation.loop import OVERRUN, REPLACED, STATE_FLOATS, STATE_INTEGERS
 from splinefeed.interpolation.registry import DEFAULT_METHOD
-from splinefeed.kinematics import JointPath
 from splinefeed.paths.path import Path
+from splinefeed.paths.track import Track
 from splinefeed.records import Array, Setpoints, TimeLaw, positive
 
 #: A law whose length differs from the path's by more than this, relative, belongs to another path.
@@ -43,7 +43,7 @@ class Interpolator:
 
     def __init__(
         self,
-        path: Path | JointPath,
+        path: Track,
         law: TimeLaw,
         *,
         period: float | None = None,
@@ -53,7 +53,7 @@ class Interpolator:
         compiled: bool = False,
     ) -> None:
         self._method = registry.method(method)
-        if path.joint_path is not None and self._method.fill is None:
+        if path.kinematics is not None and self._method.fill is None:
             raise MethodError(f"method {method!r} steps along one curve; joints of a tool path need {DEFAULT_METHOD!r}")
         if period is None:
             period = law.period
@@ -149,7 +149,7 @@ class Interpolator:
 
 @overload
 def interpolate(
-    path: Path | JointPath,
+    path: Track,
     law: TimeLaw,
     *,
     period: float | None = ...,
@@ -162,7 +162,7 @@ def interpolate(
 
 @overload
 def interpolate(
-    path: Path | JointPath,
+    path: Track,
     law: TimeLaw,
     *,
     period: float | None = ...,
@@ -174,7 +174,7 @@ def interpolate(
 
 
 def interpolate(
-    path: Path | JointPath,
+    path: Track,
     law: TimeLaw,
     *,
     period: float | None = None,
@@ -194,7 +194,7 @@ def interpolate(
     Returns Setpoints of n ticks, (n,) and (n, axes), mm, rotary axes rad. Source: docs/math/interpolators.md names the
     paper of each method. Example: `sf.interpolate(path, law, method="milne-simpson").position.shape`
     """
-    expect("interpolate(path, law)", (path, (Path, JointPath)), (law, TimeLaw))
+    expect("interpolate(path, law)", (path, (Path, Track)), (law, TimeLaw))
     source = Interpolator(path, law, period=period, method=method, corrections=corrections, tolerance=tolerance)
     if chunk is None:
         return source.block()

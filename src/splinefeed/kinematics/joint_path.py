@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NoReturn, Self
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +17,8 @@ from splinefeed.kinematics.chains import Kinematics
 from splinefeed.kinematics.jets import Jet, root
 from splinefeed.paths.resolution import RESOLUTION
 from splinefeed.paths.tool_path import ANGLES, ToolPath
-from splinefeed.records import ROTARY_AXES, Array, IntArray, Setpoints, unit_of_axis
+from splinefeed.paths.track import Track
+from splinefeed.records import ROTARY_AXES, Array, IntArray, Limits, Setpoints, unit_of_axis
 
 if TYPE_CHECKING:
     from scipy.interpolate import KroghInterpolator
@@ -47,12 +48,17 @@ BESIDE = 1e-9
 LEFT = 1e-9
 #: Places beside the sample at which a joint is furthest, at which it is looked at once more.
 CLOSER = 257
+#: Places along a path at which its joints are looked at to see which of them move.
+LOOKED = 257
+#: What rounding of a joint may come to, in units of its last place; slopes of joints count where the tip moves by more
+#: than this share of its longest step.
+ROUNDINGS, MOVING = 8.0, 0.01
 
 Pass = tuple[float, float, "KroghInterpolator"]
 """Arc lengths, mm, between which the last joint passes the pole, and its polynomial there."""
 
 
-class JointPath:
+class JointPath(Track):
     """The joints of a machine along a tool path, continuous, as functions of the tip's arc length.
 
     tool        ToolPath;  kinematics  of the machine
@@ -65,10 +71,13 @@ class JointPath:
     side, and no joint turns fast; where the tool stays at the pole for a while, the joint turns meanwhile.
     Raises CurveError where the tool turns off at the pole, or tilts and the machine cannot; LimitsError where
     it leaves the travel of a joint: with the joint, the place and how to fix it.
-    Called with arc lengths s (...), mm, of the tip it gives joints (..., joints), mm and rad.
+    Called with arc lengths s (...), mm, of the tip it gives joints (..., joints), mm and rad; `derivatives` has the
+    tip's x, y, z behind the joints.
     Source: docs/how-to/five-axis.md.
     Example: `sf.kinematics.JointPath(tool, sf.Machine.load("trunnion").kinematics)(0.0)`
     """
+
+    beside = ("tip.x", "tip.y", "tip.z")
 
     def __init__(
         self,
@@ -84,7 +93,7 @@ class JointPath:
             kinematics = replace(kinematics, lengths={**kinematics.lengths, "tool-offset": tool.tool_length})
         self.tool, self.kinematics = tool.with_joints(kinematics.joints[kinematics.linear :]), kinematics
         self.axes, self.linear = kinematics.joints, kinematics.linear
-        self.name, self.length, self.dwells = tool.name, tool.length, tool.dwells
+        self.name = tool.name
         self.travel = dict(travel or {})
         for name in {**self.travel, **(start or {})}:
             if name not in self.axes:
@@ -111,28 +120,47 @@ class JointPath:
         return self.tool
 
     @property
-    def joint_path(self) -> Self:
-        """This path: its axes are joints."""
-        return self
+    def length(self) -> float:
+        """Arc length of the tip, mm."""
+        return self.tool.length
 
-    tool_path = in_parts = linking = None
+    @property
+    def dwells(self) -> tuple[tuple[float, float], ...]:
+        """Where the tool waits and how long, (mm, s), in order."""
+        return self.tool.dwells
+
+    @property
+    def tip_columns(self) -> slice:
+        """The tip's coordinates are behind the joints."""
+        return slice(len(self.axes), len(self.axes) + len(self.beside))
+
+    @cached_property
+    def weights(self) -> Array:
+        """Only the tip counts, (joints + 3,)."""
+        return np.repeat([0.0, 1.0], [len(self.axes), len(self.beside)])
+
+    @property
+    def pieces(self) -> Array:
+        """Start and breaks, mm."""
+        return np.append(0.0, self.breaks)
 
     def lengths_of(self, setpoints: Setpoints) -> Array:
         """Length along the path at setpoints, (n,), mm: their s, the arc length of the tip."""
         return setpoints.s
 
-    def tip_length(self, s: ArrayLike) -> Array:
-        """Arc length of the tip, mm (...), at places s (...), mm: its parameter is that."""
-        return np.asarray(s, dtype=np.float64)
+    def positions(self, curve: IntArray, u: Array, s: Array, tip: Array) -> Array:
+        """Joints (n, joints) at u (n,) of the tip's curves (n,), arc lengths s (n,), mm."""
+        return self.joints(curve, u, s)
 
     def joints(self, curve: IntArray, u: Array, s: Array) -> Array:
         """Joints (n, joints) at parameters u (n,) of curves (n,), arc lengths s (n,)."""
         return np.stack([jet.value for jet in self._jets(curve, u, s, 0)[3:]], axis=1)
 
-    def derivatives(self, s: Array) -> Array:
-        """Tip and joints and their first three derivatives by arc length, (n, 4, 3 + joints), at s (n,)."""
+    def derivatives(self, s: Array, row: IntArray | None = None) -> Array:
+        """Joints and tip and their first three derivatives by arc length, (n, 4, joints + 3), at s (n,), mm."""
         curve, u = self.tool.locate(s)
-        return np.stack([np.moveaxis(jet.derivatives, 0, 1) for jet in self._jets(curve, u, s, 3)], axis=2)
+        jets = self._jets(curve, u, s, 3)
+        return np.stack([np.moveaxis(jet.derivatives, 0, 1) for jet in (*jets[3:], *jets[:3])], axis=2)
 
     def _jets(self, curve: IntArray, u: Array, s: Array, order: int) -> tuple[Jet, ...]:
         """Tip and joints as jets by arc length, (3 + joints,); of order 0 or 3."""
@@ -163,7 +191,7 @@ class JointPath:
                 turn.c[:, inside] = Jet.of_derivatives(through.derivatives(s[inside], len(turn.c))).c
         return self.kinematics.tilted(axis, turn), turn
 
-    # --- what the planner asks for ----------------------------------------------------------------------------------
+    # --- what it is as a `Track` ------------------------------------------------------------------------------------
 
     @cached_property
     def breaks(self) -> Array:
@@ -185,10 +213,6 @@ class JointPath:
         """Arc lengths, mm, where something else than tip and tool axis may have jumps of derivatives."""
         return np.zeros(0)
 
-    def drawn(self, places: int) -> Array | None:
-        """What moves, as lines (k, points, 3), mm, evenly along the path; None where that is the tool axis."""
-        return None
-
     def standing(self, curve: IntArray, u: Array) -> Array | None:
         """How the tool shall stand at places (n,), as `kinematics.forward` says it, where no tool axis says it."""
         return None
@@ -200,7 +224,7 @@ class JointPath:
         b = self.breaks[(self.breaks > away) & (self.breaks < self.length - away)]
         if not len(b):
             return self.tool.stops
-        before, after = (self.derivatives(b + way)[:, :, 3:] for way in (-away, away))
+        before, after = (self.derivatives(b + way)[:, :, : len(self.axes)] for way in (-away, away))
         first = np.concatenate([before[:, 1], after[:, 1]])
         own = away * (np.abs(before[:, 2]) + np.abs(after[:, 2]))  # how far r' goes by itself from one to the other
         unit = np.where(np.arange(len(self.axes)) < self.linear, 1.0, 1.0 / self.length)  # less is a joint that stays
@@ -210,6 +234,35 @@ class JointPath:
         far = [s for s in kinks.tolist() if not np.any(np.abs(near - s) <= 2.0 * away)]
         return tuple(sorted([*self.tool.stops, *far]))
 
+    @property
+    def reach(self) -> tuple[Array, Array]:
+        """Least and greatest position of each joint at places along the path, (joints,) each, mm or rad."""
+        places = self(np.linspace(0.0, self.length, LOOKED))
+        return places.min(axis=0), places.max(axis=0)
+
+    def check_limits(self, limits: Limits) -> None:
+        """Raise LimitsError for steps of velocity at corners."""
+        if limits.axis_velocity_step is not None:
+            raise LimitsError("axis_velocity_step: a tool stops at the corners of its path; leave it out")
+
+    def chords(self, s: Array, r: Array, places: Array) -> tuple[IntArray, Array, Array]:
+        """Steps (n,) of joints r (n + 1, joints) at s (n + 1,); halfway tip, mm, and tool axis, rad, are off so far."""
+        tip, axis = self.kinematics.forward(0.5 * (r[1:] + r[:-1]))
+        middle = 0.5 * (s[1:] + s[:-1])
+        d = self.tool.evaluate(*self.tool.locate(middle), 1)
+        away, tangent = tip - d[:, 0], d[:, 1] / np.linalg.norm(d[:, 1], axis=1)[:, None]
+        ahead = np.sum(away * tangent, axis=1)
+        _, wanted = self.kinematics.forward(self(np.clip(middle + ahead, 0.0, self.length)))
+        off = np.linalg.norm(away - ahead[:, None] * tangent, axis=1)
+        return np.arange(len(s) - 1), off, np.linalg.norm(axis - wanted, axis=1)
+
+    def rounding(self, s: Array, r: Array) -> Array:
+        """Roundings eps (|q| + |dq/ds| L) of joints r (n, joints) at s (n,), mm, (joints,)."""
+        moved = np.diff(s)
+        moving = moved > MOVING * np.max(moved, initial=0.0)
+        steep = np.max(np.abs(np.diff(r, axis=0)[moving]) / moved[moving, None], axis=0, initial=0.0)
+        return np.asarray(ROUNDINGS * np.finfo(float).eps * (np.max(np.abs(r), axis=0) + steep * self.length))
+
     def between_ticks(self, d: Array) -> tuple[Array, Array]:
         """Curvatures that leave tip, 1/mm, and tool axis, rad/mm^2, off between setpoints, (n,) each.
 
@@ -218,13 +271,13 @@ class JointPath:
         t (r'' - c) h^2 / 8. The tool axis k is off that of the place where the tip is by
         h^2 / 8 |k'' - c_k - (t (r'' - c)) k'|, likewise. From `derivatives` d (n, 4, ...).
         """
-        joints = np.moveaxis(d[:, :3, 3:], 0, 1)
+        tip, joints = d[:, 1, self.tip_columns], np.moveaxis(d[:, :3, : len(self.axes)], 0, 1)
         straight = joints.copy()
         straight[2] = 0.0
         own, path = (self._forward(each) for each in (straight, joints))
         off, turned = path[2] - own[2], path[1, :, 3:]
-        ahead = np.sum(off[:, :3] * d[:, 1, :3], axis=1)[:, None]
-        across = off[:, :3] - ahead * d[:, 1, :3]
+        ahead = np.sum(off[:, :3] * tip, axis=1)[:, None]
+        across = off[:, :3] - ahead * tip
         return np.linalg.norm(across, axis=1), np.linalg.norm(off[:, 3:] - ahead * turned, axis=1)
 
     def _forward(self, joints: Array) -> Array:
@@ -276,7 +329,7 @@ class JointPath:
     def _turn_at(self, curve: IntArray, u: Array) -> Array:
         """The last rotary joint, rad, within a turn, (n,)."""
         k = self.tool.orientation(curve, u)[:, 0].T
-        return self.kinematics.turn((Jet(k[:1]), Jet(k[1:2]), Jet(k[2:]))).value
+        return np.asarray(self.kinematics.turn((Jet(k[:1]), Jet(k[1:2]), Jet(k[2:]))).value)
 
     def _unwind(self, curve: IntArray, u: Array, away: Array) -> None:
         """Follow the last rotary joint along samples, halved until it turns little between them."""

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.interpolation.arc_length import Instants
-from splinefeed.kinematics import JointPath
 from splinefeed.paths.path import Path
+from splinefeed.paths.track import Track
 from splinefeed.planner.override.override import Override
 from splinefeed.planner.override.reserve import with_reserve
 from splinefeed.planner.override.setpoint_source import SetpointSource
@@ -99,7 +99,7 @@ class Motion:
 
 
 def along(
-    path: Path | JointPath,
+    path: Track,
     law: TimeLaw,
     limits: Limits,
     *,
@@ -115,7 +115,7 @@ def along(
 
 
 def planned(
-    path: Path | JointPath, limits: Limits, *, period: float, strategy: str | None = None, top: float = 1.0,
+    path: Track, limits: Limits, *, period: float, strategy: str | None = None, top: float = 1.0,
     most: float = 1.0, rate: float = 1.0,
 ) -> tuple[TimeLaw, Motion]:  # fmt: skip
     """Law and motion, planned with a reserve for overrides up to `top`, 1 = as planned; none is above `most`.

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 
 from splinefeed.curves.differential import curvatures, unit_tangents
+from splinefeed.curves.flat import Flat
 from splinefeed.curves.pieces import chunks
 from splinefeed.kernels.layout import HIGH, LOW
-from splinefeed.paths.track import Measured
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: A tangent that turns by more than this at one point, rad, is a corner. Below it is the rounding of CAD files.
@@ -37,6 +38,41 @@ FALL = 1e-4
 #: Newton steps from between two samples to where |C'| is least, at most: where C'' all but vanishes there, too, each
 #: takes a third of the way. A step of this share of the parameter is rounding.
 STEPS, ROUNDING = 90, 1e-15
+
+
+class Measured(Protocol):
+    """What finding corners needs of a path; see `Path`, which has it."""
+
+    @property
+    def flat(self) -> Flat: ...  # noqa: D102
+
+    @property
+    def joined(self) -> Any: ...  # noqa: D102
+
+    @property
+    def length(self) -> float: ...  # noqa: D102
+
+    @property
+    def size(self) -> float: ...  # noqa: D102
+
+    @property
+    def table(self) -> Array: ...  # noqa: D102
+
+    @property
+    def units(self) -> Array: ...  # noqa: D102
+
+    @property
+    def weights(self) -> Array: ...  # noqa: D102
+
+    @property
+    def curve_rows(self) -> IntArray: ...  # noqa: D102
+
+    @property
+    def curve_starts(self) -> Array: ...  # noqa: D102
+
+    def arc_length(self, curve: Any, u: Any) -> Array: ...  # noqa: D102
+
+    def evaluate(self, curve: IntArray, u: Array, order: int = 1, *, side: str = "right") -> Array: ...  # noqa: D102
 
 
 @dataclass(frozen=True)

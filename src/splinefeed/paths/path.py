@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property, partial
 from importlib import import_module
 from typing import Any
@@ -14,31 +14,41 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.curves.curve import MAX_AXES, NurbsCurve
-from splinefeed.curves.differential import by_arc_length, curvatures
+from splinefeed.curves.differential import by_arc_length, curvatures, extremes
 from splinefeed.curves.editing import moved_points
 from splinefeed.curves.metric import metric_of, slow_tips, tip_derivatives, tip_pieces
 from splinefeed.curves.packed import Flat, Lines, Packed, lines_with_length
 from splinefeed.curves.pieces import CHUNK, Pieces, chunks, clipped, derivatives, is_left
 from splinefeed.curves.tables import arc_pieces, span_pieces
-from splinefeed.errors import CurveError, InputError
+from splinefeed.errors import CurveError, InputError, LimitsError
 from splinefeed.paths.corners import CORNER_ANGLE as CORNER_ANGLE
 from splinefeed.paths.corners import Corner as Corner
 from splinefeed.paths.corners import Corners, find_corners, sharp_bends
 from splinefeed.paths.gaps import begun_at, closed, open_joints, said_of
 from splinefeed.paths.resolution import RESOLUTION, chosen, long_curves, resolved
+from splinefeed.paths.track import GOES, Track
 from splinefeed.records import (
     ROTARY_AXES,
     Array,
     BoolArray,
     IntArray,
+    Limits,
     Points,
     Setpoints,
     frozen_array,
+    refuse_orientation,
     unit_along,
+    unit_of_axis,
     view,
 )
 from splinefeed.records.arrays import read_only
 
+#: What differs by less than this share of the path's length is the same place.
+SAME = 1e-12
+#: Travel is left by more than this share of it.
+TRAVEL_KEPT = 5e-7
+#: Places of a chord at which the path beside it is looked at, and what rounding may come to, in units of a last place.
+BETWEEN, ROUNDINGS = (0.25, 0.5, 0.75), 8.0
 #: What is said of each curve.
 _OF_EACH = ("feeds", "tolerances", "lines", "times")
 #: Places of every piece at which its curvature is sampled, in t.
@@ -71,7 +81,7 @@ class Marker:
             raise InputError(f"a dwell of {self.dwell:g} s without a stop; the tool can wait only at rest")
 
 
-class Path:
+class Path(Track):
     """Curves joined end to end.
 
     curves      NurbsCurves of the same number of axes, each beginning where the last one ends; also Lines or Packed
@@ -107,7 +117,7 @@ class Path:
     #: Whether something else is given for each curve over the same parameters: then tips become corners, and no more.
     _tied = False
 
-    linking: Any = None
+    sided = True
 
     def __init__(
         self,
@@ -144,8 +154,8 @@ class Path:
         self.axes = tuple(default_axes(self.curves[0].axes) if axes is None else axes)
         self.linear = checked_axes(self.axes, self.curves[0].axes)
         self.by_tip = by_tip and 0 < self.linear < len(self.axes)
-        #: What each axis counts in the length, and what it is taken times in `table`, (axes,).
-        self.weights = read_only(metric_of(len(self.axes), self.linear, by_tip=self.by_tip))
+        #: What each axis counts in the length, see `weights`, and what it is taken times in `table`, (axes,).
+        self._weights = read_only(metric_of(len(self.axes), self.linear, by_tip=self.by_tip))
         self.metric = read_only(np.where(self.weights > 0.0, self.weights, 1.0))
         #: What each axis counts in a tangent, (axes,).
         self.units = read_only(metric_of(len(self.axes), self.linear))
@@ -429,7 +439,7 @@ class Path:
             three * v**3 + 3.0 * two * v * a + one * j,
         )
 
-    # --- what it is among all paths, see `track` ---------------------------------------------------------------------
+    # --- what it is as a `Track` -------------------------------------------------------------------------------------
 
     @property
     def tip_path(self) -> Path:
@@ -437,25 +447,114 @@ class Path:
         return self
 
     @property
-    def tool_path(self) -> Any:
-        """This path if it has a tool axis, of which a machine has to make joints; None."""
-        return None
+    def weights(self) -> Array:
+        """What a unit of each axis counts in the length, (axes,)."""
+        return self._weights
 
     @property
-    def joint_path(self) -> None:
-        """A path of joints that a machine made is one of these; None."""
-        return None
+    def tip_columns(self) -> slice:
+        """The linear axes carry the tip."""
+        return slice(0, self.linear)
+
+    @property
+    def alone(self) -> bool:
+        """Whether a rotary axis may move while the tip stays."""
+        return not self.by_tip
+
+    @cached_property
+    def breaks(self) -> Array:
+        """Knots, joints and corners, sharp bends, and where the tip is slowest, (k,), mm."""
+        owner, knots, _ = self.flat.inner_knots()
+        places = [self.arc_length(owner, knots), self.curve_starts[1:-1], self.corners.s, self.sharp_bends[0]]
+        s = np.unique(np.concatenate([*places, self.slow_tips]))
+        inside = s[(s > SAME * self.length) & (s < (1.0 - SAME) * self.length)]
+        return inside[np.diff(inside, prepend=0.0) > SAME * self.length]
+
+    @property
+    def jumps(self) -> Array:
+        """Places (k,), mm, at which the curvature jumps while the tool moves on."""
+        return self.corners.s[~self.corners.stop]
+
+    @property
+    def pieces(self) -> Array:
+        """Where the rows of `table` begin, mm."""
+        return self.arc_pieces.starts
+
+    def positions(self, curve: IntArray, u: Array, s: Array, tip: Array) -> Array:
+        """The tip's path is this one."""
+        return tip
+
+    @property
+    def reach(self) -> tuple[Array, Array]:
+        """Least and greatest coordinate of all control points, (axes,) each, mm or rad."""
+        return self.flat.points.min(axis=0), self.flat.points.max(axis=0)
+
+    def check_travel(self, travel: Mapping[str, tuple[float, float]]) -> None:
+        """Raise LimitsError where an axis leaves its travel, mm or rad: which, how far, and at what place on the path.
+
+        The box of a curve's control points may show that it stays inside; else its own extremes count.
+        """
+        if not travel:
+            return
+        columns = [self.axes.index(axis) for axis in travel]
+        ends = np.array(list(travel.values()))
+        middle, half = ends.mean(axis=1), 0.5 * np.ptp(ends, axis=1) * (1.0 + TRAVEL_KEPT)
+        for index, curve in enumerate(self.curves):
+            if np.all(np.abs(curve.control_points[:, columns] - middle) <= half):
+                continue
+            u = extremes(curve)
+            points = curve(u)[:, columns]
+            low, high = points.min(axis=0), points.max(axis=0)
+            outside = (low < middle - half) | (high > middle + half)
+            if not np.any(outside):
+                continue
+            k = int(np.argmax(outside))
+            upwards = bool(high[k] - middle[k] >= middle[k] - low[k])
+            position = float(high[k] if upwards else low[k])
+            furthest = u[np.argmax(points[:, k] if upwards else -points[:, k])]
+            s = float(self.tip_length(self.arc_length(index, furthest)))
+            axis = self.axes[columns[k]]
+            unit, factor = unit_of_axis(axis), np.degrees(1.0) if axis in ROTARY_AXES else 1.0
+            side = "most" if upwards else "least"
+            raise LimitsError(
+                f"{GOES} {axis} = {factor * position:.6g} {unit} at s = {s:.6g} {unit_along(self.axes)} (curve {index}"
+                f"); its travel allows at {side} {factor * ends[k, int(upwards)]:.6g} {unit}; "
+                "move the path or widen the travel"
+            )
+
+    def check_limits(self, limits: Limits) -> None:
+        """Raise LimitsError for a limit of a tool axis."""
+        refuse_orientation(limits, self.name)
+
+    def between_ticks(self, d: Array) -> tuple[None, None]:
+        """Setpoints are joined by straight lines: the path's curvature counts."""
+        return None, None
+
+    def chords(self, s: Array, r: Array, places: Array) -> tuple[IntArray, Array, None]:
+        """Chords (n,) between setpoints r (k, axes) at s (k,), and how far the path leaves them, mm.
+
+        It is looked at in three places of every chord, and at `places` (m,), mm.
+        """
+        inside = places[(places > s[0]) & (places < s[-1])]
+        at = np.concatenate([inside, *((1.0 - share) * s[:-1] + share * s[1:] for share in BETWEEN)])
+        first = np.clip(np.searchsorted(s, at, side="right") - 1, 0, len(s) - 2)
+        begin, chord = r[first, : self.linear], np.diff(r[:, : self.linear], axis=0)[first]
+        away = self(at)[:, : self.linear] - begin
+        square = np.maximum(np.sum(chord * chord, axis=1), 1e-300)
+        along = np.clip(np.sum(away * chord, axis=1) / square, 0.0, 1.0)
+        return first, np.linalg.norm(away - along[:, None] * chord, axis=1), None
+
+    def rounding(self, s: Array, r: Array) -> Array:
+        """Roundings of positions as large as r (n, axes), and of the path's length on the axes of the tip, (axes,)."""
+        size = np.max(np.abs(r), axis=0)
+        size[: self.linear] = np.maximum(size[: self.linear], self.length)
+        return np.asarray(ROUNDINGS * np.spacing(size))
 
     def sticks(self, position: Array) -> Array | None:
         """The arm whose joints the axes are, as lines from its base to its tip, (n, points, 3), mm; None where none is.
 
         position  (n, axes)
         """
-        return None
-
-    @property
-    def in_parts(self) -> None:
-        """A path that comes in parts is one of these; None."""
         return None
 
     @property

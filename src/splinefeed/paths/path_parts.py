@@ -29,7 +29,7 @@ class PathParts:
     feeds: tuple[float, bool] | None = None
     tolerance: float | None = None
 
-    tool_path = joint_path = linking = None
+    needs_machine, linking = False, None
 
     @property
     def in_parts(self) -> PathParts:

@@ -48,7 +48,7 @@ class ToolPath(Path):
     Example: `sf.ToolPath(tip, axis, kind="points")`
     """
 
-    _tied = True
+    _tied = needs_machine = True
 
     def __init__(
         self,
@@ -85,11 +85,6 @@ class ToolPath(Path):
             _check_length(self)
         if self.tool_axis is not None and len(self.tool_axis) > 1:
             _check_joined(self)
-
-    @property
-    def tool_path(self) -> ToolPath:
-        """This path: a machine has to make joints of it."""
-        return self
 
     def __reduce__(self) -> tuple[object, ...]:
         return partial(ToolPath, **self._all_said()), (tuple(self.curves), self.tool_axis)

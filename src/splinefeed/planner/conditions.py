@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
+from splinefeed.paths.track import Track
 from splinefeed.planner.constants import SAME
 from splinefeed.planner.coordinates import PEAK, Coordinates, rows_of
 from splinefeed.planner.rows import Rows, centripetal, chord_error, tip_curvature, within_reach
-from splinefeed.planner.track import Track
 from splinefeed.records import Array, BoolArray, Limits
 
 #: A place is within reach of a jump of the path if the motion passes that less than a period before or behind.
@@ -49,8 +49,19 @@ class Conditions:
     @cached_property
     def at(self) -> Coordinates:
         """The coordinates and their limits."""
-        axes = self.track.axes
-        return Coordinates.of(self.limits, axes, self.track.linear or len(axes), alone=self.track.alone)
+        track = self.track
+        return Coordinates.of(
+            self.limits, track.axes, track.linear or len(track.axes), beside=track.beside, alone=track.alone
+        )
+
+    @cached_property
+    def _tip(self) -> slice:
+        """Columns of the tip; of none where only rotary axes move."""
+        return self.track.tip_columns
+
+    @cached_property
+    def _has_tip(self) -> bool:
+        return bool(self._tip.stop > self._tip.start)
 
     @cached_property
     def breaks(self) -> Array:
@@ -62,9 +73,13 @@ class Conditions:
         apart = np.minimum(own - known[next_one - 1], known[next_one] - own)
         return np.unique(np.concatenate([given, own[apart > SAME * self.track.length]]))
 
+    def place(self, s: float) -> float:
+        """A place, mm, as people read it: the tip's arc length."""
+        return float(self.track.tip_length(min(max(s, 0.0), self.track.length)))
+
     def between(self, low: float, high: float) -> str:
         """Two places, mm, as people read them: the tip's arc length."""
-        return f"from s = {self.track.place(low):.6g} to {self.track.place(high):.6g} mm"
+        return f"from s = {self.place(low):.6g} to {self.place(high):.6g} mm"
 
     def inside(self, low: float, high: float) -> Array:
         """The breaks strictly between two places, mm."""
@@ -120,8 +135,8 @@ class Conditions:
         limit = np.minimum(self.at.j, self.at.dj)[:, None]
         taken = (turn * np.sqrt(there) / self.period**2 + PEAK * bend * there / self.period) / limit
         worth = taken.max(axis=0, initial=0.0) > WORTH
-        if self.limits.chord_error is not None and self.track.linear:  # 4 delta / turn is the longest chord across one
-            turned = np.linalg.norm(turn[: self.track.linear], axis=0)
+        if self.limits.chord_error is not None and self._has_tip:  # 4 delta / turn is the longest chord across one
+            turned = np.linalg.norm(turn[self._tip], axis=0)
             worth |= turned * np.sqrt(there) * self.period > 4.0 * WORTH_CHORD * self.limits.chord_error
         return b[worth], there[worth]
 
@@ -154,8 +169,8 @@ class Conditions:
         signs = np.broadcast_to(np.asarray(rising), s.shape)
         rows = rows_of(self.at, x, self.feed_at(s), (turn, bend), self.period, signs)
         limits, track = self.limits, self.track
-        if limits.centripetal is not None and track.linear:
-            rows = rows.lowered(centripetal(d, track.linear, limits.centripetal))
+        if limits.centripetal is not None and self._has_tip:
+            rows = rows.lowered(centripetal(d[:, :, self._tip], limits.centripetal))
         if self.period is not None and (limits.chord_error or limits.orientation_error):
             for step in self._steps(d, x, np.sum(turn, axis=0)):
                 rows = rows.lowered((step if alone else within_reach(s, step)) ** 2 / self.period**2, between=True)
@@ -173,12 +188,12 @@ class Conditions:
 
     def _steps(self, d: Array, x: Array, turn: Array) -> list[Array]:
         """Longest steps of sigma, (n,) each, that chord error and orientation error allow; turn (m, n) of x'."""
-        limits, k, steps = self.limits, self.track.linear, []
-        bend, axis_bend = self.track.chords(d)
-        if limits.chord_error is not None and k:
-            s1, own = x[0, -1], tip_curvature(d, k)[1]
-            whole = np.linalg.norm(d[:, 2, :k], axis=1) if np.any(x[1, -1]) else None
-            quarter = np.linalg.norm(turn[:k], axis=0)
+        limits, tip, steps = self.limits, self._tip, []
+        bend, axis_bend = self.track.between_ticks(d)
+        if limits.chord_error is not None and self._has_tip:
+            s1, own = x[0, -1], tip_curvature(d[:, :, tip])[1]
+            whole = np.linalg.norm(d[:, 2, tip], axis=1) if np.any(x[1, -1]) else None
+            quarter = np.linalg.norm(turn[tip], axis=0)
             steps.append(chord_error(s1, own if bend is None else bend, whole, quarter, limits.chord_error))
         if limits.orientation_error is not None and axis_bend is not None:
             with np.errstate(divide="ignore"):
@@ -211,10 +226,8 @@ class Conditions:
 
         That of the path, and that in which each coordinate counts by its limit of acceleration, or velocity.
         """
-        at, weights, linear = self.at, self.track.weights, self.track.linear
-        some = (
-            slice(None) if linear and np.any(weights[linear:]) else slice(-1)
-        )  # with the tip, where it is not the path
+        at, weights = self.at, self.track.weights
+        some = slice(None) if self.track.mixed else slice(-1)  # with the tip, where it is not the path
         limit = np.where(np.isfinite(at.a), at.a, at.v)[some, None]
         one, two = x[:2, some] / limit
         size = np.sqrt(np.sum(one * one, axis=0))

@@ -23,9 +23,9 @@ PEAK = 0.75 * 24.0 / 23.0
 
 @dataclass(frozen=True, eq=False)
 class Coordinates:
-    """m coordinates: the axes, the combinations of axes, and last the arc length of the tip.
+    """m coordinates: axes, coordinates of a tip that are none, combinations of axes, and last the tip's arc length.
 
-    mix (axes, m - 1)  what of each axis makes each of them but the last
+    mix (columns, m - 1)  what of each column of derivatives makes each of them but the last
     v, a, d, j, dj (m,)  limits: velocity, acceleration, deceleration, jerk while speeding up and while slowing down
     assumed            names of axes that nothing given bounds, which have the least limits of the others
     """
@@ -40,8 +40,10 @@ class Coordinates:
     assumed: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, limits: Limits, axes: tuple[str, ...], counted: int, *, alone: bool = True) -> Coordinates:
-        """Those of axes the first `counted` of which make the arc length of the tip.
+    def of(
+        cls, limits: Limits, axes: tuple[str, ...], counted: int, *, beside: tuple[str, ...] = (), alone: bool = True
+    ) -> Coordinates:
+        """Those of axes the first `counted` of which make the arc length of the tip; nothing limits those `beside`.
 
         Where axes may move `alone`, an axis beside others that no limit of acceleration or jerk bounds, neither its own
         nor one along the path, has the least one of the others, 1 rad for 1 mm: something must bound a motion in which
@@ -57,18 +59,20 @@ class Coordinates:
         assumed = alone and bool(np.any(free)) and (whole or bool(np.any(own)))
         if assumed:
             a[free], j[free] = (min(float(np.min(each)), along) for each, along in zip((a, j), least, strict=True))
-        mix = np.column_stack([np.eye(len(axes)), *(each.on(axes) for each in sums.values())])
+        none = np.full(len(beside), np.inf)
+        weights = (np.append(each.on(axes), np.zeros(len(beside))) for each in sums.values())
+        mix = np.column_stack([np.eye(len(axes) + len(beside)), *weights])
         along = (limits.feed, limits.acceleration, slowing, limits.jerk, slowing_jerk)
         kinds = ("velocity", "acceleration", "acceleration", "jerk", "jerk")
         v, a, d, j, dj = (
-            np.concatenate([axis, [getattr(one, kind) for one in sums.values()], [bound]])
+            np.concatenate([axis, none, [getattr(one, kind) for one in sums.values()], [bound]])
             for axis, kind, bound in zip((v, a, a, j, j), kinds, along, strict=True)
         )
         named = tuple(axis for axis, is_free in zip(axes, free, strict=True) if is_free) if assumed else ()
-        return cls((*axes, *sums, "path"), mix, v, a, d, j, dj, named)
+        return cls((*axes, *beside, *sums, "path"), mix, v, a, d, j, dj, named)
 
     def along(self, d: Array, tip: Array) -> Array:
-        """x', x'', x''' (3, m, n) of all of them from those of the axes, d (n, 4, axes), and of the tip (3, n)."""
+        """x', x'', x''' (3, m, n) of all of them from those of the track, d (n, 4, columns), and of the tip (3, n)."""
         x = np.einsum("nka,am->kmn", d[:, 1:], self.mix)
         return np.concatenate([x, tip[:, None]], axis=1)
 

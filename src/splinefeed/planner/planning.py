@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import CurveError, InputError, LimitsError, PlanError, expect
-from splinefeed.kinematics import JointPath
 from splinefeed.paths.path import Path
+from splinefeed.paths.track import GOES, Track
 from splinefeed.planner.horizon import State
 from splinefeed.planner.seven_phase import STRATEGY as SEVEN_PHASE
-from splinefeed.planner.seven_phase import Measurable, plan_seven_phase
-from splinefeed.planner.shared import GOES, check_ends, check_travel, with_dwells
+from splinefeed.planner.seven_phase import plan_seven_phase
+from splinefeed.planner.shared import check_ends, with_dwells
 from splinefeed.planner.strategies import LOOK_AHEAD, TIME_OPTIMAL, plan_in_mode
 from splinefeed.planner.timed import in_time
 from splinefeed.records import (
@@ -40,8 +40,6 @@ SHAPELESS = frozenset({"feed", "acceleration", "jerk", "deceleration", "decelera
 ENDS = frozenset({"start_feed", "end_feed", *TRAVEL_ENDS})
 #: The unit of lengths along a path as messages say it: along joints of an arm it is another.
 _MM = re.compile(r"\bmm\b")
-#: Places along a path at which its joints are looked at to see which of them move.
-JOINT_PLACES = 257
 #: Axes up to which a lower bound of the time is cheap.
 CHEAP = 3
 EVERY_LIMIT = frozenset(each.name for each in TABLE)
@@ -95,7 +93,7 @@ def strategy_for(limits: Limits, strategy: str | None = None) -> str:
 
 
 def plan(
-    path: Path | JointPath | Measurable,
+    path: Track,
     limits: Limits,
     *,
     strategy: str | None = None,
@@ -105,8 +103,7 @@ def plan(
 ) -> TimeLaw:
     """Plan the time law s(t) of a motion along `path` that obeys `limits` and rests at the path's stops.
 
-    path      a Path, whose feeds and dwells count, too; a JointPath, whose axes are joints; for "seven-phase"
-              anything with `length` (mm) and `stops` (arc lengths inside it, mm, where the tangent jumps)
+    path      a Path, whose feeds and dwells count, too, or a JointPath, whose axes are joints
     strategy  a name in STRATEGIES; None chooses one that holds every limit given, see `strategy_for`
     period    servo period in s: stops and end are made to fall on ticks; None leaves the law as fast as it can be
     start     where on the path the motion begins, and its feed and acceleration there: the law begins at start.s;
@@ -124,18 +121,18 @@ def plan(
     Source: docs/math/planner.md, docs/math/seven-phase.md.
     Example: `sf.plan(path, limits, period=1e-3).duration`
     """
+    expect("plan(path, limits)", (path, (Path, Track)), (limits, Limits))
     try:
         return _plan(path, limits, strategy, period, start, bound=bound)
     except (LimitsError, PlanError) as error:
-        axes: tuple[str, ...] = getattr(path, "axes", ("x",))
-        along, own = unit_along(axes), getattr(path, "tip_path", None) is path
-        if own and any(isinstance(axis, Joint) for axis in axes) and along != "mm" and not str(error).startswith(GOES):
+        along = _along(path)
+        if any(isinstance(axis, Joint) for axis in path.axes) and along != "mm" and not str(error).startswith(GOES):
             raise type(error)(_MM.sub(along, str(error))) from None
         raise
 
 
 def _plan(
-    path: Path | JointPath | Measurable,
+    path: Track,
     limits: Limits,
     strategy: str | None,
     period: float | None,
@@ -143,27 +140,22 @@ def _plan(
     *,
     bound: bool,
 ) -> TimeLaw:
-    expect("plan(path, limits)", (path, (Path, JointPath, Measurable)), (limits, Limits))
-    # what is no more than a length with stops is neither
-    curves, joints = getattr(path, "tip_path", None), getattr(path, "joint_path", None)
-    if joints is None and curves is not None and curves.tool_path is not None:
+    if path.needs_machine:
         raise InputError(
-            f"{curves.name}: has a tool axis, which only a machine can follow; plan JointPath(tool_path, kinematics), "
+            f"{path.name}: has a tool axis, which only a machine can follow; plan JointPath(tool_path, kinematics), "
             "or give run a machine"
         )
-    if curves is not None:
-        limits = limits.on(path.axes)  # type: ignore[union-attr]
-    if start is not None and strategy is None:
+    limits, curves = limits.on(path.axes), path.tip_path
+    if strategy is None and (start is not None or path.beside or path.mixed):
         strategy = TIME_OPTIMAL
-    if strategy is None and (joints is not None or curves is None):
-        strategy = SEVEN_PHASE if joints is None else TIME_OPTIMAL
-    if joints is None and curves is not None and curves.mixed:
-        if strategy == SEVEN_PHASE:
+    if strategy == SEVEN_PHASE:
+        if path.mixed:
             raise LimitsError(
                 f"{SEVEN_PHASE} cannot plan linear and rotary axes together, whose tip does not move as the path's "
                 f"length does; choose {TIME_OPTIMAL} or {LOOK_AHEAD}, or leave the strategy open"
             )
-        strategy = strategy or TIME_OPTIMAL
+        if path.beside:
+            raise LimitsError(f"{SEVEN_PHASE} cannot plan joints; choose {TIME_OPTIMAL} or {LOOK_AHEAD}")
     strategy = strategy_for(limits, strategy)
     if period is not None:
         period = positive(period, "period")
@@ -174,26 +166,18 @@ def _plan(
                     f"{name}: needs the servo period, because it is measured from tick to tick; give period"
                 )
     _check_path(path)
-    if joints is not None:
-        check_ends(joints.tip_path, limits)
-        joints.check_travel(limits.travel_of(joints.axes))
-    elif curves is not None:
-        check_travel(curves, limits)
-        check_ends(curves, limits)
-    elif limits.axis_minimum is not None:
-        raise LimitsError("travel: the path has no axes, only a length; give a Path")
+    path.check_travel(limits.travel_of(path.axes))
+    check_ends(curves, limits)
     if start is not None:
         _check_start(path, strategy, start)
-    if joints is not None and strategy == SEVEN_PHASE:
-        raise LimitsError(f"{SEVEN_PHASE} cannot plan joints; choose {TIME_OPTIMAL} or {LOOK_AHEAD} for a tool path")
     given: dict[str, Any] = {} if start is None else {"start": start}
     if bound and strategy == TIME_OPTIMAL:
         given["bound"] = True
-    if curves is not None and curves.times is not None:
+    if curves.times is not None:
         law = _in_time(path, curves, limits, strategy, period, start)
     else:
         law = STRATEGIES[strategy].make(path, limits, period, **given)
-    if strategy == SEVEN_PHASE and curves is not None:
+    if strategy == SEVEN_PHASE:
         law = with_dwells(law, curves.dwells, path.length)
     return dataclasses.replace(
         law,
@@ -202,15 +186,19 @@ def _plan(
     )
 
 
-def _unit(path: Any) -> dict[str, str]:
-    """The unit of lengths along a path of joints; nothing where it is mm."""
-    own = path is not None and getattr(path, "tip_path", None) is path
-    found = unit_along(path.axes) if own else "mm"
+def _along(path: Track) -> str:
+    """The unit of lengths along a path."""
+    return "mm" if path.beside else unit_along(path.axes)
+
+
+def _unit(path: Track) -> dict[str, str]:
+    """The unit of lengths along a path as settings have it; nothing where it is mm."""
+    found = _along(path)
     return {} if found == "mm" else {"unit": found}
 
 
 def _in_time(
-    path: Any, curves: Path, limits: Limits, strategy: str, period: float | None, start: State | None
+    path: Track, curves: Path, limits: Limits, strategy: str, period: float | None, start: State | None
 ) -> TimeLaw:
     """The law at the times that a path wants; see `timed`."""
     if start is not None:
@@ -218,30 +206,25 @@ def _in_time(
     if strategy == SEVEN_PHASE:
         if np.count_nonzero(~np.isnan(curves.times)) > 1:  # type: ignore[arg-type]
             raise LimitsError(f"times: {SEVEN_PHASE} slows a motion down as a whole; choose {TIME_OPTIMAL}")
-        return in_time(lambda _: plan_seven_phase(path, limits, period), curves, limits, period)
+        return in_time(lambda _: plan_seven_phase(curves, limits, period), curves, limits, period)
     return in_time(
         lambda paces: plan_in_mode(path, limits, period, strategy=strategy, paces=paces), curves, limits, period
     )
 
 
-def _without_limits(path: Measurable | JointPath, limits: Limits) -> list[str]:
+def _without_limits(path: Track, limits: Limits) -> list[str]:
     """A sentence for each kind of limit that some axes of `path` have and others that move do not."""
-    curves, joints = getattr(path, "tip_path", None), getattr(path, "joint_path", None)
-    if curves is None:
-        return []
-    places = curves.flat.points if joints is None else joints(np.linspace(0.0, path.length, JOINT_PLACES))
-    axes: tuple[str, ...] = path.axes  # type: ignore[union-attr]
-    return axes_without_limits(limits, axes, places.min(axis=0), places.max(axis=0))
+    return axes_without_limits(limits, path.axes, *path.reach)
 
 
-def cheap_to_bound(path: Path | JointPath, limits: Limits) -> bool:
+def cheap_to_bound(path: Track, limits: Limits) -> bool:
     """Whether a lower bound of the time costs about as much as the plan: up to three axes without torques."""
     return len(path.axes) <= CHEAP and not limits.models
 
 
-def _check_start(path: Measurable | JointPath, strategy: str, start: State) -> None:
+def _check_start(path: Track, strategy: str, start: State) -> None:
     """Raise InputError for a start that is not on the path, or that the strategy cannot begin at."""
-    if strategy == SEVEN_PHASE or not isinstance(path, Path | JointPath):
+    if strategy == SEVEN_PHASE:
         raise InputError(f"start: the {strategy} strategy begins at the start of a path; choose {TIME_OPTIMAL}")
     if not start.s < path.length:
         raise InputError(f"start is {start}; the path ends at {path.length:.6g} mm")
@@ -249,7 +232,7 @@ def _check_start(path: Measurable | JointPath, strategy: str, start: State) -> N
         raise InputError(f"start is {start}, where the path waits; begin there at rest")
 
 
-def _check_path(path: Measurable | JointPath) -> None:
+def _check_path(path: Track) -> None:
     """Raise CurveError unless the path has a length and its stops lie inside it, in order."""
     if not (math.isfinite(path.length) and path.length > 0.0):
         raise CurveError(

@@ -112,17 +112,17 @@ class Rows:
         return np.stack([np.max(each, axis=0, initial=0.0) for each in parts])
 
 
-def tip_curvature(d: Array, linear: int) -> tuple[Array, Array]:
-    """s'^2, and s'^2 times the curvature of the tip's path, (n,) each: |p''| across p' for p the linear axes."""
-    one, two = d[:, 1, :linear], d[:, 2, :linear]
+def tip_curvature(d: Array) -> tuple[Array, Array]:
+    """s'^2, and s'^2 times the curvature of the tip's path, (n,) each: |p''| across p' for the tip p, d (n, 4, 3)."""
+    one, two = d[:, 1], d[:, 2]
     square = np.sum(one * one, axis=1)
     across = two - (np.sum(one * two, axis=1) / np.maximum(square, TINY))[:, None] * one
     return square, np.linalg.norm(across, axis=1)
 
 
-def centripetal(d: Array, linear: int, most: float) -> Array:
+def centripetal(d: Array, most: float) -> Array:
     """The largest q with kappa s'^2 q <= most, (n,)."""
-    return np.asarray(most / np.maximum(tip_curvature(d, linear)[1], TINY))
+    return np.asarray(most / np.maximum(tip_curvature(d)[1], TINY))
 
 
 def chord_error(s1: Array, bend: Array, whole: Array | None, turn: Array, delta: float) -> Array:

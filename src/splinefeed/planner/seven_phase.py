@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -25,20 +24,7 @@ ALONG = ("feed", "acceleration", "deceleration", "jerk", "deceleration_jerk")
 HALVINGS = 200
 
 
-@runtime_checkable
-class Measurable(Protocol):
-    """What a planner asks of a path: how long it is, and where the tool must rest because the tangent jumps."""
-
-    @property
-    def length(self) -> float:
-        """Arc length, mm."""
-
-    @property
-    def stops(self) -> tuple[float, ...]:
-        """Arc lengths strictly inside (0, length), increasing, mm."""
-
-
-def plan_seven_phase(path: Measurable, limits: Limits, period: float | None) -> TimeLaw:
+def plan_seven_phase(path: Path, limits: Limits, period: float | None) -> TimeLaw:
     """One seven-phase profile a stretch between stops, at rest at each stop, each ending on a tick if it can.
 
     It obeys the tangential limits only: feed (on each stretch the least that the path asks for there), acceleration,
@@ -47,9 +33,8 @@ def plan_seven_phase(path: Measurable, limits: Limits, period: float | None) -> 
     Raises PlanError where the first or last stretch has no room, LimitsError for a period longer than the motion.
     """
     marks = _apart(np.array([0.0, *path.stops, path.length]))
-    feed, *along, start_feed, end_feed = _along(limits)
-    curves: Path | None = getattr(path, "tip_path", None)
-    feeds = np.full(len(marks) - 1, feed) if curves is None else _least_feeds(curves, limits, marks)
+    _, *along, start_feed, end_feed = _along(limits)
+    feeds = _least_feeds(path, limits, marks)
     start, end = np.zeros(len(feeds)), np.zeros(len(feeds))
     start[0], end[-1] = start_feed, end_feed
     found = profiles.solve_in_row(np.diff(marks), feeds, *along, start, end)
@@ -66,7 +51,7 @@ def plan_seven_phase(path: Measurable, limits: Limits, period: float | None) -> 
             f"choose a period of at most {_outward(total * (1.0 + ROUNDING), ROUND_FLOOR)} s"
         )
     law = _law(marks, found, period)
-    return law if curves is None else replace(law, notes=law.notes + _slowed(curves, limits, marks, feeds))
+    return replace(law, notes=law.notes + _slowed(path, limits, marks, feeds))
 
 
 def _least_feeds(path: Path, limits: Limits, marks: Array, sign: float = 1.0) -> Array:

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
-from splinefeed.kinematics import JointPath
 from splinefeed.paths.path import Path
+from splinefeed.paths.track import Track
 from splinefeed.planner.audit import worst_shares
 from splinefeed.planner.conditions import Conditions
 from splinefeed.planner.constants import ALMOST, HOPELESS, KEPT, SAME
@@ -24,8 +22,7 @@ from splinefeed.planner.receding import OutOfReachError, RecedingHorizon, plan_s
 from splinefeed.planner.shared import curve_feeds, with_dwells
 from splinefeed.planner.straight import straights
 from splinefeed.planner.ticks import held_at_ticks
-from splinefeed.planner.track import JointTrack, PathTrack, Track
-from splinefeed.records import AXIS_LIMITS, LAW_COEFFICIENTS, Array, BoolArray, Limits, TimeLaw, refuse_orientation
+from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray, Limits, TimeLaw
 from splinefeed.workers import spread
 
 #: What the modes are called.
@@ -85,47 +82,29 @@ def _worth(path: Path, limits: Limits) -> float:
     return WORTH_PASSING * (min(push * push / twist, top) if np.isfinite(push / twist) else top)
 
 
-def conditions_of(
-    path: Path | JointPath, limits: Limits, period: float | None, paces: Array | None = None
-) -> Conditions:
-    """What a motion along the path is planned under; joints are axes over the arc length of the tip, behind its own.
+def conditions_of(path: Track, limits: Limits, period: float | None, paces: Array | None = None) -> Conditions:
+    """What a motion along the path is planned under.
 
     paces (curves,)  share of the limits that the motion may use on each curve, as a factor on q
     """
-    track: Track
-    own, curves, joints = limits, path.tip_path, path.joint_path
-    if joints is not None:
-        passed, track = (np.zeros(0), np.zeros(0)), JointTrack(joints)
-        own = _by_axis(limits, joints)
-    else:
-        refuse_orientation(limits, path.name)
-        passed, track = passed_corners(curves, limits, period), PathTrack(curves)
+    path.check_limits(limits)
+    curves = path.tip_path
+    passed = passed_corners(curves, limits, period)
     feeds = curve_feeds(curves, limits)
     changes = np.flatnonzero(np.diff(feeds) != 0.0) + 1
     steps = curves.curve_starts[changes], feeds[np.concatenate([[0], changes])]
     stops = np.array([*path.stops, *(s for s, _ in path.dwells)])
     rests = np.unique(stops[(stops > 0.0) & (stops < path.length) & ~np.isin(stops, passed[0])])
     if paces is None:
-        return Conditions(track, own, period, steps, passed, rests)
+        return Conditions(path, limits, period, steps, passed, rests)
     slower = np.flatnonzero(np.diff(paces) != 0.0) + 1
     return Conditions(
-        track, own, period, steps, passed, rests, (curves.curve_starts[slower], paces[np.append(0, slower)])
+        path, limits, period, steps, passed, rests, (curves.curve_starts[slower], paces[np.append(0, slower)])
     )
 
 
-def _by_axis(limits: Limits, path: JointPath) -> Limits:
-    """The limits with one number for all linear joints written as one for each of them."""
-    changes: dict[str, Any] = {}
-    for name in AXIS_LIMITS:
-        given = getattr(limits, name)
-        if given is not None and not isinstance(given, Mapping):
-            changes[name] = dict.fromkeys(path.axes[: path.linear], given)
-        limits.of_axes(name, path.axes)  # refuses limits of joints that are not there
-    return replace(limits, **changes)
-
-
 def plan_in_mode(
-    path: Path | JointPath,
+    path: Track,
     limits: Limits,
     period: float | None,
     start: State | None = None,
@@ -143,12 +122,9 @@ def plan_in_mode(
     """
     check_limits(limits, path.axes, strategy)
     mode = replace(MODES[strategy], bounded=bound)
-    if path.joint_path is None:
-        _check_jumps(path.tip_path, limits, period)
-    else:
+    _check_jumps(path, limits, period)
+    if path.beside:
         mode = replace(mode, cell=0.5 * mode.cell)  # joints bend where the tip does not
-        if limits.axis_velocity_step is not None:
-            raise LimitsError("axis_velocity_step: a tool stops at the corners of its path; leave it out")
     with np.errstate(all="ignore"):  # what is not a number is not a motion to take
         conditions = conditions_of(path, limits, period, paces)
         begin = State(conditions.speed_at(0.0, limits.start_feed)) if start is None else start
@@ -315,7 +291,7 @@ def _not_found(conditions: Conditions, plan: Plan, low: float, high: float) -> P
         over = np.max(worst_shares(conditions, plan.pieces, high)[0], axis=0)
     k = int(np.argmax(over))
     much = f"{100.0 * (over[k] - 1.0):.3g} % over a limit" if over[k] < np.inf else "no motion"
-    place = conditions.track.place(float(plan.pieces.coefficients[k, 0]))
+    place = conditions.place(float(plan.pieces.coefficients[k, 0]))
     return PlanError(
         f"{conditions.between(low, high)} no motion within the limits was found: at s = {place:.6g} mm the best one is "
         f"{much}; smooth or split the path there, or leave out the limits of an axis that turns or bends there while "
@@ -367,7 +343,7 @@ def _out_of_reach(
         least *= 0.8
     found = written(least)
     if given.acceleration != 0.0:
-        up_to = f"up to s = {conditions.track.place(near):.6g} mm"
+        up_to = f"up to s = {conditions.place(near):.6g} mm"
         return OutOfReachError(f"the limits {up_to} do not allow {start}; the nearest state they allow is {found}")
     between = conditions.between(low, high)
     name, by_feed = "end_feed" if at_end else "start_feed", conditions.speed_at(place, 1.0)
@@ -390,11 +366,11 @@ def check_limits(limits: Limits, axes: tuple[str, ...], strategy: str) -> None:
         )
 
 
-def _check_jumps(path: Path, limits: Limits, period: float | None) -> None:
+def _check_jumps(path: Track, limits: Limits, period: float | None) -> None:
     """Raise LimitsError for curvature that jumps under an axis jerk without a period."""
     jerks = [*limits.of_axes("axis_jerk", path.axes), *(each.jerk for each in (limits.combinations or {}).values())]
     if period is None and np.any(np.isfinite(jerks)):
-        jumps = path.corners.s[~path.corners.stop]
+        jumps = path.jumps
         if len(jumps):
             place = float(path.tip_length(jumps[0]))
             raise LimitsError(

@@ -16,7 +16,6 @@ from splinefeed.planner.constants import ALMOST, SAME
 from splinefeed.planner.horizon import REST, State
 from splinefeed.planner.law import MotionPieces
 from splinefeed.planner.receding import EARLY, OPEN, RecedingHorizon
-from splinefeed.planner.shared import check_travel
 from splinefeed.planner.strategies import LOOK_AHEAD, MODES, check_limits, conditions_of
 from splinefeed.records import LAW_COEFFICIENTS, Limits, TimeLaw, positive
 
@@ -127,7 +126,7 @@ class LookAhead:
         """Take more of the path, as `push` does, and plan nothing yet: `blocks` does."""
         if path.axes != self.axes:
             raise CurveError(f"the path has axes {path.axes}; the motion has {self.axes}")
-        check_travel(path, self.limits)
+        path.check_travel(self.limits.travel_of(path.axes))
         if path.times is not None:
             raise CurveError(
                 "times: a motion that is planned as its path comes has no wanted times; plan it as a whole"
@@ -173,7 +172,7 @@ class LookAhead:
         """
         check_limits(limits, self.axes, LOOK_AHEAD)
         for path in self._parts:
-            check_travel(path, limits)
+            path.check_travel(limits.travel_of(path.axes))
         before, self.limits, self._looked = self.limits, limits, 0.0
         known = self._known()
         if known is None:

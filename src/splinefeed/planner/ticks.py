@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.errors import PlanError
-from splinefeed.kinematics import JointPath
-from splinefeed.paths.path import Path
+from splinefeed.paths.track import Track
 from splinefeed.planner.constants import HOPELESS, ROUNDINGS, ROUNDS, SAME, TOGETHER
 from splinefeed.planner.shared import on_tick
 from splinefeed.records import AXIS_LIMITS, BOUNDED, LAW_COEFFICIENTS, Array, IntArray, Limits, TimeLaw
@@ -16,15 +15,11 @@ from splinefeed.records.verdict import KEPT
 
 #: Ticks that are looked at in all, at most: eleven days at 1 ms.
 MOST_TICKS = 1e9
-#: Slopes of joints count where the tip moves by more than this share of its longest step.
-MOVING = 0.01
 #: What a chord is over its limit is noted as if it were an axis of this number.
 CHORD = -1
 
 
-def held_at_ticks(
-    law: TimeLaw, path: Path | JointPath, limits: Limits, first: IntArray, passed: Array, breaks: Array
-) -> TimeLaw:
+def held_at_ticks(law: TimeLaw, path: Track, limits: Limits, first: IntArray, passed: Array, breaks: Array) -> TimeLaw:
     """The law, slower from one rest to the next where differences of its setpoints are over a limit.
 
     |D^k r| / T^k <= limit (1 + KEPT), and the rounding of r, for the setpoints r at the ticks of the period T, k = 1 to
@@ -68,7 +63,7 @@ def held_at_ticks(
 
 
 def _over(
-    law: TimeLaw, path: Path | JointPath, limits: Limits, begins: Array, passed: Array, breaks: Array
+    law: TimeLaw, path: Track, limits: Limits, begins: Array, passed: Array, breaks: Array
 ) -> tuple[Array, Array]:
     """By how much q of each stretch (m,) must come down for its ticks, and where and in which axis that is, (m, 2).
 
@@ -81,9 +76,7 @@ def _over(
         np.append(limits.of_axes(name, axes), [getattr(each, kind) for each in sums])
         for name, kind in zip(AXIS_LIMITS, BOUNDED, strict=True)
     ]
-    moved, curves = path.joint_path, path.tip_path
-    mixed = moved is None and curves.mixed  # then the tip's arc length is one more coordinate
-    if mixed:
+    if path.mixed:  # the tip's arc length is one more coordinate
         slowing, slowing_jerk = limits.deceleration or 0.0, limits.deceleration_jerk or 0.0
         along = (np.inf, max(limits.acceleration, slowing), max(limits.jerk, slowing_jerk))
         bounds = [np.append(each, bound) for each, bound in zip(bounds, along, strict=True)]
@@ -110,10 +103,10 @@ def _over(
         s = np.clip(law(np.clip(t, 0.0, law.duration)), 0.0, path.length)
         s[t >= law.duration * (1.0 - SAME)] = path.length  # where setpoints end, to the bit
         own = path(s)
-        rounding = _rounding(path, s, own)
+        rounding = path.rounding(s, own)
         r, rounded = own @ weights.T, np.abs(weights) @ rounding
-        if mixed:
-            r = np.column_stack([r, curves.tip_length(s)])
+        if path.mixed:
+            r = np.column_stack([r, path.tip_length(s)])
             rounded = np.append(rounded, ROUNDINGS * np.spacing(path.length))
         for order, bound in enumerate(bounds, start=1):
             if len(t) <= order:
@@ -136,30 +129,13 @@ def _over(
             by_model = np.maximum((np.abs(found - still) - floor) / room, 0.0) ** (2.0 / model.power)
             worst_axis = np.array(columns)[np.argmax(by_model, axis=1)]
             note(np.max(by_model, axis=1), t[at_tick], s[at_tick], worst_axis)
-        if limits.orientation_error is not None and moved is not None and len(t) > 1:
-            tilted = _tips(moved, s, own)[1] / (limits.orientation_error * (1.0 + KEPT))
-            note(tilted, t[:-1], s[:-1], np.full(len(tilted), CHORD))
-        if limits.chord_error is not None and len(t) > 1:
-            if moved is None:
-                at, away = _chords(curves, s, own, breaks)
-            else:
-                at, away = np.arange(len(t) - 1), _tips(moved, s, own)[0]
-            away = (away - ROUNDINGS * np.spacing(np.max(np.abs(own)))) / (limits.chord_error * (1.0 + KEPT))
-            note(away, t[at], s[at], np.full(len(at), CHORD))
+        if between and len(t) > 1:
+            at, away, tilted = path.chords(s, own, breaks)
+            away = away - ROUNDINGS * np.spacing(np.max(np.abs(own)))
+            for off, allowed in ((tilted, limits.orientation_error), (away, limits.chord_error)):
+                if off is not None and allowed is not None:
+                    note(off / (allowed * (1.0 + KEPT)), t[at], s[at], np.full(len(at), CHORD))
     return over, worst
-
-
-def _rounding(path: Path | JointPath, s: Array, r: Array) -> Array:
-    """How far rounding can move setpoints r (n, axes) at s (n,) on each axis, (axes,); joints eps (|q| + |dq/ds| L)."""
-    size = np.max(np.abs(r), axis=0)
-    if path.joint_path is None:
-        linear = path.tip_path.linear
-        size[:linear] = np.maximum(size[:linear], path.length)
-        return np.asarray(ROUNDINGS * np.spacing(size))
-    moved = np.diff(s)
-    moving = moved > MOVING * np.max(moved, initial=0.0)
-    steep = np.max(np.abs(np.diff(r, axis=0)[moving]) / moved[moving, None], axis=0, initial=0.0)
-    return np.asarray(ROUNDINGS * np.finfo(float).eps * (size + steep * path.length))
 
 
 def _slower(law: TimeLaw, first: IntArray, over: Array) -> TimeLaw:
@@ -177,29 +153,3 @@ def _slower(law: TimeLaw, first: IntArray, over: Array) -> TimeLaw:
         breaks[begin:end] = start + (law.breaks[begin:end] - law.breaks[begin]) * factor[begin]
     breaks[-1] = on_tick(float(law.breaks[-1]) + shift[-1], period)
     return replace(law, breaks=breaks, coefficients=law.coefficients / factor[:, None] ** np.arange(LAW_COEFFICIENTS))
-
-
-def _chords(path: Path, s: Array, r: Array, breaks: Array) -> tuple[IntArray, Array]:
-    """Chords (n,) between setpoints r (k, axes) at s (k,), and how far the path leaves them, mm.
-
-    It is looked at in three places of every chord, and where its derivatives jump or it bends sharply.
-    """
-    inside = breaks[(breaks > s[0]) & (breaks < s[-1])]
-    at = np.concatenate([inside, *((1.0 - share) * s[:-1] + share * s[1:] for share in (0.25, 0.5, 0.75))])
-    first = np.clip(np.searchsorted(s, at, side="right") - 1, 0, len(s) - 2)
-    begin, chord = r[first, : path.linear], np.diff(r[:, : path.linear], axis=0)[first]
-    away = path(at)[:, : path.linear] - begin
-    square = np.maximum(np.sum(chord * chord, axis=1), 1e-300)
-    along = np.clip(np.sum(away * chord, axis=1) / square, 0.0, 1.0)
-    return first, np.linalg.norm(away - along[:, None] * chord, axis=1)
-
-
-def _tips(path: JointPath, s: Array, r: Array) -> tuple[Array, Array]:
-    """How far tip, mm, and tool axis, rad, leave their path halfway in steps (n,) of joints r (n + 1, joints) at s."""
-    tip, axis = path.kinematics.forward(0.5 * (r[1:] + r[:-1]))
-    middle = 0.5 * (s[1:] + s[:-1])
-    d = path.tool.evaluate(*path.tool.locate(middle), 1)
-    away, tangent = tip - d[:, 0], d[:, 1] / np.linalg.norm(d[:, 1], axis=1)[:, None]
-    ahead = np.sum(away * tangent, axis=1)
-    _, wanted = path.kinematics.forward(path(np.clip(middle + ahead, 0.0, path.length)))
-    return np.linalg.norm(away - ahead[:, None] * tangent, axis=1), np.linalg.norm(axis - wanted, axis=1)

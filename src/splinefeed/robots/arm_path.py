@@ -82,9 +82,9 @@ class ArmPath(JointPath):
         free: tuple[int, ...],
     ) -> None:
         self.tool = ToolPath(tip, kind=VECTORS)
-        self.kinematics: Tip = Tip(frames, name)  # type: ignore[assignment]  # of an arm no more is needed
+        self.kinematics: Tip = Tip(frames, name)
         self.axes, self.linear = tuple(joints), 0
-        self.name, self.length, self.dwells = self.tool.name, self.tool.length, self.tool.dwells
+        self.name = self.tool.name
         self.travel = {}
         self._turn, self._inverse = orientation, Inverse(frames, free)
         self._s = self._dips = np.zeros(0)
@@ -100,11 +100,11 @@ class ArmPath(JointPath):
         place, rotation = self.tool.evaluate(curve, u, 0)[:, 0], self._turn.jets(s, 0)[0]
         return self._inverse.newton(self._guess(s), place, rotation, 2)[0]
 
-    def derivatives(self, s: Array) -> Array:
-        """Tip and joints and their first three derivatives by arc length, (n, 4, 3 + joints), at s (n,)."""
+    def derivatives(self, s: Array, row: IntArray | None = None) -> Array:
+        """Joints and tip and their first three derivatives by arc length, (n, 4, joints + 3), at s (n,), mm."""
         tip = self.tool.derivatives(s)
         c = self._taylor(s, tip, self._guess(s))
-        return np.concatenate([tip, np.moveaxis(c, 0, 1) * _FACTORIALS[:, None]], axis=2)
+        return np.concatenate([np.moveaxis(c, 0, 1) * _FACTORIALS[:, None], tip], axis=2)
 
     def standing(self, curve: IntArray, u: Array) -> Array:
         """How the tip shall stand at places (n,), as `Tip.forward` says it, (n, 9)."""

@@ -23,6 +23,7 @@ from splinefeed.errors import FormatError, InputError, SplinefeedError, nearest
 from splinefeed.formats import registry
 from splinefeed.kinematics import JointPath
 from splinefeed.paths.path import Path
+from splinefeed.paths.track import Track
 from splinefeed.records import Limits
 from splinefeed.robots.arm import Arm, robot
 
@@ -38,7 +39,7 @@ MAX_BYTES = 64 * 2**20
 
 def read_motion(
     file: str | os.PathLike[str], urdf: str | os.PathLike[str], *, feed: float | None = None
-) -> tuple[Arm, Path | JointPath, Limits]:
+) -> tuple[Arm, Track, Limits]:
     """The arm, its path and its limits from a file of a motion and a URDF; feed, mm/s, along a curve of the tip.
 
     Files that it names lie beside it. Raises FormatError naming file, key and mend, and all that `robot`, `through` and
@@ -56,7 +57,7 @@ def read_motion(
     arm = robot(os.fspath(urdf), **how)
     title = str(said.get("name") or FilePath(name).stem)
     try:
-        path: Path | JointPath
+        path: Track
         if "waypoints" in said:
             if feed is not None:
                 raise InputError("waypoints: a path of joints has no feed in mm/s; leave --feed out")

@@ -22,9 +22,8 @@ from numpy.typing import ArrayLike
 
 from splinefeed.errors import FormatError, InputError
 from splinefeed.files.atomic import atomic_write
-from splinefeed.kinematics import JointPath
-from splinefeed.paths.path import Path
-from splinefeed.records import AXIS_LIMITS, Array, BoolArray, Limits, TimeLaw, unit_of_axis
+from splinefeed.paths.track import Track
+from splinefeed.records import AXIS_LIMITS, Array, BoolArray, Limits, TimeLaw
 from splinefeed.robots.frames import MM
 from splinefeed.runs.result import Run
 
@@ -41,7 +40,7 @@ PLACES = np.linspace(0.0, 1.0, 17)
 NANO = 1_000_000_000
 
 
-def motion_at(path: Path | JointPath, law: TimeLaw, t: ArrayLike) -> tuple[Array, Array, Array, Array]:
+def motion_at(path: Track, law: TimeLaw, t: ArrayLike) -> tuple[Array, Array, Array, Array]:
     """Positions, velocities, accelerations and jerks (n, axes) of the axes at any times t (n,), s, of a law.
 
     rad or mm by s, exact: q' = r' v, q'' = r'' v^2 + r' a, q''' = r''' v^3 + 3 r'' v a + r' j (the chain rule).
@@ -54,9 +53,7 @@ def motion_at(path: Path | JointPath, law: TimeLaw, t: ArrayLike) -> tuple[Array
     times = np.minimum(times, law.duration)
     s = np.clip(law(times), 0.0, path.length)
     v, a, j = (each(times)[:, None] for each in (law.feed, law.acceleration, law.jerk))
-    d = path.derivatives(s)
-    if path.joint_path is not None:
-        d = d[:, :, 3:]
+    d = path.derivatives(s)[:, :, : len(path.axes)]
     q, r1, r2, r3 = np.moveaxis(d, 1, 0)
     return q, r1 * v, r2 * v * v + r1 * a, r3 * v**3 + 3.0 * r2 * v * a + r1 * j
 
@@ -113,7 +110,7 @@ class JointTrajectory:
 
 
 def joint_trajectory(
-    path: Path | JointPath | Run,
+    path: Track | Run,
     law: TimeLaw | None = None,
     limits: Limits | None = None,
     *,
@@ -148,7 +145,7 @@ def joint_trajectory(
         if not np.any(bad):
             break
         t = _times(np.sort(np.concatenate([t, 0.5 * (t[1:] + t[:-1])[bad]])))
-    return JointTrajectory(tuple(moved.axes), tuple(map(unit_of_axis, moved.axes)), t, q, v, a)
+    return JointTrajectory(tuple(moved.axes), moved.axis_units, t, q, v, a)
 
 
 def _times(t: Array) -> Array:
@@ -157,7 +154,7 @@ def _times(t: Array) -> Array:
 
 
 def _bad(
-    path: Path | JointPath,
+    path: Track,
     law: TimeLaw,
     t: Array,
     states: tuple[Array, Array, Array],

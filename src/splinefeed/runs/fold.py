@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from splinefeed.errors import InputError
-from splinefeed.kinematics import JointPath
-from splinefeed.paths.path import Path
+from splinefeed.paths.track import Track
 from splinefeed.records import Setpoints, TimeLaw
 
 #: Ticks of a chunk.
@@ -30,7 +29,7 @@ class Chunk:
     own: Setpoints
     around: Setpoints
     first: int
-    path: Path | JointPath
+    path: Track
     law: TimeLaw
 
     @property
@@ -71,7 +70,7 @@ def fold(chunks: Iterable[Chunk], meters: Sequence[Meter]) -> int:
     return count
 
 
-def on_one_path(setpoints: Iterable[Setpoints], path: Path | JointPath, law: TimeLaw) -> Iterator[Chunk]:
+def on_one_path(setpoints: Iterable[Setpoints], path: Track, law: TimeLaw) -> Iterator[Chunk]:
     """Setpoints of a path that is there as a whole, each chunk with the ticks before and behind it."""
     for around, first, own in with_neighbours(setpoints):
         yield Chunk(own, around, first, path, law)

@@ -147,7 +147,7 @@ class ChordMeter:
     def feed(self, chunk: Chunk) -> None:
         """Measure the steps that begin at ticks of a chunk."""
         path = chunk.path.tip_path
-        if path is chunk.path:
+        if not chunk.path.beside:
             self.largest = max(self.largest, float(np.max(chord_errors(chunk.around, path)[chunk.inner], initial=0.0)))
 
     def finish(self) -> None:

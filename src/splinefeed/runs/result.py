@@ -14,8 +14,8 @@ import numpy as np
 from splinefeed.analysis.bands import Band
 from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple, TipMotion
 from splinefeed.errors import LimitsError
-from splinefeed.kinematics import JointPath
 from splinefeed.paths.path import Path
+from splinefeed.paths.track import Track
 from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along, unit_of_axis, view
 from splinefeed.runs.following import Servo
 from splinefeed.runs.meters import MOTION
@@ -61,7 +61,7 @@ class Run:
     verdict: Verdict
     chord_error_mm: float
     chunks: Callable[[], Iterator[Setpoints]] | None
-    joints: JointPath | None = None
+    joints: Track | None = None
     served: Servo | None = None
     remarks: tuple[str, ...] = ()
     tip: TipMotion | None = None
@@ -254,12 +254,12 @@ def _broken(lines: Array) -> Array:
     return np.concatenate([np.full_like(lines[:, :1], np.nan), lines], axis=1).reshape(-1, 3)
 
 
-def _tools(joints: JointPath) -> Array:
+def _tools(joints: Track) -> Array:
     """Lines along the tool axis, or an arm, for a picture, (m, 3), mm, each behind a row of NaN."""
     arm = joints.drawn(TOOLS_DRAWN)
     if arm is not None:
         return _broken(arm)
     s = np.linspace(0.0, joints.length, TOOLS_DRAWN)
     tip, axis = joints.kinematics.forward(joints(s))
-    far = tip + TOOL_DRAWN * max(joints.tool.size, 1e-9) * axis
+    far = tip + TOOL_DRAWN * max(joints.tip_path.size, 1e-9) * axis
     return np.stack([np.full_like(tip, np.nan), tip, far], axis=1).reshape(-1, 3)

@@ -21,6 +21,7 @@ from splinefeed.kinematics import JointPath
 from splinefeed.machine.machine import Machine
 from splinefeed.paths.path import Path
 from splinefeed.paths.path_parts import PathParts
+from splinefeed.paths.track import Track
 from splinefeed.planner.planning import cheap_to_bound, plan
 from splinefeed.planner.strategies import LOOK_AHEAD
 from splinefeed.records import Limits, Setpoints, TimeLaw
@@ -57,7 +58,7 @@ class MotionJob:
     notes       what was assumed, one sentence each
     """
 
-    path: Path | JointPath | PathParts
+    path: Track | PathParts
     limits: Limits
     machine: Machine | None = None
     period: float = PAPER_PERIOD
@@ -71,7 +72,7 @@ class MotionJob:
 
 
 def run(
-    path: Path | JointPath,
+    path: Track,
     limits: Limits = PAPER_LIMITS,
     *,
     machine: str | Machine | None = None,
@@ -98,7 +99,7 @@ def run(
     period in s; setpoints (n, axes), mm, rotary axes rad. Source: docs/code-overview.md walks through it.
     Example: `sf.run(path, sf.Limits(feed=60, axis_jerk=20000)).numbers()["duration_s"]`
     """
-    expect("run(path, limits)", (path, (Path, JointPath)), (limits, Limits))
+    expect("run(path, limits)", (path, (Path, Track)), (limits, Limits))
     model = Machine.load(machine) if isinstance(machine, str) else machine
     how: dict[str, Any] = {"method": method, "corrections": corrections, "tolerance": tolerance}
     job = MotionJob(path, limits, model, period, strategy, **how)
@@ -218,7 +219,7 @@ def _folded(
 
 
 def measured(
-    path: Path | JointPath,
+    path: Track,
     limits: Limits,
     law: TimeLaw,
     chunks: Chunks,
@@ -241,7 +242,7 @@ def measured(
     keep = partial(Kept, column)
     servo = None if machine is None else ServoMeter(machine, keep(), responses)
     made = _folded(passing, check, limits, keep, servo, meters, _top_feed(law, ticks))
-    use, verdict, joints = made.use, made.check.verdict, path.joint_path
+    use, verdict, joints = made.use, made.check.verdict, path if path.kinematics is not None else None
     return Run(
         path=path.tip_path,
         limits=limits,
@@ -281,13 +282,11 @@ def _top_feed(law: TimeLaw, ticks: int) -> float:
     return max(float(np.max(law.feed(np.arange(k, min(k + CHUNK, ticks)) * step))) for k in starts)
 
 
-def machine_of(
-    path: Path | JointPath, machine: Machine | None, limits: Limits
-) -> tuple[Path | JointPath, Machine | None, tuple[str, ...]]:
+def machine_of(path: Track, machine: Machine | None, limits: Limits) -> tuple[Track, Machine | None, tuple[str, ...]]:
     """What moves along a path: its own axes or joints of a machine, the machine that is simulated, and remarks."""
-    if path.tool_path is not None:
+    if path.needs_machine:
         return on_machine(path, machine, limits), None, ()
-    if path.joint_path is not None and machine is not None:
+    if path.kinematics is not None and machine is not None:
         raise InputError("machine: the path is already in the joints of a machine; leave it out")
     if machine is not None and machine.axes and not machine.simulates(path.axes):
         check_axes(path.tip_path, machine)
@@ -306,13 +305,12 @@ def check_axes(path: Path, machine: Machine) -> None:
             )
 
 
-def on_machine(path: Path | JointPath, machine: str | Machine | None, limits: Limits) -> Path | JointPath:
+def on_machine(path: Track, machine: str | Machine | None, limits: Limits) -> Track:
     """A tool path as joints of a machine; any other path as it is.
 
     Raises InputError for a tool path without a machine, a machine without kinematics, and a machine for another path.
     """
-    tool = path.tool_path
-    if tool is None:
+    if not path.needs_machine:
         if machine is not None:
             raise InputError("machine: only a ToolPath is planned in the joints of a machine; leave it out")
         return path
@@ -322,12 +320,13 @@ def on_machine(path: Path | JointPath, machine: str | Machine | None, limits: Li
         )
     model = machine if isinstance(machine, Machine) else Machine.load(machine)
     if model.kinematics is None:
-        line = "" if tool.lines is None else f" (line {tool.lines[0]})"
+        lines = path.tip_path.lines
+        line = "" if lines is None else f" (line {lines[0]})"
         raise InputError(
             f"{model.name}: has no [kinematics], which a tool path needs{line}; add them to the machine file, or take "
             "a machine that has them (trunnion)"
         )
-    return JointPath(tool, model.kinematics, travel=limits.travel_of(model.kinematics.joints))
+    return JointPath(path.tip_path, model.kinematics, travel=limits.travel_of(model.kinematics.joints))
 
 
 def check_ticks(law: TimeLaw, period: float, most: int = MOST_TICKS) -> int:

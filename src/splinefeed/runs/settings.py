@@ -12,7 +12,7 @@ from splinefeed.machine import limits_toml
 from splinefeed.machine.machine import Machine
 from splinefeed.paths.path import Path
 from splinefeed.paths.path_parts import PathParts
-from splinefeed.paths.track import AnyPath
+from splinefeed.paths.track import Track
 from splinefeed.records import BY_AXIS, Limits, by_name, field_of
 
 #: The paper's experiment: f = 60 mm/s, A = D = 50 mm/s^2, J = 2000 mm/s^3, one setpoint a millisecond.
@@ -23,9 +23,9 @@ PAPER_SHAPE = "naca:0025?perimeter=33"
 ANY_FEED = 1e9
 
 
-def planned_axes(path: AnyPath, machine: Machine | None) -> tuple[str, ...]:
+def planned_axes(path: Track | PathParts, machine: Machine | None) -> tuple[str, ...]:
     """The axes that limits are for: those of a path, joints of the machine for a path with a tool axis."""
-    if path.tool_path is not None and machine is not None and machine.kinematics is not None:
+    if path.needs_machine and machine is not None and machine.kinematics is not None:
         return machine.kinematics.joints
     return path.axes
 

@@ -72,7 +72,7 @@ class Wanted(MotionJob):
     @property
     def followed(self) -> bool:
         """Whether a machine's servo loops follow it; those of a tool path are not simulated."""
-        return self.machine is not None and self.path.tool_path is None and self.machine.simulates(self.path.axes)
+        return self.machine is not None and not self.path.needs_machine and self.machine.simulates(self.path.axes)
 
 
 def complete(given: object) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from splinefeed.formats import json_curve, registry
 from splinefeed.paths.contents import Contents
 from splinefeed.paths.jobs import Job
 from splinefeed.paths.tangent_axis import tangential as with_theta
+from splinefeed.paths.track import Track
 from splinefeed.runs.settings import smooth as smoothed
 
 if TYPE_CHECKING:
@@ -166,9 +167,7 @@ def _edited(text: object) -> tuple[bytes, sf.Path]:
     return text.encode(), found[0]
 
 
-def arm_of(
-    source: Mapping[str, Any], folder: File
-) -> tuple[Arm, sf.Path | sf.kinematics.JointPath, sf.Limits, File, File] | None:
+def arm_of(source: Mapping[str, Any], folder: File) -> tuple[Arm, Track, sf.Limits, File, File] | None:
     """The motion of an arm that an upload is with the URDF of another one: arm, path, limits and both files; else None.
 
     Raises what `read_motion` raises.

@@ -24,6 +24,7 @@ from splinefeed.live import stream
 from splinefeed.live.motion import Motion, planned
 from splinefeed.live.operator import MOST, Operator
 from splinefeed.live.sinks import ClockSink
+from splinefeed.paths.track import Track
 from splinefeed.planner.strategies import LOOK_AHEAD, TIME_OPTIMAL
 from splinefeed.programs.cycle_time import cycle_time
 from splinefeed.records import unit_along
@@ -263,8 +264,8 @@ def play(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
             if row == last:
                 continue
             last, tau = row, motion.tau_of(row)
-            if moved.joint_path is not None:
-                position = moved.joint_path.kinematics.forward(position)[0]
+            if moved.kinematics is not None:
+                position = moved.kinematics.forward(position)[0]
             frame = {"kind": "frame", "row": row, "tau_s": tau, "planned_s": law.duration, "s_mm": float(law(tau))}
             rates = {"rate": motion.override.rate, "wanted": operator.wanted, "top": motion.override.top}
             bench.mail.tell({**frame, **rates, "position": position.tolist()})
@@ -280,13 +281,11 @@ def play(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     return {"done": state.done, "rows": state.row, "underruns": state.underruns, "tau_s": state.tau}
 
 
-def motion_of(
-    request: Mapping[str, Any], bench: Bench, rate: float = 1.0
-) -> tuple[sf.TimeLaw, Motion, sf.Path | sf.kinematics.JointPath]:
+def motion_of(request: Mapping[str, Any], bench: Bench, rate: float = 1.0) -> tuple[sf.TimeLaw, Motion, Track]:
     """Law, motion and path of the settings, planned with a reserve for overrides up to `top`."""
     wanted = resolve(request["settings"], bench.uploads)
     bench.say(f"planning {wanted.path.name}, {wanted.strategy}, with a reserve for the override")
-    moved = on_machine(wanted.path, None if wanted.path.tool_path is None else wanted.machine, wanted.limits)
+    moved = on_machine(wanted.path, wanted.machine if wanted.path.needs_machine else None, wanted.limits)
     top, period, strategy = float(request.get("top", 1.0)), wanted.period, wanted.strategy
     how = planned(moved, wanted.limits, period=period, strategy=strategy, top=top, most=MOST, rate=rate)
     return *how, moved

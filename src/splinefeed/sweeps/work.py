@@ -11,10 +11,10 @@ from typing import Any
 
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.formats import registry
-from splinefeed.kinematics import JointPath
 from splinefeed.machine.machine import Machine
 from splinefeed.paths import shapes
 from splinefeed.paths.path import Path
+from splinefeed.paths.track import Track
 from splinefeed.planner.planning import cheap_to_bound, plan
 from splinefeed.records import Limits, TimeLaw
 from splinefeed.runs.result import Run
@@ -82,7 +82,7 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
     limits, _ = limited(path, given, machine)
     period, strategy = settings.get("period", PAPER_PERIOD), settings.get("strategy")
     how = {name: settings[name] for name in ("method", "corrections") if name in settings}
-    tool = path.tool_path is not None
+    tool = path.needs_machine
     simulated, joints = (None, settings.get("machine")) if tool else (machine, None)
     moved, law = _planned(task.source, tuple(limits.as_dict().items()), joints, strategy, period)
     run = carry_out(MotionJob(moved, limits, simulated, period, strategy, source=task.source, **how), law=law)
@@ -111,7 +111,7 @@ def _path(source: str) -> Path:
 @lru_cache(maxsize=4)
 def _planned(
     source: str, limits: Flat, machine: str | None, strategy: str | None, period: float
-) -> tuple[Path | JointPath, TimeLaw]:
+) -> tuple[Track, TimeLaw]:
     """Path, or joints, and law; runs that differ in method, or in what a machine does about it, share them."""
     held = Limits.from_dict(dict(limits))
     moved = on_machine(_path(source), machine, held)

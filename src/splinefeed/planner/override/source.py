@@ -8,8 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from splinefeed.errors import LimitsError
-from splinefeed.kinematics import JointPath
-from splinefeed.paths.path import Path
+from splinefeed.paths.track import Track
 from splinefeed.records import Array, BoolArray, IntArray, Limits, TimeLaw, Torque, positive
 from splinefeed.records.motion import derivative
 
@@ -72,7 +71,7 @@ class LawSource:
     Source: docs/math/override.md. Example: `sf.planner.LawSource(path, law, 1e-3).duration`
     """
 
-    def __init__(self, path: Path | JointPath, law: TimeLaw, period: float | None = None) -> None:
+    def __init__(self, path: Track, law: TimeLaw, period: float | None = None) -> None:
         wanted = law.period if period is None else period
         if wanted is None:
             raise LimitsError("no period: the law was planned without one; give period= in s")
@@ -133,7 +132,7 @@ class LawSource:
         begin, end, middle, cell = edges[:-1][within], edges[1:][within], middle[within], cell[within]
         piece = np.searchsorted(law.breaks, middle, side="right") - 1
         at = derivative(law.coefficients[piece], middle - law.breaks[piece], 0)
-        row = np.searchsorted(self._breaks, at, side="right") - 1
+        row = np.searchsorted(self.path.pieces, at, side="right") - 1
         follows = begin[1:] == end[:-1]
         smooth = np.zeros(len(begin), dtype=bool)
         smooth[:-1] = follows & (piece[1:] == piece[:-1]) & (row[1:] == row[:-1])
@@ -141,7 +140,7 @@ class LawSource:
         count, ending = len(begin), np.flatnonzero(~smooth)
         part = np.concatenate([np.arange(count), np.arange(count), ending])
         t = np.concatenate([begin, middle, end[ending]])
-        if self.path.joint_path is not None:
+        if not self.path.sided:
             t += INSIDE * (middle[part] - t)
         c, tau = law.coefficients[piece[part]], t - law.breaks[piece[part]]
         s, v, a, j = (derivative(c, tau, order)[:, None] for order in range(4))
@@ -153,7 +152,7 @@ class LawSource:
         q[0, :, :-1] = r[:, 1] * v
         q[1, :, :-1] = r[:, 2] * (v * v) + r[:, 1] * a
         q[2, :, :-1] = r[:, 3] * (v * v * v) + r[:, 2] * (3.0 * v * a) + r[:, 1] * j
-        s1, s2, s3 = self.path.tip_path.tip(r)[:, :, None] if self.path.joint_path is None else (1.0, 0.0, 0.0)
+        s1, s2, s3 = self.path.tip(r)[:, :, None]
         tip = s1 * v, s1 * a + s2 * v * v, s1 * j + 3.0 * s2 * v * a + s3 * v * v * v
         q[:, :, -1:] = np.where(known[:, None], tip, 0.0)
         if self.torque is not None:
@@ -172,7 +171,7 @@ class LawSource:
 
     def _times_of_breaks(self, ends: Array) -> Array:
         """When (k,), s, the law passes the breaks of the path between its places at times `ends`, by Newton steps."""
-        law, s, places = self.law, self.law(ends), self._breaks
+        law, s, places = self.law, self.law(ends), self.path.pieces
         places = places[np.searchsorted(places, s[0], side="right") : np.searchsorted(places, s[-1])]
         if not len(places):
             return places
@@ -184,19 +183,12 @@ class LawSource:
             t = np.clip(t + np.where(feed > 0.0, places - law(t), 0.0) / np.where(feed > 0.0, feed, 1.0), low, high)
         return t
 
-    @property
-    def _breaks(self) -> Array:
-        """Where the path may jump, mm."""
-        joints = self.path.joint_path
-        return self.path.tip_path.arc_pieces.starts if joints is None else joints.breaks
-
     def _derivatives(self, row: IntArray, s: Array, t: Array) -> Array:
         """Axes and their derivatives by s, (n, 4, axes), at s (n,), mm, and times t (n,), between breaks `row` (n,)."""
-        path, joints = self.path, self.path.joint_path
-        if joints is not None:
-            s = _beside_stops(self.law, np.asarray(path.stops), t, BESIDE * path.length)
-            return joints.derivatives(np.clip(s, 0.0, path.length))[:, :, 3:]
-        return path.tip_path.derivatives(s, row)
+        path = self.path
+        if not path.sided:
+            s = np.clip(_beside_stops(self.law, np.asarray(path.stops), t, BESIDE * path.length), 0.0, path.length)
+        return path.derivatives(s, row)[:, :, : len(path.axes)]
 
     def bend_share(self, limits: Limits) -> float:
         """Share of the limits that hold for the feed on a bend, at rate 1: the square root of what it asks for."""

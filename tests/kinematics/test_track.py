@@ -1,0 +1,105 @@
+"""Track: whatever a motion goes along is planned, interpolated, checked and run by what it says of itself."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path as File
+
+import numpy as np
+import pytest
+
+import splinefeed as sf
+from splinefeed.paths.track import Track
+
+ROOT = File(sf.__file__).parent
+KINDS = {"Path", "ToolPath", "JointPath", "ArmPath", "WaypointPath", "PathParts", "Job", "Track"}
+PERIOD = 1e-3
+
+
+class Beside(Track):
+    """A path and an axis w that is half of x: a kind of track that no room knows."""
+
+    def __init__(self, path: sf.Path) -> None:
+        self.path, self.name, self.axes, self.linear = path, path.name, ("w",), 1
+        self.kinematics = None
+
+    beside = ("tip.x", "tip.y")
+
+    length = property(lambda self: self.path.length)
+    stops = property(lambda self: self.path.stops)
+    dwells = property(lambda self: self.path.dwells)
+    breaks = property(lambda self: self.path.breaks)
+    weights = property(lambda self: np.array([0.0, 1.0, 1.0]))
+    tip_path = property(lambda self: self.path)
+    tip_columns = property(lambda self: slice(1, 3))
+    pieces = property(lambda self: self.path.pieces)
+    reach = property(lambda self: tuple(0.5 * each[:1] for each in self.path.reach))
+
+    def __call__(self, s):
+        return 0.5 * self.path(s)[..., :1]
+
+    def derivatives(self, s, row=None):
+        d = self.path.derivatives(s, row)
+        return np.concatenate([0.5 * d[:, :, :1], d], axis=2)
+
+    def positions(self, curve, u, s, tip):
+        return 0.5 * tip[:, :1]
+
+    def check_travel(self, travel):
+        pass
+
+    def check_limits(self, limits):
+        pass
+
+    def between_ticks(self, d):
+        return None, None
+
+    def chords(self, s, r, places):
+        return np.arange(len(s) - 1), np.zeros(len(s) - 1), None
+
+    def rounding(self, s, r):
+        return 8.0 * np.spacing(np.max(np.abs(r), axis=0))
+
+
+def test_a_kind_of_track_that_nobody_knows_is_planned_within_its_limits():
+    path = sf.shapes.butterfly()
+    track = Beside(path)
+    limits = sf.Limits(feed=60.0, axis_velocity={"w": 20.0}, axis_acceleration={"w": 200.0}, axis_jerk={"w": 8000.0})
+    law = sf.plan(track, limits, period=PERIOD)
+    points = sf.interpolate(track, law)
+    assert points.axes == ("w",)
+    np.testing.assert_allclose(points.position, 0.5 * path.evaluate(points.curve, points.u)[:, 0, :1], atol=1e-12)
+    w = np.concatenate([points.position[:1]] * 3 + [points.position] + [points.position[-1:]] * 3)
+    worst = [np.abs(np.diff(w, k, axis=0)).max() / PERIOD**k for k in (1, 2, 3)]
+    assert np.all(np.array(worst) <= np.array([20.0, 200.0, 8000.0]) * (1 + 2e-6))
+    assert max(np.array(worst) / [20.0, 200.0, 8000.0]) > 0.95
+    twice = sf.Limits(
+        feed=60.0,
+        axis_velocity={"x": 40.0},
+        axis_acceleration={"x": 400.0, "y": 1e9},
+        axis_jerk={"x": 16000.0, "y": 1e12},
+    )
+    own = sf.plan(path, twice, period=PERIOD, strategy="time-optimal")
+    assert law.duration == pytest.approx(own.duration, rel=0.01)
+
+
+def test_axes_say_their_units():
+    path = sf.Path.polyline([[0.0, 0.0, 0.0], [10.0, 0.0, 1.0]], ("x", "y", "c"))
+    assert path.axis_units == ("mm", "mm", "deg")
+
+
+def test_no_room_asks_which_class_a_path_is():
+    """No isinstance of a kind of path outside the rooms of paths and kinematics."""
+    found = []
+    for file in sorted(ROOT.rglob("*.py")):
+        if file.relative_to(ROOT).parts[0] in ("paths", "kinematics"):
+            continue
+        text = file.read_text(encoding="utf-8")
+        of_files = "from pathlib import Path\n" in text
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "isinstance":
+                names = {each.id for each in ast.walk(node.args[1]) if isinstance(each, ast.Name)}
+                names |= {each.attr for each in ast.walk(node.args[1]) if isinstance(each, ast.Attribute)}
+                asked = names & KINDS - ({"Path"} if of_files else set())
+                found += [f"{file.relative_to(ROOT)}:{node.lineno}: {name}" for name in asked]
+    assert not found
