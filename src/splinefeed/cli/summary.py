@@ -33,10 +33,8 @@ def run(page: Page) -> list[Block]:
     unit = unit_of_path(page)
     period = units.format_quantity(page["period_s"], "time")
     lines = [f"{motion_sentence(page)}, {page['ticks']} setpoints, one every {period}", law(page)]
-    if "ripple_max" in page:
-        ripple = f"feed ripple at most {page['ripple_max']:.1e} (rounding alone: {page['ripple_floor']:.1e})"
-        chord = f", chord error at most {number(page['chord_error_max_mm'], 3)} mm" if unit == "mm" else ""
-        lines.append(f"method    {page['method']}; {ripple}{chord}")
+    if found := measured(page, unit):
+        lines.append(f"method    {page['method']}; {', '.join(found)}")
     parts = sorted(((part, name) for name, part in page.get("bound_by", {}).items()), reverse=True)
     if binding := [f"{name} {part:.0%}" for part, name in parts if part >= LEAST_PART and name != "none"]:
         lines.append(f"bound by  {', '.join(binding)} of the time")
@@ -52,6 +50,19 @@ def run(page: Page) -> list[Block]:
         *(servo(page) if "machine" in page else []),
         verdict(page, ", ".join(over) or "see the problems above"),
     ]
+
+
+def measured(page: Page, unit: str) -> list[str]:
+    """What the measures of a run found."""
+    from splinefeed.runs.measures import MEASURES
+
+    found = []
+    for told in (each.told for each in MEASURES):
+        if told.key in page and told.unit in ("", unit):
+            value = f"{number(page[told.key], 3)} {told.unit}" if told.unit else f"{page[told.key]:.1e}"
+            beside = "" if told.beside is None else f" ({told.beside[0]}: {page[told.beside[1]]:.1e})"
+            found.append(f"{told.name} at most {value}{beside}")
+    return found
 
 
 def law(page: Page) -> str:

@@ -156,10 +156,13 @@ def _cards(run: Run, record: Mapping[str, Any]) -> str:
         name, worst = max(run.verdict.limits.items(), key=lambda each: each[1].share)
         cards.append(("largest share", f"{100.0 * worst.share:.4g} %", words_of(name)))
     if run.path.lines is None:  # who runs a program asks for neither; run.json has both
-        cards.append(("feed ripple", f"{run.ripple.max:.2g}", f"rounding alone {run.ripple.floor:.2g}"))
+        measured = run.measured()
+        for told in (each.told for each in run.measures):
+            if told.unit in ("", along):
+                value = _length(measured[told.key]) if told.unit else f"{measured[told.key]:.2g}"
+                beside = "at most" if told.beside is None else f"{told.beside[0]} {measured[told.beside[1]]:.2g}"
+                cards.append((told.name, value, beside))
         cards.append(("end error", _length(run.end_error_mm, along), ""))
-        if run.path.linear and along == "mm":
-            cards.append(("chord error", _length(run.chord_error_mm), "largest, between setpoints"))
     else:
         found = program.operations(run)
         idle = sum(each.rapid_s for each in found)

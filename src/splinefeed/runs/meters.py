@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.analysis.bands import Band
-from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple, TipMotion, chord_errors, feed_ripple, limit_use
+from splinefeed.analysis.measures import AxisMotion, LimitUse, TipMotion, limit_use
 from splinefeed.analysis.thinning import Kept
 from splinefeed.checks.check import Check
 from splinefeed.formats.setpoints import Writer
@@ -92,66 +91,6 @@ def _between(chunk: Chunk, tip: Array) -> tuple[Array, Array]:
         np.fmin.at(low, tick, side)
         np.fmax.at(high, tick, side)
     return low, high
-
-
-class RippleMeter:
-    """The feed of the setpoints against the planned one; see `feed_ripple`.
-
-    top   highest feed of the motion, mm/s; without it the highest so far counts
-    """
-
-    ripple: Ripple
-    bands: dict[str, Band]
-
-    def __init__(self, rows: Kept, top: float | None = None) -> None:
-        self._rows, self._top, self._known = rows, top or 0.0, top is not None
-        self._squares, self._steps, self._floor = 0.0, 0, 0.0
-
-    def start(self, chunk: Chunk) -> None:
-        """Nothing is known before the first chunk."""
-
-    def feed(self, chunk: Chunk) -> None:
-        """Measure the steps that begin at ticks of a chunk."""
-        own, around, inner = chunk.own, chunk.around, chunk.inner
-        if not self._known:
-            self._top = max(self._top, float(np.max(chunk.law.feed(around.t[inner]))))
-        path = chunk.path.tip_path
-        ripple = feed_ripple(around, path, chunk.law, top=self._top)
-        begin, end = around.t[inner][[0, -1]]
-        here = (ripple.t >= begin) & (ripple.t <= end)
-        if here.any():
-            relative = ripple.relative[here]
-            self._squares, self._steps = self._squares + float(np.sum(relative**2)), self._steps + len(relative)
-            self._floor = max(self._floor, ripple.floor)
-            self._rows.see({"t": ripple.t[here] + (own.t[0] - begin), "relative": relative}, {"ripple": relative})
-
-    def finish(self) -> None:
-        """Make a record of what is kept."""
-        self.bands = self._rows.bands()
-        rms = math.sqrt(self._squares / self._steps) if self._steps else 0.0
-        self.ripple = Ripple(self._rows.take("t"), self._rows.take("relative"), self._floor, rms)
-
-
-class ChordMeter:
-    """The largest distance of the path from the line between setpoints, mm; of joints the check knows that of the tip.
-
-    Nothing is measured on a path in joints.
-    """
-
-    def __init__(self) -> None:
-        self.largest = 0.0
-
-    def start(self, chunk: Chunk) -> None:
-        """Nothing is known before the first chunk."""
-
-    def feed(self, chunk: Chunk) -> None:
-        """Measure the steps that begin at ticks of a chunk."""
-        path = chunk.path.tip_path
-        if not chunk.path.beside:
-            self.largest = max(self.largest, float(np.max(chord_errors(chunk.around, path)[chunk.inner], initial=0.0)))
-
-    def finish(self) -> None:
-        """Nothing is left to do."""
 
 
 class CheckMeter:

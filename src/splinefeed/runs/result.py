@@ -17,7 +17,9 @@ from splinefeed.errors import LimitsError
 from splinefeed.paths.path import Path
 from splinefeed.paths.track import Track
 from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along, unit_of_axis, view
+from splinefeed.runs.feed_ripple import FeedRipple
 from splinefeed.runs.following import Servo
+from splinefeed.runs.measure import Measure
 from splinefeed.runs.meters import MOTION
 
 #: A picture of a tool path shows the tool axis at so many places, so long as a share of the path's size.
@@ -40,7 +42,7 @@ class Run:
     planned  the time law, which `law` gives; None where the path came in parts, and `tip` has what it does at the ticks
              that are kept
     ticks   number of setpoints; kept  all of them, or of a long motion those that figures need, every peak among them
-    motion, use, ripple  at the ticks that are kept; use and ripple count over all of them
+    motion, use  at the ticks that are kept; use counts over all of them; measures  what each of `measures` found
     chunks  makes all setpoints again; None where they were made once, of a path that came in parts
     joints  the path on a machine, of which `path` is that of the tool tip; None where the axes are the path's own
     served  what a machine did that followed the setpoints, or None
@@ -55,11 +57,10 @@ class Run:
     planned: TimeLaw | None
     ticks: int
     kept: Setpoints
-    ripple: Ripple
     motion: AxisMotion
     use: LimitUse
     verdict: Verdict
-    chord_error_mm: float
+    measures: tuple[Measure, ...]
     chunks: Callable[[], Iterator[Setpoints]] | None
     joints: Track | None = None
     served: Servo | None = None
@@ -200,6 +201,20 @@ class Run:
         picture = view.shape(place[:: -(-len(place) // SHAPE)], self.name) if place.shape[1] > 1 else ""
         return view.table(rows, picture + view.sparkline(self.kept.feed, "feed over time"))
 
+    def measured(self) -> dict[str, Any]:
+        """What the measures found, by the keys of `numbers`."""
+        return {key: value for each in self.measures for key, value in each.numbers(self.verdict).items()}
+
+    @property
+    def ripple(self) -> Ripple:
+        """The feed ripple of the steps at the ticks that are kept, and over all of them."""
+        return next(each.ripple for each in self.measures if isinstance(each, FeedRipple))
+
+    @property
+    def chord_error_mm(self) -> float:
+        """Largest distance of the path from the line between setpoints, mm."""
+        return float(self.measured()["chord_error_max_mm"])
+
     def numbers(self) -> dict[str, Any]:
         """Durations in s, lengths in mm, limits with their worst value, share and place; rotary axes in degrees."""
         setpoints, notes = self.kept, () if self.planned is None else self.planned.notes
@@ -213,13 +228,10 @@ class Run:
             "period_s": setpoints.period,
             "method": setpoints.method,
             "strategy": self.strategy,
-            "ripple_max": self.ripple.max,
-            "ripple_rms": self.ripple.rms,
-            "ripple_floor": self.ripple.floor,
             "end_error_mm": self.end_error_mm,
             "end_reached": self.verdict.numbers["end_reached"],
             "feed_max_mm_s": float(setpoints.feed.max()),
-            "chord_error_max_mm": self.chord_error_mm,
+            **self.measured(),
             "limits": self.verdict.as_dict()["limits"],
             "problems": list(self.verdict.problems),
             "bound_by": self.use.time_bound_by(),

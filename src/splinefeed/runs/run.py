@@ -27,7 +27,9 @@ from splinefeed.planner.strategies import LOOK_AHEAD
 from splinefeed.records import Limits, Setpoints, TimeLaw
 from splinefeed.runs.fold import CHUNK, Chunk, Meter, fold, on_one_path
 from splinefeed.runs.long_path import METHOD, PartReader, windows
-from splinefeed.runs.meters import CheckMeter, ChordMeter, RippleMeter, ServoMeter, UseMeter
+from splinefeed.runs.measure import Measure, MeasuredRun
+from splinefeed.runs.measures import MEASURES
+from splinefeed.runs.meters import CheckMeter, ServoMeter, UseMeter
 from splinefeed.runs.result import MOST_TICKS, Run
 from splinefeed.runs.settings import PAPER_LIMITS, PAPER_PERIOD
 
@@ -170,11 +172,10 @@ def _in_parts(
         planned=None,
         ticks=made.ticks,
         kept=points,
-        ripple=made.ripple.ripple,
         motion=use.motion,
         use=use.use,
         verdict=made.check.verdict,
-        chord_error_mm=made.chord.largest,
+        measures=made.measures,
         chunks=None,
         served=None if made.servo is None else made.servo.servo,
         remarks=tuple(reading.findings),
@@ -196,15 +197,17 @@ class _Folded:
 
     ticks: int
     use: UseMeter
-    ripple: RippleMeter
-    chord: ChordMeter
+    measures: tuple[Measure, ...]
     check: CheckMeter
     servo: ServoMeter | None
 
     @property
     def bands(self) -> dict[str, Band]:
         """Of all that figures show over time."""
-        return self.use.bands | self.ripple.bands | ({} if self.servo is None else self.servo.servo.bands)
+        found = dict(self.use.bands)
+        for each in self.measures:
+            found |= each.bands
+        return found | ({} if self.servo is None else self.servo.servo.bands)
 
 
 def _folded(
@@ -212,10 +215,10 @@ def _folded(
     more: Sequence[Meter], top: float | None = None,
 ) -> _Folded:  # fmt: skip
     """One pass over chunks by the meters of a run, and by `more`; keep makes what keeps the ticks that figures need."""
-    use, ripple, chord = UseMeter(limits, keep()), RippleMeter(keep(), top), ChordMeter()
+    use, measures = UseMeter(limits, keep()), tuple(make(MeasuredRun(limits, keep, top)) for make in MEASURES)
     checked = CheckMeter(check)
-    count = fold(chunks, [use, ripple, chord, checked, *([] if servo is None else [servo]), *more])
-    return _Folded(count, use, ripple, chord, checked, servo)
+    count = fold(chunks, [use, *measures, checked, *([] if servo is None else [servo]), *more])
+    return _Folded(count, use, measures, checked, servo)
 
 
 def measured(
@@ -242,21 +245,20 @@ def measured(
     keep = partial(Kept, column)
     servo = None if machine is None else ServoMeter(machine, keep(), responses)
     made = _folded(passing, check, limits, keep, servo, meters, _top_feed(law, ticks))
-    use, verdict, joints = made.use, made.check.verdict, path if path.kinematics is not None else None
+    use = made.use
     return Run(
         path=path.tip_path,
         limits=limits,
         planned=law,
         ticks=made.ticks,
         kept=use.kept,
-        ripple=made.ripple.ripple,
         motion=use.motion,
         use=use.use,
-        verdict=verdict,
-        chord_error_mm=made.chord.largest if joints is None else float(verdict.numbers["chord_error_max_mm"]),
+        verdict=made.check.verdict,
+        measures=made.measures,
         chunks=again,
         bands=made.bands,
-        joints=joints,
+        joints=None if path.kinematics is None else path,
         served=None if made.servo is None else made.servo.servo,
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -57,7 +58,11 @@ def result(wanted: Wanted, run: sf.Run, look: Mapping[str, Any] | None = None) -
             figures["spectra"] = spectra_figure(response)
     return {
         "numbers": numbers(wanted, run),
-        "words": {"allowed": ALLOWED, **{name: words_of(name) for name in run.verdict.limits}},
+        "words": {
+            "allowed": ALLOWED,
+            "measures": [asdict(each.told) for each in run.measures],
+            **{name: words_of(name) for name in run.verdict.limits},
+        },
         "units": {"s": theme.unit("length", along), **{name: theme.unit(name, along) for name in run.verdict.limits}},
         "figures": {name: interactive.to_plain(figure) for name, figure in figures.items()},
         "path": interactive.to_plain(path),

@@ -17,6 +17,7 @@ from splinefeed.paths.path import Path
 from splinefeed.paths.track import Track
 from splinefeed.planner.planning import cheap_to_bound, plan
 from splinefeed.records import Limits, TimeLaw
+from splinefeed.runs.measures import MEASURES
 from splinefeed.runs.result import Run
 from splinefeed.runs.run import MotionJob, carry_out, on_machine
 from splinefeed.runs.settings import PAPER_PERIOD, limited
@@ -26,7 +27,7 @@ from splinefeed.sweeps.spec import Settings, Task
 DONE, OVER, FAILED = "ok", "not kept", "failed"
 _TEXT = ("status", "error_kind", "error", "strategy", "method")
 _NUMBERS = ("period_s", "length_mm", "duration_s", "lower_bound_s")
-_ERRORS = ("ripple_max", "ripple_rms", "end_error_mm", "chord_error_max_mm")
+_ERRORS = ("end_error_mm", *(key for each in MEASURES for key in each.columns))
 _SERVO = ("contour_error_max_mm", "contour_error_rms_mm", "tracking_error_max_mm")
 #: Columns of the dataset in addition to index, source and the settings that vary, with their kinds.
 COLUMNS = {

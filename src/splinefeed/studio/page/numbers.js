@@ -25,8 +25,10 @@ const cardsOf = (n, words) => {
   if (n.lower_bound_s) cards.push(["lower bound", "lower_bound_s", `${digits(n.lower_bound_s)} s`, "no motion within these limits is faster"]);
   const top = worst(n);
   if (top) cards.push(["largest share", "share", percent(top[1].share), words[top[0]] ?? top[0]]);
-  cards.push(["feed ripple", "ripple_max", digits(n.ripple_max, 2), `rounding alone ${digits(n.ripple_floor, 2)}`]);
-  if (!n.unit || n.unit === "mm") cards.push(["chord error", "chord_error_max_mm", length(n.chord_error_max_mm), "largest, between setpoints"]);
+  for (const { name, key, unit, beside } of words.measures ?? []) {
+    if (unit && unit !== (n.unit ?? "mm")) continue;
+    cards.push([name, key, unit ? length(n[key]) : digits(n[key], 2), beside ? `${beside[0]} ${digits(n[beside[1]], 2)}` : "at most"]);
+  }
   if (n.contour_error_max_mm !== undefined && n.contour_error_max_mm !== null) {
     cards.push(["contour error", "contour_error_max_mm", length(n.contour_error_max_mm), `rms ${length(n.contour_error_rms_mm)}`]);
   }

@@ -1,0 +1,64 @@
+"""What a measure of runs is: a meter whose numbers runs, files, the command line, pages and sweeps all tell."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from splinefeed.analysis.bands import Band
+from splinefeed.analysis.thinning import Kept
+from splinefeed.records import Limits, Verdict
+from splinefeed.runs.fold import Chunk
+
+
+@dataclass(frozen=True)
+class Told:
+    """How people are told of a measure.
+
+    name   what it is called; key  of its number; unit  "mm", or "" of what is relative
+    beside  words and key of a number to compare it with, or None
+    """
+
+    name: str
+    key: str
+    unit: str = ""
+    beside: tuple[str, str] | None = None
+
+
+@dataclass(frozen=True)
+class MeasuredRun:
+    """What measures are made for: limits of a run, how ticks are kept, the highest feed of the motion where known."""
+
+    limits: Limits
+    keep: Callable[[], Kept]
+    top: float | None = None
+
+
+class Measure:
+    """A meter (`fold.Meter`) of every run; a new one is a file with a class of this kind, and a line of `measures`.
+
+    told     how people are told of it
+    columns  keys of the numbers that sweeps keep
+    bands    of what figures show over time where ticks are left out
+    """
+
+    told: ClassVar[Told]
+    columns: ClassVar[tuple[str, ...]] = ()
+
+    def __init__(self, given: MeasuredRun) -> None:
+        self.bands: dict[str, Band] = {}
+
+    def start(self, chunk: Chunk) -> None:
+        """Nothing is known before the first chunk."""
+
+    def feed(self, chunk: Chunk) -> None:
+        """Measure the ticks of a chunk."""
+        raise NotImplementedError
+
+    def finish(self) -> None:
+        """Nothing is left to do."""
+
+    def numbers(self, verdict: Verdict) -> dict[str, Any]:
+        """What was found, by the keys of `--json`; the check found `verdict`."""
+        raise NotImplementedError
