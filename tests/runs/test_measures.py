@@ -13,13 +13,13 @@ from splinefeed.cli import summary
 from splinefeed.reports import record
 from splinefeed.runs import measures
 from splinefeed.runs import run as runs
-from splinefeed.runs.measure import Measure, Told
+from splinefeed.runs.measure import Measure, MeasureLabel
 
 
 class LongestStep(Measure):
     """The longest way between two setpoints, mm."""
 
-    told = Told("longest step", "longest_step_mm", "mm")
+    label = MeasureLabel("longest step", "longest_step_mm", "mm")
     columns = ("longest_step_mm",)
 
     def __init__(self, given):
@@ -45,8 +45,8 @@ def run(monkeypatch: pytest.MonkeyPatch) -> sf.Run:
 def test_its_number_is_told_everywhere(run: sf.Run, tmp_path: Path) -> None:
     page = record.record(run, {})
     assert page["longest_step_mm"] == pytest.approx(60e-3, rel=1e-3)
-    told = [dataclasses.asdict(each.told) for each in run.measures]
-    assert told[-1] == {"name": "longest step", "key": "longest_step_mm", "unit": "mm", "beside": None}
+    label = [dataclasses.asdict(each.label) for each in run.measures]
+    assert label[-1] == {"name": "longest step", "key": "longest_step_mm", "unit": "mm", "beside": None}
     said = "\n".join(str(line) for block in summary.run({**page, "name": "butterfly"}) for line in block)
     assert "longest step at most 0.06 mm" in said
     sf.report(run, tmp_path / "out")

@@ -57,11 +57,11 @@ def measured(page: Page, unit: str) -> list[str]:
     from splinefeed.runs.measures import MEASURES
 
     found = []
-    for told in (each.told for each in MEASURES):
-        if told.key in page and told.unit in ("", unit):
-            value = f"{number(page[told.key], 3)} {told.unit}" if told.unit else f"{page[told.key]:.1e}"
-            beside = "" if told.beside is None else f" ({told.beside[0]}: {page[told.beside[1]]:.1e})"
-            found.append(f"{told.name} at most {value}{beside}")
+    for label in (each.label for each in MEASURES):
+        if label.key in page and label.unit in ("", unit):
+            value = f"{number(page[label.key], 3)} {label.unit}" if label.unit else f"{page[label.key]:.1e}"
+            beside = "" if label.beside is None else f" ({label.beside[0]}: {page[label.beside[1]]:.1e})"
+            found.append(f"{label.name} at most {value}{beside}")
     return found
 
 

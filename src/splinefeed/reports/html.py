@@ -157,11 +157,11 @@ def _cards(run: Run, record: Mapping[str, Any]) -> str:
         cards.append(("largest share", f"{100.0 * worst.share:.4g} %", words_of(name)))
     if run.path.lines is None:  # who runs a program asks for neither; run.json has both
         measured = run.measured()
-        for told in (each.told for each in run.measures):
-            if told.unit in ("", along):
-                value = _length(measured[told.key]) if told.unit else f"{measured[told.key]:.2g}"
-                beside = "at most" if told.beside is None else f"{told.beside[0]} {measured[told.beside[1]]:.2g}"
-                cards.append((told.name, value, beside))
+        for label in (each.label for each in run.measures):
+            if label.unit in ("", along):
+                value = _length(measured[label.key]) if label.unit else f"{measured[label.key]:.2g}"
+                beside = "at most" if label.beside is None else f"{label.beside[0]} {measured[label.beside[1]]:.2g}"
+                cards.append((label.name, value, beside))
         cards.append(("end error", _length(run.end_error_mm, along), ""))
     else:
         found = program.operations(run)

@@ -9,13 +9,13 @@ import numpy as np
 from splinefeed.analysis.measures import chord_errors
 from splinefeed.records import Verdict
 from splinefeed.runs.fold import Chunk
-from splinefeed.runs.measure import Measure, MeasuredRun, Told
+from splinefeed.runs.measure import Measure, MeasuredRun, MeasureLabel
 
 
 class ChordError(Measure):
     """The largest distance of the path from the line between setpoints, mm; the check knows that of joints."""
 
-    told = Told("chord error", "chord_error_max_mm", "mm")
+    label = MeasureLabel("chord error", "chord_error_max_mm", "mm")
     columns = ("chord_error_max_mm",)
 
     def __init__(self, given: MeasuredRun) -> None:

@@ -10,13 +10,13 @@ import numpy as np
 from splinefeed.analysis.measures import Ripple, feed_ripple
 from splinefeed.records import Verdict
 from splinefeed.runs.fold import Chunk
-from splinefeed.runs.measure import Measure, MeasuredRun, Told
+from splinefeed.runs.measure import Measure, MeasuredRun, MeasureLabel
 
 
 class FeedRipple(Measure):
     """The feed of the setpoints against the planned one; see `feed_ripple`. Without a top feed that so far counts."""
 
-    told = Told("feed ripple", "ripple_max", beside=("rounding alone", "ripple_floor"))
+    label = MeasureLabel("feed ripple", "ripple_max", beside=("rounding alone", "ripple_floor"))
     columns = ("ripple_max", "ripple_rms")
     ripple: Ripple
 

@@ -13,8 +13,8 @@ from splinefeed.runs.fold import Chunk
 
 
 @dataclass(frozen=True)
-class Told:
-    """How people are told of a measure.
+class MeasureLabel:
+    """How people read of a measure.
 
     name   what it is called; key  of its number; unit  "mm", or "" of what is relative
     beside  words and key of a number to compare it with, or None
@@ -38,12 +38,12 @@ class MeasuredRun:
 class Measure:
     """A meter (`fold.Meter`) of every run; a new one is a file with a class of this kind, and a line of `measures`.
 
-    told     how people are told of it
+    label     what it is called where people read it
     columns  keys of the numbers that sweeps keep
     bands    of what figures show over time where ticks are left out
     """
 
-    told: ClassVar[Told]
+    label: ClassVar[MeasureLabel]
     columns: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, given: MeasuredRun) -> None:

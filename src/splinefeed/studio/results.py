@@ -60,7 +60,7 @@ def result(wanted: Wanted, run: sf.Run, look: Mapping[str, Any] | None = None) -
         "numbers": numbers(wanted, run),
         "words": {
             "allowed": ALLOWED,
-            "measures": [asdict(each.told) for each in run.measures],
+            "measures": [asdict(each.label) for each in run.measures],
             **{name: words_of(name) for name in run.verdict.limits},
         },
         "units": {"s": theme.unit("length", along), **{name: theme.unit(name, along) for name in run.verdict.limits}},
