@@ -18,6 +18,7 @@ from splinefeed.checks.spans import EPSILON, SpanPlaces, about, expanded
 from splinefeed.paths.path import Path
 from splinefeed.records import KEPT, TABLE, Array, BoolArray, IntArray, LimitResult, Limits, TimeLaw, unit_along
 from splinefeed.records.limit_table import MODELS
+from splinefeed.telling import tell
 
 #: Chebyshev-Lobatto places 0 ... INSTANTS - 1 of a stretch, which are even in an angle.
 INSTANTS = 17
@@ -184,6 +185,7 @@ class LawMotion:
                 if near.any():
                     tau = low[near] + width[near] * 0.5 * (1.0 - np.cos(angle[near]))
                     self._look(piece[near], row[near], way[near], tau[None], {name: worsts[name]})
+            tell("checking the law", start + len(piece), len(stretches[0]))
 
     def _look(
         self, piece: IntArray, row: IntArray, way: Array, tau: Array, worsts: dict[str, Worst], everything: bool = False

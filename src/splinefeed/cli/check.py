@@ -73,7 +73,7 @@ def check(say: Say, setpoints: str, **given: Any) -> Page:
         limits = completed(flat, None, points.axes, assume=False)
         moved = on_its_machine(path, points.settings, given["machine"], limits)
     law = None if given["law_file"] is None else sf.load(given["law_file"], sf.TimeLaw)
-    say("checking")
+    say("checking the setpoints")
     found = sf.check(
         points,
         moved,

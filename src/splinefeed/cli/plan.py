@@ -70,7 +70,7 @@ def plan(say: Say, source: str | None, **given: Any) -> Page:
 
     what = job_of(say, source, given, sf.Machine.load(given["machine"]) if given["machine"] else None)
     path: Any = what.path
-    say("planning")
+    say("making the time law")
     law = sf.plan(
         path, what.limits, strategy=what.strategy, period=what.period, bound=cheap_to_bound(path, what.limits)
     )
@@ -149,7 +149,7 @@ def compare(say: Say, source: str | None, names: tuple[str, ...] | None, **given
         registry.method(name)
     what = job_of(say, source, given)
     path: Any = what.path
-    say("planning")
+    say("making the time law")
     law = sf.plan(path, what.limits, strategy=what.strategy, period=what.period)
     say("comparing methods")
     results = [trace.result for trace in sf.runs.compare(path, law, methods=names, corrections=given["corrections"])]

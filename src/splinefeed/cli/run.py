@@ -118,12 +118,11 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
 
     folder = default_name(path.name) if given["output"] is None else given["output"]
     with staged(folder) as stage, files.Writers(stage, formats, documented) as writers:
-        say("planning and interpolating")
+        say("making the motion")
         result = carry_out(
             job,
             meters=writers.meters,
             responses=writers.responses,
-            on_progress=lambda what, done, of: say(f"{what}: {done} of {of} ticks"),
             on_read=_progress(say, path) if parts else None,
         )
         others: list[Any] = []

@@ -144,7 +144,7 @@ def tune(say: Say, machine: str, **given: Any) -> Page:
     if rule == tuning.PATH_RULE:
         what = job_of(say, given["source"], given)
         source = {"path": what.source}
-        say("planning and interpolating")
+        say("making the motion")
         along: Any = what.path
         setpoints = sf.run(along, what.limits, period=what.period, strategy=what.strategy).points
         found = tuning.tune_on_path(

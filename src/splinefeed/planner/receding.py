@@ -16,6 +16,7 @@ from splinefeed.planner.law import MotionPieces, joined
 from splinefeed.planner.openings import plan_from
 from splinefeed.planner.straight import straights
 from splinefeed.records import Array, Limits
+from splinefeed.telling import tell
 
 #: Share of a window's pieces that do not become final, as what follows still matters to them. What is left of a stretch
 #: joins a window that would hold so much more. Of one that was not waited for EARLY stays open: its end is nearer.
@@ -214,4 +215,5 @@ def plan_stretch(
     while horizon.low < high:
         near = horizon.reach(conditions, mode, high)
         parts.append(horizon.advance(conditions, mode, near, stop, ends_here=near == high))
+        tell("planning", horizon.low, conditions.track.length)
     return Plan(joined(parts), 0.0, 1.0)

@@ -23,6 +23,7 @@ from splinefeed.planner.shared import curve_feeds, with_dwells
 from splinefeed.planner.straight import straights
 from splinefeed.planner.ticks import held_at_ticks
 from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray, Limits, TimeLaw
+from splinefeed.telling import tell
 from splinefeed.workers import spread
 
 #: What the modes are called.
@@ -174,6 +175,7 @@ def motion(conditions: Conditions, strategy: str, mode: SolverSettings, begin: S
                 f"{conditions.between(low, high)} the motion is {plan.over**0.5:.3g} times slower than "
                 "it might be: no better one within the limits was found"
             )
+        tell("planning", high, length)
         bound += plan.bound
         rows.append(plan.pieces.coefficients)
         instants.append(float(instants[-1][-1]) + np.cumsum(plan.pieces.spans))

@@ -32,6 +32,7 @@ from splinefeed.runs.measures import MEASURES
 from splinefeed.runs.meters import CheckMeter, ServoMeter, UseMeter
 from splinefeed.runs.result import MOST_TICKS, Run
 from splinefeed.runs.settings import PAPER_LIMITS, PAPER_PERIOD
+from splinefeed.telling import Listener, listening, tell
 
 #: Most ticks of a motion that is made in chunks, above ten days at 1 ms.
 MOST_IN_CHUNKS = 1_000_000_000
@@ -42,8 +43,6 @@ LONG, COLUMNS = 250_000, 1200
 MOST_KEPT = 100_000
 #: Makes the setpoints again, in chunks of so many ticks, each time that it is called.
 Chunks = Callable[[int], Iterator[Setpoints]]
-#: Is called with what is being done, how many ticks are done, and of how many.
-Progress = Callable[[str, int, int], None]
 #: Is called with how many moves of a file are planned, and how many setpoints are made.
 Read = Callable[[int, int], None]
 
@@ -85,13 +84,14 @@ def run(
     tolerance: float = 0.0,
     law: TimeLaw | None = None,
     meters: Sequence[Meter] = (),
-    on_progress: Progress | None = None,
+    on_progress: Listener | None = None,
 ) -> Run:
     """Plan, interpolate and measure one path; defaults are the paper's limits and period.
 
     machine  a Machine or its name: of a ToolPath its joints follow the path, of another path its axes follow the
              setpoints, simulated; law  if it is planned already
     meters   further ones of the chunks, such as writers of files (`splinefeed.runs.fold`)
+    on_progress  called with what is done ("planning", "measuring", ...), how much of it is there, and of how much
 
     Setpoints are made and measured in chunks, once. Of more than 250,000 ticks those that figures need are kept, and
     `setpoints()` of the run makes all of them again.
@@ -105,7 +105,8 @@ def run(
     model = Machine.load(machine) if isinstance(machine, str) else machine
     how: dict[str, Any] = {"method": method, "corrections": corrections, "tolerance": tolerance}
     job = MotionJob(path, limits, model, period, strategy, **how)
-    return carry_out(job, law=law, meters=meters, on_progress=on_progress)
+    with listening(on_progress):
+        return carry_out(job, law=law, meters=meters)
 
 
 def carry_out(
@@ -114,7 +115,6 @@ def carry_out(
     law: TimeLaw | None = None,
     meters: Sequence[Meter] = (),
     responses: Writer | None = None,
-    on_progress: Progress | None = None,
     on_read: Read | None = None,
 ) -> Run:
     """Plan, interpolate and measure a job in one pass; further `meters` see every chunk, too.
@@ -137,7 +137,7 @@ def carry_out(
         how: dict[str, Any] = {"method": job.method, "corrections": job.corrections, "tolerance": job.tolerance}
         return interpolate(path, planned, chunk=chunk, period=period, **how)
 
-    more: dict[str, Any] = {"machine": model, "meters": meters, "responses": responses, "on_progress": on_progress}
+    more: dict[str, Any] = {"machine": model, "meters": meters, "responses": responses}
     made = measured(path, limits, law, chunks, ticks, **more)
     return replace(made, remarks=remarks)
 
@@ -231,7 +231,6 @@ def measured(
     machine: Machine | None = None,
     meters: Sequence[Meter] = (),
     responses: Writer | None = None,
-    on_progress: Progress | None = None,
 ) -> Run:
     """Setpoints that can be made, or read, again, at most `ticks` of them, measured and checked as a run in one pass.
 
@@ -241,7 +240,7 @@ def measured(
     again = partial(chunks, max(CHUNK // column, 1) * column)
     check = Check(limits, law=law)
     check.part(path)
-    passing = on_one_path(_with_progress(again(), on_progress, ticks), path, law)
+    passing = on_one_path(_counted(again(), ticks), path, law)
     keep = partial(Kept, column)
     servo = None if machine is None else ServoMeter(machine, keep(), responses)
     made = _folded(passing, check, limits, keep, servo, meters, _top_feed(law, ticks))
@@ -263,12 +262,12 @@ def measured(
     )
 
 
-def _with_progress(chunks: Iterator[Setpoints], say: Progress | None, ticks: int) -> Iterator[Setpoints]:
+def _counted(chunks: Iterator[Setpoints], ticks: int) -> Iterator[Setpoints]:
+    """The chunks; how many of the ticks came is said."""
     done = 0
     for chunk in chunks:
         done += len(chunk)
-        if say is not None:
-            say("measuring", done, ticks)
+        tell("measuring", done, ticks)
         yield chunk
 
 

@@ -20,6 +20,7 @@ from splinefeed.records import BY_AXIS
 from splinefeed.runs.run import MotionJob, carry_out
 from splinefeed.runs.settings import PAPER_LIMITS, PAPER_PERIOD, limited
 from splinefeed.studio import sources
+from splinefeed.telling import listening, percent
 from splinefeed.workers import Mail
 
 #: All that settings may say, with what holds where they are silent; without a strategy the limits choose it.
@@ -263,9 +264,13 @@ class Bench:
     made: File
     mail: Mail
     runs: dict[str, tuple[Wanted, sf.Run]] = field(default_factory=dict)
+    said: str = ""
 
     def say(self, words: str) -> None:
-        """Tell the page what is being done."""
+        """Tell the page what is being done, once."""
+        if words == self.said:
+            return
+        self.said = words
         self.mail.tell({"kind": "progress", "words": words})
 
     def done(self, requested: Mapping[str, Any], *, follow: bool = True) -> tuple[Wanted, sf.Run]:
@@ -280,7 +285,5 @@ class Bench:
     def _run(self, wanted: Wanted, follow: bool) -> tuple[Wanted, sf.Run]:
         self.say(f"planning {wanted.path.name}, {wanted.strategy}")
         job = wanted if follow or not wanted.followed else replace(wanted, machine=None)
-        return wanted, carry_out(
-            job,
-            on_progress=lambda what, done, of: self.say(f"{what}: {done} of {of} ticks"),
-        )
+        with listening(lambda what, done, of: self.say(f"{what}: {percent(done, of)}")):
+            return wanted, carry_out(job)

@@ -307,6 +307,7 @@ def open_bench(mail: Mail, uploads: str, made: str) -> Handler:
     bench = Bench(File(uploads), File(made), mail)
 
     def answer(request: dict[str, Any]) -> Answer:
+        bench.said = ""
         try:
             found = TASKS[request["task"]](request, bench)
             entry = found.pop("entry", None)
