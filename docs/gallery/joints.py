@@ -4,8 +4,9 @@ import numpy as np
 
 import splinefeed as sf
 
-points = np.cumsum(np.random.default_rng(3).normal(size=(9, 6)), axis=0)  # control points, rad
-path = sf.Path([sf.NurbsCurve(3, [0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 6, 6, 6], points)])
+joints = tuple(sf.records.Joint(f"q{k}", "rad") for k in range(1, 7))
+waypoints = np.cumsum(np.random.default_rng(3).normal(size=(6, 6)), axis=0)  # rad
+path = sf.Path.through(waypoints, joints)
 run = sf.run(path, sf.Limits(axis_velocity=[3, 3, 3, 2, 2, 2], axis_acceleration=8, axis_jerk=100))
 
 figure = sf.plot.joints(run)

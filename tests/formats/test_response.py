@@ -101,3 +101,16 @@ def test_the_largest_contour_error(response):
     bare = replace(response, contour_error=None)
     with pytest.raises(sf.errors.InputError, match=r"give it: follow\(setpoints, machine, path=path\)"):
         _ = bare.contour_error_max
+
+
+def test_columns_of_a_record_are_flat():
+    path = sf.Path.polyline([[0.0, 0.0], [3.0, 4.0]])
+    run = sf.run(path, sf.Limits(feed=10, axis_acceleration=500, axis_jerk=20000), machine="xytheta")
+    table = run.points.as_columns()
+    assert list(table) == ["t", "curve", "u", "s", "feed", "x", "y"]
+    assert np.array_equal(table["y"], run.points.position[:, 1])
+    served = run.served.response
+    table = served.as_columns()
+    assert list(table)[:4] == ["t", "contour_error", "command.x", "command.y"]
+    assert np.array_equal(table["position.y"], served.position[:, 1])
+    assert {len(values) for values in table.values()} == {len(served)}

@@ -129,6 +129,20 @@ class _Columns:
         found = {name: getattr(self, name) for name in (*self._flat, *self._wide)}
         return {name: values for name, values in found.items() if values is not None}
 
+    def as_columns(self) -> dict[str, Any]:
+        """Columns (ticks,) by name, one an axis: x where positions are all that it has of axes, else position.x.
+
+        Example: `pandas.DataFrame(setpoints.as_columns())`
+        """
+        found: dict[str, Any] = {}
+        for name, values in self.columns.items():
+            if name in self._flat:
+                found[name] = values
+            else:
+                alone = len(self._wide) == 1
+                found |= {axis if alone else f"{name}.{axis}": values[:, k] for k, axis in enumerate(self.axes)}
+        return found
+
     def __len__(self) -> int:
         return len(self.t)
 
