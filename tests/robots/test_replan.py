@@ -112,3 +112,50 @@ def test_what_cannot_be_is_refused():
         sf.planner.Override(sf.planner.LawSource(path, moving), ARM.limits, tau=0.1)
     with pytest.raises(sf.errors.InputError, match="the path ends at"):
         sf.plan(path, ARM.limits, period=PERIOD, start=replace(sf.planner.State(), s=1e6))
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
+@pytest.mark.parametrize("slowing", [0, 20], ids=["steady", "slowing"])
+def test_a_law_planned_with_the_way_back_is_retraced_to_the_start_of_its_path(share, slowing):
+    heavy, light = (sf.robot(FILE, payload=mass, limits={"torque": [58, 25]}) for mass in (2.0, 0.0))
+    path = heavy.through(WAYPOINTS)
+    law = sf.plan(path, sf.planner.with_reserve(heavy.limits, acceleration=0.7), period=PERIOD)
+    override = sf.planner.Override(sf.planner.LawSource(path, law), heavy.limits)
+    ran = override.run([1.0] * int(share * law.duration / PERIOD) + [0.8] * slowing)
+    state = override.state
+    rest = sf.plan(path, sf.planner.with_reserve(light.limits), period=PERIOD, start=state, back=True)
+    begin = rest.settings["start_s"]
+    passed = rest(begin), rest.feed(begin), rest.acceleration(begin)
+    np.testing.assert_allclose(passed, (state.s, state.feed, state.acceleration), rtol=1e-9, atol=1e-7)
+    again = sf.planner.Override(sf.planner.LawSource(path, rest), light.limits)
+    assert again.tau == begin
+    more = again.run([1.0] * 50 + [-1.0] * 6000 + [0.3] * 300 + [1.0] * 8000)
+    s = rest(more.tau)
+    turned = int(np.argmin(s))
+    assert s[turned] == 0.0  # back at the start of the path, from where it goes on to its end
+    assert again.done and s[-1] == pytest.approx(path.length)
+    q = path(np.concatenate([law(ran.tau), s]))
+    assert worst(q[len(ran) :], light, np.array([58.0, 25.0])) <= 1 + 1e-6
+    assert worst(q, light) <= 1 + 1e-6
+
+
+def test_the_tip_of_an_arm_is_retraced_on_its_curve():
+    path = ARM.along(CURVE, start=START, orientation=TURNS, feed=200.0)
+    law = sf.plan(path, sf.planner.with_reserve(ARM.limits, acceleration=0.75), period=PERIOD)
+    override = sf.planner.Override(sf.planner.LawSource(path, law), ARM.limits)
+    ran = override.run([1.0] * int(0.4 * law.duration / PERIOD))
+    rest = sf.plan(path, sf.planner.with_reserve(ARM.limits), period=PERIOD, start=override.state, back=True)
+    again = sf.planner.Override(sf.planner.LawSource(path, rest), ARM.limits)
+    more = again.run(np.concatenate([[-1.0] * 4000, wanted(np.random.default_rng(3))]))
+    s = np.concatenate([law(ran.tau), rest(more.tau)])
+    assert again.done and np.min(s[len(ran) :]) == 0.0
+    assert worst(path(s), ARM) <= 1 + 1e-6
+    np.testing.assert_allclose(ARM.forward(path(s))[0], path.tool(s), atol=1e-9)
+
+
+def test_a_way_back_has_a_start_and_a_state_that_limits_allow():
+    path = ARM.along(CURVE, start=START, feed=100.0)
+    with pytest.raises(sf.errors.LimitsError, match="back: leads from rest at the start of the path"):
+        sf.plan(path, ARM.limits, period=PERIOD, back=True)
+    at_start = sf.plan(path, ARM.limits, period=PERIOD, start=sf.planner.State(), back=True)
+    assert "start_s" not in at_start.settings  # nothing lies behind it

@@ -99,6 +99,7 @@ def plan(
     strategy: str | None = None,
     period: float | None = None,
     start: State | None = None,
+    back: bool = False,
     bound: bool = False,
 ) -> TimeLaw:
     """Plan the time law s(t) of a motion along `path` that obeys `limits` and rests at the path's stops.
@@ -108,6 +109,8 @@ def plan(
     period    servo period in s: stops and end are made to fall on ticks; None leaves the law as fast as it can be
     start     where on the path the motion begins, and its feed and acceleration there: the law begins at start.s;
               None begins at its start with the start_feed of the limits. Not for "seven-phase"
+    back      whether the law begins at rest at the start of the path, too, and passes `start` on its way, at the law's
+              `settings["start_s"]`: an override begins there, and can run back behind it
     bound     whether to find, too, a time that no motion within the limits falls below: with "time-optimal" the law's
               `settings["lower_bound_s"]`. It takes as long as the plan for two axes, ten times that for seven joints
 
@@ -123,7 +126,7 @@ def plan(
     """
     expect("plan(path, limits)", (path, (Path, Track)), (limits, Limits))
     try:
-        return _plan(path, limits, strategy, period, start, bound=bound)
+        return _plan(path, limits, strategy, period, start, back=back, bound=bound)
     except (LimitsError, PlanError) as error:
         along = _along(path)
         if any(isinstance(axis, Joint) for axis in path.axes) and along != "mm" and not str(error).startswith(GOES):
@@ -138,6 +141,7 @@ def _plan(
     period: float | None,
     start: State | None,
     *,
+    back: bool,
     bound: bool,
 ) -> TimeLaw:
     if path.needs_machine:
@@ -170,7 +174,9 @@ def _plan(
     check_ends(curves, limits)
     if start is not None:
         _check_start(path, strategy, start)
-    given: dict[str, Any] = {} if start is None else {"start": start}
+    if back and (start is None or limits.start_feed > 0.0):
+        raise LimitsError("back: leads from rest at the start of the path to a start on it; give start, no start_feed")
+    given: dict[str, Any] = {} if start is None else {"start": start, "back": back}
     if bound and strategy == TIME_OPTIMAL:
         given["bound"] = True
     if curves.times is not None:

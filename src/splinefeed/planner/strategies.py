@@ -19,7 +19,7 @@ from splinefeed.planner.horizon import REST, Plan, SolverSettings, State
 from splinefeed.planner.law import MotionPieces, joined
 from splinefeed.planner.openings import over_at, plan_from
 from splinefeed.planner.receding import OutOfReachError, RecedingHorizon, plan_stretch
-from splinefeed.planner.shared import curve_feeds, with_dwells
+from splinefeed.planner.shared import curve_feeds, on_tick, with_dwells
 from splinefeed.planner.straight import straights
 from splinefeed.planner.ticks import held_at_ticks
 from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray, Limits, TimeLaw
@@ -113,13 +113,15 @@ def plan_in_mode(
     strategy: str,
     bound: bool = False,
     paces: Array | None = None,
+    back: bool = False,
 ) -> TimeLaw:
     """The motion in one of MODES, which on each curve may use a share `paces` of the limits, see `conditions_of`.
 
     The law stops at the stops, and each stretch lasts whole periods. Raises LimitsError for limits that leave
     acceleration and jerk free, and for curvature jumps under an axis jerk without a period; PlanError for ends in
     motion that the limits do not allow, with the nearest that they do, and for places where no motion within them was
-    found. With `start` it begins there, in the law too; with `bound` it has a lower bound of its time.
+    found. With `start` it begins there, in the law too, or with `back` behind a motion from the start of the path to
+    that state, which it passes at `settings["start_s"]`; with `bound` it has a lower bound of its time.
     """
     check_limits(limits, path.axes, strategy)
     mode = replace(MODES[strategy], bounded=bound)
@@ -129,23 +131,57 @@ def plan_in_mode(
     with np.errstate(all="ignore"):  # what is not a number is not a motion to take
         conditions = conditions_of(path, limits, period, paces)
         begin = State(conditions.speed_at(0.0, limits.start_feed)) if start is None else start
-        law = motion(conditions, strategy, mode, begin)
-        law = with_dwells(law, [(s, wait) for s, wait in path.dwells if s >= begin.s], path.length)
-        at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
-        return held_at_ticks(law, path, limits, at_rest, conditions.passed[0], conditions.breaks)
+        law = _held(path, limits, conditions, motion(conditions, strategy, mode, begin), begin.s)
+        if not back or begin.s == 0.0:
+            return law
+        try:
+            behind = motion(conditions, strategy, replace(mode, bounded=False), State(), begin)
+        except PlanError as error:
+            raise PlanError(f"back: {error}; or leave out back") from None
+        return _behind(_held(path, limits, conditions, behind, 0.0), law)
 
 
-def motion(conditions: Conditions, strategy: str, mode: SolverSettings, begin: State | None = None) -> TimeLaw:
-    """From a state to the end of a path's, as `plan_in_mode`; PlanError where no motion was found."""
+def _held(path: Track, limits: Limits, conditions: Conditions, law: TimeLaw, begin: float) -> TimeLaw:
+    """The law, which begins at `begin`, mm, with what the path waits on its way, and held to the limits at ticks."""
+    end = float(law.length) if float(law.feed(law.duration)) > 0.0 else np.inf  # in motion it does not wait
+    law = with_dwells(law, [(s, wait) for s, wait in path.dwells if begin <= s < end], path.length)
+    at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
+    return held_at_ticks(law, path, limits, at_rest, conditions.passed[0], conditions.breaks)
+
+
+def _behind(before: TimeLaw, law: TimeLaw) -> TimeLaw:
+    """Both laws as one."""
+    begin = before.duration
+    breaks = np.concatenate([before.breaks, begin + law.breaks[1:]])
+    if law.period is not None:
+        breaks[-1] = on_tick(float(breaks[-1]), law.period)
+    return replace(
+        law,
+        breaks=breaks,
+        coefficients=np.concatenate([before.coefficients, law.coefficients]),
+        notes=tuple(dict.fromkeys((*before.notes, *law.notes))),
+        settings={**law.settings, "start_s": begin},
+    )
+
+
+def motion(
+    conditions: Conditions, strategy: str, mode: SolverSettings, begin: State | None = None, goal: State | None = None
+) -> TimeLaw:
+    """From one state to another, by default from end to end of a path, as `plan_in_mode`.
+
+    Raises PlanError where no motion was found.
+    """
     limits, period, length = conditions.limits, conditions.period, conditions.track.length
     begin = State(conditions.speed_at(0.0, limits.start_feed)) if begin is None else begin
-    marks = np.concatenate([[begin.s], conditions.rests[conditions.rests > begin.s], [length]])
+    goal = State(conditions.speed_at(length, limits.end_feed), 0.0, length) if goal is None else goal
+    rests = conditions.rests
+    marks = np.concatenate([[begin.s], rests[(rests > begin.s) & (rests < goal.s)], [goal.s]])
     instants, rows, notes = [np.zeros(1)], [], _assumed(conditions)
     bound, tick = 0.0, 0
     exact, phases, shapes = straights(conditions, marks)
     exact[0] &= begin.feed == 0.0
-    exact[-1] &= limits.end_feed == 0.0
-    others = [_stretch(conditions, begin, *marks[k : k + 2].tolist()) for k in np.flatnonzero(~exact).tolist()]
+    exact[-1] &= goal.feed == 0.0
+    others = [_stretch((begin, goal), *marks[k : k + 2].tolist()) for k in np.flatnonzero(~exact).tolist()]
     plans = spread(_in_ticks, (conditions, mode), others)
     for first, last in _runs(exact):
         if exact[first]:
@@ -220,11 +256,10 @@ def _runs(exact: BoolArray) -> list[tuple[int, int]]:
     return list(pairwise([*begin.tolist(), len(exact)]))
 
 
-def _stretch(conditions: Conditions, begin: State, low: float, high: float) -> tuple[float, float, State, State]:
-    """A stretch between two marks, mm, and the states at its ends."""
-    start = begin if low == begin.s else State(s=low)
-    feed = conditions.limits.end_feed if high == conditions.track.length else 0.0
-    return low, high, start, State(conditions.speed_at(high, feed))
+def _stretch(ends: tuple[State, State], low: float, high: float) -> tuple[float, float, State, State]:
+    """A stretch between two marks, mm, and the states at its ends: rest but at the ends of the motion."""
+    begin, last = ends
+    return low, high, begin if low == begin.s else State(s=low), replace(last, s=0.0) if high == last.s else State()
 
 
 @np.errstate(all="ignore")  # in other processes, too
@@ -319,7 +354,7 @@ def _out_of_reach(
         return False
 
     at_end = stop.feed > 0.0 and (start.feed == 0.0 or possible(start, REST))
-    given, place = (stop, high) if at_end else (start, low)
+    given, place = (replace(stop, s=high), high) if at_end else (start, low)
     calm = State(given.feed, 0.0, given.s)
 
     def written(share: float) -> State:
@@ -344,9 +379,9 @@ def _out_of_reach(
     while least > 2.0**-SOUGHT and not fits(written(least), mode):
         least *= 0.8
     found = written(least)
-    if given.acceleration != 0.0:
-        up_to = f"up to s = {conditions.place(near):.6g} mm"
-        return OutOfReachError(f"the limits {up_to} do not allow {start}; the nearest state they allow is {found}")
+    if given.acceleration != 0.0 or (at_end and place < conditions.track.length):
+        up_to = f"up to s = {conditions.place(high if at_end else near):.6g} mm"
+        return OutOfReachError(f"the limits {up_to} do not allow {given}; the nearest state they allow is {found}")
     between = conditions.between(low, high)
     name, by_feed = "end_feed" if at_end else "start_feed", conditions.speed_at(place, 1.0)
     return OutOfReachError(

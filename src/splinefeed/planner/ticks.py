@@ -37,10 +37,9 @@ def held_at_ticks(law: TimeLaw, path: Track, limits: Limits, first: IntArray, pa
             "most that are held to limits; raise the feed or the period"
         )
     moving = np.zeros(len(first), dtype=bool)
-    moving[0], moving[-1] = (
-        limits.start_feed > 0.0,
-        limits.end_feed > 0.0 or (len(first) == 1 and limits.start_feed > 0),
-    )
+    at_ends = law.feed([0.0, law.duration]) > KEPT * np.max(law.coefficients[:, 1])
+    moving[0] = at_ends[0]
+    moving[-1] |= at_ends[1]
     for _ in range(ROUNDS):
         over, worst = _over(law, path, limits, law.breaks[first], passed, breaks)
         if not np.any(over > 1.0):
@@ -98,10 +97,11 @@ def _over(
     periods = law.duration / period
     last = int(np.ceil(periods * (1.0 - SAME)) if rest else np.floor(periods * (1.0 + SAME)))  # no short one
     begin, end = -3 * int(law.coefficients[0, 1] == 0.0), last + 1 + 3 * int(rest)
+    final = path.length if law.length > path.length * (1.0 - SAME) else law.length  # where setpoints end, to the bit
     for k in range(begin, end, TOGETHER):
         t = np.arange(max(k - 3, begin), min(k + TOGETHER, end)).astype(np.float64) * period
         s = np.clip(law(np.clip(t, 0.0, law.duration)), 0.0, path.length)
-        s[t >= law.duration * (1.0 - SAME)] = path.length  # where setpoints end, to the bit
+        s[t >= law.duration * (1.0 - SAME)] = final
         own = path(s)
         rounding = path.rounding(s, own)
         r, rounded = own @ weights.T, np.abs(weights) @ rounding

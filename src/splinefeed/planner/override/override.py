@@ -58,7 +58,8 @@ class Override:
     rate     to begin with                                 highest  what a wanted rate is cut to, in both directions
     tau      plan time to begin at, s: beyond 0 it begins at rest, as after a hold there
 
-    A law that begins in motion, planned again from `state`, begins at its rate 1 and is not run backwards.
+    A law that was planned again from `state` begins there, at its rate 1; it is run backwards if it was planned with
+    `back`, to the start of the path.
 
     top   highest rate that keeps the limits everywhere. A higher one is run where and while they allow it: what
           programmed feeds of the path (F) ask for is 100 %, `limits.feed` is a limit.
@@ -115,12 +116,14 @@ class Override:
         self._state[kernels.DIRECTION] = 1.0
         if not 0.0 <= tau <= source.duration:
             raise LimitsError(f"the plan time to begin at is {tau:g} s; the law lasts {source.duration:g} s")
-        self._state[kernels.TAU] = tau
-        if source.moving and (tau > 0.0 or rate != 1.0 or self.top < 1.0):
+        elsewhere = rate != 1.0 or self.top < 1.0 if tau == 0.0 else source.begin == 0.0
+        if source.moving and elsewhere:
             raise LimitsError(f"a law that begins in motion is run from its start at the rate 1; top is {self.top:.4g}")
         if tau == 0.0:
+            tau = source.begin
             # at rest any rate is as good as another
             self._state[kernels.RATE] = min(max(float(rate), 0.0), self.top)
+        self._state[kernels.TAU] = tau
 
     def rest_at(self, tau: float) -> None:
         """Be at rest at plan time tau, s, whatever was before."""
@@ -204,7 +207,7 @@ class Override:
         """
         targets = np.array(wanted, dtype=np.float64, order="C")
         targets[np.isnan(targets)] = 0.0
-        if self.source.moving:
+        if self.source.moving and self.source.begin == 0.0:
             targets = np.maximum(targets, 0.0)
         tau, rate = np.empty(len(targets)), np.empty(len(targets))
         ran = 0

@@ -36,7 +36,7 @@ class SetpointSource:
         check_finite(rows.position, "Setpoints.position")
         self.axes, self.period, self.linear = rows.axes, rows.period, linear
         self.duration = (len(rows) + 1) * rows.period
-        self.moving = False
+        self.begin, self.moving = 0.0, False
         self.tick = 0
         self._q = rows.position
         steps = np.max(np.abs(np.diff(self._q, axis=0)), axis=1)

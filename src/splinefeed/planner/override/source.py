@@ -43,11 +43,15 @@ def with_sums(values: Array, sums: Array) -> Array:
 
 
 class MotionSource(Protocol):
-    """Positions q(tau) by plan time, at rest at both ends, `moving` at the start; `period` and `duration` in s."""
+    """Positions q(tau) by plan time, at rest at its end; `period` and `duration` in s.
+
+    It begins at plan time `begin`, s, in motion if it is `moving`; what lies behind that is the way back.
+    """
 
     axes: tuple[str, ...]
     period: float
     duration: float
+    begin: float
     moving: bool
 
     def demands(self, first: int, count: int, sums: Array = NO_SUMS) -> Array:
@@ -65,7 +69,8 @@ class MotionSource(Protocol):
 class LawSource:
     """A law along a path; period in s, the law's if it is not said.
 
-    moving  whether the law begins in motion, as one that was planned again from where an override was
+    begin   plan time, s, at which the law passes the state that it was planned from, with a way back behind it; else 0
+    moving  whether it moves there, as a law that was planned again from where an override was
 
     Raises LimitsError for a law that does not end at rest, and where nobody says a period.
     Source: docs/math/override.md. Example: `sf.planner.LawSource(path, law, 1e-3).duration`
@@ -77,7 +82,8 @@ class LawSource:
             raise LimitsError("no period: the law was planned without one; give period= in s")
         if law.feed(law.duration) > AT_LIMITS:
             raise LimitsError("a law that can be overridden ends at rest; leave end_feed at 0")
-        self.moving = bool(law.feed(0.0) > AT_LIMITS)
+        self.begin = float(law.settings.get("start_s", 0.0))
+        self.moving = bool(law.feed(self.begin) > AT_LIMITS)
         self.path, self.law, self.period = path, law, positive(wanted, "period")
         self.axes, self.duration = path.axes, law.duration
         #: The torques that an override keeps, each a column behind the others.
