@@ -7,7 +7,6 @@ import pytest
 from benchmarks import cases
 
 import motions
-import random_motions
 import splinefeed as sf
 from splinefeed.paths.path import Path
 
@@ -150,112 +149,6 @@ def check_random(seed: int) -> None:
 def test_random_curves_and_limits(block):
     for seed in range(10 * block, 10 * block + 10):
         check_random(seed)
-
-
-# knots of a quadratic keep the rounds of repair from an end; a cell over several pieces of arc length hides a peak
-@pytest.mark.parametrize("seed", [724, 2317])
-def test_what_once_failed(seed):
-    check_random(seed)
-
-
-#: Seeds of `random_motions` that once failed, and what they were.
-KEPT = {
-    30054: "an axis turns on where the linear one turns back: refused until ramps were short",
-    30117: "the same",
-    30120: "the same",
-    30164: "the same",
-    30021: "C' = 0 at both ends",
-    30026: "a cusp, but for rounding, under a chord error",
-    30055: "a cusp in the middle",
-    30061: "pieces shorter than the rounding of their instants",
-    30075: "the same, slower",
-    30084: "a bend that is nearly a cusp under a chord error",
-    30094: "a peak of an axis' velocity between two samples",
-    30100: "three equal points at the start",
-    30116: "a loop of 1e-6 that its samples do not show",
-    30121: "a cusp just before the end",
-    30193: "a bend that is nearly a cusp, inside a row",
-    30266: "a cusp under a chord error of a thousandth of its size",
-    200250: "bends next to a cusp, a rest at each, nearer than a period's step",
-    200532: "the tips of a flat ellipse, the same",
-    200740: "a cusp just behind the start",
-    400147: "a part of the path skipped just behind the start",
-    400542: "a jerk next to a cusp, between places",
-    400582: "a rotary axis next to a cusp, where large derivatives cancel",
-    400665: "a jump of the feed at a bend so sharp that it was a rest",
-    400699: "a jerk within the rounding of s next to a cusp",
-    400753: "an acceleration of a rotary axis next to a cusp, between places",
-    401757: "a jerk within the rounding of s next to a cusp",
-    401871: "rests nearer than a period's step",
-    402223: "an acceleration within the rounding of s next to a cusp",
-    406675: "stops nearer to each other than setpoints are placed to",
-    920076: "a jerk that is low enough while the feed grows, just behind where it does no more",
-    407881: "a rotary axis that turns far within the rounding of the path's end",
-    408148: "a peak of r''' between the places of a row, where |C'| hardly changes",
-    410725: "a rotary axis that turns far within the rounding of the path's end",
-    20017781: "a feed that is all but the highest, and was brought up to it again and again",
-    20030584: "an acceleration between two places, where the feed falls to nothing",
-    30010643: "a rotary axis between two cusps that the rounding of s all but hides",
-    30030923: "a rotary axis between two cusps that the rounding of s all but hides",
-    30039325: "a rotary axis between two cusps that the rounding of s all but hides",
-    30088883: "a rotary axis between two cusps that the rounding of s all but hides",
-    30055167: "a rotary axis between two cusps, nearer to the end of a row than 1e-13 of the path",
-    50000461: "a sharp bend in the middle of a row, under limits of velocity alone",
-    50001567: "a rest next to a cusp, with slivers of rows beside it",
-    40003326: "a rotary axis that turns in the last 33 roundings of s",
-    70072703: "a piece that lasts one rounding of its instant, and none at all behind a dwell",
-    120000081: "a ramp as short as a rotary axis without limits turns",
-    130000087: "a ramp within the rounding of its place",
-    140001321: "q that falls to nothing between two places at a sharp bend",
-    160003461: "a peak 1e-6 over that a close look did not see",
-    93000505: "a bend of little turn whose curvature rises and falls within 1e-4 mm",
-    60035841: "slowing down that ends within some thousand roundings of its instant, under uneven jerk",
-}
-#: A plan that keeps all limits but lasts far longer than it need is as bad: seeds, and seconds that are enough.
-QUICK = {
-    30026: 2.0, 30266: 0.7, 400092: 0.8, 400195: 0.4, 401621: 3.5, 402052: 1.0, 93000505: 1.7,
-    140000585: 10.8,  # a jump passed faster than was thought slowed all of it down by a tenth
-    140001321: 4.1,
-}  # fmt: skip
-#: Those that were refused while the parameter of a path was the arc length of its linear axes, which stood still.
-TURNING_ON = (
-    300418, 401368, 10041087, 20066002, 30073763, 30095864, 40093986, 30060, 405169, 9001126, 10008665,
-)  # fmt: skip
-REASONS = (
-    "however slow it is", "would take", "no motion within the limits was found",
-    "leaves almost no feed", "a limit leaves almost none",
-)  # fmt: skip
-
-
-def judge(seed: int) -> str:
-    """Plan and check a random motion: "ok", "long", or why it was refused; anything else is a failure."""
-    motion = random_motions.motion(seed, ("look-ahead",))
-    try:
-        law = sf.plan(motion.path, motion.limits, strategy="look-ahead", period=motion.period)
-    except sf.errors.PlanError as error:
-        assert any(why in str(error) for why in REASONS), (seed, str(error))
-        return "refused"
-    if law.duration > 1e6 * motion.period:
-        return "long"
-    verdict = sf.check(sf.interpolate(motion.path, law), motion.path, motion.limits, law=law)
-    assert verdict.ok, (seed, verdict.problems)
-    return "ok"
-
-
-@pytest.mark.parametrize("seed", KEPT)
-def test_what_once_failed_of_every_kind(seed):
-    assert judge(seed) == "ok"
-
-
-@pytest.mark.parametrize("seed", QUICK)
-def test_next_to_a_cusp_no_time_is_lost(seed):
-    motion = random_motions.motion(seed, ("look-ahead",))
-    assert checked(motion.path, motion.limits, motion.period).duration <= QUICK[seed]
-
-
-@pytest.mark.parametrize("seed", TURNING_ON)
-def test_rotary_axes_that_turn_on_while_the_tip_rests_are_planned(seed):
-    assert judge(seed) == "ok"
 
 
 def test_bad_input():

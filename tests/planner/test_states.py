@@ -11,9 +11,7 @@ import numpy as np
 import pytest
 from benchmarks import cases
 
-import random_motions
 import splinefeed as sf
-from splinefeed.checks.law import limits_along
 from splinefeed.planner.stream import LookAhead, MotionBlock
 
 PERIOD = 1e-3
@@ -69,22 +67,6 @@ def test_what_cannot_be_reached_is_refused_with_the_nearest_that_can() -> None:
     sf.plan(path, limits, period=PERIOD, start=sf.planner.State(nearest, 0.0, 96.0))
     with pytest.raises(sf.errors.PlanError, match=r"do not allow a state of 10 mm/s and 5000 .*the nearest"):
         sf.plan(path, limits, period=PERIOD, start=sf.planner.State(10.0, 5000.0, 50.0))
-
-
-# Seeds whose own states were refused, by what they are: on the last bit to a rest, on a straight line that an exact
-# profile brakes on, in the cells before that, and where the solver found no motion on the first cells.
-OWN = [(2001, 0.848), (2002, 1.128), (2006, 0.27115), (2009, 1.17804), (2011, 0.68828), (2025, 0.5087), (2034, 0.36907)]
-
-
-@pytest.mark.parametrize(("seed", "t"), OWN)
-def test_a_state_of_an_own_law_is_one_to_go_on_from(seed: int, t: float) -> None:
-    case = random_motions.motion(seed, ("time-optimal", "look-ahead"))
-    law = sf.plan(case.path, case.limits, strategy=case.strategy, period=case.period)
-    again = sf.plan(case.path, case.limits, strategy=case.strategy, period=case.period, start=state_of(law, t))
-    assert float(again.feed(0.0)) == pytest.approx(float(law.feed(t)), rel=1e-9)
-    assert t + again.duration <= 1.05 * law.duration + 2.0 * case.period
-    found = limits_along(again, case.path, case.limits)
-    assert [name for name, each in found.items() if not each.holds] == []
 
 
 def line(length: float) -> sf.Path:
