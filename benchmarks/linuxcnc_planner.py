@@ -249,7 +249,7 @@ def planned_by_us(folder: Path, options: tuple[str, ...] = ()) -> Iterator[subpr
                 time.sleep(0.05)
             yield child
         finally:
-            child.send_signal(signal.SIGINT)
+            child.terminate()
             child.wait()
 
 

@@ -13,6 +13,7 @@ from linuxcnc_machine import GCC, PERIOD, Machine, mill
 from splinefeed.live import linuxcnc_wire as wires
 from splinefeed.live.linuxcnc_limits import mill_of
 from splinefeed.live.linuxcnc_moves import curve_of, feeds_of
+from splinefeed.live.linuxcnc_pieces import portions
 from splinefeed.records import Array
 
 needs_gcc = pytest.mark.skipif(GCC is None, reason="no C compiler; on Debian: apt-get install gcc")
@@ -406,6 +407,14 @@ def test_arcs_turn_as_their_numbers_say(turn, angle, normal):
     for share in (0.0, 0.2, 0.5, 0.9, 1.0):
         wanted = at(share)[machine.columns]
         np.testing.assert_allclose(path(share * path.length), wanted, atol=2e-7)
+
+
+def test_a_curve_is_cut_at_the_knot_that_is_there():
+    knots = np.r_[np.zeros(4), np.cumsum(np.full(6, 1.0 / 7.0)), np.ones(4)]
+    points = np.column_stack([np.arange(10.0), np.arange(10.0) % 3, np.zeros(10)])
+    path = sf.Path([sf.NurbsCurve(3, knots, points)], ("x", "y", "z"), feeds=[10.0])
+    parts = portions(path, np.array([0]), np.array([7.0]), 1.0)
+    assert len(parts) == 7 and sum(part.length for part, _ in parts) == pytest.approx(path.length)
 
 
 def test_feeds_count_as_linuxcnc_counts_them():

@@ -23,6 +23,8 @@ from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray, IntArray
 LONGEST, LONGEST_WAY, NEVER_LONGER, OF_A_LINE = 0.010, 0.5, 0.020, 5.0
 #: In a shorter piece rounding of positions is an acceleration, s; a shorter span of a law is rounding itself, s.
 SHORTEST, TINY = 2e-5, 1e-9
+#: A curve is cut at a knot that is nearer than this share of its domain.
+SAME_KNOT = 1e-9
 #: A place this far from the curve that it should lie on, mm, lies on another one.
 OFF = 1e-9
 
@@ -164,8 +166,12 @@ def portions(path: Path, origins: IntArray, times: Array, most: float) -> list[t
         made: list[Flat] = []
         for i in np.flatnonzero(counts > 1).tolist():
             made += [flat.part(done, i)] if i > done else []
-            low, high = flat.domains[i].tolist()
-            made.append(Flat.of(split(path.joined[i], *np.linspace(low, high, counts[i] + 1)[1:-1].tolist())))
+            curve = path.joined[i]
+            low, high = curve.domain
+            places = np.linspace(low, high, counts[i] + 1)[1:-1]
+            near = curve.knots[np.argmin(np.abs(curve.knots[:, None] - places), axis=0)]
+            places = np.where(np.abs(near - places) < SAME_KNOT * (high - low), near, places)
+            made.append(Flat.of(split(curve, *places.tolist())))
             done = i + 1
         made += [flat.part(done, len(flat))] if done < len(flat) else []
         starts = np.concatenate([[0], np.cumsum(counts)]).tolist()
