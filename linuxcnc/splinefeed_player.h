@@ -17,7 +17,7 @@
 #define PLAYER_API static
 #endif
 
-#define PLAYER_COPIES 8        /* pieces that are checked at one tick */
+#define PLAYER_COPIES 4        /* pieces that are checked at one tick; twice as many of motion that is waited for */
 #define PLAYER_CLOSE 1e-6      /* units at a joint, and share of the limits of velocity and acceleration */
 #define PLAYER_OVER 1.001      /* times a limit */
 #define PLAYER_JUMP 1.5        /* steps of acceleration, times jerk limit and period: what third differences allow */
@@ -192,7 +192,7 @@ static void player_take(player *p)
 {
     wire *w = p->w;
     unsigned long long head = LOOK(w->batch_head);
-    int room = PLAYER_COPIES;
+    int room = p->moving ? PLAYER_COPIES : 2 * PLAYER_COPIES;
     if (head < p->seen || head - p->seen > WIRE_BATCHES) { player_refuse(p, "a count of batches that is not one", -1); return; }
     while (p->seen < head && room > 0) {
         wire_batch *b = player_batch(p, p->seen);
@@ -205,6 +205,7 @@ static void player_take(player *p)
                 return;
             }
         }
+        if (b->rate > 0 && room == PLAYER_COPIES) room *= 2; /* another override */
         if (b->epoch == w->epoch) {
             for (; p->part < b->n && room > 0; p->part++, room--) {
                 unsigned long long k = b->piece + p->part;

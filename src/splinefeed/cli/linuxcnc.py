@@ -118,7 +118,7 @@ def planner(say: Say, ini: str, reserve: float, window: int) -> Page:
       splinefeed linuxcnc planner --ini mill.ini --reserve 0.1
     """
     from splinefeed.live.linuxcnc_limits import mill_of
-    from splinefeed.live.linuxcnc_planner import serve, warm_up
+    from splinefeed.live.linuxcnc_serve import serve, warm_up
     from splinefeed.live.linuxcnc_sink import PYTHON
 
     if not ini:

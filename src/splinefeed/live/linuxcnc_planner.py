@@ -1,4 +1,4 @@
-"""LinuxCNC's trajectory planner in a process of its own: moves come from its task, motion goes to its real-time side.
+"""LinuxCNC's trajectory planner, a step at a time: moves come from its task, motion goes to its real-time side.
 
 Moves become smooth curves, look-ahead plans them, and every block of motion leaves with the stop behind it: a batch.
 The player (linuxcnc/splinefeed_player.h) checks and plays it; where no other batch comes in time it plays the stop.
@@ -7,27 +7,20 @@ The player (linuxcnc/splinefeed_player.h) checks and plays it; where no other ba
 from __future__ import annotations
 
 import math
-import os
-import subprocess
-import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from importlib.resources import files
-from typing import Any
 
 import numpy as np
 
-from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import PlanError, SplinefeedError
 from splinefeed.live import linuxcnc_wire as wires
 from splinefeed.live.linuxcnc_limits import Mill
-from splinefeed.live.linuxcnc_moves import BLEND, POINT, STOP, curve_of, feeds_of, size_of
-from splinefeed.live.linuxcnc_pieces import PlannedTrack, Quintics, portions, quintics
+from splinefeed.live.linuxcnc_motion import PlannedMotion
+from splinefeed.live.linuxcnc_moves import feeds_of
+from splinefeed.live.linuxcnc_pieces import PlannedTrack, Quintics, quintics
 from splinefeed.live.linuxcnc_wire import Wire
-from splinefeed.paths.path import Marker, Path
-from splinefeed.paths.smoothing import Smoother
 from splinefeed.planner.horizon import State
 from splinefeed.planner.stream import LookAhead, MotionBlock
 
@@ -37,9 +30,6 @@ AT_ONCE, SETTLE = 200, 0.003
 SILENCE, MANY = 0.050, 900
 #: Motion that is planned ahead, s: what a change of the override throws away.
 AHEAD = 2.0
-#: The path goes to look-ahead in parts that take so long, s, at the feeds of the program, and so far ahead, s; for a
-#: change of the override so far beyond twice what a stop takes, s: less is planned and sent sooner.
-PORTION, KNOWN, SOON = 0.5, 3.0, 0.8
 #: With less certain motion than this ahead, s, what is known is planned, however little it is.
 HUNGRY = 0.4
 #: A change of the override is planned when it has not changed for so long, s, from a place so far ahead, s: what the
@@ -49,10 +39,6 @@ STEADY, LOOKED_AT, TIMES, SLOW, FARTHEST = 0.004, 0.02, 1.5, 0.03, 0.15
 WINDOW, SMOOTH = 60, 200
 #: A batch that follows at the end of a piece: a time in it that is later.
 LATEST = 1e9
-#: A child that watches LinuxCNC's task is started again after this, s.
-AGAIN = 0.2
-#: The main loop is taken for dead after this, s.
-DEAD = 8.0
 
 
 @dataclass(eq=False)
@@ -65,106 +51,6 @@ class SentBatch:
     sure: Quintics
     stop: float  # where its last piece ends, mm
     overrides: tuple[float, float, float]  # of feeds and rapid moves, and the largest velocity
-
-
-class PlannedMotion:
-    """Moves that are one motion from rest to rest: smoothed and planned as they come.
-
-    first  number of its first move; closed  whether all of them have come
-    """
-
-    def __init__(self, first: int, planner: Planner) -> None:
-        self.planner, self.first = planner, first
-        self.track = PlannedTrack(first)
-        self.smoother = Smoother("program", planner.mill.axes, corners="round", window=planner.smooth)
-        self.closed = False
-        self.moves: list[Any] = []  # all of them: an override that changes changes their feeds
-        self.look = planner.look_ahead()
-        self.base = 0  # curves of the track before the first that `look` knows
-        self.given = 0  # parts of the track that `look` knows, and before
-        self.times: list[float] = []  # what each part takes at the feeds of the program, s
-        self.done = 0.0  # up to where motion is certain, mm
-        self.coming: Iterator[MotionBlock] | None = None
-        self.planned = False  # all that came is planned to its end
-        self.since = planner.clock()
-        self.begins = True  # the next batch is the first one from rest
-
-    def push(self, moves: Any) -> None:
-        """Take moves (rows of wire.SEGMENT); those that are none count as ends of the ones before."""
-        mill = self.planner.mill
-        curves = [curve_of(move, mill) for move in moves]
-        sizes = np.array([curve.length if size_of(move, mill) > POINT else 0.0
-                          for curve, move in zip(curves, moves, strict=True)])  # fmt: skip
-        feeds = np.array(feeds_of(moves, mill, 1.0, 1.0, math.inf)[0])
-        blends = np.where(moves["tolerance"] > 0.0, moves["tolerance"] * mill.linear, math.inf)
-        tolerances = np.where(moves["term"] == BLEND, blends, 0.0)
-        markers = [Marker(k + 1) for k in np.flatnonzero(moves["term"] == STOP).tolist() if k + 1 < len(curves)]
-        if self.moves and self.moves[-1]["term"] == STOP:
-            markers.insert(0, Marker(0))
-        self.track.push(sizes)
-        self.moves += list(moves)
-        path = Path(curves, mill.axes, feeds=feeds, tolerances=tolerances, markers=markers, tolerance=POINT)
-        self._give(self.smoother.push(path))
-
-    def close(self) -> None:
-        """No other moves follow: what is left leads to rest."""
-        self._give(self.smoother.finish())
-        self.closed = True
-
-    def _give(self, paths: list[Path]) -> None:
-        for path, origins in zip(paths, self.smoother.origins, strict=True):
-            moves = np.array([self.moves[k] for k in origins.tolist()])
-            times = np.diff(path.curve_starts) / feeds_of(moves, self.planner.mill, 1.0, 1.0, math.inf)[0]
-            whole = moves["sync"][0] == wires.TAP  # which the player goes back over: one batch
-            for part, own in portions(path, origins, times, math.inf if whole else PORTION):
-                self.track.add(part, own)
-                self.times.append(part.length / path.length * float(times.sum()))
-        self.planned = False
-
-    def _offer(self) -> None:
-        """One more part of the path to look-ahead."""
-        self.look.take(self.at_feeds(self.track.parts[self.given], self.track.moves[self.given]))
-        self.given, self.planned = self.given + 1, False
-
-    def at_feeds(self, path: Path, origins: Any) -> Path:
-        """A part under the feeds that hold now."""
-        moves = np.array([self.moves[k] for k in origins.tolist()])
-        feeds, _ = feeds_of(moves, self.planner.mill, *self.planner.overrides)
-        return path.with_feeds(feeds)
-
-    def restart(self, s: float, state: State) -> None:
-        """Plan again from a place on the track, mm, in a state there."""
-        track = self.track
-        first = track.part_at(s)
-        self.look = self.planner.look_ahead(State(state.feed, state.acceleration, max(s - track.starts[first], 0.0)))
-        self.base, self.given, self.done = track.curves[first], first, s
-        self.coming, self.planned = None, False
-
-    def block(self, *, hungry: bool = False, soon: bool = False) -> MotionBlock | None:
-        """The next block of motion, None where nothing more can be planned yet.
-
-        hungry  not even a full window may be there; soon  a window is not waited for: it costs time
-        """
-        count, planner = len(self.track.parts), self.planner
-        begun = self.track.part_at(self.done) if count else 0
-        known = (planner.soon if soon else KNOWN) * min(planner.overrides[0], 1.0)
-        while True:
-            while self.given < count and (self.given <= begun or sum(self.times[begun : self.given]) < known):
-                self._offer()
-            if self.coming is None and (self.planned or soon):
-                if self.given < count and not soon:  # what is known is not enough for a window
-                    self._offer()
-                elif count and (self.given < count or not self.closed) and (hungry or soon):
-                    return next(self.look.blocks(early=True), None)
-                elif self.planned:
-                    return None
-            if self.coming is None:
-                whole = self.closed and self.given == count
-                self.coming, self.planned = self.look.blocks(whole=whole), True  # until more is given
-            block = next(self.coming, None)
-            if block is not None:
-                return block
-            self.coming = None
 
 
 class Planner:
@@ -183,7 +69,6 @@ class Planner:
         self.wire, self.mill, self.window, self.smooth, self.say, self.waits = wire, mill, window, smooth, say, waits
         self.clock = clock
         self.limits, self.reserve = mill.limits(reserve), reserve
-        self.soon = SOON + 2.0 * float(np.max(mill.velocity / mill.acceleration + mill.acceleration / mill.jerk))
         self.period = float(wire.period)
         self.inverse = 1.0 / mill.units[mill.columns]
         self.session = time.time_ns() & 0x7FFFFFFFFFFFFFFF
@@ -197,7 +82,7 @@ class Planner:
         self.overrides = (1.0, 1.0, math.inf)  # under which it plans: of feeds and rapid moves, largest velocity
         self.changed, self.wanted = 0.0, (1.0, 1.0, math.inf)
         self.takes = SLOW  # how long it takes to plan a change of the override, s: what it took of late
-        self.news = self.seen = self.alive = self.clock()  # `seen`: when the last moves were there
+        self.news = self.seen = self.alive = self.began = self.clock()  # `seen`: when the last moves were there
         self.blocks = 0
         jerk = np.zeros(wires.AXES)
         jerk[mill.columns] = mill.jerk * self.inverse
@@ -258,7 +143,7 @@ class Planner:
         if ahead > AHEAD:
             return fresh
         begun = self.clock()
-        block = run.block(hungry=ahead < HUNGRY and begun - run.since > SILENCE)
+        block = run.block(hungry=ahead < HUNGRY and begun - self.began > SILENCE)
         if block is not None:
             self._send(run, block)
             self._took(begun)
@@ -286,7 +171,8 @@ class Planner:
         if self.run is None:
             ends = ends[ends > 0]
             self._settled()
-            self.run = PlannedMotion(self.read, self)
+            self.run = PlannedMotion(self.read, self.mill, self.look_ahead, self.smooth, self.overrides)
+            self.began = now
         if len(ends):
             moves = moves[: int(ends[0])]
         if len(moves):
@@ -316,7 +202,14 @@ class Planner:
         return scales[0], scales[1], vlimit if vlimit > 0.0 else last[2]
 
     def _settled(self) -> None:
-        self.overrides = self.wanted = self._now()
+        self.wanted = self._now()
+        self._under(self.wanted)
+
+    def _under(self, overrides: tuple[float, float, float]) -> None:
+        """Plan under these from now on."""
+        self.overrides = overrides
+        if self.run is not None:
+            self.run.overrides = overrides
 
     def _overrides(self) -> None:
         """Plan again where an override or the largest velocity has changed, and stays."""
@@ -362,14 +255,15 @@ class Planner:
         t = when - float(starts[at]) if sure.straight[here + at] else float(sure.span[here + at])
         at += here
         s, feed, acceleration = sure.state(at, t)
-        self.overrides, begun = now, self.clock()
+        self._under(now)
+        begun = self.clock()
         try:
             run.restart(s, State(feed * rate, acceleration * rate * rate))
             block = run.block(soon=True)
         except SplinefeedError:
             block = None
         if block is None:  # the motion of before goes on, slower where it must
-            self.overrides = batch.overrides
+            self._under(batch.overrides)
             self.changed = self.clock() + 20 * STEADY
             self._go_on(run, self.sent[max(self.sent)])
             return
@@ -457,7 +351,8 @@ class Planner:
             self.stranded = int(wire.state) != wires.MOVES or playing is None or playing.track is not self.run.track
             if not self.stranded and playing is not None:  # it goes on as planned before: there is time to plan again
                 self.sent = {k: batch for k, batch in self.sent.items() if k <= now}
-                self.overrides, self.piece = playing.overrides, playing.behind
+                self._under(playing.overrides)
+                self.piece = playing.behind
                 self.takes = min(2.0 * self.takes, FARTHEST)
                 self._go_on(self.run, playing)
             return
@@ -480,113 +375,3 @@ class Planner:
         self.sent.clear()
         run.restart(s, State())
         run.begins = True
-
-
-class Heart:
-    """Beats for the planner from a thread of its own, while its main loop lives."""
-
-    def __init__(self, planner: Planner) -> None:
-        self._planner, self._ends = planner, threading.Event()
-        self._thread = threading.Thread(target=self._beat, daemon=True)
-        self._thread.start()
-
-    def _beat(self) -> None:
-        planner = self._planner
-        while not self._ends.wait(0.02):
-            if planner.clock() - planner.alive < DEAD:
-                planner.wire.store("beat", int(planner.wire.beat) + 1)
-
-    def stop(self) -> None:
-        """Stop beating, before the memory goes."""
-        self._ends.set()
-        self._thread.join()
-
-
-class TaskWatch:
-    """Whether LinuxCNC's task waits for motion to end, as a child in LinuxCNC's Python sees it."""
-
-    def __init__(self, python: str, home: str | None = None) -> None:
-        self.waiting: float | None = None  # since when, by the monotonic clock; inf while it goes on
-        program = files("splinefeed.live").joinpath("linuxcnc_task.py").read_text(encoding="utf-8")
-        self._words = [python, "-c", program]
-        self._environment = os.environ if home is None else {**os.environ, "HOME": home}
-        self._child: subprocess.Popen[str] | None = None
-        self._ends = not os.path.exists(python)
-        threading.Thread(target=self._listen, daemon=True).start()
-
-    def _listen(self) -> None:
-        while not self._ends:  # it ends where LinuxCNC was not there yet, and never sees it then
-            self._child = subprocess.Popen(
-                self._words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
-                env=self._environment,
-            )  # fmt: skip
-            assert self._child.stdout is not None
-            for line in self._child.stdout:
-                self.waiting = float(line)
-            self.waiting = None
-            self._child.wait()
-            time.sleep(AGAIN)
-
-    def stop(self) -> None:
-        """End the child."""
-        self._ends = True
-        if self._child is not None:
-            self._child.kill()
-            self._child.wait()
-
-
-def warm_up(mill: Mill, period: float = 1e-3) -> None:
-    """Make the first calls of everything, which take seconds, before motion needs them."""
-    n = len(mill.axes)
-    points = np.zeros((40, n))
-    points[:, 0] = np.linspace(0.0, 3.0, 40)
-    points[:, 1:] = 0.1 * np.sin(points[:, :1])
-    lines = [NurbsCurve.bezier(points[k : k + 2]) for k in range(len(points) - 1)]
-    far = points[-1] + np.arange(1, n + 1) * 9.0
-    for tolerance in (0.01, 0.0):
-        curves = [*lines, NurbsCurve.bezier([points[-1], far])]
-        count = len(curves)
-        path = Path(curves, mill.axes, feeds=[50.0] * count, tolerances=[tolerance] * count)
-        smoother = Smoother("program", mill.axes, corners="round", window=20)
-        look, track = LookAhead(mill.limits(0.05), period, mill.axes, 40), PlannedTrack(0)
-        track.push(np.ones(count))
-        for each in [*smoother.push(path), *smoother.finish()]:
-            track.add(each, np.zeros(len(each.curves), dtype=np.int64))
-            look.take(each)
-        for block in look.blocks(whole=True):
-            quintics(track, track.place(block.curve, block.offset), np.diff(block.law.breaks), block.law.coefficients)
-
-
-def serve(
-    mill: Mill, reserve: float, python: str, say: Callable[[str], None], ends: Callable[[], bool], **how: Any
-) -> None:
-    """Plan for every LinuxCNC that comes, one after the other, until `ends`."""
-    waiting = False
-    while not ends():
-        ident = wires.found()
-        wire = None if ident is None else wires.attached(ident)
-        if wire is None:
-            if not waiting:
-                say("ready: start LinuxCNC")
-            waiting = True
-            time.sleep(0.05)
-            continue
-        task = TaskWatch(python, wires.home(wire.ident))
-        planner = Planner(wire, mill, reserve, say=say, waits=lambda task=task: task.waiting, **how)  # type: ignore[misc]
-        heart = Heart(planner)
-        say("LinuxCNC is here")
-        try:
-            looked = time.monotonic()
-            while planner.there and not ends():
-                if not planner.step():
-                    time.sleep(0.001)
-                if time.monotonic() - looked > 0.5:
-                    looked = time.monotonic()
-                    if wires.users(wire.ident) < 2:  # we alone
-                        break
-        finally:
-            heart.stop()
-            task.stop()
-            wires.detach(wire)
-        waiting = False
-        say("LinuxCNC has ended")
