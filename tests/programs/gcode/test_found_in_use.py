@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from gcode_programs import path_of, refusal
+import splinefeed as sf
+from gcode_programs import path_of, program, refusal, said
 from splinefeed.programs.gcode.dialects import detect
 
 
@@ -70,3 +72,43 @@ def test_variables_of_a_siemens_post_are_numbers_where_they_are_used(tmp_path: P
 )
 def test_what_computes_in_a_siemens_program_is_refused(tmp_path: Path, lines: list[str], reason: str) -> None:
     assert reason in refusal(tmp_path, "; SINUMERIK", *lines)
+
+
+USUAL = [
+    "N10 G1 X=AC( 5 ) Y2 F600", "Z = -1 X=IC(-2.5)", "G91", "X1 Y=AC(7)", "G2 X=IC(4) Y0 I=AC(5.5) J=IC(0)", "G90",
+    "G0 X=5", "G01 A3 B=90 F=300 Y-.5",
+]  # fmt: skip
+
+
+def test_usual_lines_of_siemens_are_what_they_are_word_by_word(tmp_path: Path) -> None:
+    """A line that only moves is read by two patterns; a label before it leads to the words one by one."""
+    usual = path_of(tmp_path, "; SINUMERIK", *USUAL)
+    labels = [f"A_LABEL{i}: {line}" if line[0] != "N" else line for i, line in enumerate(USUAL)]
+    assert said(path_of(tmp_path, "; SINUMERIK", *labels)) == said(usual)
+    places = [curve.control_points[-1][:3].tolist() for curve in usual.curves]
+    assert places == [[5, 2, 0], [2.5, 2, -1], [3.5, 7, -1], [7.5, 7, -1], [5, 7, -1], [5, -0.5, -1]]
+
+
+def test_a_usual_line_of_siemens_may_say_the_tool_axis(tmp_path: Path) -> None:
+    lines = ["TRAORI", "G0 X0 Y0 Z5 A3=0 B3=0 C3=1", "G1 X9 A3 = .5 C3=2 F600", "Y5 B3=-1 C3=1"]
+    path = sf.read(program(tmp_path, "; SINUMERIK", *lines))
+    labels = sf.read(program(tmp_path, "; SINUMERIK", *[f"A_LABEL{i}: {line}" for i, line in enumerate(lines)]))
+    for each in (path, labels):
+        assert isinstance(each, sf.ToolPath)
+        last = each.tool_axis[-1].control_points[-1]
+        assert (last / np.linalg.norm(last)).tolist() == pytest.approx([0.0, -(0.5**0.5), 0.5**0.5])
+    assert path.length == labels.length == 14.0
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ("G1 X1 X2 F60", "X appears twice"),
+        ("G1 X AC(5) F60", "AC( is a call"),
+        ("G1 X5 F=AC(60)", "F=AC( is not supported"),
+        ("G1 X5.2.3 F60", "expected a word"),
+        ("G2 X5 I2.5 F60 A3=1", "given with an arc"),
+    ],
+)
+def test_lines_of_siemens_that_are_not_usual(tmp_path: Path, line: str, reason: str) -> None:
+    assert reason in refusal(tmp_path, "; SINUMERIK", "TRAORI", "G0 X0 Y0", line)

@@ -44,6 +44,8 @@ _WORD = re.compile(
     rf"\s*(?:(?P<axis>I?(?:[XYZABCUVW]|PA|PR))\s*(?P<place>{_NUMBER})|DR\s*(?P<turn>[-+])|R\s*(?P<radius>{_NUMBER})"
     rf"|R(?P<side>[0LR])(?![0-9.,])|F\s*(?P<max>MAX|AUTO)|F\s*(?P<feed>{_NUMBER})|M\s*(?P<m>[0-9]+)|(?P<bare>{_NUMBER}))"
 )
+#: The usual blocks, which only move, without parameters.
+_USUAL = re.compile(r"(CC|CR|C|L)\s++(?=I?[XYZABC]\s*+[-+0-9])(?!.*Q)")
 #: Blocks whose words may be parameters.
 _WITH_PLACES = re.compile(rf"(?:{_MOVE.pattern}|TOOL\s+CALL)[^\"]*Q")
 _TOOL = re.compile(r"TOOL\s+CALL\s*(?P<name>[0-9]+|\"[^\"]*\")?\s*(?P<axis>[XYZUVW])?(?P<rest>.*)")
@@ -89,7 +91,9 @@ class Heidenhain(Interpreter):
             return
         if block and block["skip"]:
             self.findings.count("blocks with / are carried out: skipping them is off", line)
-        if begin := _BEGIN.match(plain):
+        if usual := _USUAL.match(plain):
+            self._do_words(usual[1], plain[usual.end() :])
+        elif begin := _BEGIN.match(plain):
             refuse(
                 begin[1] == "INCH", "a program in inches, whose F is in units of its own, is not read; write it in mm"
             )
@@ -200,36 +204,34 @@ class Heidenhain(Interpreter):
             word = _WORD.match(text, at)
             if word is None:
                 raise LineError(f"expected a word of a Heidenhain program, got {text[at : at + 20].strip()!r}")
-            at = word.end()
-            if word["axis"]:
-                places[word["axis"]] = _value(word["place"])
-            elif word["turn"]:
-                turn = 1 if word["turn"] == "+" else -1
-            elif word["radius"] is not None and not (name in ("L", "LP", "") and float(_value(word["radius"])) == 0.0):
-                radius = _value(word["radius"])
-            elif word["side"] in ("L", "R"):
-                raise LineError(
-                    f"R{word['side']} is compensation of the tool's radius; write the compensated path (R0)"
-                )
-            elif word["max"]:
-                rapid = word["max"] == "MAX"
-            elif word["feed"] is not None:
-                feed = _value(word["feed"])
-            elif word["m"] is not None:
-                codes.append(int(word["m"]))
-            elif word["bare"] is not None:
-                size = _value(word["bare"])
+            at, said = word.end(), word[word.lastgroup or 0]
+            match word.lastgroup:
+                case "place":
+                    places[word["axis"]] = _value(said)
+                case "turn":
+                    turn = 1 if said == "+" else -1
+                case "radius" if not (name in ("L", "LP", "") and float(_value(said)) == 0.0):
+                    radius = _value(said)
+                case "side" if said != "0":
+                    raise LineError(f"R{said} is compensation of the tool's radius; write the compensated path (R0)")
+                case "max":
+                    rapid = said == "MAX"
+                case "feed":
+                    feed = _value(said)
+                case "m":
+                    codes.append(int(said))
+                case "bare":
+                    size = _value(said)
         wrong = next((code for code in codes if code in _TURNED), 0)
         refuse(wrong, f"M{wrong} is not read in a Heidenhain program; let the post write places of the axes")
-        calls, given = {89, 99} & set(codes), self._given
+        calls, given = {89, 99}.intersection(codes), self._given
         refuse(calls and not self._cycle, "no cycle is defined for the call")
         unread = self._cycle and self._cycle not in CYCLES
         refuse(calls and unread, f"M99 calls cycle {self._cycle}, which is not read; write its moves")
         if not math.isnan(feed):
             self.state.set_feed(feed)
-        said = [f"M{code}" for code in codes if code not in (_NO_PLACE, 89, 99, 2, 30)]
-        if said:
-            super().run(" ".join(said), self.line)
+        if switches := [f"M{code}" for code in codes if code not in (_NO_PLACE, 89, 99, 2, 30)]:
+            super().run(" ".join(switches), self.line)
         if _NO_PLACE in codes:
             self.findings.count("places of the machine (M91) are left out: its zero is unknown here", self.line)
         elif name in ("RND", "CHF"):
@@ -245,7 +247,7 @@ class Heidenhain(Interpreter):
         if calls or (self._calls and places and name != "CC"):
             drill(self._cycle, given, self.state, self.line, self.findings)
             self._tangent = np.zeros(2)
-        if {2, 30} & set(codes):
+        if not {2, 30}.isdisjoint(codes):
             super().run("M30", self.line)
 
     def _here(self) -> Array:

@@ -479,9 +479,9 @@ class Interpreter:
             arc = self._arc()
             flags |= arc.pop("flags")
             more |= arc
-        before = state.position.copy()
+        before = state.position.copy() if self.cutter.on else state.position
         self.cutter.check_exit(kind)
-        corner = next((word for word in CORNER_WORDS if word in self._words), "")
+        corner = next((word for word in CORNER_WORDS if word in self._words), "") if self._words else ""
         refuse((corner or self.corners.open) and self.cutter.on, "corners cannot be rounded beside G41 and G42")
         self.corners.complete(kind, there)
         state.add(kind, there, said, self.line, flags=flags, **more)

@@ -14,7 +14,7 @@ import re
 import numpy as np
 
 from splinefeed.programs.gcode.cycles import SIEMENS, parameters, siemens
-from splinefeed.programs.gcode.expressions import LineError, refuse, shown
+from splinefeed.programs.gcode.expressions import Block, LineError, refuse, shown
 from splinefeed.programs.gcode.interpreter import Interpreter
 from splinefeed.programs.gcode.lines import UNKNOWN
 from splinefeed.programs.gcode.moves import AXES, LETTERS
@@ -49,7 +49,14 @@ _CORNERS = {"RND": ",R", "CHR": ",C", "CHF": ",L"}
 #: A cycle, and its parameters.
 _Call = tuple[str, dict[str, float]]
 #: Coordinates that say by themselves whether they are absolute or steps.
-_OWN_WAY = re.compile(r"([A-Z])\s*=\s*(AC|IC)\s*\(\s*([-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++))\s*+\)")
+_NUMBER = r"[-+]?+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++)"
+_OWN_WAY = re.compile(rf"([A-Z])\s*=\s*(AC|IC)\s*\(\s*({_NUMBER})\s*+\)")
+#: A line that only moves, the usual one: G0 to G3, and words of axes, centres, feed and tool axis, which are numbers.
+_MOVE = re.compile(
+    rf"(?:N[0-9]++(?![0-9.])\s*+)?+(?:G0*+(?P<g>[0-3])(?![0-9.])\s*+)?+(?P<words>(?:(?:[ABC]3\s*+=\s*+{_NUMBER}"
+    rf"|[XYZABCIJK]\s*+=\s*+(?:AC|IC)\s*+\(\s*+{_NUMBER}\s*+\)|[XYZABCIJKF]\s*+=?+\s*+{_NUMBER})\s*+)++)"
+)
+_OF_MOVE = re.compile(rf"([ABC]3(?=\s*+=)|[A-Z])\s*+=?+\s*+(?:(AC|IC)\s*+\(\s*+)?+({_NUMBER})")
 _DISTANCES = re.compile(r"(?<![A-Z0-9.])G9([01])(?![0-9.])")
 _WORD = re.compile(
     r"\s*(?:(?P<name>[A-Z_]++[0-9]*+)\s*+=\s*+(?P<text>\"[^\"]*\"|[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:EX[-+]?[0-9]+)?)"
@@ -73,6 +80,9 @@ class Siemens(Interpreter):
         """One line: translated, or taken as a control point."""
         self.line = line
         text = without_remarks(text).strip().upper()
+        move = None if self.splines.open or self._modal_call else _MOVE.fullmatch(text)
+        if move is not None and self._only_moves(move):
+            return
         head = HEAD.match(text)
         text = text[head.end() :] if head else text
         if text.startswith("%") or re.match(r"MSG\s*\(", text) or self.values.declare(text):
@@ -98,15 +108,39 @@ class Siemens(Interpreter):
             x, y, z = (extra.get(name, 0.0) for name in _TOOL_AXIS)
             self.tool_tip.given = x, y, z
         super().run(" ".join(words), line)
-        if self.tool_tip.given is not None:
-            self.tool_tip.given = None
-            raise LineError("A3= B3= C3= need a G0 or G1 on the line")
+        self._check_axis_used()
         if "MCALL" in keys:
             self._modal_call = call
         elif any(word[0] in LETTERS for word in words):
             call = call or self._modal_call
         if call is not None and "MCALL" not in keys:
             siemens(*call, self.state, line, self.findings)
+
+    def _only_moves(self, line: re.Match[str]) -> bool:
+        """Do the usual line, word by word; False where a word comes twice, which is said elsewhere."""
+        words: dict[str, float] = {}
+        axis: dict[str, float] = {}
+        for name, way, value in _OF_MOVE.findall(line["words"]):
+            if name in words or name in axis:
+                return False
+            if len(name) > 1:
+                axis[name] = float(value)
+            else:
+                number = float(value)
+                words[name] = self._by_mode(name, way == "AC", number, self.state.relative) if way else number
+        if self._modal not in self.cycles.known:
+            self.cycles.forget()
+        if axis:
+            x, y, z = (axis.get(name, 0.0) for name in _TOOL_AXIS)
+            self.tool_tip.given = x, y, z
+        self._do(Block(words, [10 * int(line["g"])] if line["g"] else []))
+        self._check_axis_used()
+        return True
+
+    def _check_axis_used(self) -> None:
+        if self.tool_tip.given is not None:
+            self.tool_tip.given = None
+            raise LineError("A3= B3= C3= need a G0 or G1 on the line")
 
     @property
     def busy(self) -> bool:
@@ -154,15 +188,17 @@ class Siemens(Interpreter):
 
     def _in_force(self, match: re.Match[str], relative: bool) -> str:
         """X=IC(5) or I=AC(5) as the word that means the same by the modes in force."""
-        letter, absolute, value = match[1], match[2] == "AC", float(match[3])
-        refuse(letter not in LETTERS + "IJK", f"{letter}={match[2]}( is not supported in a Siemens program")
+        refuse(match[1] not in LETTERS + "IJK", f"{match[1]}={match[2]}( is not supported in a Siemens program")
+        return f"{match[1]}={self._by_mode(match[1], match[2] == 'AC', float(match[3]), relative):.17f} "
+
+    def _by_mode(self, letter: str, absolute: bool, value: float, relative: bool) -> float:
+        """A word that says itself whether it is absolute or a step, as G90 and G91 have it."""
         axis = "IJK".index(letter) if letter in "IJK" else LETTERS.index(letter)
         steps = relative or letter in "IJK"
         # where the tool, or the control point before, is on an axis, in the words of the program
         place = (self.splines.points[-1] if self.splines.open else self.state.position)[axis]
         place = (place - self.state.offset[axis]) / self.state.scale[axis]
-        value += 0.0 if absolute != steps else float(-place if absolute else place)
-        return f"{letter}={value:.17f} "
+        return value + (0.0 if absolute != steps else float(-place if absolute else place))
 
     def _splines(self, words: list[str], extra: dict[str, float], begins: bool) -> None:
         """Open or close a BSPLINE, and take the axis words of the line as a control point."""
