@@ -156,6 +156,8 @@ def test_very_long_lines_are_looked_at_once(line):
     [
         "0 0\n10 0\n10 10\n0 10\n0 0\n\n50 0\n60 0\n60 10\n50 10\n50 0\n",
         "x;y\n\n0;0\n10;0\n10;10\n0;10\n0;0\n \n# the second\n\n50;0\n60;0\n60;10\n50;10\n50;0\n\n\n",
+        "x,y\n,\n0,0\n10,0\n10,10\n0,10\n0,0\n , \n50,0\n60,0\n60,10\n50,10\n50,0\n,\n",  # empty rows of a spreadsheet
+        "x;y\n0;0\n10;0\n10;10\n0;10\n0;0\n;\n50;0\n60;0\n60;10\n50;10\n50;0\n",
         "x,y\r\n0,0\r\n10,0\r\n10,10\r\n0,10\r\n0,0\r\n\r\n50,0\r\n60,0\r\n60,10\r\n50,10\r\n50,0\r\n",
     ],
 )

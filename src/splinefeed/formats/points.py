@@ -13,7 +13,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain, islice, zip_longest
-from operator import itemgetter
 
 import numpy as np
 
@@ -33,6 +32,8 @@ from splinefeed.records import ROTARY_AXES, Array, IntArray
 DEFAULT_TOLERANCE = 1e-3
 #: Columns without names that are taken: x, y and z.
 UNNAMED = 3
+#: What lines without numbers consist of, as spreadsheets save empty rows.
+BLANK = " \t,;"
 #: Points of one part, and the largest table that is read in parts, bytes.
 PART = 4096
 MAX_BYTES = 2 * 2**30
@@ -45,7 +46,7 @@ def holds(head: bytes) -> bool:
     """Whether `head` looks like this format: two lines of as many numbers, two or more, and before them words only."""
     counts = []
     for line in head_text(head[:4096]).splitlines():
-        if not line.strip() or line.lstrip().startswith(table_text.COMMENTS):
+        if not line.strip(BLANK) or line.lstrip().startswith(table_text.COMMENTS):
             if line.startswith(OURS):
                 return False
             continue
@@ -192,7 +193,7 @@ def _named(names: list[tuple[str, str]]) -> bool:
 def _blocks(text: Iterable[str], most: int) -> Iterator[Points]:
     """The points of a table, at most `most` at a time; at least one block, or InputError with the line."""
     every = enumerate(map(str.strip, text), start=1)
-    lines = filter(itemgetter(1), every)
+    lines = ((number, line) for number, line in every if line.strip(BLANK))
     heads: list[tuple[int, str, bool]] = []  # lines above the numbers, and whether each is a comment
     width = 0
     said: float | None = None  # how many points the file says that it has
@@ -252,10 +253,10 @@ def _blocks(text: Iterable[str], most: int) -> Iterator[Points]:
 
 
 def _numbered(lines: Iterable[tuple[int, str]]) -> Iterator[tuple[int, str, int]]:
-    """Lines of numbers with their number and that of their contour: blank lines part contours."""
+    """Lines of numbers with their number and that of their contour: blank lines, marks alone too, part contours."""
     contour, blank, begun = 0, False, False
     for at, row in lines:
-        if not row:
+        if not row.strip(BLANK):
             blank = begun
         elif not row.startswith(table_text.COMMENTS):
             contour, blank, begun = contour + blank, False, True

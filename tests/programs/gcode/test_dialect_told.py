@@ -114,6 +114,8 @@ def test_programs_of_posts_are_told(dialect: str, lines: list[str]) -> None:
         (["(Mach3Turn)", "G1 X1"], "mach3"),
         (["( FANUC 18M )", "G21 G90", "G1 X1. F90."], "fanuc"),
         (["; post: Fanuc", "G1 X1. F90."], "fanuc"),
+        (["N10 MCALL CYCLE81(10,0,2,-5) ; drill", "X10"], "siemens"),
+        (["(CYCLE 1) (X=10)", "G1 X1"], "linuxcnc"),
         (["START_PRINT BED=60", "PARK X=3", "G1 X1 F90"], "klipper"),
         (["G1 X1 F90 (machine 30, not Mach 33)"], "linuxcnc"),
     ],

@@ -162,3 +162,14 @@ def test_macros_of_klipper_with_places_are_no_words_of_siemens(tmp_path: Path) -
     path = sf.read(file, start=(0, 0, 0))
     assert path.length == pytest.approx(10.0)
     assert "left out with their moves and time: _MOVE_TO (1), P0 (1), M98 (1)" in "".join(path.findings)
+
+
+def test_pictures_before_a_program_do_not_hide_its_printer(tmp_path: Path) -> None:
+    """CrealityOfficial/K1_Series_Klipper, K1/3DBenchy.gcode: 77 KB of pictures come before the first command."""
+    picture = ["; png begin 300*300 57344", *["; " + 38 * "iV" for _ in range(1200)], "; png end"]
+    lines = [*picture, "START_PRINT EXTRUDER_TEMP=210", "G1 X10 F600", "SET_PRESSURE_ADVANCE ADVANCE=0.05; own", "X20"]
+    path = path_of(tmp_path, *lines)
+    assert path.length == 20.0 and any("START_PRINT (1)" in each for each in path.findings)
+    reading = Reading()
+    list(reading.moves(program(tmp_path, *lines)))
+    assert reading.dialect_by == "'START_PRINT' in line 1203"

@@ -214,6 +214,10 @@ UNSURE_FROM = 100.0
 #: Klipper's macros, whose values may look like Siemens' words: PARK_AT X=10.
 _MACRO = re.compile(r"^[ \t]*(?=\w*_)[A-Z_]\w*[ \t]+\w+=.*", re.IGNORECASE | re.MULTILINE)
 
+#: Comments, but for those that show a dialect, and calls of Siemens' cycles, whose brackets are none.
+_COMMENT = re.compile(
+    r"(?P<call>\bCYCLE[0-9]+[ \t]*+\()|\([^()\n]*+\)|;(?!\$PATH|\s*SINUMERIK|FLAVOR).*", re.IGNORECASE
+)
 #: Dialects that a comment may name.
 _IN_COMMENTS = ("mach3", "grbl, by less", "haas", "fanuc, by less")
 
@@ -283,7 +287,7 @@ def contradiction(head: bytes) -> str:
 def _text_and_code(head: bytes) -> tuple[str, str]:
     """The text of a program, and the same without comments."""
     text = head_text(head.strip(b"\0"))
-    return text, re.sub(r"\([^()\n]*\)|;(?!\$PATH|\s*SINUMERIK|FLAVOR).*", "", text)
+    return text, _COMMENT.sub(lambda found: found["call"] or "", text)
 
 
 def _place(text: str, found: re.Match[str]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pathlib
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -46,7 +47,10 @@ MAX_BYTES = 2 * 2**30
 BLOCK = 2**18
 #: Lines that are carried out by arrays at once, behind a line for the interpreter, and at most.
 _FIRST, _MOST = 256, 16384
-_HEAD = 2**16
+#: How much of a program is looked at to recognize it, bytes, lines of pictures (base64, as slicers write them) aside,
+#: and with them at most.
+_HEAD, _MOST_HEAD = 2**16, 2**23
+_PICTURE = re.compile(rb"^;[ \t]*+[A-Za-z0-9+/=]{40,}+[ \t\r]*+$", re.MULTILINE)
 #: Bytes that texts of programs have, tapes' controls (leaders of zeros, DC1 to DC4, end of file) and other languages'
 #: letters too; and how many, and how much of a file, may be others.
 _TEXT, _FEW, _CONTROLS = bytes({0, *range(9, 14), *range(17, 21), 26, *range(32, 256)}), 20, 0.02
@@ -89,7 +93,7 @@ class Reading:
     def moves(self, file: str | os.PathLike[str]) -> Iterator[Moves]:
         """The moves of a program, in the order of the file; FormatError that names file and line."""
         check_size(check_file(file), MAX_BYTES)
-        head = read_head(file, _HEAD)
+        head = _head_of(file)
         if len(head.translate(None, _TEXT)) > max(_CONTROLS * len(head), _FEW):
             raise FormatError(f"{file}: is no text, so no G-code program: it may be encrypted or compressed")
         if self.dialect is None:
@@ -236,3 +240,14 @@ class Reading:
                 yield state.take()
         if not shown:
             self.lines = max(self.lines, self._line)
+
+
+def _head_of(file: str | os.PathLike[str]) -> bytes:
+    """The first bytes of a program; lines of pictures in it are empty comments."""
+    size = _HEAD
+    while True:
+        head = read_head(file, size)
+        plain = _PICTURE.sub(b";", head)
+        if len(head) < size or len(plain) >= _HEAD or size >= _MOST_HEAD:
+            return plain
+        size *= 4
