@@ -3,11 +3,15 @@
 The multipliers of `dual.py` that bound the time best are those of a convex problem: q at the places of the integral,
 rows tested with splines, sum of w_i B_i (row)_i <= 0, and one pace p for 1 / sqrt(q) (Boyd and Vandenberghe, *Convex
 Optimization*, section 11.7). Z <= 1 is what it costs that the limit of jerk is not convex: it is the bound of motions
-that may exceed this limit where they spend |j| / J of time a millimetre. What is left to rounding is the integral: the
-difference that halved cells make to it is taken off.
+that may exceed this limit where they spend |j| / J of time a millimetre. So the next ones are found as if q were at
+least a share of that of the plan, with jerk under chords of 1 / sqrt(q), which are linear rows; `Dual.by_place` then says
+what they bound the time by without that. What is left to rounding is the integral: the difference that halved cells make
+to it is taken off.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 from scipy.linalg import lapack
@@ -19,8 +23,14 @@ from splinefeed.planner.solve import FAR, NEAR, RIDGES, STEPS, Problem, Solution
 from splinefeed.planner.spline import DEGREE
 from splinefeed.records import Array, IntArray
 
-#: While the bound is below this share of the time it is looked for again, on cells half as long, so many times in all.
-CLOSE, TIMES = 0.995, 3
+#: While the bound is below this share of the time it is looked for again, so many times in all: on cells half as long,
+#: first everywhere and then three times where jerk binds, and under better chords, as long as that is worth this share.
+CLOSE, TIMES, HALVED, WORTH = 0.995, 9, 3, 1e-4
+#: Chords begin at this share of q of the plan; the next one is so much lower where the bound falls short of what
+#: multipliers promise, by this share of the time, and so much higher elsewhere, up to the last.
+SHARE, LOWER, LITTLE, HIGHER, MOST = 0.6, 0.8, 1e-7, 1.1, 0.97
+#: Jerk binds where its multipliers sum up to more than this, or where those under chords are not 0.
+NEARLY = 0.9
 #: A multiplier that begins below this, and those whose splines overlap it, too, stays 0: its row does not bind there.
 BINDING = 1e-3
 
@@ -39,24 +49,56 @@ def lower_bound(
     states, found = tuple((end.q, end.slope) for end in ends), 0.0
     scale = solution.time / (high - low)
     at, x = _first(problem, solution, scale)
-    for _ in range(TIMES):
-        dual, close = (Dual(conditions, nodes, states, scale, parts) for parts in (1, 2))
-        q = problem.spline.at(solution.c, np.clip(dual.x, inner[0], inner[-1]))[0]
-        for end, away in zip(ends, (dual.x - low, high - dual.x), strict=True):
+
+    def planned(places: Array) -> Array:
+        """q of the solution, (n,)."""
+        q = problem.spline.at(solution.c, np.clip(places, inner[0], inner[-1]))[0]
+        for end, away in zip(ends, (places - low, high - places), strict=True):
             if end.rest:
                 q *= np.minimum(away / end.ramp, 1.0) ** (4.0 / 3.0)
-        q = np.maximum(q, SAME * np.max(q)).reshape(dual.top.shape)
-        here = dual.spline.greville()
-        at, x = (
-            here,
-            _best(dual, q, np.array([np.interp(here, at, each) for each in x.T]).reshape(-1, len(here)).T, gap),
-        )
-        least = close.bound(x, *close.at(x))
-        found = max(found, least - abs(least - dual.bound(x, *dual.at(x))))
-        if found > CLOSE * float(np.sum(dual.weight / np.sqrt(q))):
+        return np.asarray(np.maximum(q, SAME * np.max(q)))
+
+    least: Callable[[Array], Array] | None = None
+    share = np.full(len(nodes) - 1, SHARE)  # of q of the solution that `least` is, in each cell
+    for k in range(TIMES):
+        dual, close = (Dual(conditions, nodes, states, scale, parts, least) for parts in (1, 2))
+        q, here = planned(dual.x).reshape(dual.top.shape), dual.spline.greville()
+        begin = np.array([np.interp(here, at, each) for each in x.T]).reshape(-1, len(here)).T
+        at, x = here, _best(dual, q, _with_chords(dual, begin), gap)
+        (bound, short), (closer, _) = dual.by_place(x), close.by_place(x)
+        before, found = found, float(np.fmax(found, closer - abs(closer - bound)))
+        time = float(np.sum(dual.weight / np.sqrt(q)))
+        if found > CLOSE * time or (k > HALVED and found - before < WORTH * time):
             break
-        nodes = np.sort(np.append(nodes, 0.5 * (nodes[1:] + nodes[:-1])))
+        jerk, under = x[:, : dual.jerks], x[:, dual.jerks + dual.linears :]
+        full = (np.sum(jerk, axis=1) > NEARLY) | np.any(under > BINDING, axis=1)
+        tight = np.any(dual.near(full[:, None]), axis=1)
+        if least is not None:
+            higher = np.where(tight, np.minimum(HIGHER * share, MOST), share)
+            share = np.where(short > LITTLE * time, LOWER * share, higher)
+        if k <= HALVED:
+            halved = tight if k else np.ones_like(tight)
+            nodes = np.sort(np.append(nodes, 0.5 * (nodes[1:] + nodes[:-1])[halved]))
+            share = np.repeat(share, 1 + halved)
+        middle, parts_of_q = 0.5 * (nodes[1:] + nodes[:-1]), share
+
+        def least(places: Array, middle: Array = middle, share: Array = parts_of_q) -> Array:
+            """q that motions hardly fall below where jerk binds, (n,)."""
+            return np.asarray(np.interp(places, middle, share) * planned(places))
+
     return found
+
+
+def _with_chords(dual: Dual, x: Array) -> Array:
+    """Multipliers to begin with: half of those of jerk, too, under chords, where they sum up to much."""
+    under = x[:, dual.jerks + dual.linears :]
+    if dual.fields == dual.jerks + dual.linears:
+        return x
+    jerk = x[:, : dual.jerks]
+    total = np.sum(jerk, axis=1, keepdims=True)
+    seed = np.where(total > 0.5, 0.5 * jerk / np.maximum(total, 1.0), 0.0)
+    under = np.maximum(under, seed) if under.size else seed
+    return np.concatenate([x[:, : dual.jerks + dual.linears], under], axis=1)
 
 
 def _first(problem: Problem, solution: Solution, scale: float) -> tuple[Array, Array]:
