@@ -4,9 +4,9 @@ The multipliers of `dual.py` that bound the time best are those of a convex prob
 rows tested with splines, sum of w_i B_i (row)_i <= 0, and one pace p for 1 / sqrt(q) (Boyd and Vandenberghe, *Convex
 Optimization*, section 11.7). Z <= 1 is what it costs that the limit of jerk is not convex: it is the bound of motions
 that may exceed this limit where they spend |j| / J of time a millimetre. So the next ones are found as if q were at
-least a share of that of the plan, with jerk under chords of 1 / sqrt(q), which are linear rows; `Dual.by_place` then says
-what they bound the time by without that. What is left to rounding is the integral: the difference that halved cells make
-to it is taken off.
+least a share of that of the plan, with jerk under chords of 1 / sqrt(q), which are linear rows; `Dual.by_place` then
+says what they bound the time by without that. What is left to rounding is the integral: the difference that halved
+cells make to it is taken off.
 """
 
 from __future__ import annotations

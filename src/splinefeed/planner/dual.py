@@ -41,7 +41,7 @@ _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 GAUSS, WEIGHTS = 0.5 * (_PLACES + 1.0), 0.5 * _WEIGHTS
 #: Coefficients that reach into a cell.
 REACHING = DEGREE + 1
-#: Into how many intervals of sqrt(q) each place is divided from 0 to so many times the least q; the last goes to the top.
+#: Intervals of sqrt(q) at each place, from 0 to so many times the least q; one more goes to the top.
 INTERVALS, FAR = 48, 25.0
 
 
