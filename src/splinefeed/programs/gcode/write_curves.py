@@ -34,7 +34,11 @@ class WrittenControl:
 
     forms     its spline words, the default first; header  first lines, by which a reader recognizes the dialect
     decimals  of numbers, 17 where it reads all digits of a float; degree  the highest of its splines
-    dwell     letter of a wait in seconds; exact  its exact stop; footer  last lines
+    dwell     letter of a wait in seconds; exact  its exact stop, "" where there is none; footer  last lines
+    point     whether every number has a decimal point; knotted  its word for a NURBS by knots
+    turns     word of how often an arc goes round, and how much is counted off for the first time
+    within    word of a tolerance behind G64, "" where there is none
+    g0_at_f   whether G0 moves at the feed in force, and a line is one command, which comes first
     """
 
     forms: tuple[str, ...]
@@ -44,19 +48,39 @@ class WrittenControl:
     dwell: str = "P"
     exact: str = "G61"
     footer: tuple[str, ...] = ("M2",)
+    point: bool = False
+    knotted: str = "G06.2"
+    turns: tuple[str, int] = ("P", 0)
+    within: str = ""
+    g0_at_f: bool = False
 
 
 #: Fanuc's P, the order of a spline, is 2 to 4, Siemens' SD 2 or 3.
 CONTROLS = {
-    "linuxcnc": WrittenControl(("g5.2", "g6.2", "arcs", "g1"), ("G17 G21 G40 G49 G80 G90 G91.1 G94",), 17, 12),
+    "linuxcnc": WrittenControl(
+        ("g5.2", "g6.2", "arcs", "g1"), ("G17 G21 G40 G49 G80 G90 G91.1 G94",), 17, 12, knotted="G6.2", within="P"
+    ),
     "fanuc": WrittenControl(
-        ("g6.2", "arcs", "g1"), ("%", "O0001", "G17 G21 G40 G49 G80 G90 G94"), 6, 3, dwell="X", footer=("M30", "%")
+        ("g6.2", "arcs", "g1"),
+        ("%", "O0001", "G17 G21 G40 G49 G80 G90 G94"),
+        6,
+        3,
+        dwell="X",
+        footer=("M30", "%"),
+        point=True,
     ),
     "siemens": WrittenControl(
-        ("bspline", "arcs", "g1"), ("; SINUMERIK", "G17 G71 G40 G90 G94"), 9, 3, "F", "G60", footer=("M30",)
+        ("bspline", "arcs", "g1"),
+        ("; SINUMERIK", "G17 G71 G40 G90 G94"),
+        9,
+        3,
+        "F",
+        "G60",
+        footer=("M30",),
+        turns=("TURN=", 1),
     ),
     "mach3": WrittenControl(("arcs", "g1"), ("(Mach3)", "G17 G21 G40 G49 G80 G90 G91.1 G94"), 6),
-    "printer": WrittenControl(("g1", "arcs"), (";FLAVOR:Marlin", "G21", "G90"), 5, dwell="S"),
+    "printer": WrittenControl(("g1", "arcs"), (";FLAVOR:Marlin", "G21", "G90"), 5, dwell="S", exact="", g0_at_f=True),
 }
 
 
@@ -85,7 +109,7 @@ class WrittenText:
         """A number as the control reads it: no exponent, all digits that count, a point."""
         text = np.format_float_positional(float(value) + 0.0, unique=True, precision=self.decimals, trim="-")
         text = "0" if text in ("-0", "-0.", "0.") else text
-        return text if "." in text or self.dialect != "fanuc" else f"{text}."
+        return f"{text}." if self.control.point and "." not in text else text
 
     def places(self, letters: Sequence[str], point: Array, *, every: bool = False) -> list[str]:
         """Words of the axes that change, or of all of them."""
@@ -191,7 +215,8 @@ class WrittenText:
             words.append(f"{'IJK'[axis]}{self.number(value)}")
         turns = math.ceil(abs(sweep) / (2.0 * math.pi) - 1e-9)
         if turns > 1:
-            words.append(f"P{turns}" if self.dialect != "siemens" else f"TURN={turns - 1}")
+            word, off = self.control.turns
+            words.append(f"{word}{turns - off}")
         self.move("G3" if sweep > 0.0 else "G2", words)
 
     def _biarcs(self) -> None:
@@ -261,8 +286,7 @@ class WrittenText:
         weights = [f"R{self.number(weight)}" for weight in _weights(curve)]
         rows = [[knot, *point, weight] for knot, point, weight in zip(knots, points, weights, strict=False)]
         rows[0].insert(0, f"P{curve.degree + 1}")
-        word = "G6.2" if self.dialect == "linuxcnc" else "G06.2"
-        self._spline(word, rows + [[knot] for knot in knots[len(rows) :]])
+        self._spline(self.control.knotted, rows + [[knot] for knot in knots[len(rows) :]])
 
     def _bspline(self) -> None:
         """Siemens' BSPLINE: the first control point is where the tool is, PL are steps between knots, PW weights."""

@@ -90,12 +90,12 @@ def _write_path(path: Path, letters: list[str], text: WrittenText, feed: float |
     for i, curve in enumerate(path.curves):
         while markers and markers[0].before <= i:
             _write_marker(markers.pop(0), text, last=False)
-        if path.tolerances is not None and text.dialect != "printer":
+        if path.tolerances is not None and text.control.exact:
             text.change("path_control", _path_control(float(path.tolerances[i]), text))
         speed = feed if path.feeds is None else float(path.feeds[i])
         if speed is None:
             text.said.say("no feed is given, and most controls refuse lines without F; give the option feed")
-        if speed == math.inf and text.dialect == "printer":
+        if speed == math.inf and text.control.g0_at_f:
             text.said.say("a rapid move is written as G0, which a printer moves at the feed in force")
         if speed == math.inf and curve.degree > 1:
             text.said.say("a rapid move along a curve is written at the feed in force")
@@ -114,7 +114,7 @@ def _write_marker(marker: Marker, text: WrittenText, last: bool) -> None:
             text.said.say(f"{marker.text} is inside the path and is left out")
             return
         words = marker.text.split()
-        if text.dialect == "printer":  # the command comes first
+        if text.control.g0_at_f:  # the command comes first
             words.sort(key=lambda word: word[0] not in "MT")
         text.lines.append(" ".join(words))
     if marker.dwell > 0.0 or (not marker.text and marker.stop):
@@ -125,8 +125,8 @@ def _path_control(tolerance: float, text: WrittenText) -> str:
     """G61 for an exact path, G64 with P for how far it may be left."""
     if tolerance == 0.0:
         return text.control.exact
-    if text.dialect == "linuxcnc" and math.isfinite(tolerance):
-        return f"G64 P{text.number(tolerance)}"
+    if text.control.within and math.isfinite(tolerance):
+        return f"G64 {text.control.within}{text.number(tolerance)}"
     if math.isfinite(tolerance):
         text.said.say(f"{text.dialect} has no word for a path tolerance: G64 is written without P")
     return "G64"
