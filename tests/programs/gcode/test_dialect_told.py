@@ -44,7 +44,7 @@ def test_a_wait_that_may_be_s_or_ms_is_asked_for(tmp_path: Path, wait: str, aske
     number = wait[1:]
     assert refusal(tmp_path, *lines) == (
         f"line 2: G4 {wait} waits {number} s in linuxcnc, mach3, grbl, and {float(number) / 1e3:g} s in fanuc, haas, "
-        "printer, marlin, klipper; nothing shows which control the program is for: name it (option dialect)"
+        "mach4, printer, marlin, klipper; nothing shows which control the program is for: name it (option dialect)"
     )
     for dialect, seconds in (("linuxcnc", float(number)), ("fanuc", 1e-3 * float(number))):
         path = path_of(tmp_path, *lines, dialect=dialect)
@@ -57,7 +57,7 @@ def test_a_wait_that_may_be_s_or_ms_is_asked_for(tmp_path: Path, wait: str, aske
         ("G187 P2", "haas"),
         ("G505", "siemens"),
         ("G29", "printer"),
-        ("G12 I5", "haas and mach3"),
+        ("G12 I5", "haas, mach3 and mach4"),
         ("G68.2 X0", "fanuc and haas"),
     ],
 )
@@ -112,6 +112,7 @@ def test_programs_of_posts_are_told(dialect: str, lines: list[str]) -> None:
     [
         (["(Mach3 post)", "M98 P2000", "M30", "O2000", "G1 X1", "M99"], "mach3"),  # subprograms of Mach3 have an O
         (["(Mach3Turn)", "G1 X1"], "mach3"),
+        (["(Mach4 Mill)", "G1 X1"], "mach4"),
         (["( FANUC 18M )", "G21 G90", "G1 X1. F90."], "fanuc"),
         (["; post: Fanuc", "G1 X1. F90."], "fanuc"),
         (["N10 MCALL CYCLE81(10,0,2,-5) ; drill", "X10"], "siemens"),
@@ -148,3 +149,32 @@ def test_a_peck_of_fanuc_without_a_point_is_said(tmp_path: Path) -> None:
     assert any(each.startswith("Q, the depth of a peck, without a decimal point") for each in whole.findings)
     parts = path_of(tmp_path, *lines, increments=True)
     assert len(parts.curves) > len(whole.curves) and not any(each.startswith("Q,") for each in parts.findings)
+
+
+def test_mach4_has_times_by_the_point_and_numbers_as_they_are(tmp_path: Path) -> None:
+    """Mach4 Mill Programming Guide 1.1, build 3775, pp. 8, 10, 57 (P, X1 = X1.0, cycles), 17 (G4), 45 (G54.1)."""
+    lines = [
+        "(Mach4)",
+        "G21 G90 G54",
+        "G0 X0 Y0 Z5",
+        "G4 P500",
+        "G4 P2.0",
+        "G4 X100",
+        "G82 X10 Z-5 R2 P200 F100",
+        "G80",
+        "M30",
+    ]
+    path = path_of(tmp_path, *lines)
+    assert [each.dwell for each in path.markers if each.dwell] == [0.5, 2.0, 0.1, 0.2]
+    assert not [each for each in path.findings if "decimal point" in each or "increments" in each]
+    shifted = path_of(tmp_path, "(Mach4)", "G21 G90 G10 L20 P2 X50", "G54.1 P2 G1 X5 F60")
+    assert shifted.length == 55.0
+    assert "not read" in refusal(tmp_path, "(Mach4)", "G0 X0 Y0", "G13 I5 F60")
+
+
+def test_a_wait_by_x_of_fanuc_without_a_point_is_said(tmp_path: Path) -> None:
+    lines = ["O1000", "G21 G90", "G0 X0. Y0.", "G1 X5. F90.", "G4 X2000"]
+    taken = path_of(tmp_path, *lines)
+    assert any(each.startswith("X of G4 without a decimal point is taken in s") for each in taken.findings)
+    parts = path_of(tmp_path, *lines, increments=True)
+    assert [sum(each.dwell for each in path.markers) for path in (taken, parts)] == [2000.0, 2.0]

@@ -23,11 +23,12 @@ class Dialect:
     laser         S is the power of a laser, for which the tool does not rest
     own           G codes that not every control has, as tenths; those that are not read are refused as its own
     m_codes       those that it has; the words beside another one are that one's. None where the builder adds codes
-    dwell         s of one unit of G4's P; dwell_words: letters of G4 that are in s
+    dwell         s of one unit of G4's P; dwell_words: other letters of G4 in s (whole as P where no increments count)
     dwell_pointed s of one unit of P with a decimal point, of G4 and of cycles; None where a point changes nothing
     dwell_said    what a finding says of that unit, where the manual leaves it open
     units_by_70   whether G70 and G71 are inches and mm; to others they are cycles of lathes, or rows of holes
     modes         codes that switch functions of the control on and off and move nothing
+    increments    whether words of axes without a decimal point may count least increments
     silent        how lines begin that are for the control alone: directives, texts
     percent_ends  whether a second % ends the program; to others a line that begins with it is a comment
     returns       98 or 99: where canned cycles end unless the program says it
@@ -57,6 +58,7 @@ class Dialect:
     dwell_said: str = ""
     units_by_70: bool = False
     modes: frozenset[int] = frozenset()
+    increments: bool = False
     silent: tuple[str, ...] = ()
     percent_ends: bool = True
     returns: int = 98
@@ -100,6 +102,7 @@ _FANUC = Dialect(
     # G13.1 does too, but G13 is a round pocket to a Haas, whose G103 and G187 say how far to look ahead and
     # how smooth to be
     modes=frozenset((50, 51, 80, 501, 620, 630, 690, 150, 131, 1030, 1870)),
+    increments=True,
     silent=("//", "POPEN", "PCLOS", "DPRNT", "BPRNT"),
     repeats="KL",
     cycles="fanuc",
@@ -143,6 +146,18 @@ DIALECTS = {
             jumps=True,
             lathe="mach3",
         ),
+        replace(
+            _FANUC,
+            name="mach4",
+            title="Mach4",
+            own=_tenths(9, 12, 13, 15, 16, 31, 32, 50, 51, 60, 66, 67, 68, 69) | frozenset((842, 843)),
+            dwell_said="",
+            modes=frozenset((110, 150, 401, 402, 501, 690)),
+            increments=False,
+            silent=(),
+            repeats="L",
+            systems=frozenset((541,)),
+        ),
         Dialect(
             "grbl",
             "Grbl",
@@ -179,7 +194,8 @@ _SIGNS = {
     "grbl": r"^[ \t]*\$(?:N?\d+[ \t]*=|J=|[$#GIXCH](?![A-Z0-9]))",
     "linuxcnc": r"^(?>[^\n]*?\bG0?6\.2\b)[^\n]*Q\s*[123]\b|^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b"
     r"|\bM6[78][ \t]*E\d|\bM6[2-6][ \t]*P\d|#[ \t]*<\w|\bM0?[345][ \t]*\$[ \t]*-?\d",
-    "mach3": r"\bmach\s?[234](?![0-9])(?:/[34])?",
+    "mach3": r"\bmach\s?[23](?![0-9])(?:/[34])?",
+    "mach4": r"\bmach\s?4(?![0-9])",
     "haas": r"\bhaas\b|\bG154[ \t]*P\d|\bG187\b|\bG103[ \t]*P\d",
     # a number of four digits, or of fewer where the program begins
     "fanuc": r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?![ \t]*[a-z\[#])|\A[%\s]*+O\d{1,3}\b(?![ \t]*[a-z\[#<])"
@@ -219,7 +235,7 @@ _COMMENT = re.compile(
     r"(?P<call>\bCYCLE[0-9]+[ \t]*+\()|\([^()\n]*+\)|;(?!\$PATH|\s*SINUMERIK|FLAVOR).*", re.IGNORECASE
 )
 #: Dialects that a comment may name.
-_IN_COMMENTS = ("mach3", "grbl, by less", "haas", "fanuc, by less")
+_IN_COMMENTS = ("mach3", "mach4", "grbl, by less", "haas", "fanuc, by less")
 
 #: Axis words with a decimal point and without, and how many of these are counted.
 _POINTED = re.compile(r"(?<![A-Z#\[])[XYZUVWABCIJKR][-+]?[0-9]*\.", re.IGNORECASE)

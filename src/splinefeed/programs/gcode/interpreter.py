@@ -239,7 +239,8 @@ class Interpreter:
                 others = [each.name for each in DIALECTS.values() if code in each.own]
                 own = f"{name} is a code of {self.dialect.title} that is not read; let the CAM system write its moves"
                 refuse(code in self.dialect.own, own)
-                hint = f"it is a code of {' and '.join(others)}" if others else "the program may be another control's"
+                named = ", ".join(others[:-1]) + " and " * (len(others) > 1) + "".join(others[-1:])
+                hint = f"it is a code of {named}" if others else "the program may be another control's"
                 hint += ": name the control (option dialect)"
                 raise LineError(f"{name} is not known in the dialect {self.dialect.title}; {hint}")
         elif self.repair and code in (*codes.PROBES, *codes.COMPENSATION):
@@ -391,8 +392,12 @@ class Interpreter:
             )
         self._say_unit(words)
         seconds = words.wait(dialect.dwell, dialect.dwell_pointed)
-        for letter in self.dialect.dwell_words:
-            seconds = self._words.pop(letter, seconds)
+        for letter in dialect.dwell_words:
+            if letter in words.whole and dialect.increments and not self.increments:
+                said = f"{letter} of G4 without a decimal point is taken in s (option increments)"
+                self.findings.count(said, self.line)
+            as_p = letter in words.whole and dialect.dwell_pointed is not None and not dialect.increments
+            seconds = words.pop(letter, seconds) * (dialect.dwell if as_p else 1.0)
         if self.dialect.extruder and math.isnan(seconds):
             return 0.0  # it waits until the printer rests
         hint = "; X and U are Fanuc's: name the control (option dialect)" if self._words.keys() & {"X", "U"} else ""
@@ -449,7 +454,7 @@ class Interpreter:
                 return
             if self._modal in self.cycles.known:
                 self._say_unit(self._words)
-                if self.dialect.of_fanuc and "Q" in self._words.whole and not self.increments:
+                if self.dialect.increments and "Q" in self._words.whole and not self.increments:
                     unit = "mm or inches (option increments)"
                     self.findings.count(
                         f"Q, the depth of a peck, without a decimal point is taken in {unit}", self.line

@@ -105,7 +105,7 @@ class Reading:
         if sign := lathe_sign(text, "untold" if self.dialect_by is NOTHING_TELLS else self.dialect.lathe):
             line, name, mend = sign
             raise FormatError(f"{file}: line {line}: {name} {_LATHE}; {mend}")
-        first, lines, beside = whole_numbers(text) if self.dialect.of_fanuc else ("", [], False)
+        first, lines, beside = whole_numbers(text) if self.dialect.increments else ("", [], False)
         for line in lines:
             taken = (
                 "thousandths of mm (inch programs: ten-thousandths of an inch)" if self.increments else "mm or inches"
@@ -141,7 +141,7 @@ class Reading:
     def _run(self, file: pathlib.Path, dialect: Dialect) -> Iterator[Moves]:
         state = ProgramState(Offsets(self.offsets), self.start, self.tools)
         run = LANGUAGES[dialect.language](state, dialect, self.findings, repair=self.repair)
-        run.increments = self.increments and dialect.of_fanuc
+        run.increments = self.increments and dialect.increments
         run.untold = self.dialect_by is NOTHING_TELLS
         self.fast &= not run.increments
         try:
