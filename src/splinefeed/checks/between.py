@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinefeed.checks.spans import PathSpans, SpanPlaces, dot, expanded
+from splinefeed.checks.spans import PathSpans, SpanPlaces
 from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records.arrays import dot, expanded
 
 #: Parts of pieces that are processed together: they stay in the processor's cache.
 MOST = 4096

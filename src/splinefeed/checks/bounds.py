@@ -8,10 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
-from splinefeed.checks.spans import PathSpans, SpanPlaces, chunks, spans_of
+from splinefeed.checks.spans import PathSpans, SpanPlaces, spans_of
 from splinefeed.kinematics import JointPath
 from splinefeed.paths.path import Path
 from splinefeed.records import AXIS_LIMITS, KEPT, Array, BoolArray, IntArray, LimitResult, Limits, named
+from splinefeed.records.arrays import chunks
 
 #: How far a setpoint may be from the curve, and an end from the path's, mm (rotary axes rad), by default.
 TOLERANCE = 1e-9

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from splinefeed.checks.bounds import STEP, Bounds, Worst
-from splinefeed.checks.spans import EPSILON, SpanPlaces, about, expanded
+from splinefeed.checks.spans import EPSILON, SpanPlaces, about
 from splinefeed.paths.path import Path
 from splinefeed.records import KEPT, TABLE, Array, BoolArray, IntArray, LimitResult, Limits, TimeLaw, unit_along
+from splinefeed.records.arrays import expanded
 from splinefeed.records.limit_table import MODELS
 from splinefeed.telling import tell
 

@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.checks.spans import EPSILON, PathSpans, SpanPlaces, chunks, dot, expanded, taken
+from splinefeed.checks.spans import EPSILON, PathSpans, SpanPlaces
 from splinefeed.records import Array, IntArray
+from splinefeed.records.arrays import chunks, dot, expanded, taken
 
 #: Positions, and pairs of a position and a cell, that are looked at together: what bounds the memory.
 MOST, MOST_PAIRS = 2048, 1 << 15

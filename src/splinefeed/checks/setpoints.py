@@ -20,10 +20,11 @@ from splinefeed.checks import between
 from splinefeed.checks.bounds import BESIDE, STEP, Bounds, Fault, contain, neighbours, standing
 from splinefeed.checks.law import motion_at
 from splinefeed.checks.place import Located, Placer
-from splinefeed.checks.spans import EPSILON, SpanPlaces, expanded
+from splinefeed.checks.spans import EPSILON, SpanPlaces
 from splinefeed.checks.tool import ToolCheck
 from splinefeed.errors import InputError
 from splinefeed.records import Array, BoolArray, IntArray, Setpoints, TimeLaw, axes_without_limits, unit_along
+from splinefeed.records.arrays import expanded
 
 #: A setpoint may be this many roundings of the largest coordinate off the curve, in addition to the tolerance.
 ROUNDINGS = 64.0

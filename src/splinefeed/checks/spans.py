@@ -17,6 +17,7 @@ from numpy.polynomial import legendre
 from splinefeed.curves.packed import Flat
 from splinefeed.paths.path import Path
 from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records.arrays import chunks, dot, taken
 
 EPSILON = float(np.finfo(np.float64).eps)
 #: Arc length of the tip where only rotary axes move, for each rad: degrees.
@@ -426,27 +427,3 @@ def sums(steps: Array) -> Array:
     before = np.concatenate([[0.0], after[:-1]])
     added = after - before
     return np.asarray(after + np.cumsum((before - (after - added)) + (steps - added)))
-
-
-def dot(one: Array, other: Array) -> Array:
-    """Scalar product over the first axis."""
-    total: Array = one[0] * other[0] if len(one) else np.zeros(np.broadcast_shapes(one.shape, other.shape)[1:])
-    for k in range(1, len(one)):
-        total += one[k] * other[k]
-    return total
-
-
-def expanded(count: IntArray) -> tuple[IntArray, IntArray]:
-    """Of each thing, of which each of n owners has `count` (n,), whose it is, and its number with that owner."""
-    owner = np.repeat(np.arange(len(count)), count)
-    return owner, np.arange(len(owner)) - (np.cumsum(count) - count)[owner]
-
-
-def chunks(count: int, most: int) -> Iterator[slice]:
-    """`count` things in parts of at most so many."""
-    return (slice(first, min(first + most, count)) for first in range(0, count, most))
-
-
-def taken(index: Any, *arrays: Any) -> tuple[Any, ...]:
-    """The elements `index` of the last axis of each array."""
-    return tuple(each[..., index] for each in arrays)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from splinefeed.curves.pieces import chunks, coefficients, columns, taylor
+from splinefeed.curves.pieces import coefficients, columns, taylor
 from splinefeed.curves.spline import AnySpline
 from splinefeed.kernels import layout as pieces
 from splinefeed.records import Array, IntArray
+from splinefeed.records.arrays import chunks
 
 #: A Taylor coefficient below this, relative to the greatest one of its piece, counts as none.
 VANISHING = 1e-12

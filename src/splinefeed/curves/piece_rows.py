@@ -6,14 +6,12 @@ Only code that checks a motion reads the path's polynomials here; the planner an
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from splinefeed.curves.pieces import Pieces, arc, coefficients, t_behind
-from splinefeed.curves.pieces import dot as dot
 from splinefeed.kernels import layout
-from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records import Array, IntArray
 
 EPSILON = float(np.finfo(np.float64).eps)
 
@@ -77,8 +75,3 @@ class PieceRows:
             return np.zeros(0)
         a = np.take(self._columns[layout.ARC : layout.ORIGIN], row, axis=1)
         return t_behind(a, self.end[row] - self.start[row], ahead)
-
-
-def taken(index: Array | IntArray | BoolArray, *arrays: Any) -> tuple[Any, ...]:
-    """The elements `index` of the last axis of each array."""
-    return tuple(each[..., index] for each in arrays)

@@ -16,9 +16,8 @@ from numpy.typing import ArrayLike
 from splinefeed.errors import InputError
 from splinefeed.kernels.layout import ARC, ARC_TERMS, HIGH, LOW, MIDDLE, ORIGIN, SCALE, START, Shape
 from splinefeed.records import Array, IntArray
+from splinefeed.records.arrays import chunks, dot
 
-#: Places processed at once: their columns and what is made of them stay in a core's cache.
-CHUNK = 2048
 #: From so many places a row on, those in order are gathered as runs.
 LONG = 64
 #: Newton steps of an inversion before a bracket is kept, and from there on.
@@ -28,11 +27,6 @@ MAX_STEPS = 84
 SMALL_STEP = 1e-8
 #: A step longer than this share of the one before gives way to a bisection.
 SHRINKING = 0.75
-
-
-def chunks(count: int, most: int = CHUNK) -> Iterator[slice]:
-    """`count` places in parts of so many that what is made of them stays in the cache."""
-    return (slice(first, min(first + most, count)) for first in range(0, count, most))
 
 
 def columns(table: Array, row: IntArray) -> Array:
@@ -89,14 +83,6 @@ def speed(a: Array, shape: Shape, t: Array) -> Array:
     some = a if measured == axes else a[[*range(measured), *range(axes, axes + rational)]]
     first = taylor(some, rational, t, 1)[1]
     return np.sqrt(dot(first, first))
-
-
-def dot(one: Array, other: Array) -> Array:
-    """Scalar product over the first axis, added one after the other, so that how many there are changes no bit."""
-    total: Array = one[0] * other[0] if len(one) else np.zeros(np.broadcast_shapes(one.shape, other.shape)[1:])
-    for k in range(1, len(one)):
-        total += one[k] * other[k]
-    return total
 
 
 def derivatives(c: Array, shape: Shape, t: Array, order: int, out: Array) -> None:

@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from splinefeed.curves.piece_rows import PieceRows, taken
-from splinefeed.curves.pieces import chunks, dot, taylor
+from splinefeed.curves.piece_rows import PieceRows
+from splinefeed.curves.pieces import taylor
 from splinefeed.errors import InputError
 from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records.arrays import chunks, dot, taken
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree

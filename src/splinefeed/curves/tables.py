@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from splinefeed.curves.flat import Flat as Flat
-from splinefeed.curves.pieces import Pieces, arc, chunks, coefficients, speed
+from splinefeed.curves.pieces import Pieces, arc, coefficients, speed
 from splinefeed.curves.spline import AnySpline
 from splinefeed.errors import CurveError
 from splinefeed.kernels.layout import ARC, ARC_TERMS, HIGH, LOW, MIDDLE, ORIGIN, SCALE, START, Shape, width
 from splinefeed.records import Array, BoolArray, IntArray
-from splinefeed.records.arrays import read_only
+from splinefeed.records.arrays import chunks, read_only
 
 #: Pieces made in one go, and of them those fitted in one go: what is made of them stays in a core's cache.
 BLOCK = 4096

@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.curves.pieces import arc, chunks, columns, derivatives, place_on
+from splinefeed.curves.pieces import arc, columns, derivatives, place_on
 from splinefeed.kernels.layout import HIGH, MIDDLE, SCALE, START
 from splinefeed.paths.path import Path
 from splinefeed.paths.track import Track
 from splinefeed.records import Array, IntArray, Setpoints, TimeLaw
+from splinefeed.records.arrays import chunks
 from splinefeed.records.motion import derivative
 
 #: A law that ends nearer to the end of the path than this share of its length ends there: the rounding of its pieces.

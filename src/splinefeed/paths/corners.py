@@ -10,9 +10,9 @@ import numpy as np
 
 from splinefeed.curves.differential import curvatures, unit_tangents
 from splinefeed.curves.flat import Flat
-from splinefeed.curves.pieces import chunks
 from splinefeed.kernels.layout import HIGH, LOW
 from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records.arrays import chunks
 
 #: A tangent that turns by more than this at one point, rad, is a corner. Below it is the rounding of CAD files.
 CORNER_ANGLE = 1e-6

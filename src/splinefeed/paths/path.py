@@ -18,7 +18,7 @@ from splinefeed.curves.differential import by_arc_length, curvatures, extremes
 from splinefeed.curves.editing import moved_points
 from splinefeed.curves.metric import metric_of, slow_tips, tip_derivatives, tip_pieces
 from splinefeed.curves.packed import Flat, Lines, Packed, lines_with_length
-from splinefeed.curves.pieces import CHUNK, Pieces, chunks, clipped, derivatives, is_left
+from splinefeed.curves.pieces import Pieces, clipped, derivatives, is_left
 from splinefeed.curves.tables import arc_pieces, span_pieces
 from splinefeed.errors import CurveError, InputError, LimitsError
 from splinefeed.paths.corners import CORNER_ANGLE as CORNER_ANGLE
@@ -41,7 +41,7 @@ from splinefeed.records import (
     unit_of_axis,
     view,
 )
-from splinefeed.records.arrays import read_only
+from splinefeed.records.arrays import CHUNK, chunks, read_only
 
 #: What differs by less than this share of the path's length is the same place.
 SAME = 1e-12

@@ -21,10 +21,11 @@ import numpy as np
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.differential import product, slope_of, slopes, zeros_on
 from splinefeed.curves.packed import Flat, Lines, Packed
-from splinefeed.curves.pieces import chunks, coefficients, columns, taylor
+from splinefeed.curves.pieces import coefficients, columns, taylor
 from splinefeed.curves.tables import Spans
 from splinefeed.kernels.layout import HIGH, LOW
 from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records.arrays import chunks
 
 #: The resolution, mm: 1 nm, a tenth of what the finest encoders of machine tools tell apart and far above the rounding
 #: of coordinates (1e-11 mm at 100 m), so that a bend of this radius still has digits.

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.curves.curve import NurbsCurve
-from splinefeed.curves.pieces import chunks, coefficients, taylor
+from splinefeed.curves.pieces import coefficients, taylor
 from splinefeed.errors import CurveError, InputError, expect
 from splinefeed.kernels import matching as kernels
 from splinefeed.kernels.layout import HIGH, LOW, SCALE, Shape
@@ -29,6 +29,7 @@ from splinefeed.paths.smoothing import (
 )
 from splinefeed.paths.tool_path import ANGLES, POINTS, VECTORS, ToolPath, beside
 from splinefeed.records import Array, IntArray
+from splinefeed.records.arrays import chunks
 
 #: The proof gives the distance from the original to this share of the tolerance.
 PRECISION = 0.02

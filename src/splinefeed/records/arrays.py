@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -13,6 +13,8 @@ from splinefeed.errors import InputError
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+#: Places processed at once: their columns and what is made of them stay in a core's cache.
+CHUNK = 2048
 T = TypeVar("T", bound=NDArray[Any])
 #: Points (n, d) as users write them: to mypy a list of integers beside one of floats is no ArrayLike.
 Points: TypeAlias = NDArray[Any] | Sequence[Sequence[float | np.floating[Any] | np.integer[Any]] | NDArray[Any]]
@@ -46,3 +48,27 @@ def read_only(array: T) -> T:
     view = array.view()
     view.setflags(write=False)
     return view
+
+
+def chunks(count: int, most: int = CHUNK) -> Iterator[slice]:
+    """`count` places in parts of so many that what is made of them stays in the cache."""
+    return (slice(first, min(first + most, count)) for first in range(0, count, most))
+
+
+def dot(one: Array, other: Array) -> Array:
+    """Scalar product over the first axis, added one after the other, so that how many there are changes no bit."""
+    total: Array = one[0] * other[0] if len(one) else np.zeros(np.broadcast_shapes(one.shape, other.shape)[1:])
+    for k in range(1, len(one)):
+        total += one[k] * other[k]
+    return total
+
+
+def taken(index: Any, *arrays: Any) -> tuple[Any, ...]:
+    """The elements `index` of the last axis of each array."""
+    return tuple(each[..., index] for each in arrays)
+
+
+def expanded(count: IntArray) -> tuple[IntArray, IntArray]:
+    """Of each thing, of which each of n owners has `count` (n,), whose it is, and its number with that owner."""
+    owner = np.repeat(np.arange(len(count)), count)
+    return owner, np.arange(len(owner)) - (np.cumsum(count) - count)[owner]
