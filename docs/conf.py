@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import re
+from importlib import resources
+from pathlib import Path
 from typing import Any
 
 from latex2mathml.converter import convert
 
 from splinefeed import __version__
+from splinefeed.reports import theme
+from splinefeed.reports.layout import WHITE
 
 project = "splinefeed"
 author = "The splinefeed authors"
@@ -69,7 +74,36 @@ def formula(writer: Any, node: Any) -> None:
     raise SkipNode
 
 
+#: Of dark pages: paper and lines across it; dress.js has the other colours by those on white paper.
+PAPER, GRID = "#131416", "#33373b"
+
+
+def dark_style() -> str:
+    """What pictures of the site wear on a dark page: other colours of lines, words and areas, and the same scales."""
+    script = resources.files("splinefeed.reports").joinpath("page", "dress.js").read_text(encoding="utf-8")
+    swapped = json.loads(re.search(r"const DARK = (\{.*?\});", script).group(1))  # type: ignore[union-attr]
+    colours = {**swapped, "#fff": PAPER, theme.GRID: GRID}
+    for colour in theme.COLOURS:
+        light = swapped.get(colour.lower(), colour)
+        parts = zip(*([int(each[k : k + 2], 16) for k in (1, 3, 5)] for each in (light, PAPER)), strict=True)
+        mixed = [round((1.0 - WHITE) * ink + WHITE * paper) for ink, paper in parts]
+        colours[theme.paler(colour, WHITE)] = f"#{bytes(mixed).hex()}"
+    rules = [f'[fill="{old}" i]{{fill:{new}}}[stroke="{old}" i]{{stroke:{new}}}' for old, new in colours.items()]
+    edge = '[stroke-width="3.2"]{filter:drop-shadow(0 0 1px #a9afb5)}'  # the darkest colours of a scale
+    return f"<style>@media (prefers-color-scheme:dark){{{''.join(rules)}{edge}}}</style>"
+
+
+def wear(app: Any, error: Exception | None) -> None:
+    """Put that into the pictures of the built site."""
+    style = dark_style()
+    for file in Path(app.outdir, "_images").glob("*.svg"):
+        text = file.read_text(encoding="utf-8")
+        if style not in text:
+            file.write_text(text.replace("</title>", f"</title>{style}", 1), encoding="utf-8")
+
+
 def setup(app: Any) -> None:
-    """Tell Sphinx of the two above."""
+    """Tell Sphinx of the three above."""
+    app.connect("build-finished", wear)
     app.connect("autodoc-process-docstring", as_written)
     app.add_html_math_renderer("mathml", (formula, None), (formula, None))

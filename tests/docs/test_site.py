@@ -63,6 +63,29 @@ def test_pages_fit_windows_of_every_width(chromium, tmp_path):
         page.close()
 
 
+@pytest.mark.browser
+def test_figures_are_dark_where_the_page_is(chromium, tmp_path):
+    docs = tmp_path / "docs"
+    shutil.copytree(ROOT / "docs/_static", docs / "_static")
+    for file in ("conf.py", "figures/overview.svg"):
+        (docs / file).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / "docs" / file, docs / file)
+    (docs / "index.md").write_text("# A page\n\n![a figure](figures/overview.svg)\n", encoding="utf-8")
+    words = [sys.executable, "-m", "sphinx", "-Q", "-b", "html", docs, tmp_path / "site"]
+    subprocess.run(words, check=True, timeout=240)
+    for system, theme, dark in (("light", "dark", True), ("dark", "light", False), ("dark", "auto", True)):
+        page = chromium.new_page(viewport={"width": 1000, "height": 800}, color_scheme=system)
+        page.goto((tmp_path / "site/index.html").as_uri())
+        page.evaluate(f"document.body.dataset.theme = '{theme}'")
+        box = page.locator("article img").bounding_box()
+        corner = {"x": box["x"] + 3, "y": box["y"] + 3, "width": 2, "height": 2}
+        alike = page.screenshot(clip={**corner, "x": box["x"] - 8}) == page.screenshot(clip=corner)
+        assert alike, (system, theme)
+        sent = page.evaluate("getComputedStyle(document.querySelector('article img')).colorScheme")
+        assert (sent == "dark") is dark
+        page.close()
+
+
 def test_every_picture_of_the_gallery_can_be_drawn(tmp_path):
     draw = runpy.run_path(str(ROOT / "docs/gallery/draw.py"))
     for script in draw["scripts"]():

@@ -9,7 +9,7 @@ import pytest
 
 import motions
 import splinefeed as sf
-from splinefeed.reports import interactive, theme
+from splinefeed.reports import interactive, svg, theme
 from splinefeed.reports.figure import Coloured, Dots, Figure, Heat, Level, Line, Panel, PlotAxis
 from splinefeed.reports.layout import Dot, Stroke, Text, layout
 from splinefeed.reports.motion_figures import law_panels, ripple_figure
@@ -226,3 +226,20 @@ def test_ticks_lie_on_the_axis_and_apart():
         heights = np.sort([item.y for item in labels])
         assert 2 <= len(labels) <= 8
         assert np.diff(heights).min() >= 12.0
+
+
+def test_names_of_joints_are_short_where_all_share_parts():
+    assert theme.axis_words(["waist_joint", "elbow_joint"]) == ["waist", "elbow"]
+    assert theme.axis_words([f"panda_joint{k}" for k in (1, 2)]) == ["joint1", "joint2"]
+    assert theme.axis_words(["left_arm_a", "left_arm_b"]) == ["a", "b"]
+    assert theme.axis_words(["x", "y", "z"]) == ["x", "y", "z"]
+    assert theme.axis_words(["only_joint"]) == ["only_joint"]
+
+
+def test_no_dot_of_a_program_is_nowhere(tmp_path):
+    file = tmp_path / "two.nc"
+    file.write_text("G21 G90\nG0 X0 Y0 Z5\nF6\nG1 Z0\nG1 X30 Y4\nG0 Z5\nG0 X0\nM2\n", encoding="ascii")
+    run = sf.run(sf.read(file), sf.Limits(feed=0.1, axis_velocity=50, axis_acceleration=500, axis_jerk=20000))
+    assert not run.whole
+    text = svg.to_text(path_figure(run))
+    assert "nan" not in text

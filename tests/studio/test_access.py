@@ -107,6 +107,7 @@ def test_the_studio_is_used_by_keys_alone(opened):
     feed.focus()
     page.keyboard.press("Control+A")
     page.keyboard.type("50")
+    page.evaluate("document.body.dataset.shown = 'waiting'")
     page.keyboard.press("Enter")
     page.wait_for_selector("body[data-shown=final]:not([data-busy])")
     page.locator("#tabs [aria-selected=true]").focus()

@@ -146,3 +146,18 @@ def test_a_urdf_and_a_motion_are_dropped_and_the_arm_is_drawn(opened, tmp_path):
     assert value(page, "duration_s") == made.law.duration
     assert page.locator('tr[data-limit="torque.elbow"]').count() == 1
     page.screenshot(path=str(tmp_path / "arm.png"))
+
+
+def test_steps_fit_beside_the_loops_and_nothing_of_the_figure_before_stays_on_them(opened):
+    page = opened()
+    rest(page, lambda: page.select_option("#machine", "xytheta"))
+    page.click("#tab-motion")
+    page.wait_for_selector("#figure .readout")
+    page.click("#tune-start")
+    page.wait_for_selector("#beside .main-svg")
+    page.wait_for_function(
+        "(() => { const place = document.getElementById('figure');"
+        " return Math.abs(place._fullLayout.width - place.clientWidth) < 2; })()"
+    )
+    assert page.locator("#figure .readout:visible").count() == 0
+    assert page.locator("#figure .cursor:visible").count() == 0

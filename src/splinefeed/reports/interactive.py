@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.records import Array
+from splinefeed.reports import theme
 from splinefeed.reports.detail import FEW, DetailStore
 from splinefeed.reports.figure import Coloured, Dots, Figure, Heat, Level, Line, Panel, PlotAxis, Shades
 
@@ -21,8 +22,8 @@ CURSOR = {"showspikes": True, "spikemode": "across", "spikethickness": 1, "spike
 _GAP, _FOOT, _LEGEND = 34, 76, 26
 #: Share of an axis at its ends where the word of a point does not fit above it.
 BESIDE = 0.3
-#: Room left of a heat map for the names of its rows, pixels.
-ROWS = 160
+#: Room left of a heat map for each letter of the names of its rows, pixels.
+LETTER = 6.6
 
 
 def to_plain(figure: Figure, store: DetailStore | None = None) -> Plain:
@@ -45,12 +46,12 @@ def _stacked(figure: Figure, store: DetailStore) -> Plain:
     panels = figure.panels
     names = {mark.name for panel in panels for _, mark in panel.legend()}
     legend = figure.legend and len(names) > 1
-    heats = any(panel.of(Heat) for panel in panels)
     last = {panel.x.label: k for k, panel in enumerate(panels)}
     across = {label: str(k + 1) if k else "" for k, label in enumerate(last)}
     gaps = [_FOOT if last[panel.x.label] == k else _GAP for k, panel in enumerate(panels)]
     inside = sum(panel.height for panel in panels) + sum(gaps[:-1])
-    margin = {**MARGIN, "l": ROWS if heats else 66, "t": 30 + (_LEGEND if legend else 0)}
+    rows = max((len(row) for panel in panels for heat in panel.of(Heat) for row in heat.rows), default=0)
+    margin = {**MARGIN, "l": max(LETTER * rows + 16, 66), "t": 30 + (_LEGEND if legend else 0)}
     alike = len(across) == 1 and not panels[0].x.log and not any(panel.of(Heat | Dots) for panel in panels)
     layout: Plain = {
         "height": inside + margin["t"] + margin["b"],
@@ -161,7 +162,13 @@ def _level(level: Level, axes: Mapping[str, str]) -> Plain:
     across, along = ("x", "y") if level.upright else ("y", "x")
     place = {f"{across}ref": axes[f"{across}axis"], f"{across}0": level.value, f"{across}1": level.value}
     whole = {f"{along}ref": f"{axes[f'{along}axis']} domain", f"{along}0": 0, f"{along}1": 1}
-    return {"type": "line", **whole, **place, "line": {"color": level.colour, "width": 1, "dash": "dash"}}
+    label = {} if not level.text or level.upright else {
+        "label": {
+            "text": html.escape(level.text), "textposition": "end", "yanchor": "top" if level.value > 0.0 else "bottom",
+            "padding": 1, "font": {"size": 11, "color": theme.FAINT},
+        }
+    }  # fmt: skip
+    return {"type": "line", **whole, **place, **label, "line": {"color": level.colour, "width": 1, "dash": "dash"}}
 
 
 def _heat(heat: Heat, store: DetailStore) -> Plain:

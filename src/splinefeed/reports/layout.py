@@ -273,7 +273,9 @@ def _shaded(sheet: Sheet, mark: Coloured, shades: Shades, points: Array, thread:
         for first, last in runs(number) if len(number) else ():
             sheet.stroke(points[first : last + 2], ramp[number[first]], 3.2)
     else:
-        sheet.items += [Dot(x, y, 2.4, ramp[k]) for (x, y), k in zip(points.tolist(), number, strict=True)]
+        there = np.isfinite(points).all(axis=1)  # rapid moves are dashed
+        dots = zip(points[there].tolist(), number[there], strict=True)
+        sheet.items += [Dot(x, y, 2.4, ramp[k]) for (x, y), k in dots]
 
 
 def _arrow(sheet: Sheet, points: Array) -> None:

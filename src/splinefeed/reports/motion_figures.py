@@ -135,7 +135,7 @@ def axis_panels(run: Run) -> list[Panel]:
     With the limit of each axis, in its colour where they differ.
     """
     panels = []
-    units = list(map(unit_of_axis, run.axes))
+    units, names = list(map(unit_of_axis, run.axes)), theme.axis_words(run.axes)
     for own in dict.fromkeys(units):
         columns, factor = [k for k, each in enumerate(units) if each == own], 180.0 / np.pi if own == "deg" else 1.0
         for quantity in _QUANTITIES:
@@ -143,7 +143,7 @@ def axis_panels(run: Run) -> list[Panel]:
             marks: list[Mark] = []
             most = 0.0
             for k in columns:
-                name = theme.words(run.axes[k], 12)
+                name = names[k]
                 how = {"colour": theme.colour(k), "named": name, "dash": k >= len(theme.COLOURS)}
                 line = _times(factor, over_time(run, quantity, k, name=f"{name} {quantity}", **how))
                 marks.append(line)
@@ -165,7 +165,7 @@ def model_panels(run: Run) -> list[Panel]:
 
     None of a motion of which ticks are left out: their extremes are no motion that a model could count.
     """
-    panels = []
+    panels, names = [], theme.axis_words(run.axes)
     for model in () if run.bands else run.limits.models:
         columns = model.columns(run.axes)
         of = (run.kept.position, run.motion.velocity, run.motion.acceleration, run.motion.jerk)
@@ -173,7 +173,7 @@ def model_panels(run: Run) -> list[Panel]:
         unit, first = unit_of(named(model.kind, model.axes[0])), words_of(model.kind)
         marks: list[Mark] = []
         for k, column in enumerate(columns):
-            name = theme.words(run.axes[column], 12)
+            name = names[column]
             how: dict[str, Any] = {"colour": theme.colour(column), "named": name, "dash": column >= len(theme.COLOURS)}
             marks.append(Line(run.kept.t, values[:, k], f"{name} {first}", **how))
         high = f"at most {theme.short(float(np.max(np.abs(values))))} {unit}"
@@ -195,9 +195,9 @@ def _levels(run: Run, columns: list[int], tops: Mapping[int, float], unit: str) 
     for k in columns:
         if np.isfinite(tops[k]):
             found.setdefault(float(tops[k]), []).append(k)
-    levels = []
+    levels, called = [], theme.axis_words(run.axes)
     for top, axes in found.items():
-        names = " ".join(theme.words(run.axes[k], 12) for k in axes)
+        names = " ".join(called[k] for k in axes)
         text = f"{'limit' if len(axes) == len(columns) else names} {theme.short(top)} {unit}"
         colour = theme.VERMILION if len(found) == 1 else theme.colour(axes[0])
         levels += [Level(top, text, colour), Level(-top, colour=colour)]

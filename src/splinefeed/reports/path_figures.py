@@ -176,7 +176,11 @@ def _quantities(run: Run, response: Response | None) -> dict[str, Shades]:
     setpoints, path, use = run.kept, run.path, run.use
     along = unit_along(path.axes)
     factor, per = theme.of_feed(path, along)
-    out = {"feed": _shades(factor * setpoints.feed, f"feed ({per})")}
+    feed = factor * setpoints.feed
+    if path.feeds is not None and np.isfinite(path.feeds).any() and run.planned is not None:
+        # rapid moves have no colour
+        feed = np.where(np.isinf(path.feeds[setpoints.curve]), np.nan, feed)
+    out = {"feed": _shades(feed, f"feed ({per})")}
     if path.lines is not None and path.feeds is not None:
         programmed = factor * path.feeds[setpoints.curve]
         out["programmed feed"] = _shades(np.where(np.isinf(programmed), np.nan, programmed), f"programmed feed ({per})")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +59,15 @@ def words(name: str, longest: int = 48) -> str:
     """`name` for a title: without what cannot be printed, and not too long."""
     text = "".join(c if c.isprintable() else " " for c in name)
     return text if len(text) <= longest else f"{text[: longest - 3]}..."
+
+
+def axis_words(axes: Sequence[str]) -> list[str]:
+    """Names of axes for legends: without the parts between _ that all of them begin or end with, and not too long."""
+    parts = [axis.split("_") for axis in axes]
+    shortest = min(map(len, parts), default=0)
+    ahead = next((k for k in range(shortest) if len({each[k] for each in parts}) > 1), 0)
+    behind = next((k for k in range(shortest - ahead) if len({each[-1 - k] for each in parts}) > 1), 0)
+    return [words("_".join(each[ahead : len(each) - behind]), 12) for each in parts]
 
 
 def unit(name: str, along: str = "mm") -> str:

@@ -52,7 +52,7 @@ const dressedLayout = (layout, c) => {
     hoverlabel: { bgcolor: c.paper, bordercolor: c.faint, font: { color: c.ink } } };
   for (const key of Object.keys(layout)) if (/^[xy]axis\d*$/.test(key)) out[key] = { ...layout[key], ...axis };
   if (layout.annotations) out.annotations = layout.annotations.map((each) => ({ ...each, text: dyed(each.text) }));
-  if (layout.shapes) out.shapes = layout.shapes.map((each) => ({ ...each, line: { ...each.line, color: dyed(each.line.color) } }));
+  if (layout.shapes) out.shapes = layout.shapes.map((each) => ({ ...each, line: { ...each.line, color: dyed(each.line.color) }, ...(each.label ? { label: { ...each.label, font: { ...each.label.font, color: dyed(each.label.font.color) } } } : {}) }));
   if (layout.scene) {
     out.scene = { ...layout.scene };
     for (const name of ["xaxis", "yaxis", "zaxis"]) {
@@ -66,13 +66,16 @@ const dressedLayout = (layout, c) => {
 const narrow = ({ data, layout }, width) => {
   const heat = data.some((trace) => trace.type === "heatmap");
   const bar = data.some((trace) => trace.colorbar || trace.marker?.colorbar || trace.line?.colorbar);
-  const margin = { ...layout.margin, l: heat ? 124 : Math.min(layout.margin?.l ?? 62, 54), r: 14, ...(bar ? { t: heat ? 130 : 64 } : {}) };
+  const margin = { ...layout.margin, l: heat ? Math.min(0.85 * layout.margin.l, 0.42 * width) : Math.min(layout.margin?.l ?? 62, 54), r: 14, ...(bar ? { t: heat ? 96 : 64 } : {}) };
   const out = { ...layout, margin };
   for (const { yaxis } of data.filter((trace) => trace.type === "heatmap")) { // room for the names of its rows
     const key = yaxis.replace("y", "yaxis");
     out[key] = { ...layout[key], tickfont: { size: 10.5 } };
     out.height = layout.height + 100;
   }
+  if (layout.shapes) out.shapes = layout.shapes.map((each) => (each.label ? { ...each, label: { ...each.label, textposition: "start" } } : each));
+  // many curves of a panel: their names in a line of their own below what they are
+  if (layout.annotations) out.annotations = layout.annotations.map((each) => (each.text.split("<span").length > 2 ? { ...each, text: each.text.replace("  <span", "<br><span"), align: "left", font: { size: 10.5 } } : each));
   if (layout.scene || layout.yaxis?.scaleanchor) out.height = Math.round(0.95 * width);
   if (layout.scene) out.margin = { l: 4, r: 4, t: 64, b: 4 };
   return { data: data.map(narrowTrace), layout: out };

@@ -42,6 +42,9 @@ export class PathPicture {
     this.version += 1;
     const shown = Object.values(path.colours)[0].values; // rapid moves may lead far away
     this.ends = ["x", "y", "z"].map((name) => (this.points[name] ?? [0]).reduce(([low, high], value, k) => ((program && shown[k] === null) || Number.isNaN(value) ? [low, high] : [Math.min(low, value), Math.max(high, value)]), [Infinity, -Infinity]));
+    // the corners of its box; an arm, or the axis of a tool, is to be seen whole, too
+    const sticks = this.thread?.x.some(Number.isNaN) ? this.thread : null;
+    this.reach = this.ends.map((end, axis) => [0, 1, 2, 3, 4, 5, 6, 7].map((bits) => end[(bits >> axis) & 1]).concat([...(sticks?.["xyz"[axis]] ?? [])].filter((value) => !Number.isNaN(value))));
     const parts = Object.keys(path.colours).length === 1; // while something moves; the others follow when it rests
     this.colours = parts ? { ...this.colours, ...path.colours } : path.colours;
     this.labels = [...path.labels, ""].slice(0, 3);
@@ -69,9 +72,9 @@ export class PathPicture {
   fit() {
     if (!this.points || !this.width) return;
     const more = this.editor?.curves.flatMap((curve) => curve.control_points) ?? [];
-    if (this.view.space || this.program) { // the corners of its box
-      const part = (axis) => [0, 1, 2, 3, 4, 5, 6, 7].map((bits) => this.ends[axis][(bits >> axis) & 1]);
-      this.view.fit({ x: part(0), y: part(1), z: part(2) }, this.width, this.height);
+    if (this.view.space || this.program) {
+      const [x, y, z] = this.reach;
+      this.view.fit({ x, y, z }, this.width, this.height);
       return;
     }
     const { x, y, z, overTime } = this.points;
@@ -198,10 +201,11 @@ export class PathPicture {
     if (this.rapid) this.stroke(this.rapid, DASH);
     if (this.thread && (!this.joined || this.thread.x.some(Number.isNaN))) this.stroke(this.thread, []); // NaN: the tool axis
     if (!this.joined) { // between the points it is not known how the path runs; the thread is
+      const size = count > 2000 ? 2 : 3.2;
       for (let k = 0; k < count; k++) {
         pen.fillStyle = this.ramp[Math.max(level(k), 0)];
         const [px, py] = at(k);
-        pen.fillRect(px - 1.6, py - 1.6, 3.2, 3.2);
+        pen.fillRect(px - size / 2, py - size / 2, size, size);
       }
       this.marks(theme, points.x.length);
       return;
@@ -310,13 +314,22 @@ export class PathPicture {
       const edges = [0, 1, 2, 3, 4, 5, 6, 7].filter((bits) => !(bits & (1 << axis)));
       // lowest on the screen for x and y, leftmost for z
       const front = edges.reduce((best, bits) => ((axis < 2 ? middle(bits, axis, 1) > middle(best, axis, 1) + 1e-6 : middle(bits, axis, 0) < middle(best, axis, 0) - 1e-6) ? bits : best));
-      const upper = at(at(front)[1] < at(front | 4)[1] ? front : front | 4);
-      const [px, py] = axis < 2 ? [middle(front, axis, 0), middle(front, axis, 1)] : upper;
-      const left = axis === 2 || px < view.centre[0];
-      const [low, high] = this.ends[axis].map((value) => String(Number(value.toPrecision(5))));
-      const words = `${this.labels[axis].split(" ")[0]} ${low} to ${high}`;
-      const wide = pen.measureText(words).width; // no label leaves the picture
-      this.word(words, left ? Math.max(px - 8 - wide, 4) : Math.min(px + 8, this.width - MARGIN.right - wide), py + (axis < 2 ? 12 : -9));
+      const [low, high] = this.ends[axis].map((value) => String(Number(value.toPrecision(4))));
+      const name = this.labels[axis].split(" ")[0];
+      const say = (words, px, py, left) => {
+        const wide = pen.measureText(words).width; // no label leaves the picture
+        this.word(words, left ? Math.max(px - 8 - wide, 4) : Math.min(px + 8, this.width - MARGIN.right - wide), py);
+      };
+      const [below, above] = axis < 2 ? [] : [at(front), at(front | 4)].sort((one, two) => two[1] - one[1]);
+      if (axis < 2) {
+        const [px, py] = [middle(front, axis, 0), middle(front, axis, 1)];
+        say(`${name} ${low} to ${high}`, px, py + 12, px < view.centre[0]);
+      } else if (below[1] - above[1] < 18) say(`${name} ${low} to ${high}`, above[0], above[1] - 9, true);
+      else { // beside the ends of the edge, where no line of the path comes
+        const up = at(front | 4)[1] < at(front)[1];
+        say(`${name} ${up ? high : low}`, above[0], above[1], true);
+        say(up ? low : high, below[0], below[1], true);
+      }
     }
     pen.textBaseline = "alphabetic";
   }

@@ -219,6 +219,8 @@ const at = (x, values, wanted) => {
 };
 
 const three = (value) => (value !== 0 && Math.abs(value) < 1e-3 ? value.toExponential(2) : Math.abs(value) >= 1000 ? value.toFixed(0) : Number(value.toPrecision(3)).toString());
+const NAMED = 3; // curves of a panel whose values have their names beside them
+const NARROW = 640; // pixels: a telephone, where values stand in their panels, below its heading
 // what tells a curve from the others of its panel
 const shortName = (trace, traces) => (traces.every((each) => each.name.split(" ").at(-1) === trace.name.split(" ").at(-1)) ? trace.name.replace(/ \S+$/, "") : trace.name);
 
@@ -279,6 +281,7 @@ export class Stack {
   // the cursor at a time, and beside each panel what its curves are there
   point(place, t) {
     const each = this.shown.get(place), panels = this.panels(place);
+    for (const left of [each.cursor, ...each.readouts].slice(panels.length ? 1 + panels.length : 0)) if (left) left.hidden = true; // of the figure before
     if (!panels.length) return;
     if (!each.cursor?.isConnected) {
       each.cursor = make("div", { class: "cursor" });
@@ -289,20 +292,21 @@ export class Stack {
       place.append(each.readouts.at(-1));
     }
     const [x] = panels.map((panel) => panel.x), at = x.l2p(t);
-    const seen = at >= -0.5 && at <= x._length + 0.5;
+    const seen = at >= -2 && at <= x._length + 2;
     const top = Math.min(...panels.map(({ y }) => y._offset)), end = Math.max(...panels.map(({ y }) => y._offset + y._length));
     each.cursor.hidden = !seen;
     Object.assign(each.cursor.style, { left: `${x._offset + at}px`, top: `${top}px`, height: `${end - top}px` });
+    const narrow = place.clientWidth < NARROW;
     panels.forEach(({ y, traces }, k) => {
       const out = each.readouts[k];
       out.hidden = !seen;
-      out.textContent = seen ? this.values(each, traces, t, y) : "";
-      Object.assign(out.style, { top: `${y._offset - 17}px`, right: `${Math.max(place.clientWidth - x._offset - x._length, 4)}px` });
+      out.replaceChildren(...(seen ? this.values(each, traces, t, y, narrow ? 1 : NAMED) : []));
+      Object.assign(out.style, { top: `${y._offset + (narrow && traces.length > 1 ? 1 : -17)}px`, right: `${Math.max(place.clientWidth - x._offset - x._length, 4)}px` });
     });
   }
 
   // curves at a time, each by its name where there are some
-  values(each, traces, t, y) {
+  values(each, traces, t, y, named) {
     const found = traces.filter((trace) => trace.visible !== "legendonly").map((trace) => {
       const { detail, own } = each.figure.data[trace.index] ?? {};
       const curves = own ?? each.curves;
@@ -314,11 +318,15 @@ export class Stack {
       const rows = detail?.low !== undefined ? ["low", "high"] : ["y"];
       const values = detail ? rows.map((row) => at(curves.get(detail.x), curves.get(detail[row]), t)) : [at(trace.x, trace.y, t)];
       if (values.some((value) => value === undefined || Number.isNaN(value))) return null;
-      const least = y.type === "log" ? 0 : 1e-6 * Math.max(...y.range.map(Math.abs)); // less is rounding
+      const least = y.type === "log" ? 0 : 1e-5 * Math.max(...y.range.map(Math.abs)); // less is rounding
       const words = values.map((value) => three(Math.abs(value) < least ? 0 : value));
-      return `${traces.length > 1 ? `${trace.name.split(" ")[0] === "A:" ? "A: " : ""}${shortName(trace, traces)} ` : ""}${words[0] === words.at(-1) ? words[0] : words.join(" to ")}`;
+      const said = words[0] === words.at(-1) ? words[0] : words.join(" to ");
+      if (traces.length === 1) return said;
+      const name = `${trace.name.split(" ")[0] === "A:" ? "A: " : ""}${shortName(trace, traces)}`;
+      // with many curves the heading has their names; their colours stand here
+      return make("span", { title: name }, make("span", { "aria-hidden": "true", style: `color:${trace.line.color}` }, "\u25a0 "), traces.length > named ? "" : `${name} `, said);
     });
-    return found.filter(Boolean).join("   ");
+    return found.filter(Boolean);
   }
 
   ranges(figure, own) {
@@ -338,6 +346,7 @@ export class Stack {
     const { data, layout } = dressed(figure);
     each.painting = true;
     await Plotly.react(place, data, { ...layout, ...each.size }, CONFIG);
+    if (Math.abs(place.clientWidth - place._fullLayout.width) > 1) await Plotly.Plots.resize(place); // another beside it came or went
     each.painting = false;
     if (!each.readouts.every((out) => out.isConnected)) each.readouts = [];
     this.point(place, this.clock.t);
