@@ -1,4 +1,4 @@
-"""What public programs of people who run the machine showed (docs/gcode-dialects.md, "Programs of others")."""
+"""What public programs of people who run the machine showed (docs/gcode-public-programs.md)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Programs of people who run the machine, against a reader that shares nothing with ours (`tests/gcode_truth.py`).
 
 `tests/data/public_programs.json` has repository, commit, licence and hash of each. None is kept here: they are read
-where they lie as `build/public-files/OWNER+REPOSITORY/PATH`. docs/gcode-dialects.md lists what was tried,
+where they lie as `build/public-files/OWNER+REPOSITORY/PATH`. docs/gcode-public-programs.md lists what was tried,
 with the outcome.
 """
 
