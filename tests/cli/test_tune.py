@@ -46,7 +46,11 @@ def test_the_usual_rule_keeps_the_margins_that_are_asked_for(splinefeed):
     assert calm["margins"]["phase_margin"] >= 65.0 and calm["margins"]["gain_margin_db"] >= 10.0
     assert calm["overshoot"] < x["overshoot"]
     said = splinefeed("tune", "xytheta", "--axis", "theta").stdout
-    assert "theta, old gains: stable" in said and said.count("following error ") == 2 and " deg, step overshoot" in said
+    assert (
+        "theta, old gains: stable" in said
+        and said.count("following error ") == 2
+        and " deg on a standard move, step overshoot" in said
+    )
 
 
 def test_table_2_on_a_fast_drive_is_told_unstable_with_what_would_help(splinefeed, machine):

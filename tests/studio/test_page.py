@@ -40,6 +40,7 @@ def test_a_dxf_is_dropped_a_limit_moved_and_the_numbers_are_those_of_the_api(ope
 
 def test_the_first_picture_does_not_wait_for_the_library_of_figures(opened):
     page = opened()
+    page.wait_for_function("window.Plotly")
     page.add_init_script(
         "new MutationObserver((_, own) => { if (!document.body?.dataset.shown) return; own.disconnect();"
         " window.early = document.querySelector('script[src*=plotly]') !== null; })"

@@ -74,7 +74,7 @@ def _moves(each: Mapping[str, Any], ending: str) -> str:
     error, over = each[f"following_error{ending}"], each[f"overshoot{ending}"]
     rotary = each["rest_swing_unit"] == "rad"
     shown = "runs away" if error is None else f"{math.degrees(error):.3g} deg" if rotary else length(error)
-    return f"following error {shown}, step overshoot {'-' if over is None else f'{over:.0%}'}"
+    return f"following error {shown} on a standard move, step overshoot {'-' if over is None else f'{over:.0%}'}"
 
 
 def _margins(margins: Mapping[str, Any]) -> str:

@@ -359,15 +359,17 @@ def _flattened(panel: Panel) -> Panel:
     corners = np.array([[ends[k >> axis & 1, axis] for axis in range(3)] for k in range(8)]) @ seen
     ends[np.abs(ends) <= ROUNDING * np.max(np.ptp(ends, axis=0))] = 0.0
     marks: list[Mark] = []
+    measures: list[Mark] = []  # over the path
     for axis, label in enumerate((panel.x.label, panel.y.label, panel.z)):
         edges = np.array([corners[[k, k | 1 << axis]] for k in range(8) if not k >> axis & 1])
         marks += [Line(x, y, colour=theme.GRID, width=1.0) for x, y in edges.transpose(0, 2, 1)]
         middles = edges.mean(axis=1)
         at = middles[np.argmin(middles[:, int(axis < 2)])]  # the lowest edge, of z leftmost
         words = f"{label}: {theme.short(ends[0, axis])} to {theme.short(ends[1, axis])}"
-        marks.append(Dots(at[:1], at[1:], words=(words,), size=0.0))
+        measures.append(Dots(at[:1], at[1:], words=(words,), size=0.0))
     rapid = None if path.rapid is None else path.rapid @ seen
     marks.append(replace(path, place=path.place @ seen, thread=path.thread @ seen, rapid=rapid))
+    marks += measures
     for dots in panel.of(Dots):
         x, y = (np.column_stack([dots.x, dots.y, *dots.z]) @ seen).T
         marks.append(replace(dots, x=x, y=y))
