@@ -38,7 +38,8 @@ def _element(item: Stroke | Dot | Text | Picture, clips: dict[Box, str]) -> str:
         # paper around the letters, so that they can be read over lines
         return (
             f'<text x="{item.x:.1f}" y="{item.y:.1f}" font-size="{item.size:g}" fill="{item.colour}" '
-            f'text-anchor="{item.anchor}" paint-order="stroke" stroke="#fff" stroke-width="3"{bold}>{html.escape(item.text)}</text>'
+            f'text-anchor="{item.anchor}" paint-order="stroke" stroke="#fff" stroke-width="3"'
+            f"{bold}>{html.escape(item.text)}</text>"
         )
     if isinstance(item, Picture):
         x, y, w, h = item.box
