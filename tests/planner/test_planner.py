@@ -295,3 +295,14 @@ def test_a_line_without_a_limit_of_jerk_takes_constant_accelerations(strategy):
     )
     with_feed = sf.plan(line, dataclasses.replace(rough, feed=5.0), strategy=strategy)
     assert with_feed.duration == pytest.approx(8.5, rel=1e-12)
+
+
+@pytest.mark.parametrize("strategy", ["look-ahead", "time-optimal"])
+def test_a_wait_at_the_end_is_in_the_law(strategy: str) -> None:
+    """A last feed of a rounding is rest."""
+    corners = [[0, 0], [5, 0], [5, 5], [0, 5], [0, 0], [5, 0]]
+    path = sf.Path.polyline(corners, feeds=[10, 20, 30, 10, 20], markers=[sf.paths.Marker(5, "M5", 0.5)])
+    limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
+    waits = sf.plan(path, limits, strategy=strategy, period=1e-3).duration
+    without = sf.plan(sf.Path(path.curves, feeds=path.feeds), limits, strategy=strategy, period=1e-3).duration
+    assert waits == pytest.approx(without + 0.5, abs=1e-9)

@@ -143,7 +143,8 @@ def plan_in_mode(
 
 def _held(path: Track, limits: Limits, conditions: Conditions, law: TimeLaw, begin: float) -> TimeLaw:
     """The law, which begins at `begin`, mm, with what the path waits on its way, and held to the limits at ticks."""
-    end = float(law.length) if float(law.feed(law.duration)) > 0.0 else np.inf  # in motion it does not wait
+    moving = float(law.feed(law.duration)) > ALMOST * float(np.max(law.coefficients[:, 1]))  # below that is rounding
+    end = float(law.length) if moving else np.inf  # in motion it does not wait
     law = with_dwells(law, [(s, wait) for s, wait in path.dwells if begin <= s < end], path.length)
     at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
     return held_at_ticks(law, path, limits, at_rest, conditions.passed[0], conditions.breaks)
