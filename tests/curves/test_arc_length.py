@@ -130,7 +130,7 @@ def test_whole_length_and_every_place_match_graded_quadrature(name):
     assert np.abs(got - wanted).max() <= allowed * wanted[-1]
 
 
-@pytest.mark.parametrize("seed", range(1, 72, 3))
+@pytest.mark.parametrize("seed", range(36))
 def test_random_curves_match_quad(seed):
     curve = random_curve(seed, axes=3)
     total = 0.0
@@ -150,7 +150,7 @@ def test_inverse_everywhere(name):
     assert inversion_error(curve) <= PROMISE + fast
 
 
-@pytest.mark.parametrize("seed", range(0, 144, 3))
+@pytest.mark.parametrize("seed", range(36))
 def test_inverse_of_random_curves(seed):
     curve = random_curve(seed)
     assert inversion_error(curve) <= PROMISE + rounding_of_parameters(curve)

@@ -18,7 +18,7 @@ from splinefeed.curves.pieces import coefficients
 from splinefeed.errors import InputError
 from splinefeed.kernels.layout import HIGH, LOW, MIDDLE, SCALE
 
-SEEDS = range(60)
+SEEDS = range(36)
 #: The promise: points relative to the curve's size, derivatives relative to their greatest value on the curve.
 POINT = 1e-13
 DERIVATIVE = 1e-11
@@ -82,14 +82,14 @@ def test_points_and_derivatives_match_40_digits(seed):
     assert worst_errors(curve, some_parameters(curve, seed, 1)).max() <= 1.0
 
 
-@pytest.mark.parametrize("seed", range(0, 60, 5))
+@pytest.mark.parametrize("seed", SEEDS)
 def test_far_from_the_origin_only_the_coordinate_is_rounded(seed):
     curve = random_curve(seed, far=True, axes=2)
     assert np.abs(curve.control_points).max() > 1e5
     assert worst_errors(curve, some_parameters(curve, seed, 1)).max() <= 1.0
 
 
-@pytest.mark.parametrize("seed", range(1, 60, 5))
+@pytest.mark.parametrize("seed", SEEDS)
 def test_left_side_of_knots_matches_40_digits(seed):
     curve = random_curve(seed, axes=2)
     knots = curve.breaks[[1, -1]]
@@ -226,7 +226,7 @@ def test_curvature_where_the_curve_stands_still_is_infinite():
 # --- what it is -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", range(0, 120, 2))
+@pytest.mark.parametrize("seed", SEEDS)
 def test_bounding_box_holds_the_curve_and_touches_it(seed):
     curve = random_curve(seed)
     low, high = curve.bounding_box()
@@ -253,7 +253,7 @@ def roots_of_each(values: np.ndarray, real: float) -> list[np.ndarray]:
     return found
 
 
-@pytest.mark.parametrize("seed", range(1, 120, 2))
+@pytest.mark.parametrize("seed", SEEDS)
 def test_roots_of_all_pieces_at_once_are_those_of_each(seed):
     curve = random_curve(seed)
     table, shape = curve.table

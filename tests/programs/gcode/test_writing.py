@@ -33,7 +33,7 @@ def apart(first: sf.Path, second: sf.Path) -> float:
     return max(far)
 
 
-@pytest.mark.parametrize("seed", [seed for seed in range(72) if seed % 12])
+@pytest.mark.parametrize("seed", [seed for seed in range(36) if seed % 12])
 def test_g6_2_keeps_every_curve(tmp_path: Path, seed: int) -> None:
     curve = random_curve(seed)
     path = sf.Path([curve], ("x", "y", "z", "u", "v", "w")[: curve.axes])
@@ -47,7 +47,7 @@ def test_g6_2_keeps_every_curve(tmp_path: Path, seed: int) -> None:
     assert np.max(np.abs(curve(u) - back.curves[0](v))) < 1e-12 * (1.0 + scale) * rounding
 
 
-@pytest.mark.parametrize("seed", [seed for seed in range(72) if seed % 12])
+@pytest.mark.parametrize("seed", [seed for seed in range(36) if seed % 12])
 def test_g5_2_keeps_every_plane_curve(tmp_path: Path, seed: int) -> None:
     curve = random_curve(seed, axes=2)
     path = sf.Path([curve])
