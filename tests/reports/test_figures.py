@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import motions
 import splinefeed as sf
@@ -243,3 +244,23 @@ def test_no_dot_of_a_program_is_nowhere(tmp_path):
     assert not run.whole
     text = svg.to_text(path_figure(run))
     assert "nan" not in text
+
+
+def test_a_long_program_is_a_line_that_stays_on_its_path_in_the_colours_of_its_feed(tmp_path):
+    file = tmp_path / "pocket.nc"
+    turns = np.linspace(0.0, 12.0 * np.pi, 600)
+    lines = [f"G1 X{(1 + t) * np.cos(t):.3f} Y{(1 + t) * np.sin(t):.3f}" for t in turns]
+    file.write_text("\n".join(["G21 G90", "G0 X1 Y0", "F150", *lines, "M2"]), encoding="ascii")
+    path = sf.read(file)
+    run = sf.run(path, sf.Limits(feed=2.5, axis_velocity=50, axis_acceleration=500, axis_jerk=20000))
+    assert not run.whole
+    (mark,) = path_figure(run).panels[0].of(Coloured)
+    assert mark.joined
+    true = path(np.linspace(0.0, path.length, 200_000))
+    share = np.linspace(0.0, 1.0, 9)[:, None, None]
+    drawn = (mark.place[:-1] * (1.0 - share) + mark.place[1:] * share).reshape(-1, 2)
+    off = cKDTree(true).query(drawn)[0]
+    assert off.max() < np.ptp(true, axis=0).max() / 600.0  # a pixel of a picture of 600
+    t, s = mark.hover[:, 0], mark.hover[:, 1]
+    assert np.allclose(mark.shades["feed"].values, 60.0 * run.law.feed(t), atol=1e-6)
+    assert np.allclose(run.law(t), s)

@@ -12,7 +12,7 @@ from splinefeed.checks.law import times_at
 from splinefeed.curves.differential import curvatures
 from splinefeed.errors import InputError, expect
 from splinefeed.paths.path import Path
-from splinefeed.records import TABLE, Array, IntArray, Response, field_of, unit_along, unit_of_axis, words_of
+from splinefeed.records import TABLE, Array, IntArray, Response, Setpoints, field_of, unit_along, unit_of_axis, words_of
 from splinefeed.records.limit_table import MODELS
 from splinefeed.reports import theme
 from splinefeed.reports.figure import Coloured, Dots, Figure, Heat, Line, Mark, Panel, PlotAxis, Shades
@@ -23,6 +23,8 @@ from splinefeed.simulation.curves import rounded_down
 
 #: Points of a path, and of the true path in the picture of its errors, at most.
 POINTS, PATH_POINTS = 4000, 3000
+#: More of them where lines between would leave the path by more than this share of its size, at most so many in all.
+OFF, MOST_POINTS = 1.0 / 1200.0, 16_000
 #: Points of a row of rapid moves that are not straight.
 RAPID_POINTS = 65
 #: More stops than this are not marked one by one.
@@ -55,10 +57,10 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
 
     response  what the axes of a machine did; colour  the only one wanted, where there is one of that name
     """
-    path, setpoints = run.path, run.kept
+    path, (setpoints, share, joined) = run.path, _seen(run)
     unit = unit_along(path.axes)
-    place, labels = _place(run)
-    values = _quantities(run, response)
+    place, labels = _place(run, setpoints)
+    values = _quantities(run, setpoints, share, response)
     kept = _kept(place, [each.values for each in values.values()])
     shades = {name: replace(each, values=each.values[kept]) for name, each in values.items()}
     if colour in shades:
@@ -71,21 +73,41 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
         names = (*names, "line")
     thread = run.thread[:, : place.shape[1]] if path.linear > 1 else place[kept]
     title = f"{theme.words(path.name)}: {theme.short(run.length)} {unit} in {theme.short(run.duration)} s, "
-    title += f"top feed {theme.short(factor * float(np.max(setpoints.feed)))} {per}"
-    mark = Coloured(place[kept], shades, hover, names, thread, run.whole, track=_track(run, place))
+    title += f"top feed {theme.short(factor * float(np.max(run.kept.feed)))} {per}"
+    mark = Coloured(place[kept], shades, hover, names, thread, joined, track=_track(run, setpoints, place))
     # of a path that came in parts there is only a line through the ticks kept, which says no stops and no rapid moves
     return _picture(path, title, mark, labels, None if run.planned is None else setpoints.curve[kept])
 
 
-def _track(run: Run, place: Array) -> tuple[Array, Array, Array]:
+def _seen(run: Run) -> tuple[Setpoints, Array, bool]:
+    """Where the path is looked at, the share of each limit there, (n, k), and whether it runs straight between.
+
+    At every tick; where ticks are left out as often as bands have edges, and at every joint of the path: so that no
+    corner is cut. There a share is the greatest of its block.
+    """
+    path, kept = run.path, run.kept
+    unknown = run.whole or run.planned is None or run.joints is not None or path.linear <= 1
+    if unknown or path.sticks(kept.position[:1]) is not None:
+        return kept, run.use.share, run.whole
+    law, edges = run.law, run.bands["share"].edges
+    t = np.union1d(edges, times_at(law, path.curve_starts[1:-1]))
+    sigma = law(t)
+    curve, u = path.locate(sigma)
+    s, feed, *_ = path.of_tip(sigma, law.feed(t), law.acceleration(t), law.jerk(t))
+    block = np.clip(np.searchsorted(edges, t, side="right") - 1, 0, len(edges) - 2)
+    ticks = replace(kept, t=t, curve=curve, u=u, s=s, feed=feed, position=path(sigma))
+    return ticks, np.asarray(run.bands["share"].high[block], dtype=np.float64), True
+
+
+def _track(run: Run, seen: Setpoints, place: Array) -> tuple[Array, Array, Array]:
     """Times, s, where the tool is then, and 1 where it came there by a rapid move.
 
     At every tick, or where ticks are left out as often as bands have edges.
     """
-    path, kept = run.path, run.kept
+    path, kept = run.path, seen
     rapid = np.zeros(len(path.curves)) if path.feeds is None else np.isinf(path.feeds).astype(np.float64)
     rapid = rapid if rapid.min(initial=1.0) == 0.0 else np.zeros(len(rapid))  # where all are, there is nothing else
-    if not run.bands or run.planned is None or path.linear <= 1:
+    if not run.bands or len(seen) != len(run.kept) or run.planned is None or path.linear <= 1:
         curve = np.minimum(kept.curve, len(rapid) - 1)
         return kept.t, place, np.minimum(rapid[curve], rapid[np.append(curve[:1], curve[:-1])])
     edges = run.bands["tip"].edges
@@ -154,9 +176,9 @@ def _curvature(path: Path, found: Array) -> Shades:
     )
 
 
-def _place(run: Run) -> tuple[Array, list[str]]:
+def _place(run: Run, setpoints: Setpoints) -> tuple[Array, list[str]]:
     """Points of the picture, (n, 2 or 3), and labels; over time where at most one is linear."""
-    setpoints, linear = run.kept, run.path.linear
+    linear = run.path.linear
     names = [theme.words(axis, 12) for axis in run.path.axes]
     if linear <= 1:
         first = setpoints.position[:, 0] if linear else np.degrees(setpoints.position[:, 0])
@@ -164,16 +186,16 @@ def _place(run: Run) -> tuple[Array, list[str]]:
     if run.path.sticks(setpoints.position[:1]) is not None:
         return run.place, ["x (mm)", "y (mm)", "z (mm)"]
     labels = [f"{name} ({unit_of_axis(axis)})" for name, axis in zip(names, run.path.axes, strict=True)]
-    return run.place if run.joints is not None else _flat(run.place), labels
+    return run.place if run.joints is not None else _flat(setpoints.position[:, : min(linear, 3)]), labels
 
 
 def _flat(place: Array) -> Array:
     return place[:, :2] if place.shape[1] == 3 and np.ptp(place[:, 2]) <= 0.0 else place
 
 
-def _quantities(run: Run, response: Response | None) -> dict[str, Shades]:
-    """What the path may be coloured by, at each tick."""
-    setpoints, path, use = run.kept, run.path, run.use
+def _quantities(run: Run, setpoints: Setpoints, share: Array, response: Response | None) -> dict[str, Shades]:
+    """What the path may be coloured by where it is looked at, with the share (n, k) of each limit there."""
+    path, use = run.path, run.use
     along = unit_along(path.axes)
     factor, per = theme.of_feed(path, along)
     feed = factor * setpoints.feed
@@ -190,11 +212,11 @@ def _quantities(run: Run, response: Response | None) -> dict[str, Shades]:
     if response is not None and response.contour_error is not None:
         error = np.interp(setpoints.t, response.t, 1e3 * response.contour_error, right=np.nan)
         out["contour error"] = _shades(error, "contour error (µm)")
-    most = 100.0 * use.share.max(axis=1, initial=0.0)
+    most = 100.0 * share.max(axis=1, initial=0.0)
     out["nearest limit"] = Shades(most, "largest share (%)", 0.0, 100.0)
     for k, name in enumerate(use.names):
         words = words_of(name)
-        out[f"share of {words}"] = Shades(100.0 * use.share[:, k], f"{words} (%)", 0.0, 100.0)
+        out[f"share of {words}"] = Shades(100.0 * share[:, k], f"{words} (%)", 0.0, 100.0)
     return out
 
 
@@ -207,10 +229,28 @@ def _shades(values: Array, label: str) -> Shades:
 def _kept(place: Array, values: list[Array]) -> IntArray:
     """Ticks that the picture of the path shows: those that are a pixel apart, and the peaks of what colours it."""
     span = np.ptp(place, axis=0)
-    kept = cells(place / max(float(np.max(span)), 1e-300))
-    kept = kept[:: -(-len(kept) // POINTS)]
+    size = max(float(np.max(span)), 1e-300)
+    fine = cells(place / size)
+    kept = _near(place / size, fine, np.union1d(fine[:: -(-len(fine) // POINTS)], fine[-1:]))
     peaks = [int(np.nanargmax(each)) for each in values if np.isfinite(each).any()]
     return np.unique(np.concatenate([kept, peaks, [0, len(place) - 1]])).astype(np.int64)
+
+
+def _near(place: Array, fine: IntArray, kept: IntArray) -> IntArray:
+    """Some places (n, d) by their numbers, and more of `fine` until lines between them come near all of these."""
+    while len(kept) < MOST_POINTS:
+        owner = np.clip(np.searchsorted(kept, fine, side="right") - 1, 0, max(len(kept) - 2, 0))
+        start, way = place[kept[owner]], place[kept[np.minimum(owner + 1, len(kept) - 1)]] - place[kept[owner]]
+        behind = place[fine] - start
+        along = np.sum(behind * way, axis=1) / np.maximum(np.sum(way * way, axis=1), 1e-300)
+        off = np.linalg.norm(behind - np.clip(along, 0.0, 1.0)[:, None] * way, axis=1)
+        order = np.lexsort((off, owner))
+        worst = order[np.append(np.flatnonzero(np.diff(owner[order])), len(order) - 1)]  # of each line
+        added = fine[worst[off[worst] > OFF]]
+        if not len(added):
+            break
+        kept = np.union1d(kept, added)
+    return kept
 
 
 def _ends(place: Array) -> Dots:
@@ -250,7 +290,7 @@ def binding(run: Run) -> Figure:
     """
     expect("plot.binding(run)", (run, Run))
     use, path = run.use, run.path
-    place, labels = _place(run)
+    place, labels = _place(run, run.kept)
     place = place[:, :2]
     kinds = np.array([words_of(field_of(name)) for name in (*use.names, "none")])[use.binding]
     kept = cells(place / np.where(np.ptp(place, axis=0) > 0.0, np.ptp(place, axis=0), 1.0))
