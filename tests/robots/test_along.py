@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -148,6 +149,18 @@ def test_what_cannot_be_followed_is_refused_with_the_place(how, error, parts):
         ARM.along(given.pop("curve"), **given)
     for part in parts:
         assert part in str(found.value)
+
+
+def test_a_start_beside_the_curve_is_refused_with_the_joints_to_begin_at():
+    moved = CURVE.transformed(np.eye(3), [0, 0, 3])
+    with pytest.raises(sf.errors.InputError, match=r"begin at \[") as found:
+        ARM.along(moved, start=START)
+    joints = json.loads(str(found.value).split("begin at ")[1])
+    path = ARM.along(moved, start=joints, orientation=ARM.forward(START)[1])
+    np.testing.assert_allclose(ARM.forward(path(0.0))[0], moved(0.0), atol=1e-3)
+    far = CURVE.transformed(np.eye(3), [0, 0, 3000])
+    with pytest.raises(sf.errors.InputError, match="from the start of the curve; begin with joints nearer to it"):
+        ARM.along(far, start=START)
 
 
 def test_a_straight_line_within_reach_is_followed():

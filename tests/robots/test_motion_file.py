@@ -72,6 +72,8 @@ def test_a_curve_of_the_tip_from_a_shell(folder):
         ({"limits": {}}, (), "arm.json: has no motion; give either waypoints or along"),
         ({"waypoints": [[0, 0]]}, (), "arm.json: waypoints have shape (1, 2)"),
         ({"along": {"start": [0, 0]}}, (), "arm.json: along: there is no curve; give it"),
+        ({"waypoints": WAYPOINTS, "payload": -1}, (), "arm.json: payload: mass is -1 kg; it must not be negative"),
+        ({"waypoints": WAYPOINTS, "tip": "nowhere"}, (), "two-link.urdf: there is no link 'nowhere'"),
         ({"waypoints": WAYPOINTS}, ("--jerk", "5"), "--jerk: an arm has its limits and motion from its own files"),
         ({"waypoints": WAYPOINTS}, ("--feed", "5"), "arm.json: waypoints: a path of joints has no feed in mm/s"),
         ([1], (), "arm.json: expected a table with waypoints or along"),

@@ -24,6 +24,8 @@ from splinefeed.robots.orientation import Orientation
 
 #: How far the tip may be from the start of the curve, mm, and from its orientation, rad, where the joints begin.
 AT_START, TURNED_AT_START = 1e-3, 1e-5
+#: Decimals of joints in a message: they are at the start well within that.
+DIGITS = 8
 #: First steps along the curve, as a share of it, and the least one.
 FIRST_STEP, LEAST_STEP = 1.0 / 64.0, 1e-7
 #: Most that joints may move in a step, rad or m, and what is left to the corrector, as a share of that.
@@ -142,9 +144,11 @@ class ArmPath(JointPath):
         away = float(np.linalg.norm(place[0] - own[0, 0]))
         angle = 2.0 * np.arcsin(min(np.linalg.norm(rotation[0] - turned[0, 0]) / 8.0**0.5, 1.0))
         if away > AT_START or angle > TURNED_AT_START:
+            found, left = self._inverse.damped(start, place[0], rotation[0])
+            reached = MM * float(np.linalg.norm(left[:3])) <= AT_START and np.linalg.norm(left[3:]) <= TURNED_AT_START
+            mend = f"begin at {np.round(found, DIGITS).tolist()}" if reached else "begin with joints nearer to it"
             raise InputError(
-                f"start: there the tip is {away:.3f} mm and {angle:.5f} rad from the start of the curve; begin at "
-                "arm.inverse(place, orientation, start)"
+                f"start: there the tip is {away:.3f} mm and {angle:.5f} rad from the start of the curve; {mend}"
             )
 
     def _march(self, q: Array) -> tuple[Array, Array]:

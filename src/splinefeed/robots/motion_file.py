@@ -54,7 +54,12 @@ def read_motion(
     how = {key: said[key] for key in ARM if key in said}
     if isinstance(how.get("limits"), str):
         how["limits"] = FilePath(name).parent / how["limits"]
-    arm = robot(os.fspath(urdf), **how)
+    try:
+        arm = robot(os.fspath(urdf), **how)
+    except SplinefeedError as error:
+        if str(error).startswith((os.fspath(urdf), str(how.get("limits")))):
+            raise
+        raise type(error)(f"{name}: {error}") from None
     title = str(said.get("name") or FilePath(name).stem)
     try:
         path: Track
