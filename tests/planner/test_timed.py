@@ -79,13 +79,26 @@ def test_what_is_no_whole_period_is_rounded_and_said():
         ({"duration": 0.2}, r"the motion takes at least 0\.\d+ s within its limits; 0\.2 s are wanted: give more"),
         (
             {"times": [0, 1, 1.1, 3, 5]},
-            r"times: from waypoint 2 to 3 the motion takes 0\.\d+ s within its limits; 0\.1 s",
+            r"times: from waypoint 2 to 3 the motion takes 0\.\d+ s within its limits, where .*; 0\.1 s",
         ),
     ],
 )
 def test_what_is_too_short_is_refused_with_what_it_takes(how, message):
     with pytest.raises(sf.errors.PlanError, match=message):
         sf.plan(sf.Path.through(POINTS, **how), LIMITS, period=PERIOD)
+
+
+def test_times_that_a_stretch_between_slow_ones_cannot_keep_are_refused_and_the_advice_is_enough():
+    _, at = fastest()
+    wanted = np.concatenate([[0.0], np.cumsum(np.diff(at) * [6.0, 1.0, 6.0, 1.0])])
+    with pytest.raises(sf.errors.PlanError, match="s within its limits, where the others last as wanted; ") as found:
+        sf.plan(sf.Path.through(POINTS, times=wanted), LIMITS, period=PERIOD)
+    longer = float(str(found.value).split(" times as long")[0].split()[-1])
+    assert 1.0 < longer < 3.0
+    path = sf.Path.through(POINTS, times=longer * wanted)
+    law = sf.plan(path, LIMITS, period=PERIOD)
+    assert np.abs(times_at(law, path.curve_starts) - longer * wanted).max() <= 1.5 * PERIOD
+    assert ok(path, law)
 
 
 def test_what_has_no_times_is_refused():

@@ -3,7 +3,9 @@
 On each stretch between two wanted times the motion may use a share of all limits, as a factor on q: with the share f a
 stretch by itself takes 1 / sqrt(f) times as long. Shares are found by planning again with f (T / W)^2, T being what the
 stretch took and W what is wanted, until all places are passed within a period; the whole is then stretched to the end.
-So every limit is kept as in any plan, and a duration alone slows the fastest motion down as a whole.
+So every limit is kept as in any plan, and a duration alone slows the fastest motion down as a whole. It converges where
+more than half of a stretch's time is a matter of its own share, see docs/math/planner.md. Else, after PLANS, or where a
+stretch with the whole limits is too slow between slow ones, the times are refused.
 """
 
 from __future__ import annotations
@@ -59,7 +61,7 @@ def in_time(make: Callable[[Array], TimeLaw], path: Path, limits: Limits, period
         longer = float(wanted[-1] / at[-1]) if whole else 1.0
         slow = np.flatnonzero((shares[:-1] == 1.0) & (np.diff(at, prepend=0.0) > spans + close))
         if len(slow) and ((k == 0 and len(ends) == 1) or k >= SETTLED):
-            raise _too_short(ends, wanted, np.diff(at, prepend=0.0), int(slow[0]))
+            raise _too_short(ends, wanted, np.diff(at, prepend=0.0), int(slow[0]), settled=k > 0)
         if longer >= 1.0 - SAME and np.all(np.abs(at * longer - wanted) <= close):
             return replace(
                 _stretched(law, longer, float(wanted[-1])) if longer > 1.0 else law, notes=(*law.notes, *notes)
@@ -91,8 +93,8 @@ def _stretched(law: TimeLaw, factor: float, end: float) -> TimeLaw:
     return replace(law, breaks=breaks, coefficients=law.coefficients / factor ** np.arange(LAW_COEFFICIENTS))
 
 
-def _too_short(ends: IntArray, wanted: Array, spans: Array, k: int) -> PlanError:
-    """The error for a stretch that takes longer than it may."""
+def _too_short(ends: IntArray, wanted: Array, spans: Array, k: int, *, settled: bool) -> PlanError:
+    """The error for a stretch that takes longer than it may, alone or, `settled`, among the others."""
     if len(ends) == 1:
         found = math.ceil(float(spans[0]) * 1e6) / 1e6
         return PlanError(
@@ -100,8 +102,15 @@ def _too_short(ends: IntArray, wanted: Array, spans: Array, k: int) -> PlanError
         )
     first = int(ends[k - 1]) + 1 if k else 0
     given = np.diff(wanted, prepend=0.0)
-    longer = float(np.max(spans / given))
+    longer = float(np.max(spans / given))  # the square is enough where half is a matter of its own share
+    among = ", where the others last as wanted" if settled else ""
     return PlanError(
-        f"times: from waypoint {first + 1} to {int(ends[k]) + 2} the motion takes {spans[k]:.6g} s within its limits; "
-        f"{given[k]:.6g} s are wanted: give more there, or all times about {longer:.3g} times as long"
+        f"times: from waypoint {first + 1} to {int(ends[k]) + 2} the motion takes {spans[k]:.6g} s within its limits"
+        f"{among}; {given[k]:.6g} s are wanted: give more there, or all times {_up(longer)} to {_up(longer**2)} times "
+        "as long"
     )
+
+
+def _up(value: float) -> str:
+    """Three decimals, rounded up."""
+    return f"{math.ceil(1e3 * value) / 1e3:g}"
