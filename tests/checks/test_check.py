@@ -655,3 +655,24 @@ def test_the_verdict_says_in_words_what_it_allows() -> None:
 @pytest.mark.parametrize(("share", "holds"), [(1.0 + 0.9e-6, True), (1.0 + 1.1e-6, False)])
 def test_a_limit_is_kept_up_to_a_millionth_of_it(share: float, holds: bool) -> None:
     assert sf.records.LimitResult(limit=20000.0, worst=20000.0 * share, at_s=0.0, at_t=0.0).holds is holds
+
+
+def test_a_motion_that_begins_on_the_way_is_checked_from_there() -> None:
+    """From a state of its law: as good as the whole; another place, feed or acceleration there is found."""
+    path, limits = circle(), sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000, acceleration=450)
+    law = sf.plan(path, limits, period=PERIOD)
+    t = 0.4
+    start = sf.planner.State(float(law.feed(t)), float(law.acceleration(t)), float(law(t)))
+    again = sf.plan(path, limits, period=PERIOD, start=start)
+    setpoints = sf.interpolate(path, again, period=PERIOD)
+    assert check(setpoints, path, limits, start=start, law=again).ok
+    assert not check(setpoints, path, limits).ok  # from rest where the path begins it is a jump
+
+    elsewhere = dataclasses.replace(start, s=start.s + 1e-3)
+    assert "from where the motion begins" in check(setpoints, path, limits, start=elsewhere).problems[0]
+    slower = dataclasses.replace(start, feed=start.feed - 1.0)
+    found = check(setpoints, path, limits, start=slower)
+    assert not found.limits["acceleration"].holds  # 1 mm/s in a period is 1000 mm/s^2
+    at_rest = check(setpoints, path, limits, start=sf.planner.State(s=start.s))
+    assert not at_rest.limits["axis_jerk.y"].holds
+    assert "its feed at t = 0 s" in " ".join(check(setpoints, path, limits, start=slower, law=again).problems)

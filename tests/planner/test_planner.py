@@ -18,13 +18,14 @@ from splinefeed import workers
 from splinefeed.paths.path import Path
 from splinefeed.planner import strategies as planner
 from splinefeed.planner.conditions import Conditions
-from splinefeed.planner.horizon import REST, SolverSettings, State, plan_window
+from splinefeed.planner.horizon import SolverSettings, plan_window
 from splinefeed.planner.law import quintics
 from splinefeed.planner.profiles import pieces, solve_in_row
 from splinefeed.planner.rows import within_reach
 from splinefeed.planner.solve import End, Problem, solve
 from splinefeed.planner.spline import Spline
 from splinefeed.planner.ticks import held_at_ticks
+from splinefeed.records import REST, State
 
 PERIOD = 1e-3
 SHAPES = {"butterfly": cases.butterfly, "airfoil12": cases.airfoil12}

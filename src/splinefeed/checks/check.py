@@ -19,6 +19,7 @@ from splinefeed.records import (
     LimitResult,
     Limits,
     Setpoints,
+    State,
     TimeLaw,
     Verdict,
     number,
@@ -39,7 +40,7 @@ _SENTENCES = {
     "back": "goes back by {amount:.6g} {unit} along the path",
     "skipped": "a part of the path is skipped: one step of {amount:.6g} {unit}",
     "twice": "the same point twice in the middle of the motion",
-    "start": "the first setpoint is {detail} from the start of the path",
+    "start": "the first setpoint is {detail} from where the motion begins",
     "end": "the last setpoint is {detail} from the end of the path: it is not reached",
 }
 
@@ -50,6 +51,7 @@ def check(
     limits: Limits,
     *,
     law: TimeLaw | None = None,
+    start: State | None = None,
     tolerance: float = TOLERANCE,
     resolution: float = 0.0,
 ) -> Verdict:
@@ -65,6 +67,7 @@ def check(
     k periods, and so never above a bound that the derivative holds. Before a start and behind an end at rest the
     setpoints count as at rest. With `law` the exact derivatives of r(s(t)) are held to the limits, too.
 
+    start       where on the path the motion begins, and how, as `plan` takes it; without it, where the path does
     tolerance   mm (rotary axes rad) that a setpoint may be off the curve, and an end off the path's end
     resolution  step of the last digit of the positions, mm or rad, if they come from a text with few digits
     At a corner that is passed in motion under axis_velocity_step, the step of each axis' velocity counts, and the
@@ -90,7 +93,7 @@ def check(
     if min(slack) < 0.0:
         raise InputError(f"tolerance {slack[0]:g} and resolution {slack[1]:g} must not be negative")
     path.check_limits(limits)
-    judged = Check(limits, *slack, law=law)
+    judged = Check(limits, *slack, law=law, start=start)
     judged.part(path)
     for chunk in [setpoints] if isinstance(setpoints, Setpoints) else setpoints:
         judged.see(chunk)
@@ -142,6 +145,7 @@ class Check:
     tolerance: float = TOLERANCE
     resolution: float = 0.0
     law: TimeLaw | None = None
+    start: State | None = None
 
     def __post_init__(self) -> None:
         self._coming: deque[Path] = deque()  # parts that the judge does not know yet
@@ -197,7 +201,7 @@ class Check:
         if come:
             bounds = Bounds(joined(come), self.limits, self.tolerance, self.resolution, self._joints)
             if judge is None:
-                judge = self._judge = Judge(bounds, local, self.law)
+                judge = self._judge = Judge(bounds, local, self.law, self.start)
             else:
                 judge.move_on(bounds, left)
         assert judge is not None
@@ -211,7 +215,7 @@ def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
     problems = [_fault_sentence(kind, fault, unit) for kind, fault in judge.faults.items()]
     notes: list[str] = []
     if law is not None and tool is None:
-        faults, notes = check_law(law, judge.bounds, judge.worst, judge.period)
+        faults, notes = check_law(law, judge.bounds, judge.worst, judge.period, judge.start)
         problems += faults
         if abs(law.duration - judge.duration) > judge.period:
             problems.append(f"law: lasts {law.duration:.9g} s, the setpoints {judge.duration:.9g} s; is it their law?")

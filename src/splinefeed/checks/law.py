@@ -16,7 +16,7 @@ import numpy as np
 from splinefeed.checks.bounds import STEP, Bounds, Worst
 from splinefeed.checks.spans import EPSILON, SpanPlaces, about
 from splinefeed.paths.path import Path
-from splinefeed.records import KEPT, TABLE, Array, BoolArray, IntArray, LimitResult, Limits, TimeLaw, unit_along
+from splinefeed.records import KEPT, TABLE, Array, BoolArray, IntArray, LimitResult, Limits, State, TimeLaw, unit_along
 from splinefeed.records.arrays import expanded
 from splinefeed.records.limit_table import MODELS
 from splinefeed.telling import tell
@@ -51,8 +51,12 @@ MOVING = 1e-3
 LISTED = 3
 
 
-def check_law(law: TimeLaw, bounds: Bounds, worsts: dict[str, Worst], period: float) -> tuple[list[str], list[str]]:
+def check_law(
+    law: TimeLaw, bounds: Bounds, worsts: dict[str, Worst], period: float, begins: State
+) -> tuple[list[str], list[str]]:
     """Compare a law's exact derivatives with the limits, at many instants of each of its pieces; period in s.
+
+    begins  where and how fast it should begin
 
     Returns problems, and notes on what the setpoints decide.
     """
@@ -71,7 +75,7 @@ def check_law(law: TimeLaw, bounds: Bounds, worsts: dict[str, Worst], period: fl
             f"at {motion.irregular} instants of the law C' is 0 to rounding and exact axis derivatives are "
             "0/0; there the differences of the setpoints decide"
         )
-    return [*_ends(law, bounds, motion), *problems], [*notes, *_corner_notes(law, bounds, motion.top)]
+    return [*_ends(law, bounds, motion, begins), *problems], [*notes, *_corner_notes(law, bounds, motion.top)]
 
 
 def limits_along(law: TimeLaw, path: Path, limits: Limits) -> dict[str, LimitResult]:
@@ -82,18 +86,19 @@ def limits_along(law: TimeLaw, path: Path, limits: Limits) -> dict[str, LimitRes
     return {name: replace(worst.result, by="law") for name, worst in worsts.items()}
 
 
-def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion) -> Iterator[str]:
+def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion, begins: State) -> Iterator[str]:
     length, limits, top = bounds.rows.length, bounds.limits, motion.top
     unit, allowed = unit_along(bounds.path.axes), bounds.tolerance + ROUNDINGS * EPSILON * length
     start, end = motion_at(law, law.breaks[[0, -1]]).tolist()
-    if abs(end - length) > allowed or abs(start) > allowed:
-        yield f"law: runs from s = {start:.6g} to {end:.12g} {unit}; the path from 0 to {length:.12g} {unit}"
+    if abs(end - length) > allowed or abs(start - begins.s) > allowed:
+        ends = f"{begins.s:.6g} to {length:.12g} {unit}"
+        yield f"law: runs from s = {start:.6g} to {end:.12g} {unit}; the path from {ends}"
     value, t, s = motion.backwards
     if value > NO_JUMP * top:
         yield f"law: runs backwards at {value:.6g} {unit}/s at t = {t:.6g} s, s = {s:.6g} {unit}"
     feeds = motion_at(law, law.breaks[[0, -1]], 1).tolist()
-    for name, time, feed in zip(("start_feed", "end_feed"), law.breaks[[0, -1]].tolist(), feeds, strict=True):
-        wanted = getattr(limits, name)
+    given = [("start_feed", begins.feed), ("end_feed", limits.end_feed)]
+    for (name, wanted), time, feed in zip(given, law.breaks[[0, -1]].tolist(), feeds, strict=True):
         if abs(feed - wanted) > NO_JUMP * max(top, wanted):
             yield f"law: its feed at t = {time:.6g} s is {feed:.9g} {unit}/s; {name} is {wanted:.9g} {unit}/s"
 

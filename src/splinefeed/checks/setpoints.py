@@ -23,7 +23,7 @@ from splinefeed.checks.place import Located, Placer
 from splinefeed.checks.spans import EPSILON, SpanPlaces
 from splinefeed.checks.tool import ToolCheck
 from splinefeed.errors import InputError
-from splinefeed.records import Array, BoolArray, IntArray, Setpoints, TimeLaw, axes_without_limits, unit_along
+from splinefeed.records import Array, BoolArray, IntArray, Setpoints, State, TimeLaw, axes_without_limits, unit_along
 from splinefeed.records.arrays import expanded
 
 #: A setpoint may be this many roundings of the largest coordinate off the curve, in addition to the tolerance.
@@ -74,8 +74,10 @@ class Judge:
     may change under way, to one that lacks parts that are behind: see `move_on`.
     """
 
-    def __init__(self, bounds: Bounds, first: Setpoints, law: TimeLaw | None) -> None:
+    def __init__(self, bounds: Bounds, first: Setpoints, law: TimeLaw | None, start: State | None = None) -> None:
         self.law, self.period = law, first.period
+        self.start = start or State(feed=bounds.limits.start_feed)
+        self._of_tip_at_start = start is None or bounds.rows.tip is bounds.rows  # whether its feed is the tip's
         if bounds.joints is not None and np.isnan(first.u).any():
             raise InputError("the setpoints have no u; joints can be checked only where u says their place on the path")
         self.placed = not bool(np.isnan(first.u).all())  # else only positions are there, as from another program
@@ -142,7 +144,7 @@ class Judge:
         if not self.ticks:
             self._start = float(t[0])
             self._check_end("start", new)
-            if limits.start_feed == 0.0:  # what came before is a stand
+            if self.start.feed == 0.0:  # what came before is a stand
                 self._tail = new.part(0, 1).stand(self.period)
         self._measure(new, last)
         if last:
@@ -289,7 +291,9 @@ class Judge:
         path, k = self.bounds.path, 0 if kind == "start" else -1
         end = SpanPlaces(self.rows, np.array([k])).derivatives(np.array([-1.0 if kind == "start" else 1.0]), 0)[0]
         apart = place.position[:, k] - end[:, 0]
-        short = abs(float(place.s[k]) - (0.0 if kind == "start" else self.rows.length))
+        short = abs(float(place.s[k]) - (self.start.s if kind == "start" else self.rows.length))
+        if kind == "start" and self.start.s > 0.0:
+            apart = np.zeros(len(apart))  # they lie on the curve, or that is a fault of its own
         missing = max(float(np.linalg.norm(apart[: path.linear])), short)
         turned = float(np.max(np.abs(apart[path.linear :]), initial=0.0))
         setattr(self, f"{kind}_error", missing)
@@ -371,8 +375,8 @@ class Judge:
             open_end = last and limits.end_feed > 0.0  # of what comes then only the feed is known
             within = slice(max(len(v) - n - BESIDE, 1), len(v) - (1 if open_end else BESIDE))
             self._corner_steps(v, floors[0][0], t, begin, end, within)
-        if limits.start_feed > 0.0 and not self.ticks:
-            self._edge(feed[0], floors[0][0, 0], dt[0], limits.start_feed, known.t[:1], known.s[:1])
+        if self.start.feed > 0.0 and not self.ticks and self._of_tip_at_start:
+            self._edge(feed[0], floors[0][0, 0], dt[0], self.start.feed, known.t[:1], known.s[:1])
         if limits.end_feed > 0.0 and last:
             self._edge(-feed[-1], floors[0][0, -1], dt[-1], -limits.end_feed, known.t[-1:], known.s[-1:])
         for name, worst in self.worst.items():

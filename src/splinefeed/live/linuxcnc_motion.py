@@ -14,7 +14,7 @@ from splinefeed.live.linuxcnc_moves import BLEND, POINT, STOP, curve_of, feeds_o
 from splinefeed.live.linuxcnc_pieces import PlannedTrack, portions
 from splinefeed.paths.path import Marker, Path
 from splinefeed.paths.smoothing import Smoother
-from splinefeed.planner.horizon import State
+from splinefeed.records import State
 from splinefeed.planner.stream import LookAhead, MotionBlock
 
 #: The path goes to look-ahead in parts that take so long, s, at the feeds of the program, and so far ahead, s; for a

@@ -21,8 +21,8 @@ from splinefeed.live.linuxcnc_motion import PlannedMotion
 from splinefeed.live.linuxcnc_moves import feeds_of
 from splinefeed.live.linuxcnc_pieces import PlannedTrack, Quintics, quintics
 from splinefeed.live.linuxcnc_wire import Wire
-from splinefeed.planner.horizon import State
 from splinefeed.planner.stream import LookAhead, MotionBlock
+from splinefeed.records import State
 
 #: Moves that are taken at once; how long to wait for others that come with one, s.
 AT_ONCE, SETTLE = 200, 0.003

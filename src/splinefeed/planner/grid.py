@@ -30,8 +30,6 @@ SLIVER = 0.03
 TOWARDS = 0.5 ** np.arange(1.0, -np.log2(INSIDE))
 #: No window has more cells, nor more samples.
 MOST_CELLS = 200_000
-#: Next to rest cells are about this share of their distance from it.
-GROWTH = 0.35
 #: The motion may pass a jump this much faster than is thought when cells are laid.
 FASTER = 1.03
 #: A cell is no more than this many times as long as its neighbour.
@@ -160,10 +158,12 @@ def lay(
     high: float,
     ends: tuple[End, End],
     size: float,
+    growth: float,
 ) -> tuple[Array, BoolArray]:
     """Nodes (n + 1,) between the ramps at both ends, mm, and at which of them the path jumps.
 
-    size  see `density`
+    size    see `density`
+    growth  length of cells next to rest, as a share of their distance from it
     """
     ramps = ends[0].ramp, ends[1].ramp
     begin, end = low + ramps[0], high - ramps[1]
@@ -182,11 +182,11 @@ def lay(
     nodes = np.unique(np.append(nodes, end))
     cells = np.diff(nodes)
     first, last = (
-        0.5 * end.ramp if end.rest else min(cell, end.way(side))
+        1.5 * growth * end.ramp if end.rest else min(cell, end.way(side))
         for end, cell, side in zip(ends, (cells[0], cells[-1]), (1.0, -1.0), strict=True)
     )
     for _ in range(HALVINGS):  # geometric from both ends
-        away = np.maximum(GROWTH * (nodes[1:] - low), first), np.maximum(GROWTH * (high - nodes[:-1]), last)
+        away = np.maximum(growth * (nodes[1:] - low), first), np.maximum(growth * (high - nodes[:-1]), last)
         cut = np.diff(nodes) > np.minimum(*away) * (1.0 + ALMOST)
         if not cut.any():
             break

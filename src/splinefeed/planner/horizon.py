@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from splinefeed.errors import InputError, PlanError
+from splinefeed.errors import PlanError
 from splinefeed.planner.audit import worst_shares
 from splinefeed.planner.bound import lower_bound
 from splinefeed.planner.conditions import BESIDE, INSIDE, Conditions
@@ -19,6 +18,7 @@ from splinefeed.planner.rows import FREE, TINY, Rows
 from splinefeed.planner.solve import End, Problem, Solution, solve
 from splinefeed.planner.spline import DEGREE, Spline
 from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records import State as State
 from splinefeed.records.modelled import ModelRows
 
 #: A ramp at rest is this share of the way over which jerk builds up the acceleration, of the way to the next knot, and
@@ -28,8 +28,12 @@ RAMP = 0.01
 TURN = 0.05
 #: The first guess of q, as a share of what limits of velocity and acceleration allow or of another solution.
 GUESS = 0.6
+#: Length of cells next to rest, as a share of their distance from it.
+GROWTH = 0.35
 #: What the audit may not see of a peak between its places, as a factor on q: 3e-6 was found.
 UNSEEN = 1e-5
+#: Places at which a piece of another motion is looked at.
+LOOKED = 9
 #: Cells on either side of one that is held lower that change with it, if these are no more than this share of all.
 NEAR, MANY = 12, 0.6
 
@@ -44,6 +48,8 @@ class SolverSettings:
     cells      in a window, about
     bounded    whether a lower bound of the time is wanted
     spare      share of every limit, as a factor on q, that a motion with an end in motion leaves
+    growth     length of cells next to rest, as a share of their distance from it
+    alone      whether what bends within a step of a place is left to the setpoints, see `Conditions.rows`
     """
 
     cell: float
@@ -51,39 +57,8 @@ class SolverSettings:
     cells: int
     bounded: bool = False
     spare: float = 0.0
-
-
-@dataclass(frozen=True)
-class State:
-    """How a motion moves at a place of its path.
-
-    feed, acceleration  along the path, mm/s and mm/s^2, over all axes as `Path.length` counts them
-    s                   length from the start of the path, mm
-
-    Raises InputError for values that are not finite, s or feed below 0, and an acceleration at rest.
-    Source: docs/math/planner.md.
-    Example: `sf.plan(path, limits, strategy="time-optimal", start=sf.planner.State(feed=20.0))`
-    """
-
-    feed: float = 0.0
-    acceleration: float = 0.0
-    s: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not math.isfinite(self.acceleration) or not (0.0 <= self.feed < math.inf and 0.0 <= self.s < math.inf):
-            raise InputError(f"{self}: feed and s must be finite and not negative, the acceleration finite")
-        if self.feed == 0.0 != self.acceleration:
-            raise InputError(f"{self}: at rest the acceleration is 0")
-
-    def __str__(self) -> str:
-        return f"a state of {self.feed:.6g} mm/s and {self.acceleration:.6g} mm/s^2 at s = {self.s:.6g} mm"
-
-    def slower(self, share: float) -> State:
-        """The state there of the same motion made slower: feed by the share, acceleration by its square."""
-        return State(self.feed * share, self.acceleration * share**2, self.s)
-
-
-REST = State()
+    growth: float = GROWTH
+    alone: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +68,13 @@ class Plan:
     pieces: MotionPieces
     bound: float
     over: float
+
+    def q(self, samples: Samples) -> Array:
+        """Its q at samples (n,), mm^2/s^2, and not almost 0."""
+        t = np.linspace(0.0, 1.0, LOOKED)
+        s, v, _, _ = self.pieces.at(np.broadcast_to(t[:, None], (LOOKED, len(self.pieces))))
+        found = np.interp(samples.s, s.T.ravel(), np.square(v.T.ravel()))
+        return np.maximum(found, SAME * samples.q)
 
     @property
     def seconds(self) -> float:
@@ -119,7 +101,8 @@ class Horizon:
         laid: tuple[Array, BoolArray] | None = None,
     ) -> None:
         self.conditions, self.samples, self.q, self.ends, self.low, self.high = conditions, samples, q, ends, low, high
-        nodes, jumps = laid or lay(conditions, samples, q, low, high, ends, mode.cell)
+        self.alone = mode.alone
+        nodes, jumps = laid or lay(conditions, samples, q, low, high, ends, mode.cell, mode.growth)
         self.nodes, self.jumps, self.spline = nodes, jumps, Spline.on(nodes, jumps)
         cell, part, weight, shift = _with_breaks(conditions, nodes, *_simpson(nodes, jumps))
         h = np.diff(nodes)
@@ -129,7 +112,7 @@ class Horizon:
         self.cell = cell
         self.beside = np.clip(cell + np.where(part == 1.0, 1, np.where(part == 0.0, -1, 0)), 0, len(h) - 1)
         self.own = jumps[cell + (part == 1.0)] & ((part == 0.0) | (part == 1.0))  # of two places at one node
-        self.free = self._rows(None)
+        self.free = self.rows(None)
         self.problem = Problem(self.spline, cell, x, weight, self.free, ends)
 
     def __len__(self) -> int:
@@ -159,7 +142,7 @@ class Horizon:
         for end, place in zip(self.ends, (0, -1), strict=True):
             if not end.rest:
                 rising[place] = 0.0  # the state there is given
-        rows = self._rows(rising)
+        rows = self.rows(rising)
         low = np.where(rising != 0.0, 1.0, -FREE)[None]
         rise = ModelRows(linear=np.stack(self.tip)[None] * rising / least, low=low, high=np.full(low.shape, FREE))
         self.free = rows.joined(rise, smooth=False)
@@ -198,14 +181,15 @@ class Horizon:
                 inner[:, place] = np.maximum(inner[:, place], np.max(shares[:, place]))
         return inner
 
-    def _rows(self, rising: Array | None) -> Rows:
+    def rows(self, rising: Array | None) -> Rows:
         """All limits at the places; rising (n,) of the tip, see `Conditions.rows`.
 
         Those of jerk on ramps are bounds of q at their inner ends: q = (9/2 ramp^2 j)^(2/3). Where a state is given, q
         and q' are as given.
         """
         d, x = self.conditions.along(self.at)
-        rows = self.conditions.rows(self.at, (d, x), v=self.fast, rising=0.0 if rising is None else rising)
+        signs = 0.0 if rising is None else rising
+        rows = self.conditions.rows(self.at, (d, x), v=self.fast, rising=signs, alone=self.alone)
         self.tip = x[1, -1], 0.5 * x[0, -1]  # times q and q': the acceleration of the tip
         top = rows.top.copy()
         for end, place, way, at in ((self.ends[0], self.low, 1.0, 0), (self.ends[1], self.high, -1.0, -1)):
@@ -227,11 +211,13 @@ def plan_window(
     mode: SolverSettings,
     exact: bool = False,
     known: Samples | None = None,
+    like: Plan | None = None,
 ) -> Plan:
     """The motion from `low` to `high`, mm, between two states.
 
     With `exact` the audit holds it to 1, not to 1 + `mode.tolerance`: for motion that is not slowed down afterwards.
     known  samples from `low` to `high` or further
+    like   another motion from `low` to `high`, which tells where cells lie and what to begin with
     """
     if not high - low > SAME * conditions.track.length:
         raise PlanError(f"{conditions.between(low, high)} a limit leaves almost no feed")
@@ -243,7 +229,7 @@ def plan_window(
         most = float(np.max(worst_shares(conditions, steady, high)[0]))
         return Plan(steady, steady.duration, most if most > 1.0 + SAME else 0.0)
     ends = _ends(conditions, samples, low, high, start, stop)
-    window = Horizon(conditions, samples, samples.q, ends, low, high, mode)
+    window = Horizon(conditions, samples, samples.q if like is None else like.q(samples), ends, low, high, mode)
     if len(conditions.jumps_worth_cells(low, high, samples.s, samples.q)[0]):
         # cells beside a jump end where its reach does, which is a matter of the feed there
         rough = solve(window.problem, window.guess(), FASTER - 1.0)
@@ -251,7 +237,7 @@ def plan_window(
     goal = (1.0 - UNSEEN) * (1.0 - mode.spare) if exact else 1.0 + mode.tolerance
     c = window.guess()
     if conditions.limits.deceleration_jerk != conditions.limits.jerk:
-        window, c = _turned(conditions, window, c, mode)
+        window, c = _turned(conditions, window, c, mode, freely=like is not None)
     factor = np.full((3, len(window)), 1.0 - mode.spare)
     often, lower = np.zeros_like(factor), np.zeros(factor.shape, dtype=bool)
     z: Array | None = None
@@ -269,15 +255,14 @@ def plan_window(
         pieces = pieces_of(window.spline, c, ends)
         shares, below = worst_shares(conditions, pieces, high, before)
         broken = ~np.isfinite(np.max(window.of_cells(shares), axis=0))
-        if np.any(broken) and k < 2 * ROUNDS:  # q falls to nothing between places
+        lost = exact and not solution.kept and (k == 0 or bool(np.any(broken)))
+        if np.any(broken) and k < 2 * ROUNDS and not lost:  # q falls to nothing between places
             window, was = window.again(c, mode, broken)
             c, z, factor, often, before = window.guess(), None, factor[:, was], often[:, was], None
             continue
         before = pieces, shares, below
         found.append(Plan(pieces, bound, float(np.max(shares))))
-        if found[-1].over <= (goal if k < ROUNDS else max(goal, 1.0 + KEPT)) or (
-            exact and not solution.kept and k == 0
-        ):
+        if lost or found[-1].over <= (goal if k < ROUNDS else max(goal, 1.0 + KEPT)):
             break
         over = window.of_cells(shares) / goal
         lower = over > 1.0 - 0.5 * mode.tolerance
@@ -287,16 +272,21 @@ def plan_window(
     return dataclasses.replace(best, bound=bound, over=best.over * (1.0 if exact else 1.0 + UNSEEN))
 
 
-def _turned(conditions: Conditions, window: Horizon, c: Array, mode: SolverSettings) -> tuple[Horizon, Array]:
+def _turned(
+    conditions: Conditions, window: Horizon, c: Array, mode: SolverSettings, *, freely: bool
+) -> tuple[Horizon, Array]:
     """A window and what to begin with where speeding up and slowing down have two limits of jerk, from coefficients c.
 
     Which limit holds depends on the sign of the tip's acceleration. Where it may be either the lower one does; over
     cells that clearly have the sign of the higher one, that, and the sign is held.
+    freely  whether signs are first looked for under the higher limit: a state at an end may allow no lower one
     """
     limits = conditions.limits
     way = 1.0 if limits.deceleration_jerk is None or limits.jerk > limits.deceleration_jerk else -1.0
     level = SLOW * window.samples.push
     for left in range(ROUNDS, 0, -1):
+        if left == ROUNDS and freely:
+            window.problem.hold(window.rows(np.full(len(window.at), way)))
         c = solve(window.problem, c, mode.tolerance).c
         y = window.problem.look(window.problem.complete(c))[0]
         slope = way * (window.tip[0] * y[0] + window.tip[1] * y[1])

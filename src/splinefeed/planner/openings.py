@@ -7,6 +7,7 @@ and a profile of seven phases goes on from there. The audit has the last word on
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -17,16 +18,16 @@ from splinefeed.planner.audit import worst_shares
 from splinefeed.planner.conditions import BESIDE, Conditions
 from splinefeed.planner.constants import ALMOST, HALVINGS, KEPT, SAME
 from splinefeed.planner.grid import Samples
-from splinefeed.planner.horizon import REST, Plan, SolverSettings, State, plan_window
+from splinefeed.planner.horizon import Plan, SolverSettings, plan_window
 from splinefeed.planner.law import MotionPieces, joined, quintics
 from splinefeed.planner.profiles import pieces, ramp, solve
 from splinefeed.planner.straight import straight_ahead
-from splinefeed.records import LAW_COEFFICIENTS
+from splinefeed.records import LAW_COEFFICIENTS, REST, State
 
 #: What a beginning in closed form may take of a limit beyond it: less than KEPT, more than states round by.
 OVER = 1e-7
-#: Cells of a second try, as a share of those of the first.
-FINER = 0.25
+#: Feeds at the ends of a motion from which a second try begins, and cells of a third, as shares of those of the first.
+CALM, FINER = 0.5, 0.25
 #: A last bit to rest takes way and time of constant jerk, but for this share; so many times are tried.
 LAST_BIT, TRIED = 0.1, 41
 
@@ -75,22 +76,33 @@ def plan_from(
 ) -> Plan:
     """The motion from `low` to `high`, mm, between two states of which one at least moves, as `plan_window` exactly.
 
-    Where cubics find none: with a beginning in closed form, then with finer cells. Raises PlanError as `plan_window`.
+    Where cubics find none: with a beginning in closed form, then from where a motion from slower states leads, then
+    with finer cells. Raises PlanError as `plan_window`.
     """
     openings = _openings(conditions, low, high, start, stop)
     if openings is None or over_at(conditions, low, start) > 1.0 + 2.0 * KEPT:
         still = np.array([[low, start.feed, 0.5 * start.acceleration, 0.0, 0.0, 0.0]])
         return Plan(MotionPieces(np.zeros(1), still), 0.0, np.inf)
-    found = [plan_window(conditions, low, high, start, stop, mode, exact=True, known=known)]
-    if found[0].over > 1.0 + KEPT:
+
+    def between(start: State, stop: State, mode: SolverSettings, like: Plan | None = None) -> Plan:
+        return plan_window(conditions, low, high, start, stop, mode, exact=True, known=known, like=like)
+
+    def tries() -> Iterator[Plan]:
+        yield between(start, stop, mode)
         for opening in openings:
             with suppress(PlanError):
-                found.append(_continued(conditions, opening, high, stop, mode))
-                if found[-1].over <= 1.0 + KEPT:
-                    return found[-1]
+                yield _continued(conditions, opening, high, stop, mode)
         with suppress(PlanError):
-            finer = replace(mode, cell=FINER * mode.cell)
-            found.append(plan_window(conditions, low, high, start, stop, finer, exact=True))
+            calm = between(start.slower(CALM), stop.slower(CALM), mode)
+            yield between(start, stop, mode, calm)
+            finer = replace(mode, cell=FINER * mode.cell, growth=FINER * mode.growth, alone=True)
+            yield between(start, stop, finer, calm)
+
+    found: list[Plan] = []
+    for plan in tries():
+        found.append(plan)
+        if plan.over <= 1.0 + KEPT:
+            break
     return min(found, key=lambda each: each.over)
 
 

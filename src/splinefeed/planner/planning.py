@@ -16,7 +16,6 @@ import numpy as np
 from splinefeed.errors import CurveError, InputError, LimitsError, PlanError, expect
 from splinefeed.paths.path import Path
 from splinefeed.paths.track import GOES, Track
-from splinefeed.planner.horizon import State
 from splinefeed.planner.seven_phase import STRATEGY as SEVEN_PHASE
 from splinefeed.planner.seven_phase import plan_seven_phase
 from splinefeed.planner.shared import check_ends, with_dwells
@@ -27,6 +26,7 @@ from splinefeed.records import (
     TRAVEL_ENDS,
     Joint,
     Limits,
+    State,
     TimeLaw,
     axes_without_limits,
     field_of,

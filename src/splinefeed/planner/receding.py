@@ -11,11 +11,11 @@ from splinefeed.errors import PlanError
 from splinefeed.planner.conditions import Conditions
 from splinefeed.planner.constants import BISECTIONS, HOPELESS, KEPT, TOGETHER
 from splinefeed.planner.grid import Samples, counted
-from splinefeed.planner.horizon import GUESS, REST, Plan, SolverSettings, State, plan_window
+from splinefeed.planner.horizon import GUESS, Plan, SolverSettings, plan_window
 from splinefeed.planner.law import MotionPieces, joined
 from splinefeed.planner.openings import plan_from
 from splinefeed.planner.straight import straights
-from splinefeed.records import Array, Limits
+from splinefeed.records import REST, Array, Limits, State
 from splinefeed.telling import tell
 
 #: Share of a window's pieces that do not become final, as what follows still matters to them. What is left of a stretch

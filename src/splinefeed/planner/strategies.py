@@ -15,14 +15,14 @@ from splinefeed.paths.track import Track
 from splinefeed.planner.audit import worst_shares
 from splinefeed.planner.conditions import Conditions
 from splinefeed.planner.constants import ALMOST, HOPELESS, KEPT, SAME
-from splinefeed.planner.horizon import REST, Plan, SolverSettings, State
+from splinefeed.planner.horizon import Plan, SolverSettings, plan_window
 from splinefeed.planner.law import MotionPieces, joined
 from splinefeed.planner.openings import over_at, plan_from
 from splinefeed.planner.receding import OutOfReachError, RecedingHorizon, plan_stretch
 from splinefeed.planner.shared import curve_feeds, on_tick, with_dwells
 from splinefeed.planner.straight import straights
 from splinefeed.planner.ticks import held_at_ticks
-from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray, Limits, TimeLaw
+from splinefeed.records import LAW_COEFFICIENTS, REST, Array, BoolArray, Limits, State, TimeLaw
 from splinefeed.telling import tell
 from splinefeed.workers import spread
 
@@ -347,11 +347,15 @@ def _out_of_reach(
     near = RecedingHorizon(low).reach(conditions, MODES[LOOK_AHEAD], high)  # what lies behind does not matter
     length = near - low
 
-    def possible(first: State, last: State, mode: SolverSettings = MODES[LOOK_AHEAD]) -> bool:
+    def possible(first: State, last: State, mode: SolverSettings | None = None) -> bool:
         begin, end = (low, near) if last.feed == 0.0 or near == high else (high - length, high)
         first, last = (first if begin == low else REST), (last if end == high else REST)
         with suppress(PlanError):
-            return plan_from(conditions, begin, end, first, last, mode).over <= 1.0 + KEPT
+            if mode is None:
+                plan = plan_window(conditions, begin, end, first, last, MODES[LOOK_AHEAD], exact=True)
+            else:
+                plan = plan_from(conditions, begin, end, first, last, mode)
+            return plan.over <= 1.0 + KEPT
         return False
 
     at_end = stop.feed > 0.0 and (start.feed == 0.0 or possible(start, REST))
@@ -364,7 +368,7 @@ def _out_of_reach(
         feed, acceleration = (float(f"{each * down:.6g}") for each in (v * given.feed, a * given.acceleration))
         return State(feed, acceleration if feed > 0.0 else 0.0, given.s)
 
-    def fits(state: State, mode: SolverSettings = MODES[LOOK_AHEAD]) -> bool:
+    def fits(state: State, mode: SolverSettings | None = None) -> bool:
         return state.feed == 0.0 or (possible(start, state, mode) if at_end else possible(state, stop, mode))
 
     whole = given.acceleration == 0.0 or not fits(calm)

@@ -13,11 +13,10 @@ from splinefeed.paths.parts import cut, joined
 from splinefeed.paths.path import Path
 from splinefeed.planner.conditions import Conditions
 from splinefeed.planner.constants import ALMOST, SAME
-from splinefeed.planner.horizon import REST, State
 from splinefeed.planner.law import MotionPieces
 from splinefeed.planner.receding import EARLY, OPEN, RecedingHorizon
 from splinefeed.planner.strategies import LOOK_AHEAD, MODES, check_limits, conditions_of
-from splinefeed.records import LAW_COEFFICIENTS, Limits, TimeLaw, positive
+from splinefeed.records import LAW_COEFFICIENTS, REST, Limits, State, TimeLaw, positive
 
 #: Cells of a window, and the fewest that it may have.
 WINDOW, LEAST_WINDOW = MODES[LOOK_AHEAD].cells, 20

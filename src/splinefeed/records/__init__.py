@@ -2,7 +2,8 @@
 
 `limits` is Limits, `limit_table` says of each limit its name, unit, order and words, and is where a new one begins;
 `modelled` is what limits of models share: `torque`, `torque_rate`, `velocity_law`. `motion` has TimeLaw, Setpoints and
-Response, `verdict` the Verdict; `arrays` checks and freezes arrays, `view` shows a record in a notebook.
+Response, `state` how a motion moves at a place, `verdict` the Verdict; `arrays` checks and freezes arrays, `view` shows
+a record in a notebook.
 """
 
 from __future__ import annotations
@@ -45,6 +46,8 @@ from splinefeed.records.motion import STREAM_COLUMNS as STREAM_COLUMNS
 from splinefeed.records.motion import Response as Response
 from splinefeed.records.motion import Setpoints as Setpoints
 from splinefeed.records.motion import TimeLaw as TimeLaw
+from splinefeed.records.state import REST as REST
+from splinefeed.records.state import State as State
 from splinefeed.records.torque import Torque as Torque
 from splinefeed.records.torque_rate import TorqueRate as TorqueRate
 from splinefeed.records.velocity_law import Approach as Approach

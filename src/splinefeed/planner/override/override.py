@@ -15,10 +15,9 @@ from scipy.ndimage import maximum_filter1d
 
 from splinefeed.errors import LimitsError
 from splinefeed.kernels import override as kernels
-from splinefeed.planner.horizon import State
 from splinefeed.planner.override.reserve import ACCELERATION_SHARE, JERK_SHARE, MOST_RATE
 from splinefeed.planner.override.source import AT_LIMITS, HIGHEST, LawSource, MotionSource
-from splinefeed.records import TABLE, Array, Limits
+from splinefeed.records import TABLE, Array, Limits, State
 
 #: Ticks of a law looked ahead over, each twice as many as the one before: a change of the rate begins only where its
 #: end lies within the first; a rate that does not keep the limits everywhere is taken only where the way back from it
