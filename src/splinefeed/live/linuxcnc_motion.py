@@ -14,8 +14,8 @@ from splinefeed.live.linuxcnc_moves import BLEND, POINT, STOP, curve_of, feeds_o
 from splinefeed.live.linuxcnc_pieces import PlannedTrack, portions
 from splinefeed.paths.path import Marker, Path
 from splinefeed.paths.smoothing import Smoother
-from splinefeed.records import State
 from splinefeed.planner.stream import LookAhead, MotionBlock
+from splinefeed.records import State
 
 #: The path goes to look-ahead in parts that take so long, s, at the feeds of the program, and so far ahead, s; for a
 #: change of the override so far beyond twice what a stop takes, s: less is planned and sent sooner.
