@@ -391,7 +391,7 @@ def test_missing_ends(path, foreign):
     assert not end.numbers["end_reached"]
     assert end.numbers["end_error_mm"] == pytest.approx(missing, rel=1e-3)
     start = check(cut(slice(40, None)), path, sf.Limits(**FAR))
-    only(start, "tick 0 ", "from the start of the path")
+    only(start, "tick 0 ", "from the start of the motion")
     assert start.numbers["start_error_mm"] == pytest.approx(points.s[40], rel=1e-3)
 
 
@@ -669,7 +669,7 @@ def test_a_motion_that_begins_on_the_way_is_checked_from_there() -> None:
     assert not check(setpoints, path, limits).ok  # from rest where the path begins it is a jump
 
     elsewhere = dataclasses.replace(start, s=start.s + 1e-3)
-    assert "from where the motion begins" in check(setpoints, path, limits, start=elsewhere).problems[0]
+    assert "from the start of the motion" in check(setpoints, path, limits, start=elsewhere).problems[0]
     slower = dataclasses.replace(start, feed=start.feed - 1.0)
     found = check(setpoints, path, limits, start=slower)
     assert not found.limits["acceleration"].holds  # 1 mm/s in a period is 1000 mm/s^2

@@ -40,7 +40,7 @@ _SENTENCES = {
     "back": "goes back by {amount:.6g} {unit} along the path",
     "skipped": "a part of the path is skipped: one step of {amount:.6g} {unit}",
     "twice": "the same point twice in the middle of the motion",
-    "start": "the first setpoint is {detail} from where the motion begins",
+    "start": "the first setpoint is {detail} from the start of the motion",
     "end": "the last setpoint is {detail} from the end of the path: it is not reached",
 }
 
