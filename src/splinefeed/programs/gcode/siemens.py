@@ -108,6 +108,8 @@ class Siemens(Interpreter):
             x, y, z = (extra.get(name, 0.0) for name in _TOOL_AXIS)
             self.tool_tip.given = x, y, z
         super().run(" ".join(words), line)
+        if not words and self.tool_tip.given is not None:
+            self._do(Block())  # the tool turns about its tip
         self._check_axis_used()
         if "MCALL" in keys:
             self._modal_call = call
