@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.live import linuxcnc_wire as wires
 from splinefeed.live.linuxcnc_limits import Mill
-from splinefeed.live.linuxcnc_moves import BLEND, POINT, STOP, curve_of, feeds_of, size_of
+from splinefeed.live.linuxcnc_moves import BLEND, POINT, STOP, feeds_of, size_of
 from splinefeed.live.linuxcnc_pieces import PlannedTrack, portions
 from splinefeed.paths.path import Marker, Path
 from splinefeed.paths.smoothing import Smoother
@@ -51,10 +52,9 @@ class PlannedMotion:
         self.soon = SOON + 2.0 * float(np.max(stop))
         self.begins = True  # the next batch is the first one from rest
 
-    def push(self, moves: Any) -> None:
-        """Take moves (rows of wire.SEGMENT); those that are none count as ends of the ones before."""
+    def push(self, moves: Any, curves: Sequence[NurbsCurve]) -> None:
+        """Take moves (rows of wire.SEGMENT) along curves; those that are none count as ends of the ones before."""
         mill = self.mill
-        curves = [curve_of(move, mill) for move in moves]
         sizes = np.array([curve.length if size_of(move, mill) > POINT else 0.0
                           for curve, move in zip(curves, moves, strict=True)])  # fmt: skip
         feeds = np.array(feeds_of(moves, mill, 1.0, 1.0, math.inf)[0])

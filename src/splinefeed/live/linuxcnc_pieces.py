@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.editing import split
 from splinefeed.curves.flat import Flat
 from splinefeed.curves.packed import Packed
@@ -155,6 +156,13 @@ class PlannedTrack:
         return out
 
 
+def at_knots(curve: NurbsCurve, places: Array, near: float) -> Array:
+    """Places (n,) of a curve, moved to the knot that is nearer than a share of its domain."""
+    low, high = curve.domain
+    knot = curve.knots[np.argmin(np.abs(curve.knots[:, None] - places), axis=0)]
+    return np.where(np.abs(knot - places) < near * (high - low), knot, places)
+
+
 def portions(path: Path, origins: IntArray, times: Array, most: float) -> list[tuple[Path, IntArray]]:
     """A path in parts that take about so long, s, its long curves in pieces; with the origins of each part's curves.
 
@@ -168,9 +176,7 @@ def portions(path: Path, origins: IntArray, times: Array, most: float) -> list[t
             made += [flat.part(done, i)] if i > done else []
             curve = path.joined[i]
             low, high = curve.domain
-            places = np.linspace(low, high, counts[i] + 1)[1:-1]
-            near = curve.knots[np.argmin(np.abs(curve.knots[:, None] - places), axis=0)]
-            places = np.where(np.abs(near - places) < SAME_KNOT * (high - low), near, places)
+            places = at_knots(curve, np.linspace(low, high, counts[i] + 1)[1:-1], SAME_KNOT)
             made.append(Flat.of(split(curve, *places.tolist())))
             done = i + 1
         made += [flat.part(done, len(flat))] if done < len(flat) else []

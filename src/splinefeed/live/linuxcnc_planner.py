@@ -16,16 +16,18 @@ import numpy as np
 
 from splinefeed.errors import PlanError, SplinefeedError
 from splinefeed.live import linuxcnc_wire as wires
+from splinefeed.live.linuxcnc_curves import ProgramCurves
 from splinefeed.live.linuxcnc_limits import Mill
 from splinefeed.live.linuxcnc_motion import PlannedMotion
-from splinefeed.live.linuxcnc_moves import feeds_of
+from splinefeed.live.linuxcnc_moves import curve_of, feeds_of
 from splinefeed.live.linuxcnc_pieces import PlannedTrack, Quintics, quintics
 from splinefeed.live.linuxcnc_wire import Wire
 from splinefeed.planner.stream import LookAhead, MotionBlock
 from splinefeed.records import State
 
-#: Moves that are taken at once; how long to wait for others that come with one, s.
-AT_ONCE, SETTLE = 200, 0.003
+#: Moves that are taken at once, and where blocks of true curves are to be whole; how long to wait for others that come
+#: with one, s.
+AT_ONCE, AT_ONCE_OF_CURVES, SETTLE = 200, 1000, 0.003
 #: So long a silence is the end of what comes, s, unless so many moves are queued that the task may wait for room.
 SILENCE, MANY = 0.050, 900
 #: Motion that is planned ahead, s: what a change of the override throws away.
@@ -58,16 +60,18 @@ class Planner:
 
     mill, limits  of the machine; reserve  share of the acceleration that is kept for pause and override
     say  takes each message
+    curves  true ones of the program that is loaded, where it has some
     waits  since when LinuxCNC's task waits for motion, s by the clock; inf while it goes on, None where nobody knows
     """
 
     def __init__(
         self, wire: Wire, mill: Mill, reserve: float, *, window: int = WINDOW, smooth: int = SMOOTH,
-        say: Callable[[str], None] = print, waits: Callable[[], float | None] = lambda: None,
+        say: Callable[[str], None] = print,
+        curves: Callable[[], ProgramCurves | None] = lambda: None, waits: Callable[[], float | None] = lambda: None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:  # fmt: skip
         self.wire, self.mill, self.window, self.smooth, self.say, self.waits = wire, mill, window, smooth, say, waits
-        self.clock = clock
+        self.clock, self.curves = clock, curves
         self.limits, self.reserve = mill.limits(reserve), reserve
         self.period = float(wire.period)
         self.inverse = 1.0 / mill.units[mill.columns]
@@ -82,6 +86,7 @@ class Planner:
         self.overrides = (1.0, 1.0, math.inf)  # under which it plans: of feeds and rapid moves, largest velocity
         self.changed, self.wanted = 0.0, (1.0, 1.0, math.inf)
         self.takes = SLOW  # how long it takes to plan a change of the override, s: what it took of late
+        self.queued, self.grown = self.read, self.clock()  # moves that came, and when the last did
         self.news = self.seen = self.alive = self.began = self.clock()  # `seen`: when the last moves were there
         self.blocks = 0
         jerk = np.zeros(wires.AXES)
@@ -155,6 +160,8 @@ class Planner:
         """Moves into the run that is open; into another one when that has been played to its end."""
         wire = self.wire
         now, head = self.clock(), int(wire.seg_head)
+        if head != self.queued:
+            self.queued, self.grown = head, now
         if head == self.read:
             return False
         if self.run is not None and self.run.closed:
@@ -162,8 +169,16 @@ class Planner:
                 return False
             self.run = None
         self.seen = now
-        count = min(head - self.read, AT_ONCE)
+        known = self.curves()
+        count = min(head - self.read, AT_ONCE if known is None else AT_ONCE_OF_CURVES)
         moves = np.array([wire.segment[k % wires.SEGMENTS] for k in range(self.read, self.read + count)])
+        silent = now - self.grown > SILENCE or count == AT_ONCE_OF_CURVES
+        runs = [] if known is None or silent else known.runs(moves)
+        if known is not None and runs and runs[-1][2] == count:
+            line, first, _ = runs[-1]
+            moves = moves if known.whole(line, moves[first:]) else moves[:first]  # the others of its block come
+            if not len(moves):
+                return False
         last = moves["sync"][0] if self.run is None else self.run.moves[-1]["sync"]
         other = np.diff(moves["sync"], prepend=last) != 0  # such a move begins at rest
         waits = (moves["atspeed"] != 0) | (moves["indexer"] >= 0) | other | (moves["sync"] == wires.TAP)
@@ -177,7 +192,8 @@ class Planner:
             moves = moves[: int(ends[0])]
         if len(moves):
             self.read += len(moves)
-            self.run.push(moves)
+            curves = [curve_of(move, self.mill) for move in moves] if known is None else known.curves_of(moves)
+            self.run.push(moves, curves)
         if len(ends) or self.run.moves[-1]["sync"] == wires.TAP:
             self.run.close()
         return True

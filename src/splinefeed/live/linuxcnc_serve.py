@@ -14,6 +14,7 @@ import numpy as np
 
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.live import linuxcnc_wire as wires
+from splinefeed.live.linuxcnc_curves import ProgramCurves
 from splinefeed.live.linuxcnc_limits import Mill
 from splinefeed.live.linuxcnc_pieces import PlannedTrack, quintics
 from splinefeed.live.linuxcnc_planner import Planner
@@ -48,9 +49,14 @@ class Heart:
 
 
 class TaskWatch:
-    """Whether LinuxCNC's task waits for motion to end, as a child in LinuxCNC's Python sees it."""
+    """Whether LinuxCNC's task waits for motion to end, and what it has loaded, as a child in LinuxCNC's Python sees it.
 
-    def __init__(self, python: str, home: str | None = None) -> None:
+    curves_of  makes them of a file
+    """
+
+    def __init__(self, python: str, home: str | None, curves_of: Callable[[str], ProgramCurves]) -> None:
+        self.curves: ProgramCurves | None = None
+        self._curves_of = curves_of
         self.waiting: float | None = None  # since when, by the monotonic clock; inf while it goes on
         program = files("splinefeed.live").joinpath("linuxcnc_task.py").read_text(encoding="utf-8")
         self._words = [python, "-c", program]
@@ -67,7 +73,12 @@ class TaskWatch:
             )  # fmt: skip
             assert self._child.stdout is not None
             for line in self._child.stdout:
-                self.waiting = float(line)
+                word, _, value = line.rstrip("\n").partition(" ")
+                if word == "file":
+                    self.curves = None
+                    self.curves = self._curves_of(value)
+                else:
+                    self.waiting = float(value)
             self.waiting = None
             self._child.wait()
             time.sleep(AGAIN)
@@ -116,8 +127,11 @@ def serve(
             waiting = True
             time.sleep(0.05)
             continue
-        task = TaskWatch(python, wires.home(wire.ident))
-        planner = Planner(wire, mill, reserve, say=say, waits=lambda task=task: task.waiting, **how)  # type: ignore[misc]
+        task = TaskWatch(python, wires.home(wire.ident), lambda file: ProgramCurves(file, mill, say))
+        planner = Planner(
+            wire, mill, reserve, say=say, waits=lambda task=task: task.waiting,  # type: ignore[misc]
+            curves=lambda task=task: task.curves, **how,  # type: ignore[misc]
+        )  # fmt: skip
         heart = Heart(planner)
         say("LinuxCNC is here")
         try:

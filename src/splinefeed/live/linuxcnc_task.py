@@ -1,7 +1,7 @@
 """Runs in LinuxCNC's own Python: tells when its task waits for motion to end, so that no further move comes before.
 
-Prints as that changes, until its input ends: since when it waits, s of the system's monotonic clock, or `inf` while it
-goes on. Nothing of splinefeed is imported here.
+Prints as that changes, until its input ends: `waits` and since when it waits, s of the system's monotonic clock, or inf
+while it goes on; `file` and the program that is loaded. Nothing of splinefeed is imported here.
 """
 
 import select
@@ -36,7 +36,7 @@ def by_hand(status: Any) -> bool:
 
 def main() -> None:
     """Watch until nobody listens."""
-    status, before, queue, since = None, None, 0, 0.0
+    status, before, queue, since, file = None, None, 0, 0.0, ""
     while not select.select([sys.stdin], [], [], EVERY)[0]:
         try:
             status = status or linuxcnc.stat()
@@ -49,11 +49,14 @@ def main() -> None:
             status = None
             time.sleep(AWAY)
             continue
+        if status.file != file:
+            file = status.file
+            print("file", file, flush=True)
         if status.queue != queue:
             queue, since = status.queue, time.monotonic()
         now = waits(status) or (by_hand(status) and time.monotonic() - since > QUIET)
         if now != before:
-            print(time.monotonic() if now else "inf", flush=True)
+            print("waits", time.monotonic() if now else "inf", flush=True)
             before = now
 
 
