@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path as File
 
 import numpy as np
@@ -13,7 +14,7 @@ from linuxcnc_machine import GCC, PERIOD, Machine, mill
 from splinefeed.live import linuxcnc_wire as wires
 from splinefeed.live.linuxcnc_limits import mill_of
 from splinefeed.live.linuxcnc_moves import curve_of, feeds_of
-from splinefeed.live.linuxcnc_pieces import portions
+from splinefeed.live.linuxcnc_pieces import PlannedTrack, portions, quintics
 from splinefeed.records import Array
 
 needs_gcc = pytest.mark.skipif(GCC is None, reason="no C compiler; on Debian: apt-get install gcc")
@@ -415,6 +416,20 @@ def test_a_curve_is_cut_at_the_knot_that_is_there():
     path = sf.Path([sf.NurbsCurve(3, knots, points)], ("x", "y", "z"), feeds=[10.0])
     parts = portions(path, np.array([0]), np.array([7.0]), 1.0)
     assert len(parts) == 7 and sum(part.length for part, _ in parts) == pytest.approx(path.length)
+
+
+def test_pieces_join_where_a_path_has_a_curve_shorter_than_a_piece():
+    places = np.array([0.0, 5.0, 5.0002, 10.0])  # the short one begins another part of the path
+    lines = [sf.NurbsCurve.bezier([[a, 0.0, 0.0], [b, 0.0, 0.0]]) for a, b in pairwise(places)]
+    track = PlannedTrack(0)
+    track.push(np.diff(places))
+    for part, origins in ((lines[:1], [0]), (lines[1:], [1, 2])):
+        track.add(sf.Path(part, ("x", "y", "z")), np.array(origins))
+    law = np.array([[0.0, 50.0, 0.0, 0.0, 0.0, 0.0], [5.0, 50.0, 0.0, 0.0, 0.0, 0.0]])
+    found = quintics(track, 0.0, np.array([5.0, 10.0 - 5.0]) / 50.0, law)
+    ends = np.einsum("nak,nk->na", found.c, found.span[:, None] ** np.arange(6))
+    np.testing.assert_allclose(ends[:-1], found.c[1:, :, 0], atol=1e-9)
+    np.testing.assert_allclose(ends[-1], [10.0, 0.0, 0.0], atol=1e-9)
 
 
 def test_feeds_count_as_linuxcnc_counts_them():

@@ -138,7 +138,12 @@ class PlannedTrack:
     def derivatives(self, s: Array, middle: Array) -> Array:
         """r and its derivatives by length (n, 4, axes) at places s (n,), on the curves that `middle` (n,) lie on."""
         out = np.empty((len(s), 4, len(self.parts[0].axes)))
-        part = np.clip(np.searchsorted(self.starts, middle, side="right") - 1, 0, None)
+        starts = np.array(self.starts)
+        part = np.clip(np.searchsorted(starts, middle, side="right") - 1, 0, None)
+        ends = np.append(starts[1:], self.length)
+        outside = (s < starts[part] - OFF) | (s > ends[part] + OFF)  # behind a curve that is shorter than a piece
+        middle = np.where(outside, s, middle)
+        part = np.clip(np.searchsorted(starts, middle, side="right") - 1, 0, None)
         for k in np.unique(part).tolist():
             path, mine = self.parts[k], np.flatnonzero(part == k)
             curve, _ = path.locate(np.clip(middle[mine] - self.starts[k], 0.0, path.length))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import time
+import traceback
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -117,7 +118,9 @@ class Planner:
         except SplinefeedError as error:
             self.fault(str(error))
         except (ArithmeticError, ValueError, LookupError, AssertionError) as error:  # a fault of ours: no motion
-            self.fault(f"internal fault of the planner, {type(error).__name__}: {error}")
+            at = traceback.extract_tb(error.__traceback__)[-1]
+            place = f"{at.filename.rpartition('/')[2]}, line {at.lineno}"
+            self.fault(f"internal fault of the planner, {type(error).__name__}: {error} ({place})")
         return True
 
     def fault(self, text: str) -> None:
