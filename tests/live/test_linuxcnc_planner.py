@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from benchmarks.linuxcnc_planner import PERIOD, Recording, mill, module_missing, recorded
 
+import splinefeed as sf
 from splinefeed.records import Array
 
 pytestmark = [
@@ -129,6 +130,20 @@ def test_a_hole_is_tapped_and_left_in_step_with_the_spindle():
     up = bottom + np.flatnonzero((z[bottom:] < -2.0) & (z[bottom:] > -14.9))
     off = np.interp(z[up], z[down][::-1], found.turns[down][::-1]) - found.turns[up]
     assert np.abs(off).max() < 0.003  # turns, at a pitch of 1 mm
+
+
+def test_a_curve_of_the_program_is_planned_in_place_of_its_arcs():
+    points = [f"X{5 * k} Y{10 * (-1) ** k} P1" for k in range(1, 9)]
+    program = f"G21 G90 G61 F3000\nG10 L2 P1 X3 Y-2\nG54\nG0 X0 Y0\nG5.2 {points[0]} L3\n" + "\n".join(points[1:])
+    found = recorded(f"{program}\nG5.3\nG0 X0 Y0\nG10 L2 P1 X0 Y0\nM2\n", OURS)
+    assert max(shares(found)) <= 1.0
+    control = np.array([[0, 0], *([5 * k, 10 * (-1) ** k] for k in range(1, 9))], dtype=float) + [3.0, -2.0]
+    curve = sf.NurbsCurve(2, np.r_[0, 0, np.arange(8), 7, 7], control)
+    cut = np.flatnonzero(found.position[:, 1] != found.position[-1, 1])
+    ticks = found.position[cut][:, :2]
+    ticks = ticks[(ticks[:, 0] > 5.0) & (ticks[:, 0] < 38.0) & (ticks[:, 1] > -9.0)]
+    near = np.sort(curve.nearest(ticks)[1])
+    assert near[: len(near) // 2].max() < 1e-3  # the way there; LinuxCNC's arcs are off by 0.04 mm
 
 
 def test_a_step_stands_where_the_next_move_begins():
