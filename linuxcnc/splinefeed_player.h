@@ -33,7 +33,7 @@
 #define PLAYER_ANEW 0.25       /* turns off by which an encoder counts anew */
 #define PLAYER_FOLLOW 100.0    /* 1/s: how fast motion makes good what it is behind a spindle */
 #define PLAYER_BEHIND 0.020    /* s that it may be behind */
-#define PLAYER_KEPT 0.99       /* share of the jerk that a change of rate may use: it is looked at at places */
+#define PLAYER_KEPT 0.99       /* share of a limit that a change of rate may use: it is looked at at places */
 
 #define PUBLISH(field, value) __atomic_store_n(&(field), value, __ATOMIC_RELEASE)
 #define LOOK(field) __atomic_load_n(&(field), __ATOMIC_ACQUIRE)
@@ -276,7 +276,7 @@ static int player_may_at(player *p, unsigned long long piece, double at, double 
         if (!p->there[i]) continue;
         player_state(g, at, x);
         x3 = 6 * g[3] + at * (24 * g[4] + at * 60 * g[5]);
-        if (fabs(x[2] * r * r + x[1] * rv) > p->amax[i]) return 0;
+        if (fabs(x[2] * r * r + x[1] * rv) > PLAYER_KEPT * p->amax[i]) return 0;
         if (fabs(x3 * r * r * r + 3 * x[2] * r * rv + x[1] * ra) > PLAYER_KEPT * p->w->jerk[i]) return 0;
     }
     return 1;

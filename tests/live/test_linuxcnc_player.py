@@ -279,6 +279,20 @@ def test_a_planner_that_comes_late_costs_a_stop_and_nothing_else():
 
 
 @needs_gcc
+def test_moves_that_are_dropped_as_late_before_they_are_smooth_are_planned():
+    machine = Machine()
+    machine.waits = False
+    machine.line(5.0, 0.0, 0.0)
+    machine.run(3)
+    machine.wire.store("why", wires.WHY_LATE)
+    machine.wire.store("epoch", int(machine.wire.epoch) + 1)  # as an override that came too late does at rest
+    machine.run(3)
+    machine.waits = True
+    machine.run()
+    assert machine.said == [] and machine.wire.seg_done == 1 and machine.at[0] == pytest.approx(5.0)
+
+
+@needs_gcc
 def test_a_silent_planner_is_a_fault_with_a_stop_and_another_one_goes_on_after_an_abort():
     machine = Machine()
     wavy(machine, 600)

@@ -76,7 +76,9 @@ class PlannedMotion:
     def _give(self, paths: list[Path]) -> None:
         for path, origins in zip(paths, self.smoother.origins, strict=True):
             moves = np.array([self.moves[k] for k in origins.tolist()])
-            times = np.diff(path.curve_starts) / feeds_of(moves, self.mill, 1.0, 1.0, math.inf)[0]
+            tip = np.diff(path.tip_length(path.curve_starts))  # whose feed it is, where it moves
+            way = np.where(tip > POINT, tip, np.diff(path.curve_starts))
+            times = way / feeds_of(moves, self.mill, 1.0, 1.0, math.inf)[0]
             whole = moves["sync"][0] == wires.TAP  # which the player goes back over: one batch
             for part, own in portions(path, origins, times, math.inf if whole else PORTION):
                 self.track.add(part, own)
@@ -97,6 +99,8 @@ class PlannedMotion:
     def restart(self, s: float, state: State) -> None:
         """Plan again from a place on the track, mm, in a state there."""
         track = self.track
+        if not track.parts:  # it has not begun
+            return
         first = track.part_at(s)
         self.look = self.look_ahead(State(state.feed, state.acceleration, max(s - track.starts[first], 0.0)))
         self.base, self.given, self.done = track.curves[first], first, s

@@ -204,6 +204,15 @@ def value(c: Array, t: Array, order: int) -> Array:
     return out
 
 
+def _apart(edges: Array) -> Array:
+    """Of times in order the first, the last, and those that are later than the one before by more than SHORTEST."""
+    kept, last = [float(edges[0])], float(edges[-1])
+    for edge in edges[1:-1].tolist():
+        if edge - kept[-1] > SHORTEST and last - edge > SHORTEST:
+            kept.append(edge)
+    return np.array([*kept, last])
+
+
 def quintics(track: PlannedTrack, begin: float, spans: Array, c: Array) -> Quintics:
     """Pieces of every axis for a motion s(t): spans (m,), s, coefficients (m, 6); s from `begin` on the track."""
     good = spans > TINY
@@ -228,8 +237,7 @@ def quintics(track: PlannedTrack, begin: float, spans: Array, c: Array) -> Quint
     free = np.minimum(starts - around[next_one - 1], around[next_one] - starts) > SHORTEST
     free[[0, -1]] = True
     edges = np.sort(np.concatenate([starts[free], cuts]))
-    edges = edges[(edges == 0.0) | (edges > SHORTEST) | (edges == starts[-1])]  # a first span may be rounding
-    edges = edges[np.append(np.diff(edges) > SHORTEST, True) | (edges == 0.0)]
+    edges = _apart(edges)
     low, high = edges[:-1], edges[1:]
     row = np.clip(np.searchsorted(starts, 0.5 * (low + high), side="right") - 1, 0, len(spans) - 1)
     way = np.abs(value(c[row], high - starts[row], 0) - value(c[row], low - starts[row], 0))
@@ -247,8 +255,9 @@ def quintics(track: PlannedTrack, begin: float, spans: Array, c: Array) -> Quint
     t0, t1 = t0 - origin, t1 - origin
     middle = begin + value(law, 0.5 * (t0 + t1), 0)
     ends, states = [], []
-    for t in (t0, t1):
-        s, v, a = (value(law, t, k) for k in range(3))
+    for t in (t0 + origin, t1 + origin):  # on spans of their own: a piece may cover some that are too short for one
+        own = np.clip(np.searchsorted(starts, t, side="right") - 1, 0, len(spans) - 1)
+        s, v, a = (value(c[own], t - starts[own], k) for k in range(3))
         d = track.derivatives(begin + s, middle)
         states.append(np.stack([begin + s, v, a], axis=1))
         v, a = v[:, None], a[:, None]
