@@ -127,7 +127,8 @@ def measure() -> Report:
         "50,000 mm/s^3 (60 mm/s; the rotary axis 90 deg/s, 1,200 deg/s^2, 60,000 deg/s^3)."
     )
     notes = (
-        "LinuxCNC 2.9, headless, without a real-time kernel, on a computer that did other work. Times from first "
+        "LinuxCNC 2.9, headless, without a real-time kernel, on a computer that did other work, LinuxCNC and planner "
+        "before it (chrt -r 1). Times from first "
         "to last motion, all waits of the planner included; LinuxCNC 2.9 knows no jerk. Turned: feed and rapid "
         "override (20 to 150 %) and pauses at random. Off: largest distance between the ticks and the programmed "
         "path, either way, linear axes; G64 P0.01 allows 10 um (and as much again for LinuxCNC's joining of short "
