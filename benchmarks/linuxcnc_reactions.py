@@ -48,7 +48,8 @@ def measure() -> Report:
         Column("at most", ".3f"),
     )
     notes = (
-        "LinuxCNC and planner before all other work (chrt -r 1). Axes of 60 mm/s, 1,000 mm/s^2 and, for splinefeed, 50,000 mm/s^3, where nothing else is said; LinuxCNC 2.9 "
+        "LinuxCNC and planner before all other work (chrt -r 1). "
+        "Axes of 60 mm/s, 1,000 mm/s^2 and, for splinefeed, 50,000 mm/s^3, where nothing else is said; LinuxCNC 2.9 "
         "knows no jerk. From the call of LinuxCNC's Python interface, its way to the task included; the longest of 6 "
         "pauses, 3 overrides, 6 MDI moves; the median of 12 standstills. Override: until the feed is within 1 % to "
         "stay (40 mm/s at 100 %). Pocket: from first to last motion.",
