@@ -26,7 +26,7 @@ PUBLIC = {
     "splinefeed.analysis": "AxisMotion Contour LimitUse Ripple feed_ripple",
     "splinefeed.formats": "BitPattern read_parts",
     "splinefeed.interpolation": "Interpolator methods register",
-    "splinefeed.paths": "Fit Job Marker PathParts Smoother fit job shapes smooth_stream tangential",
+    "splinefeed.paths": "Fit Job Marker PathParts Smoother fit job shapes smooth_stream tangential Track",
     "splinefeed.planner": "LawSource LookAhead MotionBlock Override OverrideTicks State with_reserve",
     "splinefeed.plot": """
         Figure binding bode compare contour errors joints law limits motion overview path program ripple

@@ -10,3 +10,4 @@ from .path_parts import PathParts as PathParts
 from .smoothing import Smoother as Smoother
 from .smoothing import smooth_stream as smooth_stream
 from .tangent_axis import tangential as tangential
+from .track import Track as Track

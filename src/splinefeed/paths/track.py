@@ -30,6 +30,8 @@ class Track(ABC):
     in_parts       itself where its parts are read one after the other, else None
     linking        how the contours of a drawing are linked; None for anything else
 
+    Called with places s (...), mm, it gives positions (..., axes), mm, rotary axes rad; `derivatives` at s (n,) gives
+    (n, 4, columns). `check_travel` and `check_limits` raise LimitsError.
     Source: docs/code-overview.md. Example: `sf.shapes.butterfly().axis_units`
     """
 
