@@ -40,7 +40,7 @@ def test_a_dxf_is_dropped_a_limit_moved_and_the_numbers_are_those_of_the_api(ope
 
 def test_the_first_picture_does_not_wait_for_the_library_of_figures(opened):
     page = opened()
-    page.wait_for_function("window.Plotly")
+    page.wait_for_function("() => window.Plotly")
     page.add_init_script(
         "new MutationObserver((_, own) => { if (!document.body?.dataset.shown) return; own.disconnect();"
         " window.early = document.querySelector('script[src*=plotly]') !== null; })"
@@ -49,7 +49,7 @@ def test_the_first_picture_does_not_wait_for_the_library_of_figures(opened):
     page.reload()
     page.wait_for_selector("body[data-shown=final]")
     assert page.evaluate("early") is False
-    page.wait_for_function("window.Plotly")  # and it comes without being asked for
+    page.wait_for_function("() => window.Plotly")  # and it comes without being asked for
 
 
 def test_setpoints_are_downloaded_byte_for_byte(opened, tmp_path):
@@ -157,8 +157,14 @@ def test_steps_fit_beside_the_loops_and_nothing_of_the_figure_before_stays_on_th
     page.click("#tune-start")
     page.wait_for_selector("#beside .main-svg")
     page.wait_for_function(
-        "(() => { const place = document.getElementById('figure');"
-        " return Math.abs(place._fullLayout.width - place.clientWidth) < 2; })()"
+        "() => Math.abs(figure._fullLayout.width - figure.clientWidth) < 2 && figure.clientWidth < beside.clientWidth"
     )
+    high = page.evaluate(
+        "(place => [place._fullLayout.height, place.layout.height])(document.getElementById('figure'))"
+    )
+    assert high[0] == high[1] > 300
+    page.set_viewport_size({"width": 1180, "height": 900})
+    page.wait_for_function("() => Math.abs(figure._fullLayout.width - figure.clientWidth) < 2")
+    assert page.evaluate("figure._fullLayout.height") == high[0]
     assert page.locator("#figure .readout:visible").count() == 0
     assert page.locator("#figure .cursor:visible").count() == 0

@@ -224,7 +224,7 @@ const NARROW = 640; // pixels: a telephone, where values stand in their panels, 
 // what tells a curve from the others of its panel
 const shortName = (trace, traces) => (traces.every((each) => each.name.split(" ").at(-1) === trace.name.split(" ").at(-1)) ? trace.name.replace(/ \S+$/, "") : trace.name);
 
-const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
+const CONFIG = { displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
 const TIME = "time (s)";
 const axesOf = (figure) => Object.keys(figure.layout).filter((key) => /^xaxis\d*$/.test(key));
 const isTime = (axis) => axis?.title?.text === TIME;
@@ -236,6 +236,10 @@ export class Stack {
     clock.on((t) => { for (const place of this.shown.keys()) this.point(place, t); });
     this.shown = new Map();
     this.seen = null; // the ends of time that are seen, null: the whole
+    // Plotly's own way to follow the window forgets how high a figure is
+    this.widths = new ResizeObserver((changes) => {
+      for (const { target } of changes) if (target.clientWidth && Math.abs(target.clientWidth - (target._fullLayout?.width ?? target.clientWidth)) > 1) this.paint(target);
+    });
   }
 
   // draw a figure in a place
@@ -250,6 +254,7 @@ export class Stack {
       place.after(each.told);
       this.tell(place);
       this.follow(place);
+      this.widths.observe(place);
     }
   }
 
@@ -345,8 +350,7 @@ export class Stack {
     each.words = toldWords(told);
     const { data, layout } = dressed(figure);
     each.painting = true;
-    await Plotly.react(place, data, { ...layout, ...each.size }, CONFIG);
-    if (Math.abs(place.clientWidth - place._fullLayout.width) > 1) await Plotly.Plots.resize(place); // another beside it came or went
+    await Plotly.react(place, data, { ...layout, ...(place.clientWidth ? { width: place.clientWidth } : {}), ...each.size }, CONFIG);
     each.painting = false;
     if (!each.readouts.every((out) => out.isConnected)) each.readouts = [];
     this.point(place, this.clock.t);
