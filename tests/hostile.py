@@ -1,6 +1,6 @@
 """What strangers' files cost: small ones that ask for much, and changed ones by the thousand, as tables for the docs.
 
-    python tests/hostile.py --small --kills 125 --count 1000 --seed 1 --write
+    python tests/hostile.py --small --bounds --kills 125 --count 1000 --seed 1 --write
 
 Each file is read by a process of its own with SECONDS and MEMORY. It has to end by an answer or by one line that
 names the file: exit code 0, 1 or 2. `--write` puts the tables into docs/security.md.
@@ -25,12 +25,13 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from benchmarks.tables import Column, Table, write_into  # noqa: E402 - found from here only
 
+import beyond_bounds  # noqa: E402
 import command_kills  # noqa: E402
 import fuzzing  # noqa: E402
 
 PAGE = ROOT / "docs" / "security.md"
-#: s and bytes of address space that a process has.
-SECONDS, MEMORY = 20, 2 * 2**30
+#: s and bytes of address space that a process has, and s for files as large as a bound lets them be.
+SECONDS, MEMORY, PATIENCE = 20, 2 * 2**30, 120
 DXF = "0\nSECTION\n2\nENTITIES\n{}0\nENDSEC\n0\nEOF\n"
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="9mm" height="9mm" viewBox="0 0 9 9">{}</svg>'
 
@@ -74,10 +75,10 @@ def blocks(depth: int, each: int) -> str:
     return f"0\nSECTION\n2\nBLOCKS\n{inside}0\nENDSEC\n" + DXF.format(reference.format(0))
 
 
-def fit_points(count: int) -> str:
-    """A spline through many points."""
+def fit_points(count: int, splines: int = 1) -> str:
+    """Splines through so many points each."""
     rows = "".join(f"11\n{k}\n21\n{k * k % 17}\n31\n0\n" for k in range(count))
-    return DXF.format(f"0\nSPLINE\n8\n0\n70\n8\n71\n3\n74\n{count}\n{rows}")
+    return DXF.format(f"0\nSPLINE\n8\n0\n70\n8\n71\n3\n74\n{count}\n{rows}" * splines)
 
 
 def same_places(count: int) -> str:
@@ -102,7 +103,8 @@ CASES: tuple[tuple[str, str, Callable[[], str], tuple[str, ...]], ...] = (
     ("DXF: blocks of blocks, all empty", "blocks.dxf", lambda: blocks(6, 10), ()),
     ("DXF: an arc of 1e308 degrees", "arc.dxf", lambda: entity("ARC", "40 1 50 1e308 51 0"), ()),
     ("DXF: a count of 1e400", "count.dxf", lambda: entity("LWPOLYLINE", "90 1e400"), ()),
-    ("DXF: 10,000 fit points", "fit.dxf", lambda: fit_points(10_000), ()),
+    ("DXF: 20,000 fit points", "fit.dxf", lambda: fit_points(20_000), ()),
+    ("DXF: nine splines of 9,999 fit points", "nine.dxf", lambda: fit_points(9_999, 9), ()),
     ("DXF: 50,000 fit points", "fit50.dxf", lambda: fit_points(50_000), ()),
     ("G-code: a row of digits, --repair", "digits.ngc", lambda: "X" + "9" * 2000 + "\n", ("--repair",)),
     ("G-code: a loop without an end", "loop.ngc", lambda: "o1 while [1]\no1 endwhile\nM2\n", ()),
@@ -122,17 +124,16 @@ CASES: tuple[tuple[str, str, Callable[[], str], tuple[str, ...]], ...] = (
 )  # fmt: skip
 
 
-def cost(name: str, text: str, words: tuple[str, ...], folder: Path) -> tuple[int, float, float]:
-    """Exit code, s of processor time and MB that a file costs."""
-    (folder / name).write_text(text)
-    command = [words[0], name] if words[:1] == ("sweep",) else ["info", name, *words]
+def cost(command: list[str], folder: Path, most: int = SECONDS) -> tuple[int, float, float, str]:
+    """Exit code, s of processor time, MB, and what it says, of a command."""
     done = subprocess.run(
         [sys.executable, "-c", MEASURED, *command], cwd=folder, capture_output=True, text=True, check=False,
-        timeout=20 * SECONDS, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 1)),
+        timeout=20 * most, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (most, most + 1)),
     )  # fmt: skip
     found = re.search(r"^cost ([\d.]+) (\d+)$", done.stderr, re.MULTILINE)
     seconds, peak = (float(found[1]), int(found[2]) / 2**20) if found else (float("nan"), float("nan"))
-    return done.returncode, seconds, peak
+    said = [line for line in done.stderr.splitlines() if line.startswith("splinefeed: ") and line[-3:] != " s)"]
+    return done.returncode, seconds, peak, said[-1].removeprefix("splinefeed: ") if said else ""
 
 
 MEASURED = f"""
@@ -149,15 +150,35 @@ def asked(folder: Path) -> Table:
     """The table of small files that ask for much."""
     rows = []
     for what, name, make, words in CASES:
-        text = make()
-        code, seconds, memory = cost(name, text, words, folder)
-        rows.append((what, len(text), code, seconds, memory))
+        (folder / name).write_text(text := make())
+        command = [words[0], name] if words[:1] == ("sweep",) else ["info", name, *words]
+        rows.append((what, len(text), *cost(command, folder)[:3]))
     columns = (Column("what it asks"), Column("bytes", ",d"), Column("exit code", "d"), Column("s", ".1f"),
                Column("MB", ".0f"))  # fmt: skip
     caption = (
         f"Small files that ask for much, each in a process with {SECONDS} s of processor time and {MEMORY // 2**30} GB."
     )
     return Table(caption, columns, tuple(rows), ("Starting takes some 0.4 s and 60 MB of it.",))
+
+
+def beyond(folder: Path) -> Table:
+    """The table of files beyond each bound of the page."""
+    for name, text in beyond_bounds.BESIDE.items():
+        (folder / name).write_text(text)
+    rows: list[tuple[Any, ...]] = []
+    for bound, what, name, make, words in beyond_bounds.BOUNDS:
+        make(file := folder / name)
+        code, seconds, memory, said = cost([word.format(name) for word in words], folder, PATIENCE)
+        rows.append((bound, what, file.stat().st_size, code, seconds, memory))
+        print(*rows[-1], said, sep=" | ", file=sys.stderr, flush=True)
+        file.unlink()
+    columns = (Column("bound"), Column("a file with"), Column("bytes", ",d"), Column("exit code", "d"),
+               Column("s", ".1f"), Column("MB", ".0f"))  # fmt: skip
+    held = [
+        f"{bound}: {', '.join(f'`tests/{test}`' for test in tests)}." for bound, tests in beyond_bounds.HELD.items()
+    ]
+    return Table("Files at or beyond the bounds of the table above.", columns, tuple(rows),
+                 ("Held by tests where no file reaches the bound:", "", *held))  # fmt: skip
 
 
 #: Kinds that libraries in C or our reader of binary structures read: ten times as many.
@@ -229,6 +250,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=1000, help="changed files of each kind (1000)")
     parser.add_argument("--kind", choices=fuzzing.SUFFIXES, action="append", help="these kinds alone; the others stay")
     parser.add_argument("--small", action="store_true", help="try the small files that ask for much, too")
+    parser.add_argument("--bounds", action="store_true", help="try files beyond each bound, too")
     parser.add_argument("--kills", type=int, default=0, help="end so many of each command by signals (0)")
     parser.add_argument("--seed", type=int, default=1, help="of the changes (1)")
     parser.add_argument("--write", action="store_true", help="put the tables into docs/security.md")
@@ -240,6 +262,11 @@ def main() -> int:
             tables.append(asked(Path(folder)))
         bad |= any(row[2] not in (0, 1, 2) for row in tables[-1].rows)
         _ = given.write and put("much", lambda page: tables[-1])
+    if given.bounds:
+        with tempfile.TemporaryDirectory() as folder:
+            tables.append(beyond(Path(folder)))
+        bad |= any(row[3] not in (0, 1, 2) for row in tables[-1].rows)
+        _ = given.write and put("bounds", lambda page: tables[-1])
     if given.kills:
         tables.append(killed(given.seed, given.kills))
         bad |= any(row[4] for row in tables[-1].rows)

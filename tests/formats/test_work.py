@@ -30,8 +30,9 @@ def same_places(count: int) -> str:
 
 
 CASES: dict[str, tuple[str, Callable[[], str], str]] = {
-    "9,000 fit points": (".dxf", lambda: fit_points(9000), "1 read"),
-    "fit points": (".dxf", lambda: fit_points(20_000), "has 20000 fit points; at most 10000"),
+    "19,000 fit points": (".dxf", lambda: fit_points(19_000), "1 read"),
+    "fit points": (".dxf", lambda: fit_points(20_001), "20001 fit points up to here; at most 20000"),
+    "fit points of three": (".dxf", lambda: fit_points(9000, 3), "27000 fit points up to here; at most 20000"),
     "blocks": (".dxf", lambda: blocks(6, 10), "more than 100000 references to blocks"),
     "places": (".csv", lambda: same_places(3000), "1 read"),
 }

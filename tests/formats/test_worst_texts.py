@@ -118,3 +118,8 @@ def test_a_key_twice_among_many_is_found_at_once() -> None:
     with pytest.raises(FormatError, match='key "key59999" appears twice'):
         json_values.parse(f'{{{pairs}, "key59999": 2}}', "part")
     assert time.process_time() - begin < 2.0 * MOST_SECONDS
+
+
+def test_a_whole_number_of_thousands_of_digits_in_json_has_its_line() -> None:
+    with pytest.raises(FormatError, match=r"^part: line 2: '9{20}'... is too large for a number"):
+        json_values.parse(f'{{"a": 1,\n "b": {"9" * 5000}}}', "part")

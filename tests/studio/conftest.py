@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -23,13 +25,14 @@ WARMING = 480_000
 class Studio:
     """A server in a process of its own."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, most_files: int | None = None) -> None:
         self.history = folder / "history.sqlite"
         self.temporary = folder / "tmp"
         self.temporary.mkdir()
         words = [sys.executable, "-m", "splinefeed", "studio", "--no-browser", "--json", "--history", str(self.history)]
         env = {**os.environ, "TMPDIR": str(self.temporary)}
-        self.process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=env)
+        few = None if most_files is None else partial(resource.setrlimit, resource.RLIMIT_NOFILE, (most_files,) * 2)
+        self.process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=env, preexec_fn=few)
         text = ""
         while "}" not in text:
             assert self.process.stdout is not None

@@ -7,7 +7,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
+from splinefeed.errors import InputError
 from splinefeed.studio import house as rooms
+from splinefeed.studio.settings import KEPT, Bench
 from splinefeed.studio.staff import Staff
 
 pytest.importorskip("tornado", reason="the studio needs the extra [studio]")
@@ -91,3 +93,63 @@ def test_an_upload_that_hangs_costs_that_upload_only(monkeypatch):
 
     with ThreadPoolExecutor(1) as pool:
         pool.submit(asyncio.run, scene()).result()
+
+
+def test_tabs_jobs_and_plans_are_bounded(monkeypatch):
+    """What pages ask for, without end; the workers are busy."""
+
+    async def scene():
+        with Staff() as staff:
+            await crowd(rooms.House(None, staff))
+
+    async def crowd(house):
+        busy = asyncio.Event()
+
+        async def ask(worker, request, heard=None, deadline=None):
+            await busy.wait()
+            return {}, b"{}"
+
+        monkeypatch.setattr(rooms, "ask", ask)
+        house._offer = asyncio.get_running_loop().create_future()
+        tabs = [f"{k:016x}" for k in range(3 * rooms.MOST_TABS)]
+        for tab in tabs[: rooms.MOST_TABS]:
+            house.welcome(tab, lambda *words, **said: None)
+        with pytest.raises(InputError, match="64 tabs are open already; close one"):
+            house.welcome(tabs[-1], lambda *words, **said: None)
+        house.welcome(tabs[0], lambda *words, **said: None)  # one that was reloaded
+        for n, tab in enumerate(tabs * 2):
+            house.do_plan(tab, {"n": n, "settings": {}})
+        assert len(house._plans) == rooms.MOST_TABS
+        for k in range(rooms.MOST_WAITING):
+            house.do_job(tabs[0], {"kind": "read", "source": str(k)})
+        with pytest.raises(InputError, match="16 jobs are waiting; cancel one, or wait"):
+            house.do_job(tabs[0], {"kind": "read", "source": "one more"})
+        house.do_job(tabs[0], {"kind": "read", "source": "3"})  # the same again is none
+        for k in range(3 * rooms.ANSWERS):
+            house.do_job(tabs[1 + k], {"kind": "read", "source": "x"})
+        busy.set()
+        while house._open() or len(house.jobs) > rooms.ANSWERS:
+            await asyncio.sleep(0.01)
+        assert len(house.jobs) == rooms.ANSWERS
+        await house.close()
+
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(asyncio.run, scene()).result(100)
+
+
+def test_a_worker_keeps_the_last_runs_alone(tmp_path):
+    """And gives what it kept, without planning again."""
+
+    class NoMail:
+        said = 0
+
+        def tell(self, head, body=b""):
+            self.said += 1
+
+    bench = Bench(tmp_path, tmp_path, NoMail())
+    settings = [{"source": {"shape": f"circle?radius={radius}"}, "period": "5 ms"} for radius in range(2, 3 + 2 * KEPT)]
+    made = [bench.done(each)[1] for each in settings]
+    assert len(bench.runs) == KEPT
+    said = bench.mail.said
+    assert bench.done(settings[-1])[1] is made[-1] and bench.mail.said == said
+    assert bench.done(settings[0])[1] is not made[0] and len(bench.runs) == KEPT

@@ -16,6 +16,7 @@ import pytest
 
 from splinefeed.errors import InputError
 from splinefeed.studio.sources import LARGEST, MOST, put, upload
+from studio.conftest import Studio
 
 
 def ask(studio, path: str, method: str = "GET", body: bytes | None = None, **headers: str):
@@ -125,6 +126,21 @@ def test_connections_that_say_nothing_do_not_lock_the_owner_out(studio, cookie):
             with contextlib.suppress(OSError):
                 gone += each.recv(1) == b""
         assert gone == 200
+
+
+def test_silent_connections_do_not_lock_the_owner_out_where_few_files_may_be_open(tmp_path):
+    few = Studio(tmp_path, most_files=64)
+    try:
+        with contextlib.ExitStack() as stack:
+            for _ in range(200):
+                stack.enter_context(socket.create_connection(("127.0.0.1", few.port), 10.0))
+            answer, _ = ask(few, f"/?token={few.token}")
+            assert answer.status == 200
+            own = answer.headers["Set-Cookie"].partition(";")[0]
+            said = asyncio.run(_spoken(few, own, json.dumps({"do": "share", "text": "period = '2 ms'"})))
+            assert said[0]["settings"]["period"] == "2 ms"  # a worker is there, too
+    finally:
+        assert few.end() == 0
 
 
 async def _spoken(studio, cookie: str, *messages: str) -> list[dict]:

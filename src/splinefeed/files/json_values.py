@@ -6,6 +6,7 @@ A description gives each key a check, `check(value, place)`, which returns the v
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
@@ -17,6 +18,7 @@ from splinefeed.files.sizes import MAX_AXES, MAX_CURVES, MAX_POINTS
 from splinefeed.records import Array
 
 Check: TypeAlias = Callable[[Any, str], Any]
+_MANY_DIGITS = re.compile(r"[0-9]{1000}")
 _MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
 
 
@@ -43,8 +45,14 @@ def parse(text: str, source: object) -> Any:
         raise FormatError(f"{source}: {place}: {error.msg}; is the file complete, and is it JSON?") from None
     except RecursionError:
         raise FormatError(f"{source}: is nested too deeply to be a curve") from None
-    except ValueError as error:  # a whole number of thousands of digits
-        raise FormatError(f"{source}: {str(error).split(';')[0]}") from None
+    except ValueError:  # Python does not turn thousands of digits into a whole number
+        found = _MANY_DIGITS.search(text)
+        place, digits = ("", "a number") if found is None else (_line_of(text, found), f"{found[0][:20]!r}...")
+        raise FormatError(f"{source}: {place}{digits} is too large for a number") from None
+
+
+def _line_of(text: str, found: re.Match[str]) -> str:
+    return f"line {text.count(chr(10), 0, found.start()) + 1}: "
 
 
 def fields(item: object, place: str, known: Mapping[str, Check], needed: Sequence[str] = ()) -> dict[str, Any]:

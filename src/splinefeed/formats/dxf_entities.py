@@ -34,8 +34,8 @@ MAX_VISITS = 1_000_000
 MAX_INSERTS = MAX_DRAWING_CURVES // 2
 #: A bulge below this is straight: the arc is within rounding of its chord.
 LEAST_BULGE = 1e-15
-#: Fit points that a spline is laid through here; its every span is looked at for places where it all but stands.
-MAX_FIT_POINTS = 10_000
+#: Most fit points of all splines of a drawing that have no control points: as many lines would be read faster.
+MAX_FIT_POINTS = 20_000
 #: Knots closer than this share of the whole range are one: CAD writes them apart by rounding.
 SAME_KNOT = 1e-12
 #: What ezdxf would put a default for and no drawing leaves out.
@@ -83,7 +83,7 @@ class EntityReader:
     def __init__(self, drawing: Drawing) -> None:
         self.drawing = drawing
         self.blocks: dict[str, DxfBlock] = {}
-        self.visits = self.inserts = 0
+        self.visits = self.inserts = self.fitted = 0
         self.seen_layers: Counter[str] = Counter()
         self.states: dict[str, str] = {}  # of layers by their names in small letters: frozen, off or ""
         self.line_types: dict[str, str] = {}  # of layers; and those that have gaps, all in small letters
@@ -330,11 +330,14 @@ class EntityReader:
         around = spline.dxf.flags & (spline.CLOSED | spline.PERIODIC) and len(fit) > 2
         fit = np.concatenate([fit, fit[:1]]) if around else fit
         fit = fit[np.append(True, np.any(fit[1:] != fit[:-1], axis=1))[: len(fit)]]
-        if len(fit) > MAX_FIT_POINTS:
-            why = f"has {len(fit)} fit points; at most {MAX_FIT_POINTS} are joined here; write control points or lines"
-            raise self._error(entity, why)
         if len(fit) < 2:
             raise self._error(entity, "has no control points and no two different fit points")
+        self.fitted += len(fit)
+        if self.fitted > MAX_FIT_POINTS:
+            raise TooMuchError(
+                f"{entity.place}: {entity.kind}: {self.fitted} fit points up to here; at most {MAX_FIT_POINTS} are "
+                "joined in a drawing; write control points or lines"
+            )
         self.drawing.notes[_FIT] += 1
         chords = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fit, axis=0), axis=1))])
         if around:

@@ -37,8 +37,8 @@ KINDS = {"html": "text/html; charset=utf-8", "css": "text/css", "js": "text/java
 #: Piece of a file that is sent at once, bytes.
 PIECE = 2**18
 #: s without a request after which a connection is closed, and that the body of an upload may take; most connections
-#: that have not said the token.
-IDLE, UPLOADING, MOST_STRANGERS = 20.0, 300.0, 64
+#: that have not said the token, and their share of the files that the system lets a process open.
+IDLE, UPLOADING, MOST_STRANGERS, STRANGERS_SHARE = 20.0, 300.0, 64, 0.25
 #: What a tab calls itself, drawn at random by the page.
 _TAB = re.compile(r"[0-9a-f]{16}")
 
@@ -220,17 +220,29 @@ class _Server(HTTPServer):
     """One that closes connections which do not say the token: the oldest of too many, and each after a time."""
 
     strangers: dict[Any, None]  # in the order in which they came
+    most_strangers = MOST_STRANGERS
 
     def handle_stream(self, stream: Any, address: Any) -> None:
         """Take a connection."""
         for old in [each for each in self.strangers if each.closed()]:
             del self.strangers[old]
         self.strangers[stream] = None
-        if len(self.strangers) > MOST_STRANGERS:
+        if len(self.strangers) > self.most_strangers:
             old = next(iter(self.strangers))
             del self.strangers[old]
             old.close()
         super().handle_stream(stream, address)
+
+
+def most_strangers() -> int:
+    """Most connections without the token: files are left for pages and workers, however few this process may open."""
+    with suppress(ImportError):
+        import resource
+
+        files = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+        if files != resource.RLIM_INFINITY:
+            return max(1, min(MOST_STRANGERS, int(STRANGERS_SHARE * files)))
+    return MOST_STRANGERS
 
 
 def redirect(folder: Path, address: str) -> str:
@@ -281,7 +293,7 @@ async def serve(port: int, history: Path | None, staff: Staff, *, browser: bool,
         application, max_body_size=sources.LARGEST + 1, max_header_size=2**16, idle_connection_timeout=IDLE,
         body_timeout=UPLOADING,
     )  # fmt: skip
-    server.strangers = strangers
+    server.strangers, server.most_strangers = strangers, most_strangers()
     server.add_sockets(sockets)
     ended = asyncio.Event()
     loop = asyncio.get_running_loop()

@@ -270,8 +270,10 @@ def _matching(folder: Path, pattern: str) -> list[str]:
 
 
 def _values(name: str, given: Any, base: Path) -> tuple[Any, ...]:
-    if not isinstance(given, list) or not 1 <= len(given) <= MOST_VALUES:
+    if not isinstance(given, list) or not given:
         raise InputError("write a list of values")
+    if len(given) > MOST_VALUES:
+        raise InputError(f"has {len(given)} values; at most {MOST_VALUES} of one setting are taken")
     if any(isinstance(each, list) for each in given):
         raise InputError("one value of a list is a list itself; vary the axes by name, such as limits.axis_jerk.x")
     return tuple(checked(name, each, base) for each in given)

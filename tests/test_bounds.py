@@ -1,0 +1,28 @@
+"""Every bound of docs/security.md has a file that is beyond it, or a test that holds it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import beyond_bounds
+from docs_pages import ROOT
+
+TESTS = Path(__file__).parent
+
+
+def test_every_bound_of_the_page_is_tried() -> None:
+    page = (ROOT / "docs" / "security.md").read_text(encoding="utf-8")
+    table = page[page.index("| what | bound |") :].partition("\n\n")[0]
+    bounds = {line.split("|")[1].strip().replace("`", "") for line in table.splitlines()[2:]}
+    tried = {bound for bound, *_ in beyond_bounds.BOUNDS} | {bound.partition(":")[0] for bound in beyond_bounds.HELD}
+    assert "studio" in bounds and len(bounds) > 15
+    assert {bound.replace(" of stream", "") for bound in bounds} == tried
+    assert {bound for bound, *_ in beyond_bounds.BOUNDS} <= set(re.findall(r"^\| (.*?) +\|", page, re.MULTILINE))
+
+
+def test_the_tests_that_hold_bounds_are_there() -> None:
+    for tests in beyond_bounds.HELD.values():
+        for test in tests:
+            file, _, name = test.partition("::")
+            assert f"def {name}(" in (TESTS / file).read_text(encoding="utf-8"), test
