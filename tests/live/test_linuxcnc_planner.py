@@ -119,16 +119,29 @@ def test_threads_begin_at_one_angle_and_are_as_far_on_as_the_spindle_has_turned(
     assert np.ptp(begins) < 0.002  # the same thread each time
 
 
-def test_a_hole_is_tapped_and_left_in_step_with_the_spindle():
+def test_each_pass_of_a_threading_cycle_cuts_the_same_thread():
+    cycle = "G18 G8 G61\nM3 S600\nG0 X10 Z0\nG76 P1.5 Z-25 I-1 J0.4 R1 K1 Q0 H1 E0 L0\nM5\nM2\n"
+    found = recorded(f"G21 G90 {cycle}", replace(OURS, spindle=True))
+    assert max(shares(found)) <= 1.0 + 1e-9
+    cut = in_step(found, -20.0, -5.0)
+    cut = cut[np.abs(np.diff(found.position[:, 2])[cut] / PERIOD + 15.0) < 1.0]
+    off = (found.position[:, 2] + 1.5 * found.turns)[cut]
+    assert len(np.unique(found.position[cut, 0].round(6))) == 3  # depths
+    assert len(cut) > 3500 and np.ptp(off) < 0.002
+
+
+@pytest.mark.parametrize("way", ["M3", "M4"])
+def test_a_hole_is_tapped_and_left_in_step_with_the_spindle(way):
     turned = replace(OURS, spindle=True)
-    found = recorded("G21 G90\nM3 S480\nG33.1 Z-15 K1\nG0 X5\nM5\nM2\n", turned)
+    found = recorded(f"G21 G90\n{way} S480\nG33.1 Z-15 K1\nG0 X5\nM5\nM2\n", turned)
     assert max(shares(found)) <= 1.0
     z, bottom = found.position[:, 2], int(np.argmin(found.position[:, 2]))
     assert -17.0 < z[bottom] < -15.5
     np.testing.assert_allclose(found.position[-1], [5.0, 0.0, 0.0], atol=1e-9)
     down = np.flatnonzero((z[:bottom] < -2.0) & (z[:bottom] > -14.9))
     up = bottom + np.flatnonzero((z[bottom:] < -2.0) & (z[bottom:] > -14.9))
-    off = np.interp(z[up], z[down][::-1], found.turns[down][::-1]) - found.turns[up]
+    turns = found.turns if way == "M3" else -found.turns
+    off = np.interp(z[up], z[down][::-1], turns[down][::-1]) - turns[up]
     assert np.abs(off).max() < 0.003  # turns, at a pitch of 1 mm
 
 
