@@ -29,7 +29,7 @@ from splinefeed.workers import spread
 #: What the modes are called.
 TIME_OPTIMAL, LOOK_AHEAD = "time-optimal", "look-ahead"
 MODES = {
-    TIME_OPTIMAL: SolverSettings(cell=0.2, tolerance=2e-4, cells=8000),
+    TIME_OPTIMAL: SolverSettings(cell=0.2, tolerance=2e-4, cells=4000),
     LOOK_AHEAD: SolverSettings(cell=0.5, tolerance=5e-3, cells=400),
 }
 #: A motion over a limit is slowed down as a whole: a note says so where that is by more than this, as a factor on q.
@@ -213,7 +213,7 @@ def motion(
                 "it might be: no better one within the limits was found"
             )
         tell("planning", high, length)
-        bound += plan.bound
+        bound = bound + plan.bound if plan.bound > 0.0 else -np.inf  # one that is not known leaves none of the whole
         rows.append(plan.pieces.coefficients)
         instants.append(float(instants[-1][-1]) + np.cumsum(plan.pieces.spans))
         tick += ticks
