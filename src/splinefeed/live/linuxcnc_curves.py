@@ -18,7 +18,6 @@ from splinefeed.formats.registry import read
 from splinefeed.live.linuxcnc_limits import Mill
 from splinefeed.live.linuxcnc_moves import curve_of
 from splinefeed.live.linuxcnc_pieces import at_knots
-from splinefeed.paths.path import Path
 from splinefeed.records import IntArray
 
 #: What a program has that has such blocks.
@@ -45,7 +44,7 @@ class ProgramCurves:
             if not SPLINE.search(read_text(File(file), "a program")):
                 return
             path = read(file, dialect="linuxcnc")
-            if not isinstance(path, Path) or path.lines is None:
+            if path.needs_machine or path.lines is None:
                 raise SplinefeedError("it is no path of linear axes")
         except SplinefeedError as error:
             say(f"curves of G5.2 are planned as LinuxCNC's arcs: {error}")
