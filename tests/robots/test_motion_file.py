@@ -63,6 +63,12 @@ def test_a_curve_of_the_tip_from_a_shell(folder):
     assert page["unit"] == "mm"
     assert page["feed_max_mm_s"] <= 200 * (1 + 1e-9)
     assert page["limits"]["axis_jerk.elbow"]["unit"] == "rad/s^3"
+    for kind, end in (("csv", "csv"), ("hdf5", "h5")):  # lengths of the tip are mm in files, too
+        found = ran("seam.json", "--robot", "six.urdf", "--format", kind, "-o", kind)
+        assert found.exit_code == 0, found.output
+        checked = CliRunner().invoke(command_line, ["check", f"{kind}/setpoints.{end}", "--json"])
+        assert json.loads(checked.stdout)["unit"] == "mm"
+    assert "\nt_s,curve,u,s_mm,feed_mm_s,waist_rad," in (folder / "csv/setpoints.csv").read_text()
 
 
 @pytest.mark.parametrize(

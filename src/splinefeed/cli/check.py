@@ -85,5 +85,5 @@ def check(say: Say, setpoints: str, **given: Any) -> Page:
     certified = given["certificate_file"]
     if certified:
         write_certificate(certificate(points, moved.tip_path, limits, found, law), certified)
-    page = {"file": setpoints, "path": source, "axes": list(points.axes), **found.as_dict()}
+    page = {"file": setpoints, "path": source, "axes": list(points.axes), "unit": found.along, **found.as_dict()}
     return {**page, "notes": [*guessed, *page["notes"]], "files": [certified] if certified else []}

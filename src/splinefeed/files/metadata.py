@@ -113,7 +113,7 @@ def description(first: Setpoints, rotary: str) -> dict[str, Any]:
         "method": first.method,
         "period_s": first.period,
         "axes": first.axes,
-        "units": {**units_of(first.axes), "position": axis_units(first.axes, rotary)},
+        "units": {**units_of(first.axes, first.settings), "position": axis_units(first.axes, rotary)},
         "settings": json.loads(to_json(first.settings)),
     }
 
@@ -137,11 +137,17 @@ def described(columns: Mapping[str, Any], said: Any) -> Setpoints:
     return points
 
 
-def units_of(axes: Sequence[str]) -> dict[str, str]:
-    """COLUMNS with the unit of lengths along a path of these axes: that of joints, which is not mm."""
-    along = unit_along(axes)
+def units_of(axes: Sequence[str], settings: Mapping[str, Any]) -> dict[str, str]:
+    """COLUMNS with the unit of lengths along a path of these axes: that of joints, or of the tip that they carry."""
+    along = str(settings.get("unit") or unit_along(axes))
     along = along if any(isinstance(axis, Joint) for axis in axes) else "mm"
     return {**COLUMNS, "s": along, "feed": f"{along}/s"}
+
+
+def settings_of(said: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The settings of a description, if they are any."""
+    found = said.get("settings")
+    return found if isinstance(found, Mapping) else {}
 
 
 def axes_of(said: Mapping[str, Any]) -> tuple[str, ...]:
@@ -155,10 +161,10 @@ def axes_of(said: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(Joint(name, str(unit)) if arm else name for name, unit in zip(names, own, strict=True))
 
 
-def column_names(axes: Sequence[str], rotary: str) -> list[str]:
+def column_names(axes: Sequence[str], rotary: str, settings: Mapping[str, Any]) -> list[str]:
     """Names of the columns of a table, each with its unit."""
     positions = [f"{axis}_{unit}" for axis, unit in zip(axes, axis_units(axes, rotary), strict=True)]
-    along = units_of(axes)["s"].strip("()").replace(" ", "_")
+    along = units_of(axes, settings)["s"].strip("()").replace(" ", "_")
     return ["t_s", "curve", "u", f"s_{along}", f"feed_{along}_s", *positions]
 
 

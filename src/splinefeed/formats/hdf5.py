@@ -124,7 +124,7 @@ def _attributes(kind: Any) -> list[str]:
 def _create(file: Any, first: Any) -> dict[str, Any]:
     """Empty datasets for the columns of parts such as `first`, with their units."""
     datasets, units = {}, {name: unit for name, (_, unit) in DATASETS.items()}
-    units |= units_of(first.axes) if hasattr(first, "axes") else {}
+    units |= units_of(first.axes, getattr(first, "settings", {})) if hasattr(first, "axes") else {}
     for name in _columns(first):
         if (values := getattr(first, name)) is not None:
             wide, unit = values.shape[1:], units[name]

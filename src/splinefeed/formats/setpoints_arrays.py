@@ -19,6 +19,7 @@ from splinefeed.files.metadata import (
     column_names,
     columns_of,
     description,
+    settings_of,
     units_of,
 )
 from splinefeed.files.native_process import ask
@@ -106,8 +107,8 @@ def write_parquet(file: Path) -> Sink[Setpoints]:
         while (chunk := (yield)) is not None:
             if writer is None:
                 names, units = (
-                    column_names(chunk.axes, "rad"),
-                    [*units_of(chunk.axes).values(), *axis_units(chunk.axes, "rad")],
+                    column_names(chunk.axes, "rad", chunk.settings),
+                    [*units_of(chunk.axes, chunk.settings).values(), *axis_units(chunk.axes, "rad")],
                 )
                 kinds = [pyarrow.int64() if name == "curve" else pyarrow.float64() for name in names]
                 fields = [
@@ -139,7 +140,7 @@ def parquet_contents(file: Path) -> tuple[Any, dict[str, Any]]:
         if metadata is None:
             raise InputError("has no metadata of splinefeed; was this written by it?")
         said = json.loads(metadata)
-        names = column_names(axes_of(said), "rad")
+        names = column_names(axes_of(said), "rad", settings_of(said))
         if source.schema_arrow.names != names or len(said["axes"]) > MAX_AXES:
             raise InputError(f"expected the columns {', '.join(names)}")
         if source.metadata.num_rows > MAX_TICKS:

@@ -21,6 +21,7 @@ from splinefeed.files.metadata import (
     column_names,
     columns_of,
     description,
+    settings_of,
     write_rows,
 )
 from splinefeed.files.sizes import MAX_TICKS
@@ -44,7 +45,7 @@ def write_csv(file: Path) -> Sink[Setpoints]:
     with file.open("w", encoding="ascii", newline="\n") as stream:
         while (chunk := (yield)) is not None:
             if ticks == 0:
-                names = ",".join(column_names(chunk.axes, "deg"))
+                names = ",".join(column_names(chunk.axes, "deg", chunk.settings))
                 stream.write(f"{OURS}\n{_METADATA}{json.dumps(description(chunk, 'deg'))}\n{names}\n")
             write_rows(stream, columns_of(chunk), ",", whole=(1,))
             ticks += len(chunk)
@@ -64,7 +65,7 @@ def read_csv(file: Path) -> tuple[dict[str, Any], Any]:
         if not line.startswith(_METADATA):
             raise InputError(f"line 2: expected {_METADATA!r}")
         said = json.loads(line.removeprefix(_METADATA))
-        names = column_names(axes_of(said), "deg")
+        names = column_names(axes_of(said), "deg", settings_of(said))
         if stream.readline().strip() != ",".join(names):
             raise InputError(f"line 3: expected the column names {','.join(names)}")
         if end is None or int(end[1]) > MAX_TICKS:

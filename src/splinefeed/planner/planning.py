@@ -198,9 +198,9 @@ def _along(path: Track) -> str:
 
 
 def _unit(path: Track) -> dict[str, str]:
-    """The unit of lengths along a path as settings have it; nothing where it is mm."""
+    """The unit of lengths along a path as settings have it; nothing where it is mm and the axes say so."""
     found = _along(path)
-    return {} if found == "mm" else {"unit": found}
+    return {} if found == "mm" == unit_along(path.axes) else {"unit": found}
 
 
 def _in_time(
