@@ -138,15 +138,20 @@ def deep_mat(file: Path) -> None:
     mat(file, **inside)
 
 
-def hollow(file: Path) -> None:
-    """An HDF5 file of setpoints that says to have a thousand million of them and holds none."""
-    import h5py
-
+def motion(file: Path) -> None:
+    """Setpoints of a circle."""
     import splinefeed as sf
 
     path = sf.shapes.circle(1.0)
     law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), period=1e-3)
     sf.save(sf.interpolate(path, law), file)
+
+
+def hollow(file: Path) -> None:
+    """An HDF5 file of setpoints that says to have a thousand million of them and holds none."""
+    import h5py
+
+    motion(file)
     with h5py.File(file, "r+") as base:
         found: list[str] = []
         base.visititems(lambda name, each: found.append(name) if isinstance(each, h5py.Dataset) and each.ndim else None)
@@ -160,15 +165,16 @@ def hollow(file: Path) -> None:
 
 
 def folded(file: Path) -> None:
-    """A Parquet file of a few kilobytes with a hundred million rows."""
+    """A Parquet file of setpoints of about a MB with a hundred million rows."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    names = ("t_s", "x_mm", "y_mm")
-    part = pa.table({name: np.zeros(1_000_000) for name in names})
-    with pq.ParquetWriter(file, part.schema) as writer:
+    motion(file)
+    schema = pq.read_schema(file)
+    columns = [pa.array(np.zeros(1_000_000)).cast(each.type) for each in schema]
+    with pq.ParquetWriter(file, schema) as writer:
         for _ in range(100):
-            writer.write_table(part)
+            writer.write_table(pa.Table.from_arrays(columns, schema=schema))
 
 
 def urdf(links: int) -> str:
@@ -180,58 +186,58 @@ def urdf(links: int) -> str:
     return f'<robot name="r">{"".join(f"""<link name="l{k}"/>""" for k in range(links))}{joints}</robot>'
 
 
-#: The bound, what is beyond it, the file's name, what writes it, and the command ({} is the name).
-BOUNDS: tuple[tuple[str, str, str, Make, tuple[str, ...]], ...] = (
-    ("numbers", "1e101", "number.json", text(lambda: JSON % "1e101"), ("info", "{}")),
-    ("numbers", "100,000 digits", "digits.json", text(lambda: JSON % ("9" * 100_000)), ("info", "{}")),
-    ("TOML", "1 MB of a comment", "long.toml", text(lambda: "#" * (2**20 + 1)), ("plan", "circle", "--limits", "{}")),
-    ("TOML", "a sweep of 16 MB", "long.toml", text(lambda: "#" * (2**24 + 1)), ("sweep", "{}")),
-    ("TOML", "9 words in a key", "key.toml", text(lambda: "a." * 8 + "b = 1"), ("plan", "circle", "--limits", "{}")),
-    ("SVG", "257 MB, packed", "packed.svgz",
+#: The bound and what is beyond it, the file's name, what writes it, and the command ({} is the name).
+BOUNDS: tuple[tuple[str, str, Make, tuple[str, ...]], ...] = (
+    ("numbers: 1e101", "number.json", text(lambda: JSON % "1e101"), ("info", "{}")),
+    ("numbers: 100,000 digits", "digits.json", text(lambda: JSON % ("9" * 100_000)), ("info", "{}")),
+    ("TOML: 1 MB of a comment", "long.toml", text(lambda: "#" * (2**20 + 1)), ("plan", "circle", "--limits", "{}")),
+    ("TOML: a sweep of 16 MB", "long.toml", text(lambda: "#" * (2**24 + 1)), ("sweep", "{}")),
+    ("TOML: 9 words in a key", "key.toml", text(lambda: "a." * 8 + "b = 1"), ("plan", "circle", "--limits", "{}")),
+    ("SVG: 257 MB, packed", "packed.svgz",
      lambda file: file.write_bytes(gzip.compress(SVG.format(" " * (257 * 2**20)).encode(), 1)), ("info", "{}")),
-    ("SVG", "500,001 elements", "elements.svg", text(lambda: SVG.format("<g/>" * 500_001)), ("info", "{}")),
-    ("SVG", "201 elements deep", "deep.svg", text(lambda: SVG.format(nested("<g>", "</g>", 201))), ("info", "{}")),
-    ("SVG", "160,000 drawn by uses", "used.svg", text(many_uses), ("info", "{}")),
-    ("SVG", "uses 33 deep", "uses.svg", text(lambda: uses(34)), ("info", "{}")),
-    ("SVG", "32 million questions of style sheets", "sheets.svg", text(sheets), ("info", "{}")),
-    ("SVG", "an entity of 1001 letters", "entity.svg",
+    ("SVG: 500,001 elements", "elements.svg", text(lambda: SVG.format("<g/>" * 500_001)), ("info", "{}")),
+    ("SVG: 201 elements deep", "deep.svg", text(lambda: SVG.format(nested("<g>", "</g>", 201))), ("info", "{}")),
+    ("SVG: 160,000 drawn by uses", "used.svg", text(many_uses), ("info", "{}")),
+    ("SVG: uses 33 deep", "uses.svg", text(lambda: uses(34)), ("info", "{}")),
+    ("SVG: 32 million questions of style sheets", "sheets.svg", text(sheets), ("info", "{}")),
+    ("SVG: an entity of 1001 letters", "entity.svg",
      text(lambda: f'<!DOCTYPE svg [<!ENTITY a "{"a" * 1001}">]>' + SVG.format('<g id="&a;"/>')), ("info", "{}")),
-    ("DXF", "257 MB", "large.dxf", sparse(DXF.format(""), 257 * 2**20), ("info", "{}")),
-    ("DXF", "20 million tags", "tags.dxf", text(lambda: DXF.format("999\n\n" * 20_000_001)), ("info", "{}")),
-    ("DXF", "a million entities", "entities.dxf",
+    ("DXF: 257 MB", "large.dxf", sparse(DXF.format(""), 257 * 2**20), ("info", "{}")),
+    ("DXF: 8 million tags", "tags.dxf", text(lambda: DXF.format("1\n\n" * 8_000_001)), ("info", "{}")),
+    ("DXF: a million entities", "entities.dxf",
      text(lambda: DXF.format("0\nPOINT\n10\n0\n20\n0\n" * 1_000_001)), ("info", "{}")),
-    ("DXF", "blocks 33 deep", "deep.dxf", text(lambda: blocks(34)), ("info", "{}")),
-    ("drawings", "200,001 curves", "curves.svg",
+    ("DXF: blocks 33 deep", "deep.dxf", text(lambda: blocks(34)), ("info", "{}")),
+    ("drawings: 200,001 curves", "curves.svg",
      text(lambda: SVG.format("".join(f'<path d="M{k} 0V1"/>' for k in range(200_001)))), ("info", "{}")),
-    ("drawings", "2,000,001 control points", "points.svg",
+    ("drawings: 2,000,001 control points", "points.svg",
      text(lambda: SVG.format('<polyline points="' + "0 0 1 1 " * 1_000_001 + '"/>')), ("info", "{}")),
-    ("G-code", "a million lines executed", "steps.ngc", text(lambda: loop(20_000)), ("info", "{}")),
-    ("G-code", "a line of 4097 letters", "line.ngc", text(lambda: "G1 X1" + " " * 4092 + "\n"), ("info", "{}")),
-    ("G-code", "calls 11 deep", "calls.ngc", text(lambda: subs(11)), ("info", "{}")),
-    ("G-code", "41 brackets", "brackets.ngc", text(lambda: f"G21 F100\nG1 X{nested('[', ']', 41)}\n"), ("info", "{}")),
-    ("points of a table", "1,000,001 points", "points.csv", text(lambda: "0 1\n" * 1_000_001), ("info", "{}")),
-    ("nearest points", "20,000 lines between 20 places", "places.csv", text(same_places), ("info", "{}")),
-    ("STEP, IGES, 3DM", "257 MB", "large.stp", sparse(STEP, 257 * 2**20), ("info", "{}")),
-    ("HDF5, Parquet", "HDF5: a thousand million rows that are not there", "rows.h5", hollow,
+    ("G-code: a million lines executed", "steps.ngc", text(lambda: loop(20_000)), ("info", "{}")),
+    ("G-code: a line of 4097 letters", "line.ngc", text(lambda: "G1 X1" + " " * 4092 + "\n"), ("info", "{}")),
+    ("G-code: calls 11 deep", "calls.ngc", text(lambda: subs(11)), ("info", "{}")),
+    ("G-code: 41 brackets", "brackets.ngc", text(lambda: f"G21 F100\nG1 X{nested('[', ']', 41)}\n"), ("info", "{}")),
+    ("points of a table: 1,000,001 points", "points.csv", text(lambda: "0 1\n" * 1_000_001), ("info", "{}")),
+    ("nearest points: 20,000 lines between 20 places", "places.csv", text(same_places), ("info", "{}")),
+    ("STEP, IGES, 3DM: 257 MB", "large.stp", sparse(STEP, 257 * 2**20), ("info", "{}")),
+    ("HDF5, Parquet: HDF5: a thousand million rows that are not there", "rows.h5", hollow,
      ("follow", "{}", "--machine", "xytheta")),
-    ("HDF5, Parquet", "Parquet: a hundred million rows, packed", "rows.parquet", folded,
+    ("HDF5, Parquet: Parquet: a hundred million rows, packed", "rows.parquet", folded,
      ("follow", "{}", "--machine", "xytheta")),
-    ("MATLAB (.mat)", "200 MB, packed", "packed.mat", lambda file: mat(file, t=np.zeros(25_000_000)),
+    ("MATLAB (.mat): 200 MB, packed", "packed.mat", lambda file: mat(file, t=np.zeros(25_000_000)),
      ("follow", "{}", "--machine", "xytheta")),
-    ("MATLAB (.mat)", "structs 12 deep", "deep.mat", deep_mat, ("follow", "{}", "--machine", "xytheta")),
-    ("MATLAB (.mat)", "a GB", "large.mat", sparse("MATLAB 5.0 MAT-file", 2**30 + 1),
+    ("MATLAB (.mat): structs 12 deep", "deep.mat", deep_mat, ("follow", "{}", "--machine", "xytheta")),
+    ("MATLAB (.mat): a GB", "large.mat", sparse("MATLAB 5.0 MAT-file", 2**30 + 1),
      ("follow", "{}", "--machine", "xytheta")),
-    ("sweeps", "216 million runs", "runs.toml", text(lambda: grid(3, 600)), ("sweep", "{}")),
-    ("sweeps", "1,000,001 values", "values.toml", text(lambda: grid(1, 1_000_001)), ("sweep", "{}")),
-    ("sweeps", "100,001 files", "files.toml", files(100_001), ("sweep", "{}")),
-    ("configurations", "4 MB", "long.ini", text(lambda: "[EMC]\n" + "#" * 2**22), ("machine", "from-ini", "{}")),
-    ("configurations", "101 files included", "many.ini", included(101, False), ("machine", "from-ini", "{}")),
-    ("configurations", "files included 9 deep", "deep.ini", included(10, True), ("machine", "from-ini", "{}")),
-    ("robots", "1001 links", "links.urdf", text(lambda: urdf(1001)), ("run", "motion.json", "--robot", "{}")),
-    ("tool tables", "10,001 tools", "tools.tbl", text(lambda: "".join(f"T{k} P{k} Z1\n" for k in range(1, 10_002))),
+    ("sweeps: 216 million runs", "runs.toml", text(lambda: grid(3, 600)), ("sweep", "{}")),
+    ("sweeps: 1,000,001 values", "values.toml", text(lambda: grid(1, 1_000_001)), ("sweep", "{}")),
+    ("sweeps: 100,001 files", "files.toml", files(100_001), ("sweep", "{}")),
+    ("configurations: 4 MB", "long.ini", text(lambda: "[EMC]\n" + "#" * 2**22), ("machine", "from-ini", "{}")),
+    ("configurations: 101 files included", "many.ini", included(101, False), ("machine", "from-ini", "{}")),
+    ("configurations: files included 9 deep", "deep.ini", included(10, True), ("machine", "from-ini", "{}")),
+    ("robots: 1001 links", "links.urdf", text(lambda: urdf(1001)), ("run", "motion.json", "--robot", "{}")),
+    ("tool tables: 10,001 tools", "tools.tbl", text(lambda: "".join(f"T{k} P{k} Z1\n" for k in range(1, 10_002))),
      ("info", "part.ngc", "--tools", "{}")),
-    ("drawings that look alike", "4,950 pairs: compared", "alike.svg", text(lambda: circles(100)), ("info", "{}")),
-    ("drawings that look alike", "19,900 pairs: not compared", "more.svg", text(lambda: circles(200)), ("info", "{}")),
+    ("drawings that look alike: 4,950 pairs: compared", "alike.svg", text(lambda: circles(100)), ("info", "{}")),
+    ("drawings that look alike: 19,900 pairs: not compared", "more.svg", text(lambda: circles(200)), ("info", "{}")),
 )  # fmt: skip
 #: Files that stand beside those.
 BESIDE = {

@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -146,39 +147,61 @@ main()
 """
 
 
-def asked(folder: Path) -> Table:
-    """The table of small files that ask for much."""
-    rows = []
+#: Cost of each file, by what it is.
+Costs = dict[str, tuple[Any, ...]]
+COST = (Column("bytes", ",d"), Column("exit code", "d"), Column("s", ".1f"), Column("MB", ".0f"))
+
+
+def asked(folder: Path, only: str) -> Costs:
+    """What small files cost that ask for much: those in whose name `only` stands."""
+    rows: Costs = {}
     for what, name, make, words in CASES:
-        (folder / name).write_text(text := make())
-        command = [words[0], name] if words[:1] == ("sweep",) else ["info", name, *words]
-        rows.append((what, len(text), *cost(command, folder)[:3]))
-    columns = (Column("what it asks"), Column("bytes", ",d"), Column("exit code", "d"), Column("s", ".1f"),
-               Column("MB", ".0f"))  # fmt: skip
+        if only in what:
+            (folder / name).write_text(text := make())
+            command = [words[0], name] if words[:1] == ("sweep",) else ["info", name, *words]
+            rows[what] = (len(text), *cost(command, folder)[:3])
+    return rows
+
+
+def beyond(folder: Path, only: str) -> Costs:
+    """What files beyond each bound of the page cost."""
+    for name, text in beyond_bounds.BESIDE.items():
+        (folder / name).write_text(text)
+    rows: Costs = {}
+    for what, name, make, words in beyond_bounds.BOUNDS:
+        if only in what:
+            make(file := folder / name)
+            code, seconds, memory, said = cost([word.format(name) for word in words], folder, PATIENCE)
+            rows[what] = (file.stat().st_size, code, seconds, memory)
+            print(what, *rows[what], said, sep=" | ", file=sys.stderr, flush=True)
+            file.unlink()
+    return rows
+
+
+def of_small(rows: Costs, page: str) -> Table:
+    """The table of small files that ask for much; rows that were not measured now are those of the page."""
     caption = (
         f"Small files that ask for much, each in a process with {SECONDS} s of processor time and {MEMORY // 2**30} GB."
     )
-    return Table(caption, columns, tuple(rows), ("Starting takes some 0.4 s and 60 MB of it.",))
+    known = merged("what it asks", [what for what, *_ in CASES], rows, page)
+    return Table(caption, (Column("what it asks"), *COST), known, ("Starting takes some 0.4 s and 60 MB of it.",))
 
 
-def beyond(folder: Path) -> Table:
-    """The table of files beyond each bound of the page."""
-    for name, text in beyond_bounds.BESIDE.items():
-        (folder / name).write_text(text)
-    rows: list[tuple[Any, ...]] = []
-    for bound, what, name, make, words in beyond_bounds.BOUNDS:
-        make(file := folder / name)
-        code, seconds, memory, said = cost([word.format(name) for word in words], folder, PATIENCE)
-        rows.append((bound, what, file.stat().st_size, code, seconds, memory))
-        print(*rows[-1], said, sep=" | ", file=sys.stderr, flush=True)
-        file.unlink()
-    columns = (Column("bound"), Column("a file with"), Column("bytes", ",d"), Column("exit code", "d"),
-               Column("s", ".1f"), Column("MB", ".0f"))  # fmt: skip
+def of_bounds(rows: Costs, page: str) -> Table:
+    """The table of files beyond each bound, and the tests of those bounds that no file reaches."""
     held = [
-        f"{bound}: {', '.join(f'`tests/{test}`' for test in tests)}." for bound, tests in beyond_bounds.HELD.items()
+        f"- {what}: {', '.join(f'`tests/{test}`' for test in tests)}." for what, tests in beyond_bounds.HELD.items()
     ]
-    return Table("Files at or beyond the bounds of the table above.", columns, tuple(rows),
+    known = merged("a file with", [what for what, *_ in beyond_bounds.BOUNDS], rows, page)
+    return Table("Files at or beyond the bounds of the table above.", (Column("a file with"), *COST), known,
                  ("Held by tests where no file reaches the bound:", "", *held))  # fmt: skip
+
+
+def merged(first: str, names: list[str], rows: Costs, page: str) -> tuple[tuple[Any, ...], ...]:
+    """Rows in the order of `names`: those measured, and others as the page has them."""
+    before = {name: more for name, *more in rows_of(page, first)}
+    there = {name: rows.get(name) or before.get(name.replace(",", "")) for name in names}
+    return tuple((name, *more) for name, more in there.items() if more)
 
 
 #: Kinds that libraries in C or our reader of binary structures read: ten times as many.
@@ -250,6 +273,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=1000, help="changed files of each kind (1000)")
     parser.add_argument("--kind", choices=fuzzing.SUFFIXES, action="append", help="these kinds alone; the others stay")
     parser.add_argument("--small", action="store_true", help="try the small files that ask for much, too")
+    parser.add_argument("--only", default="", help="of these files those in whose name this stands; the others stay")
     parser.add_argument("--bounds", action="store_true", help="try files beyond each bound, too")
     parser.add_argument("--kills", type=int, default=0, help="end so many of each command by signals (0)")
     parser.add_argument("--seed", type=int, default=1, help="of the changes (1)")
@@ -257,16 +281,16 @@ def main() -> int:
     given = parser.parse_args()
     tables: list[Table] = []
     bad = False
-    if given.small:
-        with tempfile.TemporaryDirectory() as folder:
-            tables.append(asked(Path(folder)))
-        bad |= any(row[2] not in (0, 1, 2) for row in tables[-1].rows)
-        _ = given.write and put("much", lambda page: tables[-1])
-    if given.bounds:
-        with tempfile.TemporaryDirectory() as folder:
-            tables.append(beyond(Path(folder)))
-        bad |= any(row[3] not in (0, 1, 2) for row in tables[-1].rows)
-        _ = given.write and put("bounds", lambda page: tables[-1])
+    for wanted, name, measure, table in (
+        (given.small, "much", asked, of_small),
+        (given.bounds, "bounds", beyond, of_bounds),
+    ):
+        if wanted:
+            with tempfile.TemporaryDirectory() as folder:
+                costs = measure(Path(folder), given.only)
+            bad |= any(row[1] not in (0, 1, 2) for row in costs.values())
+            tables.append(table(costs, PAGE.read_text(encoding="utf-8")))
+            _ = given.write and put(name, partial(table, costs))
     if given.kills:
         tables.append(killed(given.seed, given.kills))
         bad |= any(row[4] for row in tables[-1].rows)

@@ -6,7 +6,7 @@ import contextlib
 import itertools
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import ezdxf
@@ -14,11 +14,12 @@ import ezdxf.path
 import numpy as np
 import pytest
 from ezdxf import disassemble
+from ezdxf.lldxf.types import DXFTag
 from scipy.interpolate import BSpline
 
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import FormatError, InputError, SplinefeedError
-from splinefeed.formats import dxf_entities
+from splinefeed.formats import dxf_entities, dxf_tags
 from splinefeed.formats.registry import read_all, write
 from splinefeed.paths.contents import Contents
 
@@ -492,3 +493,20 @@ def test_scales_of_blocks_within_blocks_are_bounded(tmp_path: Path) -> None:
     )
     with pytest.raises(FormatError, match="its scale, with those above it, is too large"):
         read_all(file)
+
+
+def test_tags_are_counted_while_they_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of one entity, too, before all of them are held together."""
+    monkeypatch.setattr(dxf_tags, "MAX_TAGS", 1000)
+    taken = []
+
+    def endless(*given: object) -> Iterator[DXFTag]:
+        yield DXFTag(0, "LINE")
+        while True:
+            taken.append(1)
+            yield DXFTag(1, "")
+
+    monkeypatch.setattr(dxf_tags, "ascii_tags_loader", endless)
+    with pytest.raises(InputError, match="has more than 1000 tags"):
+        dxf_tags.read_sections(b"0\nLINE\n")
+    assert len(taken) <= 1001

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import chain, pairwise
 
@@ -25,8 +26,8 @@ from splinefeed.files.source import in_brief
 from splinefeed.numbers import finite
 
 BINARY_MARK = b"AutoCAD Binary DXF\r\n\x1a\x00"
-#: Most tags in one file; a drawing of a hundred thousand entities has about three million.
-MAX_TAGS = 20_000_000
+#: Most tags in one file, which take 2 GB; a drawing of a hundred thousand entities has about three million.
+MAX_TAGS = 8_000_000
 _COMMENT = 999
 #: Group codes whose values are numbers. Source: Autodesk, DXF Reference, "Group Code Value Types".
 _NUMERIC = frozenset(
@@ -46,6 +47,14 @@ _NUMERIC = frozenset(
 )
 #: A SPLINE or LWPOLYLINE has three subclasses: handle, layer and colour, shape; simple writers leave out their marks.
 _SUBCLASSES = 3
+
+
+def _counted(tags: Iterator[DXFTag]) -> Iterator[DXFTag]:
+    """The tags, and InputError for too many, before they are kept together as one entity."""
+    for number, tag in enumerate(tags):
+        if number >= MAX_TAGS:
+            raise InputError(f"has more than {MAX_TAGS} tags; that is not a drawing for a tool path")
+        yield tag
 
 
 @dataclass
@@ -83,7 +92,7 @@ def read_sections(content: bytes) -> tuple[dict[str, object], dict[str, list[Ent
     inside: list[Entity] | None = None
     start = 0  # the number of a tag, from 0
     try:
-        loader = binary_tags_loader(content) if binary else ascii_tags_loader(_text(content), False)
+        loader = _counted(binary_tags_loader(content) if binary else ascii_tags_loader(_text(content), False))
         for head in loader:
             if head.code == 0:
                 break
@@ -93,8 +102,6 @@ def read_sections(content: bytes) -> tuple[dict[str, object], dict[str, list[Ent
         for tags in group_tags(chain([head], loader)):
             place = f"tag {start + 1}" if binary else f"line {2 * start + 1}"
             start += len(tags)
-            if start > MAX_TAGS:
-                raise InputError(f"has more than {MAX_TAGS} tags; that is not a drawing for a tool path")
             kind = str(tags[0].value).strip()
             if kind == "SECTION" and inside is None and len(tags) > 1 and tags[1].code == 2:
                 name = str(tags[1].value).strip().upper()
