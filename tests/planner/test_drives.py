@@ -177,7 +177,7 @@ def test_what_cannot_be_held_is_refused_by_name() -> None:
         return sf.plan(ARM, sf.Limits(feed=100, torque=sf.records.Torque(model, most)), period=PERIOD, **given)
 
     with pytest.raises(
-        PlanError, match=r"standing still takes 16\.\d+ of a, whose torque is at most 16; only momentum"
+        PlanError, match=r"standing still takes 16\.\d+ N m of a, whose torque is at most 16 N m; only momentum"
     ):
         plan(arm, {"a": 16.0, "b": 6.5})
     with pytest.raises(LimitsError, match="it has friction"):

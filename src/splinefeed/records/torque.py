@@ -10,6 +10,7 @@ import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
 from splinefeed.records.arrays import Array
+from splinefeed.records.limit_table import named, unit_of
 from splinefeed.records.modelled import Modelled, ModelRows, axis_name, check_bounds
 
 #: A torque that differs from that of the form of rigid bodies by more than this share has friction in its model.
@@ -159,10 +160,12 @@ class Torque(Modelled):
         over = np.argwhere(np.maximum(high, -low) >= most)
         if len(over):
             place, k = over[0].tolist()
+            unit = unit_of(named("torque", self.axes[k]))
             raise PlanError(
-                f"at s = {s[place]:.6g} mm standing still takes {max(high[place, k], -low[place, k]):.6g} of "
-                f"{self.axes[k]}, whose torque is at most {most[k]:.6g}; only momentum could carry it past there, and "
-                "that is not planned: the motion must be able to rest wherever it is; raise the torque or move the path"
+                f"at s = {s[place]:.6g} mm standing still takes {max(high[place, k], -low[place, k]):.6g} "
+                f"{unit} of {self.axes[k]}, whose torque is at most {most[k]:.6g} {unit}; only momentum could carry it "
+                "past there, and that is not planned: the motion must be able to rest wherever it is; raise the torque "
+                "or move the path"
             )
         some = np.isfinite(most)
         a, b, low, high, most = a[:, some], b[:, some], low[:, some], high[:, some], most[some]
