@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
+import os
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path as File
@@ -444,6 +446,24 @@ def test_pieces_join_where_a_path_has_a_curve_shorter_than_a_piece():
     ends = np.einsum("nak,nk->na", found.c, found.span[:, None] ** np.arange(6))
     np.testing.assert_allclose(ends[:-1], found.c[1:, :, 0], atol=1e-9)
     np.testing.assert_allclose(ends[-1], [10.0, 0.0, 0.0], atol=1e-9)
+
+
+def test_a_stale_memory_of_another_size_is_removed_and_one_in_use_is_named(monkeypatch):
+    monkeypatch.setattr(wires, "KEY", 0x53500000 + os.getpid() % 0xFFFF)  # no LinuxCNC's
+    libc = ctypes.CDLL(None)
+    libc.shmat.restype, libc.shmat.argtypes = ctypes.c_void_p, [ctypes.c_int, ctypes.c_void_p, ctypes.c_int]
+    size, create = ctypes.c_size_t(5000), 0o1600
+    libc.shmget(wires.KEY, size, create)
+    assert wires.found() is None
+    assert libc.shmget(wires.KEY, ctypes.c_size_t(0), 0) < 0
+    ident = libc.shmget(wires.KEY, size, create)
+    address = libc.shmat(ident, None, 0)
+    try:
+        with pytest.raises(wires.WireError, match="another size: it is of another version of splinefeed_tp"):
+            wires.found()
+    finally:
+        libc.shmdt(ctypes.c_void_p(address))
+        libc.shmctl(ident, wires.IPC_RMID, None)
 
 
 def test_feeds_count_as_linuxcnc_counts_them():
