@@ -73,7 +73,7 @@ class NurbsCurve:
             wanted = f"exactly {n + p + 1} (points + degree + 1) expected"
             raise CurveError(f"{len(knots)} knots for {n} control points of degree {p}; {wanted}")
         steps, (start, end) = knots[1:] - knots[:-1], self.domain
-        least = max(float(max(-knots[0], knots[-1])) * np.finfo(float).eps * 16, 1.0 / LARGEST)
+        least = least_step(knots)
         if (i := _first(steps < 0.0)) is not None:
             raise CurveError(f"knots decrease from knots[{i}] = {knots[i]:g} to knots[{i + 1}] = {knots[i + 1]:g}")
         if not start < end:
@@ -307,6 +307,11 @@ def numbers(values: ArrayLike | Points, name: str, ndim: int) -> Array:
     if ndim == 2 and not 1 <= array.shape[1] <= MAX_AXES:
         raise CurveError(f"{name} have {array.shape[1]} axes; 1 to {MAX_AXES} are possible")
     return array
+
+
+def least_step(knots: Array) -> float:
+    """How far apart knots must be that are not equal."""
+    return max(float(max(-knots[0], knots[-1])) * float(np.finfo(float).eps) * 16.0, 1.0 / LARGEST)
 
 
 def _first(wrong: BoolArray) -> int | None:

@@ -14,11 +14,11 @@ knot between both, at which the tangent may turn: a corner, where motion stops.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from splinefeed.curves.curve import NurbsCurve
+from splinefeed.curves.curve import NurbsCurve, least_step
 from splinefeed.curves.differential import product, slope_of, slopes, zeros_on
 from splinefeed.curves.packed import Flat, Lines, Packed
 from splinefeed.curves.pieces import coefficients, columns, taylor
@@ -107,7 +107,10 @@ def resolved(
             seen = curve if plain else curve.transformed(np.diag(metric))
             corners, cuts = _replaced(seen, np.column_stack([low, high])[here], resolution, in_place)
             if corners:
-                changed[i] = _put(curve, corners, [(a, b, points / metric) for a, b, points in cuts])
+                at = _together(curve)
+                changed[i] = _put(
+                    curve, [at(u) for u in corners], [(at(a), at(b), points / metric) for a, b, points in cuts]
+                )
     if not changed:
         return curves
     each = [changed.get(i, curve) for i, curve in enumerate(curves)]
@@ -275,6 +278,20 @@ def _beside(curve: NurbsCurve, span: tuple[float, float, float], resolution: flo
     close[: first + 1] = True
     k = int(np.flatnonzero(ok & np.logical_and.accumulate(close))[-1])
     return float(trials[k]), np.array([start, q[k] - 2.0 * n1[k] / 3.0 + n2[k] / 6.0, q[k] - n1[k] / 3.0, q[k]])
+
+
+def _together(curve: NurbsCurve) -> Callable[[float], float]:
+    """What makes parameters that are as good as at a knot, or as one before, that one."""
+    known, least = np.unique(curve.knots).tolist(), least_step(curve.knots)
+
+    def at(u: float) -> float:
+        nearest = float(min(known, key=lambda each: abs(each - u)))
+        if abs(nearest - u) < least:
+            return nearest
+        known.append(u)
+        return u
+
+    return at
 
 
 def _put(curve: NurbsCurve, corners: list[float], cuts: list[tuple[float, float, Array]]) -> NurbsCurve:
