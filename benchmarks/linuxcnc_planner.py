@@ -225,7 +225,7 @@ def module_missing() -> str:
         )
         if done.returncode != 0:
             return f"halcompile: {done.stdout.strip()}"
-        made = target.with_suffix(".new")
+        made = target.with_suffix(f".{os.getpid()}")  # tests side by side may be at it
         shutil.copy(Path(name) / target.name, made)
         made.replace(target)  # not --install, which writes into the file that a running LinuxCNC has loaded
     return ""

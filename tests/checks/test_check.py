@@ -676,3 +676,16 @@ def test_a_motion_that_begins_on_the_way_is_checked_from_there() -> None:
     at_rest = check(setpoints, path, limits, start=sf.planner.State(s=start.s))
     assert not at_rest.limits["axis_jerk.y"].holds
     assert "its feed at t = 0 s" in " ".join(check(setpoints, path, limits, start=slower, law=again).problems)
+
+
+def test_sums_of_many_spans_differ_by_rounding_and_make_no_fault() -> None:
+    """Two sums of the lengths of thousands of spans are some roundings apart: no stretch lies between them.
+
+    On it the law's jerk before a knot met the path's third derivative behind it.
+    """
+    t = np.linspace(0.0, 400.0, 4001)
+    path = sf.paths.fit(np.stack([t, 5.0 * np.sin(t)], axis=1), tolerance=1e-3).path()
+    limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
+    law = sf.plan(path, limits, strategy="look-ahead", period=PERIOD)
+    verdict = check(sf.interpolate(path, law), path, limits, law=law)
+    assert verdict.ok, verdict

@@ -92,7 +92,6 @@ def test_what_is_written_is_read_back_bit_for_bit(
     assert (back.name, back.axes, back.findings) == (path.name, path.axes, ())
 
 
-TOO_LONG = "Exceeds the limit (4300 digits) for integer string conversion"
 LIST_KEYS = "axes, curves, ground_truth, name, notes, source, units"
 CURVE_KEYS = (
     "after, axes, before, control_points, degree, feed, ground_truth, knots, name, notes, source, tolerance, units, "
@@ -105,7 +104,7 @@ BAD = [
     ('{"degree": -Infinity}', "-Infinity is not a number that JSON has"),
     ('{"degree": 1, "degree": 2}', 'key "degree" appears twice in one object; leave one of them out'),
     ("[" * 100_000, "is nested too deeply to be a curve"),
-    ('{"degree": ' + "9" * 5000 + "}", f"{TOO_LONG}: value has 5000 digits"),
+    ('{"degree": ' + "9" * 5000 + "}", f"line 1: '{'9' * 20}'... is too large for a number"),
     ({"degree": 1}, "knots is missing; needed are degree, knots, control_points"),
     ({"curves": []}, "curves: is not a list of 1 to 20000 curves"),
     ({"curves": [3]}, "curves[0]: is not an object with degree, knots, control_points"),

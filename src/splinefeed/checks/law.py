@@ -285,8 +285,9 @@ class LawMotion:
         """
         law, start, c = self.law, self.rows.start, self.law.coefficients
         span, every = np.diff(law.breaks), np.arange(len(c))
-        # a piece that begins or ends within the rounding of a row's end begins or ends there
-        begin, end = c[:, 0] + self.rounding, motion_of(c, span, 0)[0] - self.rounding
+        # a piece that begins or ends as near a row's end as two sums of their lengths may be apart begins or ends there
+        apart = (ROUNDINGS + len(start) ** 0.5) * EPSILON * self.rows.length
+        begin, end = c[:, 0] + apart, motion_of(c, span, 0)[0] - apart
         least = np.maximum(np.searchsorted(start, begin, side="right") - 1, 0)
         most = np.maximum(np.searchsorted(start, end, side="left") - 1, least)
         owner, number = expanded(most - least)
