@@ -10,6 +10,7 @@ import pytest
 
 import motions as test_motions
 import splinefeed as sf
+from splinefeed.checks.bounds import Bounds
 
 PERIOD = 1e-3
 BY_AXIS = ("axis_velocity", "axis_acceleration", "axis_jerk")
@@ -151,3 +152,12 @@ def test_the_feed_of_one_curve_of_a_turning_table_a_millionth_over(motions):
             verdict = sf.check(points, slower, wide, law=used)
             assert verdict.ok == ok, verdict.problems
             assert verdict.limits["feed"].at_s > 90 - 1e-6
+
+
+def test_the_tip_may_turn_back_next_to_the_end_of_a_span_while_another_axis_turns_on() -> None:
+    """|x'| has a kink there, behind the last place at which it is sampled: the tip's length is exact all the same."""
+    for share in (0.003, 0.008, 0.992, 0.9995):
+        back = sf.NurbsCurve.bezier([[0.0, 0.0], [share, 1.0], [2.0 * share - 1.0, 2.0]])  # x' is 0 at this share
+        rows = Bounds(sf.Path([back], axes=("x", "a")), sf.Limits(feed=1.0), 1e-6, 0.0).rows
+        top = share * share  # x of the curve where it turns back
+        assert rows.tip.length == pytest.approx(top + abs(top - (2.0 * share - 1.0)), rel=1e-12)

@@ -35,7 +35,13 @@ BLOCK, ALIKE = 4096, 65536
 #: Newton steps to an arc length at most, and the step in t, of [-1, 1], behind which the next one is rounding.
 STEPS, SMALL_STEP = 100, 1e-9
 
+#: At both ends, which lie outside of all places, a speed is that polynomial to so many times more: what turns there, as
+#: the tip of a path whose other axes turn on, may turn between the last place and the end.
+AT_ENDS = 64.0
+
 _NODES, _WEIGHTS = legendre.leggauss(NODES)
+#: Legendre's polynomials at both ends, (2, NODES).
+_ENDS = legendre.legvander(np.array([-1.0, 1.0]), NODES - 1)
 #: Speeds at the nodes to Legendre's coefficients of the speed, (NODES, NODES).
 _SERIES = (np.arange(NODES)[:, None] + 0.5) * legendre.legvander(_NODES, NODES - 1).T * _WEIGHTS
 #: These to the coefficients of t^k of the arc length from t = -1 on, (NODES + 1, NODES).
@@ -101,12 +107,11 @@ class PathSpans:
         done: list[tuple[Any, ...]] = []
         for halvings in range(HALVINGS + 1):
             self._know(spans)
-            speed = (
-                SpanPlaces(self, np.arange(len(self))).speed(np.repeat(_NODES[:, None], len(spans[0]), axis=1))
-                / self.scale
-            )
-            series = _SERIES @ speed
-            last = np.abs(series[-1]) + np.abs(series[-2])
+            at = np.repeat(np.concatenate([_NODES, [-1.0, 1.0]])[:, None], len(spans[0]), axis=1)
+            speed = SpanPlaces(self, np.arange(len(self))).speed(at) / self.scale
+            series = _SERIES @ speed[:NODES]
+            missed = np.max(np.abs(speed[NODES:] - _ENDS @ series), axis=0)
+            last = np.maximum(np.abs(series[-1]) + np.abs(series[-2]), missed / AT_ENDS)
             cut = (last > LAST_TERMS * series[0]) & (last > rounding) & (halvings < HALVINGS)
             cut &= self.high - self.low > 8.0 * EPSILON * np.abs(self.middle)
             done.append(taken(~cut, *spans, _ARC @ series))
