@@ -1,4 +1,4 @@
-"""Track: whatever a motion goes along is planned, interpolated, checked and run by what it says of itself."""
+"""Track: whatever a motion goes along is planned and interpolated by what it says of itself."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every strategy shares: travel and ends of the path, the feed of each curve, time at rest put into a law."""
+"""What every strategy shares: ends of the path, the feed of each curve, time at rest put into a law."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ SAME_PLACE = 0.02
 #: Share of the picture that the largest contour error is enlarged to.
 ENLARGED_TO = 0.12
 #: Colour of each kind of limit; one for all axes, and for whatever does the same.
-KINDS = {
+COLOURS = {
     "feed": theme.BLUE,
     "acceleration": "#56B4E9",
     "deceleration": "#56B4E9",
@@ -296,12 +296,12 @@ def binding(run: Run) -> Figure:
     kept = cells(place / np.where(np.ptp(place, axis=0) > 0.0, np.ptp(place, axis=0), 1.0))
     kept = np.unique(np.concatenate([kept, 1 + np.flatnonzero(kinds[1:] != kinds[:-1])])).astype(np.int64)
     marks: list[Mark] = []
-    colours = {words_of(name): colour for name, colour in KINDS.items()}
+    colours = {words_of(name): colour for name, colour in COLOURS.items()}
     for kind, part in _parts(use):
         on = kinds[kept] == kind
         joined = on | np.append(False, on[:-1])  # up to the first point of what comes next
         x, y = np.where(joined, place[kept].T, np.nan)
-        name, colour = f"{kind} {part:.0%}", colours[kind]
+        name, colour = f"{kind} {part:.0%}", colours.get(kind, theme.INK)
         mark = Line(x, y, name, colour, 3.0, named=True)
         marks.append(mark if run.whole else Dots(x, y, name, colour=colour, size=2.4, named=True))
     title = f"{theme.words(path.name)}: which limit binds ({BINDS:.0%} of it used), and in how much of the time"
