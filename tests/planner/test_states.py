@@ -58,6 +58,23 @@ def test_a_start_at_rest_on_the_way() -> None:
     assert law.length == pytest.approx(path.length, rel=1e-12)
 
 
+@pytest.mark.parametrize("place", [20.0, 30.0, 70.0, 90.0])
+@pytest.mark.parametrize("feed", [0.0, 10.0])
+def test_a_path_that_waits_is_planned_with_the_way_back(place: float, feed: float) -> None:
+    """Each wait is once in the law, on its side of the start; one where the motion begins, behind it."""
+    lines = sf.Path.polyline([[0, 0], [40, 0], [40, 30], [80, 30]])
+    path = sf.Path(lines.curves, markers=[sf.paths.Marker(before=2, dwell=0.5)])
+    limits = sf.Limits(feed=50, acceleration=500, jerk=5000)
+    start = sf.planner.State(feed=0.0 if place == 70.0 else feed, s=place)
+    law = sf.plan(path, limits, strategy="time-optimal", period=PERIOD, start=start, back=True)
+    begin = law.settings["start_s"]
+    ahead = sf.plan(path, limits, strategy="time-optimal", period=PERIOD, start=start)
+    assert law.duration == pytest.approx(begin + ahead.duration, abs=1e-9)
+    assert (float(law(begin)), float(law.feed(begin))) == pytest.approx((start.s, start.feed), abs=1e-9)
+    waits = np.diff(law.breaks)[(law.coefficients[:, 1:] == 0.0).all(axis=1)]
+    assert waits[waits > PERIOD].tolist() == [pytest.approx(0.5, abs=1e-9)]
+
+
 def test_what_cannot_be_reached_is_refused_with_the_nearest_that_can() -> None:
     path, limits = cases.butterfly(), cases.axis_limits("A")
     with pytest.raises(sf.errors.PlanError, match=r"start_feed is 59 mm/s; .* allow at most ([\d.]+) mm/s") as caught:

@@ -138,13 +138,14 @@ def plan_in_mode(
             behind = motion(conditions, strategy, replace(mode, bounded=False), State(), begin)
         except PlanError as error:
             raise PlanError(f"back: {error}; or leave out back") from None
-        return _behind(_held(path, limits, conditions, behind, 0.0), law)
+        to = begin.s - SAME * path.length  # what waits there waits in the law
+        return _behind(_held(path, limits, conditions, behind, 0.0, to), law)
 
 
-def _held(path: Track, limits: Limits, conditions: Conditions, law: TimeLaw, begin: float) -> TimeLaw:
-    """The law, which begins at `begin`, mm, with what the path waits on its way, and held to the limits at ticks."""
-    moving = float(law.feed(law.duration)) > ALMOST * float(np.max(law.coefficients[:, 1]))  # below that is rounding
-    end = float(law.length) if moving else np.inf  # in motion it does not wait
+def _held(
+    path: Track, limits: Limits, conditions: Conditions, law: TimeLaw, begin: float, end: float = np.inf
+) -> TimeLaw:
+    """The law with what the path waits from `begin` to before `end`, mm, and held to the limits at ticks."""
     law = with_dwells(law, [(s, wait) for s, wait in path.dwells if begin <= s < end], path.length)
     at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
     return held_at_ticks(law, path, limits, at_rest, conditions.passed[0], conditions.breaks)
