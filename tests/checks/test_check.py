@@ -658,7 +658,7 @@ def test_a_limit_is_kept_up_to_a_millionth_of_it(share: float, holds: bool) -> N
 
 
 def test_a_motion_that_begins_on_the_way_is_checked_from_there() -> None:
-    """From a state of its law: as good as the whole; another place, feed or acceleration there is found."""
+    """From a state of its law: as good as the whole; another place, feed or (by the law) acceleration is found."""
     path, limits = circle(), sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000, acceleration=450)
     law = sf.plan(path, limits, period=PERIOD)
     t = 0.4
@@ -676,6 +676,9 @@ def test_a_motion_that_begins_on_the_way_is_checked_from_there() -> None:
     at_rest = check(setpoints, path, limits, start=sf.planner.State(s=start.s))
     assert not at_rest.limits["axis_jerk.y"].holds
     assert "its feed at t = 0 s" in " ".join(check(setpoints, path, limits, start=slower, law=again).problems)
+    harder = dataclasses.replace(start, acceleration=start.acceleration + 1.0)
+    (said,) = check(setpoints, path, limits, start=harder, law=again).problems
+    assert "its acceleration at t = 0 s" in said and f"that of the start is {harder.acceleration:.9g}" in said
 
 
 def test_sums_of_many_spans_differ_by_rounding_and_make_no_fault() -> None:

@@ -215,7 +215,7 @@ def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
     problems = [_fault_sentence(kind, fault, unit) for kind, fault in judge.faults.items()]
     notes: list[str] = []
     if law is not None and tool is None:
-        faults, notes = check_law(law, judge.bounds, judge.worst, judge.period, judge.start)
+        faults, notes = check_law(law, judge.bounds, judge.worst, judge.period, judge.begins)
         problems += faults
         if abs(law.duration - judge.duration) > judge.period:
             problems.append(f"law: lasts {law.duration:.9g} s, the setpoints {judge.duration:.9g} s; is it their law?")

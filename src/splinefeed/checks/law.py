@@ -52,11 +52,11 @@ LISTED = 3
 
 
 def check_law(
-    law: TimeLaw, bounds: Bounds, worsts: dict[str, Worst], period: float, begins: State
+    law: TimeLaw, bounds: Bounds, worsts: dict[str, Worst], period: float, begins: State | None
 ) -> tuple[list[str], list[str]]:
     """Compare a law's exact derivatives with the limits, at many instants of each of its pieces; period in s.
 
-    begins  where and how fast it should begin
+    begins  how it should begin on the way; None for the start of the path, at `start_feed`
 
     Returns problems, and notes on what the setpoints decide.
     """
@@ -86,21 +86,28 @@ def limits_along(law: TimeLaw, path: Path, limits: Limits) -> dict[str, LimitRes
     return {name: replace(worst.result, by="law") for name, worst in worsts.items()}
 
 
-def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion, begins: State) -> Iterator[str]:
+def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion, start: State | None) -> Iterator[str]:
     length, limits, top = bounds.rows.length, bounds.limits, motion.top
+    begins = start or State(feed=limits.start_feed)
     unit, allowed = unit_along(bounds.path.axes), bounds.tolerance + ROUNDINGS * EPSILON * length
-    start, end = motion_at(law, law.breaks[[0, -1]]).tolist()
-    if abs(end - length) > allowed or abs(start - begins.s) > allowed:
+    low, high = motion_at(law, law.breaks[[0, -1]]).tolist()
+    if abs(high - length) > allowed or abs(low - begins.s) > allowed:
         ends = f"{begins.s:.6g} to {length:.12g} {unit}"
-        yield f"law: runs from s = {start:.6g} to {end:.12g} {unit}; the path from {ends}"
+        yield f"law: runs from s = {low:.6g} to {high:.12g} {unit}; the path from {ends}"
     value, t, s = motion.backwards
     if value > NO_JUMP * top:
         yield f"law: runs backwards at {value:.6g} {unit}/s at t = {t:.6g} s, s = {s:.6g} {unit}"
     feeds = motion_at(law, law.breaks[[0, -1]], 1).tolist()
-    given = [("start_feed", begins.feed), ("end_feed", limits.end_feed)]
+    given = [("start_feed" if start is None else "that of the start", begins.feed), ("end_feed", limits.end_feed)]
     for (name, wanted), time, feed in zip(given, law.breaks[[0, -1]].tolist(), feeds, strict=True):
         if abs(feed - wanted) > NO_JUMP * max(top, wanted):
             yield f"law: its feed at t = {time:.6g} s is {feed:.9g} {unit}/s; {name} is {wanted:.9g} {unit}/s"
+    found = float(motion_at(law, law.breaks[:1], 2)[0])
+    if start is not None and abs(found - start.acceleration) > NO_JUMP * max(motion.steepest, abs(start.acceleration)):
+        yield (
+            f"law: its acceleration at t = {law.breaks[0]:.6g} s is {found:.9g} {unit}/s^2; that of the start is "
+            f"{start.acceleration:.9g} {unit}/s^2"
+        )
 
 
 def _jumps(law: TimeLaw, bounds: Bounds, motion: LawMotion, period: float) -> tuple[list[str], list[str]]:

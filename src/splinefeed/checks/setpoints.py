@@ -76,7 +76,7 @@ class Judge:
 
     def __init__(self, bounds: Bounds, first: Setpoints, law: TimeLaw | None, start: State | None = None) -> None:
         self.law, self.period = law, first.period
-        self.start = start or State(feed=bounds.limits.start_feed)
+        self.begins, self.start = start, start or State(feed=bounds.limits.start_feed)
         self._of_tip_at_start = start is None or bounds.rows.tip is bounds.rows  # whether its feed is the tip's
         if bounds.joints is not None and np.isnan(first.u).any():
             raise InputError("the setpoints have no u; joints can be checked only where u says their place on the path")
