@@ -4,17 +4,45 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import splinefeed as sf
 from gcode_programs import path_of, program, refusal
+from splinefeed.programs.gcode import siemens
 
 
 def ends(folder: Path, *lines: str) -> list[list[float]]:
     path = path_of(folder, "G17 G90 G94 F600", *lines, dialect="siemens")
     return path.ends[:, 1].tolist()
+
+
+def test_lines_that_only_move_are_read_without_looking_for_more(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """G0 to G3, with any zeros before them, as the same lines with another word."""
+    lines = [
+        "N10 G0 X=AC(1) Y2",
+        "G00 X=AC(3)",
+        "G1 X=IC(2) Y2",
+        "N40 G01 X=AC(6)",
+        "G2 X=AC(8) I1 J0",
+        "G03 X=AC(6) I-1",
+    ]
+    looked_at: list[str] = []
+    translated = siemens._translated
+
+    def noted(text: str) -> Any:
+        looked_at.append(text)
+        return translated(text)
+
+    monkeypatch.setattr(siemens, "_translated", noted)
+    slow = ends(tmp_path, *(f"{line} M8" for line in lines))
+    assert len(looked_at) == 1 + len(lines)
+    assert ends(tmp_path, *lines) == slow
+    assert len(looked_at) == 2 + len(lines)
 
 
 @pytest.mark.parametrize(

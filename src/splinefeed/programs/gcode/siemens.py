@@ -53,7 +53,7 @@ _NUMBER = r"[-+]?+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++)"
 _OWN_WAY = re.compile(rf"([A-Z])\s*=\s*(AC|IC)\s*\(\s*({_NUMBER})\s*+\)")
 #: A line that only moves, the usual one: G0 to G3, and words of axes, centres, feed and tool axis, which are numbers.
 _MOVE = re.compile(
-    rf"(?:N[0-9]++(?![0-9.])\s*+)?+(?:G0*+(?P<g>[0-3])(?![0-9.])\s*+)?+(?P<words>(?:(?:[ABC]3\s*+=\s*+{_NUMBER}"
+    rf"(?:N[0-9]++(?![0-9.])\s*+)?+(?:G0*(?P<g>[0-3])(?![0-9.])\s*+)?+(?P<words>(?:(?:[ABC]3\s*+=\s*+{_NUMBER}"
     rf"|[XYZABCIJK]\s*+=\s*+(?:AC|IC)\s*+\(\s*+{_NUMBER}\s*+\)|[XYZABCIJKF]\s*+=?+\s*+{_NUMBER})\s*+)++)"
 )
 _OF_MOVE = re.compile(rf"([ABC]3(?=\s*+=)|[A-Z])\s*+=?+\s*+(?:(AC|IC)\s*+\(\s*+)?+({_NUMBER})")
