@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ import splinefeed as sf
 from sample_curves import KNOWN, TIPS, bent, butterfly, random_curve
 from splinefeed.curves.differential import by_arc_length
 from splinefeed.paths.path import Marker, Path
-from splinefeed.paths.resolution import RESOLUTION, _slowest
+from splinefeed.paths.resolution import RESOLUTION, _slowest, _together
 
 bezier = sf.NurbsCurve.bezier
 
@@ -188,3 +190,14 @@ def test_two_tips_in_a_span_that_meet_but_for_rounding() -> None:
     least = np.abs(path.curves[0].derivatives(np.linspace(*path.curves[0].domain, 2001), 1)[:, 1]).min()
     assert len(path.corners.s) >= 8
     assert least > 0.0
+
+
+def test_parameters_next_to_knots_and_to_each_other_are_one_in_time_in_proportion_to_their_number() -> None:
+    knots = np.r_[np.zeros(3), np.linspace(0.0, 1.0, 6001), np.ones(3)]
+    at = _together(sf.NurbsCurve(3, knots, np.zeros((6003, 2)) + np.arange(6003.0)[:, None]))
+    given = np.random.default_rng(1).uniform(0.0, 1.0, 6000)
+    began = time.process_time()
+    assert [at(u) for u in given.tolist()] == given.tolist()
+    assert [at(u + 1e-17) for u in given.tolist()] == given.tolist()
+    assert [at(u) for u in (knots + 1e-16).tolist()] == knots.tolist()
+    assert time.process_time() - began < 1.0  # some 15 s where each looks at all

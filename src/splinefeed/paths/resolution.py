@@ -14,6 +14,7 @@ knot between both, at which the tangent may turn: a corner, where motion stops.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -285,10 +286,11 @@ def _together(curve: NurbsCurve) -> Callable[[float], float]:
     known, least = np.unique(curve.knots).tolist(), least_step(curve.knots)
 
     def at(u: float) -> float:
-        nearest = float(min(known, key=lambda each: abs(each - u)))
+        k = bisect_left(known, u)
+        nearest = float(min(known[max(k - 1, 0) : k + 1], key=lambda each: abs(each - u)))
         if abs(nearest - u) < least:
             return nearest
-        known.append(u)
+        known.insert(k, u)
         return u
 
     return at
