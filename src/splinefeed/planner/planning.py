@@ -112,7 +112,8 @@ def plan(
     back      whether the law begins at rest at the start of the path, too, and passes `start` on its way, at the law's
               `settings["start_s"]`: an override begins there, and can run back behind it
     bound     whether to find, too, a time that no motion within the limits falls below: with "time-optimal" the law's
-              `settings["lower_bound_s"]`. It takes as long as the plan for two axes, ten times that for seven joints
+              `settings["lower_bound_s"]`, from `start` on. It takes as long as the plan for two axes, ten times that
+              for seven joints
 
     The law, called with t (...), s, gives arc lengths (...), mm.
     Where a tick cannot be met (start_feed = end_feed = feed), the law's `notes` say so; they name each axis that moves
