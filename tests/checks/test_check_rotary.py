@@ -161,3 +161,21 @@ def test_the_tip_may_turn_back_next_to_the_end_of_a_span_while_another_axis_turn
         rows = Bounds(sf.Path([back], axes=("x", "a")), sf.Limits(feed=1.0), 1e-6, 0.0).rows
         top = share * share  # x of the curve where it turns back
         assert rows.tip.length == pytest.approx(top + abs(top - (2.0 * share - 1.0)), rel=1e-12)
+
+
+def test_a_feed_at_an_end_is_that_of_the_tip_though_other_axes_move() -> None:
+    """The law counts all axes: at 5 mm/s of the tip it begins at 18."""
+    points = np.column_stack(
+        [np.random.default_rng(0).uniform(0, 30, (6, 2)), np.random.default_rng(1).uniform(-1, 1, 6)]
+    )
+    path = sf.Path.through(points, ("x", "y", "a"))
+    more = {"axis_acceleration": {"a": 30.0}, "axis_jerk": {"a": 900.0}}
+    limits = sf.Limits(feed=50, acceleration=600, jerk=2e4, start_feed=5, end_feed=3, **more)
+    law = sf.plan(path, limits, period=PERIOD, strategy="time-optimal")
+    setpoints = sf.interpolate(path, law)
+    verdict = sf.check(setpoints, path, limits, law=law)
+    assert verdict.ok, verdict.problems
+    other = sf.Limits(feed=50, acceleration=600, jerk=2e4, start_feed=5.001, end_feed=3, **more)
+    assert "its feed at t = 0 s is 5 mm/s; start_feed is 5.001" in " ".join(
+        sf.check(setpoints, path, other, law=law).problems
+    )

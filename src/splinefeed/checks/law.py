@@ -97,9 +97,13 @@ def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion, start: State | None) 
     value, t, s = motion.backwards
     if value > NO_JUMP * top:
         yield f"law: runs backwards at {value:.6g} {unit}/s at t = {t:.6g} s, s = {s:.6g} {unit}"
-    feeds = motion_at(law, law.breaks[[0, -1]], 1).tolist()
+    feeds = motion_at(law, law.breaks[[0, -1]], 1)
+    places = SpanPlaces(bounds.rows, np.array([0, len(bounds.rows) - 1]))
+    with np.errstate(all="ignore"):  # of feeds at the ends of the path, which are those of the tip
+        of_tip = feeds * places.tip(places.along(np.array([-1.0, 1.0]), 3)[1])[0]
+    feeds = np.where((feeds > 0.0) & [start is None, True], of_tip, feeds)
     given = [("start_feed" if start is None else "that of the start", begins.feed), ("end_feed", limits.end_feed)]
-    for (name, wanted), time, feed in zip(given, law.breaks[[0, -1]].tolist(), feeds, strict=True):
+    for (name, wanted), time, feed in zip(given, law.breaks[[0, -1]].tolist(), feeds.tolist(), strict=True):
         if abs(feed - wanted) > NO_JUMP * max(top, wanted):
             yield f"law: its feed at t = {time:.6g} s is {feed:.9g} {unit}/s; {name} is {wanted:.9g} {unit}/s"
     found = float(motion_at(law, law.breaks[:1], 2)[0])
