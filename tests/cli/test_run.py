@@ -288,3 +288,10 @@ def test_a_path_of_one_rotary_axis_is_run_and_drawn(splinefeed, folder):
     page = json.loads((folder / "splinefeed-turn/run.json").read_text())
     assert page["length_mm"] == pytest.approx(20.0, rel=1e-12)  # degrees
     assert "a (deg)" in (folder / "splinefeed-turn/path.svg").read_text()
+
+
+def test_the_feed_of_a_program_is_said_as_its_top_and_whether_its_feeds_are_reached(splinefeed, folder):
+    """The worst share of a feed limit is that of one line: its limit is not the program's."""
+    (folder / "two.ngc").write_text("G21 G90 G64\nG1 X40 F600\nG1 X80 F60\nM2\n", encoding="utf-8")
+    done = splinefeed("run", "two.ngc", "--axis-accel", "500", "--axis-jerk", "20000", "--output", "out")
+    assert "top feed 10 mm/s, feeds as programmed are reached" in done.stdout

@@ -67,12 +67,18 @@ def measured(page: Page, unit: str) -> list[str]:
 
 def law(page: Page) -> str:
     """The strategy, the top feed, and where it is known a lower bound of the time of all motions within the limits."""
+    from splinefeed.records import KEPT
+
     feed, unit = page["limits"].get("feed"), unit_of_path(page)
     sentence = "no feed limit"
     if feed is not None:
         top, limit = number(feed["worst"]), number(feed["limit"])
         sentence = f"top feed {top} {unit}/s, the limit of {limit} {unit}/s is never reached"
-        if feed["share"] >= REACHED:
+        reached, highest = feed["share"] >= REACHED, page.get("feed_max_mm_s", 0.0)
+        if highest > feed["limit"] * (1.0 + KEPT):  # another move may have more, and this one has most of its own
+            so = "reached" if reached else "never reached"
+            sentence = f"top feed {number(highest)} {unit}/s, feeds as programmed are {so}"
+        elif reached:
             sentence = f"feed limit of {limit} {unit}/s reached"
     if page.get("lower_bound_s"):
         sentence += f"; no motion within these limits is faster than {number(page['lower_bound_s'], 5)} s"
