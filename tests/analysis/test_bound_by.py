@@ -15,9 +15,9 @@ from splinefeed.curves.differential import by_arc_length, curvatures
 from splinefeed.machine import limits_toml
 from splinefeed.records.limit_table import (
     AXES,
-    COLOURS,
     CORNERS,
     ENDS,
+    KINDS,
     MODELS,
     PATH,
     SUMS,
@@ -28,7 +28,7 @@ from splinefeed.records.limit_table import (
     unit_of,
     words_of,
 )
-from splinefeed.reports.path_figures import COLOURS as COLOURS
+from splinefeed.reports.path_figures import COLOURS
 from splinefeed.reports.svg import to_text
 
 PERIOD = 1e-3
@@ -146,14 +146,14 @@ def test_every_limit_is_a_row_of_the_table():
         each.kind
         for each in (sf.records.Torque, sf.records.TorqueRate, sf.records.VelocityByPosition, sf.records.Approach)
     }
-    assert set(COLOURS) == fields | modelled
-    assert len(COLOURS) == len(TABLE)
+    assert set(KINDS) == fields | modelled
+    assert len(KINDS) == len(TABLE)
     assert {each.bounds for each in TABLE} == {PATH, ENDS, TICKS, AXES, CORNERS, TRAVEL, SUMS, MODELS}
 
 
 def test_every_row_can_be_said_and_drawn():
     taken = {name for row in options._rows(options._LIMITS) for name in [options._parameter(row[0])]}
-    files = {*limits_toml.COLOURS, "axis_minimum", "axis_maximum"}
+    files = {*limits_toml.KINDS, "axis_minimum", "axis_maximum"}
     for each in TABLE:
         travels = each.bounds == TRAVEL
         assert (each.name in files) == each.filed
