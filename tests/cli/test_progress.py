@@ -15,7 +15,8 @@ from splinefeed.telling import percent, tell
 
 @pytest.fixture
 def spoken(monkeypatch, capsys):
-    """What is written to a stderr that is no terminal, with short waits."""
+    """What is written to a stderr that is no terminal, with short waits; not whether kernels are compiled in here."""
+    monkeypatch.setattr(progress, "_remark", lambda: "")
     for name, seconds in (("FIRST_WORD", 0.02), ("PATIENCE", 0.1), ("AGAIN", 0.4)):
         monkeypatch.setattr(progress, name, seconds)
     return lambda: capsys.readouterr().err
