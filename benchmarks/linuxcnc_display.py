@@ -6,7 +6,7 @@ recorded, what HAL's sampler samples (letters), and the most seconds that the pr
 of doubles a tick, and NAME.json. Instead of a program `-`: it homes, switches the machine off, writes NAME.ready, and
 records the second sampler until there is a NAME.stop. A file `actions` beside NAME.json has what the operator does, and
 when, s from its start: 1.5:feed=50,2:rapid=25,3:pause,3.5:resume,4:most=10,5:probe,6:abort; `patient` goes on in spite
-of messages.
+of messages; `set=PIN VALUE` sets a pin of HAL.
 """
 
 import array
@@ -97,6 +97,12 @@ class Machine:
                 for state in (linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_ON):
                     command.state(state)
                     command.wait_complete()
+            elif word == "reverse":
+                command.auto(linuxcnc.AUTO_REVERSE)
+            elif word == "forward":
+                command.auto(linuxcnc.AUTO_FORWARD)
+            elif word == "set":
+                hal.set_p(*value.split())
             elif word == "probe":
                 hal.set_p("motion.probe-input", value or "1")
             elif word == "mdi":
@@ -106,6 +112,11 @@ class Machine:
             elif word == "file":
                 with open(value, "w", encoding="ascii"):
                     pass
+
+    def hear(self) -> None:
+        """Take down what LinuxCNC has to say."""
+        while message := self.channel.poll():
+            self.said.append(str(message[1]).strip())
 
     def wait(self, done, seconds: float, what: str) -> None:
         """Until done(status) or LinuxCNC complains; SystemExit after so many seconds."""
@@ -120,9 +131,7 @@ class Machine:
             except linuxcnc.error:  # it is still starting
                 time.sleep(0.05)
                 continue
-            message = self.channel.poll()
-            if message:
-                self.said.append(str(message[1]).strip())
+            self.hear()
             if self.begin:
                 self.act()
             if done(self.status) or (self.said and not self.patient):
@@ -192,7 +201,12 @@ def main() -> None:
         machine.load(program)
     hal.set_p(f"sampler.{int(watched)}.enable", "1")
     time.sleep(AROUND)
-    wall = machine.watch(name, float(seconds)) if watched else machine.play(float(seconds))
+    machine.hear()
+    wall = 0.0
+    if watched:
+        wall = machine.watch(name, float(seconds))
+    elif not machine.said:  # what is complained of when it is loaded is not run
+        wall = machine.play(float(seconds))
     time.sleep(AROUND)
     hal.set_p(f"sampler.{int(watched)}.enable", "0")
     recorder.ending = True

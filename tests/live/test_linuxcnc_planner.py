@@ -189,11 +189,21 @@ def test_a_probe_trips():
     ("program", "planner", "said"),
     [
         ("G21 G90\nG0 X5\nM2\n", False, "no planner answers: start it with  splinefeed linuxcnc planner"),
-        ("G21 G90\nM3 S6000\nG33 X5 K1\nM2\n", True, "line 3: in step with the spindle it goes at 100 a second"),
-        ("G21 G90\nG95 F1\nG1 X5\nM2\n", True, "zero spindle speed in feed per rev mode"),  # LinuxCNC says so itself
+        ("G21 G90\nM3 S6000\nO100 repeat [1]\nG33 X5 K1\nO100 endrepeat\nM2\n", True, "line 4: will not run"),
+        ("G21 G90\nG95 F1\nG1 X5\nM2\n", True, "line 3: feed a revolution (G95) needs the speed of the spindle"),
     ],
 )
 def test_what_is_not_there_is_said_on_the_screen_and_nothing_moves(program: str, planner: bool, said: str):
     found = recorded(program, OURS, planner=planner, complains=True)
     assert any(said in text for text in found.said), found.said
     assert np.all(found.position == 0.0)
+
+
+def test_what_will_not_run_is_said_when_the_program_is_loaded():
+    program = "G21 G90 F600\nG1 X30\nM3 S6000\nG33 Z-5 K1\nM2\n"
+    found = recorded(program, OURS, complains=True)
+    assert [text.partition("job.ngc: ")[2] for text in found.said] == [
+        "line 4: will not run: in step with the spindle it goes at 100 mm/s and the axes allow less than 60; lower S "
+        "or the pitch"
+    ]
+    assert found.wall_s == 0.0 and np.all(found.position == 0.0)

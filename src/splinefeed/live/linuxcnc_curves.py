@@ -21,7 +21,7 @@ from splinefeed.live.linuxcnc_pieces import at_knots
 from splinefeed.records import IntArray
 
 #: What a program has that has such blocks.
-SPLINE = re.compile(r"(?i)\bG\s*0*5\.2")
+SPLINE = re.compile(r"(?i)G\s*0*5\.2(?![0-9])")
 #: Ends of a curve and of its arcs are one place, mm; ends of arcs within lie this near, share of the curve's length.
 SAME_END, NEAR = 1e-5, 0.02
 #: A curve is cut for its moves at a knot that is nearer than this share of its domain.

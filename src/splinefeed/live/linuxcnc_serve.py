@@ -7,6 +7,7 @@ import subprocess
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from importlib.resources import files
 from typing import Any
 
@@ -18,6 +19,7 @@ from splinefeed.live.linuxcnc_curves import ProgramCurves
 from splinefeed.live.linuxcnc_limits import Mill
 from splinefeed.live.linuxcnc_pieces import PlannedTrack, quintics
 from splinefeed.live.linuxcnc_planner import Planner
+from splinefeed.live.linuxcnc_refusals import refused
 from splinefeed.paths.path import Path
 from splinefeed.paths.smoothing import Smoother
 from splinefeed.planner.stream import LookAhead
@@ -51,12 +53,14 @@ class Heart:
 class TaskWatch:
     """Whether LinuxCNC's task waits for motion to end, and what it has loaded, as a child in LinuxCNC's Python sees it.
 
-    curves_of  makes them of a file
+    curves_of  makes them of a file; refused  says what of a file will not run, for the operator's screen
     """
 
-    def __init__(self, python: str, home: str | None, curves_of: Callable[[str], ProgramCurves]) -> None:
+    def __init__(
+        self, python: str, home: str | None, curves_of: Callable[[str], ProgramCurves], refused: Callable[[str], str]
+    ) -> None:
         self.curves: ProgramCurves | None = None
-        self._curves_of = curves_of
+        self._curves_of, self._refused = curves_of, refused
         self.waiting: float | None = None  # since when, by the monotonic clock; inf while it goes on
         program = files("splinefeed.live").joinpath("linuxcnc_task.py").read_text(encoding="utf-8")
         self._words = [python, "-c", program]
@@ -77,11 +81,19 @@ class TaskWatch:
                 if word == "file":
                     self.curves = None
                     self.curves = self._curves_of(value)
+                    self._tell(self._refused(value))
                 else:
                     self.waiting = float(value)
             self.waiting = None
             self._child.wait()
             time.sleep(AGAIN)
+
+    def _tell(self, text: str) -> None:
+        """One line on the operator's screen, unless it is empty."""
+        if text and self._child is not None and self._child.stdin is not None:
+            with suppress(OSError):  # it has ended
+                self._child.stdin.write(" ".join(text.split()) + "\n")
+                self._child.stdin.flush()
 
     def stop(self) -> None:
         """End the child."""
@@ -113,6 +125,13 @@ def warm_up(mill: Mill, period: float = 1e-3) -> None:
             quintics(track, track.place(block.curve, block.offset), np.diff(block.law.breaks), block.law.coefficients)
 
 
+def _refused(file: str, mill: Mill, say: Callable[[str], None]) -> str:
+    text = refused(file, mill, say)
+    if text:
+        say(text)
+    return text
+
+
 def serve(
     mill: Mill, reserve: float, python: str, say: Callable[[str], None], ends: Callable[[], bool], **how: Any
 ) -> None:
@@ -127,7 +146,10 @@ def serve(
             waiting = True
             time.sleep(0.05)
             continue
-        task = TaskWatch(python, wires.home(wire.ident), lambda file: ProgramCurves(file, mill, say))
+        task = TaskWatch(
+            python, wires.home(wire.ident), lambda file: ProgramCurves(file, mill, say),
+            lambda file: _refused(file, mill, say),
+        )  # fmt: skip
         planner = Planner(
             wire, mill, reserve, say=say, waits=lambda task=task: task.waiting,  # type: ignore[misc]
             curves=lambda task=task: task.curves, **how,  # type: ignore[misc]

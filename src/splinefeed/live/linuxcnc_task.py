@@ -1,18 +1,23 @@
 """Runs in LinuxCNC's own Python: tells when its task waits for motion to end, so that no further move comes before.
 
 Prints as that changes, until its input ends: `waits` and since when it waits, s of the system's monotonic clock, or inf
-while it goes on; `file` and the program that is loaded. Nothing of splinefeed is imported here.
+while it goes on; `file` and the program that is loaded, or loaded again with other contents. Each line of the input
+goes to the operator's screen. Nothing of splinefeed is imported here.
 """
 
+import os
 import select
 import sys
 import time
+from contextlib import suppress
 from importlib import import_module
 from typing import Any
 
 linuxcnc: Any = import_module("linuxcnc")
 #: How often the task is looked at, s; how long to wait for one that does not answer, s.
 EVERY, AWAY = 0.001, 0.1
+#: Letters of a message that reach the screen.
+LONGEST = 250
 #: A command that was typed is taken for whole when its queue has not changed for so long, s.
 QUIET = 0.010
 
@@ -34,10 +39,29 @@ def by_hand(status: Any) -> bool:
     return bool(status.task_mode == linuxcnc.MODE_MDI and status.exec_state == linuxcnc.EXEC_DONE and status.queue)
 
 
+def listens() -> bool:
+    """Whether somebody listens; what came goes to the screen."""
+    if select.select([sys.stdin], [], [], EVERY)[0]:
+        text = sys.stdin.readline()
+        if not text:
+            return False
+        with suppress(linuxcnc.error):
+            linuxcnc.command().error_msg(text.strip()[:LONGEST])
+    return True
+
+
+def changed(file: str) -> float:
+    """When a file was changed, s; 0 where it is not there."""
+    try:
+        return os.stat(file).st_mtime
+    except OSError:
+        return 0.0
+
+
 def main() -> None:
     """Watch until nobody listens."""
-    status, before, queue, since, file = None, None, 0, 0.0, ""
-    while not select.select([sys.stdin], [], [], EVERY)[0]:
+    status, before, queue, since, file = None, None, 0, 0.0, ("", 0.0)
+    while listens():
         try:
             status = status or linuxcnc.stat()
             status.poll()
@@ -49,9 +73,10 @@ def main() -> None:
             status = None
             time.sleep(AWAY)
             continue
-        if status.file != file:
-            file = status.file
-            print("file", file, flush=True)
+        now_file = (status.file, changed(status.file))
+        if now_file != file:
+            file = now_file
+            print("file", status.file, flush=True)
         if status.queue != queue:
             queue, since = status.queue, time.monotonic()
         now = waits(status) or (by_hand(status) and time.monotonic() - since > QUIET)

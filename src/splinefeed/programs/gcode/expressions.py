@@ -95,6 +95,10 @@ class LineError(Exception):
     line = 0
 
 
+class SpindleError(LineError):
+    """A motion that goes with a spindle which does not turn, as far as the program says."""
+
+
 def refuse(wrong: object, reason: str) -> None:
     """LineError with the reason for what is wrong."""
     if wrong:

@@ -51,10 +51,10 @@ STATED = 16
 class Flag(IntFlag):
     """Of a move: I, J, K, R are given; in `centre` is an absolute place, or the tool axis at the end (VECTOR).
 
-    G0_AT_F  a line that a printer has as G0
+    G0_AT_F  a line that a printer has as G0; TIED  to the angle of the spindle: G33, G33.1, G76
     """
 
-    I, J, K, R, ABSOLUTE, VECTOR, INVERSE_FEED, STOPS, INCH, TIP, G0_AT_F = (1 << bit for bit in range(11))  # noqa: E741
+    I, J, K, R, ABSOLUTE, VECTOR, INVERSE_FEED, STOPS, INCH, TIP, G0_AT_F, TIED = (1 << bit for bit in range(12))  # noqa: E741
 
 
 @dataclass(frozen=True)

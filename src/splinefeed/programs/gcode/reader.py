@@ -86,6 +86,7 @@ class Reading:
     inch: bool = False
     stated: int = 0
     file: pathlib.Path = pathlib.Path()
+    fault: LineError | None = None  # what ended it
     _resumed: bool = False  # or there is nothing to resume
     _line: int = 0  # of the file, that is carried out
     _flow: Flow | KlartextFlow | SiemensFlow | None = None
@@ -158,6 +159,7 @@ class Reading:
                 fault = before
             else:
                 yield made  # what is wrong in a line before is said first
+            self.fault = fault
             where = self._flow.text.file if self._flow else file
             raise FormatError(f"{where}: line {fault.line or self._line}: {fault}") from None
         finally:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from splinefeed.programs.gcode.expressions import LineError, refuse
+from splinefeed.programs.gcode.expressions import LineError, SpindleError, refuse
 from splinefeed.programs.gcode.moves import (
     AXES,
     LARGEST,
@@ -210,7 +210,7 @@ class ProgramState:
     ) -> None:  # fmt: skip
         """One move to `end` (9,), as ROW has it."""
         if kind != MoveKind.RAPID and self.feed_mode == 95 and not self.speed:
-            raise LineError("feed a revolution (G95) needs the speed of the spindle; write S before it")
+            raise SpindleError("feed a revolution (G95) needs the speed of the spindle; write S before it")
         feed = self.feed if feed is None else feed
         words = end, centre, radius, turns, feed, self.tolerance
         self.room(1)[0] = (*words, kind, line, self.plane, flags | self.flags, spline, axes)

@@ -13,8 +13,8 @@ from itertools import count, takewhile
 import numpy as np
 
 from splinefeed.programs.gcode.codes import g_name
-from splinefeed.programs.gcode.expressions import LineError, refuse
-from splinefeed.programs.gcode.moves import LETTERS, STATED, Findings, MoveKind
+from splinefeed.programs.gcode.expressions import LineError, SpindleError, refuse
+from splinefeed.programs.gcode.moves import LETTERS, STATED, Findings, Flag, MoveKind
 from splinefeed.programs.gcode.state import ProgramState, check_size
 from splinefeed.records import Array
 
@@ -37,10 +37,10 @@ def tied(
         raise LineError(f"{g_name(code)} needs the way a revolution, K (Fanuc: F)")
     feed = _feed(state, code, abs(lead), line, findings)
     start = state.position.copy()
-    state.add(MoveKind.LINE, there, said, line, feed=feed)
+    state.add(MoveKind.LINE, there, said, line, feed=feed, flags=Flag.TIED)
     if code == 331:  # the spindle turns back and takes the tap out
         state.say(line, f"M{7 - state.spindle}")
-        state.add(MoveKind.LINE, start, said & (1 << STATED) - 1, line, feed=feed)
+        state.add(MoveKind.LINE, start, said & (1 << STATED) - 1, line, feed=feed, flags=Flag.TIED)
         state.say(line, f"M{state.spindle}")
 
 
@@ -82,7 +82,7 @@ def thread(state: ProgramState, words: dict[str, float], line: int, findings: Fi
         there = start.copy()
         there[[_X, _Z]] = x, z
         if not np.array_equal(there, state.position):
-            state.add(kind, there, 0b101 | 0b101 << STATED, line, feed=feed or None)
+            state.add(kind, there, 0b101 | 0b101 << STATED, line, feed=feed or None, flags=Flag.TIED * (feed > 0.0))
 
     depths = takewhile(lambda depth: depth < full, (first * k ** (1.0 / regression) for k in count(1)))
     for depth in (*depths, *[full] * (1 + int(springs))):
@@ -103,9 +103,11 @@ def thread(state: ProgramState, words: dict[str, float], line: int, findings: Fi
 
 def _feed(state: ProgramState, code: int, lead: float, line: int, findings: Findings) -> float:
     """What the spindle's speed makes of a lead in words of the program, mm a minute."""
-    refuse(not state.spindle, f"{g_name(code)} needs the spindle to turn; write M3 or M4 before it")
+    if not state.spindle:
+        raise SpindleError(f"{g_name(code)} needs the spindle to turn; write M3 or M4 before it")
     turns = state.turns(float(state.position[_X] - state.offset[_X]))
-    refuse(not turns > 0.0, f"{g_name(code)} needs the speed of the spindle; write S before it")
+    if not turns > 0.0:
+        raise SpindleError(f"{g_name(code)} needs the speed of the spindle; write S before it")
     refuse(not lead > 0.0, f"{g_name(code)}: the way a revolution must not be 0")
     findings.count(TIED, line)
     return float(lead * state.scale[0] * turns)
