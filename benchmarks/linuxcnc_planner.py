@@ -133,6 +133,7 @@ class Mill:
     velocity, acceleration  of each axis; those of the path are those of the first one
     jerk  of each axis; where it is given, splinefeed plans, and its nanoseconds a tick are sampled behind all else
     spindle  it has one with an encoder, whose angle is sampled behind that
+    offsets  share of the velocity and acceleration of each axis that LinuxCNC keeps for external offsets
     """
 
     velocity: tuple[float, ...]
@@ -141,6 +142,7 @@ class Mill:
     kinematics: str = "trivkins"
     jerk: tuple[float, ...] = ()
     spindle: bool = False
+    offsets: tuple[float, ...] = ()
 
     @property
     def sampled(self) -> str:
@@ -178,11 +180,9 @@ class Mill:
         )
         if self.jerk:
             nets += f"\nnet spent splinefeed-tp.ns sampler.0.pin.{count + 2}"
-            lines = joints.splitlines(keepends=True)
-            at = [k for k, line in enumerate(lines) if line.startswith("[AXIS_")]
-            for k, jerk in zip(at[::-1], self.jerk[::-1], strict=True):
-                lines.insert(k + 1, f"MAX_JERK = {jerk}\n")
-            joints = "".join(lines)
+        for key, given in (("MAX_JERK", self.jerk), ("OFFSET_AV_RATIO", self.offsets)):
+            for axis, value in zip(self.axes.upper(), given, strict=bool(given)):
+                joints = joints.replace(f"[AXIS_{axis}]\n", f"[AXIS_{axis}]\n{key} = {value}\n")
         return {
             "job.ngc": program,
             "mill.hal": HAL.format(joints=nets, **values),

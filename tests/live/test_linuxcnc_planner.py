@@ -207,3 +207,19 @@ def test_what_will_not_run_is_said_when_the_program_is_loaded():
         "or the pitch"
     ]
     assert found.wall_s == 0.0 and np.all(found.position == 0.0)
+
+
+def test_external_offsets_and_a_program_keep_the_limits_in_sum():
+    machine = replace(OURS, offsets=(0.02, 0.02, 0.02))
+    on = [
+        f"0.0{k}:set=axis.{axis}.eoffset-{pin}"
+        for k, axis in enumerate("xyz", 1)
+        for pin in ("enable 1", "scale 0.0001")
+    ]
+    counts = [(0.3, "z", 3000), (0.5, "x", 20000), (0.53, "x", -20000), (0.56, "x", 20000), (0.7, "y", 10000)]
+    counts += [(1.1, "x", -20000), (1.2, "y", -20000), (1.6, "x", 0), (2.0, "y", 0), (2.1, "z", 0)]
+    moved = [f"{at}:set=axis.{axis}.eoffset-counts {count}" for at, axis, count in counts]
+    program = f"G21 G90 G64 P0.01 F3600\n{LINES}G0 X0 Y0\nM2\n"
+    found = recorded(program, machine, actions=",".join([*on, *moved]))
+    assert found.position[:, 2].max() > 0.2  # it has no motion in z of its own
+    assert max(shares(found)) <= 1.0

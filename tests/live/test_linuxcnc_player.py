@@ -518,6 +518,25 @@ def test_the_machine_comes_from_the_ini_file(tmp_path: File):
 
 
 @pytest.mark.parametrize(
+    ("ratio", "left", "said"),
+    [
+        # a jerk of 4/3 * ratio * 10 / 0.001 in 200, of which offsets take half at most
+        (0.005, 200.0 - 66.666667, "0.5 % of velocity and acceleration are kept for external offsets, and 66.6667 of"),
+        (0.2, 100.0, "the sum is beyond the jerk of 200 (OFFSET_AV_RATIO of at most 0.0075 keeps it)"),
+    ],
+)
+def test_external_offsets_take_their_share_of_an_axis(ratio: float, left: float, said: str, tmp_path: File):
+    file = tmp_path / "mill.ini"
+    file.write_text(INI.replace("[AXIS_Z]", f"[AXIS_Z]\nOFFSET_AV_RATIO = {ratio}"), encoding="utf-8")
+    found = mill_of(str(file))
+    k = found.axes.index("z")
+    np.testing.assert_allclose(found.velocity[k], 25.4 * (1.0 - ratio))
+    np.testing.assert_allclose(found.acceleration[k], 254.0 * (1.0 - ratio))
+    np.testing.assert_allclose(found.jerk[k], 25.4 * left)
+    assert said in found.notes[-1]
+
+
+@pytest.mark.parametrize(
     ("old", "new", "said"),
     [
         ("trivkins coordinates=XZA", "5axiskins", r"KINEMATICS = 5axiskins: only trivkins can be planned"),
@@ -525,6 +544,7 @@ def test_the_machine_comes_from_the_ini_file(tmp_path: File):
         ("LINEAR_UNITS = inch", "LINEAR_UNITS = furlong", r"\[TRAJ\]LINEAR_UNITS is 'furlong'"),
         ("MAX_JERK = 700", "MAX_JERK = -700", r"\[JOINT_0\]MAX_JERK: -700; must be greater than 0"),
         ("[TRAJ]", "[TRAY]", r"no section \[TRAJ\]"),
+        ("[AXIS_X]", "[AXIS_X]\nOFFSET_AV_RATIO = 1", r"\[AXIS_X\]OFFSET_AV_RATIO is 1; give 0 to 0.9"),
     ],
 )
 def test_an_ini_file_that_cannot_be_planned_is_one_line(tmp_path: File, old: str, new: str, said: str):

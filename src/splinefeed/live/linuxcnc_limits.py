@@ -9,14 +9,19 @@ import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.files.source import read_text
-from splinefeed.machine.imports.linuxcnc import ANGULAR, LINEAR, TRIVIAL, axes_of, sections
-from splinefeed.machine.imports.page import positive
+from splinefeed.machine.imports.linuxcnc import ANGULAR, LINEAR, TRIVIAL, Sections, axes_of, sections
+from splinefeed.machine.imports.page import number, positive
 from splinefeed.records import ROTARY_AXES, Array, Limits
 
 #: Axes of LinuxCNC in the order of its poses.
 LETTERS = "xyzabcuvw"
 #: Jerk of an axis without MAX_JERK: so many times its acceleration, a second.
 JERK_TIMES = 20.0
+#: What external offsets may take of an axis at most; where they turn about, the joint's jerk is so many times
+#: their acceleration over the period: LinuxCNC interpolates it over three ticks, 1/6, 4/6, 1/6.
+MOST_OFFSETS, OFFSET_JERK = 0.9, 4.0 / 3.0
+#: The plan keeps this share of an axis' jerk, whatever its offsets take.
+KEPT_JERK = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,11 +87,39 @@ def mill_of(file: str) -> Mill:
                 )
             else:
                 raise FormatError(f"{file}: {key} of axis {axis.upper()} is missing; add it to [AXIS_{axis.upper()}]")
+    for k, axis in enumerate(axes):
+        found[:, k] -= _for_offsets(ini, f"AXIS_{axis.upper()}", found[:, k], file, notes)
     columns = np.array([LETTERS.index(axis) for axis in axes])
     found *= units[columns]
     rotary = np.array([axis in ROTARY_AXES for axis in axes])
     feed = float(np.linalg.norm(np.where(rotary, np.degrees(found[0]), found[0])))  # no axis allows more
     return Mill(axes, columns, units, linear, found[0], found[1], found[2], feed, notes)
+
+
+def _for_offsets(ini: Sections, name: str, limits: Array, file: str, notes: list[str]) -> Array:
+    """What external offsets take of the velocity, acceleration and jerk of an axis, (3,), in its units."""
+    ratio = float(number(ini.get(name, {}).get("OFFSET_AV_RATIO", "0"), file, f"[{name}]OFFSET_AV_RATIO")[1])
+    if not 0.0 <= ratio <= MOST_OFFSETS:
+        raise FormatError(f"{file}: [{name}]OFFSET_AV_RATIO is {ratio:g}; give 0 to {MOST_OFFSETS:g}")
+    if not ratio:
+        return np.zeros(3)
+    period = 1e-9 * positive(ini.get("EMCMOT", {}).get("SERVO_PERIOD", "1000000"), file, "[EMCMOT]SERVO_PERIOD")[1]
+    own = np.array([positive(ini[name][key], file, f"[{name}]{key}")[1] if key in ini[name] else limit
+                    for key, limit in zip(("MAX_VELOCITY", "MAX_ACCELERATION"), limits[:2], strict=True)])  # fmt: skip
+    took = np.append(ratio * own, OFFSET_JERK * ratio * own[1] / period)
+    if np.any(took[:2] >= limits[:2]):
+        raise FormatError(f"{file}: [{name}]OFFSET_AV_RATIO leaves no motion to the joints of the axis; lower it")
+    said = f"[{name}]OFFSET_AV_RATIO: {100.0 * ratio:g} % of velocity and acceleration are kept for external offsets"
+    most = (1.0 - KEPT_JERK) * limits[2]
+    if took[2] <= most:
+        notes.append(f"{said}, and {took[2]:g} of a jerk of {limits[2]:g}")
+    else:
+        notes.append(
+            f"{said}; LinuxCNC moves them without a limit of jerk, at up to {took[2]:g}: while an offset changes the "
+            f"sum is beyond the jerk of {limits[2]:g} (OFFSET_AV_RATIO of at most {ratio * most / took[2]:.3g} "
+            "keeps it)"
+        )
+    return np.append(took[:2], min(took[2], most))
 
 
 def _unit(text: str, known: dict[str, tuple[str, float]], size: dict[str, float], where: str) -> float:
