@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import ast
+from dataclasses import replace
 from pathlib import Path as File
 
 import numpy as np
 import pytest
 
 import splinefeed as sf
+from splinefeed.errors import InputError, LimitsError
 from splinefeed.paths.track import Track
 
 ROOT = File(sf.__file__).parent
@@ -81,6 +83,94 @@ def test_a_kind_of_track_that_nobody_knows_is_planned_within_its_limits():
     )
     own = sf.plan(path, twice, period=PERIOD, strategy="time-optimal")
     assert law.duration == pytest.approx(own.duration, rel=0.01)
+
+
+LIMITS = sf.Limits(feed=60.0, axis_velocity={"w": 20.0}, axis_acceleration={"w": 200.0}, axis_jerk={"w": 8000.0})
+
+
+class WithTip(Beside):
+    """The axes of a path, which carry the tip, and one beside them."""
+
+    beside = ()
+    weights = property(lambda self: np.array([1.0, 1.0, 0.0]))
+    tip_columns = property(lambda self: slice(0, 2))
+    reach = property(lambda self: tuple(np.append(each, 0.5 * each[0]) for each in self.path.reach))
+
+    def __init__(self, path: sf.Path) -> None:
+        super().__init__(path)
+        self.axes, self.linear = (*path.axes, "w"), 3
+
+    def __call__(self, s):
+        return np.concatenate([self.path(s), 0.5 * self.path(s)[..., :1]], axis=-1)
+
+    def derivatives(self, s, row=None):
+        d = self.path.derivatives(s, row)
+        return np.concatenate([d, 0.5 * d[:, :, :1]], axis=2)
+
+    def positions(self, curve, u, s, tip):
+        return np.concatenate([tip, 0.5 * tip[:, :1]], axis=1)
+
+
+class WrongBend(Beside):
+    """Its second derivative is a thousandth too large."""
+
+    def derivatives(self, s, row=None):
+        d = super().derivatives(s, row).copy()
+        d[:, 2, 0] *= 1.001
+        return d
+
+
+class WrongPlace(Beside):
+    """Its positions are a millionth too large for its derivatives."""
+
+    def __call__(self, s):
+        return (1.0 + 1e-6) * super().__call__(s)
+
+
+@pytest.fixture(scope="module")
+def planned() -> tuple[sf.Path, sf.TimeLaw, sf.Setpoints]:
+    path = sf.shapes.butterfly()
+    law = sf.plan(Beside(path), LIMITS, period=PERIOD)
+    return path, law, sf.interpolate(Beside(path), law)
+
+
+def test_a_kind_of_track_that_nobody_knows_is_checked_and_run(planned) -> None:
+    path, law, points = planned
+    verdict = sf.check(points, Beside(path), LIMITS, law=law)
+    assert verdict.ok and set(verdict.limits) >= {"axis_velocity.w", "axis_acceleration.w", "axis_jerk.w"}
+    assert verdict.limits["axis_jerk.w"].share > 0.99
+    (note,) = (each for each in verdict.notes if "differences of its positions" in each)
+    assert float(note.split("within ")[1].split()[0]) < 1e-7
+    run = sf.run(Beside(path), LIMITS)
+    assert run.verdict.ok and 0.99 * 8000.0 < run.numbers()["axes"]["w"]["jerk"] <= 8000.0
+    assert sf.run(WithTip(path), LIMITS).verdict.ok
+
+
+def test_setpoints_off_a_track_of_ones_own_are_found(planned) -> None:
+    path, _law, points = planned
+    moved = points.position.copy()
+    moved[300] += 1e-6
+    (problem,) = sf.check(replace(points, position=moved), Beside(path), sf.Limits(feed=60.0)).problems
+    assert problem.startswith("tick 300 ") and "from where the track has it" in problem
+    tighter = replace(LIMITS, axis_jerk={"w": 4000.0})
+    (problem,) = sf.check(points, Beside(path), tighter).problems
+    assert problem.startswith("axis_jerk.w")
+
+
+def test_wrong_derivatives_and_positions_of_a_track_are_found(planned) -> None:
+    path, law, points = planned
+    problems = sf.check(points, WrongBend(path), LIMITS, law=law).problems
+    assert any(each.startswith("track: its derivative 2 of w by length is off by 0.00") for each in problems)
+    problems = sf.check(points, WrongPlace(path), LIMITS, law=law).problems
+    assert any("from where the track has it" in each for each in problems)
+
+
+def test_what_is_not_checked_of_axes_beside_the_tip_is_refused(planned) -> None:
+    path, _law, points = planned
+    with pytest.raises(LimitsError, match="do not carry the tip"):
+        sf.check(points, Beside(path), replace(LIMITS, axis_velocity_step={"w": 1.0}))
+    with pytest.raises(InputError, match="no u"):
+        sf.check(replace(points, u=np.full(len(points), np.nan)), Beside(path), LIMITS)
 
 
 def test_axes_say_their_units():

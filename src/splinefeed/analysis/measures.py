@@ -110,10 +110,11 @@ def limit_use(setpoints: Setpoints, path: Track, law: TimeLaw, limits: Limits) -
     reach = (v * setpoints.period) ** 2 / 8.0  # a chord over 1/mm of curvature is off by that
     turned, tip = np.zeros(len(t)), (np.ones(len(t)), np.zeros(len(t)), np.zeros(len(t)))
     own: Path = path.tip_path
-    if path.beside:
+    if not path.carries_tip:
         d = path.derivatives(setpoints.s)
         kappa, between_ticks = np.linalg.norm(d[:, 2, path.tip_columns], axis=1), path.between_ticks(d)
-        chord, axis_chord = (kappa if each is None else each for each in between_ticks)
+        chord, axis_chord = between_ticks
+        chord, axis_chord = kappa if chord is None else chord, turned if axis_chord is None else axis_chord
         d, feed = d[:, :, : len(path.axes)], feed_limit(setpoints, own, limits)
         sagitta, turned = chord * reach, axis_chord * reach
     else:
@@ -154,7 +155,7 @@ def limit_use(setpoints: Setpoints, path: Track, law: TimeLaw, limits: Limits) -
     for names, values, bounds in zip(bounded.names, exact, bounded.bounds.tolist(), strict=True):
         measures += zip(names, bounded.of(values).T, bounds, strict=True)
     measures += _models(setpoints, exact, path.axes, limits)
-    if not path.beside:
+    if path.carries_tip:
         measures += _steps(setpoints, own, law, limits)
     given = [each for each in measures if each[2] is not None and (each[0] in limited or np.any(np.isfinite(each[2])))]
     with np.errstate(invalid="ignore", over="ignore"):

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from splinefeed.checks.spans import PathSpans, SpanPlaces, spans_of
-from splinefeed.kinematics import JointPath
 from splinefeed.paths.path import Path
+from splinefeed.paths.track import Track
 from splinefeed.records import AXIS_LIMITS, KEPT, Array, BoolArray, IntArray, LimitResult, Limits, named
 from splinefeed.records.arrays import chunks
 
@@ -96,18 +96,18 @@ class Fault:
 
 @dataclass(frozen=True)
 class Bounds:
-    """The limits of setpoints; see `check`. Of joints, path is that of the tool tip."""
+    """The limits of setpoints; see `check`. Of a `track` whose axes do not carry the tip, path is that of the tip."""
 
     path: Path
     limits: Limits
     tolerance: float
     resolution: float
-    joints: JointPath | None = None
+    track: Track | None = None
 
     @property
     def axes(self) -> tuple[str, ...]:
         """Names of the axes that have setpoints."""
-        return self.path.axes if self.joints is None else self.joints.axes
+        return self.path.axes if self.track is None else self.track.axes
 
     @cached_property
     def rows(self) -> PathSpans:
@@ -214,7 +214,7 @@ class Bounds:
         s, angle, _ = self.bends
         markers = [each.before for each in self.path.markers if each.stop]
         stops = [self.rows.curve_starts[[0, -1, *markers]], s[angle > STOP_ANGLE]]
-        return np.unique(np.concatenate([*stops, () if self.joints is None else self.joints.stops]))
+        return np.unique(np.concatenate([*stops, () if self.track is None else self.track.stops]))
 
     def worsts(self) -> dict[str, Worst]:
         """One empty Worst a limit that is given, in the order of the report."""

@@ -6,8 +6,8 @@ import math
 from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
+from splinefeed.checks.axes import check_whole
 from splinefeed.checks.bounds import TOLERANCE, Bounds, Fault
 from splinefeed.checks.law import check_law
 from splinefeed.checks.setpoints import Judge
@@ -34,6 +34,7 @@ BLOCK = 16384
 _SENTENCES = {
     "off the curve": "off the curve by {amount:.6g} {unit}",
     "turned off": "a rotary axis is {degrees:.6g} deg from where the curve has it",
+    "off the track": "an axis is {amount:.6g} mm or rad from where the track has it",
     "tilted": "the tool axis is off its path by {degrees:.6g} deg",
     "misplaced": "on the curve, but {amount:.6g} {unit} from the place of its u",
     "period": "is {amount:.6g} s early or late: the period is not kept",
@@ -75,7 +76,11 @@ def check(
     Of soft limits (travel) limit and worst value are distances from the middle of the travel.
 
     On a JointPath the setpoints are joints: tip and tool axis come from them by the forward kinematics, the chord error
-    is that of the tip while joints move straight, and only differences count, not the law; see `check_tool`.
+    is that of the tip while joints move straight, and only differences count, not the law.
+
+    On a Track of one's own axes are compared with its positions where u is on the path of its tip, and chord errors are
+    those that it says. A law is held to the limits by its derivatives; these are compared with differences of its
+    positions first, and what is wrong is a problem. A note says how near they are.
 
     Where u is NaN throughout, as in a file of another program, setpoints are placed on the path by nearest points.
     A fault in the setpoints is a problem of the verdict, not an error. Raises InputError for setpoints of other axes
@@ -149,7 +154,7 @@ class Check:
 
     def __post_init__(self) -> None:
         self._coming: deque[Path] = deque()  # parts that the judge does not know yet
-        self._joints: Any = None
+        self._track: Track | None = None  # whose axes do not carry the tip
         self._axes: tuple[str, ...] = ()
         self._first_curve = 0  # that the judge knows, among those of all parts
         self._judge: Judge | None = None
@@ -157,10 +162,11 @@ class Check:
         self._blocks = TickBlocks(BLOCK)
 
     def part(self, path: Track) -> None:
-        """The next part of the path; a JointPath comes whole."""
+        """The next part of the path; one whose axes do not carry the tip comes whole."""
         self._axes = path.axes
-        if path.kinematics is not None:
-            self._joints = path
+        if not path.carries_tip:
+            check_whole(path, self.limits)
+            self._track = path
         self._coming.append(path.tip_path)
 
     def see(self, setpoints: Setpoints) -> None:
@@ -199,7 +205,7 @@ class Check:
         self._first_curve += left
         local = replace(setpoints, curve=setpoints.curve - self._first_curve)
         if come:
-            bounds = Bounds(joined(come), self.limits, self.tolerance, self.resolution, self._joints)
+            bounds = Bounds(joined(come), self.limits, self.tolerance, self.resolution, self._track)
             if judge is None:
                 judge = self._judge = Judge(bounds, local, self.law, self.start)
             else:
@@ -210,11 +216,11 @@ class Check:
 
 def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
     """The report of a check; first  some of the setpoints; curves  of the whole path."""
-    law, tool = judge.law, judge.tool
+    law, own = judge.law, judge.own
     unit = unit_along(judge.bounds.path.axes)
     problems = [_fault_sentence(kind, fault, unit) for kind, fault in judge.faults.items()]
     notes: list[str] = []
-    if law is not None and tool is None:
+    if law is not None and (own is None or own.by_law):
         faults, notes = check_law(law, judge.bounds, judge.worst, judge.period, judge.begins)
         problems += faults
         if abs(law.duration - judge.duration) > judge.period:
@@ -250,11 +256,11 @@ def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
     }
     if law is not None:
         numbers |= {"ripple_max": judge.ripple, "law_drift_max_mm": judge.drift}
-    if tool is not None:
+    if own is not None:
         numbers |= {
-            "chord_error_max_mm": tool.chord_error,
-            "off_axis_max_rad": tool.off_axis,
-            "axis_error_between_max_rad": tool.turned,
+            "chord_error_max_mm": own.chord_error,
+            "off_axis_max_rad": own.off_axis,
+            "axis_error_between_max_rad": own.turned,
         }
     return Verdict(limits=results, problems=tuple(problems), notes=tuple(notes), numbers=numbers, along=unit)
 

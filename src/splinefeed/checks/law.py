@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from splinefeed.checks.axes import INSIDE, derivatives_apart, derivatives_inside
 from splinefeed.checks.bounds import STEP, Bounds, Worst
 from splinefeed.checks.spans import EPSILON, SpanPlaces, about
 from splinefeed.paths.path import Path
@@ -60,8 +61,8 @@ def check_law(
 
     Returns problems, and notes on what the setpoints decide.
     """
-    rounding = 4.0 * EPSILON * bounds.rows.length
-    motion = LawMotion(law, bounds, rounding)
+    rounding, track = 4.0 * EPSILON * bounds.rows.length, bounds.track
+    motion = LawMotion(law, bounds, rounding if track is None else INSIDE * track.length)
     motion.hold({name: worst for name, worst in worsts.items() if not name.startswith(BY_SETPOINTS)})
     corners = bounds.corners.s
     times, feeds = times_at(law, corners), _least_feeds(law, corners, rounding)
@@ -70,6 +71,13 @@ def check_law(
             jumps = feeds * bounds.corners.jumps[:, worst.column - 1]
             worst.see(jumps, times, corners, np.zeros(len(corners)), by="law", place=bounds.place)
     problems, notes = _jumps(law, bounds, motion, period)
+    if track is not None:
+        apart, wrong = derivatives_apart(track)
+        problems = [*wrong, *problems]
+        notes.append(
+            f"the law is judged by the derivatives that {track.name} says of {', '.join(track.axes)}; they are within "
+            f"{apart:.2g} of differences of its positions"
+        )
     if motion.irregular:
         notes.append(
             f"at {motion.irregular} instants of the law C' is 0 to rounding and exact axis derivatives are "
@@ -174,6 +182,11 @@ class LawMotion:
     def __init__(self, law: TimeLaw, bounds: Bounds, rounding: float) -> None:
         self.law, self.bounds, self.rounding = law, bounds, rounding
         self.rows = bounds.rows
+        #: Where derivatives may jump, mm, and the span of the path that begins there or before.
+        self.start, self.row = self.rows.start, np.arange(len(self.rows))
+        if bounds.track is not None:
+            self.start = np.union1d(self.start, bounds.track.breaks)
+            self.row = self.rows.at(self.start)
         #: Largest feed, acceleration or deceleration, and feed backwards with its t and s.
         self.top = self.steepest = 0.0
         self.backwards = (0.0, 0.0, 0.0)
@@ -226,7 +239,7 @@ class LawMotion:
         values = {"feed": v, "acceleration": a, "deceleration": -a, "jerk": np.abs(j)} | found
         values["deceleration"] = -values["acceleration"]
         values = {name: np.where(regular, each, np.nan) if name in found else each for name, each in values.items()}
-        limits = {"feed": self.bounds.row_feeds[row], "jerk": self.bounds.jerks(way > 0, way < 0)}
+        limits = {"feed": self.bounds.row_feeds[self.row[row]], "jerk": self.bounds.jerks(way > 0, way < 0)}
         out = {}
         for name, worst in worsts.items():
             value, floor = values[name], np.zeros(s.shape)
@@ -252,15 +265,21 @@ class LawMotion:
         return value - least
 
     def _of_path(self, row: IntArray, s: Array, v: Array, a: Array, j: Array, names: list[str]) -> dict[str, Array]:
-        """Sizes of what the path makes of s, v, a, j (..., n) on rows (n,), by name, (..., n) each; NaN next to C' = 0.
+        """Sizes of what the path makes of s, v, a, j (..., n) on intervals row (n,), (..., n) each; NaN next to C' = 0.
 
         q' = r_s v,  q'' = r_ss v^2 + r_s a,  q''' = r_sss v^3 + 3 r_ss v a + r_s j
         """
-        rows, axes = self.rows, self.bounds.path.axes
-        every = np.broadcast_to(row, s.shape).ravel()
+        rows, track, axes = self.rows, self.bounds.track, self.bounds.axes
+        interval = np.broadcast_to(row, s.shape).ravel()
+        every = self.row[interval]
         ahead = np.clip(s.ravel() - rows.start[every], 0.0, rows.lengths[every])
         places = SpanPlaces(rows, every)
         derivatives, (_, r1, r2, r3) = places.along(rows.parameter(every, ahead), 3)
+        q1, q2, q3 = r1, r2, r3  # of the axes that have limits
+        if track is not None:
+            ends = np.append(self.start, rows.length)
+            own = derivatives_inside(track, s.ravel(), ends[interval], ends[interval + 1])
+            q1, q2, q3 = (own[:, k].T for k in (1, 2, 3))
         v, a, j = v.ravel(), a.ravel(), j.ravel()
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             near = ~(places.product(derivatives[1], derivatives[1]) > 0.0)
@@ -278,11 +297,11 @@ class LawMotion:
                 elif name == "centripetal":
                     value = places.curvature(derivatives) * along[0] ** 2
                 elif kind == "axis_velocity":
-                    value = r1[k] * v
+                    value = q1[k] * v
                 elif kind == "axis_acceleration":
-                    value = r2[k] * v * v + r1[k] * a
+                    value = q2[k] * v * v + q1[k] * a
                 elif kind == "axis_jerk":
-                    value = r3[k] * v * v * v + 3.0 * r2[k] * v * a + r1[k] * j
+                    value = q3[k] * v * v * v + 3.0 * q2[k] * v * a + q1[k] * j
                 else:
                     raise AssertionError(f"{name}: a limit that the check of a law does not know")
                 out[name] = np.where(near, np.nan, np.abs(value)).reshape(s.shape)
@@ -294,7 +313,7 @@ class LawMotion:
         Way is 1 where the feed grows, -1 where it falls, 0 where that is undetermined. What is no longer than the
         rounding of its instant is left out.
         """
-        law, start, c = self.law, self.rows.start, self.law.coefficients
+        law, start, c = self.law, self.start, self.law.coefficients
         span, every = np.diff(law.breaks), np.arange(len(c))
         # a piece that begins or ends as near a row's end as two sums of their lengths may be apart begins or ends there
         apart = (ROUNDINGS + len(start) ** 0.5) * EPSILON * self.rows.length
@@ -323,7 +342,7 @@ class LawMotion:
         keep = (piece[1:] == piece[:-1]) & (np.diff(tau) > 2.0 * EPSILON * np.abs(law.breaks[piece[:-1] + 1]))
         piece, low, high = piece[:-1][keep], tau[:-1][keep], tau[1:][keep]
         middle = motion_of(c[piece], 0.5 * (low + high))
-        row = np.clip(self.rows.at(middle[0]), least[piece], most[piece])
+        row = np.clip(np.searchsorted(start, middle[0], side="right") - 1, least[piece], most[piece])
         largest = np.maximum(*(np.abs(motion_of(c[piece], each)[2]) for each in (low, high)))
         distinct = largest > NO_SIGN * float(np.max(largest, initial=0.0))
         return piece, row, np.where(distinct, np.sign(middle[2]), 0.0), low, high - low

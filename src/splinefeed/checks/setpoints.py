@@ -21,7 +21,7 @@ from splinefeed.checks.bounds import BESIDE, STEP, Bounds, Fault, contain, neigh
 from splinefeed.checks.law import motion_at
 from splinefeed.checks.place import Located, Placer
 from splinefeed.checks.spans import EPSILON, SpanPlaces
-from splinefeed.checks.tool import ToolCheck
+from splinefeed.checks.tool import axes_check
 from splinefeed.errors import InputError
 from splinefeed.records import Array, BoolArray, IntArray, Setpoints, State, TimeLaw, axes_without_limits, unit_along
 from splinefeed.records.arrays import expanded
@@ -78,8 +78,10 @@ class Judge:
         self.law, self.period = law, first.period
         self.begins, self.start = start, start or State(feed=bounds.limits.start_feed)
         self._of_tip_at_start = start is None or bounds.rows.tip is bounds.rows  # whether its feed is the tip's
-        if bounds.joints is not None and np.isnan(first.u).any():
-            raise InputError("the setpoints have no u; joints can be checked only where u says their place on the path")
+        if bounds.track is not None and np.isnan(first.u).any():
+            raise InputError(
+                "the setpoints have no u; axes that do not carry the tip can be checked only where u says their place"
+            )
         self.placed = not bool(np.isnan(first.u).all())  # else only positions are there, as from another program
         self.worst = bounds.worsts()
         self.faults: dict[str, Fault] = {}
@@ -93,7 +95,7 @@ class Judge:
         self._know(bounds)
         axes = len(first.axes)
         self._least, self._greatest = np.full(axes, np.inf), np.full(axes, -np.inf)  # positions so far
-        self.tool = None if bounds.joints is None else ToolCheck(bounds.joints, self.rows, self._placer)
+        self.own = None if bounds.track is None else axes_check(bounds.track, self.rows, self._placer)
         self._tail: CheckedTicks | None = None  # the last ticks
         top = 0.0 if law is None else float(np.max(motion_at(law, np.linspace(0.0, law.breaks[-1], 2048), 1)))
         self._ripple_from = RIPPLE_SHARE * top * self.period
@@ -250,8 +252,8 @@ class Judge:
     def _locate(self, setpoints: Setpoints) -> tuple[Located, Array]:
         """Where the setpoints are on the path, with what is off the curve or misplaced, and the axes (axes, n)."""
         tip, tilted = setpoints, None
-        if self.tool is not None:
-            tip, tilted = self.tool.tip(setpoints)
+        if self.own is not None:
+            tip, tilted = self.own.tip(setpoints)
         place = self._placer.locate(tip, self.allowed)
         t, s = setpoints.t, place.s
         self.off_path = max(self.off_path, float(np.fmax.reduce(place.apart, initial=0.0)))
@@ -260,9 +262,9 @@ class Judge:
             self._fault("turned off", place.turned > self.allowed, place.turned, t, s)
             on_curve = (place.apart <= self.allowed) & (place.turned <= self.allowed)
             self._fault("misplaced", (place.astray > self.allowed) & on_curve, place.astray, t, s)
-            if tilted is not None:
-                self._fault("tilted", tilted > self.allowed, tilted, t, s)
-        return place, place.position if self.tool is None else setpoints.position.T
+            if self.own is not None and tilted is not None:
+                self._fault(self.own.fault, tilted > self.allowed, tilted, t, s)
+        return place, place.position if self.own is None else setpoints.position.T
 
     def _rounding(self, place: CheckedTicks, travelled: Array, moved: Array) -> Array:
         """How far rounding alone can move ticks along the path and on each axis, (1 + axes, n), mm or rad.
@@ -278,7 +280,7 @@ class Judge:
         if not self.placed:  # as good as the positions by which they were placed
             known = known + np.max(EPSILON * rows.sizes[: path.linear or None, place.row], axis=0)
         self.scale = max(self.scale, float(np.fmax.reduce(along, initial=0.0)) / EPSILON)
-        each = share * along + of_axes if self.tool is None else self.tool.rounding(place.values, travelled)
+        each = share * along + of_axes if self.own is None else self.own.rounding(place.values, travelled)
         feeds = np.abs(np.concatenate([travelled[None], moved])) / place.dt[1:]
         beside = np.pad(feeds, ((0, 0), (1, 1)))
         late = EPSILON * np.abs(place.t)  # the time of a tick, a product, and where the law's pieces begin, a sum
@@ -307,8 +309,8 @@ class Judge:
 
     def _chords(self, ticks: CheckedTicks, travelled: Array, errors: Array) -> None:
         linear, t, s = self.bounds.path.linear, ticks.t[:-1], ticks.s[:-1]
-        if self.tool is not None:
-            found = self.tool.chords(ticks.values, ticks.s)
+        if self.own is not None:
+            found = self.own.chords(ticks.values, ticks.s)
             for name, (error, rounding) in zip(("chord_error", "orientation_error"), found, strict=True):
                 self._see(name, error, t, s, np.full(len(error), rounding))
         elif (worst := self.worst.get("chord_error")) is not None:

@@ -13,38 +13,36 @@ from dataclasses import replace
 
 import numpy as np
 
+from splinefeed.checks.axes import ROUNDINGS, AxesCheck
 from splinefeed.checks.place import Placer
 from splinefeed.checks.spans import EPSILON, PathSpans, SpanPlaces
 from splinefeed.curves.packed import Flat
-from splinefeed.kinematics import JointPath
 from splinefeed.paths.tool_path import ANGLES, POINTS
+from splinefeed.paths.track import Track
 from splinefeed.records import Array, IntArray, Setpoints
 
-#: Roundings of a position: those of the formulas of kinematics.
-ROUNDINGS = 8.0
 #: Places between two setpoints at which the chord is looked at, as shares of the step.
 BETWEEN = (0.25, 0.5, 0.75)
-#: A joint's dq/ds counts where a step is longer than this share of the longest one: below is rounding.
-MOVING = 0.01
 
 
-class ToolCheck:
-    """Tip and tool axis of joints on their path, and the largest errors so far: of the chord, mm, of the axis, rad."""
+class ToolCheck(AxesCheck):
+    """Tip and tool axis of joints on their path, by the forward kinematics."""
 
-    def __init__(self, path: JointPath, rows: PathSpans, placer: Placer) -> None:
-        self.path, self._rows, self._placer = path, rows, placer
-        self.chord_error = self.off_axis = self.turned = 0.0
-        self._size, self._steep = np.zeros((2, len(path.axes)))
-        self._longest = 0.0
-        axis = path.tool.tool_axis
-        self._axis = None if axis is None else PathSpans(Flat.of(axis), path.tool.columns, None)
+    fault = "tilted"
+    by_law = False  # next to a pole the third derivative of a joint is known to 1e-3, and setpoints are what drives see
+
+    def __init__(self, path: Track, rows: PathSpans, placer: Placer) -> None:
+        super().__init__(path, rows, placer)
+        self.tool, self.kinematics = path.tip_path, path.kinematics
+        axis = self.tool.tool_axis
+        self._axis = None if axis is None else PathSpans(Flat.of(axis), self.tool.columns, None)
 
     def tip(self, setpoints: Setpoints) -> tuple[Setpoints, Array]:
         """Setpoints of the tip, and by how much the tool axis is off, rad (n,); of angles their own difference."""
-        path, tool = self.path, self.path.tool
+        path, tool = self.track, self.tool
         finite = np.isfinite(setpoints.position)
         joints = np.where(finite, setpoints.position, np.nan)
-        tip, axis = path.kinematics.forward(joints)
+        tip, axis = self.kinematics.forward(joints)
         curve, u = np.clip(setpoints.curve, 0, len(tool.curves) - 1), np.nan_to_num(setpoints.u)
         if tool.kind == ANGLES and tool.columns:
             off = np.max(np.abs(self._orientation(curve, u) - joints[:, path.linear :]), axis=1)
@@ -55,14 +53,14 @@ class ToolCheck:
 
     def _angles(self, curve: IntArray, u: Array, axis: Array) -> Array:
         """Angle between the tool axis (n, 3) and that of the path at places (n,), rad."""
-        path, tool, wanted = self.path, self.path.tool, np.array([0.0, 0.0, 1.0])
+        path, tool, wanted = self.track, self.tool, np.array([0.0, 0.0, 1.0])
         given = path.standing(curve, u)
         if given is not None:
             wanted = given
         elif tool.columns:
             wanted = self._orientation(curve, u)
             if tool.kind == ANGLES:
-                wanted = path.kinematics.forward(np.pad(wanted, ((0, 0), (path.linear, 0))))[1]
+                wanted = self.kinematics.forward(np.pad(wanted, ((0, 0), (path.linear, 0))))[1]
             wanted = wanted / np.linalg.norm(wanted, axis=1)[:, None]
         return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.linalg.norm(axis - wanted, axis=1), 1.0)))
 
@@ -76,18 +74,7 @@ class ToolCheck:
 
         assert self._axis is not None
         value = at(self._axis, curve if len(self._axis.curves) > 1 else 0 * curve)
-        return value - at(self._rows, curve) if self.path.tool.kind == POINTS else value
-
-    def rounding(self, joints: Array, travelled: Array) -> Array:
-        """How far rounding alone can move joints (joints, n + 1), mm or rad; travelled (n,), mm, between them."""
-        way = np.abs(travelled)
-        self._longest = max(self._longest, float(np.fmax.reduce(way, initial=0.0)))
-        moving = way > MOVING * self._longest
-        slope = np.abs(np.diff(joints, axis=1))[:, moving] / way[moving]
-        self._steep = np.fmax(self._steep, np.fmax.reduce(slope, axis=1, initial=0.0))
-        self._size = np.fmax(self._size, np.fmax.reduce(np.abs(joints), axis=1, initial=0.0))
-        each = ROUNDINGS * EPSILON * (self._size + self._steep * self._rows.length)
-        return np.repeat(each[:, None], joints.shape[1], axis=1)
+        return value - at(self._rows, curve) if self.tool.kind == POINTS else value
 
     def chords(self, joints: Array, s: Array) -> tuple[tuple[Array, float], tuple[Array, float]]:
         """How far tip, mm, and tool axis, rad, are off (n,) while joints (joints, n + 1) move straight; and roundings.
@@ -99,7 +86,7 @@ class ToolCheck:
         known = np.flatnonzero(np.all(np.isfinite(joints[:, 1:] + joints[:, :-1]), axis=0))
         for share in BETWEEN if len(known) else ():
             between, hint = ((1.0 - share) * each[..., known] + share * each[..., known + 1] for each in (joints, s))
-            tip, axis = self.path.kinematics.forward(between.T)
+            tip, axis = self.kinematics.forward(between.T)
             found = search.near(np.ascontiguousarray(tip.T), hint, closed=False)
             u = self._placer.parameter(found)
             curve = np.searchsorted(first, found.row, side="right") - 1
@@ -109,3 +96,8 @@ class ToolCheck:
         self.turned = max(self.turned, float(np.max(turned)))
         size = max(float(np.max(self._size)), self._rows.length)
         return (worst, ROUNDINGS * EPSILON * size), (turned, ROUNDINGS * EPSILON)
+
+
+def axes_check(track: Track, rows: PathSpans, placer: Placer) -> AxesCheck:
+    """What checks the axes of a track that do not carry the tip: joints go through their kinematics."""
+    return (AxesCheck if track.kinematics is None else ToolCheck)(track, rows, placer)

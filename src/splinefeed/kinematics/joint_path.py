@@ -54,6 +54,9 @@ LOOKED = 257
 #: than this share of its longest step.
 ROUNDINGS, MOVING = 8.0, 0.01
 
+#: A picture shows the tool axis so long, as a share of the path's size.
+DRAWN = 0.2
+
 Pass = tuple[float, float, "KroghInterpolator"]
 """Arc lengths, mm, between which the last joint passes the pole, and its polynomial there."""
 
@@ -128,6 +131,12 @@ class JointPath(Track):
     def dwells(self) -> tuple[tuple[float, float], ...]:
         """Where the tool waits and how long, (mm, s), in order."""
         return self.tool.dwells
+
+    def drawn(self, places: int) -> Array | None:
+        """The tool axis as lines from the tip, evenly along the path, (places, 2, 3), mm."""
+        s = np.linspace(0.0, self.length, places)
+        tip, axis = self.kinematics.forward(self(s))
+        return np.stack([tip, tip + DRAWN * max(self.tool.size, 1e-9) * axis], axis=1)
 
     @property
     def tip_columns(self) -> slice:
@@ -212,10 +221,6 @@ class JointPath(Track):
     def _own_breaks(self) -> Array:
         """Arc lengths, mm, where something else than tip and tool axis may have jumps of derivatives."""
         return np.zeros(0)
-
-    def standing(self, curve: IntArray, u: Array) -> Array | None:
-        """How the tool shall stand at places (n,), as `kinematics.forward` says it, where no tool axis says it."""
-        return None
 
     @cached_property
     def stops(self) -> tuple[float, ...]:

@@ -96,6 +96,11 @@ class Track(ABC):
         """The Path of the tool tip: its curves, feeds, lines and corners."""
 
     @property
+    def carries_tip(self) -> bool:
+        """Whether the axes carry the tip, so that it is its own `tip_path`."""
+        return self.tip_path is self
+
+    @property
     @abstractmethod
     def tip_columns(self) -> slice:
         """Which columns of `derivatives` are the tip's."""
@@ -115,6 +120,10 @@ class Track(ABC):
 
         Columns are the axes and, behind them, the coordinates `beside`.
         """
+
+    def standing(self, curve: IntArray, u: Array) -> Array | None:
+        """How the tool shall stand at places (n,), as `kinematics.forward` says it, where no tool axis says it."""
+        return None
 
     @abstractmethod
     def positions(self, curve: IntArray, u: Array, s: Array, tip: Array) -> Array:
@@ -152,7 +161,7 @@ class Track(ABC):
         """The rounding of positions r (n, axes) at s (n,), mm, on each axis, (axes,), mm or rad."""
 
     def drawn(self, places: int) -> Array | None:
-        """What moves, as lines (k, points, 3), mm, evenly along the path; None where that is the tool axis."""
+        """What holds the tip, as lines (k, points, 3), mm, evenly along the path; None where nothing is known of it."""
         return None
 
     def tip(self, d: Array) -> Array:

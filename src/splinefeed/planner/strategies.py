@@ -126,7 +126,7 @@ def plan_in_mode(
     check_limits(limits, path.axes, strategy)
     mode = replace(MODES[strategy], bounded=bound)
     _check_jumps(path, limits, period)
-    if path.beside:
+    if not path.carries_tip:
         mode = replace(mode, cell=0.5 * mode.cell)  # joints bend where the tip does not
     with np.errstate(all="ignore"):  # what is not a number is not a motion to take
         conditions = conditions_of(path, limits, period, paces)

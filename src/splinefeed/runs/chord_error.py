@@ -24,7 +24,7 @@ class ChordError(Measure):
 
     def feed(self, chunk: Chunk) -> None:
         """Measure the steps that begin at ticks of a chunk."""
-        if not chunk.path.beside:
+        if chunk.path.carries_tip:
             errors = chord_errors(chunk.around, chunk.path.tip_path)
             self.largest = max(self.largest, float(np.max(errors[chunk.inner], initial=0.0)))
 

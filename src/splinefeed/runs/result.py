@@ -22,8 +22,8 @@ from splinefeed.runs.following import Servo
 from splinefeed.runs.measure import Measure
 from splinefeed.runs.meters import MOTION
 
-#: A picture of a tool path shows the tool axis at so many places, so long as a share of the path's size.
-TOOLS_DRAWN, TOOL_DRAWN = 41, 0.2
+#: A picture of a tool path shows the tool axis at so many places.
+TOOLS_DRAWN = 41
 #: An arm is drawn so many times along its path.
 ARMS_DRAWN = 7
 #: A picture shows so many places of the path over its size, and at least and at most so many of it all.
@@ -152,7 +152,8 @@ class Run:
             some = arm[np.linspace(0, len(arm) - 1, ARMS_DRAWN).round().astype(int)]
             return np.concatenate([arm[:, -1], _broken(some)])
         line = along[:, : min(path.linear, 3)]
-        return line if self.joints is None else np.concatenate([line, _tools(self.joints)])
+        held = None if self.joints is None else self.joints.drawn(TOOLS_DRAWN)
+        return line if held is None else np.concatenate([line, _broken(held)])
 
     def setpoints(self) -> Setpoints | Iterator[Setpoints]:
         """All setpoints, whole or in chunks; LimitsError for a path that came in parts, whose setpoints are written."""
@@ -264,14 +265,3 @@ class Run:
 def _broken(lines: Array) -> Array:
     """Lines (k, points, 3), mm, one after the other, each behind a row of NaN, (m, 3)."""
     return np.concatenate([np.full_like(lines[:, :1], np.nan), lines], axis=1).reshape(-1, 3)
-
-
-def _tools(joints: Track) -> Array:
-    """Lines along the tool axis, or an arm, for a picture, (m, 3), mm, each behind a row of NaN."""
-    arm = joints.drawn(TOOLS_DRAWN)
-    if arm is not None:
-        return _broken(arm)
-    s = np.linspace(0.0, joints.length, TOOLS_DRAWN)
-    tip, axis = joints.kinematics.forward(joints(s))
-    far = tip + TOOL_DRAWN * max(joints.tip_path.size, 1e-9) * axis
-    return np.stack([np.full_like(tip, np.nan), tip, far], axis=1).reshape(-1, 3)

@@ -257,7 +257,7 @@ def measured(
         measures=made.measures,
         chunks=again,
         bands=made.bands,
-        joints=None if path.kinematics is None else path,
+        joints=None if path.carries_tip else path,
         served=None if made.servo is None else made.servo.servo,
     )
 
