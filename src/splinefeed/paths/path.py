@@ -47,8 +47,8 @@ from splinefeed.records.arrays import CHUNK, chunks, read_only
 SAME = 1e-12
 #: Travel is left by more than this share of it.
 TRAVEL_KEPT = 5e-7
-#: Places of a chord at which the path beside it is looked at, and what rounding may come to, in units of a last place.
-BETWEEN, ROUNDINGS = (0.25, 0.5, 0.75), 8.0
+#: What rounding may come to, in units of a last place.
+ROUNDINGS = 8.0
 #: What is said of each curve.
 _OF_EACH = ("feeds", "tolerances", "lines", "times")
 #: Places of every piece at which its curvature is sampled, in t.
@@ -533,16 +533,27 @@ class Path(Track):
     def chords(self, s: Array, r: Array, places: Array) -> tuple[IntArray, Array, None]:
         """Chords (n,) between setpoints r (k, axes) at s (k,), and how far the path leaves them, mm.
 
-        It is looked at in three places of every chord, and at `places` (m,), mm.
+        It is looked at in three places of every chord, where a parabola through these is highest, and at `places`
+        (m,), mm.
         """
-        inside = places[(places > s[0]) & (places < s[-1])]
-        at = np.concatenate([inside, *((1.0 - share) * s[:-1] + share * s[1:] for share in BETWEEN)])
-        first = np.clip(np.searchsorted(s, at, side="right") - 1, 0, len(s) - 2)
-        begin, chord = r[first, : self.linear], np.diff(r[:, : self.linear], axis=0)[first]
-        away = self(at)[:, : self.linear] - begin
-        square = np.maximum(np.sum(chord * chord, axis=1), 1e-300)
-        along = np.clip(np.sum(away * chord, axis=1) / square, 0.0, 1.0)
-        return first, np.linalg.norm(away - along[:, None] * chord, axis=1), None
+        steps, start, chord = np.arange(len(s) - 1), r[:, : self.linear], np.diff(r[:, : self.linear], axis=0)
+
+        def away(at: Array, step: IntArray) -> Array:
+            off, way = self(at)[:, : self.linear] - start[step], chord[step]
+            along = np.sum(off * way, axis=1) / np.maximum(np.sum(way * way, axis=1), 1e-300)
+            return np.asarray(np.linalg.norm(off - np.clip(along, 0.0, 1.0)[:, None] * way, axis=1))
+
+        def inside(share: Array | float) -> Array:
+            return np.asarray(s[:-1] + share * np.diff(s))
+
+        low, middle, high = (away(inside(share), steps) for share in (0.25, 0.5, 0.75))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            peak = 0.5 + 0.125 * (low - high) / (low - 2.0 * middle + high)
+        highest = away(inside(np.clip(np.nan_to_num(peak, nan=0.5), 0.25, 0.75)), steps)
+        of_steps = np.max([low, middle, high, highest], axis=0)
+        places = places[(places > s[0]) & (places < s[-1])]
+        step = np.clip(np.searchsorted(s, places, side="right") - 1, 0, len(s) - 2)
+        return np.concatenate([steps, step]), np.concatenate([of_steps, away(places, step)]), None
 
     def rounding(self, s: Array, r: Array) -> Array:
         """Roundings of positions as large as r (n, axes), and of the path's length on the axes of the tip, (axes,)."""

@@ -33,8 +33,8 @@ def worst_shares(
         return worst, bound
     worst[:, some], bound[some] = _looked_at(conditions, pieces, end, LOOKED, some)
     bound[np.intersect1d(some, [0, len(pieces) - 1])] = np.inf
-    near = np.flatnonzero(~(bound <= max(1.0, float(np.max(worst)))))
-    if len(near):
+    # What looks worst from afar may turn out lower: then those that it hid are looked at, too.
+    while len(near := np.flatnonzero(~(bound <= max(1.0, float(np.max(worst)))))):
         worst[:, near], _ = _looked_at(conditions, pieces, end, CLOSER, near)
         bound[near] = np.max(worst[:, near], axis=0)
     return worst, bound

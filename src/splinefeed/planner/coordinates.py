@@ -87,7 +87,8 @@ def rows_of(
         acceleration jump by D q, which the third difference of setpoints spreads over three periods T by the quadratic
         B-spline K, as D q K(t), of peak 3/4 / T. Jerk that gives way by PEAK D q / T for one period before and behind
         the jump makes room for it: PEAK times the integral of K over these two periods is at least T K at any instant,
-        and equal to it in the middle, 23/24 PEAK = 3/4. A jump D of x' shows with a peak of D sqrt(q) / T^2
+        and equal to it in the middle, 23/24 PEAK = 3/4. A jump D of x' shows in the third difference with a peak of
+        D sqrt(q) / T^2, and in the second one of D sqrt(q) / T
     rising (n,)      1 where the tip surely speeds up, -1 where it slows down, 0 where it may do either
     """
     x1, x2, x3 = x
@@ -99,6 +100,10 @@ def rows_of(
     unit = np.minimum(a, d)
     linear = np.stack([x2[some] / unit, 0.5 * x1[some] / unit], axis=1)
     low, high = (np.broadcast_to(np.minimum(each / unit, FREE), linear[:, 0].shape).copy() for each in (d, a))
+    root = None
+    if period is not None and np.any(jumps[0][:, some]):
+        up, down = jumps[0][:, some]
+        root = np.where(up >= down, up, -down) / period / unit
     some = np.isfinite(np.minimum(at.j, at.dj))
     up, down = at.j[some][:, None], at.dj[some][:, None]
     limit = np.where(rising > 0.0, up, np.where(rising < 0.0, down, np.minimum(up, down)))
@@ -107,5 +112,5 @@ def rows_of(
     if period is not None:
         jump = np.stack([jumps[0][:, some] / period**2, PEAK * jumps[1][:, some] / period], axis=1) / limit
     return Rows(
-        top, top, np.full(len(feed), FREE**2), linear, -low, high, jerk, jump, len(linear), len(linear), len(jerk)
+        top, top, np.full(len(feed), FREE**2), linear, -low, high, jerk, jump, len(linear), len(linear), len(jerk), root
     )
