@@ -9,7 +9,7 @@ import numpy as np
 import motions
 import sample_curves
 import splinefeed as sf
-from splinefeed.paths.path import Marker
+from splinefeed.paths.each_curve import Marker
 
 ROTARY = ("a", "b", "c")
 HALF = np.sqrt(0.5)

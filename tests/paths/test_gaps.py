@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.paths.path import JOIN_TOLERANCE, Marker, Path
+from splinefeed.paths.each_curve import Marker
+from splinefeed.paths.path import JOIN_TOLERANCE, Path
 
 HALF = np.sqrt(0.5)
 PERIOD = 1e-3

@@ -11,7 +11,8 @@ import pytest
 from sample_curves import KNOWN, ROOT_HALF, STILL, butterfly, ellipse, random_curve, with_cusp
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import CurveError, InputError
-from splinefeed.paths.path import Marker, Path
+from splinefeed.paths.each_curve import Marker
+from splinefeed.paths.path import Path
 
 EPSILON = np.finfo(float).eps
 

@@ -15,7 +15,8 @@ from splinefeed.curves.packed import Flat, Lines
 from splinefeed.curves.tables import arc_pieces
 from splinefeed.errors import CurveError, InputError
 from splinefeed.kernels import layout
-from splinefeed.paths.path import Marker, Path
+from splinefeed.paths.each_curve import Marker
+from splinefeed.paths.path import Path
 
 AXES = [("x", "y"), ("x", "y", "z"), ("x", "a"), ("a",), ("x", "y", "z", "a", "b")]
 

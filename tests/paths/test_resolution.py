@@ -10,7 +10,8 @@ import pytest
 import splinefeed as sf
 from sample_curves import KNOWN, TIPS, bent, butterfly, random_curve
 from splinefeed.curves.differential import by_arc_length
-from splinefeed.paths.path import Marker, Path
+from splinefeed.paths.each_curve import Marker
+from splinefeed.paths.path import Path
 from splinefeed.paths.resolution import RESOLUTION, _slowest, _together
 
 bezier = sf.NurbsCurve.bezier

@@ -12,7 +12,7 @@ import pytest
 
 import splinefeed as sf
 from docs_pages import ROOT
-from splinefeed.paths.path import Marker
+from splinefeed.paths.each_curve import Marker
 
 MOTIONS = json.loads((ROOT / "tests/data/hard_motions.json").read_text(encoding="utf-8"))
 

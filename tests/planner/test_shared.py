@@ -9,7 +9,7 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.errors import LimitsError
-from splinefeed.paths.path import Marker
+from splinefeed.paths.each_curve import Marker
 from splinefeed.planner.shared import with_dwells
 
 STRATEGIES = ("seven-phase", "time-optimal")

@@ -7,7 +7,7 @@ import pytest
 
 import motions
 import splinefeed as sf
-from splinefeed.paths.path import Marker
+from splinefeed.paths.each_curve import Marker
 from splinefeed.planner import LookAhead
 
 PERIOD = 2e-3

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.paths.path import Marker
+from splinefeed.paths.each_curve import Marker
 
 PERIOD = 2e-3
 #: Feed, and velocity of each axis, mm/s; acceleration, mm/s^2, and jerk, mm/s^3, of each axis.

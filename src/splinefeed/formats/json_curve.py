@@ -31,7 +31,8 @@ from splinefeed.files.atomic import write_text
 from splinefeed.files.metadata import to_degrees, to_radians
 from splinefeed.files.sizes import MAX_COORDINATE
 from splinefeed.files.source import head_text
-from splinefeed.paths.path import JOIN_TOLERANCE, Marker, Path, default_axes
+from splinefeed.paths.each_curve import Marker, default_axes
+from splinefeed.paths.path import JOIN_TOLERANCE, Path
 from splinefeed.paths.tool_path import ANGLES, POINTS, VECTORS, ToolPath, beside
 from splinefeed.records import ROTARY_AXES, Array
 

@@ -13,7 +13,8 @@ from splinefeed.live import linuxcnc_wire as wires
 from splinefeed.live.linuxcnc_limits import Mill
 from splinefeed.live.linuxcnc_moves import BLEND, POINT, STOP, feeds_of, size_of
 from splinefeed.live.linuxcnc_pieces import PlannedTrack, portions
-from splinefeed.paths.path import Marker, Path
+from splinefeed.paths.each_curve import Marker
+from splinefeed.paths.path import Path
 from splinefeed.paths.smoothing import Smoother
 from splinefeed.planner.stream import LookAhead, MotionBlock
 from splinefeed.records import State

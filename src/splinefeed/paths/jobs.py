@@ -19,7 +19,8 @@ from splinefeed import units
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.editing import section
 from splinefeed.errors import InputError
-from splinefeed.paths.path import JOIN_TOLERANCE, Marker, Path
+from splinefeed.paths.each_curve import Marker
+from splinefeed.paths.path import JOIN_TOLERANCE, Path
 from splinefeed.records import Array, IntArray
 
 #: Feed of the contours unless one is given, mm/s: that of the paper's experiment.

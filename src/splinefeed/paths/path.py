@@ -1,87 +1,35 @@
-"""Path: curves joined end to end, with axis names, its length over all axes, and its corners."""
+"""Path: curves joined end to end, what is said of each, and the same path turned, renamed, or at other feeds."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cached_property, partial
+from collections.abc import Iterable, Sequence
+from functools import partial
 from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from splinefeed.curves.curve import MAX_AXES, NurbsCurve
-from splinefeed.curves.differential import by_arc_length, curvatures, extremes
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.editing import moved_points
-from splinefeed.curves.metric import metric_of, slow_tips, tip_derivatives, tip_pieces
-from splinefeed.curves.packed import Flat, Lines, Packed, lines_with_length
-from splinefeed.curves.pieces import Pieces, clipped, derivatives, is_left
-from splinefeed.curves.tables import arc_pieces, span_pieces
-from splinefeed.errors import CurveError, InputError, LimitsError
-from splinefeed.paths.corners import CORNER_ANGLE as CORNER_ANGLE
-from splinefeed.paths.corners import Corner as Corner
-from splinefeed.paths.corners import Corners, find_corners, sharp_bends
+from splinefeed.curves.metric import metric_of
+from splinefeed.curves.packed import Lines, Packed, lines_with_length
+from splinefeed.errors import CurveError, InputError
+from splinefeed.paths.each_curve import Marker, checked_axes, chosen_of_each, default_axes, of_curves, of_times
 from splinefeed.paths.gaps import begun_at, closed, open_joints, said_of
+from splinefeed.paths.joined_curves import JoinedCurves
 from splinefeed.paths.resolution import RESOLUTION, chosen, long_curves, resolved
-from splinefeed.paths.track import GOES, Track
-from splinefeed.records import (
-    ROTARY_AXES,
-    Array,
-    BoolArray,
-    IntArray,
-    Limits,
-    Points,
-    Setpoints,
-    frozen_array,
-    refuse_orientation,
-    unit_along,
-    unit_of_axis,
-    view,
-)
-from splinefeed.records.arrays import CHUNK, chunks, read_only
+from splinefeed.records import Array, Points, frozen_array, unit_along, view
+from splinefeed.records.arrays import read_only
 
-#: What differs by less than this share of the path's length is the same place.
-SAME = 1e-12
-#: Travel is left by more than this share of it.
-TRAVEL_KEPT = 5e-7
-#: What rounding may come to, in units of a last place.
-ROUNDINGS = 8.0
-#: What is said of each curve.
-_OF_EACH = ("feeds", "tolerances", "lines", "times")
-#: Places of every piece at which its curvature is sampled, in t.
-CURVATURE_PLACES = np.linspace(-1.0, 1.0, 33)
-DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
-#: More axes than this without names are joints of an arm, q1 and so on: all alike.
-MOST_UNNAMED = 3
 #: Ends of neighbouring curves further apart than this, mm, are a gap by default.
 JOIN_TOLERANCE = RESOLUTION
 
 
-@dataclasses.dataclass(frozen=True)
-class Marker:
-    """A command of a program between two moves, such as M3 S12000 or a dwell.
-
-    before  index of the curve that follows it; the number of curves at the end
-    text    its words, as they are written; dwell  time at rest, s; stop  whether the tool stops here
-    A Path raises InputError for a marker outside it. Source: docs/gcode.md. Example: `sf.paths.Marker(0, "M3 S12000")`
-    """
-
-    before: int
-    text: str = ""
-    dwell: float = 0.0
-    stop: bool = True
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.dwell < math.inf:
-            raise InputError(f"a dwell of {self.dwell!r} s; it must be 0 or more and finite")
-        if self.dwell > 0.0 and not self.stop:
-            raise InputError(f"a dwell of {self.dwell:g} s without a stop; the tool can wait only at rest")
-
-
-class Path(Track):
+class Path(JoinedCurves):
     """Curves joined end to end.
 
     curves      NurbsCurves of the same number of axes, each beginning where the last one ends; also Lines or Packed
@@ -116,8 +64,6 @@ class Path(Track):
 
     #: Whether something else is given for each curve over the same parameters: then tips become corners, and no more.
     _tied = False
-
-    sided = True
 
     def __init__(
         self,
@@ -160,11 +106,11 @@ class Path(Track):
         #: What each axis counts in a tangent, (axes,).
         self.units = read_only(metric_of(len(self.axes), self.linear))
         count = len(self.curves)
-        self.feeds = _of_curves(feeds, count, "feeds", "greater than 0", lambda values: values > 0.0)
-        self.tolerances = _of_curves(tolerances, count, "tolerances", "0 or more", lambda values: values >= 0.0)
-        of_each = _of_curves(lines, count, "lines", "0 or more", lambda values: values >= 0.0)
+        self.feeds = of_curves(feeds, count, "feeds", "greater than 0", lambda values: values > 0.0)
+        self.tolerances = of_curves(tolerances, count, "tolerances", "0 or more", lambda values: values >= 0.0)
+        of_each = of_curves(lines, count, "lines", "0 or more", lambda values: values >= 0.0)
         self.lines = None if of_each is None else read_only(of_each.astype(np.int64))
-        self.times = _of_times(times, count)
+        self.times = of_times(times, count)
         self.markers = tuple(sorted(markers, key=lambda marker: marker.before))
         for marker in self.markers:
             if not 0 <= marker.before <= count:
@@ -194,7 +140,7 @@ class Path(Track):
         self.findings += (f"{count} curve(s) shorter than {1e6 * RESOLUTION:g} nm left out, the first curve {first}",)
         self.curves = chosen(self.curves, kept)
         self._move_along(self.curves)
-        for name, value in _kept(self._said(), kept).items():
+        for name, value in chosen_of_each(self._said(), kept).items():
             setattr(self, name, value)
 
     def _move_along(self, curves: Sequence[NurbsCurve]) -> None:
@@ -240,7 +186,7 @@ class Path(Track):
         first = int(np.setdiff1d(np.arange(len(given) - 1), kept)[0])
         dropped = f"{len(given) - 1 - len(kept)} line(s) without length left out, the first between points"
         said["findings"] = (*said.get("findings", ()), f"{dropped} {first} and {first + 1}")
-        return cls(Lines(given[np.append(kept, kept[-1] + 1)]), axes, **_kept(said, kept))
+        return cls(Lines(given[np.append(kept, kept[-1] + 1)]), axes, **chosen_of_each(said, kept))
 
     @classmethod
     def through(
@@ -288,286 +234,6 @@ class Path(Track):
         more = [f"the motion stops near waypoint {k + 1}, where the path turns back on itself" for k in stops.tolist()]
         return made.with_findings(*made.findings, *more) if more else made
 
-    @cached_property
-    def flat(self) -> Flat:
-        """All curves as arrays."""
-        return self._joined.flat if isinstance(self._joined, Packed) else Flat.of(self._joined)
-
-    @property
-    def joined(self) -> Sequence[NurbsCurve]:
-        """The curves of the motion: `curves` without gaps and without what is smaller than the resolution."""
-        return self._joined
-
-    @cached_property
-    def ends(self) -> Array:
-        """First and last point of each curve, (curves, 2, axes), mm, rotary axes rad."""
-        return read_only(self.flat.ends(self._joined))
-
-    @cached_property
-    def gaps(self) -> tuple[float, ...]:
-        """How far the end of each curve was given from the start of the next one, mm (rotary axes rad)."""
-        return tuple(np.linalg.norm(self.ends[1:, 0] - self.ends[:-1, 1], axis=1).tolist())
-
-    # --- its length -------------------------------------------------------------------------------------------------
-
-    @property
-    def mixed(self) -> bool:
-        """Whether linear and rotary axes both make the length, which then is not the arc length of the tip."""
-        return 0 < self.linear < len(self.axes) and not self.by_tip
-
-    @cached_property
-    def shape(self) -> tuple[int, int, int, int]:
-        """Highest degree, axes, axes that make the length, and whether any curve is rational: the shape of `table`."""
-        measured = self.linear if self.by_tip else len(self.axes)
-        return int(self.flat.degrees.max()), len(self.axes), measured, int(self.flat.rational.max())
-
-    @cached_property
-    def span_pieces(self) -> Pieces:
-        """Knot spans, some in parts, as polynomial pieces, to be evaluated."""
-        if self.shape[0] == 1 and not self.shape[3] and np.all(self.metric == 1.0):
-            return self.arc_pieces  # a line is its own arc-length piece
-        return span_pieces(self.flat, self.shape)
-
-    @cached_property
-    def arc_pieces(self) -> Pieces:
-        """`table`, to be searched by length and parameter."""
-        if len(self.flat) == 1 and np.all(self.weights == 1.0):
-            return self._joined[0].arc
-        return arc_pieces(self.flat.scaled(self.metric), self.shape, self._joined, "curve {} of the path: ")
-
-    @property
-    def table(self) -> Array:
-        """All arc-length pieces of the path, every axis times its `metric`, (pieces, width); see `kernels.layout`."""
-        return self.arc_pieces.table
-
-    @property
-    def curve_rows(self) -> IntArray:
-        """First and last row of each curve in `table`, (curves, 2)."""
-        return self.arc_pieces.rows
-
-    @property
-    def curve_starts(self) -> Array:
-        """Length at which each curve starts, and the path's length at last, (curves + 1,), mm."""
-        return self.arc_pieces.curve_starts
-
-    @cached_property
-    def length(self) -> float:
-        """Length over all axes by the metric, mm (degrees where all axes are rotary)."""
-        return float(self.curve_starts[-1])
-
-    @cached_property
-    def size(self) -> float:
-        """Diagonal of the bounding box of all control points over the linear axes, mm."""
-        return float(np.linalg.norm(np.ptp(self.flat.points[:, : self.linear], axis=0)))
-
-    @cached_property
-    def closed(self) -> bool:
-        """Whether it ends where it begins, within its tolerance, over the linear axes, or over all if it has none."""
-        columns = slice(self.linear or None)
-        gap = self.ends[-1, 1, columns] - self.ends[0, 0, columns]
-        return bool(np.linalg.norm(gap) <= max(self.tolerance, 1e-9 * self.size))
-
-    # --- where it is ------------------------------------------------------------------------------------------------
-
-    def locate(self, s: ArrayLike) -> tuple[IntArray, Array]:
-        """Curve index and parameter (...) at arc lengths s (...), mm; InputError outside [0, length]."""
-        values = clipped(s, 0.0, self.length, 1e-12 * self.length, "arc length", "the path's", " mm")
-        flat = values.ravel()
-        out = self.arc_pieces.parameters(flat)
-        out[flat == self.length] = self.flat.domains[-1, 1]  # no rounding may keep a path from its end
-        curve = np.clip(np.searchsorted(self.curve_starts, flat, side="right") - 1, 0, len(self.curves) - 1)
-        return curve.reshape(values.shape).astype(np.int64), out.reshape(values.shape)
-
-    def __call__(self, s: ArrayLike) -> Array:
-        """Points (..., axes), mm, rotary axes rad, at arc lengths s (...), mm."""
-        curve, u = self.locate(s)
-        return self.evaluate(curve, u, 0)[..., 0, :]
-
-    def evaluate(self, curve: ArrayLike, u: ArrayLike, order: int = 0, *, side: str = "right") -> Array:
-        """Points and derivatives by u, (..., order + 1, axes), at parameters u (...) of the curves `curve` (...).
-
-        At a knot the piece on its right is taken, or with side="left" the one on its left.
-        """
-        (index, values), left = self._places(curve, u), is_left(side, order)
-        out = self.span_pieces.evaluate(index.ravel(), values.ravel(), order, left)
-        return out.reshape(*values.shape, order + 1, len(self.axes))
-
-    def derivatives(self, s: Array, row: IntArray | None = None) -> Array:
-        """r and its first three derivatives by length, (n, 4, axes), at places s (n,), mm.
-
-        On the arc-length piece on the right, or on these rows (n,) of `table`.
-        """
-        found = by_arc_length(self.arc_pieces.derivatives_at(s, 3, row), self.shape[2])
-        return found if np.all(self.metric == 1.0) else found / self.metric
-
-    def by_length(self, curve: IntArray, u: Array, *, side: str = "right") -> Array:
-        """The same at parameters u (n,) of the curves `curve` (n,); at a knot of the piece on that side."""
-        return by_arc_length(self.evaluate(curve, u, 3, side=side) * self.metric, self.shape[2]) / self.metric
-
-    def tip(self, d: Array) -> Array:
-        """s', s'', s''' (3, n) of the tip's arc length s by the path's, from `derivatives` d (n, 4, axes)."""
-        if self.mixed:
-            return tip_derivatives(d, self.linear)
-        return np.repeat([[1.0], [0.0], [0.0]], len(d), axis=1)
-
-    def tip_length(self, s: ArrayLike) -> Array:
-        """Arc length of the tip, mm (...), at places s (...), mm: over the linear axes; where none moves, degrees."""
-        if not self.mixed:
-            return np.asarray(s, dtype=np.float64)
-        curve, u = self.locate(s)
-        return self._tip_pieces.lengths_at(curve.ravel(), u.ravel()).reshape(u.shape)
-
-    def lengths_of(self, setpoints: Setpoints) -> Array:
-        """Length along the path at setpoints, (n,), mm: their s, or on mixed paths, where s is the tip's, by u."""
-        if not self.mixed:
-            return setpoints.s
-        return self.arc_length(setpoints.curve, setpoints.u)
-
-    def of_tip(self, s: Array, v: Array, a: Array, j: Array) -> tuple[Array, Array, Array, Array]:
-        """Arc length, feed, acceleration and jerk of the tip, (n,) each, of a motion along the path, (n,) each.
-
-        ds/dt = s' v,  d2s/dt2 = s'' v^2 + s' a,  d3s/dt3 = s''' v^3 + 3 s'' v a + s' j  (the chain rule)
-        """
-        if not self.mixed:
-            return s, v, a, j
-        inside = np.clip(s, 0.0, self.length)
-        one, two, three = self.tip(self.derivatives(inside))
-        return (
-            self.tip_length(inside),
-            one * v,
-            two * v * v + one * a,
-            three * v**3 + 3.0 * two * v * a + one * j,
-        )
-
-    # --- what it is as a `Track` -------------------------------------------------------------------------------------
-
-    @property
-    def tip_path(self) -> Path:
-        """The path of the tool tip: this one."""
-        return self
-
-    @property
-    def weights(self) -> Array:
-        """What a unit of each axis counts in the length, (axes,)."""
-        return self._weights
-
-    @property
-    def tip_columns(self) -> slice:
-        """The linear axes carry the tip."""
-        return slice(0, self.linear)
-
-    @property
-    def alone(self) -> bool:
-        """Whether a rotary axis may move while the tip stays."""
-        return not self.by_tip
-
-    @cached_property
-    def breaks(self) -> Array:
-        """Knots, joints and corners, sharp bends, and where the tip is slowest, (k,), mm."""
-        owner, knots, _ = self.flat.inner_knots()
-        places = [self.arc_length(owner, knots), self.curve_starts[1:-1], self.corners.s, self.sharp_bends[0]]
-        s = np.unique(np.concatenate([*places, self.slow_tips]))
-        inside = s[(s > SAME * self.length) & (s < (1.0 - SAME) * self.length)]
-        return inside[np.diff(inside, prepend=0.0) > SAME * self.length]
-
-    @property
-    def jumps(self) -> Array:
-        """Places (k,), mm, at which the curvature jumps while the tool moves on."""
-        return self.corners.s[~self.corners.stop]
-
-    @property
-    def pieces(self) -> Array:
-        """Where the rows of `table` begin, mm."""
-        return self.arc_pieces.starts
-
-    def positions(self, curve: IntArray, u: Array, s: Array, tip: Array) -> Array:
-        """The tip's path is this one."""
-        return tip
-
-    @property
-    def reach(self) -> tuple[Array, Array]:
-        """Least and greatest coordinate of all control points, (axes,) each, mm or rad."""
-        return self.flat.points.min(axis=0), self.flat.points.max(axis=0)
-
-    def check_travel(self, travel: Mapping[str, tuple[float, float]]) -> None:
-        """Raise LimitsError where an axis leaves its travel, mm or rad: which, how far, and at what place on the path.
-
-        The box of a curve's control points may show that it stays inside; else its own extremes count.
-        """
-        if not travel:
-            return
-        columns = [self.axes.index(axis) for axis in travel]
-        ends = np.array(list(travel.values()))
-        middle, half = ends.mean(axis=1), 0.5 * np.ptp(ends, axis=1) * (1.0 + TRAVEL_KEPT)
-        for index, curve in enumerate(self.curves):
-            if np.all(np.abs(curve.control_points[:, columns] - middle) <= half):
-                continue
-            u = extremes(curve)
-            points = curve(u)[:, columns]
-            low, high = points.min(axis=0), points.max(axis=0)
-            outside = (low < middle - half) | (high > middle + half)
-            if not np.any(outside):
-                continue
-            k = int(np.argmax(outside))
-            upwards = bool(high[k] - middle[k] >= middle[k] - low[k])
-            position = float(high[k] if upwards else low[k])
-            furthest = u[np.argmax(points[:, k] if upwards else -points[:, k])]
-            s = float(self.tip_length(self.arc_length(index, furthest)))
-            axis = self.axes[columns[k]]
-            unit, factor = unit_of_axis(axis), np.degrees(1.0) if axis in ROTARY_AXES else 1.0
-            side = "most" if upwards else "least"
-            raise LimitsError(
-                f"{GOES} {axis} = {factor * position:.6g} {unit} at s = {s:.6g} {unit_along(self.axes)} (curve {index}"
-                f"); its travel allows at {side} {factor * ends[k, int(upwards)]:.6g} {unit}; "
-                "move the path or widen the travel"
-            )
-
-    def check_limits(self, limits: Limits) -> None:
-        """Raise LimitsError for a limit of a tool axis."""
-        refuse_orientation(limits, self.name)
-
-    def between_ticks(self, d: Array) -> tuple[None, None]:
-        """Setpoints are joined by straight lines: the path's curvature counts."""
-        return None, None
-
-    def chords(self, s: Array, r: Array, places: Array) -> tuple[IntArray, Array, None]:
-        """Chords (n,) between setpoints r (k, axes) at s (k,), and how far the path leaves them, mm.
-
-        It is looked at in three places of every chord, where a parabola through these is highest, and at `places`
-        (m,), mm.
-        """
-        steps, start, chord = np.arange(len(s) - 1), r[:, : self.linear], np.diff(r[:, : self.linear], axis=0)
-
-        def away(at: Array, step: IntArray) -> Array:
-            off, way = self(at)[:, : self.linear] - start[step], chord[step]
-            along = np.sum(off * way, axis=1) / np.maximum(np.sum(way * way, axis=1), 1e-300)
-            return np.asarray(np.linalg.norm(off - np.clip(along, 0.0, 1.0)[:, None] * way, axis=1))
-
-        def inside(share: Array | float) -> Array:
-            return np.asarray(s[:-1] + share * np.diff(s))
-
-        low, middle, high = (away(inside(share), steps) for share in (0.25, 0.5, 0.75))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            peak = 0.5 + 0.125 * (low - high) / (low - 2.0 * middle + high)
-        highest = away(inside(np.clip(np.nan_to_num(peak, nan=0.5), 0.25, 0.75)), steps)
-        of_steps = np.max([low, middle, high, highest], axis=0)
-        places = places[(places > s[0]) & (places < s[-1])]
-        step = np.clip(np.searchsorted(s, places, side="right") - 1, 0, len(s) - 2)
-        return np.concatenate([steps, step]), np.concatenate([of_steps, away(places, step)]), None
-
-    def rounding(self, s: Array, r: Array) -> Array:
-        """Roundings of positions as large as r (n, axes), and of the path's length on the axes of the tip, (axes,)."""
-        size = np.max(np.abs(r), axis=0)
-        size[: self.linear] = np.maximum(size[: self.linear], self.length)
-        return np.asarray(ROUNDINGS * np.spacing(size))
-
-    def sticks(self, position: Array) -> Array | None:
-        """The arm whose joints the axes are, as lines from its base to its tip, (n, points, 3), mm; None where none is.
-
-        position  (n, axes)
-        """
-        return None
-
     @property
     def feed_range(self) -> tuple[float, bool] | None:
         """Highest finite feed of its curves, mm/s, and whether some have none (rapid moves); None without feeds."""
@@ -575,94 +241,6 @@ class Path(Track):
             return None
         known = self.feeds[np.isfinite(self.feeds)]
         return float(np.max(known, initial=0.0)), len(known) < len(self.feeds)
-
-    @cached_property
-    def tip_end(self) -> float:
-        """Arc length of the tip at the end, mm (degrees where all axes are rotary): what people call the length."""
-        return float(self.tip_length(self.length))
-
-    @cached_property
-    def slow_tips(self) -> Array:
-        """Places (k,), mm, at which the tip is slowest while other axes move: s'' all but jumps there."""
-        return slow_tips(self.derivatives, self.arc_pieces, self.linear) if self.mixed else np.zeros(0)
-
-    @cached_property
-    def _tip_pieces(self) -> Pieces:
-        return tip_pieces(self.flat, self.linear, self._joined)
-
-    def arc_length(self, curve: ArrayLike, u: ArrayLike) -> Array:
-        """Length along the path, mm, (...), at parameters u (...) of the curves `curve` (...)."""
-        index, values = self._places(curve, u)
-        return self.arc_pieces.lengths_at(index.ravel(), values.ravel()).reshape(values.shape)
-
-    def _places(self, curve: ArrayLike, u: ArrayLike) -> tuple[IntArray, Array]:
-        """Curve indices and parameters in one shape; InputError for an unknown curve or a u outside of its domain."""
-        index, values = np.broadcast_arrays(np.asarray(curve, dtype=np.int64), np.asarray(u, dtype=np.float64))
-        missing = (index < 0) | (index >= len(self.curves))
-        if np.any(missing):
-            raise InputError(
-                f"curve {index[missing].flat[0]} does not exist; the path has curves 0 to {len(self.curves) - 1}"
-            )
-        start, end = np.moveaxis(self.flat.domains[index], -1, 0)
-        slack = 4.0 * np.finfo(float).eps * np.maximum(np.abs(start), np.abs(end))
-        return index, clipped(values, start, end, slack, "parameter", "the curve's domain")
-
-    def bounding_box(self) -> tuple[Array, Array]:
-        """Least and greatest coordinates (axes,), mm, rotary axes rad."""
-        flat = self.flat
-        low, high = self.ends.min(axis=(0, 1)), self.ends.max(axis=(0, 1))
-        lows = np.minimum.reduceat(flat.points, flat.point_starts[:-1])
-        highs = np.maximum.reduceat(flat.points, flat.point_starts[:-1])
-        for i in np.flatnonzero(np.any((lows < low) | (highs > high), axis=1)):
-            if np.any((lows[i] < low) | (highs[i] > high)):  # most others lie within the box that is there already
-                box = self._joined[int(i)].bounding_box()
-                low, high = np.minimum(low, box[0]), np.maximum(high, box[1])
-        return low, high
-
-    @cached_property
-    def corners(self) -> Corners:
-        """Points inside the path where the tangent of all axes or the curvature jumps, in order of s; a cusp is one.
-
-        The tangent is that of all axes by the metric: between a move of rotary axes alone and another one it turns.
-        """
-        return find_corners(self)
-
-    @cached_property
-    def sharp_bends(self) -> tuple[Array, Array]:
-        """Arc lengths (k,) of sharp bends, mm, in order, and their curvature, 1/mm."""
-        return sharp_bends(self)
-
-    @cached_property
-    def stops(self) -> tuple[float, ...]:
-        """Arc lengths strictly inside the path, mm, increasing, at which the tool must stop.
-
-        Corners of the tangent, and markers with a stop.
-        """
-        corners = set(self.corners.s[self.corners.stop].tolist())
-        markers = {float(self.curve_starts[marker.before]) for marker in self.markers if marker.stop}
-        return tuple(sorted(s for s in corners | markers if 0.0 < s < self.length))
-
-    @cached_property
-    def dwells(self) -> tuple[tuple[float, float], ...]:
-        """Where the tool waits and how long, (mm, s), in order; dwells at one place are summed."""
-        waits: dict[float, float] = {}
-        for marker in self.markers:
-            if marker.dwell > 0.0:
-                s = float(self.curve_starts[marker.before])
-                waits[s] = waits.get(s, 0.0) + marker.dwell
-        return tuple(sorted(waits.items()))
-
-    def minimum_radius(self) -> float:
-        """Least radius of curvature, mm, over a sampling of every arc-length piece; infinite for straight lines."""
-        degree, _, _, rational = self.shape
-        table, top = self.table, 0.0
-        for part in chunks(len(table) if degree > 1 or rational else 0, CHUNK // len(CURVATURE_PLACES)):
-            c = np.repeat(table[part].T, len(CURVATURE_PLACES), axis=1)
-            d = np.empty((c.shape[1], 3, len(self.axes)))
-            derivatives(c, self.shape, np.tile(CURVATURE_PLACES, len(table[part])), 2, d)
-            bend = curvatures(d, self.linear)
-            top = max(top, float(np.max(bend, initial=0.0, where=np.isfinite(bend))))
-        return 1.0 / top if top > 0.0 else float("inf")
 
     def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> Path:
         """The affine image of every curve; see `NurbsCurve.transformed`."""
@@ -675,7 +253,7 @@ class Path(Track):
     def reversed(self) -> Path:
         """The same path traversed from its end to its start, feeds and markers turned with it."""
         count = len(self.curves)
-        said = {**_kept(self._said(), np.arange(count)[::-1]), "times": None}
+        said = {**chosen_of_each(self._said(), np.arange(count)[::-1]), "times": None}
         said["markers"] = [dataclasses.replace(m, before=count - m.before) for m in reversed(self.markers)]
         curves: Iterable[NurbsCurve] = [c.reversed() for c in reversed(self.curves)]
         if isinstance(self.curves, Lines):
@@ -708,7 +286,7 @@ class Path(Track):
         Raises InputError for feeds that are not positive, or another number of them.
         """
         new: Path = object.__new__(type(self))
-        given = _of_curves(feeds, len(self._joined), "feeds", "greater than 0", lambda f: f > 0.0)
+        given = of_curves(feeds, len(self._joined), "feeds", "greater than 0", lambda f: f > 0.0)
         new.__dict__.update(self.__dict__, feeds=given)
         return new
 
@@ -718,7 +296,7 @@ class Path(Track):
         Raises InputError for negative ones, or another number of them.
         """
         new: Path = object.__new__(type(self))
-        given = _of_curves(lines, len(self._joined), "lines", "0 or more", lambda values: values >= 0.0)
+        given = of_curves(lines, len(self._joined), "lines", "0 or more", lambda values: values >= 0.0)
         new.__dict__.update(self.__dict__, lines=None if given is None else read_only(given.astype(np.int64)))
         return new
 
@@ -755,28 +333,6 @@ class Path(Track):
         return f"Path({self.name!r}, {len(self.curves)} curve(s), axes {' '.join(self.axes)}, {self._said_length})"
 
 
-def _kept(said: dict[str, Any], kept: IntArray) -> dict[str, Any]:
-    """What is said of a path when only its curves of these numbers (m,) are kept."""
-    each = {name: None if said.get(name) is None else read_only(np.array(said[name])[kept]) for name in _OF_EACH}
-    markers = [dataclasses.replace(m, before=int(np.searchsorted(kept, m.before))) for m in said.get("markers", ())]
-    return {**said, **each, "markers": tuple(markers)}
-
-
-def default_axes(count: int) -> tuple[str, ...]:
-    """Names of `count` axes that have none: x, y, z, or joints q1, q2, ... where there are more."""
-    return DEFAULT_AXES[:count] if count <= MOST_UNNAMED else tuple(f"q{k}" for k in range(1, count + 1))
-
-
-def checked_axes(axes: Sequence[str], count: int) -> int:
-    """How many of `axes` are linear; CurveError unless they name `count` axes, the linear ones first."""
-    if len(axes) != count or len(set(axes)) != count or count > MAX_AXES:
-        raise CurveError(f"axes {axes} for curves of {count} axes; expected one distinct name each")
-    rotary = [axis in ROTARY_AXES for axis in axes]
-    if rotary != sorted(rotary):
-        raise CurveError(f"axes {axes}: put the linear axes first and the rotary ones ({', '.join(ROTARY_AXES)}) last")
-    return count - sum(rotary)
-
-
 def _check_joints(ends: Array, tolerance: float) -> None:
     """Refuse a gap above `tolerance`, mm, between first and last points (curves, 2, axes) of neighbours."""
     gaps = np.linalg.norm(ends[1:, 0] - ends[:-1, 1], axis=1)
@@ -788,22 +344,6 @@ def _check_joints(ends: Array, tolerance: float) -> None:
         )
 
 
-def _of_times(given: ArrayLike | None, count: int) -> Array | None:
-    """Wanted times (count,), read-only, NaN where there is none; InputError unless they grow from above 0."""
-    if given is None:
-        return None
-    try:
-        values = np.array(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        values = np.zeros(0)
-    if values.shape != (count,):
-        raise InputError(f"times have shape {values.shape}; expected one number for each of {count} curve(s)")
-    known = values[~np.isnan(values)]
-    if not np.all(np.diff(known, prepend=0.0) > 0.0) or np.any(np.isinf(known)):
-        raise InputError(f"times are {known.tolist()} s; they must be finite, greater than 0, and increase")
-    return read_only(values) if len(known) else None
-
-
 def _of_waypoints(times: ArrayLike, count: int) -> Array:
     """Times at waypoints (count,) as those at the ends of curves, (count - 1,)."""
     try:
@@ -813,19 +353,3 @@ def _of_waypoints(times: ArrayLike, count: int) -> Array:
     if values.shape != (count,) or values[0] != 0.0:
         raise InputError(f"times have shape {values.shape}; expected one for each of {count} waypoints, the first 0 s")
     return values[1:]
-
-
-def _of_curves(
-    given: ArrayLike | None, count: int, name: str, wanted: str, fits: Callable[[Array], BoolArray]
-) -> Array | None:
-    """One number a curve, (count,), read-only; InputError for a number that does not fit."""
-    if given is None:
-        return None
-    values = frozen_array(given, name, 1)
-    if len(values) != count:
-        raise InputError(f"{name} has {len(values)} numbers for {count} curves; give one each")
-    wrong = ~fits(values)
-    if np.any(wrong):
-        i = int(np.argmax(wrong))
-        raise InputError(f"{name}[{i}] is {values[i]:g}; it must be {wanted}")
-    return values

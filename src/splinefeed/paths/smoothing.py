@@ -11,8 +11,9 @@ import numpy as np
 
 from splinefeed.curves.packed import Flat, Packed
 from splinefeed.errors import CurveError, InputError
+from splinefeed.paths.each_curve import Marker, checked_axes
 from splinefeed.paths.parts import cut_at_corners
-from splinefeed.paths.path import Marker, Path, checked_axes
+from splinefeed.paths.path import Path
 from splinefeed.paths.resolution import long_curves
 from splinefeed.paths.smoothing_joints import Assembly, Done
 from splinefeed.paths.smoothing_runs import LineBatch, Runs

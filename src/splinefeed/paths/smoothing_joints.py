@@ -12,7 +12,8 @@ from splinefeed.curves.differential import angles
 from splinefeed.curves.editing import section
 from splinefeed.curves.packed import Flat, Packed, curve_of
 from splinefeed.paths.corners import CORNER_ANGLE, CURVATURE_JUMP
-from splinefeed.paths.path import Marker, Path
+from splinefeed.paths.each_curve import Marker
+from splinefeed.paths.path import Path
 from splinefeed.paths.smoothing_runs import LineBatch
 from splinefeed.records import Array, BoolArray, IntArray
 

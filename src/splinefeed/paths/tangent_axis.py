@@ -10,8 +10,9 @@ import numpy as np
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.differential import unit_tangents
 from splinefeed.errors import CurveError, InputError
+from splinefeed.paths.corners import CORNER_ANGLE
 from splinefeed.paths.fitting.function import Held, interpolated
-from splinefeed.paths.path import CORNER_ANGLE, Path
+from splinefeed.paths.path import Path
 from splinefeed.records import Array, IntArray
 
 #: Theta needs a degree in which it can be smooth to its second derivative between two knots.

@@ -8,9 +8,10 @@ import numpy as np
 
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import InputError
+from splinefeed.paths.corners import CORNER_ANGLE
 from splinefeed.paths.fitting import fit_function
 from splinefeed.paths.fitting.grid import check_degree
-from splinefeed.paths.path import CORNER_ANGLE, Path
+from splinefeed.paths.path import Path
 from splinefeed.paths.shapes.curves import positive
 from splinefeed.records import Array
 

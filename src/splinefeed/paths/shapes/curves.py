@@ -12,8 +12,9 @@ import numpy as np
 from splinefeed.curves.arcs import arc
 from splinefeed.curves.curve import MAX_AXES, NurbsCurve
 from splinefeed.errors import CurveError, InputError
+from splinefeed.paths.each_curve import DEFAULT_AXES
 from splinefeed.paths.fitting import fit_function
-from splinefeed.paths.path import DEFAULT_AXES, Path
+from splinefeed.paths.path import Path
 from splinefeed.records import Array, check_finite, frozen_array
 from splinefeed.records.limits import number as finite
 

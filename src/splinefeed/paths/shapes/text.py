@@ -7,7 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 from splinefeed.errors import InputError
-from splinefeed.paths.path import DEFAULT_AXES, Path
+from splinefeed.paths.each_curve import DEFAULT_AXES
+from splinefeed.paths.path import Path
 from splinefeed.paths.shapes.airfoil import naca
 from splinefeed.paths.shapes.curves import butterfly, circle, ellipse, figure_eight, helix, line
 from splinefeed.records import ROTARY_AXES

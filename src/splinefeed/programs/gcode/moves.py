@@ -84,7 +84,7 @@ class SplineMove:
 
 @dataclass(frozen=True)
 class Mark:
-    """What is not a motion, before move number `move` of its chunk; see `paths.path.Marker`.
+    """What is not a motion, before move number `move` of its chunk; see `paths.Marker`.
 
     length  of the tool, mm, whose tip X, Y and Z are from here on, not a number where no table says it; else None
     """

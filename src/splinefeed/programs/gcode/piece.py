@@ -14,7 +14,8 @@ import numpy as np
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.packed import LINE_KNOTS, Lines
 from splinefeed.errors import CurveError, FormatError
-from splinefeed.paths.path import Marker, Path
+from splinefeed.paths.each_curve import Marker
+from splinefeed.paths.path import Path
 from splinefeed.paths.resolution import RESOLUTION
 from splinefeed.programs.gcode.arcs import arc_curve, arc_lengths, find_arcs
 from splinefeed.programs.gcode.moves import LETTERS, LINEAR, PATH_ORDER, ROTARY, STATED, Findings, Flag, MoveKind, Moves

@@ -20,7 +20,8 @@ import numpy as np
 from splinefeed.errors import FormatError, InputError
 from splinefeed.files.sizes import MAX_MOVES
 from splinefeed.paths.contents import Contents
-from splinefeed.paths.path import Marker, Path
+from splinefeed.paths.each_curve import Marker
+from splinefeed.paths.path import Path
 from splinefeed.paths.path_parts import PathParts
 from splinefeed.programs.gcode.dialects import named
 from splinefeed.programs.gcode.moves import AXES, LARGEST, LETTERS, PATH_ORDER, ROTARY, Findings, Flag, Moves, joined

@@ -13,7 +13,8 @@ from operator import attrgetter
 from splinefeed import units
 from splinefeed.errors import InputError
 from splinefeed.files.atomic import atomic_write
-from splinefeed.paths.path import Marker, Path
+from splinefeed.paths.each_curve import Marker
+from splinefeed.paths.path import Path
 from splinefeed.programs.gcode.moves import LETTERS
 from splinefeed.programs.gcode.write_curves import CONTROLS, WrittenText
 from splinefeed.records import ROTARY_AXES

@@ -1,0 +1,97 @@
+"""What is said of each curve of a path, and between them: names of axes, feeds, times, markers."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from splinefeed.curves.curve import MAX_AXES
+from splinefeed.errors import CurveError, InputError
+from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray, frozen_array
+from splinefeed.records.arrays import read_only
+
+#: What is said of each curve.
+_OF_EACH = ("feeds", "tolerances", "lines", "times")
+DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
+#: More axes than this without names are joints of an arm, q1 and so on: all alike.
+MOST_UNNAMED = 3
+
+
+@dataclasses.dataclass(frozen=True)
+class Marker:
+    """A command of a program between two moves, such as M3 S12000 or a dwell.
+
+    before  index of the curve that follows it; the number of curves at the end
+    text    its words, as they are written; dwell  time at rest, s; stop  whether the tool stops here
+    A Path raises InputError for a marker outside it. Source: docs/gcode.md. Example: `sf.paths.Marker(0, "M3 S12000")`
+    """
+
+    before: int
+    text: str = ""
+    dwell: float = 0.0
+    stop: bool = True
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.dwell < math.inf:
+            raise InputError(f"a dwell of {self.dwell!r} s; it must be 0 or more and finite")
+        if self.dwell > 0.0 and not self.stop:
+            raise InputError(f"a dwell of {self.dwell:g} s without a stop; the tool can wait only at rest")
+
+
+def chosen_of_each(said: dict[str, Any], kept: IntArray) -> dict[str, Any]:
+    """What is said of a path when only its curves of these numbers (m,) are kept."""
+    each = {name: None if said.get(name) is None else read_only(np.array(said[name])[kept]) for name in _OF_EACH}
+    markers = [dataclasses.replace(m, before=int(np.searchsorted(kept, m.before))) for m in said.get("markers", ())]
+    return {**said, **each, "markers": tuple(markers)}
+
+
+def default_axes(count: int) -> tuple[str, ...]:
+    """Names of `count` axes that have none: x, y, z, or joints q1, q2, ... where there are more."""
+    return DEFAULT_AXES[:count] if count <= MOST_UNNAMED else tuple(f"q{k}" for k in range(1, count + 1))
+
+
+def checked_axes(axes: Sequence[str], count: int) -> int:
+    """How many of `axes` are linear; CurveError unless they name `count` axes, the linear ones first."""
+    if len(axes) != count or len(set(axes)) != count or count > MAX_AXES:
+        raise CurveError(f"axes {axes} for curves of {count} axes; expected one distinct name each")
+    rotary = [axis in ROTARY_AXES for axis in axes]
+    if rotary != sorted(rotary):
+        raise CurveError(f"axes {axes}: put the linear axes first and the rotary ones ({', '.join(ROTARY_AXES)}) last")
+    return count - sum(rotary)
+
+
+def of_times(given: ArrayLike | None, count: int) -> Array | None:
+    """Wanted times (count,), read-only, NaN where there is none; InputError unless they grow from above 0."""
+    if given is None:
+        return None
+    try:
+        values = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        values = np.zeros(0)
+    if values.shape != (count,):
+        raise InputError(f"times have shape {values.shape}; expected one number for each of {count} curve(s)")
+    known = values[~np.isnan(values)]
+    if not np.all(np.diff(known, prepend=0.0) > 0.0) or np.any(np.isinf(known)):
+        raise InputError(f"times are {known.tolist()} s; they must be finite, greater than 0, and increase")
+    return read_only(values) if len(known) else None
+
+
+def of_curves(
+    given: ArrayLike | None, count: int, name: str, wanted: str, fits: Callable[[Array], BoolArray]
+) -> Array | None:
+    """One number a curve, (count,), read-only; InputError for a number that does not fit."""
+    if given is None:
+        return None
+    values = frozen_array(given, name, 1)
+    if len(values) != count:
+        raise InputError(f"{name} has {len(values)} numbers for {count} curves; give one each")
+    wrong = ~fits(values)
+    if np.any(wrong):
+        i = int(np.argmax(wrong))
+        raise InputError(f"{name}[{i}] is {values[i]:g}; it must be {wanted}")
+    return values
