@@ -41,6 +41,7 @@ class Chain(NamedTuple):
     rotary   how many of them turn: 2 with a tool axis, 1 with an angle in the plane, 0 with neither
     azimuth  azimuth of the tool axis as (sign, offset rad) of the last joint;  tilt  sign of its tilt in the first one
     table    how the table turns the workpiece, from the workpiece on;  head  how many of the rotary joints the head has
+    twins    joints that move as the linear one of a number does, each with the length that it is beside it
     """
 
     joints: str
@@ -50,6 +51,7 @@ class Chain(NamedTuple):
     tilt: float = 1.0
     table: tuple[Turn, ...] = ()
     head: int = 0
+    twins: tuple[tuple[int, str], ...] = ()
 
 
 _POINT = "x-rot-point y-rot-point z-rot-point"
@@ -65,7 +67,7 @@ KINDS = {
     "5axiskins": Chain("x y z b c", "pivot-length tool-offset", 2, tilt=-1.0, head=2),
     "head-table": Chain("x y z b c", f"{_POINT} pivot-length tool-offset", 2, (-1.0, 0.0), table=(_C,), head=1),
     "xy-theta": Chain("x y z theta", _POINT, 1, table=(_C,)),
-    "gantry": Chain("x y z y2", "skew"),
+    "gantry": Chain("x y z y2", "skew", twins=((Y, "skew"),)),
 }
 #: Lengths that must be given; all others are 0 unless they are.
 NEEDED = frozenset({"pivot-length"})
@@ -121,14 +123,15 @@ class Kinematics:
     def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
         """The linear joints, mm, that put the tool tip at p when the rotary ones are at `turns`, rad."""
         x, y, z = (at + arm for at, arm in zip(self._turned(p, turns, 1), self.reach(turns), strict=True))
-        return (x, y, z, y + self.lengths["skew"]) if self.kind == "gantry" else (x, y, z)
+        return x, y, z, *((x, y, z)[of] + self.lengths[beside] for of, beside in self.chain.twins)
 
     def tip(self, q: tuple[Number, ...]) -> Vector:
         """Tool tip on the workpiece, mm, for joints q: the way of `slides` back."""
-        if self.kind == "gantry":  # y, y2 = y + skew: their mean
-            return q[0], 0.5 * (q[1] + q[3] - self.lengths["skew"]), q[2]
-        x, y, z = (at - arm for at, arm in zip(q, self.reach(q[3:]), strict=False))
-        return self._turned((x, y, z), q[3:], -1)
+        slides, turns = list(q[:3]), q[self.linear :]
+        for twin, (of, beside) in zip(q[3 : self.linear], self.chain.twins, strict=True):
+            slides[of] = 0.5 * (slides[of] + twin - self.lengths[beside])  # what both move is where their mean is
+        x, y, z = (at - arm for at, arm in zip(slides, self.reach(turns), strict=True))
+        return self._turned((x, y, z), turns, -1)
 
     def _turned(self, p: Vector, turns: tuple[Number, ...], way: int) -> Vector:
         """A place turned with the table (way 1), or back (-1)."""

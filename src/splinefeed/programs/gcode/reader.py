@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import pathlib
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -37,10 +38,8 @@ from splinefeed.programs.gcode.state import ProgramState
 from splinefeed.programs.gcode.tools import Tools
 from splinefeed.records import Array
 
-#: Who runs the lines of a language, as `Dialect.language` calls it.
-LANGUAGES: dict[str, type[Interpreter]] = {
-    "rs274": Interpreter, "printer": Printer, "siemens": Siemens, "klartext": Heidenhain,
-}  # fmt: skip
+AnyFlow = Flow | KlartextFlow | SiemensFlow
+"""What says which line of a program comes next."""
 #: Largest program, bytes.
 MAX_BYTES = 2 * 2**30
 #: Bytes that are read at once: what is made of them stays in the processor's cache.
@@ -89,7 +88,7 @@ class Reading:
     fault: LineError | None = None  # what ended it
     _resumed: bool = False  # or there is nothing to resume
     _line: int = 0  # of the file, that is carried out
-    _flow: Flow | KlartextFlow | SiemensFlow | None = None
+    _flow: AnyFlow | None = None
 
     def moves(self, file: str | os.PathLike[str]) -> Iterator[Moves]:
         """The moves of a program, in the order of the file; FormatError that names file and line."""
@@ -141,7 +140,7 @@ class Reading:
 
     def _run(self, file: pathlib.Path, dialect: Dialect) -> Iterator[Moves]:
         state = ProgramState(Offsets(self.offsets), self.start, self.tools)
-        run = LANGUAGES[dialect.language](state, dialect, self.findings, repair=self.repair)
+        run = LANGUAGES[dialect.language].run(state, dialect, self.findings, repair=self.repair)
         run.increments = self.increments and dialect.increments
         run.untold = self.dialect_by is NOTHING_TELLS
         self.fast &= not run.increments
@@ -179,14 +178,8 @@ class Reading:
             with file.open("rb") as stream:
                 yield from blocks_of(stream, BLOCK)
         else:
-            jumps = run.jumps and not isinstance(run, Heidenhain | Siemens)
-            text = ProgramText(without_leader(read_bytes(file)), file, jumps, run.dialect.of_fanuc)
-            if isinstance(run, Heidenhain):
-                self._flow = KlartextFlow(text, run.quantities, lambda: run.ended, lambda line: self._arrive(line, run))
-            elif isinstance(run, Siemens):
-                self._flow = SiemensFlow(text, run.values, lambda: run.ended, lambda line: self._arrive(line, run))
-            else:
-                self._flow = Flow(text, run, file.parent, lambda line: self._arrive(line, run))
+            content, flow = without_leader(read_bytes(file)), LANGUAGES[run.dialect.language].flow
+            self._flow = flow(content, file, run, lambda line: self._arrive(line, run))
             for block, before in self._flow.blocks(BLOCK):
                 self._line = before
                 yield block
@@ -242,6 +235,39 @@ class Reading:
                 yield state.take()
         if not shown:
             self.lines = max(self.lines, self._line)
+
+
+class Language(NamedTuple):
+    """How the programs of some dialects are carried out.
+
+    run   who runs a line;  flow  what says which line comes next, of a content, its file, who runs it, and what is
+          called with the number of a line before it jumps
+    """
+
+    run: type[Interpreter]
+    flow: Callable[[bytes, pathlib.Path, Any, Callable[[int], None]], AnyFlow]
+
+
+def _flow(content: bytes, file: pathlib.Path, run: Interpreter, arrives: Callable[[int], None]) -> Flow:
+    text = ProgramText(content, file, run.jumps, run.dialect.of_fanuc)
+    return Flow(text, run, file.parent, arrives)
+
+
+def _klartext(content: bytes, file: pathlib.Path, run: Heidenhain, arrives: Callable[[int], None]) -> KlartextFlow:
+    return KlartextFlow(ProgramText(content, file, False), run.quantities, lambda: run.ended, arrives)
+
+
+def _siemens(content: bytes, file: pathlib.Path, run: Siemens, arrives: Callable[[int], None]) -> SiemensFlow:
+    return SiemensFlow(ProgramText(content, file, False), run.values, lambda: run.ended, arrives)
+
+
+#: The languages, as `Dialect.language` calls them.
+LANGUAGES = {
+    "rs274": Language(Interpreter, _flow),
+    "printer": Language(Printer, _flow),
+    "siemens": Language(Siemens, _siemens),
+    "klartext": Language(Heidenhain, _klartext),
+}
 
 
 def _head_of(file: str | os.PathLike[str]) -> bytes:
