@@ -249,6 +249,14 @@ def test_splines_of_fit_points_run_through_them(tmp_path: Path) -> None:
     assert np.abs(left - right).max() < 1e-10  # as smooth at the seam as elsewhere
 
 
+@pytest.mark.parametrize("closed", [False, True])
+def test_fit_points_so_near_that_no_spline_tells_them_apart_are_refused(tmp_path: Path, closed: bool) -> None:
+    document = drawing()
+    document.modelspace().add_spline([(0, 0, 0), (1e8, 0, 0), (1e8, 1e-12, 0), (1e8 + 1, 0, 0)]).closed = closed
+    with pytest.raises(FormatError, match=r"SPLINE: has fit points 1e-12 and 1e\+08 apart, which no spline joins$"):
+        read_all(saved(document, tmp_path))
+
+
 # --- layers, units, what is left out --------------------------------------------------------------------------------
 
 

@@ -312,6 +312,7 @@ def test_faults_are_one_line_with_their_place(tmp_path: Path, body: str, reason:
     assert str(caught.value).startswith(f"{file}: {reason}")
 
 
+IMPLIED = " ".join(f"a{k} CDATA #IMPLIED" for k in range(101))
 LAUGHS = "".join(f'<!ENTITY l{i} "{f"&l{i - 1};" * 10}">' for i in range(1, 10))
 
 
@@ -321,6 +322,8 @@ LAUGHS = "".join(f'<!ENTITY l{i} "{f"&l{i - 1};" * 10}">' for i in range(1, 10))
         (f'<!-- a -->\n<!DOCTYPE svg [<!ENTITY l0 "ha">{LAUGHS}]>\n<svg>&l9;</svg>', "line 2: declares the entity"),
         ('<!DOCTYPE svg [<!ENTITY x SYSTEM "file:///etc/passwd">]><svg>&x;</svg>', "line 1: declares the entity 'x'"),
         ('<!DOCTYPE svg [<!ENTITY % x SYSTEM "http://localhost/x"> %x;]><svg/>', "line 1: declares the entity 'x'"),
+        ('<!DOCTYPE svg [<!ATTLIST g a CDATA "1">]><svg/>', "line 1: gives every <g> the attribute 'a'; save it"),
+        (f"<!DOCTYPE svg [<!ATTLIST g {IMPLIED}>]><svg/>", "line 1: declares more than 100 attributes; save it"),
         ("<html><svg/></html>", "line 1: <html>: expected <svg>"),
         ("<svg" + ">" * 1, "line 1, column 6: no element found; expected SVG, is the file complete?"),
         ("<svg>" + "<g>" * 500 + "</g>" * 500 + "</svg>", "line 1: has more than 500000 elements, or"),
@@ -337,6 +340,13 @@ def test_hostile_files_are_refused_in_one_line(tmp_path: Path, text: str, reason
     with pytest.raises(FormatError) as caught:
         read_all(file)
     assert str(caught.value).startswith(f"{file}: {reason}")
+
+
+def test_a_doctype_that_declares_attributes_as_old_drawing_programs_do_is_read(tmp_path: Path) -> None:
+    file = tmp_path / "part.svg"
+    declared = "<!DOCTYPE svg [<!ATTLIST svg xmlns:a3 CDATA #IMPLIED a3:scriptImplementation CDATA #IMPLIED>]>\n"
+    file.write_text(declared + drawing(ROOTS["mm"], '<path d="M0 0H1"/>'))
+    assert read(file).length == pytest.approx(1.0)
 
 
 def test_a_doctype_without_entities_is_read(tmp_path: Path) -> None:

@@ -165,6 +165,7 @@ def edited(*pairs):
     ("text", "more", "message"),
     [
         ("<!DOCTYPE r [<!ENTITY a 'b'>]><robot/>", {}, "URDF: line 1: entities are not read; write out"),
+        ("<!DOCTYPE r [<!ATTLIST link name CDATA 'a'>]><robot/>", {}, "URDF: line 1: gives every <link> the attribute"),
         ("<robot><link></robot>", {}, "URDF: line 1: is not XML: mismatched tag"),
         ("<model/>", {}, "URDF: line 1: the root is <model>; expected <robot>"),
         ("<robot/>", {}, "URDF: there is no <link>; is it a URDF?"),

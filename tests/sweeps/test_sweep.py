@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.errors import InputError
+from splinefeed.errors import FormatError, InputError
+from splinefeed.formats import rows_parquet
 from splinefeed.sweeps import store as stores
 from splinefeed.sweeps.spec import from_dict
 from splinefeed.sweeps.store import Store, columns_of, load, pareto, summary
@@ -76,6 +77,18 @@ def test_processes_threads_and_this_process_agree_to_the_bit(serial, tmp_path):
     list(sf.sweep(SPEC, workers=0, folder=tmp_path / "one"))
     part = "rows/part-000000.parquet"
     assert (tmp_path / "one" / part).read_bytes() == (tmp_path / "two" / part).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("rows", "text", "why"),
+    [(1001, "a", "has 1001 rows; at most 1000 stand in one file"), (1000, "a" * 70_000, "unpacks to more than 64 MB")],
+)
+def test_a_part_of_a_stranger_that_unfolds_is_refused(tmp_path, rows, text, why):
+    file = tmp_path / "part-000000.parquet"
+    rows_parquet.write([{"index": k, "source": text} for k in range(rows)], {"index": "whole", "source": "text"}, file)
+    assert file.stat().st_size < 200_000
+    with pytest.raises(FormatError, match=f"{file.name}: {why}"):
+        rows_parquet.read(file, 1000)
 
 
 @pytest.mark.slow

@@ -21,7 +21,7 @@ from splinefeed.cli.output import Page, Say
 from splinefeed.cli.setpoints_file import read_setpoints
 from splinefeed.cli.source import job_of
 from splinefeed.errors import InputError, SplinefeedError
-from splinefeed.files.source import in_brief
+from splinefeed.files.source import in_brief, read_bytes
 from splinefeed.live.operator import MOST, Operator, OperatorServer
 from splinefeed.numbers import finite
 
@@ -40,6 +40,8 @@ s stops. The same by JSON lines on the local port that it prints, with the token
 "hold": true, "reverse": true, "stop": true.
 
 """
+#: Most that the state of a stream takes in its file, bytes.
+MOST_STATE = 4096
 #: s of what HAL samples that are kept behind the last row.
 SETTLE = 0.1
 #: Steps of the keys + and -, %.
@@ -259,14 +261,13 @@ def _resumed(file: str, motion: Motion) -> tuple[tuple[float, float], Array | No
     import numpy as np
 
     try:
-        with open(file, encoding="utf-8") as stream:
-            page = json.loads(stream.read(4096))
+        page = json.loads(read_bytes(file, MOST_STATE))
         tau, sent = (finite(page[name], name) for name in ("tau_s", "sent_tau_s"))
         same, stood = page["motion"] == _motion(motion), page["rests_at"]
         stood = None if stood is None else np.array([finite(each, "rests_at") for each in stood])
         if stood is not None and len(stood) != len(motion.axes):
             raise InputError(f"rests_at has {len(stood)} numbers, the motion {len(motion.axes)} axes")
-    except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
+    except (ValueError, LookupError, TypeError, RecursionError) as error:
         raise InputError(f"{file}: is not the state of a stream: {in_brief(error)}") from None
     if not same:
         raise InputError(f"{file}: is the state of another motion; give the same source and limits")

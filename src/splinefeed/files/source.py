@@ -94,9 +94,9 @@ def read_text(path: str | os.PathLike[str], expected: str = "text", max_bytes: i
 
 
 def read_bytes(path: str | os.PathLike[str], size: int = -1) -> bytes:
-    """The first `size` bytes of `path`, all of them unless given; FormatError if the system refuses."""
+    """The first `size` bytes of a plain file, all of them unless given; FormatError for none, or if it is refused."""
     try:
-        with Path(path).open("rb") as stream:
+        with check_file(path).open("rb") as stream:
             return stream.read(size)
     except OSError as error:
         raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from None

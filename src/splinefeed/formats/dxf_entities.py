@@ -339,16 +339,21 @@ class EntityReader:
                 "joined in a drawing; write control points or lines"
             )
         self.drawing.notes[_FIT] += 1
-        chords = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fit, axis=0), axis=1))])
-        if around:
-            made = make_interp_spline(chords, fit, k=3, bc_type="periodic")
-            return [NurbsCurve(3, made.t, made.c).with_clamped_ends()]
         tangents = [spline.dxf.get(name) for name in ("start_tangent", "end_tangent")]
-        if len(fit) == 2 and tangents == [None, None]:
+        if len(fit) == 2 and tangents == [None, None] and not around:
             return [polyline(fit)]
         ends = [[(2, np.zeros(3))] if each is None else [(1, np.array(each.normalize().xyz))] for each in tangents]
-        made = make_interp_spline(chords, fit, k=3, bc_type=(ends[0], ends[1]))
-        return [NurbsCurve(3, made.t, made.c)]
+        chords = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fit, axis=0), axis=1))])
+        try:
+            made = make_interp_spline(chords, fit, k=3, bc_type="periodic" if around else (ends[0], ends[1]))
+        except (ValueError, np.linalg.LinAlgError):  # chords that are one number, or so uneven that nothing is left
+            apart = np.linalg.norm(np.diff(fit, axis=0), axis=1)
+            raise self._error(
+                entity,
+                f"has fit points {apart.min():.3g} and {apart.max():.3g} apart, which no spline joins",
+            ) from None
+        made = NurbsCurve(3, made.t, made.c)
+        return [made.with_clamped_ends() if around else made]
 
     # --- blocks -------------------------------------------------------------------------------------------------------
 

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
-from splinefeed.errors import FormatError, InputError
+from splinefeed.errors import InputError
 from splinefeed.files.atomic import atomic_write
+from splinefeed.files.native_process import ask
 
 #: Kinds of columns, as pyarrow calls their types.
 KINDS = {"number": "float64", "whole": "int64", "text": "string"}
+#: Most that the rows of one file unpack to, bytes.
+MOST_BYTES = 64 * 2**20
 
 
 def write(rows: Sequence[Mapping[str, Any]], columns: Mapping[str, str], path: str | os.PathLike[str]) -> None:
@@ -22,19 +26,22 @@ def write(rows: Sequence[Mapping[str, Any]], columns: Mapping[str, str], path: s
         parquet.write_table(table, temporary, compression="zstd")
 
 
-def read(paths: Sequence[str | os.PathLike[str]]) -> dict[str, list[Any]]:
-    """Columns of all files, one after the other; FormatError for a file that is cut off or no Parquet."""
-    pyarrow, parquet = libraries()
-    tables = []
-    for path in paths:
-        try:
-            tables.append(parquet.read_table(path))
-        except (OSError, pyarrow.ArrowException) as error:
-            raise FormatError(f"{path}: cannot be read as Parquet: {str(error).splitlines()[0]}") from None
-    if not tables:
-        return {}
-    whole: dict[str, list[Any]] = pyarrow.concat_tables(tables).to_pydict()
-    return whole
+def read(path: str | os.PathLike[str], most: int) -> dict[str, list[Any]]:
+    """Columns of a file of at most `most` rows, read in a process of its own; FormatError for what is no such file."""
+    columns: dict[str, list[Any]] = ask("formats.rows_parquet", "contents", path, most=most)[0]
+    return columns
+
+
+def contents(file: Path, most: int) -> tuple[dict[str, list[Any]], dict[str, Any]]:
+    """Columns of a file; runs in the process that may die over a damaged one."""
+    _, parquet = libraries()
+    with parquet.ParquetFile(file) as source:
+        if source.metadata.num_rows > most:
+            raise InputError(f"has {source.metadata.num_rows} rows; at most {most} stand in one file")
+        table = source.read()
+    if table.nbytes > MOST_BYTES:
+        raise InputError(f"unpacks to more than {MOST_BYTES // 2**20} MB; that is not {most} rows of a sweep")
+    return table.to_pydict(), {}
 
 
 def libraries() -> tuple[Any, Any]:

@@ -20,6 +20,7 @@ import cssselect2
 import tinycss2
 
 from splinefeed.errors import InputError
+from splinefeed.files import markup
 from splinefeed.files.sizes import MAX_DRAWING_BYTES
 
 #: Most elements in one file, and how deep they may be nested.
@@ -105,7 +106,7 @@ def read_tree(content: bytes) -> Node:
     Elements of SVG have no prefix, svg, or that of the root. Entities stand for short texts, never for others; how
     much all of them together become is bounded by expat.
     """
-    parser = expat.ParserCreate()
+    parser = markup.parser()
     roots: list[Node] = []
     stack: list[Node] = []
     styles: list[str] = []  # texts of the style that is open: an entity is given line by line

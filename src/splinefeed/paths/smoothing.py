@@ -18,6 +18,7 @@ from splinefeed.paths.resolution import long_curves
 from splinefeed.paths.smoothing_joints import Assembly, Done
 from splinefeed.paths.smoothing_runs import LineBatch, Runs
 from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records.limits import positive
 
 #: Joints that turn by more than this are corners.
 SMOOTHING_CORNER_ANGLE = math.radians(45.0)
@@ -253,15 +254,12 @@ def _checked(tolerance: float | str, corner_angle: float, corners: str, angular_
         if tolerance != PROGRAM:
             raise InputError(f"tolerance is {tolerance!r}; give a number of mm or 'program'")
     else:
-        tolerance = float(tolerance)
-        if not 0.0 < tolerance < math.inf:
-            raise InputError(f"tolerance is {tolerance:g} mm; it must be greater than 0 and finite")
+        tolerance = positive(float(tolerance), "tolerance")
     if not 0.0 < corner_angle <= math.pi:
         raise InputError(f"corner_angle is {corner_angle:g} rad; it must lie above 0 and at most at pi")
     if corners not in CORNERS:
         raise InputError(f"corners is {corners!r}; choose 'keep' or 'round'")
-    if not 0.0 < angular_tolerance < math.inf:
-        raise InputError(f"angular_tolerance is {angular_tolerance!r} rad; it must be greater than 0 and finite")
+    positive(angular_tolerance, "angular_tolerance")
     return tolerance
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import LimitsError
+from splinefeed.numbers import LEAST
 from splinefeed.records import view
 from splinefeed.records.arrays import Array
 from splinefeed.records.limit_table import (
@@ -377,8 +378,9 @@ def number(value: object, name: str) -> float:
 
 
 def positive(value: object, name: str) -> float:
-    """`value` as a finite float > 0; LimitsError names it otherwise."""
+    """`value` as a finite float of at least `numbers.LEAST`; LimitsError names it otherwise."""
     result = number(value, name)
-    if result <= 0.0:
-        raise LimitsError(f"{name} is {result:g}; it must be greater than 0")
+    if result < LEAST:
+        least = "greater than 0" if result <= 0.0 else f"at least {LEAST:g}"
+        raise LimitsError(f"{name} is {result:g}; it must be {least}")
     return result

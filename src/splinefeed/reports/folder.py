@@ -94,7 +94,7 @@ def _checked(target: Path, own: str, names: Sequence[str]) -> tuple[str, ...] | 
 def _listed(file: Path) -> list[str] | None:
     """The files that the page of numbers of an earlier run lists, None if there is no such page that we wrote."""
     try:
-        if file.stat().st_size > _LARGEST_RECORD:
+        if not file.is_file() or file.stat().st_size > _LARGEST_RECORD:
             return None
         page = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

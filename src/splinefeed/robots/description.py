@@ -13,6 +13,8 @@ from pathlib import Path
 from xml.parsers import expat
 
 from splinefeed.errors import FormatError, InputError, nearest
+from splinefeed.files import markup
+from splinefeed.files.source import read_bytes
 
 #: Largest file, bytes; most links of a robot; most elements, and how deep they may be nested.
 MAX_BYTES, MAX_LINKS, MAX_ELEMENTS, MAX_DEPTH = 16 * 2**20, 1000, 100_000, 32
@@ -109,11 +111,7 @@ def read_description(source: str | Path) -> Description:
         name, content = "URDF", source.encode("utf-8")
     else:
         name = str(source)
-        try:
-            with Path(source).open("rb") as file:
-                content = file.read(MAX_BYTES + 1)
-        except OSError as error:
-            raise FormatError(f"{name}: cannot be read: {error.strerror or error}") from None
+        content = read_bytes(source, MAX_BYTES + 1)
     try:
         return _description(content, name)
     except InputError as error:
@@ -124,7 +122,7 @@ def _tree(content: bytes) -> _UrdfElement:
     """The root element; InputError for what is not XML, has entities of its own, or is too large or too deep."""
     if len(content) > MAX_BYTES:
         raise InputError(f"is larger than {MAX_BYTES // 2**20} MB; a URDF names its meshes and does not hold them")
-    parser = expat.ParserCreate()
+    parser = markup.parser()
     roots: list[_UrdfElement] = []
     stack: list[_UrdfElement] = []
     count = 0

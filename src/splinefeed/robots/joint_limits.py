@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import FormatError, InputError, LimitsError, nearest
+from splinefeed.files.source import read_bytes
 from splinefeed.numbers import finite
 from splinefeed.records import Array
 from splinefeed.robots.description import JointDescription
@@ -173,11 +174,7 @@ def _read_yaml(file: str | Path) -> Any:
         import yaml
     except ImportError:
         raise InputError(f'{file}: reading YAML needs PyYAML: pip install "splinefeed[robots]"') from None
-    try:
-        with Path(file).open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise FormatError(f"{file}: cannot be read: {error.strerror or error}") from None
+    content = read_bytes(file, MAX_BYTES + 1)
     if len(content) > MAX_BYTES:
         raise FormatError(f"{file}: is larger than {MAX_BYTES // 2**10} kB; that is no joint_limits.yaml")
     try:

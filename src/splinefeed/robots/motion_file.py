@@ -20,6 +20,7 @@ from typing import Any
 
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import FormatError, InputError, SplinefeedError, nearest
+from splinefeed.files.source import read_bytes
 from splinefeed.formats import registry
 from splinefeed.kinematics import JointPath
 from splinefeed.paths.path import Path
@@ -110,11 +111,7 @@ def _along(arm: Arm, said: Any, name: str, title: str, feed: float | None) -> Jo
 
 
 def _read(name: str) -> dict[str, Any]:
-    try:
-        with open(name, "rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise FormatError(f"{name}: cannot be read: {error.strerror or error}") from None
+    content = read_bytes(name, MAX_BYTES + 1)
     if len(content) > MAX_BYTES:
         raise FormatError(f"{name}: is larger than {MAX_BYTES // 2**20} MB; that is no motion of an arm")
     try:

@@ -142,7 +142,7 @@ class Store:
 
     def _load(self) -> None:
         for file in self.rows.glob("part-*.parquet"):
-            self.done[_indices(rows_parquet.read([file]), len(self.sweep), file)] = True
+            self.done[_indices(rows_parquet.read(file, PART), len(self.sweep), file)] = True
             file.with_suffix(".jsonl").unlink(missing_ok=True)
         for journal in sorted(self.rows.glob("part-*.jsonl")):
             rows = _lines(journal, len(self.sweep), self.columns)
@@ -166,10 +166,12 @@ def _is_row(row: Mapping[str, Any], runs: int, columns: Mapping[str, str]) -> bo
 
 def _lines(journal: Path, runs: int, columns: Mapping[str, str]) -> list[Row]:
     """Rows of a journal of a sweep of so many runs; lines that are cut off or no rows are left out: they run again."""
-    rows = []
+    rows: list[Row] = []
     with suppress(FileNotFoundError):  # its part has become whole
         if journal.stat().st_size > MOST_BYTES:
             raise FormatError(f"{journal}: is larger than {MOST_BYTES // 2**20} MB; that is no journal of {PART} runs")
+        if not journal.is_file():
+            return rows
         for line in journal.read_bytes().split(b"\n")[:-1]:
             with suppress(ValueError, RecursionError):
                 row = json.loads(line)
@@ -216,7 +218,7 @@ def load(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, list
     ]  # first: they become parts
     columns: dict[str, list[Any]] = {name: [] for name in about["columns"]}
     for file in sorted(place.glob("part-*.parquet")):
-        part = rows_parquet.read([file])
+        part = rows_parquet.read(file, PART)
         _indices(part, runs, file)
         if missing := [name for name in columns if name not in part]:
             raise FormatError(f"{file}: is no part of this sweep: it has no column {missing[0][:60]}")
