@@ -329,26 +329,37 @@ def _franka() -> list[tuple[Cell, ...]]:
 
 
 def _controller() -> list[tuple[Cell, ...]]:
-    """JointTrajectory after its controller's interpolation."""
+    """JointTrajectory after its controller's interpolation: at ticks, and at any time, under whole limits, too."""
     slow = {**PANDA, "jerk": (np.array(PANDA["jerk"]) / 20.0).tolist()}
-    arm = sf.robot(urdf("panda"), tip=URDFS["panda"][1], limits=slow, torque=False)
+    at_ticks, off, between, count, duration = _interpolated(slow)
+    whole = _interpolated(PANDA)
+    return [
+        _row("JointTrajectory after its controller's quintics at 1 kHz: worst share", at_ticks, 1.001, ".4f"),
+        _row("... at any time, and with 20 times the jerk", max(between, whole[2]), 1.001, ".4f"),
+        _row("... off the motion", max(off, whole[1]), 2e-6, ".1e", " rad"),
+        _row(f"... points for {duration:.2f} s, and {whole[4]:.2f} s", float(max(count, whole[3])), 200.0, ".0f"),
+    ]
+
+
+def _interpolated(limits: dict[str, Any]) -> tuple[float, float, float, int, float]:
+    """Worst share at ticks, distance from the motion, worst share at any time, points and duration."""
+    from scipy.interpolate import BPoly
+
+    arm = sf.robot(urdf("panda"), tip=URDFS["panda"][1], limits=limits, torque=False)
     path = arm.through(WAYPOINTS)
     law = sf.plan(path, arm.limits, period=PERIOD)
     points = sf.robots.joint_trajectory(path, law, arm.limits)
     message = points.as_dict()["points"]
     times = np.array([each["time_from_start"]["sec"] + 1e-9 * each["time_from_start"]["nanosec"] for each in message])
     q, v, a = (np.array([each[key] for each in message]) for key in ("positions", "velocities", "accelerations"))
-    from scipy.interpolate import BPoly
-
     joined = BPoly.from_derivatives(times, np.stack([q, v, a], axis=1), orders=5)  # that is the controller's quintic
     ticks = np.minimum(np.arange(round(law.duration / PERIOD) + 1) * PERIOD, times[-1])
     out = joined(ticks)
     off = float(np.max(np.abs(out - sf.interpolate(path, law).position)))
-    return [
-        _row("JointTrajectory after its controller's quintics at 1 kHz: worst share", shares(out, arm), 1.001, ".4f"),
-        _row("... off the motion", off, 2e-6, ".1e", " rad"),
-        _row(f"... points for {law.duration:.2f} s", float(len(points)), 200.0, ".0f"),
-    ]
+    any_time = (times[:-1] + np.diff(times) * np.linspace(0.0, 1.0 - 1e-9, 101)[:, None]).T.ravel()
+    kinds = enumerate((arm.velocity, arm.acceleration, arm.jerk), 1)
+    between = max(float(np.max(np.abs(joined.derivative(k)(any_time)) / most)) for k, most in kinds)
+    return shares(out, arm), off, between, len(points), law.duration
 
 
 def _pause() -> list[tuple[Cell, ...]]:

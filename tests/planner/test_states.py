@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import re
@@ -73,6 +74,41 @@ def test_a_path_that_waits_is_planned_with_the_way_back(place: float, feed: floa
     assert (float(law(begin)), float(law.feed(begin))) == pytest.approx((start.s, start.feed), abs=1e-9)
     waits = np.diff(law.breaks)[(law.coefficients[:, 1:] == 0.0).all(axis=1)]
     assert waits[waits > PERIOD].tolist() == [pytest.approx(0.5, abs=1e-9)]
+
+
+@pytest.mark.parametrize("start", [(0.5, 0.0, 0.0), (0.5, 1.0, 0.3), (0.0, 0.0, 0.3)])
+def test_a_run_and_its_files_know_the_state_that_they_begin_in(tmp_path: Path, start: tuple[float, ...]) -> None:
+    """Judged as they begin, said in a note, and not at rest, as they would be without a word of it."""
+    axes = tuple(sf.records.Joint(f"q{k}", "rad") for k in range(1, 5))
+    path = sf.Path.through([[0, 0, 0, 0], [0.3, 0.5, -0.2, 0.1], [1, -0.5, 0.3, -1.2]], axes)
+    limits = sf.Limits(axis_velocity=2, axis_acceleration=8, axis_jerk=100)
+    state = sf.planner.State(*start)
+    law = sf.plan(path, limits, period=PERIOD, start=state)
+    run = sf.run(path, limits, law=law)
+    assert run.ok, run.verdict.problems
+    assert f"the motion begins at s = {start[2]:g} rad, with {start[0]:g} rad/s" in run.verdict.notes[-1]
+    again = sf.run(path, limits, period=PERIOD, start=state)
+    assert np.array_equal(again.points.position, run.points.position)
+    assert not sf.check(run.points, path, limits, start=sf.planner.State()).ok
+    for suffix in ("h5", "csv", "mat", "npz"):
+        sf.save(run.points, tmp_path / f"moving.{suffix}")
+        read = sf.load(tmp_path / f"moving.{suffix}", sf.Setpoints)
+        assert read.axes == axes
+        assert sf.check(read, path, limits).ok
+    sf.save(law, tmp_path / "law.h5")
+    assert sf.run(path, limits, law=sf.load(tmp_path / "law.h5", sf.TimeLaw)).ok
+
+
+def test_a_start_beside_a_law_is_refused_and_one_that_is_no_state() -> None:
+    path, limits = cases.butterfly(), cases.axis_limits("A")
+    law = sf.plan(path, limits, period=PERIOD, start=sf.planner.State(s=100.0))
+    with pytest.raises(sf.errors.InputError, match="start: the law that is given begins as it was planned"):
+        sf.run(path, limits, law=law, start=sf.planner.State())
+    points = sf.interpolate(path, law)
+    for said, message in ((3, "start is 3"), ({"feed": "x"}, "start: feed"), ({"v": 1}, "start is {'v': 1}")):
+        wrong = dataclasses.replace(points, settings={**points.settings, "start": said})
+        with pytest.raises(sf.errors.InputError, match=re.escape(message)):
+            sf.check(wrong, path, limits)
 
 
 def test_what_cannot_be_reached_is_refused_with_the_nearest_that_can() -> None:

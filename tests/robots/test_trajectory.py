@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -62,6 +63,54 @@ def test_the_controllers_quintics_keep_path_and_limits(along):
     q = np.concatenate([np.ones((3, 1)) * q[0], q, np.ones((3, 1)) * q[-1]])
     for order, limit in enumerate((arm.velocity, arm.acceleration, arm.jerk), 1):
         assert np.max(np.abs(np.diff(q, order, axis=0)) / PERIOD**order / limit) <= 1.001
+
+
+def between_points(points, limits, count=401):
+    """Largest share of velocity, acceleration and jerk of the controller's quintics, at many times between points."""
+    worst = np.zeros(3)
+    for k, h in enumerate(np.diff(points.t)):
+        states = points.position, points.velocity, points.acceleration
+        ends = [state[k + end] * h**order for end in (0, 1) for order, state in enumerate(states)]
+        matrix = np.empty((6, 6))
+        for row, (end, order) in enumerate([(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2)]):
+            matrix[row] = [np.polyval(np.polyder([1.0] + [0.0] * power, order), end) for power in range(6)]
+        c = np.linalg.solve(matrix, np.array(ends))
+        x = np.linspace(0, 1, count)
+        for order in (1, 2, 3):
+            found = np.polynomial.polynomial.polyval(x, np.polynomial.polynomial.polyder(c, order)).T / h**order
+            worst[order - 1] = max(worst[order - 1], np.max(np.abs(found) / limits[order - 1]))
+    return worst
+
+
+@pytest.mark.parametrize("jerk", [500.0, 5000.0], ids=["slow", "steep"])
+@pytest.mark.parametrize("period", [1e-3, 4e-3])
+def test_the_limits_hold_between_points_too(jerk, period):
+    """Jerk that jumps within a period made quintics swing 36 % beyond the limit, whose points were a period apart."""
+    arm = sf.robot(FILE, torque=False, limits={"acceleration": 15, "jerk": jerk})
+    run = sf.run(arm.through(WAYPOINTS), arm.limits, period=period)
+    points = sf.robots.joint_trajectory(run)
+    worst = between_points(points, (arm.velocity, arm.acceleration, arm.jerk))
+    assert np.all(worst <= 1.001)
+    assert not points.notes
+    assert points.off <= 1e-6
+    said = [points.shares[f"axis_{kind}"] for kind in ("velocity", "acceleration", "jerk")]
+    np.testing.assert_allclose(said, worst, rtol=1e-3)
+    assert len(points) < 60 * run.duration
+
+
+def test_a_receiver_that_needs_time_between_points_is_told_what_it_costs():
+    arm = sf.robot(FILE, limits={"acceleration": 15, "jerk": 5000, "torque": 60})
+    run = sf.run(arm.through(WAYPOINTS), arm.limits, period=PERIOD)
+    points = sf.robots.joint_trajectory(run, shortest=4e-3)
+    assert np.min(np.diff(points.t)) >= 3.999e-3
+    worst = between_points(points, (arm.velocity, arm.acceleration, arm.jerk))
+    assert worst[2] > 1.01
+    said = [re.match(r"axis_jerk: up to ([0-9.e+]+) % over", note) for note in points.notes]
+    assert [float(each[1]) for each in said if each] == [pytest.approx(100 * (worst[2] - 1), rel=0.06)]
+    assert "closer than 0.004 s they are not put" in points.notes[0]
+    assert 0.0 < points.shares["torque"] <= 1.0
+    with pytest.raises(sf.errors.InputError, match="shortest is 1e-06; expected a time between points of at least"):
+        sf.robots.joint_trajectory(run, shortest=1e-6)
 
 
 def test_json_and_yaml_say_the_same_in_rad_and_metres(tmp_path):

@@ -68,7 +68,8 @@ def check(
     k periods, and so never above a bound that the derivative holds. Before a start and behind an end at rest the
     setpoints count as at rest. With `law` the exact derivatives of r(s(t)) are held to the limits, too.
 
-    start       where on the path the motion begins, and how, as `plan` takes it; without it, where the path does
+    start       where on the path the motion begins, and how, as `plan` takes it; without it, as the law or else the
+                setpoints say in their settings, which the verdict notes, or where the path does
     tolerance   mm (rotary axes rad) that a setpoint may be off the curve, and an end off the path's end
     resolution  step of the last digit of the positions, mm or rad, if they come from a text with few digits
     At a corner that is passed in motion under axis_velocity_step, the step of each axis' velocity counts, and the
@@ -159,6 +160,7 @@ class Check:
         self._first_curve = 0  # that the judge knows, among those of all parts
         self._judge: Judge | None = None
         self._first: Setpoints | None = None
+        self._said: State | None = None  # how the motion begins, where it says so itself
         self._blocks = TickBlocks(BLOCK)
 
     def part(self, path: Track) -> None:
@@ -190,7 +192,13 @@ class Check:
             self._look(held.part(0, count - 1), last=False)
         self._look(held.part(count - 1, count), last=True)
         assert self._judge is not None
-        return verdict_of(self._judge, self._first, self._first_curve + len(self._judge.bounds.path.curves))
+        made = verdict_of(self._judge, self._first, self._first_curve + len(self._judge.bounds.path.curves))
+        return made if self._said is None else replace(made, notes=(*made.notes, _begins(self._said, made.along)))
+
+    def _said_start(self, first: Setpoints) -> State | None:
+        """How the motion begins by what is said of it: by its law, or else by its setpoints."""
+        self._said = State.said((first if self.law is None else self.law).settings)
+        return self._said
 
     def _look(self, setpoints: Setpoints, last: bool) -> None:
         """Judge setpoints along all parts up to their curves; curves that are left are forgotten, but for the last."""
@@ -207,7 +215,7 @@ class Check:
         if come:
             bounds = Bounds(joined(come), self.limits, self.tolerance, self.resolution, self._track)
             if judge is None:
-                judge = self._judge = Judge(bounds, local, self.law, self.start)
+                judge = self._judge = Judge(bounds, local, self.law, self.start or self._said_start(setpoints))
             else:
                 judge.move_on(bounds, left)
         assert judge is not None
@@ -263,6 +271,14 @@ def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
             "axis_error_between_max_rad": own.turned,
         }
     return Verdict(limits=results, problems=tuple(problems), notes=tuple(notes), numbers=numbers, along=unit)
+
+
+def _begins(said: State, unit: str) -> str:
+    """The note of a motion that says itself how it begins, which the check takes from it."""
+    return (
+        f"the motion begins at s = {said.s:.6g} {unit}, with {said.feed:.6g} {unit}/s and {said.acceleration:.6g} "
+        f"{unit}/s^2, as its settings say: what moved there before is not checked"
+    )
 
 
 def _fault_sentence(kind: str, fault: Fault, unit: str) -> str:

@@ -65,7 +65,7 @@ def write_mat(points: Setpoints, file: Path) -> None:
     struct = {
         **{"period" if name == "period_s" else name: value for name, value in said.items()},
         **{name: getattr(points, name) for name in _ARRAYS},
-        "axes": np.array(points.axes, dtype=object),
+        "axes": np.array([str(axis) for axis in points.axes], dtype=object),  # of a Joint SciPy makes a struct
         "units": units,
         "settings": json.dumps(said["settings"]),
     }

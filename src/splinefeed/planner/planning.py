@@ -107,7 +107,8 @@ def plan(
     path      a Path, whose feeds and dwells count, too, or a JointPath, whose axes are joints
     strategy  a name in STRATEGIES; None chooses one that holds every limit given, see `strategy_for`
     period    servo period in s: stops and end are made to fall on ticks; None leaves the law as fast as it can be
-    start     where on the path the motion begins, and its feed and acceleration there: the law begins at start.s;
+    start     where on the path the motion begins, and its feed and acceleration there: the law begins at start.s, and
+              has it in its settings, from which setpoints, files and `check` know it;
               None begins at its start with the start_feed of the limits. Not for "seven-phase"
     back      whether the law begins at rest at the start of the path, too, and passes `start` on its way, at the law's
               `settings["start_s"]`: an override begins there, and can run back behind it
@@ -186,10 +187,16 @@ def _plan(
         law = STRATEGIES[strategy].make(path, limits, period, **given)
     if strategy == SEVEN_PHASE:
         law = with_dwells(law, curves.dwells, path.length)
+    begins = {} if start is None or (back and start.s > 0.0) else start.settings
     return dataclasses.replace(
         law,
         notes=(*law.notes, *_without_limits(path, limits)),
-        settings={**law.settings, "limits": limits.as_dict(), "strategy": strategy, "period": period, **_unit(path)},
+        settings={
+            **law.settings,
+            **{"limits": limits.as_dict(), "strategy": strategy, "period": period},
+            **begins,
+            **_unit(path),
+        },
     )
 
 

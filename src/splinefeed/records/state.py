@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
 
 from splinefeed.errors import InputError
+from splinefeed.numbers import finite
 
 
 @dataclass(frozen=True)
 class State:
     """How a motion moves at a place of its path.
 
-    feed, acceleration  along the path, mm/s and mm/s^2, over all axes as `Path.length` counts them
-    s                   length from the start of the path, mm
+    feed, acceleration  along the path, mm/s and mm/s^2 (of joints in rad: rad/s and rad/s^2), over all axes as
+                        `Path.length` counts them
+    s                   length from the start of the path, mm (rad)
 
     Raises InputError for values that are not finite, s or feed below 0, and an acceleration at rest.
     Source: docs/math/planner.md.
@@ -26,12 +30,27 @@ class State:
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.acceleration) or not (0.0 <= self.feed < math.inf and 0.0 <= self.s < math.inf):
-            raise InputError(f"{self}: feed and s must be finite and not negative, the acceleration finite")
+            raise InputError(f"{self!r}: feed and s must be finite and not negative, the acceleration finite")
         if self.feed == 0.0 != self.acceleration:
-            raise InputError(f"{self}: at rest the acceleration is 0")
+            raise InputError(f"{self!r}: at rest the acceleration is 0")
 
     def __str__(self) -> str:
         return f"a state of {self.feed:.6g} mm/s and {self.acceleration:.6g} mm/s^2 at s = {self.s:.6g} mm"
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What a law that begins so says in its settings, which its setpoints and their files have, too."""
+        return {"start": asdict(self)}
+
+    @staticmethod
+    def said(settings: Mapping[str, Any]) -> State | None:
+        """The state in which a motion of these settings begins, or None for the start of its path."""
+        given = settings.get("start")
+        if given is None:
+            return None
+        if not isinstance(given, Mapping) or set(given) - set(asdict(REST)):
+            raise InputError(f"start is {given!r}; expected feed, acceleration and s")
+        return State(**{name: finite(value, f"start: {name}") for name, value in given.items()})
 
     def slower(self, share: float) -> State:
         """The state there of the same motion made slower: feed by the share, acceleration by its square."""

@@ -7,14 +7,17 @@ by the polynomial of degree 5 that has them (its documentation, trajectory.rst; 
     c3 = (20 d - (8 v1 + 12 v0) h - (3 a0 - a1) h^2) / (2 h^3)          d = q1 - q0, over the time h
     c4 = (-30 d + (14 v1 + 16 v0) h + (3 a0 - 2 a1) h^2) / (2 h^4)
     c5 = (12 d - 6 (v1 + v0) h - (a0 - a1) h^2) / (2 h^5)
+
+Over a jump of jerk such a polynomial swings beyond both sides, however short it is: so points stand at the jumps first,
+those of the law and of the path. What comes of it is measured between all points, and `JointTrajectory.shares` says it.
 """
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -23,20 +26,25 @@ from numpy.typing import ArrayLike
 from splinefeed.errors import FormatError, InputError
 from splinefeed.files.atomic import atomic_write
 from splinefeed.paths.track import Track
+from splinefeed.planner.timed import times_at
 from splinefeed.records import AXIS_LIMITS, Array, BoolArray, Limits, TimeLaw
 from splinefeed.robots.frames import MM
 from splinefeed.runs.result import Run
 
 #: How far joints may be from the motion between points, rad and mm, by default.
 TOLERANCE = 1e-6
-#: Longest time between points, s, and the shortest, in periods of the law or, without one, s.
-LONGEST, SHORTEST = 0.1, 1e-3
+#: Longest and shortest time between points, s: over a shorter one, doubles would round the jerk.
+LONGEST, SHORTEST = 0.1, 2e-5
 #: Points at most: above that a controller's message is no message.
 MOST_POINTS = 100_000
 #: A quintic may be over a limit by this share: the law itself may be by a part of it.
 OVER = 2e-4
-#: Places of a segment at which its distance, velocity and acceleration are looked at.
-PLACES = np.linspace(0.0, 1.0, 17)
+#: A limit is kept that is not exceeded by more than this share, wherever it is looked at.
+KEPT = 1e-3
+#: Places of a segment at which it is looked at for more points, and in the end.
+PLACES, IN_THE_END = np.linspace(0.0, 1.0, 17), np.linspace(0.0, 1.0, 65)
+#: A jump of jerk above this share of a limit is worth a point.
+JUMP = 0.01
 NANO = 1_000_000_000
 
 
@@ -62,7 +70,11 @@ def motion_at(path: Track, law: TimeLaw, t: ArrayLike) -> tuple[Array, Array, Ar
 class JointTrajectory:
     """Points of a motion: joints, times t (n,), s, and position, velocity, acceleration (n, joints), rad and mm.
 
-    units  of each joint, rad or mm: ROS has m, and a file says what slides in it. `joint_trajectory` makes it.
+    units   of each joint, rad or mm: ROS has m, and a file says what slides in it. `joint_trajectory` makes it
+    shares  largest share of each kind of limit that the controller's quintics use at any time, at ticks and between
+    off     how far they are from the motion at the most, rad and mm
+    notes   which limits they do not keep, and by how much; empty where they keep all
+
     Raises FormatError for a file that cannot be written. Source: ros2_controllers, trajectory.rst.
     Example: `sf.robots.joint_trajectory(path, law, limits).save("move.yaml")`
     """
@@ -73,6 +85,9 @@ class JointTrajectory:
     position: Array
     velocity: Array
     acceleration: Array
+    shares: Mapping[str, float] = field(default_factory=dict)
+    off: float = 0.0
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.t)
@@ -115,15 +130,21 @@ def joint_trajectory(
     limits: Limits | None = None,
     *,
     tolerance: float = TOLERANCE,
+    shortest: float = SHORTEST,
 ) -> JointTrajectory:
     """A motion as points of a JointTrajectory, so many that the controller's quintics keep path and limits.
 
     path, law, limits  as for `sf.check`; or a Run, which has all three
     tolerance  how far joints may be from the motion between points, rad and mm
+    shortest   time between points that the receiver takes, s: ros2_controllers takes any, and samples at its ticks; a
+               controller that needs a tick for each point, its period
 
-    Points lie closer where a quintic would leave the motion, or its velocity, acceleration or jerk the limits, down to
-    a period apart. Raises InputError for a tolerance that is not positive, and for motions of too many points.
-    Positions are (n, joints). Source: ros2_controllers, trajectory.rst.
+    Points stand where the jerk jumps, and closer where a quintic would leave the motion, or be over a limit (velocity,
+    acceleration, jerk, torque and what else models give) and the motion is not. Where `shortest` is not close enough,
+    the `notes` of the trajectory say by how much, from 0.1 % on.
+
+    Raises InputError for a tolerance that is not positive, a shortest time below 2e-5 s, and for motions of too many
+    points. Positions are (n, joints). Source: ros2_controllers, trajectory.rst.
     Example: `sf.robots.joint_trajectory(path, law, limits).save("move.json")`
     """
     if isinstance(path, Run):
@@ -134,18 +155,39 @@ def joint_trajectory(
         raise InputError("joint_trajectory: give path, law and limits, or a Run")
     if not (np.isfinite(tolerance) and tolerance > 0.0):
         raise InputError(f"tolerance is {tolerance!r}; expected rad and mm, greater than 0")
-    most = [limits.of_axes(name, moved.axes) * (1.0 + OVER) for name in AXIS_LIMITS]
-    shortest = (law.period or SHORTEST) * (1.0 - 1e-6)
+    if not (np.isfinite(shortest) and shortest >= SHORTEST):
+        raise InputError(f"shortest is {shortest!r}; expected a time between points of at least {SHORTEST:g} s")
+    quintics = _Quintics(moved, law, limits.on(moved.axes))
     t = _times(np.linspace(0.0, law.duration, int(np.ceil(law.duration / LONGEST)) + 1))
     while True:
         if len(t) > MOST_POINTS:
             raise InputError(f"the motion takes more than {MOST_POINTS} points; raise tolerance, or split it")
-        q, v, a, _ = motion_at(moved, law, t)
-        bad = _bad(moved, law, t, (q, v, a), most, tolerance) & (np.diff(t) > 2.0 * shortest)
-        if not np.any(bad):
+        off, used, own = quintics.look(t, PLACES)
+        bad = (off > tolerance) | np.any(used > np.maximum(own, 1.0) * (1.0 + OVER), axis=0)
+        more = quintics.between(t, bad, shortest * (1.0 - 1e-6))
+        if not len(more):
             break
-        t = _times(np.sort(np.concatenate([t, 0.5 * (t[1:] + t[:-1])[bad]])))
-    return JointTrajectory(tuple(moved.axes), moved.axis_units, t, q, v, a)
+        t = _times(np.sort(np.concatenate([t, more])))
+    off, used, own = quintics.look(t, IN_THE_END)
+    over = used > np.maximum(own, 1.0) * (1.0 + KEPT)
+    notes = [
+        f"{kind}: up to {100.0 * (used[k, i] - 1.0):.2g} % over its limit between the points at {t[i]:.6g} and "
+        f"{t[i + 1]:.6g} s; closer than {shortest:g} s they are not put"
+        for k, kind in enumerate(quintics.kinds)
+        if np.any(over[k])
+        for i in [int(np.argmax(np.where(over[k], used[k], 0.0)))]
+    ]
+    if np.max(off) > tolerance:
+        notes.append(f"joints are up to {np.max(off):.3g} rad (mm) from the motion, more than the tolerance")
+    return JointTrajectory(
+        tuple(moved.axes),
+        moved.axis_units,
+        t,
+        *motion_at(moved, law, t)[:3],
+        shares=dict(zip(quintics.kinds, np.max(used, axis=1).tolist(), strict=True)),
+        off=float(np.max(off)),
+        notes=tuple(notes),
+    )
 
 
 def _times(t: Array) -> Array:
@@ -153,24 +195,61 @@ def _times(t: Array) -> Array:
     return np.asarray(np.rint(t * NANO) / NANO)
 
 
-def _bad(
-    path: Track,
-    law: TimeLaw,
-    t: Array,
-    states: tuple[Array, Array, Array],
-    most: Sequence[Array],
-    off: float,
-) -> Any:
-    """Which segments (n - 1,) leave the motion by more than `off`, or the limits by more than the motion itself."""
-    h = np.diff(t)[:, None]
-    c = quintic(h, *((each[:-1], each[1:]) for each in states))
-    x = PLACES[:, None, None] * h
-    wanted = motion_at(path, law, np.minimum((t[:-1] + PLACES[:, None] * h[:, 0]).ravel(), law.duration))
-    shape = (*x.shape[:2], states[0].shape[1])
-    bad: BoolArray = np.max(np.abs(_value(c, x, 0) - wanted[0].reshape(shape)), axis=(0, 2)) > off
-    for order, limit in enumerate(most, start=1):
-        bad |= np.any(np.max(np.abs(_value(c, x, order)), axis=0) > limit, axis=1)
-    return bad
+class _Quintics:
+    """What a controller's polynomials make of points of a motion; kinds  names of what limits bound."""
+
+    def __init__(self, path: Track, law: TimeLaw, limits: Limits) -> None:
+        self.path, self.law, self.limits = path, law, limits
+        self.kinds = (*AXIS_LIMITS, *(model.kind for model in limits.models))
+        self._most = [limits.of_axes(name, path.axes) for name in AXIS_LIMITS]
+        self._jumps, self._sizes = self._jumps_of_jerk()
+
+    def _jumps_of_jerk(self) -> tuple[Array, Array]:
+        """When the jerk jumps by more than JUMP of a limit, (n,), s, and by what share of the limit, (n,)."""
+        path, law = self.path, self.law
+        t = np.unique(np.concatenate([law.breaks, times_at(law, path.breaks)]))[1:-1]
+        if len(t) < 1:
+            return t, t
+        beside = 1e-9 * law.duration
+        jerks = [motion_at(path, law, np.clip(t + way, 0.0, law.duration))[3] for way in (-beside, beside)]
+        size = np.max(np.abs(jerks[1] - jerks[0]) / self._most[2], axis=1)
+        return t[size > JUMP], size[size > JUMP]
+
+    def between(self, t: Array, bad: BoolArray, shortest: float) -> Array:
+        """One more time, s, for each bad segment of (n - 1,) that has room: at its largest jump, or its middle."""
+        i = np.searchsorted(t, self._jumps, side="right") - 1
+        room = np.minimum(self._jumps - t[i], t[np.minimum(i + 1, len(t) - 1)] - self._jumps)
+        near = bad[np.minimum(i, len(bad) - 1)] & (room >= shortest)
+        order = np.argsort(self._sizes[near], kind="stable")  # the largest of a segment is written last
+        found = np.where(bad & (np.diff(t) > 2.0 * shortest), 0.5 * (t[1:] + t[:-1]), np.nan)
+        found[i[near][order]] = self._jumps[near][order]
+        return np.asarray(found[np.isfinite(found)])
+
+    def look(self, t: Array, places: Array) -> tuple[Array, Array, Array]:
+        """How far each segment of points t is from the motion, (n - 1,), at shares of its time.
+
+        Also the shares of limits that it uses, and those that the motion itself uses, (kinds, n - 1) each.
+        """
+        h = np.diff(t)[:, None]
+        ends = motion_at(self.path, self.law, t)[:3]
+        c = quintic(h, *((each[:-1], each[1:]) for each in ends))
+        x = places[:, None, None] * h
+        wanted = motion_at(self.path, self.law, np.minimum((t[:-1] + places[:, None] * h[:, 0]).ravel(), t[-1]))
+        shape = (*x.shape[:2], ends[0].shape[1])
+        found = [_value(c, x, order) for order in range(4)]
+        off = np.max(np.abs(found[0] - wanted[0].reshape(shape)), axis=(0, 2))
+        return off, self._shares(found), self._shares([each.reshape(shape) for each in wanted])
+
+    def _shares(self, motion: list[Array]) -> Array:
+        """The largest share of each kind of limit, (kinds, n), of joints and three derivatives (k, n, joints)."""
+        found = [np.max(np.abs(each) / most, axis=(0, 2)) for each, most in zip(motion[1:], self._most, strict=True)]
+        rows = [each.reshape(-1, each.shape[2]) for each in motion]
+        for model in self.limits.models:
+            columns = model.columns(self.path.axes)
+            used, most = model.along(*(each[:, columns] for each in rows))
+            share = np.max(np.abs(used) / most, axis=1).reshape(motion[0].shape[:2])
+            found.append(np.max(share, axis=0))
+        return np.stack(found)
 
 
 def quintic(h: Array, q: tuple[Array, Array], v: tuple[Array, Array], a: tuple[Array, Array]) -> Array:

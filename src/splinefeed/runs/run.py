@@ -24,7 +24,7 @@ from splinefeed.paths.path_parts import PathParts
 from splinefeed.paths.track import Track
 from splinefeed.planner.planning import cheap_to_bound, plan
 from splinefeed.planner.strategies import LOOK_AHEAD
-from splinefeed.records import Limits, Setpoints, TimeLaw
+from splinefeed.records import Limits, Setpoints, State, TimeLaw
 from splinefeed.runs.fold import CHUNK, Chunk, Meter, fold, on_one_path
 from splinefeed.runs.long_path import METHOD, PartReader, windows
 from splinefeed.runs.measure import Measure, MeasuredRun
@@ -55,6 +55,7 @@ class MotionJob:
     limits      complete
     machine     whose axes follow the setpoints, or whose joints a tool path is planned in; None for none
     period      of the servo, s; strategy  None chooses one that keeps the limits; method, corrections  of the setpoints
+    start       where on the path it begins, and how; None for its start
     source      what the user calls the path; reading  how it was read, as options of the command line say it
     notes       what was assumed, one sentence each
     """
@@ -67,6 +68,7 @@ class MotionJob:
     method: str = DEFAULT_METHOD
     corrections: int = 1
     tolerance: float = 0.0
+    start: State | None = None
     source: str = ""
     reading: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
@@ -82,6 +84,7 @@ def run(
     method: str = DEFAULT_METHOD,
     corrections: int = 1,
     tolerance: float = 0.0,
+    start: State | None = None,
     law: TimeLaw | None = None,
     meters: Sequence[Meter] = (),
     on_progress: Listener | None = None,
@@ -89,7 +92,9 @@ def run(
     """Plan, interpolate and measure one path; defaults are the paper's limits and period.
 
     machine  a Machine or its name: of a ToolPath its joints follow the path, of another path its axes follow the
-             setpoints, simulated; law  if it is planned already
+             setpoints, simulated
+    start    where on the path the motion begins, and how, as `plan` takes it; law  if it is planned already, which
+             knows its start
     meters   further ones of the chunks, such as writers of files (`splinefeed.runs.fold`)
     on_progress  called with what is done ("planning", "measuring", ...), how much of it is there, and of how much
 
@@ -103,7 +108,9 @@ def run(
     """
     expect("run(path, limits)", (path, (Path, Track)), (limits, Limits))
     model = Machine.load(machine) if isinstance(machine, str) else machine
-    how: dict[str, Any] = {"method": method, "corrections": corrections, "tolerance": tolerance}
+    if law is not None and start is not None:
+        raise InputError("start: the law that is given begins as it was planned; leave start out, or plan with it")
+    how: dict[str, Any] = {"method": method, "corrections": corrections, "tolerance": tolerance, "start": start}
     job = MotionJob(path, limits, model, period, strategy, **how)
     with listening(on_progress):
         return carry_out(job, law=law, meters=meters)
@@ -130,7 +137,8 @@ def carry_out(
     path, model, remarks = machine_of(job.path, job.machine, job.limits)
     limits, period = job.limits.on(path.axes), job.period
     if law is None:
-        law = plan(path, limits, strategy=job.strategy, period=period, bound=cheap_to_bound(path, limits))
+        how: dict[str, Any] = {"strategy": job.strategy, "period": period, "start": job.start}
+        law = plan(path, limits, bound=cheap_to_bound(path, limits), **how)
     ticks, planned = check_ticks(law, period, MOST_IN_CHUNKS), law
 
     def chunks(chunk: int) -> Iterator[Setpoints]:
@@ -146,6 +154,8 @@ def _in_parts(
     job: MotionJob, source: PathParts, meters: Sequence[Meter], responses: Writer | None, on_read: Read
 ) -> Run:
     """Plan a path that comes in parts window by window, and measure it; memory does not grow with it."""
+    if job.start is not None:
+        raise InputError("start: a path in parts is planned from its start; leave it out")
     for name, given, only in (("strategy", job.strategy, LOOK_AHEAD), ("method", job.method, METHOD)):
         if given not in (None, only):
             raise InputError(
