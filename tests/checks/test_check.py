@@ -666,7 +666,10 @@ def test_a_motion_that_begins_on_the_way_is_checked_from_there() -> None:
     again = sf.plan(path, limits, period=PERIOD, start=start)
     setpoints = sf.interpolate(path, again, period=PERIOD)
     assert check(setpoints, path, limits, start=start, law=again).ok
-    assert not check(setpoints, path, limits).ok  # from rest where the path begins it is a jump
+    assert not check(setpoints, path, limits, start=sf.planner.State()).ok  # from rest where the path begins: a jump
+    itself = check(setpoints, path, limits)  # they say how they begin, and the verdict that it is taken from them
+    assert itself.ok
+    assert "as its settings say" in itself.notes[-1]
 
     elsewhere = dataclasses.replace(start, s=start.s + 1e-3)
     assert "from the start of the motion" in check(setpoints, path, limits, start=elsewhere).problems[0]
