@@ -134,6 +134,8 @@ class Mill:
     jerk  of each axis; where it is given, splinefeed plans, and its nanoseconds a tick are sampled behind all else
     spindle  it has one with an encoder, whose angle is sampled behind that
     offsets  share of the velocity and acceleration of each axis that LinuxCNC keeps for external offsets
+    hal      lines of HAL, such as those that set the lengths of the kinematics
+    tools    lines of its tool table
     """
 
     velocity: tuple[float, ...]
@@ -143,6 +145,8 @@ class Mill:
     jerk: tuple[float, ...] = ()
     spindle: bool = False
     offsets: tuple[float, ...] = ()
+    hal: str = ""
+    tools: str = "T1 P1 D1\n"
 
     @property
     def sampled(self) -> str:
@@ -183,14 +187,16 @@ class Mill:
         for key, given in (("MAX_JERK", self.jerk), ("OFFSET_AV_RATIO", self.offsets)):
             for axis, value in zip(self.axes.upper(), given, strict=bool(given)):
                 joints = joints.replace(f"[AXIS_{axis}]\n", f"[AXIS_{axis}]\n{key} = {value}\n")
+        for k, jerk in enumerate(self.jerk):
+            joints = joints.replace(f"[JOINT_{k}]\n", f"[JOINT_{k}]\nMAX_JERK = {jerk}\n")
         return {
             "job.ngc": program,
-            "mill.hal": HAL.format(joints=nets, **values),
+            "mill.hal": HAL.format(joints=nets, **values) + self.hal,
             "mill.ini": INI.format(
                 folder=folder, seconds=seconds, module="TPMOD = splinefeed_tp\n" * bool(self.jerk), **values
             )
             + joints,
-            "mill.tbl": "T1 P1 D1\n",
+            "mill.tbl": self.tools,
         }
 
 

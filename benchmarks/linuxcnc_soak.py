@@ -28,7 +28,7 @@ from splinefeed.live.linuxcnc_sink import LinuxcncError
 
 #: Around an emergency stop the drives are off and no limit holds, ticks; the machine ends here, mm.
 OFF, END = 400, (1.0, 2.0, 3.0)
-#: How long a round takes, s; in the first half of them one of so many kills the planner; memory is looked at so often, s.
+#: How long a round takes, s; in the first half one of so many kills the planner; memory is looked at so often, s.
 ROUND, KILLS, LOOKS = 72.0, 4, 10.0
 #: Threads and a tapped hole, between programs.
 THREADS = "G21 G90 G94 G0 X0 Y0 Z0\nM3 S600\nG33 Z-10 K1\nG0 Z0\nG33.1 Z-8 K1\nG95 F0.5\nG1 X10\nG94\nM5\n"

@@ -10,6 +10,7 @@
 #ifndef SPLINEFEED_PLAYER_H
 #define SPLINEFEED_PLAYER_H
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 #include "splinefeed_wire.h"
@@ -45,8 +46,9 @@ typedef struct {
     wire *w;
     double period;
     /* limits that LinuxCNC has, for each axis */
-    double vmax[WIRE_AXES], amax[WIRE_AXES], pmin[WIRE_AXES], pmax[WIRE_AXES];
-    int there[WIRE_AXES];          /* whether the machine has it */
+    double vmax[WIRE_COLUMNS], amax[WIRE_COLUMNS], pmin[WIRE_AXES], pmax[WIRE_AXES];
+    int there[WIRE_COLUMNS];       /* whether the machine has it */
+    int columns;                   /* axes, and joints that are none, whose limits the planner tells */
     /* what is played */
     double at[WIRE_AXES], speed;   /* where it is, and how fast x y z (else the others) go */
     int moving, stopping;
@@ -81,7 +83,7 @@ static wire_batch *player_batch(player *p, unsigned long long k) { return &p->ba
 PLAYER_API void player_begin(player *p, wire *w, double period)
 {
     memset(p, 0, sizeof(*p));
-    p->w = w, p->period = period, p->rate = 1;
+    p->w = w, p->period = period, p->rate = 1, p->columns = WIRE_AXES;
     memset(w, 0, sizeof(*w));
     w->protocol = WIRE_PROTOCOL, w->size = sizeof(wire), w->epoch = 1, w->period = period;
     PUBLISH(w->magic, WIRE_MAGIC);
@@ -100,8 +102,8 @@ static void player_epoch(player *p, unsigned int why)
 
 static int player_refuse(player *p, char const *why, int axis)
 {
-    char const *name = axis < 0 ? "" : &"X\0Y\0Z\0A\0B\0C\0U\0V\0W"[2 * axis];
-    snprintf(p->w->said, WIRE_TEXT, "%s%s%s", why, axis < 0 ? "" : ": axis ", name);
+    if (axis >= WIRE_AXES) snprintf(p->w->said, WIRE_TEXT, "%s: joint %u", why, p->w->joint[axis - WIRE_AXES]);
+    else snprintf(p->w->said, WIRE_TEXT, "%s%s%s", why, axis < 0 ? "" : ": axis ", axis < 0 ? "" : &"X\0Y\0Z\0A\0B\0C\0U\0V\0W"[2 * axis]);
     p->w->refused++;
     player_epoch(p, WIRE_WHY_REFUSED);
     return -1;
@@ -153,7 +155,7 @@ static int player_check(player *p, wire_piece const *g, wire_piece const *before
     int i, k;
     if (!(h > 1e-9 && h < 10) || !(g->scale > 0 && g->scale < 1e3)) return player_refuse(p, "a piece without a time", -1);
     if (g->segment < p->w->seg_clear || g->segment >= p->w->seg_head) return player_refuse(p, "a piece on no move", -1);
-    for (i = 0; i < WIRE_AXES; i++) {
+    for (i = 0; i < p->columns; i++) {
         double const *c = g->c[i];
         double x[3], y[3] = {0}, J = p->w->jerk[i];
         for (k = 0; k < 6; k++)
@@ -180,7 +182,7 @@ static int player_check(player *p, wire_piece const *g, wire_piece const *before
         if (!player_within(as, 3, PLAYER_OVER * p->amax[i] + 1e-9, PLAYER_HALVINGS))
             return player_refuse(p, "more than the limit of acceleration", i);
         player_state(c, h, x);
-        if (fmax(fabs(x[0] - p->pmax[i]), fabs(x[0] - p->pmin[i])) > p->pmax[i] - p->pmin[i] + PLAYER_CLOSE)
+        if (i < WIRE_AXES && fmax(fabs(x[0] - p->pmax[i]), fabs(x[0] - p->pmin[i])) > p->pmax[i] - p->pmin[i] + PLAYER_CLOSE)
             return player_refuse(p, "beyond the travel", i);
         if (last && (fabs(x[1]) > dv || fabs(x[2]) > da)) return player_refuse(p, "a batch that does not end at rest", i);
     }
@@ -211,7 +213,7 @@ static void player_take(player *p)
                 unsigned long long k = b->piece + p->part;
                 wire_piece *g = player_piece(p, k);
                 wire_piece *before = p->part ? player_piece(p, k - 1) : b->from_rest ? NULL : player_piece(p, b->after);
-                *g = w->piece[k % WIRE_PIECES];
+                memcpy(g, &w->piece[k % WIRE_PIECES], offsetof(wire_piece, c) + p->columns * sizeof(g->c[0]));
                 double rate = !p->part && b->rate > 0 ? b->rate : 1, at = p->part ? INFINITY : b->at;
                 if (player_check(p, g, before, at, rate, p->part + 1 == b->n)) return;
             }
@@ -270,7 +272,7 @@ static int player_ahead(player *p, player_spot *s)
 static int player_may_at(player *p, unsigned long long piece, double at, double r, double rv, double ra)
 {
     int i;
-    for (i = 0; i < WIRE_AXES; i++) {
+    for (i = 0; i < p->columns; i++) {
         double x[3], x3;
         double const *g = player_piece(p, piece)->c[i];
         if (!p->there[i]) continue;
@@ -329,7 +331,7 @@ static double player_shortest(player *p, double gap)
 {
     double least = 4 * p->period;
     int i;
-    for (i = 0; i < WIRE_AXES; i++) {
+    for (i = 0; i < p->columns; i++) {
         double x[3];
         if (!p->there[i] || !(p->w->jerk[i] > 0)) continue;
         player_state(player_piece(p, p->piece)->c[i], p->t, x);
@@ -526,6 +528,18 @@ PLAYER_API void player_set(player *p, double const at[])
     if (!p->moving) player_rest(p);
 }
 
+/* Limits of joints that are no axes, from the planner, which has read them in the INI file. */
+static void player_joints(player *p)
+{
+    unsigned int k, many = p->w->joints;
+    for (k = 0; k < WIRE_JOINTS; k++) {
+        int i = WIRE_AXES + k;
+        p->vmax[i] = p->w->joint_vmax[k], p->amax[i] = p->w->joint_amax[k];
+        p->there[i] = k < many && p->vmax[i] > 0 && p->amax[i] > 0 && p->w->jerk[i] > 0;
+    }
+    p->columns = WIRE_AXES + (int)(many < WIRE_JOINTS ? many : WIRE_JOINTS);
+}
+
 /* 1 where the planner has gone silent or says that it cannot go on: look at `faulty`; 0 elsewhere. elapsed: s since it
    was called last; a long one is a machine that stood still, planner and all, and counts little. */
 PLAYER_API int player_listen(player *p, double elapsed)
@@ -536,6 +550,7 @@ PLAYER_API int player_listen(player *p, double elapsed)
     p->beat = beat;
     if (session != p->session) { /* another planner: nothing of the last one counts */
         p->session = session, p->fault = fault, p->seen = p->next = 0, p->part = 0;
+        player_joints(p);
         player_epoch(p, WIRE_WHY_LATE);
     }
     if (p->faulty) return p->faulty == 3 && !p->told++;

@@ -10,6 +10,8 @@
 
    Written from LinuxCNC's public headers and from what motmod asks of a planner module: 29 tp functions and tcqFull.
    motmod owns the TP_STRUCT and reads its reverse_run and queue; all else of it is kept here. */
+#define _GNU_SOURCE /* RTLD_DEFAULT */
+#include <dlfcn.h>
 #include <stdlib.h>
 #include "rtapi.h"
 #include "rtapi_app.h"
@@ -101,6 +103,26 @@ static void limits(void) /* those that LinuxCNC has now */
     }
 }
 
+/* Joints that are no axes, as the machine's own kinematics has them now, at the poses that the planner asks for. */
+static void ask_kinematics(void)
+{
+    static int (*inverse)(EmcPose const *, double *, KINEMATICS_INVERSE_FLAGS const *, KINEMATICS_FORWARD_FLAGS *);
+    unsigned int i, k;
+    if (!w->joints) return;
+    if (!inverse) *(void **)&inverse = dlsym(RTLD_DEFAULT, "kinematicsInverse"); /* it is loaded after this module */
+    for (i = 0; i < WIRE_PROBES; i++) {
+        double joints[EMCMOT_MAX_JOINTS] = {0};
+        KINEMATICS_INVERSE_FLAGS from = 0;
+        KINEMATICS_FORWARD_FLAGS to = 0;
+        EmcPose pose;
+        pose_set(&pose, w->probe[i]);
+        int bad = !inverse || inverse(&pose, joints, &from, &to);
+        for (k = 0; k < WIRE_JOINTS; k++)
+            w->answer[i][k] = bad || w->joint[k] >= EMCMOT_MAX_JOINTS ? NAN : joints[w->joint[k]];
+    }
+    PUBLISH(w->answered, w->session);
+}
+
 static void say_faults(void)
 {
     static char text[WIRE_TEXT];
@@ -110,7 +132,7 @@ static void say_faults(void)
     before = now;
     unsigned long long session = me.session;
     int fault = player_listen(&me, elapsed);
-    if (me.session != session) limits(); /* the planner says which axes it knows */
+    if (me.session != session) limits(), ask_kinematics(); /* the planner says which axes it knows */
     if (fault) {
         memcpy(text, w->text, WIRE_TEXT - 1);
         if (me.faulty == 1 && !me.session)
@@ -178,6 +200,7 @@ static int append(TP_STRUCT *tp, wire_segment *g, EmcPose const *end, double bac
             SAY("line %d: the move is along an axis that the planner does not know: %c\n", line, "XYZABCUVW"[i]);
             return TP_ERR_FAIL;
         }
+    if (k == w->seg_done) ask_kinematics();
     w->segment[k % WIRE_SEGMENTS] = *g;
     o->id = g->id, o->canon = g->canon, o->atspeed = g->atspeed, o->indexer = g->indexer, o->enables = g->enables;
     o->per_rev = per_rev, o->sync = g->sync, o->depth = depth, o->back = back, o->spindle = tp->spindle.spindle_num;

@@ -8,8 +8,11 @@
 
 #define WIRE_KEY 0x53504c46
 #define WIRE_MAGIC 0x53465450
-#define WIRE_PROTOCOL 3
+#define WIRE_PROTOCOL 4
 #define WIRE_AXES 9      /* x y z a b c u v w */
+#define WIRE_JOINTS 6    /* at most that are no axes */
+#define WIRE_COLUMNS (WIRE_AXES + WIRE_JOINTS)
+#define WIRE_PROBES 12   /* poses at which real time tells these joints */
 #define WIRE_SEGMENTS 4096
 #define WIRE_PIECES 8192
 #define WIRE_BATCHES 512
@@ -26,11 +29,11 @@ typedef struct {                   /* a move, as tpAddLine or tpAddCircle got it
     double from[WIRE_AXES], to[WIRE_AXES], centre[3], normal[3];
 } wire_segment;
 
-typedef struct {                   /* a quintic of each axis over a time */
+typedef struct {                   /* a quintic of each axis, and of each joint that is none, over a time */
     double span;                   /* s */
     double scale;                  /* feed or rapid override that it is planned for */
     unsigned long long segment;    /* that it is on */
-    double c[WIRE_AXES][6];        /* coefficients of t^0 to t^5 from its start */
+    double c[WIRE_COLUMNS][6];     /* coefficients of t^0 to t^5 from its start */
 } wire_piece;
 
 typedef struct {                   /* motion that ends at rest; the next batch branches off behind one of its pieces */
@@ -53,12 +56,17 @@ typedef struct {
     unsigned int epoch, why, state, piece_i;          /* batches of another epoch are ignored; piece of its batch */
     double period, feed_scale, rapid_scale, vlimit, rate, piece_t; /* piece_t: time in the piece, s */
     double rest[WIRE_AXES];                           /* where it stands */
+    double answer[WIRE_PROBES][WIRE_JOINTS];          /* those joints at `probe`, as motion from rest is to begin */
+    unsigned long long answered;                      /* session that was answered */
     unsigned int cycles, late, refused, stepping;
     char said[WIRE_TEXT];                             /* why the last batch was refused */
     /* written by the planner */
     unsigned long long batch_head, beat, session;     /* session: another number for each start of a planner, not 0 */
     unsigned long long fault;                         /* counts: the planner cannot go on, and `text` says why */
-    double jerk[WIRE_AXES];                           /* limits that it plans under; 0 for an axis that is not there */
+    double jerk[WIRE_COLUMNS];                        /* limits that it plans under; 0 for an axis that is not there */
+    double joint_vmax[WIRE_JOINTS], joint_amax[WIRE_JOINTS]; /* those of joints that are no axes */
+    unsigned int joint[WIRE_JOINTS], joints, pad1;    /* their numbers, and how many there are */
+    double probe[WIRE_PROBES][WIRE_AXES];
     char text[WIRE_TEXT];
     wire_segment segment[WIRE_SEGMENTS];
     wire_piece piece[WIRE_PIECES];

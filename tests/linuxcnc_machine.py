@@ -6,13 +6,14 @@ import ctypes
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 from splinefeed.live import linuxcnc_wire as wires
+from splinefeed.live.linuxcnc_joints import MODULES, MovedJoints
 from splinefeed.live.linuxcnc_limits import Mill
 from splinefeed.live.linuxcnc_planner import Planner
 from splinefeed.live.linuxcnc_wire import Wire
@@ -53,8 +54,9 @@ def library() -> ctypes.CDLL:
 #: The first fields of `player`, behind the pointer to the shared memory.
 FIELDS = np.dtype(
     [("w", "<u8"), ("period", "<f8")]
-    + [(name, "<f8", wires.AXES) for name in ("vmax", "amax", "pmin", "pmax")]
-    + [("there", "<i4", wires.AXES), ("pad", "<i4")]
+    + [(name, "<f8", wires.COLUMNS) for name in ("vmax", "amax")]
+    + [(name, "<f8", wires.AXES) for name in ("pmin", "pmax")]
+    + [("there", "<i4", wires.COLUMNS), ("columns", "<i4")]
     + [("at", "<f8", wires.AXES), ("speed", "<f8"), ("moving", "<i4"), ("stopping", "<i4")]
     + [("piece", "<u8"), ("segment", "<u8"), ("piece_i", "<u4"), ("pad2", "<u4")]
     + [(name, "<f8") for name in ("t", "rate", "rate_v", "since")]
@@ -64,24 +66,36 @@ FIELDS = np.dtype(
 )
 
 
-def mill(velocity: float = 60.0, acceleration: float = 1000.0, jerk: float = 50000.0, axes: str = "xyz") -> Mill:
-    """A machine in mm and degrees, alike in each axis."""
+def mill(
+    velocity: float = 60.0, acceleration: float = 1000.0, jerk: float = 50000.0, axes: str = "xyz", kinematics: str = ""
+) -> Mill:
+    """A machine in mm and degrees, alike in each axis, and in each joint of a kinematics module that is no axis."""
     order = tuple(sorted(axes, key=lambda a: (a in "abc", "xyzabcuvw".index(a))))
     units = np.array([np.pi / 180.0 if a in "abc" else 1.0 for a in "xyzabcuvw"])
     columns = np.array(["xyzabcuvw".index(a) for a in order])
-    one = units[columns]
-    return Mill(order, columns, units, 1.0, velocity * one, acceleration * one, jerk * one, 1e3)
+    one, moved = units[columns], None
+    if kinematics:
+        module = MODULES[kinematics]
+        numbers = tuple(range(len(module.moved)))
+        moved = MovedJoints(kinematics, module, order, 1.0, tuple(module.moved), numbers)
+        one = np.append(one, np.ones(len(numbers)))
+    return Mill(order, columns, units, 1.0, velocity * one, acceleration * one, jerk * one, 1e3, moved=moved)
 
 
 class Machine:
     """Task, motmod and player: moves go in, `run` ticks until all is played; `rows` has the position of each tick.
 
     planner  plans for it, a step a tick unless it is taken away
+    lengths  of its kinematics, mm, where it has joints that are no axes
     turns, turn_s  of a spindle: its angle, and the time of motion that a turn is, s
     """
 
-    def __init__(self, machine: Mill | None = None, reserve: float = 0.05, travel: float = 1e3) -> None:
+    def __init__(
+        self, machine: Mill | None = None, reserve: float = 0.05, travel: float = 1e3,
+        lengths: Mapping[str, float] | None = None,
+    ) -> None:  # fmt: skip
         self.lib, self.mill = library(), machine or mill()
+        self.joints = None if self.mill.moved is None else self.mill.moved.with_lengths(lengths or {})
         self.buffer = np.zeros(wires.WIRE.itemsize // 8 + 1)
         self.own = np.zeros(self.lib.player_size() // 8 + 1)
         self.me = self.own.ctypes.data
@@ -90,7 +104,7 @@ class Machine:
         self.player = np.frombuffer(self.own, FIELDS, 1)
         inverse = 1.0 / self.mill.units[self.mill.columns]
         for name, values in (("vmax", self.mill.velocity), ("amax", self.mill.acceleration)):
-            self.player[name][0, self.mill.columns] = values * inverse
+            self.player[name][0, self.mill.columns] = values[: len(inverse)] * inverse
         self.player["there"][0, self.mill.columns] = 1
         self.player["pmin"], self.player["pmax"] = -travel, travel
         self.at = self.player["at"][0]
@@ -115,6 +129,16 @@ class Machine:
             clock=lambda: PERIOD * len(self.rows),
         )  # fmt: skip
         self.lib.player_listen(self.me, PERIOD)
+        if self.joints is not None:
+            own = self.joints_at(self.wire.probe)
+            self.wire.answer[:, : own.shape[1]] = own
+            self.wire.store("answered", int(self.wire.session))
+
+    def joints_at(self, poses: Array) -> Array:
+        """Joints that are no axes, (n, joints), at poses (n, 9)."""
+        assert self.joints is not None
+        r = (poses * self.mill.units)[:, None, self.mill.columns]
+        return self.joints.beside(r)[:, 0, len(self.mill.columns) :]
 
     def _tell(self) -> None:
         self.wire.store("feed_scale", self.feed_scale)
@@ -192,6 +216,8 @@ class Machine:
     def differences(self) -> list[float]:
         """The largest velocity, acceleration and jerk of any tick, as shares of the limits of the machine."""
         rows = np.array(self.rows)[:, self.mill.columns] * self.mill.units[self.mill.columns]
+        if self.joints is not None:
+            rows = np.concatenate([rows, self.joints_at(np.array(self.rows))], axis=1)
         given = (self.mill.velocity, self.mill.acceleration, self.mill.jerk)
         return [
             float(np.max(np.abs(np.diff(rows, n=n, axis=0)) / PERIOD**n / limit, initial=0.0))

@@ -14,6 +14,7 @@ import pytest
 import splinefeed as sf
 from linuxcnc_machine import GCC, PERIOD, Machine, mill
 from splinefeed.live import linuxcnc_wire as wires
+from splinefeed.live.linuxcnc_joints import PROBES
 from splinefeed.live.linuxcnc_limits import mill_of
 from splinefeed.live.linuxcnc_moves import curve_of, feeds_of
 from splinefeed.live.linuxcnc_pieces import PlannedTrack, portions, quintics
@@ -392,6 +393,68 @@ def test_nine_axes_move_together_within_their_limits():
     assert kept(machine)
 
 
+LENGTHS = {"x-rot-point": 5.0, "y-offset": 20.0, "z-offset": -10.0, "tool-offset": 40.0}
+
+
+@needs_gcc
+@pytest.mark.parametrize(
+    ("kinematics", "axes", "lengths"),
+    [
+        ("corexykins", "xyz", {}),
+        ("rotatekins", "xyzabc", {}),
+        ("xyzac-trt-kins", "xyzac", LENGTHS),
+        ("5axiskins", "xyzbcw", {"pivot-length": 90.0}),
+    ],
+)
+def test_joints_that_are_no_axes_keep_their_limits_while_overrides_and_pauses_come(kinematics, axes, lengths):
+    machine = Machine(mill(axes=axes, kinematics=kinematics), lengths=lengths)
+    turns = len(axes) - 3
+    for k in range(1, 81):
+        angles = [8.0 * np.sin(0.05 * k), 12.0 * np.sin(0.04 * k), 2.0 * np.sin(0.06 * k)][:turns]
+        places = dict(zip(axes, [0.4 * k, 2.0 * np.sin(0.15 * k), 0.05 * k, *angles], strict=False))
+        machine.line(*(places.get(axis, 0.0) for axis in "xyzabcuvw"), feed=60.0)
+    machine.run(until=lambda: machine.at[0] > 6.0)
+    machine.pausing = True
+    machine.run(300, until=lambda: machine.lib.player_held(machine.me))
+    assert machine.lib.player_held(machine.me)
+    machine.pausing = False
+    machine.run(until=lambda: machine.at[0] > 12.0)
+    machine.feed_scale = 0.5
+    machine.run(until=lambda: machine.at[0] > 20.0)
+    machine.feed_scale = 1.2
+    machine.run()
+    assert machine.said == []
+    np.testing.assert_allclose(machine.at, machine.goal, atol=1e-9)
+    assert kept(machine)
+    own = len(machine.mill.axes)  # some joint is what bounds the motion, so that it would be over its limit without
+    rows = machine.joints_at(np.array(machine.rows))
+    assert np.abs(np.diff(rows, n=3, axis=0)).max() / PERIOD**3 > 0.85 * machine.mill.jerk[own]
+
+
+@needs_gcc
+def test_a_machine_that_answers_something_else_does_not_move():
+    machine = Machine(mill(axes="xyzac", kinematics="xyzac-trt-kins"), lengths=LENGTHS)
+    machine.wire.answer[3, 1] += 1e-3
+    machine.line(10.0, 5.0, 0.0)
+    machine.run(2000, until=lambda: bool(machine.said))
+    assert "neither those of xyzac-trt-kins nor trivial" in machine.said[0]
+    assert np.array_equal(machine.at, np.zeros(wires.AXES))
+
+
+def test_lengths_of_kinematics_come_from_the_answers_and_the_module_may_be_switched():
+    moved = mill(axes="xyzac", kinematics="xyzac-trt-kins").moved
+    assert moved is not None
+    rng, pose = np.random.default_rng(4), (1.0, 2.0, 3.0, 0.4, -0.7)
+    for _ in range(20):
+        wanted = moved.with_lengths(dict(zip(moved.module.lengths, rng.uniform(-200.0, 200.0, 6), strict=True)))
+        found = moved.answering(np.array([wanted.of(moved._pose(row)) for row in PROBES], dtype=float))
+        np.testing.assert_allclose(found.of(pose), wanted.of(pose), atol=1e-9)
+    trivial = moved.answering(PROBES[:, :3])
+    assert trivial.of(pose) == (1.0, 2.0, 3.0) and not trivial.bend
+    with pytest.raises(sf.errors.SplinefeedError, match="not planned"):
+        moved.answering(np.full((wires.PROBES, 3), np.nan))
+
+
 def moves(rows: list[dict[str, object]]) -> Array:
     out = np.zeros(len(rows), wires.SEGMENT)
     for k, row in enumerate(rows):
@@ -517,6 +580,35 @@ def test_the_machine_comes_from_the_ini_file(tmp_path: File):
     assert found.notes == ["[AXIS_Z]MAX_JERK is missing: 200, 20 times the acceleration a second"]
 
 
+TRUNNION = """\
+[TRAJ]
+TPMOD = splinefeed_tp
+COORDINATES = XYZAC
+[KINS]
+KINEMATICS = xyzac-trt-kins coordinates=XYZACY
+"""
+
+
+def test_joints_that_are_no_axes_have_their_own_limits(tmp_path: File):
+    limits = "MAX_VELOCITY = {}\nMAX_ACCELERATION = 100\nMAX_JERK = 2000\n"
+    text = TRUNNION + "".join(f"[AXIS_{axis}]\n{limits.format(50)}" for axis in "XYZAC")
+    text += "".join(f"[JOINT_{k}]\n{limits.format(20 + k)}" for k in range(6))
+    file = tmp_path / "mill.ini"
+    file.write_text(text)
+    found = mill_of(str(file))
+    assert found.limited == ("x", "y", "z", "a", "c", "joint 0", "joint 1", "joint 2", "joint 5")
+    turns = np.radians([23.0, 24.0])  # a rotary joint is its axis
+    np.testing.assert_allclose(found.velocity, [50.0, 50.0, 50.0, *turns, 20.0, 21.0, 22.0, 25.0])
+    assert found.moved is not None and found.moved.letters == ("x", "y", "z", "y")
+    assert found.piece_columns.tolist() == [0, 1, 2, 3, 5, 9, 10, 11, 12]
+    file.write_text(text.replace("COORDINATES = XYZAC\n", "COORDINATES = XYZ\n"))
+    with pytest.raises(sf.errors.FormatError, match=r"\[TRAJ\]COORDINATES has no [AC]: xyzac-trt-kins has joints for"):
+        mill_of(str(file))
+    file.write_text(text.partition("[JOINT_5]")[0])
+    with pytest.raises(sf.errors.FormatError, match=r"MAX_VELOCITY of joint 5 is missing; add it to \[JOINT_5\]"):
+        mill_of(str(file))
+
+
 @pytest.mark.parametrize(
     ("ratio", "left", "said"),
     [
@@ -539,7 +631,7 @@ def test_external_offsets_take_their_share_of_an_axis(ratio: float, left: float,
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("trivkins coordinates=XZA", "5axiskins", r"KINEMATICS = 5axiskins: only trivkins can be planned"),
+        ("trivkins coordinates=XZA", "genserkins", r"KINEMATICS = genserkins: it can plan trivkins, corexykins"),
         ("MAX_ACCELERATION = 10\n", "", r"MAX_ACCELERATION of axis Z is missing; add it to \[AXIS_Z\]"),
         ("LINEAR_UNITS = inch", "LINEAR_UNITS = furlong", r"\[TRAJ\]LINEAR_UNITS is 'furlong'"),
         ("MAX_JERK = 700", "MAX_JERK = -700", r"\[JOINT_0\]MAX_JERK: -700; must be greater than 0"),

@@ -9,12 +9,12 @@ import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.files.source import read_text
+from splinefeed.live.linuxcnc_joints import LETTERS, MODULES, MovedJoints
+from splinefeed.live.linuxcnc_wire import AXES, JOINTS
 from splinefeed.machine.imports.linuxcnc import ANGULAR, LINEAR, TRIVIAL, Sections, axes_of, sections
 from splinefeed.machine.imports.page import number, positive
-from splinefeed.records import ROTARY_AXES, Array, Limits
+from splinefeed.records import ROTARY_AXES, Array, IntArray, Limits
 
-#: Axes of LinuxCNC in the order of its poses.
-LETTERS = "xyzabcuvw"
 #: Jerk of an axis without MAX_JERK: so many times its acceleration, a second.
 JERK_TIMES = 20.0
 #: What external offsets may take of an axis at most; where they turn about, the joint's jerk is so many times
@@ -30,8 +30,9 @@ class Mill:
 
     axes      its axes, linear ones first; columns  their places in a pose of LinuxCNC, (axes,)
     units     (9,) mm or rad of one unit of each axis of a pose; linear  mm of a linear unit
-    velocity, acceleration, jerk  of each axis (axes,), mm and rad
+    velocity, acceleration, jerk  of each axis, and of each joint that is none, (axes + joints,), mm and rad
     feed      more than any path allows, mm/s;  notes  what was assumed, one sentence each
+    moved     the joints that are no axes, where there are some
     """
 
     axes: tuple[str, ...]
@@ -43,14 +44,31 @@ class Mill:
     jerk: Array
     feed: float
     notes: list[str] = field(default_factory=list)
+    moved: MovedJoints | None = None
+
+    @property
+    def limited(self) -> tuple[str, ...]:
+        """Axes, and joints that are none."""
+        return self.axes if self.moved is None else (*self.axes, *self.moved.names)
+
+    @property
+    def piece_columns(self) -> IntArray:
+        """Where each of `limited` is in a piece of the player, (axes + joints,)."""
+        return np.append(self.columns, np.arange(AXES, AXES + len(self.limited) - len(self.axes)))
+
+    @property
+    def column_units(self) -> Array:
+        """Of each of `limited` mm or rad of one of LinuxCNC's units, (axes + joints,)."""
+        return np.append(self.units[self.columns], np.full(len(self.limited) - len(self.axes), self.linear))
 
     def limits(self, reserve: float) -> Limits:
         """The limits to plan under: the reserve is a share of the acceleration, twice that of the jerk."""
+        names = self.limited
         return Limits(
             feed=self.feed,
-            axis_velocity=dict(zip(self.axes, self.velocity.tolist(), strict=True)),
-            axis_acceleration=dict(zip(self.axes, ((1.0 - reserve) * self.acceleration).tolist(), strict=True)),
-            axis_jerk=dict(zip(self.axes, ((1.0 - 2.0 * reserve) * self.jerk).tolist(), strict=True)),
+            axis_velocity=dict(zip(names, self.velocity.tolist(), strict=True)),
+            axis_acceleration=dict(zip(names, ((1.0 - reserve) * self.acceleration).tolist(), strict=True)),
+            axis_jerk=dict(zip(names, ((1.0 - 2.0 * reserve) * self.jerk).tolist(), strict=True)),
         )
 
 
@@ -63,37 +81,76 @@ def mill_of(file: str) -> Mill:
     traj, notes = ini["TRAJ"], []
     if traj.get("TPMOD", "").split() != ["splinefeed_tp"]:
         notes.append("[TRAJ]TPMOD is not splinefeed_tp: LinuxCNC plans itself until it is")
-    module, *arguments = (ini.get("KINS", {}).get("KINEMATICS") or TRIVIAL).split()
-    if module != TRIVIAL:
-        raise FormatError(f"{file}: [KINS]KINEMATICS = {module}: only {TRIVIAL} can be planned; leave TPMOD out")
+    name, *arguments = (ini.get("KINS", {}).get("KINEMATICS") or TRIVIAL).split()
+    if name != TRIVIAL and name not in MODULES:
+        known = ", ".join([TRIVIAL, *MODULES])
+        raise FormatError(f"{file}: [KINS]KINEMATICS = {name}: it can plan {known}; leave TPMOD out")
     linear = _unit(traj.get("LINEAR_UNITS", "mm"), LINEAR, {"mm": 1.0, "in": 25.4}, f"{file}: [TRAJ]LINEAR_UNITS")
     degrees = {"deg": np.pi / 180.0, "rad": 1.0}
     angular = _unit(traj.get("ANGULAR_UNITS", "degree"), ANGULAR, degrees, f"{file}: [TRAJ]ANGULAR_UNITS")
-    letters, joints = axes_of(ini, arguments, file)
+    letters, joints = _joints_of(ini, name, arguments, file)
     axes = tuple(sorted(letters, key=lambda axis: (axis in ROTARY_AXES, LETTERS.index(axis))))
     units = np.array([angular if axis in ROTARY_AXES else linear for axis in LETTERS])
-    found = np.zeros((3, len(axes)))
-    for k, axis in enumerate(axes):
-        names = [f"AXIS_{axis.upper()}", *(f"JOINT_{joint}" for joint in joints[axis])]
-        for i, key in enumerate(("MAX_VELOCITY", "MAX_ACCELERATION", "MAX_JERK")):
-            said = [positive(ini[n][key], file, f"[{n}]{key}")[1] for n in names if key in ini.get(n, {})]
-            if said:
-                found[i, k] = min(said)
-            elif i == 2:
-                found[i, k] = JERK_TIMES * found[1, k]
-                notes.append(
-                    f"[AXIS_{axis.upper()}]MAX_JERK is missing: {found[i, k]:g}, {JERK_TIMES:g} times the acceleration "
-                    "a second"
-                )
-            else:
-                raise FormatError(f"{file}: {key} of axis {axis.upper()} is missing; add it to [AXIS_{axis.upper()}]")
-    for k, axis in enumerate(axes):
-        found[:, k] -= _for_offsets(ini, f"AXIS_{axis.upper()}", found[:, k], file, notes)
     columns = np.array([LETTERS.index(axis) for axis in axes])
-    found *= units[columns]
+    module = MODULES.get(name)
+    own = "" if module is None else module.moved
+    places = [
+        [f"AXIS_{axis.upper()}", *(f"JOINT_{joint}" for joint in joints[axis] if axis not in own)] for axis in axes
+    ]
+    moved = None
+    if module is not None:
+        numbers = sorted((joint, axis) for axis in own for joint in joints[axis])
+        if len(numbers) > JOINTS:
+            raise FormatError(f"{file}: {len(numbers)} joints that are no axes; it can plan {JOINTS}")
+        places += [[f"JOINT_{joint}"] for joint, _ in numbers]
+        moved = MovedJoints(
+            name, module, axes, linear, tuple(axis for _, axis in numbers), tuple(joint for joint, _ in numbers),
+        )  # fmt: skip
+    found = np.array([_limits(ini, names, file, notes) for names in places]).T
+    for k, axis in enumerate(axes):
+        took = _for_offsets(ini, f"AXIS_{axis.upper()}", found[:, k], file, notes)
+        if moved is not None and np.any(took):
+            where = f"[AXIS_{axis.upper()}]OFFSET_AV_RATIO"
+            raise FormatError(f"{file}: {where}: with {name} external offsets cannot be planned; leave it out")
+        found[:, k] -= took
+    found *= np.append(units[columns], np.full(len(places) - len(axes), linear))
+    velocity = found[0, : len(axes)]
     rotary = np.array([axis in ROTARY_AXES for axis in axes])
-    feed = float(np.linalg.norm(np.where(rotary, np.degrees(found[0]), found[0])))  # no axis allows more
-    return Mill(axes, columns, units, linear, found[0], found[1], found[2], feed, notes)
+    feed = float(np.linalg.norm(np.where(rotary, np.degrees(velocity), velocity)))  # no axis allows more
+    return Mill(axes, columns, units, linear, found[0], found[1], found[2], feed, notes, moved)
+
+
+def _joints_of(ini: Sections, name: str, arguments: list[str], file: str) -> tuple[list[str], dict[str, list[int]]]:
+    """Letters of the axes, and the numbers of the joints of each; FormatError where a module lacks an axis."""
+    if name == TRIVIAL:
+        return axes_of(ini, arguments, file)
+    module = MODULES[name]
+    letters, _ = axes_of(ini, [], file)
+    order = next((each.partition("=")[2].lower() for each in arguments if each.lower().startswith("coordinates=")), "")
+    order = order if order and module.free else module.order
+    for axis in {*module.needs, *letters}:
+        if axis not in letters or axis not in order:
+            where = "[TRAJ]COORDINATES" if axis not in letters else f"[KINS]KINEMATICS = {name}"
+            raise FormatError(f"{file}: {where} has no {axis.upper()}: {name} has joints for {order.upper()}")
+    return letters, {axis: [k for k, each in enumerate(order) if each == axis] for axis in letters}
+
+
+def _limits(ini: Sections, names: list[str], file: str, notes: list[str]) -> list[float]:
+    """Velocity, acceleration and jerk of an axis or a joint, in the file's units: the least of its sections."""
+    found: list[float] = []
+    for key in ("MAX_VELOCITY", "MAX_ACCELERATION", "MAX_JERK"):
+        said = [positive(ini[n][key], file, f"[{n}]{key}")[1] for n in names if key in ini.get(n, {})]
+        if said:
+            found.append(min(said))
+        elif key == "MAX_JERK":
+            found.append(JERK_TIMES * found[1])
+            notes.append(
+                f"[{names[0]}]MAX_JERK is missing: {found[-1]:g}, {JERK_TIMES:g} times the acceleration a second"
+            )
+        else:
+            kind, _, number = names[0].lower().partition("_")
+            raise FormatError(f"{file}: {key} of {kind} {number.upper()} is missing; add it to [{names[0]}]")
+    return found
 
 
 def _for_offsets(ini: Sections, name: str, limits: Array, file: str, notes: list[str]) -> Array:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.curves.curve import NurbsCurve
+from splinefeed.kinematics.with_joints import Joints
 from splinefeed.live import linuxcnc_wire as wires
 from splinefeed.live.linuxcnc_limits import Mill
 from splinefeed.live.linuxcnc_moves import BLEND, POINT, STOP, feeds_of, size_of
@@ -29,16 +30,16 @@ class PlannedMotion:
 
     first      number of its first move; mill  the machine
     look_ahead  makes one for it, from a state; smooth  curves that are smoothed in one go
-    overrides  that it is planned under: of feeds and rapid moves, and the largest velocity
+    overrides  that it is planned under: of feeds and rapid moves, and the largest velocity; joints  that are no axes
     closed     whether all of its moves have come
     """
 
     def __init__(
         self, first: int, mill: Mill, look_ahead: Callable[[State | None], LookAhead], smooth: int,
-        overrides: tuple[float, float, float],
+        overrides: tuple[float, float, float], joints: Joints | None = None,
     ) -> None:  # fmt: skip
         self.first, self.mill, self.look_ahead, self.overrides = first, mill, look_ahead, overrides
-        self.track = PlannedTrack(first)
+        self.track = PlannedTrack(first, joints)
         self.smoother = Smoother("program", mill.axes, corners="round", window=smooth)
         self.closed = False
         self.moves: list[Any] = []  # all of them: an override that changes changes their feeds

@@ -16,6 +16,7 @@ from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.editing import split
 from splinefeed.curves.flat import Flat
 from splinefeed.curves.packed import Packed
+from splinefeed.kinematics.with_joints import Joints
 from splinefeed.paths.parts import cut
 from splinefeed.paths.path import Path
 from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray, IntArray
@@ -36,7 +37,7 @@ class Quintics:
 
     middle  place on the track in the middle of each, mm
     law     (n, 6), of the motion in each: s from `begin`, t from `behind` (n,), s, before the piece
-    straight  (n,) whether it is on a line: it can be left where one likes
+    straight  (n,) whether it is on a line, for joints too: it can be left where one likes
     """
 
     span: Array
@@ -60,11 +61,12 @@ class Quintics:
 class PlannedTrack:
     """Smooth paths in a row since motion began at rest: places by length, and the move that each is on.
 
-    first  number of the move that it begins with
+    first  number of the move that it begins with; joints  that are no axes, beside these in all derivatives
     """
 
-    def __init__(self, first: int) -> None:
+    def __init__(self, first: int, joints: Joints | None = None) -> None:
         self.first = self.pushed = first
+        self.joints = joints
         self.parts: list[Path] = []
         self.moves: list[IntArray] = []  # of each part the move that each of its curves begins on
         self.starts: list[float] = []
@@ -87,7 +89,8 @@ class PlannedTrack:
         self.curves.append(self.count)
         self.moves.append(origins)
         self._begins += (self.length + path.curve_starts[:-1]).tolist()
-        self._lines += ((path.flat.degrees == 1) & (np.diff(path.flat.point_starts) == 2)).tolist()
+        bend = self.joints is not None and self.joints.bend
+        self._lines += ((path.flat.degrees == 1) & (np.diff(path.flat.point_starts) == 2) & (not bend)).tolist()
         lengths, begins = np.diff(path.curve_starts), self.length + path.curve_starts[:-1]
         following = np.append(origins[1:], origins[-1] + 1)
         for begin, length, one, other in zip(
@@ -136,7 +139,10 @@ class PlannedTrack:
         return places[(places > low + 1e-9) & (places < high - 1e-9)]
 
     def derivatives(self, s: Array, middle: Array) -> Array:
-        """r and its derivatives by length (n, 4, axes) at places s (n,), on the curves that `middle` (n,) lie on."""
+        """r and its derivatives by length (n, 4, axes) at places s (n,), on the curves that `middle` (n,) lie on.
+
+        Joints that are no axes are behind these.
+        """
         out = np.empty((len(s), 4, len(self.parts[0].axes)))
         starts = np.array(self.starts)
         part = np.clip(np.searchsorted(starts, middle, side="right") - 1, 0, None)
@@ -158,7 +164,7 @@ class PlannedTrack:
                 some = (u == high) == left
                 if some.any():
                     out[mine[some]] = path.by_length(curve[some], u[some], side="left" if left else "right")
-        return out
+        return out if self.joints is None else self.joints.beside(out)
 
 
 def at_knots(curve: NurbsCurve, places: Array, near: float) -> Array:

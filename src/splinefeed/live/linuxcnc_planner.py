@@ -16,8 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.errors import PlanError, SplinefeedError
+from splinefeed.kinematics.with_joints import Joints
 from splinefeed.live import linuxcnc_wire as wires
 from splinefeed.live.linuxcnc_curves import ProgramCurves
+from splinefeed.live.linuxcnc_joints import PROBES
 from splinefeed.live.linuxcnc_limits import Mill
 from splinefeed.live.linuxcnc_motion import PlannedMotion
 from splinefeed.live.linuxcnc_moves import curve_of, feeds_of
@@ -75,7 +77,9 @@ class Planner:
         self.clock, self.curves = clock, curves
         self.limits, self.reserve = mill.limits(reserve), reserve
         self.period = float(wire.period)
-        self.inverse = 1.0 / mill.units[mill.columns]
+        moved = mill.moved
+        self.joints: Joints | None = None  # as they move in the run that is open
+        self.columns, self.inverse = mill.piece_columns, 1.0 / mill.column_units
         self.session = time.time_ns() & 0x7FFFFFFFFFFFFFFF
         self.run: PlannedMotion | None = None
         self.sent: dict[int, SentBatch] = {}
@@ -90,14 +94,21 @@ class Planner:
         self.queued, self.grown = self.read, self.clock()  # moves that came, and when the last did
         self.news = self.seen = self.alive = self.began = self.clock()  # `seen`: when the last moves were there
         self.blocks = 0
-        jerk = np.zeros(wires.AXES)
-        jerk[mill.columns] = mill.jerk * self.inverse
+        jerk = np.zeros(wires.COLUMNS)
+        jerk[self.columns] = mill.jerk * self.inverse
         wire.store("jerk", jerk)
+        if moved is not None:
+            count, own = len(moved.numbers), len(mill.axes)
+            wire.joint_vmax[:count] = mill.velocity[own:] * self.inverse[own:]
+            wire.joint_amax[:count] = mill.acceleration[own:] * self.inverse[own:]
+            wire.joint[:count] = moved.numbers
+            wire.probe[:] = PROBES / mill.units
+        wire.store("joints", 0 if moved is None else len(moved.numbers))
         wire.store("session", self.session)
 
     def look_ahead(self, start: State | None = None) -> LookAhead:
         """A look-ahead for this machine."""
-        return LookAhead(self.limits, self.period, self.mill.axes, self.window, start=start)
+        return LookAhead(self.limits, self.period, self.mill.axes, self.window, start=start, joints=self.joints)
 
     @property
     def there(self) -> bool:
@@ -187,9 +198,14 @@ class Planner:
         waits = (moves["atspeed"] != 0) | (moves["indexer"] >= 0) | other | (moves["sync"] == wires.TAP)
         ends = np.flatnonzero(waits)
         if self.run is None:
+            if self.mill.moved is not None:
+                if int(wire.answered) != self.session:
+                    return False
+                found = wire.answer[:, : len(self.mill.moved.numbers)] * self.mill.linear
+                self.joints = self.mill.moved.answering(found)
             ends = ends[ends > 0]
             self._settled()
-            self.run = PlannedMotion(self.read, self.mill, self.look_ahead, self.smooth, self.overrides)
+            self.run = PlannedMotion(self.read, self.mill, self.look_ahead, self.smooth, self.overrides, self.joints)
             self.began = now
         if len(ends):
             moves = moves[: int(ends[0])]
@@ -333,7 +349,7 @@ class Planner:
         ring = (self.piece + np.arange(n)) % wires.PIECES
         rows = wire.piece
         rows["c"][ring] = 0.0
-        rows["c"][ring[:, None], self.mill.columns] = c * self.inverse[:, None]
+        rows["c"][ring[:, None], self.columns] = c * self.inverse[:, None]
         rest = np.setdiff1d(np.arange(wires.AXES), self.mill.columns)
         rows["c"][ring[:, None], rest, 0] = wire.rest[rest]
         for name, values in (("span", h), ("scale", scale), ("segment", numbers)):

@@ -106,6 +106,7 @@ class TaskWatch:
 def warm_up(mill: Mill, period: float = 1e-3) -> None:
     """Make the first calls of everything, which take seconds, before motion needs them."""
     n = len(mill.axes)
+    joints = None if mill.moved is None else mill.moved.with_lengths({})
     points = np.zeros((40, n))
     points[:, 0] = np.linspace(0.0, 3.0, 40)
     points[:, 1:] = 0.1 * np.sin(points[:, :1])
@@ -116,7 +117,8 @@ def warm_up(mill: Mill, period: float = 1e-3) -> None:
         count = len(curves)
         path = Path(curves, mill.axes, feeds=[50.0] * count, tolerances=[tolerance] * count)
         smoother = Smoother("program", mill.axes, corners="round", window=20)
-        look, track = LookAhead(mill.limits(0.05), period, mill.axes, 40), PlannedTrack(0)
+        look = LookAhead(mill.limits(0.05), period, mill.axes, 40, joints=joints)
+        track = PlannedTrack(0, joints)
         track.push(np.ones(count))
         for each in [*smoother.push(path), *smoother.finish()]:
             track.add(each, np.zeros(len(each.curves), dtype=np.int64))

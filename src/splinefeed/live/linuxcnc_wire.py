@@ -19,7 +19,10 @@ import numpy as np
 
 from splinefeed.errors import SplinefeedError
 
-KEY, MAGIC, PROTOCOL, AXES = 0x53504C46, 0x53465450, 3, 9
+KEY, MAGIC, PROTOCOL, AXES = 0x53504C46, 0x53465450, 4, 9
+#: Joints that are no axes, at most, and the poses at which real time tells them; columns of a piece.
+JOINTS, PROBES = 6, 12
+COLUMNS = AXES + JOINTS
 SEGMENTS, PIECES, BATCHES, TEXT = 4096, 8192, 512, 240
 #: Values of `kind`, `sync`, `why` and `state`.
 LINE, ARC = 1, 2
@@ -32,7 +35,7 @@ SEGMENT = np.dtype(
     + [(name, "<f8") for name in ["feed", "top", "tolerance"]]
     + [("from", "<f8", AXES), ("to", "<f8", AXES), ("centre", "<f8", 3), ("normal", "<f8", 3)]
 )
-PIECE = np.dtype([(name, "<f8") for name in ["span", "scale"]] + [("segment", "<u8"), ("c", "<f8", (AXES, 6))])
+PIECE = np.dtype([(name, "<f8") for name in ["span", "scale"]] + [("segment", "<u8"), ("c", "<f8", (COLUMNS, 6))])
 BATCH = np.dtype(
     [(name, "<u8") for name in ["piece", "after", "done"]]
     + [(name, "<u4") for name in ["n", "sure", "epoch", "from_rest"]]
@@ -43,11 +46,13 @@ WIRE = np.dtype(
     + [(n, "<u8") for n in ["seg_head", "seg_clear", "seg_done", "batch_now", "batch_seen", "piece_now", "piece_seen"]]
     + [(name, "<u4") for name in ["epoch", "why", "state", "piece_i"]]
     + [(name, "<f8") for name in ["period", "feed_scale", "rapid_scale", "vlimit", "rate", "piece_t"]]
-    + [("rest", "<f8", AXES)]
+    + [("rest", "<f8", AXES), ("answer", "<f8", (PROBES, JOINTS)), ("answered", "<u8")]
     + [(name, "<u4") for name in ["cycles", "late", "refused", "stepping"]]
     + [("said", f"S{TEXT}")]
     + [(name, "<u8") for name in ["batch_head", "beat", "session", "fault"]]
-    + [("jerk", "<f8", AXES), ("text", f"S{TEXT}")]
+    + [("jerk", "<f8", COLUMNS), ("joint_vmax", "<f8", JOINTS), ("joint_amax", "<f8", JOINTS)]
+    + [("joint", "<u4", JOINTS), ("joints", "<u4"), ("pad1", "<u4")]
+    + [("probe", "<f8", (PROBES, AXES)), ("text", f"S{TEXT}")]
     + [("segment", SEGMENT, SEGMENTS), ("piece", PIECE, PIECES), ("batch", BATCH, BATCHES)]
 )
 #: The order of acquire and release of the C11 memory model, as libatomic counts them.

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from splinefeed.errors import CurveError, InputError
+from splinefeed.kinematics.with_joints import Joints
 from splinefeed.paths.parts import cut, joined
 from splinefeed.paths.path import Path
 from splinefeed.planner.conditions import Conditions
@@ -58,6 +59,7 @@ class LookAhead:
     axes            names of the axes of all that comes
     window          cells that are looked ahead over
     start           where on the first path it begins, and how; None begins at its start with start_feed
+    joints          that move the axes and have limits of their own, which name them as further axes
 
     The last plan always ends at rest within the window and keeps every limit. Its first half becomes final and the rest
     is planned again with what follows; where that fails, the last plan still stands. So committed motion can always
@@ -78,14 +80,15 @@ class LookAhead:
         window: int = WINDOW,
         *,
         start: State | None = None,
+        joints: Joints | None = None,
     ) -> None:
         self.axes, self.period = tuple(axes), positive(period, "period")
-        self.limits = limits
+        self.limits, self.joints = limits, joints
         self._start = start
         start = State(limits.start_feed) if start is None else start
         if int(window) < LEAST_WINDOW:
             raise InputError(f"a window of {window} cells; it must have at least {LEAST_WINDOW}")
-        check_limits(limits, self.axes, LOOK_AHEAD)
+        check_limits(limits, self._limited, LOOK_AHEAD)
         self._mode = replace(MODES[LOOK_AHEAD], cells=int(window))
         self._horizon = RecedingHorizon(start.s, State(start.feed, start.acceleration))
         self._path: Path | None = None  # what is known and not yet behind
@@ -125,7 +128,7 @@ class LookAhead:
         """Take more of the path, as `push` does, and plan nothing yet: `blocks` does."""
         if path.axes != self.axes:
             raise CurveError(f"the path has axes {path.axes}; the motion has {self.axes}")
-        path.check_travel(self.limits.travel_of(path.axes))
+        path.check_travel(self.limits.travel_of(self._limited))
         if path.times is not None:
             raise CurveError(
                 "times: a motion that is planned as its path comes has no wanted times; plan it as a whole"
@@ -169,14 +172,14 @@ class LookAhead:
         block keeps. Raises LimitsError for limits that leave acceleration and jerk free, or whose travel the path
         leaves.
         """
-        check_limits(limits, self.axes, LOOK_AHEAD)
+        check_limits(limits, self._limited, LOOK_AHEAD)
         for path in self._parts:
-            path.check_travel(limits.travel_of(path.axes))
+            path.check_travel(limits.travel_of(self._limited))
         before, self.limits, self._looked = self.limits, limits, 0.0
         known = self._known()
         if known is None:
             return []
-        settings = [conditions_of(known, each, self.period) for each in (before, limits)]
+        settings = [self._conditions(known, each) for each in (before, limits)]
         begin = self._horizon.low
         pieces = self._horizon.change(settings[0], settings[1], self._mode, self._stop_ahead(known, settings[0]))
         return [] if pieces is None else [self._block(known, pieces, begin, dict(known.dwells), before)]
@@ -202,10 +205,19 @@ class LookAhead:
         path = self._known()
         if path is None or self._horizon.state.feed == 0.0:
             return []
-        conditions, begin = conditions_of(path, self.limits, self.period), self._horizon.low
+        conditions, begin = self._conditions(path, self.limits), self._horizon.low
         pieces = self._horizon.hold(conditions, self._mode, self._stop_ahead(path, conditions))
         self._looked = 0.0
         return [self._block(path, pieces, begin, dict(path.dwells))]
+
+    @property
+    def _limited(self) -> tuple[str, ...]:
+        """All that limits may name: axes and joints."""
+        return self.axes if self.joints is None else (*self.axes, *self.joints.names)
+
+    def _conditions(self, path: Path, limits: Limits) -> Conditions:
+        """What the motion along a path is planned under."""
+        return conditions_of(path if self.joints is None else self.joints.along(path), limits, self.period)
 
     def _stop_ahead(self, path: Path, conditions: Conditions) -> float:
         """Where the motion next rests, or what is known of the path ends, mm."""
@@ -237,7 +249,7 @@ class LookAhead:
         path = self._known()
         if path is None:
             return
-        conditions = conditions_of(path, self.limits, self.period)
+        conditions = self._conditions(path, self.limits)
         if not self._begun and self._start is None:
             self._horizon.state = State(conditions.speed_at(0.0, self.limits.start_feed))
         stops = conditions.rests

@@ -1,0 +1,160 @@
+"""A path in axes that carry the tip, and beside them the joints that move these axes: all of them have limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from splinefeed.kinematics.jets import Jet, Number
+from splinefeed.paths.path import Path
+from splinefeed.paths.track import Track
+from splinefeed.records import Array, IntArray, Limits
+
+#: What rounding of a joint may come to, in units of its last place.
+ROUNDINGS = 8.0
+
+
+@dataclass(frozen=True, eq=False)
+class Joints:
+    """Joints that are no axes of a path: their names, and where they are for its axes.
+
+    of    axes (as jets, arrays or numbers, in the path's order) to joints, mm and rad
+    bend  whether they move along curves while all axes move along straight lines
+    """
+
+    names: tuple[str, ...]
+    of: Callable[[tuple[Number, ...]], tuple[Number, ...]]
+    bend: bool = True
+
+    def beside(self, d: Array) -> Array:
+        """Axes and joints (n, orders, axes + joints), from the axes and their derivatives d (n, orders, axes)."""
+        jets = tuple(Jet.of_derivatives(np.ascontiguousarray(d[:, :, k].T)) for k in range(d.shape[2]))
+        found = (each if isinstance(each, Jet) else jets[0] * 0.0 + np.asarray(each) for each in self.of(jets))
+        return np.concatenate([d, *(each.derivatives.T[:, :, None] for each in found)], axis=2)
+
+    def along(self, path: Path) -> PathWithJoints:
+        """A path and these joints beside its axes."""
+        return PathWithJoints(path, self)
+
+
+class PathWithJoints(Track):
+    """A path and joints beside its axes: `Limits` name them as further axes.
+
+    Source: docs/how-to/linuxcnc-planner.md. Example: `Joints(("left",), lambda r: (r[0] + r[1],)).along(path)`
+    """
+
+    sided = Path.sided
+
+    def __init__(self, path: Path, joints: Joints) -> None:
+        self.path, self.joints = path, joints
+        self.name, self.linear = path.name, path.linear
+        self.axes = (*path.axes, *joints.names)
+        self._own = len(path.axes)
+
+    @property
+    def length(self) -> float:
+        """That of the path, mm."""
+        return self.path.length
+
+    @property
+    def stops(self) -> tuple[float, ...]:
+        """Those of the path, mm: joints are as smooth as it."""
+        return self.path.stops
+
+    @property
+    def dwells(self) -> tuple[tuple[float, float], ...]:
+        """Those of the path, (mm, s)."""
+        return self.path.dwells
+
+    @property
+    def breaks(self) -> Array:
+        """Those of the path, mm."""
+        return self.path.breaks
+
+    @property
+    def jumps(self) -> Array:
+        """Those of the path, mm."""
+        return self.path.jumps
+
+    @property
+    def mixed(self) -> bool:
+        """Whether sigma is another length than that of the tip."""
+        return self.path.mixed
+
+    @property
+    def alone(self) -> bool:
+        """Whether axes may move while the tip stays."""
+        return self.path.alone
+
+    @property
+    def weights(self) -> Array:
+        """Joints count nothing in sigma, (axes,)."""
+        return np.append(self.path.weights, np.zeros(len(self.joints.names)))
+
+    @property
+    def tip_path(self) -> Path:
+        """The path."""
+        return self.path
+
+    @property
+    def tip_columns(self) -> slice:
+        """The linear axes carry the tip."""
+        return self.path.tip_columns
+
+    @property
+    def pieces(self) -> Array:
+        """Those of the path, mm."""
+        return self.path.pieces
+
+    def __call__(self, s: ArrayLike) -> Array:
+        """Axes and joints (..., axes), mm and rad, at places s (...), mm."""
+        values = self.path(s)
+        flat = values.reshape(-1, 1, self._own)
+        return self.joints.beside(flat).reshape(*values.shape[:-1], len(self.axes))
+
+    def derivatives(self, s: Array, row: IntArray | None = None) -> Array:
+        """Axes and joints and their first three derivatives by sigma, (n, 4, axes), at places s (n,), mm."""
+        return self.joints.beside(self.path.derivatives(s, row))
+
+    def positions(self, curve: IntArray, u: Array, s: Array, tip: Array) -> Array:
+        """Axes and joints (n, axes) where the path is at `tip` (n, axes)."""
+        return self.joints.beside(tip[:, None])[:, 0]
+
+    @property
+    def reach(self) -> tuple[Array, Array]:
+        """Least and greatest of axes, and of joints at places along the path, (axes,) each, mm or rad."""
+        low, high = self.path.reach
+        places = self(self.path.curve_starts)[:, self._own :]
+        return np.append(low, places.min(axis=0)), np.append(high, places.max(axis=0))
+
+    def check_travel(self, travel: Mapping[str, tuple[float, float]]) -> None:
+        """Raise LimitsError where an axis of the path leaves its travel."""
+        self.path.check_travel(travel)
+
+    def check_limits(self, limits: Limits) -> None:
+        """Raise LimitsError for a limit that no motion along the path can have."""
+        self.path.check_limits(limits)
+
+    def between_ticks(self, d: Array) -> tuple[Array | None, Array | None]:
+        """As for the path."""
+        return self.path.between_ticks(d[:, :, : self._own])
+
+    def chords(self, s: Array, r: Array, places: Array) -> tuple[IntArray, Array, Array | None]:
+        """As for the path."""
+        return self.path.chords(s, r[:, : self._own], places)
+
+    def rounding(self, s: Array, r: Array) -> Array:
+        """Roundings of positions r (n, axes), (axes,)."""
+        size = np.max(np.abs(r[:, self._own :]), axis=0, initial=0.0)
+        return np.append(self.path.rounding(s, r[:, : self._own]), ROUNDINGS * np.spacing(size))
+
+    def tip(self, d: Array) -> Array:
+        """As for the path."""
+        return self.path.tip(d[:, :, : self._own])
+
+    def tip_length(self, s: ArrayLike) -> Array:
+        """As for the path."""
+        return self.path.tip_length(s)
