@@ -43,6 +43,7 @@ NAMES = (
     "controller",
     "linuxcnc_motion",
     "linuxcnc_reactions",
+    "linuxcnc_kinematics",
     "pages",
 )
 RESULTS = Path(__file__).with_name("results.json")

@@ -131,6 +131,7 @@ def planner(say: Say, ini: str, reserve: float, window: int) -> Page:
         tell(note)
     say("getting ready")
     warm_up(mill)
+    say("")
     with suppress(KeyboardInterrupt):
         serve(mill, reserve, PYTHON, tell, lambda: False, window=window)
     return {}
