@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.linuxcnc_kinematics import HAL, JERK, TOOLS, machine, program
+from benchmarks.linuxcnc_kinematics import HAL, JERK, KEPT, TOOLS, machine, program
 from benchmarks.linuxcnc_planner import PERIOD, module_missing, recorded
 
 from linuxcnc_kinematics import asked
@@ -46,7 +46,7 @@ def test_joints_keep_their_limits_where_stock_does_not(kinematics: str):
     turned = "0.5:feed=60,1.2:feed=150,2.0:pause,2.6:resume,3.0:most=20,3.8:most=60,4.2:feed=30,5:feed=100"
     for actions in ("", turned):
         found = recorded(program(kinematics), ours, actions=actions)
-        assert max(shares(found.position, ours)) <= 1.0
+        assert max(shares(found.position, ours)) <= 1.0 + KEPT
         np.testing.assert_allclose(found.position[-1], stock.position[-1], atol=1e-6)
     assert max(shares(stock.position, ours)[:2]) > 1.2  # velocity or acceleration of some joint
 
@@ -67,5 +67,5 @@ def test_a_table_that_is_switched_to_trivial_kinematics_and_back_keeps_its_limit
         "M2\n", "M68 E3 Q1\nM66 E0 L0\nG1 X20 Y10 A-10 C40 F3000\nG1 X0 Y0 A0 C0\nM2\n"
     )
     found = recorded(text, ours)
-    assert max(shares(found.position, ours)) <= 1.0
+    assert max(shares(found.position, ours)) <= 1.0 + KEPT
     assert np.max(np.abs(found.position[-1][[0, 1, 3, 4]])) < 1e-6
