@@ -234,6 +234,11 @@ class Path(JoinedCurves):
         more = [f"the motion stops near waypoint {k + 1}, where the path turns back on itself" for k in stops.tolist()]
         return made.with_findings(*made.findings, *more) if more else made
 
+    def feeds_within(self, feed: float) -> Array:
+        """Largest feed on each curve, (curves,), mm/s: `feed`, mm/s, or the lower one that is wanted there."""
+        feeds = np.full(len(self.curves), feed)
+        return feeds if self.feeds is None else np.minimum(feeds, self.feeds)
+
     @property
     def feed_range(self) -> tuple[float, bool] | None:
         """Highest finite feed of its curves, mm/s, and whether some have none (rapid moves); None without feeds."""

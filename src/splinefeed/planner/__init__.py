@@ -6,7 +6,7 @@ the limits are along the path alone, else `strategies`, the two modes of one pla
 for q = feed^2, a `spline` (`solve`); `horizon` repeats it where the `audit` finds the motion over a limit, `receding`
 goes on from horizon to horizon, `stream` along paths without end, `timed` to wanted times. `straight`, `openings` are
 closed forms, `law` the motion in time, `ticks` slows it where setpoints are over a limit, `bound` and `dual` say how
-far from the best it is; `shared` is what every strategy looks at first: ends, feeds of curves, waits;
+far from the best it is; `shared` puts waits into a law, and instants on ticks;
 `constants` are shared numbers. `override/` runs a law faster and slower. docs/math/planner.md derives it.
 """
 

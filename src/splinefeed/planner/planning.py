@@ -18,7 +18,7 @@ from splinefeed.paths.path import Path
 from splinefeed.paths.track import GOES, Track
 from splinefeed.planner.seven_phase import STRATEGY as SEVEN_PHASE
 from splinefeed.planner.seven_phase import plan_seven_phase
-from splinefeed.planner.shared import check_ends, with_dwells
+from splinefeed.planner.shared import with_dwells
 from splinefeed.planner.strategies import LOOK_AHEAD, TIME_OPTIMAL, plan_in_mode
 from splinefeed.planner.timed import in_time
 from splinefeed.records import (
@@ -152,7 +152,7 @@ def _plan(
             "or give run a machine"
         )
     limits, curves = limits.on(path.axes), path.tip_path
-    if strategy is None and (start is not None or path.beside or path.mixed):
+    if strategy is None and (start is not None or not path.carries_tip or path.mixed):
         strategy = TIME_OPTIMAL
     if strategy == SEVEN_PHASE:
         if path.mixed:
@@ -160,7 +160,7 @@ def _plan(
                 f"{SEVEN_PHASE} cannot plan linear and rotary axes together, whose tip does not move as the path's "
                 f"length does; choose {TIME_OPTIMAL} or {LOOK_AHEAD}, or leave the strategy open"
             )
-        if path.beside:
+        if not path.carries_tip:
             raise LimitsError(f"{SEVEN_PHASE} cannot plan joints; choose {TIME_OPTIMAL} or {LOOK_AHEAD}")
     strategy = strategy_for(limits, strategy)
     if period is not None:
@@ -173,11 +173,12 @@ def _plan(
                 )
     _check_path(path)
     path.check_travel(limits.travel_of(path.axes))
-    check_ends(curves, limits)
+    _check_ends(curves, limits)
     if start is not None:
         _check_start(path, strategy, start)
     if back and (start is None or limits.start_feed > 0.0):
         raise LimitsError("back: leads from rest at the start of the path to a start on it; give start, no start_feed")
+    notes, unit = axes_without_limits(limits, path.axes, *path.reach), _unit(path)
     given: dict[str, Any] = {} if start is None else {"start": start, "back": back}
     if bound and strategy == TIME_OPTIMAL:
         given["bound"] = True
@@ -190,19 +191,19 @@ def _plan(
     begins = {} if start is None or (back and start.s > 0.0) else start.settings
     return dataclasses.replace(
         law,
-        notes=(*law.notes, *_without_limits(path, limits)),
+        notes=(*law.notes, *notes),
         settings={
             **law.settings,
             **{"limits": limits.as_dict(), "strategy": strategy, "period": period},
             **begins,
-            **_unit(path),
+            **unit,
         },
     )
 
 
 def _along(path: Track) -> str:
     """The unit of lengths along a path."""
-    return "mm" if path.beside else unit_along(path.axes)
+    return unit_along(path.axes) if path.carries_tip else "mm"
 
 
 def _unit(path: Track) -> dict[str, str]:
@@ -226,14 +227,21 @@ def _in_time(
     )
 
 
-def _without_limits(path: Track, limits: Limits) -> list[str]:
-    """A sentence for each kind of limit that some axes of `path` have and others that move do not."""
-    return axes_without_limits(limits, path.axes, *path.reach)
-
-
 def cheap_to_bound(path: Track, limits: Limits) -> bool:
     """Whether a lower bound of the time costs about as much as the plan: up to three axes without torques."""
     return len(path.axes) <= CHEAP and not limits.models
+
+
+def _check_ends(path: Path, limits: Limits) -> None:
+    """Raise LimitsError for feeds at the ends of the path that its own curves or dwells contradict."""
+    feeds = path.feeds_within(limits.feed)
+    waits = dict(path.dwells)
+    for name, feed, s in (("start_feed", feeds[0], 0.0), ("end_feed", feeds[-1], path.length)):
+        wanted = getattr(limits, name)
+        if wanted > feed:
+            raise LimitsError(f"{name} is {wanted:g} mm/s; the path allows at most {feed:g} mm/s there")
+        if wanted > 0.0 and s in waits:
+            raise LimitsError(f"{name} is {wanted:g} mm/s; the path waits {waits[s]:g} s there, at rest")
 
 
 def _check_start(path: Track, strategy: str, start: State) -> None:

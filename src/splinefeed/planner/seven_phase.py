@@ -14,7 +14,6 @@ from splinefeed.paths.path import Path
 from splinefeed.planner import profiles
 from splinefeed.planner.constants import SAME
 from splinefeed.planner.profiles import ROUNDING, Profile
-from splinefeed.planner.shared import curve_feeds
 from splinefeed.records import Array, Limits, TimeLaw
 
 STRATEGY = "seven-phase"
@@ -56,7 +55,7 @@ def plan_seven_phase(path: Path, limits: Limits, period: float | None) -> TimeLa
 
 def _least_feeds(path: Path, limits: Limits, marks: Array, sign: float = 1.0) -> Array:
     """Least feed of the curves between neighbouring marks (m + 1,), (m,), mm/s; of sign -1: minus the greatest."""
-    feeds = sign * curve_feeds(path, limits)
+    feeds = sign * path.feeds_within(limits.feed)
     first = np.searchsorted(path.curve_starts[:-1], marks[:-1] + SAME * path.length, side="right") - 1
     last = np.searchsorted(path.curve_starts[:-1], marks[1:] - SAME * path.length, side="left") - 1
     return np.array([feeds[a : max(a, b) + 1].min() for a, b in zip(first, last, strict=True)])

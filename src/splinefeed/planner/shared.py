@@ -1,4 +1,4 @@
-"""What every strategy shares: ends of the path, the feed of each curve, time at rest put into a law."""
+"""What every strategy shares: time at rest put into a law, instants put on ticks."""
 
 from __future__ import annotations
 
@@ -8,31 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinefeed.errors import LimitsError, PlanError
-from splinefeed.paths.path import Path
+from splinefeed.errors import PlanError
 from splinefeed.planner.constants import ALMOST, SAME
-from splinefeed.records import LAW_COEFFICIENTS, Array, Limits, TimeLaw
+from splinefeed.records import LAW_COEFFICIENTS, Array, TimeLaw
 
 #: No stretch may last longer, s: thirty years.
 LONGEST = 1e9
-
-
-def curve_feeds(path: Path, limits: Limits) -> Array:
-    """Largest feed on each curve, (curves,), mm/s: that of the limits, or the lower one that the path asks for."""
-    feeds = np.full(len(path.curves), limits.feed)
-    return feeds if path.feeds is None else np.minimum(feeds, path.feeds)
-
-
-def check_ends(path: Path, limits: Limits) -> None:
-    """Raise LimitsError for feeds at the ends of the path that its own curves or dwells contradict."""
-    feeds = curve_feeds(path, limits)
-    waits = dict(path.dwells)
-    for name, feed, s in (("start_feed", feeds[0], 0.0), ("end_feed", feeds[-1], path.length)):
-        wanted = getattr(limits, name)
-        if wanted > feed:
-            raise LimitsError(f"{name} is {wanted:g} mm/s; the path allows at most {feed:g} mm/s there")
-        if wanted > 0.0 and s in waits:
-            raise LimitsError(f"{name} is {wanted:g} mm/s; the path waits {waits[s]:g} s there, at rest")
 
 
 def on_tick(time: float, period: float | None) -> float:

@@ -19,7 +19,7 @@ from splinefeed.planner.horizon import Plan, SolverSettings, plan_window
 from splinefeed.planner.law import MotionPieces, joined
 from splinefeed.planner.openings import over_at, plan_from
 from splinefeed.planner.receding import OutOfReachError, RecedingHorizon, plan_stretch
-from splinefeed.planner.shared import curve_feeds, on_tick, with_dwells
+from splinefeed.planner.shared import on_tick, with_dwells
 from splinefeed.planner.straight import straights
 from splinefeed.planner.ticks import held_at_ticks
 from splinefeed.records import LAW_COEFFICIENTS, REST, Array, BoolArray, Limits, State, TimeLaw
@@ -91,7 +91,7 @@ def conditions_of(path: Track, limits: Limits, period: float | None, paces: Arra
     path.check_limits(limits)
     curves = path.tip_path
     passed = passed_corners(curves, limits, period)
-    feeds = curve_feeds(curves, limits)
+    feeds = curves.feeds_within(limits.feed)
     changes = np.flatnonzero(np.diff(feeds) != 0.0) + 1
     steps = curves.curve_starts[changes], feeds[np.concatenate([[0], changes])]
     stops = np.array([*path.stops, *(s for s, _ in path.dwells)])
