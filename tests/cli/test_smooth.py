@@ -88,3 +88,22 @@ def test_the_command_of_a_record_says_all_of_how_a_path_was_read():
     }  # fmt: skip
     said = record.command("part.nc", {"limits": {}}, reading, ("hdf5",))
     assert options.reading_from(setpoints_file.options_of({"command": said})) == reading
+
+
+SQUARE = '<svg xmlns="http://www.w3.org/2000/svg" width="40mm" height="30mm" viewBox="0 0 40 30">{}</svg>'
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ((), "the motion stops at 3 corners inside the path; --smooth LENGTH --corners round passes them"),
+        (("--smooth", "0.05mm"), "the motion stops at 3 corners inside the path; --corners round passes them, too"),
+        (("--smooth", "0.05mm", "--corners", "round"), ""),
+        (("--axis-velocity-step", "5"), ""),
+    ],
+)
+def test_run_says_at_how_many_corners_of_a_drawing_it_stops(splinefeed, folder, options, said):
+    (folder / "sheet.svg").write_text(SQUARE.format('<path fill="none" stroke="black" d="M5 5h20v10h-20z"/>'))
+    page = page_of(splinefeed("run", "sheet.svg", *RUN, *options))
+    notes = [note for note in page["notes"] if "the motion stops at" in note]
+    assert [note[: len(said)] for note in notes] == [said] * bool(said)

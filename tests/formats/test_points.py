@@ -203,3 +203,44 @@ def test_commas_that_are_plainly_between_numbers(tmp_path, text):
     file = tmp_path / "a.csv"
     file.write_text(text)
     assert sf.read(file).axes == ("x", "y", "z")
+
+
+@pytest.mark.parametrize(
+    ("head", "length", "said"),
+    [
+        ("# x y z [m]\n", 10_000.0, "the unit behind the last name, m, is taken for x, y, z"),
+        ("x,y,z (in)\n", 10.0, "columns without a unit beside others with one are in mm: x, y"),
+        ("x [in], y, z\n", 254.0, "columns without a unit beside others with one are in mm: y, z"),
+        ("x [in] y [in] z [in]\n", 254.0, ""),
+        ("x,y,z\n", 10.0, ""),
+    ],
+)
+def test_a_unit_said_once_is_that_of_all_places(tmp_path, head, length, said):
+    file = tmp_path / "scan.csv"
+    file.write_text(head + "0, 0, 0\n10, 0, 0\n")
+    path = sf.read(file)
+    assert path.length == pytest.approx(length)
+    assert [each for each in path.findings if "unit" in each] == [said] * bool(said)
+
+
+QUOTED = {
+    'x,y\n"0,5","1,0"\n"10,5","1,0"\n': 10.0,  # after geoda#123
+    'POLYID, X, Y\n1, "0,5", "1,2"\n2, "10,5", 1.2\n': 10.0,
+    '"x";"y"\n"0,5";"1,0"\n"5,5";"1,0"\n': 5.0,
+    '"x","y"\n"0.5","1.0"\n"5.5","1.0"\n': 5.0,
+}
+
+
+@pytest.mark.parametrize("text", QUOTED)
+def test_numbers_in_quotes_may_have_decimal_commas(tmp_path, text):
+    file = tmp_path / "scan.csv"
+    file.write_text(text)
+    path = sf.read(file)
+    assert path.axes == ("x", "y") and path.length == pytest.approx(QUOTED[text])
+
+
+def test_a_quote_that_is_not_closed_is_refused_with_its_line(tmp_path):
+    file = tmp_path / "scan.csv"
+    file.write_text('x,y\n0,1\n"5,1\n')
+    with pytest.raises(FormatError, match="line 3: "):
+        sf.read(file)

@@ -21,7 +21,7 @@ ROUNDING = 1e-12
 #: Programs with at most this many moves are made into a path; of longer ones as many curves are listed.
 FEW = 5_000
 #: Options of programs; the registry says which of the others are none of theirs.
-_OF_PROGRAMS = {"dialect", "start", "offsets", "tools", "increments", "from_line", "repair"}
+_OF_PROGRAMS = {"dialect", "start", "offsets", "tools", "increments", "units", "from_line", "repair"}
 
 
 def _show(page: Page) -> list[Block]:
@@ -85,7 +85,10 @@ def _program_lines(program: Mapping[str, Any]) -> list[str]:
         feeds = " to ".join(dict.fromkeys(number(60.0 * program[f"feed_{end}_mm_s"]) for end in ("min", "max")))
         times = f"{number(program['feed_time_s'])} s at them, {number(program['dwell_s'])} s of dwells"
         lines.append(f"  feeds     {feeds} mm/min; {times}, without rapid moves")
-    return lines if program["ends"] else [*lines, "  note      no M2 or M30 ends it"]
+    from splinefeed.programs.gcode.dialects import named
+
+    ends = program["ends"] or named(program["dialect"]).extruder  # a printer's program just stops
+    return lines if ends else [*lines, "  note      no M2 or M30 ends it"]
 
 
 @answers(_show)

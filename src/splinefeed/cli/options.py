@@ -188,6 +188,8 @@ _PROGRAM = """
 --offsets  G54=X,Y,Z;...    G-code: work offsets.  [default: at 0]
 --tools    FILE             G-code: tool table (.tbl); G43 takes tool lengths from it.
 --increments  -             G-code of Fanuc: axis words without a decimal point count 0.001 mm.
+--units    UNIT             G-code: mm or in, where no line says it (G20, G21); DXF: mm, in, ..., overrides the
+                            file; SVG: what a px is (pt).
 --repair   -                Repair what is safe to repair in a faulty file, and list it.
 """
 _FROM_LINE = """
@@ -197,7 +199,6 @@ _FROM_LINE = """
 _READING_ALONE = f"""
 --path which  NAME|NUMBER   Which path of a file that holds several (from 1).
 --layer    NAME,NAME        DXF, 3DM, SVG (groups): only these layers.
---units    UNIT             DXF: mm, in, ..., overrides the file; SVG: what a px is (pt).
 --hidden   -                Drawings: read what they do not show (layers off, no paint), too.
 --chord    LENGTH           Airfoil .dat: length of one unit of the file.  [default: 100 mm]
 --edges    -                STEP, IGES, 3DM: edges of faces as well as free curves.

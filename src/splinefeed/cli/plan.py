@@ -22,7 +22,6 @@ MOST_ROWS = 28
 
 def _show(page: Page) -> list[Block]:
     period, unit = units.format_quantity(page["period_s"], "time"), summary.unit_of_path(page)
-    stops = [f"stops     {len(page['stops_mm'])}, where the direction jumps"] if page["stops_mm"] else []
     rows = [
         [str(i), *(number(round(value, ROUNDED), 6) for value in piece.values())]
         for i, piece in enumerate(page["pieces"][:MOST_ROWS])
@@ -33,7 +32,6 @@ def _show(page: Page) -> list[Block]:
         [
             f"{summary.motion_sentence(page)}, planned for a period of {period}",
             summary.law(page),
-            *stops,
             *notes(page["notes"]),
         ],
         summary.limits(page),
@@ -102,7 +100,7 @@ def plan(say: Say, source: str | None, **given: Any) -> Page:
         "limits": verdict.as_dict()["limits"],
         "stops_mm": path.tip_length(path.stops).tolist(),
         "pieces": [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values(), strict=True)],
-        "notes": [*what.notes, *path.findings, *law.notes],
+        "notes": [*what.notes, *path.findings, *law.notes, *summary.exact_stops(path, what.limits, given)],
         "files": [given["output"]] if given["output"] else [],
     }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import math
 import re
 from collections.abc import Sequence
@@ -25,6 +26,8 @@ COMMENTS = ("#", "%", "!", "//")
 MOST_NAMES, MOST_NAME = 2000, 80
 _MARK = re.compile(r"\s*[,;\t]\s*")
 _EITHER = re.compile(r"\s*,\s*|\s+")
+#: Between names without marks: a unit in brackets belongs to the name before it.
+_BLANKS = re.compile(r"(?<!\s)\s++(?![\[(])")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+(?:,\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
 _NUMBER = re.compile(
     r"[+-]?(?:\d++\.?\d*+|\.\d++)(?:[eEdD][+-]?\d++)?|[+-]?(?:nan|inf|infinity)", re.IGNORECASE | re.ASCII
@@ -41,8 +44,15 @@ def numbers(line: str) -> tuple[list[float], bool] | None:
     if _PLAIN.fullmatch(line):
         return [_float(word) for word in line.split(",")], False
     text = line.strip().rstrip(",;").strip()
-    # semicolons or tabs between columns: a comma can only be a decimal point
-    if ";" in text or "\t" in text:
+    # semicolons or tabs between columns, or quotes around them: a comma can only be a decimal point
+    if '"' in text:
+        mark = next((mark for mark in ";\t" if mark in text), ",")
+        try:
+            words = [word.strip() for word in next(csv.reader([text], delimiter=mark, skipinitialspace=True))]
+        except csv.Error:
+            return None
+        decimal = any("," in word for word in words)
+    elif ";" in text or "\t" in text:
         words = [word.strip().rstrip(",") for word in (text.split(";") if ";" in text else text.split("\t")) if word]
         decimal = any("," in word for word in words)
     else:
@@ -71,7 +81,7 @@ def names(line: str) -> tuple[list[tuple[str, str]], bool]:
 
 def words(line: str) -> list[str]:
     """What stands between marks, or without any between blanks."""
-    return _MARK.split(line.strip().rstrip(",;")) if _MARK.search(line) else line.split()
+    return _MARK.split(line.strip().rstrip(",;")) if _MARK.search(line) else _BLANKS.split(line.strip())
 
 
 def name(word: str) -> tuple[str, str]:

@@ -211,7 +211,7 @@ def _blocks(text: Iterable[str], most: int) -> Iterator[Points]:
         said = values[0]
     if width < 2:
         raise InputError("no points found; expected one point per line, at least x and y")
-    names = _names(heads, width, number)
+    names, unit_said = _of_all(*_names(heads, width, number))
     joints = tuple(name for name, _ in names if name in JOINTS)
     columns = table_text.columns(names or [(axis, "") for axis in AXES[: min(width, UNNAMED)]], joints or AXES)
     axes = joints or tuple(axis for axis in AXES if axis in columns)
@@ -222,6 +222,7 @@ def _blocks(text: Iterable[str], most: int) -> Iterator[Points]:
     places, factors = zip(*(columns[axis] for axis in axes), strict=True)
     left = width - len(axes)
     findings = [f"{left} of {width} columns are not named as axes and are left out"] if left else []
+    findings += unit_said
     if unsaid := [name for name, unit in names if name in joints and not unit]:
         findings.append(f"joints without a unit are in rad: {', '.join(unsaid)}; name it in the column, as q1 (deg)")
     count, commas = 0, False
@@ -250,6 +251,22 @@ def _blocks(text: Iterable[str], most: int) -> Iterator[Points]:
         yield axes, points, list(findings), np.array([contour for _, _, contour in part])
     if said not in (None, count):
         raise InputError(f"says {said:g} points, but {count} follow; is the file complete?")
+
+
+def _of_all(names: list[tuple[str, str]], marked: bool) -> tuple[list[tuple[str, str]], list[str]]:
+    """The names, and what is to be said of units that not all places have.
+
+    Behind names without marks between them, `x y z [m]`, a unit is that of all places.
+    """
+    places = [(name, unit) for name, unit in names if name in AXES and name not in ROTARY_AXES]
+    unit = places[-1][1] if places else ""
+    if unit and len(places) > 1 and not marked and not any(each for _, each in places[:-1]):
+        named = [name for name, _ in places]
+        every = [(name, unit if name in named else own) for name, own in names]
+        return every, [f"the unit behind the last name, {unit}, is taken for {', '.join(named)}"]
+    without = [name for name, each in places if not each]
+    mixed = 0 < len(without) < len(places)
+    return names, [f"columns without a unit beside others with one are in mm: {', '.join(without)}"] * mixed
 
 
 def _numbered(lines: Iterable[tuple[int, str]]) -> Iterator[tuple[int, str, int]]:
@@ -284,19 +301,21 @@ def _row(line: str, number: int) -> tuple[list[float], bool]:
     return found
 
 
-def _names(heads: list[tuple[int, str, bool]], width: int, number: int) -> list[tuple[str, str]]:
+def _names(heads: list[tuple[int, str, bool]], width: int, number: int) -> tuple[list[tuple[str, str]], bool]:
     """Names and units of the columns that the lines above the first point, line `number`, say; empty if none do.
+
+    And whether marks stand between them.
 
     A comment may be mere words, so that it counts only if it names as many columns as there are.
     """
-    remarked: list[tuple[str, str]] = []
+    remarked: tuple[list[tuple[str, str]], bool] = [], False
     for line, text, remark in heads:
         found, marked = table_text.names(text)
         fits = len(found) == width
         if fits and _named(found):
             if not remark:
-                return found
-            remarked = remarked or found
+                return found, marked
+            remarked = remarked if remarked[0] else (found, marked)
         elif not remark and (_named(found) or (marked and fits)):
             raise InputError(
                 f"line {line}: {text[:40]!r} does not name {width} columns, one of them x, y or a joint (q1), "

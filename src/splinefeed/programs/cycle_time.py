@@ -268,6 +268,7 @@ def cycle_time(
     offsets: str | Mapping[str, Sequence[float]] | None = None,
     tools: str | os.PathLike[str] | Tools | None = None,
     increments: bool = False,
+    units: str | None = None,
     repair: bool = False,
     from_line: int | str | None = None,
 ) -> CycleTime:
@@ -292,7 +293,7 @@ def cycle_time(
     assert model.control is not None
     read = partial(
         read_blocks, program, dialect=dialect, start=start, offsets=offsets, tools=tools, repair=repair,
-        from_line=from_line, increments=increments,
+        from_line=from_line, increments=increments, units=units,
     )  # fmt: skip
     blocks = read(model.control)
     return replace(timed(blocks, model, Path(program).stem), again=read)

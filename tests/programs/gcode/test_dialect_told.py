@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from gcode_programs import path_of, refusal
-from splinefeed.programs.gcode.dialects import detect
+import splinefeed as sf
+from gcode_programs import path_of, program, refusal
+from splinefeed.errors import FormatError
+from splinefeed.programs.gcode.dialects import detect, not_read
 
 
 @pytest.mark.parametrize(
@@ -178,3 +180,45 @@ def test_a_wait_by_x_of_fanuc_without_a_point_is_said(tmp_path: Path) -> None:
     assert any(each.startswith("X of G4 without a decimal point is taken in s") for each in taken.findings)
     parts = path_of(tmp_path, *lines, increments=True)
     assert [sum(each.dwell for each in path.markers) for path in (taken, parts)] == [2000.0, 2.0]
+
+
+UNREAD = {
+    "an Okuma OSP": [["$PART1.MIN%", "O1000"], ["N1 G15 H1", "G0 X0"], ["G0 X0", "VC1=10"], ["CALL OBORE"]],
+    "a Centroid": [
+        ['G65 "c:\\cncm\\probe.cnc" A1'],
+        ["IF #4201 || #4202 THEN GOTO 100"],
+        ["<PREVENT_LOOK_AHEAD>"],
+        ["M115 /Z-2 P5"],
+        ["IF #A == 1 THEN M200"],
+    ],
+    "a Fadal": [["#V1=0"], ["#:LOOP", "G0 X1"], ["#PRINT V1"]],
+    "a Sinumerik 810 to 880": [["%MPF1234", "N10 G0 X0"]],
+    "a Heidenhain in DIN/ISO": [["%PART G71 *", "N10 G30 G17 X+0 Y+0 Z-20 *"], ["N10 G30 G17 X+0 Y+0 Z-20"]],
+    "WinCNC": [["[VECTRIC CNC OUTPUT FOR CAMASTER]", "G0 X1"]],
+}
+
+
+@pytest.mark.parametrize(("name", "lines"), [(name, lines) for name, each in UNREAD.items() for lines in each])
+def test_a_control_that_is_not_read_is_named(tmp_path: Path, name: str, lines: list[str]) -> None:
+    """After TD-4242, corbinstreehouse (Centroid), LaserWing/ProbeKit (Fadal), dillonhuff/gpr (WinCNC) and manuals."""
+    said = refusal(tmp_path, "G21 G0 X0 Y0", *lines, "G1 X9 F100")
+    assert said.startswith(f"is a program for {name} (") and "which is not read; post it for one of linuxcnc" in said
+
+
+@pytest.mark.parametrize(
+    "line", ["(VC1= is Okuma's)", "O100 CALL", "#<vc1> = 3", "G15", "#1=[2+3]", "[1]", "%", "IF [#1 EQ 2] THEN #2=3"]
+)
+def test_what_others_write_shows_none_of_them(line: str) -> None:
+    assert not_read(f"G21 G0 X0\n{line}\nG1 X9 F100\n".encode()) == ""
+
+
+def test_a_program_in_din_iso_is_one_under_any_name(tmp_path: Path) -> None:
+    file = program(tmp_path, "%PART G71 *", "N10 G30 G17 X+0 Y+0 Z-20 *", "N40 G00 G40 G90 Z+50 M3 *", name="part.i")
+    with pytest.raises(FormatError, match="is a program for a Heidenhain in DIN/ISO"):
+        sf.read(file)
+
+
+def test_an_equal_fault_of_one_line_counts_once(tmp_path: Path) -> None:
+    path = path_of(tmp_path, ";FLAVOR:Marlin", "G00 G90 G21 X1 F600", "G1 X10", start=(0, 0, 0))
+    (found,) = [each for each in path.findings if "one after the other" in each]
+    assert found.endswith(": line 2")

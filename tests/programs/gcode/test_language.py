@@ -72,7 +72,7 @@ def test_offsets_of_coordinate_systems(tmp_path: Path) -> None:
     assert ends(path_of(tmp_path, *lines)) == [
         [1, 0], [101, 6], [102, 6], [101, 6], [102, 6], [101, 6], [111, 6], [112, 7],
     ]  # fmt: skip
-    file = program(tmp_path, "G54", "F60 G1 X1", "G56 X1")
+    file = program(tmp_path, "G21 G54", "F60 G1 X1", "G56 X1")
     path = sf.read(file, start=(0,), offsets="G56=50")
     assert ends(path) == [[1], [51]] and path.findings == ()
     assert sf.read(file, start=(0,)).findings == (
@@ -108,13 +108,13 @@ def test_machine_places_need_a_known_machine(tmp_path: Path) -> None:
 
 
 def test_where_a_path_starts(tmp_path: Path) -> None:
-    lines = ["G0 Z5", "G0 X1 Y1", "G0 Z1", "G1 X2 F60"]
+    lines = ["G21 G0 Z5", "G0 X1 Y1", "G0 Z1", "G1 X2 F60"]
     path = sf.read(program(tmp_path, *lines))
     assert path.curves[0].control_points.tolist() == [[1, 1, 5], [1, 1, 1]]
     assert path.findings == ("2 rapid move(s) to the first place, up to line 2, are left out (option start)",)
     whole = sf.read(program(tmp_path, *lines), start="0,0,9")
     assert whole.curves[0].control_points.tolist() == [[0, 0, 9], [0, 0, 5]] and whole.findings == ()
-    early = sf.read(program(tmp_path, "G0 Z5", "G1 X1 F60"))
+    early = sf.read(program(tmp_path, "G21 G0 Z5", "G1 X1 F60"))
     assert early.curves[0].control_points.tolist() == [[0, 5], [1, 5]]
     assert early.findings == (
         "line 2: where X is before this move is unknown and taken as 0 "
@@ -145,7 +145,7 @@ def test_rotary_axes_alone_have_feeds_in_degrees(tmp_path: Path) -> None:
 
 
 def test_a_move_before_any_feed_runs_as_fast_as_the_limits_allow(tmp_path: Path) -> None:
-    path = path_of(tmp_path, "G1 X1", "X2 F60")
+    path = path_of(tmp_path, "G21 G1 X1", "X2 F60")
     assert path.feeds is not None and path.feeds.tolist() == [math.inf, 1]
     assert path.findings == ("moves without a feed before them (F) run as fast as the limits allow: line 1",)
 

@@ -66,11 +66,28 @@ def test_the_line_of_the_sign_is_named(tmp_path: Path) -> None:
         ["O0007", "S500 M3 G95", "G0 X5. Y0. Z2.", "G1 Z-1. F.2", "M30"],
         ["O0008", "G18 G0 X0. Y0. Z5.", "G2 X10. Z5. I5. F100.", "M30"],
         ["O0009", "T303", "G90 G0 X5. Z2.", "T3 M6", "G1 Z-1. F90.", "M30"],
+        ["O0010 (ENGRAVE ALONG X)", "G21 G90 G17", "T0101", "G0 X0. Z5.", "G1 Z-1. F100.", "X80. F400.", "M30"],
+        ["G21", "T0202", "G0 X0 Z5", "G43 H2", "G1 Z-1 F100", "X50", "M2"],
         ["(Mach3)", "G18 G95 M3 S500", "G0 X10 Y0 Z2", "G1 Z-10 F.1", "M30"],
     ],
 )  # fmt: skip
 def test_what_a_mill_may_have(tmp_path: Path, lines: list[str]) -> None:
     assert path_of(tmp_path, *lines).length > 0.0
+
+
+TOOL_ALONE = ["G21 G90", "T0101", "G0 X0 Z5", "G1 Z-1 F100", "X50", "G0 Z5", "M2"]
+
+
+@pytest.mark.parametrize("number", [[], ["O0011"]])
+def test_a_tool_with_its_offset_and_feeds_a_minute_are_asked_for(tmp_path: Path, number: list[str]) -> None:
+    said = refusal(tmp_path, *number, *TOOL_ALONE)
+    assert said.startswith(f"line {len(number) + 2}: a tool with its offset where no line moves Y may be a lathe's or")
+    assert said.endswith("name its control (option dialect)")
+    assert path_of(tmp_path, *number, *TOOL_ALONE, dialect="fanuc").length == pytest.approx(67.0)
+
+
+def test_a_named_dialect_does_not_make_a_lathe_a_mill(tmp_path: Path) -> None:
+    assert "shows a lathe's program" in refusal(tmp_path, *LATHES["tools"], dialect="fanuc")
 
 
 @pytest.mark.parametrize(

@@ -215,3 +215,37 @@ def test_the_dialect_is_named_as_a_likely_reason(tmp_path: Path) -> None:
     assert wrong.endswith(
         "is not known in the dialect LinuxCNC; it is a code of fanuc and mach3: name the control (option dialect)"
     )
+
+
+UNSAID = ["G90 G0 X0 Y0", "M3 S5000 F15", "G1 X2", "Y1"]
+
+
+@pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc", "haas", "mach3", "mach4"])
+def test_units_that_no_line_says_are_mm_with_a_finding_and_an_option(tmp_path: Path, dialect: str) -> None:
+    """dberlin/vscode-centroid-gcode, recycle2.cnc: a part of 2 inches whose program has neither G20 nor G21."""
+    path = path_of(tmp_path, *UNSAID, dialect=dialect)
+    assert path.length == pytest.approx(3.0) and feeds(path) == [15.0, 15.0]
+    assert "no line has G20 or G21: lengths are taken in mm (option units)" in path.findings
+    path = path_of(tmp_path, *UNSAID, dialect=dialect, units="in")
+    assert path.length == pytest.approx(76.2) and feeds(path) == [381.0, 381.0]
+    assert not any("G20 or G21" in each for each in path.findings)
+    assert path_of(tmp_path, "G21", *UNSAID, dialect=dialect, units="in").length == pytest.approx(3.0)
+    assert not any("G20 or G21" in each for each in path_of(tmp_path, *UNSAID, units="mm").findings)
+
+
+def test_units_are_known_where_the_control_has_one_or_the_program_begins_with_them(tmp_path: Path) -> None:
+    for dialect in ("grbl", "marlin", "klipper"):
+        assert not any("lengths are taken" in each for each in path_of(tmp_path, *UNSAID, dialect=dialect).findings)
+    said = path_of(tmp_path, "; SINUMERIK 840D", *UNSAID).findings
+    assert "no line has G70 or G71: lengths are taken in mm (option units)" in said
+
+
+def test_moves_before_the_line_with_units_are_said(tmp_path: Path) -> None:
+    path = path_of(tmp_path, "G1 X10 F100", "G20", "X1")
+    assert path.length == pytest.approx(25.4)  # 10 mm, and on to 1 inch
+    assert "moves before the first line with units are taken in mm (option units): line 2" in path.findings
+    assert not any("before the first" in each for each in path_of(tmp_path, "G1 X10 F100", "G21", "X1").findings)
+
+
+def test_units_of_a_program_are_mm_or_inches(tmp_path: Path) -> None:
+    assert refusal(tmp_path, *UNSAID, units="cm") == "units: 'cm' is none of a program; give mm or in"

@@ -26,6 +26,7 @@ class Dialect:
     dwell         s of one unit of G4's P; dwell_words: other letters of G4 in s (whole as P where no increments count)
     dwell_pointed s of one unit of P with a decimal point, of G4 and of cycles; None where a point changes nothing
     dwell_said    what a finding says of that unit, where the manual leaves it open
+    metric        whether lengths are mm where no line says it; to others it is a setting
     units_by_70   whether G70 and G71 are inches and mm; to others they are cycles of lathes, or rows of holes
     modes         codes that switch functions of the control on and off and move nothing
     increments    whether words of axes without a decimal point may count least increments
@@ -56,6 +57,7 @@ class Dialect:
     dwell_words: str = ""
     dwell_pointed: float | None = None
     dwell_said: str = ""
+    metric: bool = False
     units_by_70: bool = False
     modes: frozenset[int] = frozenset()
     increments: bool = False
@@ -74,6 +76,11 @@ class Dialect:
     lead: str = "K"
     lathe: str = ""
 
+    @property
+    def units(self) -> str:
+        """The codes that say units."""
+        return "G70 or G71" if self.language == "siemens" else "G20 or G21"
+
 
 def _tenths(*codes: int) -> frozenset[int]:
     """G codes as tenths."""
@@ -87,7 +94,9 @@ _OF_LINUXCNC = frozenset(
 )
 _OF_GRBL = frozenset((*range(10), 30, 56, *range(62, 68)))
 #: What Marlin and Klipper have in common.
-_PRINTER = Dialect("printer", "3-D printer", language="printer", extruder=True, laser=True, dwell=1e-3, dwell_words="S")
+_PRINTER = Dialect(
+    "printer", "3-D printer", language="printer", extruder=True, laser=True, dwell=1e-3, dwell_words="S", metric=True
+)
 
 _FANUC = Dialect(
     "fanuc",
@@ -165,6 +174,7 @@ DIALECTS = {
             modes=frozenset((150, 690)),
             silent=("$", "?", "!", "~", "[ESP", "%"),
             laser=True,
+            metric=True,
         ),
         replace(_PRINTER, own=_tenths(26, 27, 29, 32, 34, 35, 60, 61, 76, 425)),
         replace(_PRINTER, name="marlin", title="Marlin"),
@@ -179,7 +189,7 @@ DIALECTS = {
             corners=("RND=", "CHR=", "CHF="),
             lathe="siemens",
         ),
-        Dialect("heidenhain", "Heidenhain", language="klartext", corners=("RND", "CHF", "CHF")),
+        Dialect("heidenhain", "Heidenhain", language="klartext", corners=("RND", "CHF", "CHF"), metric=True),
     )
 }  # fmt: skip
 
@@ -222,6 +232,17 @@ _KINDS = {
     "printer": r"^;FLAVOR:|^[ \t]*G[01]\b[^;(\nM]*\sE-?[\d.]",
 }
 _OF_KIND = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign in _KINDS.items()}
+#: What shows a control whose programs are not read: they look like others, and mean something else.
+_NOT_READ = {
+    "an Okuma OSP": r"^[ \t]*\$[\w.-]+%|^[ \t]*(?:N\w+[ \t]+)?G15[ \t]*H\d|\bVC\d+[ \t]*=|\bCALL[ \t]+O\w",
+    "a Centroid": r"\bG65[ \t]*\"|^[ \t]*<PREVENT_LOOK_AHEAD>|^[ \t]*#INCLUDE[ \t]*<|\bM11[56][ \t]*/[XYZAB]"
+    r"|^[ \t]*(?:N\d+[ \t]*)?IF[ \t]+#[^\n;\[\]]*\bTHEN\b",
+    "a Fadal": r"^[ \t]*#(?:V\d+[ \t]*=|PRINT\b|INPUT\b|IF\b|GOTO\b|:\w)",
+    "a Sinumerik 810 to 880": r"^%(?:MPF|SPF)[ \t]*\d",
+    "a Heidenhain in DIN/ISO": r"^%[^\s*]+[ \t]+G7[01][ \t]*\*|^[ \t]*N\d+[ \t]+G30[ \t]+G1[789]\b",
+    "WinCNC": r"^[ \t]*\[[A-Z]+ [^\]\n=#:]*\][ \t\r]*$",
+}
+_UNREAD = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign in _NOT_READ.items()}
 #: Where G4's P is in s, where a whole P is in ms, and from which P on the dialect has to be known.
 IN_SECONDS = tuple(each.name for each in DIALECTS.values() if each.language == "rs274" and each.dwell == 1.0)
 IN_MILLISECONDS = tuple(each.name for each in DIALECTS.values() if each.dwell == 1e-3)
@@ -300,6 +321,16 @@ def contradiction(head: bytes) -> str:
     return f"shows {said} at once; name the control (option dialect: {', '.join(kinds)})" if len(kinds) > 1 else ""
 
 
+def not_read(head: bytes) -> str:
+    """What is to be said of a program of a control that is recognized to be refused; "" for others."""
+    _, code = _text_and_code(head)
+    for name, sign in _UNREAD.items():
+        if found := sign.search(code):
+            readable = ", ".join(DIALECTS)
+            return f"is a program for {name} ({_place(code, found)}), which is not read; post it for one of {readable}"
+    return ""
+
+
 def _text_and_code(head: bytes) -> tuple[str, str]:
     """The text of a program, and the same without comments."""
     text = head_text(head.strip(b"\0"))
@@ -341,7 +372,7 @@ def holds(head: bytes) -> bool:
         lines = lines[:-1] or lines
     counted = [line for line in lines if line and line[0] not in "%;(:" and line[:2] != "//"]
     codes = sum(1 for line in counted if _CODE.match(line))
-    if _DETECTED["heidenhain"].search(text):
+    if _DETECTED["heidenhain"].search(text) or (codes and not_read(head)):
         return True
     others = [_DETECTED[name] for name in ("siemens", "grbl", "klipper", "printer")]
     words = sum(1 for line in counted if _WORDS.match(line) or any(sign.search(line) for sign in others))

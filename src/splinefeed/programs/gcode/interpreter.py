@@ -193,6 +193,8 @@ class Interpreter:
         if self.cutter.on:
             self._beside_contour(block, known)
         said = {codes.GROUP_OF[code]: code for code in sorted(known, reverse=True) if code in codes.GROUP_OF}
+        if "units" in said:
+            self._units_late(said["units"])
         if "F" in self._words and "units" in said:
             self._units_of_feed(said["units"])
         if "feed mode" in said:
@@ -279,6 +281,13 @@ class Interpreter:
             said = "with G96 and G95 a move has the feed at its mean distance from X0, the spindle its speed at once"
             self.findings.count(said, self.line)
         state.set_feed(None)
+
+    def _units_late(self, code: int) -> None:
+        """Say that moves before the first line with units are in others, if they are."""
+        state = self.state
+        if not state.units and (state.moved or state.count) and (code in (200, 700)) != state.inch:
+            unit = "inches" if state.inch else "mm"
+            self.findings.count(f"moves before the first line with units are taken in {unit} (option units)", self.line)
 
     def _units_of_feed(self, code: int) -> None:
         """F on a line that changes units: the new ones come first, unless LinuxCNC knows others from lines before."""

@@ -64,14 +64,20 @@ SIGNS = {
     "siemens": _OF_SIEMENS,
     "untold": _CERTAIN | {name: sign for name, sign in _LIKELY.items() if name not in _OF_LINUXCNC},
 }
+#: What says that a tool with its offset is a mill's; and the most that a lathe feeds in a turn, mm or inches.
+_OF_MILLS_TOOL = re.compile(r"(?<![A-Z0-9])G(?:17|43)(?![0-9])", re.IGNORECASE)
+_FEED, _MOST_PER_TURN = re.compile(r"(?<![A-Z])F\s*([0-9]*\.?[0-9]+)", re.IGNORECASE), 2.0
+_LATHE = "shows a lathe's program (diameters, turning cycles, feeds per revolution), which is not read"
+_ASKED = "where no line moves Y may be a lathe's or a mill's; if it is a mill's name its control (option dialect)"
 _MEND = "a mill's program moves Y: write Y0 in its first move"
 _MEND_OF_SIEMENS = "where X is a radius, write DIAMOF"
 
 
-def lathe_sign(text: str, kind: str) -> tuple[int, str, str] | None:
-    """Line and name of what shows a lathe's program, and what to do if it is none; None for a mill's.
+def lathe_sign(text: str, kind: str, *, given: bool = False) -> tuple[int, str] | None:
+    """Line of what shows a lathe's program, with what is to be said of it; None for a mill's.
 
-    kind  the entry of SIGNS that the dialect of the program names, "untold" where nothing shows one; "" for none
+    kind   the entry of SIGNS that the dialect of the program names, "untold" where nothing shows one; "" for none
+    given  whether the user named the dialect, which answers what the program leaves open
     """
     if not kind:
         return None
@@ -85,11 +91,14 @@ def lathe_sign(text: str, kind: str) -> tuple[int, str, str] | None:
         if _Y.search(code):
             return None
         if not _PLANE.search(code) and (found := _ARC.search(code)):
-            return code.count("\n", 0, found.start()) + 1, "an arc of X, Z and K without G18", mend
+            return code.count("\n", 0, found.start()) + 1, f"an arc of X, Z and K without G18 {_LATHE}; {mend}"
         unsure |= {_RETURN} if _OF_MILL.search(code) else set()
     unsure |= {_OFFSET, _PER_TURN} if _CHANGE.search(code) else set()
+    open_ = max((float(feed[1]) for feed in _FEED.finditer(code)), default=0.0) > _MOST_PER_TURN
+    unsure |= {_OFFSET} if _OF_MILLS_TOOL.search(code) or (open_ and given) else set()
     for name, sign in SIGNS[kind].items():
         looked_at = text if name == "Mach3Turn" else code
         if name not in unsure and (found := re.search(sign, looked_at, _FLAGS)):
-            return code.count("\n", 0, found.start()) + 1, name, mend
+            said = f"{name} {_ASKED}" if open_ and name == _OFFSET else f"{name} {_LATHE}; {mend}"
+            return code.count("\n", 0, found.start()) + 1, said
     return None

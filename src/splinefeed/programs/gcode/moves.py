@@ -181,8 +181,10 @@ class Findings:
         self.found.setdefault(sentence, [])
 
     def count(self, what: str, line: int) -> None:
-        """One more fault of the kind `what`, at `line`; {count} in it becomes their number."""
+        """One more fault of the kind `what`, at `line`; {count} in it becomes their number, else a line counts once."""
         counted = self.found.setdefault(what, [0])
+        if counted[-1] == line and len(counted) > 1 and "{count}" not in what:
+            return
         counted[0] += 1
         if len(counted) <= self.NAMED:
             counted.append(line)

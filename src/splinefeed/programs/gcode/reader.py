@@ -17,6 +17,7 @@ from splinefeed.programs.gcode.arcs import find_arcs
 from splinefeed.programs.gcode.dialects import (
     Dialect,
     contradiction,
+    not_read,
     recognized,
     whole_numbers,
     without_leader,
@@ -53,9 +54,8 @@ _PICTURE = re.compile(rb"^;[ \t]*+[A-Za-z0-9+/=]{40,}+[ \t\r]*+$", re.MULTILINE)
 #: Bytes that texts of programs have, tapes' controls (leaders of zeros, DC1 to DC4, end of file) and other languages'
 #: letters too; and how many, and how much of a file, may be others.
 _TEXT, _FEW, _CONTROLS = bytes({0, *range(9, 14), *range(17, 21), 26, *range(32, 256)}), 20, 0.02
-_LATHE = "shows a lathe's program (diameters, turning cycles, feeds per revolution), which is not read"
-#: What is said of the dialect of a program that shows none.
-NOTHING_TELLS = "nothing tells another"
+#: What is said of the dialect of a program that shows none, and of one that the user names.
+NOTHING_TELLS, GIVEN = "nothing tells another", "as given"
 
 
 @dataclass
@@ -67,6 +67,7 @@ class Reading:
     from_line  number of the line at which the program is resumed; 0 for its beginning. stated  bits of the axes whose
              place the lines before state
     increments  a Fanuc's words of axes without a decimal point count least increments, not mm
+    inch_unsaid  lengths are in inches until G20 or G21 is said; None for mm, with a finding where that is a setting
     repair   make findings of what can be mended; fast  let `ProgramLines` take what it knows
     """
 
@@ -76,10 +77,11 @@ class Reading:
     tools: Tools | None = None
     from_line: int = 0
     increments: bool = False
+    inch_unsaid: bool | None = None
     repair: bool = False
     fast: bool = True
     findings: Findings = field(default_factory=Findings)
-    dialect_by: str = "as given"  # what shows the dialect
+    dialect_by: str = GIVEN  # what shows the dialect
     lines: int = 0
     ended: bool = False
     inch: bool = False
@@ -97,14 +99,14 @@ class Reading:
         if len(head.translate(None, _TEXT)) > max(_CONTROLS * len(head), _FEW):
             raise FormatError(f"{file}: is no text, so no G-code program: it may be encrypted or compressed")
         if self.dialect is None:
-            if said := contradiction(head):
+            if said := not_read(head) or contradiction(head):
                 raise FormatError(f"{file}: {said}")
             self.dialect, shown = recognized(head)
             self.dialect_by = shown or NOTHING_TELLS
         text = head_text(head)
-        if sign := lathe_sign(text, "untold" if self.dialect_by is NOTHING_TELLS else self.dialect.lathe):
-            line, name, mend = sign
-            raise FormatError(f"{file}: line {line}: {name} {_LATHE}; {mend}")
+        kind = "untold" if self.dialect_by is NOTHING_TELLS else self.dialect.lathe
+        if sign := lathe_sign(text, kind, given=self.dialect_by is GIVEN):
+            raise FormatError(f"{file}: line {sign[0]}: {sign[1]}")
         first, lines, beside = whole_numbers(text) if self.dialect.increments else ("", [], False)
         for line in lines:
             taken = (
@@ -140,6 +142,8 @@ class Reading:
 
     def _run(self, file: pathlib.Path, dialect: Dialect) -> Iterator[Moves]:
         state = ProgramState(Offsets(self.offsets), self.start, self.tools)
+        state.inch_unsaid = bool(self.inch_unsaid)
+        state.set_units(0)
         run = LANGUAGES[dialect.language].run(state, dialect, self.findings, repair=self.repair)
         run.increments = self.increments and dialect.increments
         run.untold = self.dialect_by is NOTHING_TELLS
@@ -164,6 +168,8 @@ class Reading:
         finally:
             self._flow = None  # it knows this reading, and holds the text
         self.ended, self.inch = run.ended, state.inch
+        if not state.units and self.inch_unsaid is None and not dialect.metric:
+            self.findings.say(f"no line has {dialect.units}: lengths are taken in mm (option units)")
         if state.extruded:
             self.findings.say(
                 "E words, the filament of a printer, are no axis of the path; alone, they take their time"

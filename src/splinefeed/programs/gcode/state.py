@@ -62,7 +62,8 @@ class ProgramState:
         self.feed_inch = False
         self.rapid = MoveKind.RAPID  # what G0 is: printers move it at F
         self.speed_stops = True  # whether the tool stops for another speed (S): not where S is the power of a laser
-        self.plane, self.units = 17, 0  # 20 or 21, 0 (mm) while none was said
+        self.plane, self.units = 17, 0  # 20 or 21, 0 while none was said
+        self.inch_unsaid, self.moved = False, False  # what 0 is; whether moves were taken
         self.feed_mode, self.feed, self.tolerance = 94, 0.0, UNSAID  # as G codes say it
         self.speed: float | None = None
         self.feed_per_turn = 0.0  # mm, of G95
@@ -94,8 +95,8 @@ class ProgramState:
 
     @property
     def inch(self) -> bool:
-        """Whether G20 is in force."""
-        return self.units == 20
+        """Whether lengths are in inches: by G20, or where nothing is said by the option."""
+        return self.units == 20 or (self.inch_unsaid and not self.units)
 
     @property
     def feed_unit(self) -> float:
@@ -103,7 +104,7 @@ class ProgramState:
         return INCH if self.feed_inch else 1.0
 
     def set_units(self, code: int) -> None:
-        """G20 and G21, G70 and G71, as tenths, or 0 for mm unsaid: mm of one unit; degrees stay degrees."""
+        """G20 and G21, G70 and G71, as tenths, or 0 while none was said: mm of one unit; degrees stay degrees."""
         self.units = {0: 0, 200: 20, 700: 20}.get(code, 21)
         if not (self.geometry_alone and code in (700, 710)):
             self.feed_inch = self.inch
@@ -297,6 +298,7 @@ class ProgramState:
         made = Moves(self.chunk_start, self.rows[: self.count], tuple(self.splines), tuple(self.said))
         self.rows = np.empty_like(self.rows)
         self.count, self.splines, self.said = 0, [], []
+        self.moved |= len(made) > 0
         if len(made):
             self.chunk_start = made["end"][-1].copy()
         return made

@@ -46,6 +46,7 @@ def from_file(
     tools: str | os.PathLike[str] | Tools | None = None,
     from_line: int | str | None = None,
     increments: bool = False,
+    units: str | None = None,
     repair: bool = False,
 ) -> list[Path]:
     """The path of the program in `file`.
@@ -55,12 +56,13 @@ def from_file(
     offsets  of coordinate systems, in mm and degrees: {"G54": (x, y, z)} or "G54=x,y,z;G55=x,y,z"; places of G28, G30
     tools    a tool table as LinuxCNC has it (.tbl): then G43 shifts the path by the length of the tool
     increments  a Fanuc's axis words without a decimal point count 0.001 mm (0.0001 in), not mm
+    units    "mm" or "in": of lengths and feeds until the program says its own; mm if not given, with a finding
     from_line  number of the line at which the program is resumed, as it is there when it is first carried out
 
     With `repair` arcs that miss their circle become spirals, and codes that cannot be read are left out, with findings.
     Raises FormatError that names the line.
     """
-    program = Program(file, dialect, start, offsets, tools, repair, from_line, increments)
+    program = Program(file, dialect, start, offsets, tools, repair, from_line, increments, units)
     reading = program.reading()
     moves = program.all_moves(reading)
     if np.any(moves["flags"] & Flag.TIP):
@@ -122,6 +124,7 @@ class Program:
         repair: bool = False,
         from_line: int | str | None = None,
         increments: bool = False,
+        units: str | None = None,
     ) -> None:
         self.file = file
         self.keeps_start = start is not None
@@ -132,6 +135,7 @@ class Program:
             tools=tools if tools is None or isinstance(tools, Tools) else read_tools(tools),
             repair=repair,
             increments=increments,
+            inch_unsaid=None if units is None else _inches(units),
             from_line=0 if from_line is None else _line_number(from_line),
         )
 
@@ -230,6 +234,12 @@ def _offsets(given: str | Mapping[str, Sequence[float]] | None) -> dict[int, Arr
         if name.upper() not in known:
             raise InputError(f"offsets: {name!r} is not a coordinate system; there are {', '.join(known)}")
     return {known[name.upper()]: _place(values, f"offsets: {name}") for name, values in (given or {}).items()}
+
+
+def _inches(units: str) -> bool:
+    if units not in ("mm", "in"):
+        raise InputError(f"units: {str(units)[:40]!r} is none of a program; give mm or in")
+    return units == "in"
 
 
 def _numbers(text: str, name: str) -> list[float]:
