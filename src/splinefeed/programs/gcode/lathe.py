@@ -68,7 +68,7 @@ SIGNS = {
 _OF_MILLS_TOOL = re.compile(r"(?<![A-Z0-9])G(?:17|43)(?![0-9])", re.IGNORECASE)
 _FEED, _MOST_PER_TURN = re.compile(r"(?<![A-Z])F\s*([0-9]*\.?[0-9]+)", re.IGNORECASE), 2.0
 _LATHE = "shows a lathe's program (diameters, turning cycles, feeds per revolution), which is not read"
-_ASKED = "where no line moves Y may be a lathe's or a mill's; if it is a mill's name its control (option dialect)"
+_OPEN = "where no line moves Y may be a lathe's or a mill's; if it is a mill's name its control (option dialect)"
 _MEND = "a mill's program moves Y: write Y0 in its first move"
 _MEND_OF_SIEMENS = "where X is a radius, write DIAMOF"
 
@@ -99,6 +99,6 @@ def lathe_sign(text: str, kind: str, *, given: bool = False) -> tuple[int, str] 
     for name, sign in SIGNS[kind].items():
         looked_at = text if name == "Mach3Turn" else code
         if name not in unsure and (found := re.search(sign, looked_at, _FLAGS)):
-            said = f"{name} {_ASKED}" if open_ and name == _OFFSET else f"{name} {_LATHE}; {mend}"
+            said = f"{name} {_OPEN}" if open_ and name == _OFFSET else f"{name} {_LATHE}; {mend}"
             return code.count("\n", 0, found.start()) + 1, said
     return None
