@@ -144,7 +144,7 @@ def test_soft_limits_by_the_curve_and_not_by_its_control_points():
             sf.plan(arch, low, strategy=strategy)
         assert str(caught.value) == (
             f"the path goes to y = 10 mm at s = {arch.length / 2:.6g} mm (curve 0); its travel allows "
-            "at most 9.999 mm; move the path or widen the travel"
+            "at most 9.999 mm; move the path into it"
         )
 
 

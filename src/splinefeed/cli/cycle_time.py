@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import splinefeed as sf
 from splinefeed.cli import options
@@ -10,10 +10,19 @@ from splinefeed.cli.answers import answers
 from splinefeed.cli.output import Block, Page, Say, notes, number, table
 from splinefeed.errors import InputError
 
+if TYPE_CHECKING:
+    from splinefeed.programs import CycleTime
+
 RUN = """\
 A run is a CSV with the columns seconds,what,value: Block_Number is the line that runs, Program_Status ACTIVE and
 PROGRAM_COMPLETED its start and end.
 """
+#: Beyond an end of the travel by less than this, mm, is rounding of a program.
+TRAVEL_ROUNDING = 1e-6
+#: How to say where a part lies.
+LIES = "say where the part lies on the machine: --offsets G54=X,Y,Z"
+#: Said where the control passes corners.
+PASSED = "corners are passed as this control does ({}); splinefeed run stops at corners unless --smooth passes them"
 
 
 def _show_time(page: Page) -> list[Block]:
@@ -77,6 +86,9 @@ def time(say: Say, program: str, **given: Any) -> Page:
     found = sf.cycle_time(program, machine, **options.reading_from(given))
     page = found.as_dict() | {"source": program, "saves": [], "files": []}
     page["notes"] = [*page["notes"], *said]
+    page["notes"] += _beyond_travel(found)
+    if machine.control is not None and machine.control.passing:
+        page["notes"].append(PASSED.format(machine.control.passing))
     if not given["no_saves"]:
         say("planning with other limits")
         page["saves"] = found.saves()
@@ -84,6 +96,25 @@ def time(say: Say, program: str, **given: Any) -> Page:
         time_figure(found).save(given["figure"])
         page["files"] = [given["figure"]]
     return page
+
+
+def _beyond_travel(found: CycleTime) -> list[str]:
+    """What to say of moves that leave the travel of an axis, from where the first feed move begins: the furthest."""
+    import numpy as np
+
+    blocks, said = found.blocks, []
+    first = int(np.argmin(blocks.rapid))  # where the tool is before is not known
+    rows = np.arange(blocks.end[first - 1] if first else 1, len(blocks.trace))
+    for column, name in enumerate("xyz"):
+        axis = found.machine.axes.get(name)
+        for sign, end in () if axis is None else ((-1.0, axis.limits.minimum), (1.0, axis.limits.maximum)):
+            beyond = np.zeros(1) if end is None else sign * (blocks.trace[rows, column] - end)
+            if end is not None and beyond.max() > TRAVEL_ROUNDING:
+                row = rows[int(np.argmax(beyond))]
+                line = blocks.line[np.searchsorted(blocks.end, row)]
+                place = f"{name} = {number(float(blocks.trace[row, column]))} mm in line {line}"
+                said.append(f"the program goes to {place}; its travel ends at {number(end)} mm: {LIES}")
+    return said
 
 
 def _show_fit(page: Page) -> list[Block]:

@@ -223,7 +223,8 @@ _SMOOTHING = """
 _LINKING = """
 --clearance  LENGTH         Drawings of several contours: z of the rapid moves between them.  [default: that of the
                             machine; else laser off]
---cut-feed  FEED            ... their feed, where rapid moves may be faster.  [default: --feed]
+--cut-feed  FEED            ... their feed, and the most of a program's feed moves; --feed is then that of rapid moves,
+                            too.  [default: --feed]
 --first    NAME|NUMBER      ... the one to begin with (from 1).
 --keep-order  -             ... in the order of the file, each from where it is drawn.
 """
@@ -262,7 +263,8 @@ def reading_from(given: Mapping[str, Any]) -> dict[str, Any]:
 #: Limits; what the paper's experiment assumes is theirs by default where a command assumes anything.
 _LIMITS = """
 --limits limits_file  FILE  Limits in a TOML file; options replace single ones.{file}
---feed  FEED                Feed limit along the path.  [paper: 60 mm/s]
+--feed  FEED                Feed limit along the path; rapid moves are as fast as the velocities of the axes allow,
+                            where all axes have one.  [paper: 60 mm/s]
 --accel --acceleration acceleration  ACCELERATION  Acceleration limit along the path.
                             [paper: 50 mm/s^2, or none where axes have limits]
 --decel --deceleration deceleration  ACCELERATION  Deceleration limit along the path.  [paper: as --accel]

@@ -176,6 +176,7 @@ def _read(given: Mapping[str, Any], source: str, reading: Mapping[str, Any]) -> 
     from splinefeed.formats.long_files import MOST_LINES, too_long
     from splinefeed.planner.strategies import LOOK_AHEAD
     from splinefeed.runs.long_path import METHOD
+    from splinefeed.runs.settings import fed
 
     if not too_long(source):
         return read_path(source, reading)
@@ -184,7 +185,7 @@ def _read(given: Mapping[str, Any], source: str, reading: Mapping[str, Any]) -> 
         "--compare": given["compare"],
         f"--strategy {given['strategy']}": given["strategy"] not in (None, LOOK_AHEAD),
         f"--method {given['method']}": given["method"] not in (None, METHOD),
-        **{f"--{name.replace('_', '-')}": name in reading for name in options.LINKS},
+        **{f"--{name.replace('_', '-')}": name in reading for name in options.LINKS if name != "cut_feed"},
     }
     for words in (option for option, found in refused.items() if found):
         raise InputError(
@@ -195,4 +196,4 @@ def _read(given: Mapping[str, Any], source: str, reading: Mapping[str, Any]) -> 
     parts = sf.formats.read_parts(source, **{name: value for name, value in reading.items() if name not in alone})
     if "tolerance" in reading and parts.unit != "lines":
         raise InputError("--tolerance: is for tables of points; use --smooth LENGTH for a program")
-    return parts
+    return fed(parts, reading["cut_feed"]) if "cut_feed" in reading and parts.feeds is not None else parts

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from collections.abc import Callable, Mapping
@@ -35,10 +34,11 @@ def job_of(
 
     read  how to read a source, in place of `read_path`
     """
+    from splinefeed.runs.remarks import at_corners
     from splinefeed.runs.run import MotionJob
     from splinefeed.runs.settings import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE, limited
 
-    source = PAPER_SHAPE if source is None else source
+    of_paper, source = source is None, PAPER_SHAPE if source is None else source
     if machine is None:
         options.limits_from(given)  # options are validated before the file is opened
     reading = options.reading_from(given)
@@ -46,13 +46,17 @@ def job_of(
     unsaid = {} if machine is None or machine.clearance is None else {"clearance": machine.clearance}
     flat = options.said_limits(given, {})
     unsaid["cut_feed"] = flat.get("feed", PAPER_LIMITS.feed)
-    path = (read or read_path)(source, {**reading, UNSAID: unsaid})
+    path, rapids_too = (read or read_path)(source, {**reading, UNSAID: unsaid}), "cut_feed" in reading
     if path.linking is not None:  # what a command that makes it again has to say
         said = {"clearance": path.linking.clearance, "cut_feed": path.linking.feed}
         reading |= {name: value for name, value in said.items() if value is not None}
-    limits, notes = limited(path, flat, machine, assume=not given["limits_file"])
-    if given.get("smooth", "") is None and path.in_parts is None:
-        notes = (*notes, *_smoothing_note(path))
+    found, limits, notes = limited(path, flat, machine, assume=not given["limits_file"], rapids_too=rapids_too)
+    if found is not path:
+        path, reading = found, reading | {"cut_feed": flat["feed"]}
+    if of_paper:
+        notes = ()
+    elif "smooth" in given:
+        notes = (*notes, *at_corners(path, limits, machine, reading))
     period = PAPER_PERIOD if given["period"] is None else given["period"]
     return MotionJob(path, limits, machine, period, given["strategy"], source=source, reading=reading, notes=notes)
 
@@ -79,13 +83,6 @@ def job_of_robot(say: Say, source: str | None, given: Mapping[str, Any]) -> Moti
     reading = {"robot": given["robot"], **({} if feed is None else {"feed": feed})}
     how: dict[str, Any] = {"source": source, "reading": reading, "notes": arm.notes}
     return MotionJob(path, limits, None, period, given["strategy"], **how)
-
-
-def _smoothing_note(path: sf.Path) -> list[str]:
-    """What to say of a program that asks for smoothing, which is off."""
-    top = 0.0 if path.tolerances is None else float(path.tolerances.max(initial=0.0))
-    tolerance = f"G64 P{top:g}" if top < math.inf else "G64"
-    return [f"the program allows smoothing ({tolerance}), which is off; turn it on with --smooth program"] * (top > 0.0)
 
 
 def read_path(source: str, reading: Mapping[str, Any]) -> sf.Path:
@@ -119,7 +116,7 @@ def read_contents(source: str, reading: Mapping[str, Any], *, one: bool = False)
     """
     from splinefeed.formats import registry
     from splinefeed.paths.contents import Contents
-    from splinefeed.runs.settings import smooth
+    from splinefeed.runs.settings import fed, smooth
 
     how = {name: value for name, value in reading.items() if name not in AFTER_READING}
     if sf.shapes.is_shape(source):
@@ -140,6 +137,8 @@ def read_contents(source: str, reading: Mapping[str, Any], *, one: bool = False)
     if reading.get("tangential"):
         found[:] = map(sf.paths.tangential, found)
     linking = {name: reading[name] for name in options.LINKS if name in reading}
+    if list(linking) == ["cut_feed"] and len(found) == 1 and found[0].feed_range is not None:  # a program's feed moves
+        found[:] = [fed(found[0], linking.pop("cut_feed"))]
     if linking and found.format in ("G-code", "shape"):
         raise InputError(f"--{next(iter(linking)).replace('_', '-')}: is for drawings; {source} has its own moves")
     if one and (len(found) > 1 or linking):

@@ -81,6 +81,8 @@ class ControlFit(_Part):
             raise InputError("control.fit: numbers, deviation and correlation must be of one length")
 
 
+#: A tolerance, mm, that is none: LinuxCNC's G64 without P blends corners as far as blocks allow.
+WIDE = 1000.0
 #: Numbers of a control that may be 0 or negative: fitted, and uncertain, as they are; all others by their logarithm.
 PLAIN = ("arc_growth", "home.x", "home.y", "home.z", "change_place.x", "change_place.y", "change_place.z")
 
@@ -134,6 +136,19 @@ class Control(_Part):
     change_place: Place = field(default_factory=Place, metadata=part(Place))
     fit: ControlFit | None = field(default=None, metadata=part(ControlFit))
     axes: Mapping[str, AxisControl] = field(default_factory=dict, metadata=part(AxisControl, "axis"))
+
+    @property
+    def passing(self) -> str:
+        """How it passes corners, in words; empty where it stops at them."""
+        if self.mode == "exact stop":
+            return ""
+        if self.model == "linuxcnc":
+            wide = self.tolerance is not None and self.tolerance >= WIDE
+            return "G64" if wide else f"G64 P{self.tolerance:g}" if self.tolerance else ""
+        if self.model != "general":
+            return f"by the rules of {self.model}"
+        step = None if self.velocity_step is None else f"velocity steps of {self.velocity_step:.4g} mm/s"
+        return step or (f"within {self.tolerance:.4g} mm" if self.tolerance else "")
 
 
 def changed(control: Control, new: Mapping[str, Any]) -> Control:

@@ -289,10 +289,12 @@ class JoinedCurves(Track):
             axis = self.axes[columns[k]]
             unit, factor = unit_of_axis(axis), np.degrees(1.0) if axis in ROTARY_AXES else 1.0
             side = "most" if upwards else "least"
+            place, mend = f"at s = {s:.6g} {unit_along(self.axes)} (curve {index})", "move the path into it"
+            if self.lines is not None:  # the coordinates are those of a program
+                place, mend = f"in line {self.lines[index]}", "say where the part lies on the machine: --offsets G54=X,Y,Z"
             raise LimitsError(
-                f"{GOES} {axis} = {factor * position:.6g} {unit} at s = {s:.6g} {unit_along(self.axes)} (curve {index}"
-                f"); its travel allows at {side} {factor * ends[k, int(upwards)]:.6g} {unit}; "
-                "move the path or widen the travel"
+                f"{GOES} {axis} = {factor * position:.6g} {unit} {place}; its travel allows at {side} "
+                f"{factor * ends[k, int(upwards)]:.6g} {unit}; {mend}"
             )
 
     def check_limits(self, limits: Limits) -> None:

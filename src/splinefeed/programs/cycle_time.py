@@ -189,9 +189,7 @@ class CycleTime:
             return f"{control.model}, {known}"
         if control.mode == "exact stop":
             return "exact stop at each block"
-        step = None if control.velocity_step is None else f"velocity steps of {control.velocity_step:.4g} mm/s"
-        within = None if not control.tolerance else f"within {control.tolerance:.4g} mm"
-        return f"blending, {step or within}" if step or within else "stops at corners, no [control] says otherwise"
+        return f"blending, {control.passing}" if control.passing else "stops at corners, no [control] says otherwise"
 
     @cached_property
     def corner_stops(self) -> tuple[int, float]:
@@ -201,9 +199,7 @@ class CycleTime:
         """
         control = self.machine.control
         assert control is not None
-        if control.model != "general" or (
-            control.mode != "exact stop" and (control.velocity_step or control.tolerance)
-        ):
+        if control.model != "general" or control.passing:
             return 0, 0.0
         passing = replace(control, mode="blending", velocity_step=_ANY_STEP)
         free = timed(self.blocks, replace(self.machine, control=passing))

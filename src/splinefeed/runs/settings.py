@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from splinefeed.errors import InputError
 from splinefeed.machine import limits_toml
 from splinefeed.machine.machine import Machine
@@ -21,6 +23,14 @@ PAPER_PERIOD = 1e-3
 PAPER_SHAPE = "naca:0025?perimeter=33"
 #: Stands for a feed, mm/s, where the program of the path says it.
 ANY_FEED = 1e9
+#: How fast rapid moves are.
+RAPID_AS_AXES = "rapid moves as fast as the velocities of the axes allow"
+NO_RAPID = "velocities of the axes are not known; give --machine or --axis-velocity"
+#: What follows where a limit is missing.
+MISSING = {
+    "acceleration": "speed changes as fast as the other limits allow; give --machine, --axis-accel or --accel",
+    "jerk": "acceleration changes in steps, whose jerk grows as the period gets shorter; give --axis-jerk or --jerk",
+}
 
 
 def planned_axes(path: Track | PathParts, machine: Machine | None) -> tuple[str, ...]:
@@ -54,19 +64,83 @@ def completed(flat: Mapping[str, Any], machine: Machine | None, axes: Sequence[s
 
 
 def limited(
-    path: Path | PathParts, flat: Mapping[str, Any], machine: Machine | None, *, assume: bool = True
-) -> tuple[Limits, tuple[str, ...]]:
-    """Limits for a path from those that are given, and notes on what is assumed.
+    path: Path | PathParts,
+    flat: Mapping[str, Any],
+    machine: Machine | None,
+    *,
+    assume: bool = True,
+    rapids_too: bool = False,
+) -> tuple[Any, Limits, tuple[str, ...]]:
+    """The path with its feeds as they are to be, limits for it from those that are given, and notes on them.
 
     Those of the machine's axes hold where none are given; feeds of a program where no feed is; and where `assume`, the
-    paper's. flat, and what is raised: see `completed`.
+    paper's. A feed that is given is the most of feed moves; rapid moves are as fast as the velocities of the axes allow
+    where each axis has one, unless the feed is for these, too (`rapids_too`). flat, and what is raised: as `completed`.
     """
     axes = planned_axes(path, machine)
-    if "feed" in flat or path.feeds is None:
-        return completed(flat, machine, axes, assume=assume), ()
-    # the feed of the program stands in below; here another one, above all, lets all else be checked
-    limits, notes = at_programmed_feeds(completed({"feed": ANY_FEED, **flat}, machine, axes, assume=assume), path)
-    return limits, tuple(notes)
+    said = path.feed_range
+    if "feed" not in flat and said is not None:
+        # the feed of the program stands in below; here another one, above all, lets all else be checked
+        limits, notes = at_programmed_feeds(completed({"feed": ANY_FEED, **flat}, machine, axes, assume=assume), path)
+    else:
+        limits, notes = completed(flat, machine, axes, assume=assume), []
+        if said is not None and said[0] and path.linking is None:
+            notes = [_feed_note(limits.feed, said[0])]
+        if said is not None and said[1] and not rapids_too:
+            if np.isfinite(limits.of_axes("axis_velocity", axes)).all():
+                path, limits = fed(path, limits.feed), replace(limits, feed=math.inf)
+                notes = [f"{notes[0]}; {RAPID_AS_AXES}" if notes else RAPID_AS_AXES]
+            else:
+                notes.append(f"rapid moves keep this feed, too: {NO_RAPID}")
+    return path, limits, (*notes, *(_assumed(flat, limits) if assume else []), *missing(limits))
+
+
+def fed(path: Any, feed: float) -> Any:
+    """A path, or one in parts, whose feed moves have this feed, mm/s, at most; rapid ones, of infinite feed, stay."""
+    if path.in_parts is not None:
+        top, rapids = path.feeds
+        return replace(path, feeds=(min(top, feed), rapids), make=lambda: (fed(part, feed) for part in path))
+    if path.feeds is None:
+        return path
+    return path.with_feeds(np.where(np.isfinite(path.feeds), np.minimum(path.feeds, feed), path.feeds))
+
+
+def speed(value: float) -> str:
+    """A feed, mm/s, in words: as programs have it, too."""
+    return f"{value:.6g} mm/s ({60.0 * value:.6g} mm/min)"
+
+
+def _feed_note(feed: float, top: float) -> str:
+    """What a feed that is given does to a program whose highest is `top`, mm/s."""
+    if feed >= top:
+        return f"the feed that is given, {speed(feed)}, slows nothing down: the program's are {speed(top)} at most"
+    return f"feed moves run at the program's feeds, but at most at the one that is given, {speed(feed)}"
+
+
+def _assumed(flat: Mapping[str, Any], limits: Limits) -> list[str]:
+    """What to say of limits along the path that nobody gave."""
+    given, kept = {field_of(name) for name in flat}, limits.as_dict()
+    units = {"feed": "mm/s", "acceleration": "mm/s^2", "jerk": "mm/s^3"}
+    usual = {name: getattr(PAPER_LIMITS, name) for name in units}
+    found = [
+        f"{name} {usual[name]:g} {unit}"
+        for name, unit in units.items()
+        if name not in given and kept.get(name) == usual[name]
+    ]
+    return [f"assumed, as nothing else is given: {', '.join(found)}"] if found else []
+
+
+def missing(limits: Limits) -> list[str]:
+    """A sentence for each kind of limit that nothing has: acceleration and jerk, and what follows from it."""
+    if limits.models:
+        return []
+    sums = list((limits.combinations or {}).values())
+    found = []
+    for name, follows in MISSING.items():
+        own = [getattr(limits, name), *(getattr(each, name) for each in sums)]
+        if getattr(limits, f"axis_{name}") is None and min(own) == math.inf:
+            found.append(f"no {name} limit is given, of path or axes: {follows}")
+    return found
 
 
 def at_programmed_feeds(limits: Limits, path: Path | PathParts) -> tuple[Limits, list[str]]:
@@ -78,16 +152,16 @@ def at_programmed_feeds(limits: Limits, path: Path | PathParts) -> tuple[Limits,
     if path.feed_range is None:
         return limits, []
     top, rapids = path.feed_range
-    said = f"feed moves run at the program's feeds, {top:.6g} mm/s at most" if top else "the program has no F word here"
+    said = f"feed moves run at the program's feeds, {speed(top)} at most" if top else "the program has no F word here"
     if path.linking is not None:
-        said = f"contours are cut at {top:.6g} mm/s" + ", which is assumed" * (path.linking.feed is None)
+        said = f"contours are cut at {speed(top)}" + ", which is assumed" * (path.linking.feed is None)
     note = f"no feed is given: {said}"
     if not rapids:
         return replace(limits, feed=top), [note]
     if limits.axis_velocity is not None:
-        return replace(limits, feed=math.inf), [f"{note}; rapid moves as fast as the velocities of the axes allow"]
+        return replace(limits, feed=math.inf), [f"{note}; {RAPID_AS_AXES}"]
     rapid = max(top, PAPER_LIMITS.feed)
-    return replace(limits, feed=rapid), [f"{note}; rapid moves at {rapid:.6g} mm/s, which is assumed"]
+    return replace(limits, feed=rapid), [f"{note}; rapid moves at {speed(rapid)}, which is assumed"]
 
 
 def smooth(path: Path, how: Mapping[str, Any]) -> Path:

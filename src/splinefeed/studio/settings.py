@@ -170,7 +170,9 @@ def resolve(given: object, folder: File) -> Wanted:
     if found is None:
         raise SettingsError(problems)
     path, origin, reading = found
-    limits, notes = tried("limits.feed", _limits, settings["limits"], path, machine) or (None, ())
+    made, limits, notes = tried("limits.feed", _limits, settings["limits"], path, machine) or (path, None, ())
+    if made is not path:  # feed moves have the feed that is given
+        path, reading = made, {**reading, "cut_feed": _quantity(settings["limits"]["feed"], "feed")}
     strategy = None if limits is None else tried("strategy", strategy_for, limits, settings["strategy"])
     if problems or limits is None or strategy is None:
         raise SettingsError(problems)
@@ -222,8 +224,13 @@ def machine_of(given: Any) -> sf.Machine | None:
     return sf.Machine.load(name)
 
 
-def _limits(given: Mapping[str, Any], path: sf.Path, machine: sf.Machine | None) -> tuple[sf.Limits, tuple[str, ...]]:
-    """Limits as the fields say them, over those of the machine, and notes; SettingsError with problems by field."""
+def _limits(
+    given: Mapping[str, Any], path: sf.Path, machine: sf.Machine | None
+) -> tuple[sf.Path, sf.Limits, tuple[str, ...]]:
+    """The path with its feeds as `limited` has it, limits as the fields say them, over those of the machine, and notes.
+
+    Raises SettingsError with problems by field.
+    """
     said = {str(name): value for name, value in given.items() if value not in ("", None, {})}
     for name in BY_AXIS:
         if isinstance(said.get(name), str) and "=" in said[name]:

@@ -20,7 +20,7 @@ from splinefeed.records import Limits, TimeLaw
 from splinefeed.runs.measures import MEASURES
 from splinefeed.runs.result import Run
 from splinefeed.runs.run import MotionJob, carry_out, on_machine
-from splinefeed.runs.settings import PAPER_PERIOD, limited
+from splinefeed.runs.settings import PAPER_PERIOD, fed, limited
 from splinefeed.sweeps.spec import Settings, Task
 
 #: What a run came to: every limit holds; a limit or a check does not; there is no result.
@@ -80,12 +80,13 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
     settings = task.settings
     path, machine = _path(task.source), _machine(settings)
     given = {name.removeprefix("limits."): value for name, value in settings.items() if name.startswith("limits.")}
-    limits, _ = limited(path, given, machine)
+    made, limits, _ = limited(path, given, machine)
+    cut = None if made is path else given["feed"]
     period, strategy = settings.get("period", PAPER_PERIOD), settings.get("strategy")
     how = {name: settings[name] for name in ("method", "corrections") if name in settings}
     tool = path.needs_machine
     simulated, joints = (None, settings.get("machine")) if tool else (machine, None)
-    moved, law = _planned(task.source, tuple(limits.as_dict().items()), joints, strategy, period)
+    moved, law = _planned(task.source, cut, tuple(limits.as_dict().items()), joints, strategy, period)
     run = carry_out(MotionJob(moved, limits, simulated, period, strategy, source=task.source, **how), law=law)
     name, worst = max(run.verdict.limits.items(), key=lambda each: each[1].share, default=(None, None))
     numbers = run.numbers() | {
@@ -111,11 +112,14 @@ def _path(source: str) -> Path:
 
 @lru_cache(maxsize=4)
 def _planned(
-    source: str, limits: Flat, machine: str | None, strategy: str | None, period: float
+    source: str, cut: float | None, limits: Flat, machine: str | None, strategy: str | None, period: float
 ) -> tuple[Track, TimeLaw]:
-    """Path, or joints, and law; runs that differ in method, or in what a machine does about it, share them."""
-    held = Limits.from_dict(dict(limits))
-    moved = on_machine(_path(source), machine, held)
+    """Path, or joints, and law; runs that differ in method, or in what a machine does about it, share them.
+
+    cut  the most of the feeds of moves that cut, mm/s, None for that of the program
+    """
+    held, path = Limits.from_dict(dict(limits)), _path(source)
+    moved = on_machine(path if cut is None else fed(path, cut), machine, held)
     return moved, plan(moved, held, strategy=strategy, period=period, bound=cheap_to_bound(moved, held))
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from splinefeed.errors import FormatError
 from splinefeed.kinematics import KINDS
+from splinefeed.machine.control import WIDE
 from splinefeed.machine.imports.included import IncludedFiles
 from splinefeed.machine.imports.page import AXES, TURNS, Page, no_times, number, positive, short
 
@@ -22,8 +23,6 @@ ANGULAR = {
 }  # fmt: skip
 #: Kinematics whose joints are the axes themselves.
 TRIVIAL = "trivkins"
-#: A tolerance for G64 without P: beyond every block.
-_WIDE = 1000.0
 
 Sections = dict[str, dict[str, str]]
 
@@ -205,7 +204,12 @@ def _blending(startup: str, unit: str, size: float, source: str, page: Page) -> 
         text = text if inch != unit or size == 1.0 else short(value * size)
         page.set("control", "tolerance", f"{text}{inch}", "G64 P of RS274NGC_STARTUP_CODE; a program's own G64 P holds")
         return
-    page.set("control", "tolerance", f"{_WIDE:g}mm", "G64 without P: corners are blended as far as blocks allow")
+    page.set(
+        "control",
+        "tolerance",
+        f"{WIDE:g}mm",
+        "stands for no tolerance: G64 without P blends corners as far as blocks allow",
+    )
     page.assume("programs start in G64 without P, LinuxCNC's own default; a program's G64 P or G61 holds from there on")
 
 
