@@ -56,6 +56,7 @@ class JoinedCurves(Track):
     metric: Array
     units: Array
     markers: tuple[Marker, ...]
+    lines: IntArray | None
     _joined: Sequence[NurbsCurve]
     _weights: Array
 
@@ -291,7 +292,10 @@ class JoinedCurves(Track):
             side = "most" if upwards else "least"
             place, mend = f"at s = {s:.6g} {unit_along(self.axes)} (curve {index})", "move the path into it"
             if self.lines is not None:  # the coordinates are those of a program
-                place, mend = f"in line {self.lines[index]}", "say where the part lies on the machine: --offsets G54=X,Y,Z"
+                place, mend = (
+                    f"in line {self.lines[index]}",
+                    "say where the part lies on the machine: --offsets G54=X,Y,Z",
+                )
             raise LimitsError(
                 f"{GOES} {axis} = {factor * position:.6g} {unit} {place}; its travel allows at {side} "
                 f"{factor * ends[k, int(upwards)]:.6g} {unit}; {mend}"
