@@ -5,7 +5,8 @@
    in time the player runs into the stop. A newer batch replaces all before it from its branch on. Pause, feed hold,
    abort and lower overrides slow the time along the motion: the rate of time goes to another one by a cubic, over the
    shortest of some spans in which acceleration and jerk keep their limits along the pieces that lie ahead. In step with
-   a spindle, time goes as far as its angle says, back too where a tap comes out.
+   a spindle, time goes as far as its angle says, back too where a tap comes out. Told to run back, time goes back along
+   the pieces that were played, as far as they are kept; what is reported to the planner stays where it was.
    Nothing here needs LinuxCNC: tests compile this file alone. */
 #ifndef SPLINEFEED_PLAYER_H
 #define SPLINEFEED_PLAYER_H
@@ -34,6 +35,7 @@
 #define PLAYER_ANEW 0.25       /* turns off by which an encoder counts anew */
 #define PLAYER_FOLLOW 100.0    /* 1/s: how fast motion makes good what it is behind a spindle */
 #define PLAYER_BEHIND 0.020    /* s that it may be behind */
+#define PLAYER_ROOM 1.0        /* s of kept pieces before those where a run back comes to rest on the path */
 #define PLAYER_KEPT 0.99       /* share of a limit that a change of rate may use: it is looked at at places */
 
 #define PUBLISH(field, value) __atomic_store_n(&(field), value, __ATOMIC_RELEASE)
@@ -73,6 +75,14 @@ typedef struct {
        tap comes out */
     int sync, out;
     double spin, spin_v, turn_s, due, gone, lead;
+    /* the way that it has come: whether the batch that is played follows on others; for each batch that was left, the one
+       before (itself where that is not kept), the one after, and where it was left: a time in a piece, s */
+    int chain;
+    struct { unsigned long long from, to, piece; double at; } way[WIRE_BATCHES];
+    unsigned long long copied;     /* piece behind the newest one in the ring */
+    int back, behind;              /* it is told to run back; it is behind the place where that began */
+    unsigned long long front, front_piece; /* the newest batch that it has played, and that place */
+    double front_t;
     wire_batch batch[WIRE_BATCHES];
     wire_piece ring[WIRE_PIECES];
 } player;
@@ -195,6 +205,7 @@ static void player_take(player *p)
     wire *w = p->w;
     unsigned long long head = LOOK(w->batch_head);
     int room = p->moving ? PLAYER_COPIES : 2 * PLAYER_COPIES;
+    if (p->behind && p->seen - p->playing > WIRE_BATCHES / 2) return; /* it stands on what would be overwritten */
     if (head < p->seen || head - p->seen > WIRE_BATCHES) { player_refuse(p, "a count of batches that is not one", -1); return; }
     while (p->seen < head && room > 0) {
         wire_batch *b = player_batch(p, p->seen);
@@ -202,11 +213,13 @@ static void player_take(player *p)
             *b = w->batch[p->seen % WIRE_BATCHES];
             if (b->epoch == w->epoch
                 && (b->n < 1 || b->sure < 1 || b->sure > b->n || b->n > WIRE_PIECES / 2 || !(b->rate >= 0 && b->rate <= 1)
-                    || !(b->vlimit > 0) || !(b->at >= 0) || b->done > w->seg_head || b->piece + b->n - p->piece > WIRE_PIECES)) {
+                    || !(b->vlimit > 0) || !(b->at >= 0) || b->done > w->seg_head
+                    || b->piece + b->n - (p->behind ? p->front_piece : p->piece) > WIRE_PIECES)) {
                 player_refuse(p, "a batch that cannot be one", -1);
                 return;
             }
         }
+        if (p->behind && b->piece + b->n - p->piece > WIRE_PIECES / 2) { p->part = 0; return; }
         if (b->rate > 0 && room == PLAYER_COPIES) room *= 2; /* another override */
         if (b->epoch == w->epoch) {
             for (; p->part < b->n && room > 0; p->part++, room--) {
@@ -214,6 +227,7 @@ static void player_take(player *p)
                 wire_piece *g = player_piece(p, k);
                 wire_piece *before = p->part ? player_piece(p, k - 1) : b->from_rest ? NULL : player_piece(p, b->after);
                 memcpy(g, &w->piece[k % WIRE_PIECES], offsetof(wire_piece, c) + p->columns * sizeof(g->c[0]));
+                if (k >= p->copied) p->copied = k + 1;
                 double rate = !p->part && b->rate > 0 ? b->rate : 1, at = p->part ? INFINITY : b->at;
                 if (player_check(p, g, before, at, rate, p->part + 1 == b->n)) return;
             }
@@ -236,11 +250,17 @@ static double player_turned_way(double const c[4], double t)
     return t * (c[0] + t * (c[1] / 2 + t * (c[2] / 3 + t * c[3] / 4)));
 }
 
-/* Where it leaves its piece: at the end, or for the newest batch that is known to follow from there at any rate. */
+/* Where it leaves its piece: at the end, or for the newest batch that is known to follow from there at any rate; on the
+   way that it has come, where it did. */
 static void player_leave(player *p, player_spot *s)
 {
     unsigned long long k = p->seen;
     s->end = player_piece(p, s->piece)->span, s->to = 0;
+    if (s->playing < p->front) {
+        if (s->piece != p->way[s->playing % WIRE_BATCHES].piece) return;
+        s->end = fmin(s->end, p->way[s->playing % WIRE_BATCHES].at), s->to = p->way[s->playing % WIRE_BATCHES].to + 1;
+        return;
+    }
     while (k-- > s->next) {
         wire_batch *b = player_batch(p, k);
         if (b->epoch != p->w->epoch || b->from_rest || b->after != s->piece || b->rate > 0 || b->at < s->t) continue;
@@ -267,6 +287,37 @@ static int player_ahead(player *p, player_spot *s)
     return 1;
 }
 
+/* Back to the end of the piece before, if that is kept, whose time is added to t; 0 where it is not. */
+static int player_before(player *p, player_spot *s)
+{
+    player_spot to = *s;
+    wire *w = p->w;
+    if (s->piece_i) to.piece--, to.piece_i--;
+    else {
+        to.playing = p->way[s->playing % WIRE_BATCHES].from;
+        if (to.playing == s->playing || to.playing + WIRE_BATCHES <= p->seen + 1) return 0;
+        to.piece = p->way[to.playing % WIRE_BATCHES].piece;
+        to.piece_i = to.piece - player_batch(p, to.playing)->piece;
+    }
+    if (to.piece + WIRE_PIECES <= p->copied) return 0;
+    unsigned long long segment = player_piece(p, to.piece)->segment;
+    if (segment + WIRE_SEGMENTS / 2 < w->seg_done || w->segment[segment % WIRE_SEGMENTS].indexer >= 0) return 0;
+    player_leave(p, &to);
+    to.t += to.end;
+    *s = to;
+    return 1;
+}
+
+/* Whether a run back has room before what is kept ends in mid-motion; motion that began at rest ends there by itself. */
+static int player_room(player *p)
+{
+    player_spot s = player_here(p);
+    for (s.t = p->t; s.t < PLAYER_ROOM;)
+        if (!player_before(p, &s))
+            return !s.piece_i && player_batch(p, s.playing)->from_rest && p->way[s.playing % WIRE_BATCHES].from == s.playing;
+    return 1;
+}
+
 /* Whether acceleration and jerk keep their limits at a place of a piece and a rate of time, r, with its derivatives:
    x''r^2 + x'r' and x'''r^3 + 3x''rr' + x'r''. */
 static int player_may_at(player *p, unsigned long long piece, double at, double r, double rv, double ra)
@@ -284,8 +335,8 @@ static int player_may_at(player *p, unsigned long long piece, double at, double 
     return 1;
 }
 
-/* The least rate of time: below 0 a tap comes out. */
-static double player_least_rate(player *p) { return p->sync == WIRE_TAP ? -1 : 0; }
+/* The least rate of time: below 0 a tap comes out, or it runs back. */
+static double player_least_rate(player *p) { return p->sync == WIRE_TAP || p->back ? -1 : 0; }
 
 /* Whether a change of rate, from its time `from` on, keeps them along the motion ahead of a place: at about each tick,
    and at both sides of the end of each piece, where jerk has its peaks. */
@@ -300,11 +351,8 @@ static int player_may(player *p, player_spot s, double const c[4], double from, 
         s.t += now - way, way = now;
         while (s.t < 0) {
             if (!player_may_at(p, s.piece, 0, r, rv, ra)) return 0;
-            if (!s.piece_i) return 1; /* it comes to rest before */
-            s.piece--, s.piece_i--;
-            s.t += player_piece(p, s.piece)->span;
-            player_leave(p, &s);
-            if (!player_may_at(p, s.piece, player_piece(p, s.piece)->span, r, rv, ra)) return 0;
+            if (!player_before(p, &s)) return 1; /* it comes to rest before */
+            if (!player_may_at(p, s.piece, s.end, r, rv, ra)) return 0;
         }
         while (s.t >= s.end) {
             double over = s.t - s.end;
@@ -399,7 +447,7 @@ static double player_rate(player *p, double want)
     p->rate = fmin(fmax(player_turned(p->turn, after), player_least_rate(p)), 1);
     p->rate_v = p->turn[1] + after * (2 * p->turn[2] + after * 3 * p->turn[3]);
     if (after >= p->turn_span) p->turning = 0, p->rate = p->turn_to, p->rate_v = 0;
-    return fmax(way, p->sync == WIRE_TAP ? way : 0);
+    return fmax(way, player_least_rate(p) < 0 ? way : 0);
 }
 
 /* --- in step with a spindle ---------------------------------------------------------------------------------------- */
@@ -471,6 +519,8 @@ static double player_end(player *p)
 {
     unsigned long long k = p->seen;
     double span = player_piece(p, p->piece)->span;
+    if (p->playing < p->front)
+        return p->piece == p->way[p->playing % WIRE_BATCHES].piece ? fmin(span, p->way[p->playing % WIRE_BATCHES].at) : span;
     while (k-- > p->next) {
         wire_batch *b = player_batch(p, k);
         if (b->epoch == p->w->epoch && !b->from_rest && b->after == p->piece) return fmin(span, b->at);
@@ -478,13 +528,25 @@ static double player_end(player *p)
     return span;
 }
 
-/* Go on with that batch; what lies before it is dropped. */
-static int player_next(player *p)
+/* What was played may not be run back over any more. */
+PLAYER_API void player_forget(player *p) { p->chain = p->behind = 0; }
+
+/* Go on with that batch, where the one that is played is left at a time in its piece; on the way that it has come, with
+   the one that followed. */
+static int player_next(player *p, double at)
 {
-    unsigned long long k;
+    unsigned long long k, old = p->playing;
     wire_batch *b;
+    if (old < p->front) {
+        if (p->piece != p->way[old % WIRE_BATCHES].piece) return 0;
+        p->playing = p->way[old % WIRE_BATCHES].to, p->piece = player_batch(p, p->playing)->piece, p->piece_i = 0;
+        return 1;
+    }
     if (!player_find(p, &k)) return 0;
     b = player_batch(p, k);
+    p->way[k % WIRE_BATCHES].from = p->chain && (b->rate == 0 || fabs(b->rate - 1) < 1e-9) ? old : k;
+    p->way[old % WIRE_BATCHES].to = k, p->way[old % WIRE_BATCHES].piece = p->piece, p->way[old % WIRE_BATCHES].at = at;
+    p->chain = 1, p->behind = 0, p->front = k;
     if (p->moving && b->rate > 0) p->rate = 1;
     p->next = k + 1, p->playing = k, p->w->batch_now = k;
     p->piece = b->piece, p->piece_i = 0;
@@ -509,6 +571,8 @@ static void player_place(player *p)
 static void player_rest(player *p)
 {
     memcpy(p->w->rest, p->at, sizeof(p->at));
+    if (p->sync) p->chain = 0; /* nor is that run back over */
+    p->behind = 0, p->playing = p->front;
     p->moving = p->stopping = p->turning = p->exact = p->stepped = p->sync = 0, p->turn_try = 0, p->t = p->rate_v = p->speed = 0, p->rate = 1;
     PUBLISH(p->w->state, WIRE_REST);
 }
@@ -517,7 +581,8 @@ static void player_rest(player *p)
 PLAYER_API void player_drop(player *p)
 {
     player_rest(p);
-    p->faulty = p->told = 0;
+    player_forget(p);
+    p->faulty = p->told = p->back = 0;
     p->w->seg_clear = p->w->seg_done = p->segment = p->w->seg_head;
     player_epoch(p, WIRE_WHY_DROPPED);
 }
@@ -525,7 +590,23 @@ PLAYER_API void player_drop(player *p)
 PLAYER_API void player_set(player *p, double const at[])
 {
     memcpy(p->at, at, sizeof(p->at));
-    if (!p->moving) player_rest(p);
+    if (p->moving) return;
+    player_rest(p);
+    player_forget(p);
+}
+
+/* Whether it stands in mid-motion because it was told to. */
+PLAYER_API int player_held(player *p) { return p->moving && p->rate == 0 && !p->turning; }
+
+/* Run back along what was played, or forward again; 0 while it moves, or is in step with a spindle. */
+PLAYER_API int player_turn_about(player *p, int back)
+{
+    if (p->sync || (p->moving && !player_held(p))) return 0;
+    p->back = back;
+    if (!back || p->behind || !(p->moving || p->chain)) return 1;
+    if (!p->moving) p->moving = 1, p->rate = p->rate_v = 0, p->t = player_piece(p, p->piece)->span;
+    p->behind = 1, p->front_piece = p->piece, p->front_t = p->t;
+    return 1;
 }
 
 /* Limits of joints that are no axes, from the planner, which has read them in the INI file. */
@@ -551,6 +632,7 @@ PLAYER_API int player_listen(player *p, double elapsed)
     if (session != p->session) { /* another planner: nothing of the last one counts */
         p->session = session, p->fault = fault, p->seen = p->next = 0, p->part = 0;
         player_joints(p);
+        player_forget(p);
         player_epoch(p, WIRE_WHY_LATE);
     }
     if (p->faulty) return p->faulty == 3 && !p->told++;
@@ -581,7 +663,7 @@ PLAYER_API int player_tick(player *p, int told, double net_scale, double vlimit)
     wire_batch *b;
     wire_piece *g;
     if (begins) {
-        if (!player_next(p)) return 0;
+        if (p->back || !player_next(p, INFINITY)) return 0;
         p->moving = 1, p->stopping = 0, p->t = p->rate_v = 0;
         PUBLISH(w->state, WIRE_MOVES);
     } else player_take(p);
@@ -589,9 +671,10 @@ PLAYER_API int player_tick(player *p, int told, double net_scale, double vlimit)
     p->stepped &= told == PLAYER_STEP, p->exact &= told == PLAYER_STEP;
     want = told == PLAYER_HOLD || p->stepped || net_scale <= 0 ? 0 : fmin(net_scale / g->scale, 1);
     if (vlimit < b->vlimit) want = fmin(want, fmax(vlimit, 0) / b->vlimit);
+    if (p->back) want = player_room(p) ? -want : 0;
     if (p->sync && told != PLAYER_HOLD) told = PLAYER_GO, want = player_follow(p);
     if (begins) p->rate = want; /* it begins at rest: no jump */
-    if (told == PLAYER_STEP && !p->stepped && !p->exact && p->rate > 0) player_seek_next(p);
+    if (told == PLAYER_STEP && !p->stepped && !p->exact && !p->back && p->rate > 0) player_seek_next(p);
     exact = p->exact, before = p->since = p->t;
     p->t += player_rate(p, want), p->gone += p->t - before;
     if (exact && !p->turning) { /* it stands; where the motion was planned anew meanwhile it goes on to the next place */
@@ -600,17 +683,19 @@ PLAYER_API int player_tick(player *p, int told, double net_scale, double vlimit)
         if (fabs(p->t - end) < PLAYER_NEAR) p->t = end;
         p->stepped = p->t == end || p->t < PLAYER_NEAR;
     }
-    while (p->t < 0) { /* a tap comes out: all of its motion is one batch */
-        if (!p->piece_i) {
+    while (p->t < 0) { /* a tap comes out, or it runs back */
+        player_spot s = player_here(p);
+        if (!player_before(p, &s)) {
             p->gone -= p->t, p->t = 0;
+            if (!p->sync) p->rate = p->rate_v = 0, p->turning = 0;
             if (!p->out) break;
             player_place(p);
             w->seg_done = b->done;
             player_rest(p);
             return 0;
         }
-        p->piece--, p->piece_i--, p->since = 0;
-        p->t += player_piece(p, p->piece)->span;
+        p->playing = s.playing, p->piece = s.piece, p->piece_i = s.piece_i, p->t = s.t, p->since = 0;
+        b = player_batch(p, p->playing);
     }
     while (p->t >= (end = player_end(p))) {
         double over = p->t - end, rate = p->rate;
@@ -618,9 +703,9 @@ PLAYER_API int player_tick(player *p, int told, double net_scale, double vlimit)
             p->t -= over, p->gone -= over;
             break;
         }
-        if (player_next(p)) {
+        if (player_next(p, end)) {
             b = player_batch(p, p->playing), p->stopping = 0;
-            p->t = b->rate > 0 ? over / rate : over; /* what is left of the tick, in its time */
+            p->t = b->rate > 0 && !p->behind ? over / rate : over; /* what is left of the tick, in its time */
             p->since = 0;
             continue;
         }
@@ -634,17 +719,20 @@ PLAYER_API int player_tick(player *p, int told, double net_scale, double vlimit)
             return 0;
         }
         p->t = over, p->since = 0, p->piece++, p->piece_i++;
-        if (p->piece_i == b->sure) w->late++, p->stopping = 1; /* nothing came in time: the stop begins */
+        if (p->piece_i == b->sure && !p->behind) w->late++, p->stopping = 1; /* nothing came in time: the stop begins */
     }
     player_place(p);
+    if (p->behind && p->playing == p->front && (p->piece > p->front_piece || (p->piece == p->front_piece && p->t >= p->front_t)))
+        p->behind = p->back;
+    if (p->behind) { /* the planner sees it stand where it turned about */
+        w->rate = 0;
+        return 1;
+    }
     w->seg_done = p->segment;
     w->piece_now = p->piece, w->piece_i = p->piece_i, w->piece_t = p->t, w->rate = p->rate;
     PUBLISH(w->state, p->stopping ? WIRE_STOPS : WIRE_MOVES);
     return 1;
 }
-
-/* Whether it stands in mid-motion because it was told to. */
-PLAYER_API int player_held(player *p) { return p->moving && p->rate == 0 && !p->turning; }
 
 /* "2.9..." is what this is written for; NULL, unknown, passes. */
 PLAYER_API int player_version_fits(char const *version)

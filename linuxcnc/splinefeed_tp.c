@@ -89,6 +89,7 @@ static void idle(TP_STRUCT *tp) /* nothing queued, at rest */
 {
     tp->done = 1, tp->depth = tp->activeDepth = 0, tp->aborting = tp->pausing = 0, tp->execId = 0, tp->motionType = 0;
     tp->goalPos = tp->currentPos;
+    player_forget(&me); /* what the task did meanwhile is not undone by a run back */
     stat->distance_to_go = stat->current_vel = stat->requested_vel = 0;
     stat->enables_queued = stat->enables_new, stat->spindleSync = 0;
 }
@@ -257,7 +258,7 @@ static void drop_all(TP_STRUCT *tp) /* at rest: forget every move and all that w
 {
     player_drop(&me);
     unindex();
-    begun = w->seg_head, started = 0, told = 0;
+    begun = w->seg_head, started = 0, told = 0, tp->reverse_run = TC_DIR_FORWARD;
     idle(tp);
 }
 
@@ -266,6 +267,7 @@ static int may_begin(unsigned long long k) /* 0 while the spindle or an indexer 
     move_t *o = move(k);
     int n;
     if (started && k == begun) return 1;
+    if (o->sync || o->indexer != -1) player_forget(&me);
     if (o->atspeed || o->sync)
         for (n = 0; n < conf->numSpindles; n++)
             if (!stat->spindle_status[n].at_speed) return 0;
@@ -306,17 +308,22 @@ static void follow(void)
     if (far >= o->depth * o->depth) player_come_out(&me), s->speed *= -o->back;
 }
 
+static void show(TP_STRUCT *tp, move_t const *o) /* which move is under way */
+{
+    tp->execTag = o->tag, tp->execId = o->id, tp->motionType = o->canon, stat->enables_queued = o->enables;
+}
+
 static void begin(TP_STRUCT *tp, unsigned long long k) /* outputs of every move up to this one; none is skipped */
 {
-    move_t *o = move(k);
     unsigned long long i;
+    if (me.behind) { show(tp, move(k)); return; } /* what has begun once does not begin again */
     if (started && k == begun) return;
     for (i = started ? begun + 1 : begun; i <= k; i++) {
         sync_write(&move(i)->io);
         if (started && i > begun && move(i - 1)->indexer != -1) rotary_unlock(move(i - 1)->indexer, 0);
     }
     begun = k, started = 1;
-    tp->execTag = o->tag, tp->execId = o->id, tp->motionType = o->canon, stat->enables_queued = o->enables;
+    show(tp, move(k));
 }
 
 static void ended(void) /* at the end of motion: the moves that are complete */
@@ -330,16 +337,17 @@ static void ended(void) /* at the end of motion: the moves that are complete */
 
 static double scale(void) /* of what is planned: the override, and for a feed per revolution what the spindle does */
 {
-    move_t *o = move(begun);
+    unsigned long long k = me.behind ? me.segment : begun;
+    move_t *o = move(k);
     if (!(o->per_rev > 0) || o->sync || !started) return stat->net_feed_scale;
     return stat->net_feed_scale * o->per_rev * fabs(stat->spindle_status[o->spindle].spindleSpeedIn)
-        / w->segment[begun % WIRE_SEGMENTS].feed;
+        / w->segment[k % WIRE_SEGMENTS].feed;
 }
 
 static void run(TP_STRUCT *const tp)
 {
     int pauses = tp->pausing && !(me.moving && me.sync); /* a thread is cut to its end */
-    int told = pauses || tp->aborting || me.faulty ? PLAYER_HOLD : stat->stepping ? PLAYER_STEP : PLAYER_GO;
+    int told = pauses || tp->aborting || me.faulty ? PLAYER_HOLD : stat->stepping && !me.back ? PLAYER_STEP : PLAYER_GO;
     unsigned long long k;
     w->feed_scale = stat->feed_scale, w->rapid_scale = stat->rapid_scale, w->vlimit = tp->vLimit;
     w->stepping = stat->stepping;
@@ -348,6 +356,7 @@ static void run(TP_STRUCT *const tp)
         if (tp->aborting) { drop_all(tp); return; }
         if (w->seg_done == w->seg_head) { idle(tp); return; }
         tp->done = 0, tp->depth = w->seg_head - w->seg_done, stat->current_vel = 0;
+        if (me.back) return; /* nothing is kept that it could run back over */
         if (!player_ready(&me, &k) || told == PLAYER_HOLD || stat->net_feed_scale <= 0) { unindex(); return; }
         if (!may_begin(k)) return;
         int other = tp->execId && tp->execId != move(k)->id;
@@ -355,7 +364,7 @@ static void run(TP_STRUCT *const tp)
         if (other && told == PLAYER_STEP && !me.sync) return; /* motmod sees another move, and pauses */
     }
     if (tp->aborting && player_held(&me)) { drop_all(tp); return; }
-    if (me.faulty && player_held(&me)) { player_rest(&me); stat->current_vel = 0; return; }
+    if (me.faulty && player_held(&me)) { player_rest(&me), player_forget(&me); stat->current_vel = 0; return; }
     if (me.moving && me.sync) follow();
     stat->spindleSync = me.sync != 0;
     int out = me.sync == WIRE_TAP && me.out;
@@ -369,10 +378,10 @@ static void run(TP_STRUCT *const tp)
     begin(tp, me.segment);
     pose_set(&tp->currentPos, me.at);
     tp->activeDepth = 1, tp->depth = w->seg_head - w->seg_done;
-    EmcPose *to = &move(begun)->to;
+    EmcPose *to = &move(me.segment)->to;
     double x = to->tran.x - me.at[0], y = to->tran.y - me.at[1], z = to->tran.z - me.at[2];
     stat->current_vel = me.speed;
-    stat->requested_vel = w->segment[begun % WIRE_SEGMENTS].feed;
+    stat->requested_vel = w->segment[me.segment % WIRE_SEGMENTS].feed;
     stat->distance_to_go = sqrt(x * x + y * y + z * z);
     stat->dtg.tran.x = x, stat->dtg.tran.y = y, stat->dtg.tran.z = z;
     stat->dtg.a = to->a - me.at[3], stat->dtg.b = to->b - me.at[4], stat->dtg.c = to->c - me.at[5];
@@ -436,10 +445,10 @@ int tpSetPos(TP_STRUCT *const tp, EmcPose const *const p)
 }
 int tpSetRunDir(TP_STRUCT *const tp, tc_direction_t d)
 {
-    (void)tp;
-    if (d == TC_DIR_FORWARD) return 0;
-    SAY("reverse run is not supported\n");
-    return TP_ERR_FAIL;
+    int back = d == TC_DIR_REVERSE;
+    if (back != me.back && !player_turn_about(&me, back)) return TP_ERR_FAIL; /* as stock: at rest only */
+    tp->reverse_run = d;
+    return 0;
 }
 int tpSetSpindleSync(TP_STRUCT *const tp, int spindle, double sync, int velocity)
 {

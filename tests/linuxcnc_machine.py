@@ -40,10 +40,11 @@ def library() -> ctypes.CDLL:
     for name in ("player_size", "player_wire_size"):
         getattr(found, name).restype = ctypes.c_ulong
     found.player_listen.argtypes = [ctypes.c_void_p, ctypes.c_double]
-    for name in ("come_out", "drop", "held", "planner_there"):
+    for name in ("come_out", "drop", "forget", "held", "planner_there"):
         getattr(found, f"player_{name}").argtypes = [ctypes.c_void_p]
     found.player_ready.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
     found.player_set.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
+    found.player_turn_about.argtypes = [ctypes.c_void_p, ctypes.c_int]
     found.player_tick.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_double, ctypes.c_double]
     found.player_spindle.argtypes = [ctypes.c_void_p, ctypes.c_double]
     found.player_sync.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_double, ctypes.c_double]
@@ -181,6 +182,8 @@ class Machine:
                 self.drop()
                 return False
             left = int(wire.seg_done) != int(wire.seg_head)
+            if not left:
+                lib.player_forget(self.me)
             segment = ctypes.c_ulonglong()
             if left and lib.player_ready(self.me, ctypes.byref(segment)) and not hold and net > 0.0:
                 self.player["segment"] = segment.value
@@ -197,6 +200,10 @@ class Machine:
         self.rows.append(self.at.copy())
         self.segments.append(int(self.player["segment"][0]))
         return left
+
+    def turn_about(self, back: bool) -> bool:
+        """Run back along the path, or forward again; False while it moves."""
+        return bool(self.lib.player_turn_about(self.me, int(back)))
 
     def drop(self) -> None:
         """What an abort does at rest."""

@@ -223,3 +223,30 @@ def test_external_offsets_and_a_program_keep_the_limits_in_sum():
     found = recorded(program, machine, actions=",".join([*on, *moved]))
     assert found.position[:, 2].max() > 0.2  # it has no motion in z of its own
     assert max(shares(found)) <= 1.0
+
+
+ZIGZAG = "G64 P0.01 F1800\n" + "".join(f"G1 X{8 * k} Y{2 * (k % 2)}\n" for k in range(1, 20)) + "G4 P0.1\nG1 X0\nM2\n"
+
+
+def test_a_run_back_goes_along_the_path_as_far_as_it_began_and_forward_again():
+    actions = "5:pause,6:reverse,6.2:resume,7:pause,8:forward,8.2:resume,9:pause,10:reverse,10.2:resume,18:forward"
+    found = recorded(f"G21 G90 {ZIGZAG}", OURS, actions=f"0.1:patient,{actions}")
+    assert found.said == [] and max(shares(found)) <= 1.0
+    rows = [row for row, what in found.acted if what != "patient"]
+    x = found.position[rows, 0]  # as it is turned about: back, pause, forward, pause, back
+    assert x[4] < x[2] - 2.0 and x[7] > x[5] + 2.0
+    np.testing.assert_allclose(found.position[rows[-1]], 0.0, atol=1e-6)  # where motion began
+    np.testing.assert_allclose(found.position[-1], [0, 2, 0], atol=1e-6)
+    lines = np.array([[8.0 * k, 2.0 * (k % 2), 0.0] for k in range(20)])
+    assert apart(found.moving()[:-1:11], np.append(lines, [[0, 2, 0]], axis=0)) <= 0.011
+
+
+def test_an_adaptive_feed_below_zero_runs_back():
+    program = f"G21 G90\nM52 P1\n{ZIGZAG}"
+    found = recorded(program, OURS, actions="5:set=motion.adaptive-feed -0.5,7:set=motion.adaptive-feed 1")
+    assert max(shares(found)) <= 1.0
+    begin, end = (row for row, _ in found.acted)
+    speed = np.diff(found.position[begin:end], axis=0) / PERIOD
+    assert speed[-500:, 0].max() < 0.0 or np.all(found.position[end] == 0.0)
+    assert np.linalg.norm(speed[300:], axis=1).max() <= 15.0 * (1 + 1e-6)
+    np.testing.assert_allclose(found.position[-1], [0, 2, 0], atol=1e-6)

@@ -186,6 +186,110 @@ def test_a_step_stands_where_the_next_move_begins(feed, term, near):
     assert kept(machine)
 
 
+def held(machine: Machine, ticks: int = 1000) -> bool:
+    """Whether it comes to rest on its path in so many ticks."""
+    machine.pausing = True
+    machine.run(ticks, until=lambda: bool(machine.lib.player_held(machine.me)))
+    return bool(machine.lib.player_held(machine.me))
+
+
+@needs_gcc
+def test_a_run_back_goes_along_the_path_that_it_came_and_forward_again():
+    machine = Machine()
+    wavy(machine, 600)
+    machine.run(1500)
+    assert not machine.turn_about(back=True)  # it moves
+    assert held(machine)
+    turned, known = machine.at.copy(), (int(machine.wire.seg_done), int(machine.wire.piece_now))
+    came = np.array(machine.rows)[:, :3]
+    assert machine.turn_about(back=True)
+    machine.pausing, before = False, len(machine.rows)
+    machine.run(700)
+    assert held(machine)
+    back = np.array(machine.rows)[before:, :3]
+    assert came[-1, 0] - back[-1, 0] > 20.0
+    assert distance(back[::7], came[np.append(True, np.any(np.diff(came, axis=0) != 0.0, axis=1))]) < 2e-3  # chords
+    assert np.all(np.diff(machine.segments[before:]) <= 0) and machine.segments[-1] < machine.segments[before] - 40
+    assert (machine.wire.seg_done, machine.wire.piece_now) == known
+    assert machine.turn_about(back=False)
+    machine.pausing, before = False, len(machine.rows)
+    machine.run()
+    forward = np.array(machine.rows)[before:]
+    assert np.min(np.linalg.norm(forward - turned, axis=1)) < 0.04  # of a tick at 60 mm/s
+    np.testing.assert_allclose(machine.at[0], 240.0, atol=1e-9)
+    assert machine.said == [] and machine.wire.seg_done == 600 and machine.wire.late == 0
+    assert kept(machine)
+
+
+@needs_gcc
+def test_a_run_back_ends_at_rest_where_motion_began_and_goes_on_from_there():
+    machine = Machine()
+    wavy(machine, 200)
+    machine.run(400)
+    assert held(machine) and machine.turn_about(back=True)
+    machine.pausing = False
+    machine.run(1500)
+    np.testing.assert_allclose(machine.at, 0.0, atol=1e-9)
+    assert machine.lib.player_held(machine.me) and machine.turn_about(back=False)
+    machine.run()
+    np.testing.assert_allclose(machine.at[0], 80.0, atol=1e-9)
+    assert machine.said == [] and machine.wire.seg_done == 200 and kept(machine)
+    assert machine.turn_about(back=True)  # all is done: nothing is kept
+    machine.line(90.0, 0.0, 0.0)
+    machine.run(500)
+    np.testing.assert_allclose(machine.at[0], 80.0, atol=1e-9)
+    assert machine.turn_about(back=False)
+    machine.run()
+    np.testing.assert_allclose(machine.at[0], 90.0, atol=1e-9)
+    assert kept(machine)
+
+
+@needs_gcc
+def test_a_run_back_passes_stops_and_rests_before_what_is_not_kept():
+    machine = Machine()
+    wavy(machine, 100)
+    for k in range(1, 40):
+        machine.line(40.0 + 3.0 * k, 5.0 * (k % 2), 0.0, term=0)
+    machine.run(400)
+    machine.feed_scale = 0.5  # planned anew at half the rate: that is not run back over
+    place = machine.at[0]
+    machine.run(4000)
+    assert held(machine) and machine.at[0] > 60.0 and machine.turn_about(back=True)
+    machine.pausing = False
+    machine.run(300)
+    machine.run(8000, until=lambda: bool(machine.lib.player_held(machine.me)))
+    assert machine.lib.player_held(machine.me) and place < machine.at[0] < 60.0
+    machine.feed_scale = 1.0
+    assert machine.turn_about(back=False)
+    machine.run()
+    np.testing.assert_allclose(machine.at[0], 157.0, atol=1e-9)
+    assert machine.said == [] and machine.wire.seg_done == 139 and kept(machine)
+
+
+@needs_gcc
+@pytest.mark.parametrize("seed", range(3))
+def test_runs_back_and_forth_with_pauses_and_overrides_keep_limits_and_path(seed: int):
+    machine, rng = Machine(), np.random.default_rng(seed)
+    wavy(machine, 500)
+    back = False
+    for _ in range(60):
+        machine.run(int(rng.integers(20, 400)))
+        machine.feed_scale = float(rng.choice([1.0, 1.0, 0.5, 1.3, 0.8]))
+        if rng.random() < 0.5 and int(machine.wire.seg_done) < 500:
+            assert held(machine, 3000)
+            back = bool(not back and rng.random() < 0.7)
+            assert machine.turn_about(back)
+            machine.pausing = False
+    if machine.moving:
+        assert held(machine, 3000) and machine.turn_about(back=False)
+    machine.pausing, machine.feed_scale = False, 1.0
+    machine.run()
+    np.testing.assert_allclose(machine.at[0], 200.0, atol=1e-9)
+    lines = np.array([[0.4 * k, 2.0 * np.sin(0.15 * k), 0.0] for k in range(501)])
+    assert distance(np.array(machine.rows)[::11, :3], lines) <= 0.011
+    assert machine.said == [] and machine.wire.seg_done == 500 and kept(machine)
+
+
 def in_step(machine: Machine, speed: Callable[[], float], ticks: int, noise: float = 0.0) -> Array:
     """Turn a spindle at a speed, turns/s, for so many ticks of motion; angle (n,) at each of machine.rows since."""
     rng, angles, angle, begin = np.random.default_rng(1), [], 0.0, len(machine.rows)
