@@ -88,7 +88,7 @@ def test_plan_in_words(splinefeed, square):
     result = splinefeed("plan", square)
     assert result.exit_code == 0
     assert "square: 40 mm in " in result.stdout
-    assert "the motion stops at 3 corners inside the path; --smooth LENGTH --corners round passes" in result.stdout
+    assert "the tool stops exactly at 3 corners; at the feeds alone the path takes" in result.stdout
     assert "... and " not in result.stdout
     assert [line.split()[0] for line in result.stdout.splitlines() if line[:5].strip().isdigit()] == [
         str(i) for i in range(24)

@@ -61,7 +61,7 @@ def test_convert_smooths(splinefeed, program, folder):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--smooth", "0"), "tolerance is 0 mm"),
+        (("--smooth", "0"), "tolerance is 0"),
         (("--smooth", "soft"), "soft"),
         (("--corners", "round"), "give --smooth LENGTH too"),
         (("--smooth", "1", "--corner-angle", "200"), "--corner-angle"),
@@ -96,8 +96,8 @@ SQUARE = '<svg xmlns="http://www.w3.org/2000/svg" width="40mm" height="30mm" vie
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ((), "the motion stops at 3 corners inside the path; --smooth LENGTH --corners round passes them"),
-        (("--smooth", "0.05mm"), "the motion stops at 3 corners inside the path; --corners round passes them, too"),
+        ((), "the tool stops exactly at 3 corners"),
+        (("--smooth", "0.05mm"), "the tool still stops exactly at 3 corners, which smoothing keeps; --corners round"),
         (("--smooth", "0.05mm", "--corners", "round"), ""),
         (("--axis-velocity-step", "5"), ""),
     ],
@@ -105,5 +105,5 @@ SQUARE = '<svg xmlns="http://www.w3.org/2000/svg" width="40mm" height="30mm" vie
 def test_run_says_at_how_many_corners_of_a_drawing_it_stops(splinefeed, folder, options, said):
     (folder / "sheet.svg").write_text(SQUARE.format('<path fill="none" stroke="black" d="M5 5h20v10h-20z"/>'))
     page = page_of(splinefeed("run", "sheet.svg", *RUN, *options))
-    notes = [note for note in page["notes"] if "the motion stops at" in note]
+    notes = [note for note in page["notes"] if "stops exactly" in note]
     assert [note[: len(said)] for note in notes] == [said] * bool(said)

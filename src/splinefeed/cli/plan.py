@@ -100,7 +100,7 @@ def plan(say: Say, source: str | None, **given: Any) -> Page:
         "limits": verdict.as_dict()["limits"],
         "stops_mm": path.tip_length(path.stops).tolist(),
         "pieces": [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values(), strict=True)],
-        "notes": [*what.notes, *path.findings, *law.notes, *summary.exact_stops(path, what.limits, given)],
+        "notes": [*what.notes, *path.findings, *law.notes],
         "files": [given["output"]] if given["output"] else [],
     }
 

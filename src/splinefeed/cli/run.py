@@ -142,8 +142,7 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
             )
         page = record(result, described(result.settings), traces, servo)
         long = [] if result.whole else [LONG_NOTE.format(LONG, 1e3 * _block(result))]
-        stops = [] if parts or given["robot"] is not None else summary.exact_stops(path, what.limits, given)
-        page["notes"] = [*job.notes, *page["notes"], *stops, *long, *([PARTS_NOTE] if parts else [])]
+        page["notes"] = [*job.notes, *page["notes"], *long, *([PARTS_NOTE] if parts else [])]
         page["notes"] += [*([NOT_COMPARED] if compared and not possible else []), *files.missing(drawing)]
         say("drawing")
         page["files"] = files.write(

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from splinefeed import units
-from splinefeed.cli.output import Block, Page, counted, length, listed, notes, number, table, verdict
+from splinefeed.cli.output import Block, Page, length, listed, notes, number, table, verdict
 
 #: A share of a limit from which on it counts as reached, as it counts as binding (`measures.BINDS`): bringing a
 #: short motion to whole periods may take off that much.
@@ -50,18 +50,6 @@ def run(page: Page) -> list[Block]:
         *(servo(page) if "machine" in page else []),
         verdict(page, ", ".join(over) or "see the problems above"),
     ]
-
-
-def exact_stops(path: Any, limits: Any, given: Mapping[str, Any]) -> list[str]:
-    """What is to be said of corners inside the path at which the motion stops, and which option passes them."""
-    if any(name.startswith("axis_velocity_step") for name in limits.as_dict()):
-        return []  # they are passed at a speed
-    corners = path.tip_path.corners
-    count = len({s for s in corners.s[corners.stop].tolist() if 0.0 < s < path.length})
-    mend = "--smooth LENGTH --corners round passes them within that tolerance"
-    if given["smooth"] is not None:
-        mend = "--corners round passes them, too" if given["corners"] != "round" else "a larger --smooth passes more"
-    return [f"the motion stops at {counted(count, 'corner')} inside the path; {mend}"] if count else []
 
 
 def measured(page: Page, unit: str) -> list[str]:
