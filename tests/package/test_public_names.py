@@ -235,6 +235,33 @@ def test_a_docstring_says_shapes_units_errors_source_and_example(name):
         assert (Path(__file__).parents[2] / page).is_file()
 
 
+FUNCTIONS = sorted(name for name, each in SAID.items() if inspect.isfunction(each) and not name.startswith("plot."))
+NOT_IMPERATIVE = {
+    "A",
+    "All",
+    "An",
+    "Curves",
+    "Each",
+    "Every",
+    "How",
+    "Names",
+    "One",
+    "Positions",
+    "The",
+    "What",
+    "Where",
+}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_function_says_what_it_does_takes_and_returns(name):
+    said = inspect.getdoc(SAID[name]) or ""
+    assert said.split()[0] not in NOT_IMPERATIVE
+    assert re.search(r"\breturns?\b", said, re.IGNORECASE)
+    missing = [each for each in inspect.signature(SAID[name]).parameters if not re.search(rf"\b{each}\b", said)]
+    assert not missing
+
+
 @pytest.fixture(scope="module")
 def names(motion):
     path, limits, law, setpoints = motion

@@ -84,9 +84,10 @@ def check(
     positions first, and what is wrong is a problem. A note says how near they are.
 
     Where u is NaN throughout, as in a file of another program, setpoints are placed on the path by nearest points.
-    A fault in the setpoints is a problem of the verdict, not an error. Raises InputError for setpoints of other axes
-    than the path's, for no setpoints, and for an invalid tolerance; LimitsError for limits of axes that it lacks.
-    Setpoints hold (n, axes) positions, mm, rotary axes rad. Source: docs/check.md has the derivations.
+    Returns a Verdict. A fault in the setpoints is a problem of the verdict, not an error. Raises InputError for
+    setpoints of other axes than the path's, for no setpoints, and for an invalid tolerance; LimitsError for limits of
+    axes that it lacks. Setpoints hold (n, axes) positions, mm, rotary axes rad. Source: docs/check.md has the
+    derivations.
     Example: `sf.check(setpoints, path, limits, law=law).problems`
     """
     expect(

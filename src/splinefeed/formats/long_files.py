@@ -18,13 +18,14 @@ MOST_LINES = MAX_MOVES
 
 
 def read_parts(source: str | os.PathLike[str], **options: Any) -> PathParts:
-    """The one path in a file of G-code or a table of points, part by part, in memory that does not grow with the file.
+    """Read the one path in a file of G-code or a table of points part by part; memory does not grow with the file.
 
+    source   the file
     options  as for `read`: dialect, start, offsets, tools and repair for G-code. The points of a table are joined by
              straight lines: `smooth_stream` makes curves of them within a tolerance.
-    The parts are those of `read`, curve for curve, for G-code. Raises FormatError for other files, and for what `read`
-    would not read; of a table only while its parts are made.
-    Lengths in mm, feeds in mm/s. Source: docs/scale.md.
+    Returns PathParts. They are those of `read`, curve for curve, for G-code. Raises FormatError for other files, and
+    for what `read` would not read; of a table only while its parts are made. Lengths in mm, feeds in mm/s. Source:
+    docs/scale.md.
     Example: `sf.write(path, "part.nc"); sum(part.length for part in sf.formats.read_parts("part.nc"))`
     """
     found, read = _parted(source)

@@ -90,7 +90,8 @@ def read(
 
     `repair` repairs faults where that is safe, each a finding; `options` are those of the format: `tolerance` for JSON
     curves; `chord`, `tolerance`, `degree` for airfoils and points; docs/formats.md has all.
-    Lengths come in mm, angles in rad. Raises FormatError, which names the file and the place, for what cannot be read.
+    Returns a Path, lengths in mm, angles in rad. Raises FormatError, which names the file and the place, for what
+    cannot be read.
     Source: docs/formats.md. Example: `sf.write(path, "part.dxf"); sf.read("part.dxf").length`
     """
     expect("read(file)", (source, (str, os.PathLike)))
@@ -155,6 +156,7 @@ def read_all(source: str | os.PathLike[str], *, repair: bool = False, **options:
 def write(paths: Path | Iterable[Path], target: str | os.PathLike[str], **options: Any) -> tuple[str, ...]:
     """Write one path or several to the file `target`, whole or not at all; the suffix says the format.
 
+    paths  one, or several contours; options  those of the format
     Returns what had to be approximated and what the format cannot hold, one sentence each; empty if nothing is lost.
     Raises FormatError for a suffix that no format writes, InputError for an option that is not one of the format.
     Lengths in mm. Source: docs/formats.md says what each format holds. Example: `sf.write(path, "part.svg")`

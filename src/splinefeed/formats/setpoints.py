@@ -58,6 +58,8 @@ _BITS = ".bits"
 def save(record: Record | Iterable[Setpoints] | Iterable[Response], path: str | os.PathLike[str]) -> None:
     """Save a record, whole or not at all: any as HDF5 (.h5), setpoints in every one of FORMATS, pulse words as .bits.
 
+    path  file to write, whose suffix says the format. Returns nothing.
+
     Setpoints and responses may come as an iterable of chunks, of which HDF5, CSV, Parquet and halstreamer hold one at
     a time in memory. Lengths in mm, rotary axes rad or as the format says in its heads. Raises FormatError for a name
     of no format, a folder that cannot be written, or numbers that are not finite. Source: docs/setpoint-files.md.
@@ -146,9 +148,10 @@ def load(path: str | os.PathLike[str], kind: type[Kind]) -> Kind: ...
 def load(path: str | os.PathLike[str], kind: type[Any] | None = None) -> Any:
     """Load a record that `save` wrote; a tuple in its settings comes back as a list, as JSON has no tuples.
 
+    path  file that `save` wrote
     kind  the record that must be in the file, such as `sf.Setpoints`; None takes any
-    Lengths in mm, times in s, angles in rad. Raises FormatError that names the file, for one that cannot be read and
-    for a record of another kind. Source: docs/setpoint-files.md.
+    Returns the record: lengths in mm, times in s, angles in rad. Raises FormatError that names the file, for one that
+    cannot be read and for a record of another kind. Source: docs/setpoint-files.md.
     Example: `sf.save(law, "law.h5"); sf.load("law.h5", sf.TimeLaw).duration`
     """
     suffix = _suffix(path)

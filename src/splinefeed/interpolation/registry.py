@@ -80,7 +80,7 @@ _methods: dict[str, Method] = {each.name: each for each in _BUILT_IN}
 
 
 def methods() -> tuple[str, ...]:
-    """Names of all interpolation methods, built-in ones first.
+    """Return the names of all interpolation methods, built-in ones first.
 
     Source: docs/math/interpolators.md. Example: `"milne-simpson" in sf.interpolation.methods()`
     """
@@ -106,8 +106,12 @@ def register(
 ) -> Method:
     """Add a method of your own: `step` is a function of STEP_PARAMETERS that Numba can compile, see `Method`.
 
-    Raises MethodError for a name that is taken or not of lower-case letters, digits and hyphens, for a step with other
-    parameters, and for a history that is neither 0 nor at most 3.
+    title    a few words for tables; order  observed order of convergence, None if the error is not one of the period
+    history  earlier steps that the step reads, 0 to 3; half  whether it reads the feed at half a period
+    anchor   whether its points lie on the law's arc length: its starting steps then do, too
+
+    Returns the Method. Raises MethodError for a name that is taken or not of lower-case letters, digits and hyphens,
+    for a step with other parameters, and for a history that is neither 0 nor at most 3.
     Source: docs/add-a-method.md has one to copy.
     """
     if not re.fullmatch(r"[a-z][a-z0-9-]*", name):

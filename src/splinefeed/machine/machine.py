@@ -35,6 +35,7 @@ class MachineError(ProblemsError):
 class Machine:
     """A machine: its axes by name, in order, the notes of its makers, and how its joints move tool and workpiece.
 
+    title       what people read
     kinematics  of a machine for tool paths, whose joints are among its axes; else None
     control     how its control plans a program, for cycle times; a machine that has it needs no axes
     clearance   z of the rapid moves between contours of a drawing, mm; None where a drawing has no rapid moves above it

@@ -77,7 +77,7 @@ def job(
     first: str | int | None = None,
     name: str | None = None,
 ) -> Job:
-    """One path through all contours, or through a single one: inner before outer, nearest next, linked by rapid moves.
+    """Join all contours, or a single one, to one path: inner before outer, nearest next, linked by rapid moves.
 
     clearance   z of the rapid moves, mm, above all contours; the tool goes down and up at the start and the end of
                 each. None for a laser: straight rapid moves with M5 before and M3 behind them
@@ -86,8 +86,8 @@ def job(
     first       name or number (from 1) of the contour to begin with, whatever lies in it
 
     A closed contour begins at the corner that is nearest, one without corners at its nearest place, where its curve is
-    split (exactly); an open one at either end. Rapid moves have infinite feeds. Raises InputError for contours that
-    have other axes than x, y and z, and for a clearance that is not above them.
+    split (exactly); an open one at either end. Rapid moves have infinite feeds. Returns a Job. Raises InputError for
+    contours that have other axes than x, y and z, and for a clearance that is not above them.
     Source: docs/formats.md. Example: `sf.paths.job([sf.shapes.butterfly()], clearance=5, feed=20).feeds`
     """
     paths = [contours] if isinstance(contours, Path) else list(contours)

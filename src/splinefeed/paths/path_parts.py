@@ -16,6 +16,7 @@ class PathParts:
     count      how many moves or points the file holds, in the `unit` that is counted
     feeds      highest finite feed that a curve says, mm/s, and whether any says none; None where feeds are not said
     tolerance  largest tolerance that a curve says, mm; None where none says any
+    make       gives the parts from the first one on
     Iterating gives each part as a Path. Source: docs/scale.md.
     Example: `sf.write(path, "part.nc"); sf.formats.read_parts("part.nc").axes`
     """

@@ -87,15 +87,15 @@ def lines_along(smooth: Path, path: Path) -> IntArray | None:
 
 
 class Smoother:
-    """Smooths a path that need not end, as `smoothed` does: `push` curves, get smooth ones; `finish` gives the rest.
+    """Smooths a path that need not end, as `sf.smooth` does: `push` curves, get smooth ones; `finish` gives the rest.
 
-    axes  names of the axes of all that comes; all else as for `smoothed`
+    axes  names of the axes of all that comes
+    tolerance, corners, corner_angle, angular_tolerance  as for `sf.smooth`
     window  curves that are looked at in one go; no more than these and some hundreds are held
 
-    However the path is cut into pieces, the result is the same to the bit, and that of `smoothed` where no curve has a
-    corner inside. Raises InputError
-    for arguments that cannot be used, CurveError for pieces that do not follow each other.
-    tolerance in mm. Source: docs/smoothing.md.
+    However the path is cut into pieces, the result is the same to the bit, and that of `sf.smooth` where no curve has a
+    corner inside. Raises InputError for arguments that cannot be used, CurveError for pieces that do not follow each
+    other. tolerance in mm. Source: docs/smoothing.md.
     Example: `smoother = sf.paths.Smoother(0.01, path.axes); [*smoother.push(path), *smoother.finish()]`
     """
 
@@ -237,7 +237,8 @@ def _origins(done: Done, path: Path) -> IntArray:
 def smooth_stream(pieces: Iterable[Path], tolerance: float | str, **how: Any) -> Iterator[Path]:
     """Smooth pieces of one path, as they come, with the arguments of `Smoother`: that as a generator.
 
-    tolerance in mm. Raises what `Smoother` raises. Source: docs/smoothing.md.
+    tolerance in mm; how  the other arguments of `Smoother`. Returns an iterator of Paths. Raises what `Smoother` does.
+    Source: docs/smoothing.md.
     Example: `list(sf.paths.smooth_stream([sf.Path.polyline([[0, 0], [5, 0], [9, 1]])], 0.01))`
     """
     smoother: Smoother | None = None

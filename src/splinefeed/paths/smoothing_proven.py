@@ -419,8 +419,8 @@ def smooth(
     corner_angle       joints that turn by more, rad, are corners
     angular_tolerance  of rotary axes or of the tool axis, rad
 
-    The result has a continuous tangent and curvature and a bounded third derivative; its findings state the proof. Of a
-    ToolPath it is a ToolPath. Raises InputError for arguments that cannot be used.
+    Returns a Path with a continuous tangent and curvature and a bounded third derivative, whose findings state the
+    proof; of a ToolPath a ToolPath. Raises InputError for arguments that cannot be used.
     Source: docs/smoothing.md, docs/math/smoothing.md.
     Example: `sf.smooth(sf.Path.polyline([[0, 0], [5, 0], [9, 1]]), 0.01, corners="round").stops`
     """

@@ -32,7 +32,7 @@ _PROOF: Array = np.asarray((np.arange(24) + 0.3) / 24.0, dtype=np.float64)
 
 
 def tangential(path: Path, tolerance: float = 1e-6) -> Path:
-    """The path of axes (x, y, theta): x and y as they are, theta the direction of the tangent, rad, within `tolerance`.
+    """Add an axis to a path (x, y): theta, the direction of the tangent, rad, within `tolerance`, rad.
 
     theta' = (x' y'' - y' x'') / (x'^2 + y'^2)
 
@@ -44,7 +44,8 @@ def tangential(path: Path, tolerance: float = 1e-6) -> Path:
 
     Raises CurveError for a path that is not planar, and for one with corners, where theta would have to turn while x
     and y rest; InputError for a tolerance that cannot be held.
-    Called at s (...), mm, the path gives (..., 3): mm, mm, rad. Source: docs/paper.md, the table of three axes.
+    Returns a Path; called at s (...), mm, it gives (..., 3): mm, mm, rad.
+    Source: docs/paper.md, the table of three axes.
     Example: `sf.paths.tangential(path).axes`
     """
     allowed = float(tolerance)

@@ -116,7 +116,7 @@ def plan(
               `settings["lower_bound_s"]`, from `start` on. It takes as long as the plan for two axes, ten times that
               for seven joints
 
-    The law, called with t (...), s, gives arc lengths (...), mm.
+    Returns a TimeLaw, which, called with t (...), s, gives arc lengths (...), mm.
     Where a tick cannot be met (start_feed = end_feed = feed), the law's `notes` say so; they name each axis that moves
     without a limit that others have. Where the path waits, the law has a piece of constant s, whole periods long.
     Raises CurveError (no length, stops not inside), InputError (unknown strategy), LimitsError (a limit that the

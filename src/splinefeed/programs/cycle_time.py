@@ -268,13 +268,17 @@ def cycle_time(
     repair: bool = False,
     from_line: int | str | None = None,
 ) -> CycleTime:
-    """Time a program on a machine as its control plans it, s; the options are those of `read` for G-code.
+    """Time a program on a machine as its control plans it.
+
+    program    a file of G-code; machine  a Machine or its name
+    dialect, start, offsets, tools, increments, repair, from_line  how it is read, as the options of `read` for G-code
 
     Each block's time is that of a control that looks ahead: junction speeds v by v_next^2 <= v^2 + 2 a L forward and
     backward, then a trapezoid or S-curve between them (`programs.control_planning`); docs/cycle-time.md says what is
     modelled. A machine without [control] is taken to blend within the limits of its axes, with exact stops at corners.
 
-    Raises FormatError for a program that cannot be read, InputError where the machine file has too little.
+    Returns a CycleTime, in s. Raises FormatError for a program that cannot be read, InputError where the machine file
+    has too little.
 
     Example:
         >>> from pathlib import Path

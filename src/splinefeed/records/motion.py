@@ -28,6 +28,7 @@ class TimeLaw:
 
     breaks        (m+1,)  s, from 0, increasing
     coefficients  (m, 6)  s(t) = sum_k coefficients[i, k] (t - breaks[i])^k  mm, in mm/s^k
+    strategy      name of the planner's strategy that made it
     period        servo period that the law was brought to, s; None if it was not
     notes         what the planner had to relax, one sentence each
     settings      what it was planned with, for the records of a run
@@ -211,6 +212,7 @@ class Response(_Columns):
     contour_error  (n,)   distance of `position` from the true path over the linear axes, mm; None if no path was given
     row, depth, underruns  (n,)  of a stream to a controller: number of its row, rows that it still had, and periods in
                            which it had none so far; None where nothing was streamed
+    period     servo period, s
     stopped    why the run ended early, or None; settings  all that is needed to repeat it
     Raises InputError for arrays of other shapes. Source: docs/machines.md.
     Example: `sf.runs.follow(setpoints, machine, path=path).contour_error.max()`

@@ -150,12 +150,13 @@ def _publish(stage: Path, target: Path, record: str, earlier: tuple[str, ...]) -
 
 
 def report(run: Run, folder: str | os.PathLike[str], *, formats: Iterable[str] = ("hdf5",)) -> list[str]:
-    """Write what `splinefeed run` writes, and give the names of the files: setpoints, law, figures, report.html.
+    """Write what `splinefeed run` writes: setpoints, law, figures, report.html.
 
     folder   made if it is not there; files of an earlier run in it are replaced, all at once or not at all
     formats  of the setpoints, names of `splinefeed.formats.setpoints.FORMATS`
-    Lengths in mm, rotary axes rad or as the format says. Raises FormatError for a folder that cannot be written or
-    holds such files that are not ours, InputError for an unknown format. Source: docs/start.md.
+    Returns the names of the files. Lengths in mm, rotary axes rad or as the format says. Raises FormatError for a
+    folder that cannot be written or holds such files that are not ours, InputError for an unknown format. Source:
+    docs/start.md.
     Example: `sf.report(sf.run(sf.shapes.butterfly()), "butterfly")`
     """
     from splinefeed.reports.files import PATH

@@ -234,7 +234,7 @@ def robot(
     friction: Mapping[str, Any] | None = None,
     gravity: Sequence[float] = GRAVITY,
 ) -> Arm:
-    """The serial arm from link `base` to link `tip` of a robot.
+    """Read the serial arm from link `base` to link `tip` of a robot.
 
     urdf     file, or its text; xacro already expanded
     tip      link at the end of the arm; may be left out where the robot has one end
@@ -249,9 +249,10 @@ def robot(
              limits of torque count, too; the <dynamics> of a URDF is often made up, and is not read
     gravity  m/s^2 in the frame of the base
 
-    Joints beside the way to the tip (fingers) hang on it at 0; `notes` names them. Links are rigid: motors' rotors, and
-    friction that is not given, are not counted. Raises FormatError for a file that is no URDF of a serial arm, with
-    line, value and mend; LimitsError that names every limit that is missing. Source: wiki.ros.org/urdf/XML.
+    Returns an Arm. Joints beside the way to the tip (fingers) hang on it at 0; `notes` names them. Links are rigid:
+    motors' rotors, and friction that is not given, are not counted. Raises FormatError for a file that is no URDF of a
+    serial arm, with line, value and mend; LimitsError that names every limit that is missing. Source:
+    wiki.ros.org/urdf/XML.
 
     >>> import splinefeed as sf
     >>> text = '''<robot name="turntable"><link name="base"/><link name="table"/><joint

@@ -49,7 +49,7 @@ NANO = 1_000_000_000
 
 
 def motion_at(path: Track, law: TimeLaw, t: ArrayLike) -> tuple[Array, Array, Array, Array]:
-    """Positions, velocities, accelerations and jerks (n, axes) of the axes at any times t (n,), s, of a law.
+    """Return positions, velocities, accelerations and jerks (n, axes) of the axes at times t (n,), s, of a law.
 
     rad or mm by s, exact: q' = r' v, q'' = r'' v^2 + r' a, q''' = r''' v^3 + 3 r'' v a + r' j (the chain rule).
     Raises InputError for times outside the law. Source: docs/readers/robots.md.
@@ -132,7 +132,7 @@ def joint_trajectory(
     tolerance: float = TOLERANCE,
     shortest: float = SHORTEST,
 ) -> JointTrajectory:
-    """A motion as points of a JointTrajectory, so many that the controller's quintics keep path and limits.
+    """Sample a motion as points of a JointTrajectory, so many that the controller's quintics keep path and limits.
 
     path, law, limits  as for `sf.check`; or a Run, which has all three
     tolerance  how far joints may be from the motion between points, rad and mm
@@ -144,7 +144,7 @@ def joint_trajectory(
     the `notes` of the trajectory say by how much, from 0.1 % on.
 
     Raises InputError for a tolerance that is not positive, a shortest time below 2e-5 s, and for motions of too many
-    points. Positions are (n, joints). Source: ros2_controllers, trajectory.rst.
+    points. Returns a JointTrajectory; positions are (n, joints). Source: ros2_controllers, trajectory.rst.
     Example: `sf.robots.joint_trajectory(path, law, limits).save("move.json")`
     """
     if isinstance(path, Run):

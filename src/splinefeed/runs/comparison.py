@@ -106,10 +106,11 @@ def compare(
 ) -> Iterator[MethodTrace]:
     """Run each method over the whole motion and measure it; one trace at a time, in the given order (default: all).
 
-    methods  their names, or one name
+    methods  their names, or one name; corrections, tolerance  as for `interpolate`
     timed    also measures the time of a setpoint: each method is compiled for it, and run again and again
-    Raises what `Interpolator` raises, before the first method runs, and LimitsError for more than MOST_TICKS ticks.
-    period in s, the law's by default; errors in mm, times in ns. Source: docs/math/interpolators.md names the papers.
+    Returns an iterator of MethodTrace. Raises what `Interpolator` raises, before the first method runs, and LimitsError
+    for more than MOST_TICKS ticks. period in s, the law's by default; errors in mm, times in ns. Source:
+    docs/math/interpolators.md names the papers.
     Example: `[trace.result for trace in sf.runs.compare(path, law, methods=["taylor-2", "arc-length"], timed=False)]`
     """
     if period is not None or law.period is not None:

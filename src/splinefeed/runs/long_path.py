@@ -47,7 +47,7 @@ class _PathPart:
 def stream_setpoints(
     paths: Path | Iterable[Path], limits: Limits, *, period: float, chunk: int = CHUNK
 ) -> Iterator[Setpoints]:
-    """Where every axis must be at each tick k T along a path that comes in parts, planned window by window.
+    """Compute where every axis must be at each tick k T along a path that comes in parts, planned window by window.
 
     paths   parts that follow each other, of the same axes; each is taken when the motion comes near it, and
             dropped when it is behind. A Path is cut into parts.
@@ -56,7 +56,7 @@ def stream_setpoints(
     The motion is that of the `look-ahead` strategy and keeps all limits; each setpoint is where the law puts it
     (`arc-length`). `curve` and `s` count from the start of the first part. Raises what `LookAhead` raises, and
     InputError for no parts.
-    Positions (n, axes), mm, rotary axes rad. Source: docs/scale.md.
+    Returns an iterator of Setpoints: positions (n, axes), mm, rotary axes rad. Source: docs/scale.md.
     Example: `next(sf.runs.stream_setpoints(path, limits, period=1e-3, chunk=100)).position`
     """
     if isinstance(chunk, bool) or int(chunk) != chunk or chunk < 1:

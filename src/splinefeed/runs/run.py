@@ -91,6 +91,7 @@ def run(
 ) -> Run:
     """Plan, interpolate and measure one path; defaults are the paper's limits and period.
 
+    strategy  as for `plan`; method, corrections, tolerance  as for `interpolate`
     machine  a Machine or its name: of a ToolPath its joints follow the path, of another path its axes follow the
              setpoints, simulated
     start    where on the path the motion begins, and how, as `plan` takes it; law  if it is planned already, which
@@ -100,8 +101,8 @@ def run(
 
     Setpoints are made and measured in chunks, once. Of more than 250,000 ticks those that figures need are kept, and
     `setpoints()` of the run makes all of them again.
-    Raises what `plan`, `interpolate` and `follow` raise, InputError for a machine that cannot follow a tool path, and
-    LimitsError for more than MOST_IN_CHUNKS ticks.
+    Returns a Run. Raises what `plan`, `interpolate` and `follow` raise, InputError for a machine that cannot follow a
+    tool path, and LimitsError for more than MOST_IN_CHUNKS ticks.
 
     period in s; setpoints (n, axes), mm, rotary axes rad. Source: docs/code-overview.md walks through it.
     Example: `sf.run(path, sf.Limits(feed=60, axis_jerk=20000)).numbers()["duration_s"]`

@@ -58,7 +58,10 @@ CALMER = (math.log(1.0 / 2.2 / 0.6), math.log(1.0 / 2.2 / 2.2 / 1.2), math.log(1
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AxisTuning(tuning.TunedAxis):
-    """One axis before and after; tracking_error: largest |error| on the path, mm or rad, infinite if it ran away.
+    """One axis before and after.
+
+    rule  by which its gains were found; old, axis  before and after; period  of the servo, s
+    tracking_before, tracking  largest |error| on the path, mm or rad, infinite if it ran away
 
     Source: docs/tune.md. Example: `sf.runs.AxisTuning.__annotations__["tracking"]`
     """
@@ -91,6 +94,7 @@ class PathTuning(TunedMachine):
     """Gains found on a path.
 
     machine  the machine with the new gains; axes: each axis that moves, before and after
+    period   of the servo, s; path_name  of the path; bound  that the margins of every loop keep
     before, contour  contour error with the old and with the new gains, mm; None if an axis ran away
     evaluations      runs of the path that were made
     Source: docs/tune.md.
@@ -170,7 +174,7 @@ def tune_on_path(
     Optimization and Numerical Analysis, Kluwer 1994, 51-67, doi:10.1007/978-94-015-8330-5_4) on the logarithms of the
     gains. Linear axes are tuned together for contour error; a rotary axis has no part in it and is tuned for its own
     following error. The old gains are kept where nothing better keeps the bound.
-    Raises InputError where nothing keeps it. Source: as named, and docs/tune.md.
+    Returns a PathTuning. Raises InputError where nothing keeps it. Source: as named, and docs/tune.md.
     Example: `sf.runs.tune_on_path(machine, setpoints, path, evaluations=2).machine`
     """
     bound = bound or REQUIRED

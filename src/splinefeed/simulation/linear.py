@@ -258,7 +258,7 @@ def _crossings(values: Array) -> tuple[IntArray, Array]:
 
 
 def margins(axis: ServoAxis, period: float) -> Margins:
-    """Gain and phase margin, bandwidth and poles of the loop of an axis at a servo period, s.
+    """Return gain and phase margin, bandwidth and poles of the loop of an axis at a servo period, s.
 
     period in s. Source: docs/machines.md. Example: `sf.simulation.margins(machine.axes["x"], 1e-3).sentence`
     """

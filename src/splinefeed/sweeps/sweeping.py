@@ -51,18 +51,19 @@ def sweep(
     workers: int | None = None,
     artefacts: Artefacts | None = None,
 ) -> Iterator[Row]:
-    """Every run of a sweep as a row of numbers, as they come, in no order; `row["index"]` says which it is.
+    """Make every run of a sweep, and give each as a row of numbers as it comes; `row["index"]` says which it is.
 
     spec      a TOML file, its content as a dict, or a Sweep
     executor  where the runs are made: an Executor, or a function that makes one (and makes it again if it breaks);
               None for processes on this machine, one a core; workers=0 for this process alone
     folder    keep the rows there as a Parquet dataset; runs that it has already are not made again, nor given
     workers   how many runs go at a time, where the executor does not say
+    artefacts  is called with each task and its Run where it was made, to keep more of it than a row
 
     Only a few runs a worker are on their way at any time, however many there are. A run that fails is a row too, with
     `status` "failed" and its error. Raises SpecError for a spec that cannot be, and InputError for a folder that holds
     another sweep.
-    Rows are in mm and s, as `run --json` prints them. Source: docs/sweep.md.
+    Returns an iterator of rows in mm and s, as `run --json` prints them. Source: docs/sweep.md.
     Example: `list(sf.sweep({"name": "two", "sources": ["butterfly"], "grid": {"limits.feed": [30, 60]}}, workers=0))`
     """
     spec = spec if isinstance(spec, Sweep) else specs.from_dict(spec) if isinstance(spec, Mapping) else specs.read(spec)

@@ -70,7 +70,7 @@ def fit(
     closed: bool = False,
     corner_angle: float | None = None,
 ) -> Fit:
-    """Curves of one `degree` that pass every point within `tolerance`, as fair as the tolerance allows.
+    """Fit curves of one `degree` that pass every point within `tolerance`, as fair as the tolerance allows.
 
     minimize  sum_i |C(u_i) - Q_i|^2 + int lambda(u) |C'''(u)|^2 du     (C'' for degree 2, C' for degree 1)
 
@@ -84,8 +84,8 @@ def fit(
     half the tolerance; then the fewest are searched that keep it with no more oscillations of the curvature, and lambda
     grows, span by span, until the error comes near it. Where points are few they are passed exactly: more knots cannot
     help.
-    Raises InputError for points, a tolerance or a degree that cannot be used, CurveError if it cannot be held.
-    Sources: The NURBS Book, 2nd ed., sections 9.2 to 9.4; Eilers, Marx, "Flexible smoothing with B-splines and
+    Returns a Fit. Raises InputError for points, a tolerance or a degree that cannot be used, CurveError if it cannot be
+    held. Sources: The NURBS Book, 2nd ed., sections 9.2 to 9.4; Eilers, Marx, "Flexible smoothing with B-splines and
     penalties", Statistical Science 11(2), 1996, doi 10.1214/ss/1038425655.
     Example: `sf.paths.fit([[0, 0], [1, 0.2], [2, 0], [3, 0.5]], tolerance=0.01)`
     """

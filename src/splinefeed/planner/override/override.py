@@ -37,7 +37,7 @@ MOST = 0.97
 
 @dataclass(frozen=True, eq=False)
 class OverrideTicks:
-    """Ticks that were run: plan time, s, and rate at each, (n,).
+    """Ticks that were run: plan time tau, s, and rate at each, (n,).
 
     Source: docs/math/override.md.
     Example: `sf.planner.Override(sf.planner.LawSource(path, slow, 1e-3), limits).run([1.0]).rate`

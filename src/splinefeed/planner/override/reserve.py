@@ -18,7 +18,7 @@ MOST_RATE = 10.0
 def with_reserve(
     limits: Limits, top: float = 1.0, acceleration: float = ACCELERATION_SHARE, jerk: float = JERK_SHARE
 ) -> Limits:
-    """The limits to plan under, so that the plan can be run at rates up to `top` and slowed anywhere.
+    """Return the limits to plan under, so that the plan can be run at rates up to `top` and slowed anywhere.
 
     V / top,  share_a A / top^2,  share_j J / top^3;  centripetal, chord and orientation error / top^2
 
