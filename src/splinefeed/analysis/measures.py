@@ -111,7 +111,9 @@ def limit_use(setpoints: Setpoints, path: Track, law: TimeLaw, limits: Limits) -
     turned, tip = np.zeros(len(t)), (np.ones(len(t)), np.zeros(len(t)), np.zeros(len(t)))
     own: Path = path.tip_path
     if not path.carries_tip:
-        d = path.derivatives(setpoints.s)
+        d = path.derivatives(own.lengths_of(setpoints))
+        along = path.tip(d)
+        tip = along[0], along[1], along[2]
         kappa, between_ticks = np.linalg.norm(d[:, 2, path.tip_columns], axis=1), path.between_ticks(d)
         chord, axis_chord = between_ticks
         chord, axis_chord = kappa if chord is None else chord, turned if axis_chord is None else axis_chord

@@ -6,7 +6,7 @@ for `linuxcnc_sink`; the other files whose names begin with linuxcnc are the pla
 `linuxcnc_serve` is its process, and `linuxcnc_planner` a step of it: what `linuxcnc_wire` brings becomes a
 `linuxcnc_motion` by the limits of `linuxcnc_limits`, as `linuxcnc_moves` and `linuxcnc_pieces` say, along true curves
 of `linuxcnc_curves` where the program has such, while `linuxcnc_task` watches what LinuxCNC waits for and has loaded;
-`linuxcnc_refusals` says what of that will not run.
+`linuxcnc_joints` has joints that are no axes, `linuxcnc_refusals` says what of that will not run.
 """
 
 from __future__ import annotations

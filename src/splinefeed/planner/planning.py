@@ -203,7 +203,7 @@ def _plan(
 
 def _along(path: Track) -> str:
     """The unit of lengths along a path."""
-    return unit_along(path.axes) if path.carries_tip else "mm"
+    return unit_along(path.tip_path.axes)
 
 
 def _unit(path: Track) -> dict[str, str]:

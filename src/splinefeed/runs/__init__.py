@@ -3,7 +3,7 @@
 In comes a MotionJob (source, limits, machine, planning); out comes a Run. `run` carries it out; `settings`
 says which limits hold and how a path is smoothed; `fold` shows each chunk of setpoints to every meter of `meters` and
 every measure of `measures` (each a `measure`: `feed_ripple`, `chord_error`) once, also of a path in parts
-(`long_path`); `following` gives chunks to a machine, `result` the Run. `comparison` (methods side by side), `tuning`,
+(`long_path`); `remarks` says what of a path a user should know before; `following` gives chunks to a machine, `result` the Run. `comparison` (methods side by side), `tuning`,
 `contour_feed`, `convert` and `pulses` are the other things that a user asks for.
 """
 
