@@ -29,6 +29,8 @@ MODULE_DESCRIPTION("plays the motion that splinefeed's planner process computes"
 #define FASTER 1.2      /* motion per revolution is planned for a spindle so many times as fast as is commanded */
 #define LEAD 3          /* ticks from an angle that the module sees until the joints are where it sends them */
 #define PAST 10.0       /* turns that the spindle may need to stop at the bottom of a tapped hole */
+#define STANDS 0.02     /* turns/s: a spindle that turns no faster stands */
+#define STOPS 3.0       /* s that a spindle may take to stop */
 #define SAY(...) rtapi_print_msg(RTAPI_MSG_ERR, "splinefeed_tp: " __VA_ARGS__)
 
 typedef struct {
@@ -294,7 +296,7 @@ static int may_begin(unsigned long long k) /* 0 while the spindle or an indexer 
 }
 
 /* In step with the spindle: its angle, and where a tapped hole ends the other way round. */
-static void follow(void)
+static void follow(TP_STRUCT const *tp)
 {
     move_t *o = move(begun);
     spindle_status_t *s = &stat->spindle_status[o->spindle];
@@ -302,7 +304,7 @@ static void follow(void)
     int i;
     me.turn_s = o->per_rev / w->segment[begun % WIRE_SEGMENTS].feed;
     player_spindle(&me, turned * s->spindleRevs);
-    if (o->sync != WIRE_TAP || me.out) return;
+    if (o->sync != WIRE_TAP || me.out || tp->aborting || me.faulty == 3) return;
     memcpy(x, w->segment[begun % WIRE_SEGMENTS].from, sizeof(x));
     for (i = 0; i < 3; i++) far += (me.at[i] - x[i]) * (me.at[i] - x[i]);
     if (far >= o->depth * o->depth) player_come_out(&me), s->speed *= -o->back;
@@ -344,10 +346,22 @@ static double scale(void) /* of what is planned: the override, and for a feed pe
         / w->segment[k % WIRE_SEGMENTS].feed;
 }
 
+/* Whether it goes on in spite of an abort or a fault. Motion in step with a spindle is known to its end, planner or not.
+   A tap is in the hole: where it is to stop, its spindle is stopped, and followed until it stands. */
+static int goes_on(TP_STRUCT const *tp)
+{
+    static double since; /* s that it stops */
+    int stops = tp->aborting || me.faulty == 3;
+    since = stops && me.moving ? since + me.period : 0;
+    if (!me.moving || !me.sync || (stops && me.sync != WIRE_TAP)) return 0;
+    if (stops) stat->spindle_status[move(begun)->spindle].speed = 0;
+    return !stops || (fabs(me.spin_v) > STANDS && since < STOPS);
+}
+
 static void run(TP_STRUCT *const tp)
 {
-    int pauses = tp->pausing && !(me.moving && me.sync); /* a thread is cut to its end */
-    int told = pauses || tp->aborting || me.faulty ? PLAYER_HOLD : stat->stepping && !me.back ? PLAYER_STEP : PLAYER_GO;
+    int on = goes_on(tp);
+    int told = (tp->pausing || tp->aborting || me.faulty) && !on ? PLAYER_HOLD : stat->stepping && !me.back ? PLAYER_STEP : PLAYER_GO;
     unsigned long long k;
     w->feed_scale = stat->feed_scale, w->rapid_scale = stat->rapid_scale, w->vlimit = tp->vLimit;
     w->stepping = stat->stepping;
@@ -365,7 +379,7 @@ static void run(TP_STRUCT *const tp)
     }
     if (tp->aborting && player_held(&me)) { drop_all(tp); return; }
     if (me.faulty && player_held(&me)) { player_rest(&me), player_forget(&me); stat->current_vel = 0; return; }
-    if (me.moving && me.sync) follow();
+    if (me.moving && me.sync) follow(tp);
     stat->spindleSync = me.sync != 0;
     int out = me.sync == WIRE_TAP && me.out;
     if (!player_tick(&me, told, scale(), tp->vLimit)) {

@@ -145,6 +145,15 @@ def test_a_hole_is_tapped_and_left_in_step_with_the_spindle(way):
     assert np.abs(off).max() < 0.003  # turns, at a pitch of 1 mm
 
 
+def test_a_tap_that_is_aborted_follows_its_spindle_until_that_stands():
+    found = recorded("G21 G90\nM3 S480\nG33.1 Z-80 K1\nM2\n", replace(OURS, spindle=True), actions="6:abort,8:feed=100")
+    assert max(shares(found)) <= 1.0
+    abort = found.acted[0][0]
+    z, turns = found.position[abort - 50 :, 2], found.turns[abort - 50 :]
+    assert z[0] < -2.0 and turns[-1] - turns[50] > 0.5 and np.ptp(turns[-100:]) == 0.0
+    assert np.ptp(z + turns) < 0.02  # turns, at a pitch of 1 mm; LinuxCNC's own planner is off by 0.9
+
+
 def test_a_curve_of_the_program_is_planned_in_place_of_its_arcs():
     points = [f"X{5 * k} Y{10 * (-1) ** k} P1" for k in range(1, 9)]
     program = f"G21 G90 G61 F3000\nG10 L2 P1 X3 Y-2\nG54\nG0 X0 Y0\nG5.2 {points[0]} L3\n" + "\n".join(points[1:])
