@@ -1,9 +1,11 @@
 """One smooth curve through points, or within a tolerance of them.
 
-Through the points goes the interpolating spline of degree 5, so that no derivative up to the fourth jumps. Near them
-goes the same spline through other points: those within the tolerance that take the least of int |r'''|^2 du, axis by
-axis, a least-squares problem with bounds. Its parameter grows from point to point by the root of their distance, the
-centripetal choice: E. T. Y. Lee, Computer-Aided Design 21(6), 1989, pp. 363-370.
+Through the points goes the curve of least int |r'''|^2 du: the natural spline of degree 5, with r''' = r'''' = 0 at both
+ends, so that no derivative up to the fourth jumps. (A spline whose knots leave out those next to the ends, as without
+such conditions, swings far beyond the points.) Near them goes the same spline through other points: those within the
+tolerance that take the least of that integral, axis by axis, a least-squares problem with bounds. Its parameter grows
+from point to point by the root of their distance, the centripetal choice: E. T. Y. Lee, Computer-Aided Design 21(6),
+1989, pp. 363-370; natural splines: I. J. Schoenberg, Proc. Nat. Acad. Sci. 51(1), 1964, pp. 24-28.
 """
 
 from __future__ import annotations
@@ -60,24 +62,31 @@ def through(points: Array, weights: Array, near: ArrayLike) -> list[NurbsCurve]:
     off = np.asarray(near, dtype=np.float64)
     if off.shape not in ((), points.shape[1:]) or not np.all((off >= 0.0) & (off < np.inf)):
         raise InputError(f"near is {near!r}; expected a number, or {points.shape[1]} numbers, of 0 or more")
-    degree = min(DEGREE, len(points) - 1)
     if len(points) > 2 and np.any(off > 0.0):
-        points = _nearer(points, u, degree, np.broadcast_to(off, points.shape[1:]))
-    spline = make_interp_spline(u, points, degree)
+        points = _nearer(points, u, np.broadcast_to(off, points.shape[1:]))
+    spline = _natural(u, points)
     curve = NurbsCurve(spline.k, spline.t, spline.c)
     return split(curve, *u[1:-1].tolist())
 
 
-def _nearer(points: Array, u: Array, degree: int, off: Array) -> Array:
+def _natural(u: Array, points: Array) -> BSpline:
+    """The natural spline of DEGREE through points (n, axes) at u (n,); two points are joined by a line."""
+    if len(u) == 2:
+        return make_interp_spline(u, points, 1)
+    free = [(order, np.zeros(points.shape[1])) for order in (3, 4)]
+    return make_interp_spline(u, points, DEGREE, bc_type=(free, free))
+
+
+def _nearer(points: Array, u: Array, off: Array) -> Array:
     """Points (n, axes) within `off` (axes,) of the given ones, ends the same, whose spline bends least."""
     if len(points) > MOST_NEAR:
         raise InputError(f"near: {len(points)} waypoints are too many; {MOST_NEAR} are possible, or none with near=0")
-    basis = make_interp_spline(u, np.eye(len(u)), degree)
+    basis = _natural(u, np.eye(len(u)))
     knots = np.unique(basis.t)
     half = 0.5 * np.diff(knots)
     at = (0.5 * (knots[1:] + knots[:-1])[:, None] + half[:, None] * _PLACES).ravel()
     root = np.sqrt((half[:, None] * _WEIGHTS).ravel())
-    bent = BSpline(basis.t, basis.c, degree).derivative(min(3, degree))(at) * root[:, None]
+    bent = basis.derivative(3)(at) * root[:, None]
     found = points.copy()
     for k in np.flatnonzero(off).tolist():
         given = points[:, k]
