@@ -62,7 +62,9 @@ def page(script: Path) -> str:
 def contents() -> str:
     """The first page of the gallery: the questions of each reader."""
     parts = [
-        "# Gallery\n\nA script for each question, with its picture. Copy one, and change the path and the limits.\n"
+        "# Gallery\n\nA script for each question, with its picture. Copy one, and change the path and the limits. "
+        "A script\n"
+        'makes a figure and shows nothing: a notebook does, and `figure.save("joints.svg")` writes it.\n'
     ]
     for reader, names in READERS.items():
         cells = [

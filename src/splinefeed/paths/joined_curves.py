@@ -340,13 +340,6 @@ class JoinedCurves(Track):
         size[: self.linear] = np.maximum(size[: self.linear], self.length)
         return np.asarray(ROUNDINGS * np.spacing(size))
 
-    def sticks(self, position: Array) -> Array | None:
-        """The arm whose joints the axes are, as lines from its base to its tip, (n, points, 3), mm; None where none is.
-
-        position  (n, axes)
-        """
-        return None
-
     @cached_property
     def tip_end(self) -> float:
         """Arc length of the tip at the end, mm (degrees where all axes are rotary): what people call the length."""

@@ -202,7 +202,7 @@ class Path(JoinedCurves):
     ) -> Path:
         """One smooth path through waypoints (n, axes), mm, rotary axes rad, that stops only at its ends.
 
-        The natural spline of degree 5, which bends least (least int |r'''|^2 du), a curve from each waypoint to the next:
+        The natural spline of degree 5, of least int |r'''|^2 du, a curve from each waypoint to the next:
         `path.curve_starts` are the lengths at which it passes them.
 
         near      how far each axis may pass beside a waypoint, mm or rad, one number or one an axis: the motion is

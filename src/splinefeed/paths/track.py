@@ -160,6 +160,10 @@ class Track(ABC):
     def rounding(self, s: Array, r: Array) -> Array:
         """The rounding of positions r (n, axes) at s (n,), mm, on each axis, (axes,), mm or rad."""
 
+    def sticks(self, position: Array) -> Array | None:
+        """The arm that is at positions (n, axes), as lines (n, points, 3), mm; None where there is none."""
+        return None
+
     def drawn(self, places: int) -> Array | None:
         """What holds the tip, as lines (k, points, 3), mm, evenly along the path; None where nothing is known of it."""
         return None

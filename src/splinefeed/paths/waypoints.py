@@ -1,6 +1,6 @@
 """One smooth curve through points, or within a tolerance of them.
 
-Through the points goes the curve of least int |r'''|^2 du: the natural spline of degree 5, with r''' = r'''' = 0 at both
+Through the points goes the curve of least int |r'''|^2 du: the natural spline of degree 5, r''' = r'''' = 0 at both
 ends, so that no derivative up to the fourth jumps. (A spline whose knots leave out those next to the ends, as without
 such conditions, swings far beyond the points.) Near them goes the same spline through other points: those within the
 tolerance that take the least of that integral, axis by axis, a least-squares problem with bounds. Its parameter grows

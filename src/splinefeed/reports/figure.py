@@ -53,6 +53,10 @@ class Figure(FigureData):
             with atomic_write(file) as temporary:
                 raster.write(self, temporary, form)
 
+    def __repr__(self) -> str:
+        title, count = self.title.splitlines()[0] if self.title else "", len(self.panels)
+        return f"Figure({title!r}, {count} panel{'s' * (count != 1)}; show it in a notebook, or .save('figure.svg'))"
+
     def _repr_svg_(self) -> str:
         """The figure in a notebook."""
         return to_text(self)

@@ -265,6 +265,6 @@ def listed(sentences: Sequence[str], kind: str) -> str:
 
 
 def _settings(record: Mapping[str, Any]) -> str:
-    shown = {key: record[key] for key in ("source", "settings", "program", "versions") if key in record}
+    shown = {key: record[key] for key in ("source", "settings", "program", "versions", "ran_on") if key in record}
     text = json.dumps(shown, indent=2, ensure_ascii=False)
     return f"<details><summary>settings, versions, input hash</summary><pre>{html.escape(text)}</pre></details>"

@@ -193,7 +193,7 @@ def _path(panel: Panel, mark: Coloured, store: DetailStore) -> Plain:
     """A path as path.js draws it.
 
     points, said, names  what is coloured, and what each says of itself; thread  where the path runs; rapid  dashed
-    track  where the tool is when; ends, stops  places that are marked; colours  values, label, ends of the scale
+    arm  lines of an arm at some times, `points` of each;  track  where the tool is when; ends, stops  places that are marked; colours  values, label, ends of the scale
     """
     labels = [each for each in (panel.x.label, panel.y.label, panel.z) if each]
     dots = [dict(zip("xyz", (each.x.tolist(), each.y.tolist()), strict=False)) for each in panel.of(Dots) if each.named]
@@ -213,6 +213,9 @@ def _path(panel: Panel, mark: Coloured, store: DetailStore) -> Plain:
             for name, each in mark.shades.items()
         },
     }
+    if mark.arm is not None:
+        t, poses = mark.arm
+        plain["arm"] = {"t": array(t, "f4"), "points": poses.shape[1], **_columns(poses.reshape(-1, 3), "f4")}
     if mark.track is not None:
         t, place, rapid = mark.track
         columns = [store.curve(t, column) for column in place.T]

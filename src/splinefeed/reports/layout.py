@@ -31,6 +31,8 @@ DENSE, WHITE, COLOURS = 3.0, 0.62, 64
 ENVELOPE = "{}: the area is from the least to the greatest of each column of pixels"
 #: Share of a picture behind which a word stands on the right of its point; on the left as far from the other side.
 OUTER = 0.7
+#: An arm is drawn so many times along its path, its first and its last pose in ink, with a dot at each joint.
+ARMS, INKED, JOINT = 7, 1.8, 4.5
 #: Most labels of powers of ten along an axis.
 MOST_POWERS = 7
 DASH = (5.0, 3.0)
@@ -367,6 +369,11 @@ def _flattened(panel: Panel) -> Panel:
         at = middles[np.argmin(middles[:, int(axis < 2)])]  # the lowest edge, of z leftmost
         words = f"{label}: {theme.short(ends[0, axis])} to {theme.short(ends[1, axis])}"
         measures.append(Dots(at[:1], at[1:], words=(words,), size=0.0))
+    if path.arm is not None:
+        poses = path.arm[1][np.linspace(0, len(path.arm[1]) - 1, ARMS).round().astype(int)] @ seen
+        marks += [Line(*pose.T, colour=theme.PALE, width=1.0) for pose in poses[1:-1]]
+        for pose, colour in ((poses[0], theme.INK), (poses[-1], theme.FAINT)):
+            marks += [Line(*pose.T, colour=colour, width=INKED), Dots(*pose[:-1].T, colour=colour, size=JOINT)]
     rapid = None if path.rapid is None else path.rapid @ seen
     marks.append(replace(path, place=path.place @ seen, thread=path.thread @ seen, rapid=rapid))
     marks += measures

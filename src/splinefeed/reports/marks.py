@@ -105,6 +105,7 @@ class Coloured:
 
     thread  (m, 2 or 3) where the path runs; joined: the points follow each other, else they are dots on the thread
     rapid   (k, 2 or 3) where rapid moves run, which are dashed; rows of NaN part them, and place is NaN there
+    arm     times (k,), s, and an arm then as lines (k, points, 3), from its base to its tip
     track   times (j,), s, where the tool is then (j, 2 or 3), every tick of it, and 1 where a rapid move led there,
             else 0 (j,); for a page that plays the motion
     """
@@ -117,6 +118,7 @@ class Coloured:
     joined: bool = True
     rapid: Array | None = None
     track: tuple[Array, Array, Array] | None = None
+    arm: tuple[Array, Array] | None = None
 
 
 @dataclass(frozen=True, eq=False)

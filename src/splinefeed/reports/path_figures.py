@@ -25,6 +25,8 @@ from splinefeed.simulation.curves import rounded_down
 POINTS, PATH_POINTS = 4000, 3000
 #: More of them where lines between would leave the path by more than this share of its size, at most so many in all.
 OFF, MOST_POINTS = 1.0 / 1200.0, 16_000
+#: Poses of an arm for a page that moves it, one every so many seconds, and at least and at most so many.
+POSE_EVERY, POSES = 0.02, (60, 600)
 #: Points of a row of rapid moves that are not straight.
 RAPID_POINTS = 65
 #: More stops than this are not marked one by one.
@@ -74,7 +76,9 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
     thread = run.thread[:, : place.shape[1]] if path.linear > 1 else place[kept]
     title = f"{theme.words(path.name)}: {theme.short(run.length)} {unit} in {theme.short(run.duration)} s, "
     title += f"top feed {theme.short(factor * float(np.max(run.kept.feed)))} {per}"
-    mark = Coloured(place[kept], shades, hover, names, thread, joined, track=_track(run, setpoints, place))
+    arm = run.poses(int(np.clip(run.duration / POSE_EVERY, *POSES)))
+    track = _track(run, setpoints, place)
+    mark = Coloured(place[kept], shades, hover, names, thread, joined, track=track, arm=arm)
     # of a path that came in parts there is only a line through the ticks kept, which says no stops and no rapid moves
     return _picture(path, title, mark, labels, None if run.planned is None else setpoints.curve[kept])
 

@@ -10,6 +10,7 @@ from matplotlib import rc_context
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure as Paper
 from matplotlib.patches import Rectangle
+from matplotlib.patheffects import withStroke
 
 from splinefeed.reports.layout import DASH, Dot, Picture, Stroke, Text, layout
 from splinefeed.reports.marks import FigureData
@@ -32,12 +33,13 @@ def write(figure: FigureData, file: str | os.PathLike[str], form: str) -> None:
         axes = paper.add_axes((0.0, 0.0, 1.0, 1.0), autoscale_on=False)
         axes.set(xlim=(0.0, sheet.width), ylim=(sheet.height, 0.0))
         axes.set_axis_off()
+        paper_around = [withStroke(linewidth=small * 3.0, foreground="#fff")]  # so that words can be read over lines
         for k, item in enumerate(sheet.items):
             drawn: Artist
             if isinstance(item, Text):
                 drawn = axes.text(
                     item.x, item.y, item.text, color=item.colour, size=small * item.size, ha=_SIDES[item.anchor],
-                    va="baseline", weight="bold" if item.bold else "normal",
+                    va="baseline", weight="bold" if item.bold else "normal", path_effects=paper_around,
                 )  # fmt: skip
             elif isinstance(item, Picture):
                 x, y, w, h = item.box

@@ -74,7 +74,26 @@ def about(
 
 def _program() -> dict[str, Any]:
     found = {"python": platform.python_version(), **versions(PARTS)}
-    return {"program": f"splinefeed {splinefeed.__version__}", "versions": found}
+    return {"program": f"splinefeed {splinefeed.__version__}", "versions": found, "ran_on": _ran_on()}
+
+
+def _ran_on() -> dict[str, str]:
+    """What adds in another order elsewhere: system, processor, and the library of linear algebra behind NumPy."""
+    import numpy as np
+
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    processor = names[0] if names else platform.processor() or platform.machine()
+    built: Any = np.show_config(mode="dicts")
+    blas = built.get("Build Dependencies", {}).get("blas", {})
+    return {
+        "system": f"{platform.system()} {platform.machine()}",
+        "processor": processor,
+        "blas": f"{blas.get('name', 'unknown')} {blas.get('version', '')}".strip(),
+    }
 
 
 def record(
@@ -128,7 +147,7 @@ def _method(value: Any, place: str) -> Any:
 #: What a page of numbers says where it says it; its numbers are measured again.
 _PAGE: dict[str, json_values.Check] = {
     **dict.fromkeys(("name", "machine", "command", "program"), json_values.text),
-    **dict.fromkeys(("settings", "versions", "source"), _object),
+    **dict.fromkeys(("settings", "versions", "source", "ran_on"), _object),
     "methods": json_values.each(_method, "methods", 1000),
     "files": json_values.each(json_values.text, "names", 1000),
     "sha256": _object,

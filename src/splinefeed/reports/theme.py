@@ -67,7 +67,7 @@ def axis_words(axes: Sequence[str]) -> list[str]:
     shortest = min(map(len, parts), default=0)
     ahead = next((k for k in range(shortest) if len({each[k] for each in parts}) > 1), 0)
     behind = next((k for k in range(shortest - ahead) if len({each[-1 - k] for each in parts}) > 1), 0)
-    return [words("_".join(each[ahead : len(each) - behind]), 12) for each in parts]
+    return [words("_".join(each[ahead : len(each) - behind]), 18) for each in parts]
 
 
 def unit(name: str, along: str = "mm") -> str:

@@ -89,7 +89,8 @@ class Arm:
     ) -> Path:
         """One smooth path through joint waypoints (n, joints), rad and mm, that stops only at its ends.
 
-        The natural spline of degree 5, which bends least and hardly swings beyond waypoints, a curve from each to the next.
+        The natural spline of degree 5, which bends least and hardly swings beyond waypoints: a curve
+        from each to the next.
 
         near      how far each joint may pass beside a waypoint, rad or mm, one number or one a joint; ends are met
         duration  wanted of the whole motion, s: `sf.plan` slows it down as a whole

@@ -38,8 +38,6 @@ GOOD_GUESS = 1e-7
 HALVINGS, INSIDE = 24, 1e-6
 #: A Jacobian whose least singular value is below this, m and rad a rad, is singular.
 SINGULAR = 1e-4
-#: An arm is drawn once where a tool would be so many times.
-POSES = 6
 #: Places ahead at which is looked how far the curve is out of reach.
 AHEAD = 9
 
@@ -125,10 +123,12 @@ class ArmPath(JointPath):
     def _pose(self, s: Array) -> tuple[Array, Array]:
         return self.tool(s), self._turn.jets(s, 0)[0]
 
-    def drawn(self, places: int) -> Array:
-        """The arm as lines from its base to its tip, evenly along the path, (places // POSES, joints + 2, 3), mm."""
-        s = np.linspace(0.0, self.length, max(places // POSES, 2))
-        return self.kinematics.frames.sticks(self(s))
+    def sticks(self, position: Array) -> Array:
+        """The arm as lines: base, each joint and the tip, (n, joints + 2, 3), mm, for joints (n, joints)."""
+        return self.kinematics.frames.sticks(position)
+
+    def drawn(self, places: int) -> None:
+        """Nothing: pictures have the arm itself, from `sticks`."""
 
     def _forward(self, joints: Array) -> Array:
         """Tip and how it stands with derivatives, (3, n, 12), of joints that have them, (3, n, joints)."""

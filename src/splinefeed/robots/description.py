@@ -74,20 +74,27 @@ class Description:
         if tip is None:
             ends = sorted(set(self.links) - {joint.parent for joint in self.joints.values()})
             if len(ends) != 1:
-                said = ", ".join(ends[:8])
+                moved = {end: sum(each.kind != FIXED for each in self._above(end, base, above)) for end in ends}
+                ends.sort(key=lambda end: -moved[end])
+                said = ", ".join(f"{end} ({moved[end]} joints)" for end in ends[:8])
                 raise FormatError(f"{self.file}: the robot has {len(ends)} ends; name one as tip: {said}")
             tip = ends[0]
         for link in (tip, *([] if base is None else [base])):
             if link not in self.links:
                 raise FormatError(f"{self.file}: there is no link {link!r}; {nearest(link, self.links)}")
-        found: list[JointDescription] = []
-        at = tip
-        while at != base and at in above:
-            found.append(above[at])
-            at = above[at].parent
-        if base is not None and at != base:
+        found = self._above(tip, base, above)
+        if base is not None and (found[-1].parent if found else tip) != base:
             raise FormatError(f"{self.file}: link {tip!r} does not hang on link {base!r}; name another base")
         return found[::-1], tip
+
+    @staticmethod
+    def _above(link: str, base: str | None, above: Mapping[str, JointDescription]) -> list[JointDescription]:
+        """The joints from a link up to `base`, or to the root."""
+        found: list[JointDescription] = []
+        while link != base and link in above:
+            found.append(above[link])
+            link = above[link].parent
+        return found
 
 
 @dataclass

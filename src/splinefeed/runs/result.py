@@ -24,8 +24,6 @@ from splinefeed.runs.meters import MOTION
 
 #: A picture of a tool path shows the tool axis at so many places.
 TOOLS_DRAWN = 41
-#: An arm is drawn so many times along its path.
-ARMS_DRAWN = 7
 #: A picture shows so many places of the path over its size, and at least and at most so many of it all.
 CELLS, POINTS_DRAWN = 600, (1000, 40_000)
 #: Points of the small picture of a notebook.
@@ -149,11 +147,17 @@ class Run:
         starts = path.curve_starts
         along = path(s if len(starts) > len(s) else np.union1d(s, starts))
         if (arm := path.sticks(along)) is not None:
-            some = arm[np.linspace(0, len(arm) - 1, ARMS_DRAWN).round().astype(int)]
-            return np.concatenate([arm[:, -1], _broken(some)])
+            return arm[:, -1]
         line = along[:, : min(path.linear, 3)]
         held = None if self.joints is None else self.joints.drawn(TOOLS_DRAWN)
         return line if held is None else np.concatenate([line, _broken(held)])
+
+    def poses(self, most: int) -> tuple[Array, Array] | None:
+        """Times (k,), s, evenly apart, and the arm then as lines (k, points, 3), mm; None of what is no arm."""
+        kept, moved = self.kept, self.path if self.joints is None else self.joints
+        at = np.unique(np.searchsorted(kept.t, np.linspace(kept.t[0], kept.t[-1], most)).clip(0, len(kept.t) - 1))
+        arm = moved.sticks(kept.position[at])
+        return None if arm is None else (kept.t[at], arm)
 
     def setpoints(self) -> Setpoints | Iterator[Setpoints]:
         """All setpoints, whole or in chunks; LimitsError for a path that came in parts, whose setpoints are written."""
@@ -188,7 +192,8 @@ class Run:
         return list(import_module("splinefeed.reports.folder").report(self, folder, formats=formats))
 
     def __repr__(self) -> str:
-        return f"Run({self.path!r}, {self.strategy}, {self.duration:.6g} s, {self.ticks} setpoints, ok={self.ok})"
+        moved = self.path if self.joints is None else self.joints
+        return f"Run({moved!r}, {self.strategy}, {self.duration:.6g} s, {self.ticks} setpoints, ok={self.ok})"
 
     def _repr_html_(self) -> str:
         verdict = "every limit holds" if self.ok else "; ".join(self.verdict.problems)
@@ -217,7 +222,10 @@ class Run:
         return float(self.measured()["chord_error_max_mm"])
 
     def numbers(self) -> dict[str, Any]:
-        """Durations in s, lengths in mm, limits with their worst value, share and place; rotary axes in degrees."""
+        """Durations in s, lengths in mm, limits with their worst value, share and place; rotary axes in degrees.
+
+        Lengths along a path of joints are in its `unit`, rad, also those whose keys end in _mm.
+        """
         setpoints, notes = self.kept, () if self.planned is None else self.planned.notes
         return {
             "ok": self.ok,

@@ -34,6 +34,8 @@ export class PathPicture {
     this.points = { ...taken(path.points), overTime: !path.equal && !program };
     this.rapid = taken(path.rapid);
     this.thread = taken(path.thread);
+    this.arm = path.arm ? { ...taken(path.arm), t: numbersOf(path.arm.t), points: path.arm.points } : null; // poses at times
+    this.now = null;
     this.joined = path.joined;
     this.stops = path.stops;
     this.track = path.track && curves ? Object.fromEntries(Object.entries(path.track).map(([name, number]) => [name, curves.get(number)])) : null;
@@ -43,7 +45,7 @@ export class PathPicture {
     const shown = Object.values(path.colours)[0].values; // rapid moves may lead far away
     this.ends = ["x", "y", "z"].map((name) => (this.points[name] ?? [0]).reduce(([low, high], value, k) => ((program && shown[k] === null) || Number.isNaN(value) ? [low, high] : [Math.min(low, value), Math.max(high, value)]), [Infinity, -Infinity]));
     // the corners of its box; an arm, or the axis of a tool, is to be seen whole, too
-    const sticks = this.thread?.x.some(Number.isNaN) ? this.thread : null;
+    const sticks = this.arm ?? (this.thread?.x.some(Number.isNaN) ? this.thread : null);
     this.reach = this.ends.map((end, axis) => [0, 1, 2, 3, 4, 5, 6, 7].map((bits) => end[(bits >> axis) & 1]).concat([...(sticks?.["xyz"[axis]] ?? [])].filter((value) => !Number.isNaN(value))));
     const parts = Object.keys(path.colours).length === 1; // while something moves; the others follow when it rests
     this.colours = parts ? { ...this.colours, ...path.colours } : path.colours;
@@ -200,6 +202,7 @@ export class PathPicture {
     pen.lineWidth = 1.2; pen.strokeStyle = theme.faint;
     if (this.rapid) this.stroke(this.rapid, DASH);
     if (this.thread && (!this.joined || this.thread.x.some(Number.isNaN))) this.stroke(this.thread, []); // NaN: the tool axis
+    if (this.arm) this.poses(theme);
     if (!this.joined) { // between the points it is not known how the path runs; the thread is
       const size = count > 2000 ? 2 : 3.2;
       for (let k = 0; k < count; k++) {
@@ -240,6 +243,26 @@ export class PathPicture {
     }
     pen.setLineDash([]);
     this.marks(theme, points.x.length);
+  }
+
+  // the arm at a share between two of its poses: lines from base to tip, and a dot at each joint
+  pose(k, share, colour, width) {
+    const { pen, view, arm } = this;
+    const [from, to] = [k * arm.points, Math.min(k + 1, arm.t.length - 1) * arm.points];
+    const at = Array.from({ length: arm.points }, (_, i) => view.screen(...["x", "y", "z"].map((name) => arm[name][from + i] + share * (arm[name][to + i] - arm[name][from + i]))));
+    pen.strokeStyle = pen.fillStyle = colour; pen.lineWidth = width; pen.lineJoin = "round";
+    pen.beginPath();
+    at.forEach(([x, y], i) => { if (i) pen.lineTo(x, y); else pen.moveTo(x, y); });
+    pen.stroke();
+    for (const [x, y] of width > 1.5 ? at.slice(0, -1) : []) { pen.beginPath(); pen.arc(x, y, 0.6 + width, 0, 2 * Math.PI); pen.fill(); }
+  }
+
+  // the arm along its path: the first and the last pose stronger than those between
+  poses(theme) {
+    const last = this.arm.t.length - 1;
+    for (const part of [1, 2, 3, 4, 5]) this.pose(Math.round((part / 6) * last), 0, theme.line, 1.2);
+    this.pose(last, 0, theme.bar, 1.8);
+    this.pose(0, 0, theme.faint, 2);
   }
 
   // exact stops, start and end
@@ -379,6 +402,7 @@ export class PathPicture {
   // where the tool is, and where it has been, as [x, y, z] in mm
   move(position) {
     this.trail ??= [];
+    this.now = null;
     if (position) { this.tool = position; this.trail.push(position); } else { this.tool = null; this.trail = []; }
     this.draw();
   }
@@ -431,6 +455,10 @@ export class PathPicture {
     if (!this.trail) this.cut(pen, view);
     else this.trail.forEach((each, k) => { const [px, py] = view.screen(...each); if (k) pen.lineTo(px, py); else pen.moveTo(px, py); });
     pen.stroke();
+    if (this.arm && this.now) { // as it stands then
+      const { t } = this.arm, k = Math.min(Math.max(firstNotBelow(t, this.now.t) - 1, 0), t.length - 2);
+      this.pose(k, Math.min(Math.max((this.now.t - t[k]) / (t[k + 1] - t[k]), 0), 1), theme.ink, 3);
+    }
     const [px, py] = view.screen(...this.tool);
     pen.fillStyle = "#d55e00"; pen.strokeStyle = theme.paper; pen.lineWidth = 2;
     pen.beginPath(); pen.arc(px, py, 7, 0, 2 * Math.PI); pen.fill(); pen.stroke();
