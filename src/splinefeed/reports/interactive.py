@@ -193,7 +193,8 @@ def _path(panel: Panel, mark: Coloured, store: DetailStore) -> Plain:
     """A path as path.js draws it.
 
     points, said, names  what is coloured, and what each says of itself; thread  where the path runs; rapid  dashed
-    arm  lines of an arm at some times, `points` of each;  track  where the tool is when; ends, stops  places that are marked; colours  values, label, ends of the scale
+    arm  lines of an arm at some times, `points` of each
+    track  where the tool is when; ends, stops  places that are marked; colours  values, label, ends of the scale
     """
     labels = [each for each in (panel.x.label, panel.y.label, panel.z) if each]
     dots = [dict(zip("xyz", (each.x.tolist(), each.y.tolist()), strict=False)) for each in panel.of(Dots) if each.named]

@@ -371,9 +371,9 @@ def _flattened(panel: Panel) -> Panel:
         measures.append(Dots(at[:1], at[1:], words=(words,), size=0.0))
     if path.arm is not None:
         poses = path.arm[1][np.linspace(0, len(path.arm[1]) - 1, ARMS).round().astype(int)] @ seen
-        marks += [Line(*pose.T, colour=theme.PALE, width=1.0) for pose in poses[1:-1]]
-        for pose, colour in ((poses[0], theme.INK), (poses[-1], theme.FAINT)):
-            marks += [Line(*pose.T, colour=colour, width=INKED), Dots(*pose[:-1].T, colour=colour, size=JOINT)]
+        marks += [Line(x, y, colour=theme.PALE, width=1.0) for x, y in poses[1:-1].transpose(0, 2, 1)]
+        for (x, y), colour in ((poses[0].T, theme.INK), (poses[-1].T, theme.FAINT)):
+            marks += [Line(x, y, colour=colour, width=INKED), Dots(x[:-1], y[:-1], colour=colour, size=JOINT)]
     rapid = None if path.rapid is None else path.rapid @ seen
     marks.append(replace(path, place=path.place @ seen, thread=path.thread @ seen, rapid=rapid))
     marks += measures
