@@ -104,3 +104,27 @@ def test_a_program_outside_of_the_travel_names_line_and_offsets(noted, splinefee
         done = splinefeed(command, "part.ngc", "--machine", "low.toml", "--offsets", "G54=0,0,-50")
         assert done.exit_code == 0
         assert "travel ends" not in done.stdout
+
+
+def test_feeds_of_a_program_with_rapid_moves_are_checked(noted, splinefeed, folder):
+    """A rapid move has no feed; those of the other moves were not compared with their setpoints."""
+    _, page = noted("--machine", "mill.toml")
+    assert page["limits"]["feed"]["limit"] == 10
+    assert 0.99 < page["limits"]["feed"]["share"] < 1.000001
+    (folder / "slow.ngc").write_text(PROGRAM.replace("F600", "F300"))
+    over = splinefeed("check", "out/setpoints.h5", "--path", "slow.ngc")
+    assert over.exit_code == 1
+    assert "feed: 10 mm/s is 100 % over the limit of 5 mm/s" in over.stdout
+
+
+def test_times_name_the_programmed_feed_where_it_binds(splinefeed, folder):
+    (folder / "mill.toml").write_text(MILL)
+    (folder / "line.ngc").write_text("G21 G90\nG1 X90 F300\nX0\nG0 X90\nM2\n")
+    page = json.loads(splinefeed("time", "line.ngc", "--machine", "mill.toml", "--json").stdout)
+    limits = {each["line"]: each["limit"] for each in page["places"]}
+    assert limits[2] == limits[3] == "programmed feed"
+    (folder / "zigzag.ngc").write_text("G21 G90 G61\nG1 F4800\n" + "X0.5\nX0\n" * 9 + "M2\n")
+    page = json.loads(splinefeed("time", "zigzag.ngc", "--machine", "mill.toml", "--json").stdout)
+    assert {each["limit"] for each in page["places"]} == {"axis acceleration x"}
+    text = splinefeed("time", "line.ngc", "--machine", "mill.toml").stdout
+    assert "against F alone, s" in text and "\n-  " not in text

@@ -73,7 +73,8 @@ class Worst:
         own = np.full(len(values), self.result.limit) if limits is None else limits
         beyond = values - floor
         beyond = np.where(np.isnan(beyond), -np.inf, beyond)
-        share = beyond / own
+        with np.errstate(invalid="ignore"):
+            share = np.where(own < np.inf, beyond / own, -np.inf)
         self.result = replace(self.result, over=self.result.over + int(np.count_nonzero(beyond > own * (1.0 + KEPT))))
         k = int(np.argmax(share))
         if share[k] > self.share:
@@ -219,8 +220,9 @@ class Bounds:
     def worsts(self) -> dict[str, Worst]:
         """One empty Worst a limit that is given, in the order of the report."""
         limits, axes = self.limits, self.axes
+        known = self.feeds[np.isfinite(self.feeds)]  # rapid moves may have none
         rows: list[tuple[str, float | None, int, int]] = [
-            ("feed", float(np.max(self.feeds)), 1, 0),
+            ("feed", float(np.max(known, initial=0.0)) or None, 1, 0),
             ("acceleration", limits.acceleration, 2, 0),
             ("deceleration", limits.deceleration, 2, 0),
             ("jerk", min(limits.jerk, limits.deceleration_jerk or np.inf), 3, 0),

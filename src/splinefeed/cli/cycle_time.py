@@ -17,6 +17,8 @@ RUN = """\
 A run is a CSV with the columns seconds,what,value: Block_Number is the line that runs, Program_Status ACTIVE and
 PROGRAM_COMPLETED its start and end.
 """
+#: Seconds that are not 0 with two decimals.
+SHOWN = 0.005
 #: Beyond an end of the travel by less than this, mm, is rounding of a program.
 TRAVEL_ROUNDING = 1e-6
 #: How to say where a part lies.
@@ -32,12 +34,13 @@ def _show_time(page: Page) -> list[Block]:
     tools = [
         [each["tool"] or "-", *(f"{each[f'{kind}_s']:.2f}" for kind in (*kinds, "total"))]
         for each in (*page["tools"], {**page, "tool": "all"})
+        if each["total_s"] >= SHOWN
     ]
     places = [
-        [f"line {each['line']}", f"{each['seconds']:.2f}", f"{each['beyond_feed_s']:.2f}", each["limit"]]
+        [f"line {each['line']}", f"{each['seconds']:.2f}", f"{each['beyond_feed_s']:+.2f}", each["limit"]]
         for each in page["places"]
     ]
-    saves = [[each["what"], f"{each['saves_s']:.2f}"] for each in page["saves"] if each["saves_s"] >= 0.005]
+    saves = [[each["what"], f"{each['saves_s']:.2f}"] for each in page["saves"] if each["saves_s"] >= SHOWN]
     total = f"{clock} ({page['total_s']:.2f} s), {page['blocks']} blocks"
     if page["interval_s"] is not None:
         total = f"{clock} ({page['total_s']:.2f} s, 95 % interval {{:.1f}} to {{:.1f}}), {page['blocks']} blocks"
@@ -48,8 +51,8 @@ def _show_time(page: Page) -> list[Block]:
     return [
         [head, *([f"{stops}{share}"] if page["corner_stops"] else []), *notes(page["notes"])],
         table(["tool (s)", *(kind.replace("_", " ") for kind in (*kinds, "total"))], tools),
-        table(["place", "s", "beyond feed, s", "what binds"], places),
-        table(["20 % better", "saves, s"], saves) if saves else [],
+        table(["place", "s", "against F alone, s", "what binds"], places),
+        table(["20 % more (times: less) of", "saves, s"], saves) if saves else [],
     ]
 
 

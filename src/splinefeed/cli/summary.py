@@ -73,13 +73,14 @@ def law(page: Page) -> str:
     sentence = "no feed limit"
     if feed is not None:
         top, limit = number(feed["worst"]), number(feed["limit"])
-        sentence = f"top feed {top} {unit}/s, the limit of {limit} {unit}/s is never reached"
+        limit = f"{limit} {unit}/s" + f" ({number(60.0 * feed['limit'])} mm/min)" * (unit == "mm")
+        sentence = f"top feed {top} {unit}/s, the limit of {limit} is never reached"
         reached, highest = feed["share"] >= REACHED, page.get("feed_max_mm_s", 0.0)
         if highest > feed["limit"] * (1.0 + KEPT):  # another move may have more, and this one has most of its own
             so = "reached" if reached else "never reached"
             sentence = f"top feed {number(highest)} {unit}/s, feeds as programmed are {so}"
         elif reached:
-            sentence = f"feed limit of {limit} {unit}/s reached"
+            sentence = f"feed limit of {limit} reached"
     if page.get("lower_bound_s"):
         sentence += f"; no motion within these limits is faster than {number(page['lower_bound_s'], 5)} s"
     return f"law       {page['strategy']}; {sentence}"
@@ -87,13 +88,19 @@ def law(page: Page) -> str:
 
 def limits(page: Page, *, checked: bool = False) -> Block:
     """The limits of the path, and how much of each is used; checked: to more digits, and where and when most."""
-    from splinefeed.records import unit_of
+    from splinefeed.records import KEPT, unit_of
 
     unit, rows = unit_of_path(page), []
     for name, each in page["limits"].items():
         own = each.get("unit") or unit_of(name, unit)
         values = [f"{number(each[key], 6 if checked else 4)} {own}" for key in ("worst", "limit")]
-        row = [name, *values, f"{each['share']:.{6 if checked else 1}%}", f"{number(each['at_s'])} {unit}"]
+        several = name == "feed" and page.get("feed_max_mm_s", 0.0) > each["limit"] * (1.0 + KEPT)
+        row = [
+            f"{name} of its line" if several else name,
+            *values,
+            f"{each['share']:.{6 if checked else 1}%}",
+            f"{number(each['at_s'])} {unit}",
+        ]
         if checked:
             holds = "holds" if each["ok"] else "OVER"
             row += [f"{number(each['at_t_s'])} s", f"{each['floor']:.1e}", each["by"], holds]

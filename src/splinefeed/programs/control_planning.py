@@ -27,6 +27,9 @@ from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray
 SMOOTH = 1e-3
 #: Halvings of the interval of a peak speed: to 1e-15 of the speed.
 _HALVINGS = 50
+#: From rest to rest at constant acceleration half of the time is at the top speed where this share of it is more than
+#: the length over that speed: below it the speed binds longest.
+CRUISES = 0.25
 #: Kinds of time that no limit binds, in the order of the keys of `--json`.
 KINDS = ("cutting", "rapid", "tool_change", "spindle", "dwell", "start")
 #: What binds, by number: kinds of time, what follows, and with an axis behind them those of the last row.
@@ -66,7 +69,8 @@ def block_times(blocks: Blocks, machine: Machine) -> BlockTimes:
     bounds = _bounds(blocks, machine, control)
     if control.model == "linuxcnc":
         seconds, end = _linuxcnc(blocks, machine, control, bounds)
-        return BlockTimes(seconds, end, np.where(bounds.speed < blocks.feed, bounds.speed_by, bounds.acceleration_by))
+        cruises = seconds - blocks.length / bounds.speed < CRUISES * seconds
+        return BlockTimes(seconds, end, np.where(cruises, bounds.speed_by, bounds.acceleration_by))
     firmware = control.model != "general"
     if firmware:
         stop = rules.stops(blocks)
