@@ -642,13 +642,15 @@ def test_the_verdict_says_in_words_what_it_allows() -> None:
     fast = sf.Limits(feed=60.0, axis_velocity=[50.0, 1.0], axis_acceleration=[500.0, 5.0], axis_jerk=[2e4, 200.0])
     setpoints = sf.interpolate(path, sf.plan(path, fast, period=1e-3))
     first, *rows = str(sf.check(setpoints, path, fast)).splitlines()
-    assert first == "every limit holds, up to 1e-6 of it and the rounding of a position"
+    assert first == "every limit holds, to within a millionth of it and the rounding of a position"
     rows = [" ".join(row.split()) for row in rows]
     assert "axis_velocity.x 50 of 50 mm/s (100.0%)" in rows
     assert any(row.startswith("axis_velocity.a 28.6479 of 57.2958 deg/s") for row in rows)
     slow = dataclasses.replace(fast, axis_velocity=[25.0, 1.0])
     text = str(sf.check(setpoints, path, slow))
-    assert text.startswith("NOT KEPT: axis_velocity.x; a limit holds up to 1e-6 of it and the rounding of a position\n")
+    assert text.startswith(
+        "NOT KEPT: axis_velocity.x; a limit holds to within a millionth of it and the rounding of a position\n"
+    )
     assert "\nproblem: axis_velocity.x" in text
 
 

@@ -98,6 +98,9 @@ def test_a_program_outside_of_the_travel_names_line_and_offsets(noted, splinefee
     assert refused.exit_code == 2
     assert "z = 5 mm in line 3; its travel allows at most 0.5 mm" in refused.stderr
     assert "--offsets G54=" in refused.stderr
+    place = "travel is checked with the zero of the program at that of the machine, which is assumed"
+    assert any(note.startswith(place) for note in noted("--machine", "mill.toml")[0])
+    assert not any(note.startswith(place) for note in noted("--machine", "mill.toml", "--offsets", "G54=0,0,0")[0])
     timed = splinefeed("time", "part.ngc", "--machine", "low.toml").stdout
     assert "goes to z = 5 mm in line 2; its travel ends at 0.5 mm" in timed
     for command in ("run", "time"):
@@ -127,4 +130,19 @@ def test_times_name_the_programmed_feed_where_it_binds(splinefeed, folder):
     page = json.loads(splinefeed("time", "zigzag.ngc", "--machine", "mill.toml", "--json").stdout)
     assert {each["limit"] for each in page["places"]} == {"axis acceleration x"}
     text = splinefeed("time", "line.ngc", "--machine", "mill.toml").stdout
-    assert "against F alone, s" in text and "\n-  " not in text
+    assert "against F alone, s" in text
+    (folder / "tool.ngc").write_text("G21 G90 T1 M6\nG1 X90 F300\nM2\n")
+    assert "\n-  " not in splinefeed("time", "tool.ngc", "--machine", "mill.toml").stdout  # no time without a tool
+
+
+def test_words_are_those_of_a_shell(noted, splinefeed, folder):
+    notes, _ = noted("--machine", "mill.toml", "--axis-accel", "X=300,Y=200,Z=100")
+    assert any(note.endswith("are left out (--start)") for note in notes)
+    assert not any("(option " in note for note in notes)
+    assert splinefeed("run", "part.ngc", "--fed", "3").stderr.startswith(
+        "splinefeed: no such option --fed; did you mean '--feed'?"
+    )
+    done = splinefeed(
+        "plan", "butterfly", "--axis-accel", "X=300,y=200", "--axis-jerk", "20000", "--travel", "X=-200:200"
+    )
+    assert done.exit_code == 0, done.stderr

@@ -178,7 +178,8 @@ def test_a_run_writes_what_the_command_writes(run, tmp_path, monkeypatch):
     made = CliRunner().invoke(command_line, ["report", "part"], catch_exceptions=False)
     assert (made.exit_code, made.output) == (
         0,
-        "checked: every limit holds, up to 1e-6 of it and the rounding of a position\n\nwrote part/report.html\n",
+        "checked: every limit holds, to within a millionth of it and the rounding of a position\n\n"
+        "wrote part/report.html\n",
     )
     assert CliRunner().invoke(command_line, ["check", "part/setpoints.h5"]).exit_code == 0
     assert "setpoints.csv" not in sf.report(run, "part")  # a run replaces the files of the one before

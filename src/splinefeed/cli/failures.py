@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import sys
 from collections.abc import Callable
@@ -11,7 +12,7 @@ from typing import Any, NoReturn
 
 import click
 
-from splinefeed.errors import SplinefeedError
+from splinefeed.errors import SplinefeedError, nearest
 
 #: Set to anything but nothing, errors keep their traceback.
 DEBUG = "SPLINEFEED_DEBUG"
@@ -108,6 +109,8 @@ def _system_error(error: OSError) -> str:
 def usage_text(error: click.ClickException) -> str:
     """Click's words on a wrong option or argument, after the name of what is wrong."""
     text = error.format_message()
+    if isinstance(error, click.NoSuchOption) and error.possibilities:
+        text = f"no such option {error.option_name}; {nearest(error.option_name, error.possibilities)}"
     if isinstance(error, click.BadParameter) and not isinstance(error, click.MissingParameter) and error.param:
         name = error.param.opts[0] if error.param.param_type_name == "option" else error.param.human_readable_name
         return f"{name}: {error.message}"
@@ -122,10 +125,16 @@ def visible(text: str) -> str:
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
+def spoken(text: str) -> str:
+    """What a reader says of an option, as a shell has it: (option start) is (--start)."""
+    return re.sub(r"\(option ([a-z_]+)(?=[):])", lambda found: f"(--{found[1].replace('_', '-')}", text)
+
+
 def _say(text: str, code: int, error: BaseException | None = None) -> int:
     if error is not None and os.environ.get(DEBUG):
         raise error
     # a file with several faults: its name and their number, then one line each
+    text = spoken(text)
     lines = text.split("\n") if len(getattr(error, "problems", ())) > 1 else [" ".join(text.split())]
     if len(lines) > MOST_PROBLEMS + 1:
         lines[MOST_PROBLEMS + 1 :] = [f"  and {len(lines) - MOST_PROBLEMS - 1} more"]

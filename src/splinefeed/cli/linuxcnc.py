@@ -71,10 +71,11 @@ def init(say: Say, output: str, motion: bool, **given: Any) -> Page:
     from splinefeed.files.atomic import write_text
     from splinefeed.live.hal_files import GAIN, VELOCITY, HalAxis, hal_text
     from splinefeed.machine import ServoAxis
+    from splinefeed.machine.limits_toml import letter
     from splinefeed.records import ROTARY_AXES
 
     model, _ = options.machine_under(given)
-    names = given["axes"] or tuple(model.axes)
+    names = tuple(map(letter, given["axes"] or model.axes))
     if not names:
         raise InputError(f"{model.name}: has a control but no axes; choose another machine")
     made = []

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from splinefeed.cli.failures import visible
+from splinefeed.cli.failures import spoken, visible
 
 #: Letters of a line of a terminal.
 WIDTH = 80
@@ -63,7 +63,7 @@ def listed(rows: Iterable[Mapping[str, Any]], columns: str, *, texts: int = 1) -
 
 def notes(said: Iterable[str]) -> list[str]:
     """What a reader or a planner had to say, one line each."""
-    return [f"note      {note}" for note in said]
+    return [f"note      {spoken(note)}" for note in said]
 
 
 def verdict(page: Page, why: str = "") -> list[str]:

@@ -14,6 +14,7 @@ import click
 import splinefeed as sf
 from splinefeed.cli import options, summary
 from splinefeed.cli.answers import answers
+from splinefeed.cli.failures import spoken
 from splinefeed.cli.output import Page, Say
 from splinefeed.cli.source import AFTER_READING, check_rotary, job_of, job_of_robot, read_path
 from splinefeed.errors import InputError
@@ -144,6 +145,7 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
         long = [] if result.whole else [LONG_NOTE.format(LONG, 1e3 * _block(result))]
         page["notes"] = [*job.notes, *page["notes"], *long, *([PARTS_NOTE] if parts else [])]
         page["notes"] += [*([NOT_COMPARED] if compared and not possible else []), *files.missing(drawing)]
+        page["notes"] = list(map(spoken, page["notes"]))
         say("drawing")
         page["files"] = files.write(
             result, stage, written=writers.names, traces=traces, figure_formats=drawing, record=page, others=others,

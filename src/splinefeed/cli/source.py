@@ -34,7 +34,7 @@ def job_of(
 
     read  how to read a source, in place of `read_path`
     """
-    from splinefeed.runs.remarks import at_corners
+    from splinefeed.runs.remarks import at_corners, at_zero
     from splinefeed.runs.run import MotionJob
     from splinefeed.runs.settings import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE, limited
 
@@ -53,10 +53,8 @@ def job_of(
     found, limits, notes = limited(path, flat, machine, assume=not given["limits_file"], rapids_too=rapids_too)
     if found is not path:
         path, reading = found, reading | {"cut_feed": flat["feed"]}
-    if of_paper:
-        notes = ()
-    elif "smooth" in given:
-        notes = (*notes, *at_corners(path, limits, machine, reading))
+    corners = at_corners(path, limits, machine, reading) if "smooth" in given else []
+    notes = () if of_paper else (*notes, *corners, *at_zero(path, limits, reading))
     period = PAPER_PERIOD if given["period"] is None else given["period"]
     return MotionJob(path, limits, machine, period, given["strategy"], source=source, reading=reading, notes=notes)
 

@@ -120,6 +120,7 @@ def tune(say: Say, machine: str, **given: Any) -> Page:
       splinefeed tune my-table.toml --rule path --path wing.dat --feed 20 --write my-table-tuned.toml
     """
     from splinefeed.files.plain import plain
+    from splinefeed.machine.limits_toml import letter
     from splinefeed.reports import files
     from splinefeed.reports.folder import staged
     from splinefeed.runs import tuning
@@ -127,7 +128,7 @@ def tune(say: Say, machine: str, **given: Any) -> Page:
 
     drawing = options.figure_formats(given)
     model = sf.Machine.load(machine)
-    names = given["axes"] or tuple(model.axes)
+    names = tuple(map(letter, given["axes"] or model.axes))
     for name in names:
         if name not in model.axes:
             raise InputError(f"--axis: {model.name} has no axis {name!r}; its axes are {', '.join(model.axes)}")

@@ -148,9 +148,14 @@ def axis_value(name: str, axis: str, value: Any) -> float:
 
 
 def by_axis(text: str) -> list[tuple[str, str]]:
-    """Axis and quantity of each part of `x=2000,theta=90deg/s^3`."""
+    """Axis and quantity of each part of `x=2000,theta=90deg/s^3`; X=2000, as programs have it, is x."""
     pairs = (each.partition("=") for each in text.split(","))
-    return [(axis.strip(), value.strip()) for axis, _, value in pairs]
+    return [(letter(axis.strip()), value.strip()) for axis, _, value in pairs]
+
+
+def letter(axis: str) -> str:
+    """The name of an axis; that of one letter is small."""
+    return axis.lower() if len(axis) == 1 else axis
 
 
 def turning(value: Any, order: int) -> float:

@@ -336,13 +336,15 @@ def _flat(name: str, value: Any) -> dict[str, float]:
 def by_name(name: str, given: Any, axes: Sequence[str]) -> dict[str, Any]:
     """What is given for a limit of axes, by the names of `axes`, in their order: the one place that reads its forms.
 
-    given  by name; one value each in the order of `axes`; a number for every linear axis; or None
+    given  by name, X for x too; one value each in the order of `axes`; a number for every linear axis; or None
 
     Raises LimitsError for an axis that is not there, another number of values, and a number where no axis is linear.
     """
     if given is None:
         return {}
     if isinstance(given, Mapping):
+        small = {axis.lower(): axis for axis in axes if axis not in given}
+        given = {axis if axis in axes else small.get(axis.lower(), axis): value for axis, value in given.items()}
         check_axes(name, given, axes)
         return {axis: given[axis] for axis in axes if axis in given}
     if isinstance(given, tuple):

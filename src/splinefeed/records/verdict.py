@@ -12,7 +12,7 @@ from splinefeed.records.limit_table import shown_by, unit_of
 #: A limit counts as kept up to this, relative: no drive tells less apart, and a plan may ride on its limit.
 KEPT = 1e-6
 #: What a check allows, in its words; the rounding of a position is eps times its size, see docs/check.md.
-ALLOWED = "up to 1e-6 of it and the rounding of a position"
+ALLOWED = "to within a millionth of it and the rounding of a position"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,6 +17,12 @@ from splinefeed.records import Array, Limits
 #: By how much corners turn at most that smoothing passes unless it is said, in words.
 MILD = f"{math.degrees(SMOOTHING_CORNER_ANGLE):g} deg"
 
+#: Where the zero of a program is taken to lie in the travel of a machine.
+ZERO = (
+    "travel is checked with the zero of the program at that of the machine, which is assumed; --offsets G54=X,Y,Z says "
+    "where it lies"
+)
+
 
 def at_corners(path: Path | PathParts, limits: Limits, machine: Machine | None, how: Mapping[str, Any]) -> list[str]:
     """What to say of the corners at which the tool stops: how many, what else would pass them, and how to smooth them.
@@ -48,6 +54,12 @@ def at_corners(path: Path | PathParts, limits: Limits, machine: Machine | None, 
     which = "corners" if mild in (0, count) else f"{mild} of them, which turn by {MILD} at most,"
     rest = "" if mild == count else ", and with --corners round the others" if mild else ", with --corners round"
     return [f"the tool stops exactly at {stops}{_at_feeds(path, limits)}", _how(which, rest, top, machine)]
+
+
+def at_zero(path: Path | PathParts, limits: Limits, how: Mapping[str, Any]) -> list[str]:
+    """What to say of a program in a machine's travel, where nobody said where its zero lies; how  it was read."""
+    programmed = path.in_parts is not None or path.tip_path.lines is not None
+    return [ZERO] if limits.travel and programmed and "offsets" not in how else []
 
 
 def _how(which: str, rest: str, tolerance: float | None, machine: Machine | None) -> str:

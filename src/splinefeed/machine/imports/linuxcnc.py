@@ -162,6 +162,10 @@ def _control(ini: Sections, linear: tuple[str, float], jerks: bool, source: str,
     """The section of the control, and what the INI file says that has no place in a machine file."""
     traj = ini["TRAJ"]
     if not jerks:
+        page.assume(
+            "no limit of jerk, as LinuxCNC has none here: acceleration changes in steps; write jerk into "
+            "[axis.x.limits] and its like, usually 20 to 50 times the acceleration, per second"
+        )
         page.set("control", "model", "linuxcnc", "trapezoids, and corners blended by arcs")
     unit, size = linear
     for key, name, ending in (
