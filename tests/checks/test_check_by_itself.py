@@ -16,6 +16,7 @@ from splinefeed.checks.spans import PathSpans, SpanPlaces
 from splinefeed.curves import pieces, tables
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.kernels import layout
+from splinefeed.paths import joined_curves
 from splinefeed.paths import path as path_module
 
 LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000, axis_acceleration=500, centripetal=400, chord_error=1e-3)
@@ -87,7 +88,7 @@ def test_an_arc_length_that_is_wrong_everywhere_is_found(monkeypatch):
         table[:, layout.START : layout.ORIGIN] *= 0.999
         return pieces.Pieces(table, made.shape, made.rows, 0.999 * made.curve_starts)
 
-    monkeypatch.setattr(path_module, "arc_pieces", wrong)
+    monkeypatch.setattr(joined_curves, "arc_pieces", wrong)
     points, law = motion(sf.Limits(feed=20, acceleration=500, jerk=20000))
     verdict = sf.check(points, path(), sf.Limits(feed=20, acceleration=500, jerk=20000), law=law)
     assert verdict.limits["feed"].share > 1.0009
