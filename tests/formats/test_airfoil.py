@@ -136,7 +136,7 @@ def test_a_million_points_are_refused_in_one_line(tmp_path: File) -> None:
     file.write_text("1.0 0.0\n0.5 0.1\n" * 500_000)
     with pytest.raises(FormatError) as caught:
         read(file)
-    assert str(caught.value) == f"{file}: has 1000000 points; a section has 5 to 20000"
+    assert str(caught.value) == f"{file}: has 1000000 lines; a section has 5 to 20000 points"
 
 
 def test_words_behind_the_points_are_left_out_and_said(data_dir: File, tmp_path: File) -> None:

@@ -43,6 +43,11 @@ def test_near_them_it_bends_less_and_keeps_the_tolerance_of_each_axis():
     assert sf.plan(path, limits).duration < sf.plan(exact, limits).duration
 
 
+def test_a_tolerance_below_the_rounding_of_the_waypoints_is_refused():
+    with pytest.raises(sf.errors.InputError, match="near: 1e-308 is below the rounding of the waypoints; give more"):
+        sf.Path.through(POINTS, near=1e-308)
+
+
 def test_the_points_near_by_are_the_best_ones():
     """Against a general optimiser on the same integral, by trapezoids over the joined curves."""
     points, near = POINTS[:, :1], 3.0
@@ -88,7 +93,7 @@ def test_a_path_that_turns_back_says_where_it_stops():
             {"times": [1, 2]},
             "times have shape (2,); expected one for each of 2 waypoints, the first 0",
         ),
-        ([[0, 0], [1, 1]], {"duration": -2}, "times are [-2.0] s; they must be finite, greater than 0, and increase"),
+        ([[0, 0], [1, 1]], {"duration": -2}, "times are [-2.0] s; they must be above 0, at most 1e+100, and increase"),
         (np.random.default_rng(0).uniform(size=(1001, 2)), {"near": 1}, "near: 1001 waypoints are too many; 1000 are"),
     ],
 )

@@ -14,7 +14,8 @@ from splinefeed.errors import CurveError, SplinefeedError
 from splinefeed.planner import planning
 
 STRATEGIES = ("seven-phase", "look-ahead", "time-optimal")
-PERIOD = 1e-3
+#: Servo period, s, and that of paths that take hours: planning looks at their ticks one by one.
+PERIOD, LONG_PERIOD = 1e-3, 2e-2
 bezier = sf.NurbsCurve.bezier
 WAVE = np.array([[0, 0], [1, 2], [3, -1], [4, 0]])
 
@@ -82,16 +83,17 @@ LIMITS = {
     "moving ends at the top feed": {"feed": 60, **ALONG, "start_feed": 60, "end_feed": 60},
     "moving ends": {"feed": 60, **AXES, "start_feed": 30, "end_feed": 1e-3},
 }
-#: Longer motions are planned only: their setpoints would take minutes.
-MOST_TICKS = 60_000
+#: Longer motions are planned only: their setpoints would take minutes. Paths larger than LONG, mm, take hours.
+MOST_TICKS, LONG = 60_000, 1e5
 
 
 def outcome(path: sf.Path, given: dict, strategy: str) -> str:
     """What comes of it: "ok", the kind of error, or "long"; all else, and what check refuses, is a failure."""
     try:
         limits = sf.Limits(**given)
-        law = sf.plan(path, limits, strategy=strategy, period=PERIOD)
-        points = sf.interpolate(path, law) if law.duration <= MOST_TICKS * PERIOD else None
+        period = LONG_PERIOD if path.size > LONG else PERIOD
+        law = sf.plan(path, limits, strategy=strategy, period=period)
+        points = sf.interpolate(path, law) if law.duration <= MOST_TICKS * period else None
     except SplinefeedError as error:
         assert str(error).strip()
         return type(error).__name__
@@ -104,8 +106,6 @@ def outcome(path: sf.Path, given: dict, strategy: str) -> str:
 
 #: What the strategies that take every limit, and much longer than seven-phase, are given in the normal run.
 FEW = ("tangential", "everything huge")
-#: Their ticks are looked at one by one for the chord error: 20 million of them.
-SLOW = ("1e6 mm line", "1e6 mm curve", "1e6 mm and then 1e-6")
 CASES = [
     pytest.param(limits, strategy, marks=[pytest.mark.slow] if strategy != "seven-phase" and limits not in FEW else [])
     for limits in LIMITS
@@ -117,8 +117,7 @@ CASES = [
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize(("limits", "strategy"), CASES)
 def test_every_path_under_limits(limits, strategy):
-    slow = SLOW if (limits, strategy) == ("all", "time-optimal") else ()
-    found = {name: outcome(path, LIMITS[limits], strategy) for name, path in PATHS.items() if name not in slow}
+    found = {name: outcome(path, LIMITS[limits], strategy) for name, path in PATHS.items()}
     if limits == "tangential":
         mixed = {"LimitsError"} if strategy == "seven-phase" else set()  # linear and rotary axes together
         assert set(found.values()) == {"ok", "long"} | mixed

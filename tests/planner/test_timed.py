@@ -101,6 +101,13 @@ def test_times_that_a_stretch_between_slow_ones_cannot_keep_are_refused_and_the_
     assert ok(path, law)
 
 
+def test_times_of_more_setpoints_than_are_held_to_limits_are_refused_before_they_are_planned():
+    with pytest.raises(sf.errors.PlanError, match=r"times: 1e\+60 s are more than 1e\+09 setpoints"):
+        sf.plan(sf.Path.through(POINTS, duration=1e60), LIMITS, period=PERIOD)
+    with pytest.raises(sf.errors.InputError, match=r"times are \[1e\+200\] s; they must be above 0, at most 1e\+100"):
+        sf.Path.through(POINTS, duration=1e200)
+
+
 def test_what_has_no_times_is_refused():
     path = sf.Path.through(POINTS, duration=3.0)
     with pytest.raises(

@@ -166,7 +166,11 @@ def edited(*pairs):
     [
         ("<!DOCTYPE r [<!ENTITY a 'b'>]><robot/>", {}, "URDF: line 1: entities are not read; write out"),
         ("<!DOCTYPE r [<!ATTLIST link name CDATA 'a'>]><robot/>", {}, "URDF: line 1: gives every <link> the attribute"),
-        ("<robot><link></robot>", {}, "URDF: line 1: is not XML: mismatched tag"),
+        ("<robot><link></robot>", {}, "URDF: line 1, column 16: mismatched tag; expected URDF, is the file complete?"),
+        ('<?xml version="1.0" encoding="klingon"?><robot/>', {}, "URDF: its encoding is not known: unknown encoding"),
+        ('<?xml version="1.0" encoding="hex"?><robot/>', {}, "URDF: its encoding is not known: 'hex' is not a text"),
+        (edited(('upper="2.6"', 'upper="2_6"')), {}, "URDF: line 18: joint 'elbow'"),
+        (edited(('velocity="', 'velocity="1e-308" was="')), {}, "shoulder: velocity is 1e-308; it must be at least"),
         ("<model/>", {}, "URDF: line 1: the root is <model>; expected <robot>"),
         ("<robot/>", {}, "URDF: there is no <link>; is it a URDF?"),
         ("<robot><xacro:macro/></robot>", {}, "URDF: line 1: <xacro:macro>: expand it first"),

@@ -6,6 +6,7 @@ import io
 import os
 import signal
 import sys
+import warnings
 from collections.abc import Sequence
 from importlib import import_module
 from typing import Any, NoReturn
@@ -110,6 +111,7 @@ def command_line(ctx: click.Context) -> None:
 
 def main() -> NoReturn:
     """Run the command line and leave with its exit code."""
+    warnings.filterwarnings("ignore", category=RuntimeWarning)  # of NumPy's: what comes of it is checked, and said
     sys.stdout = sys.stdout or io.StringIO()  # None where the shell closed it: >&-
     sys.stderr = sys.stderr or io.StringIO()
     for stream in (sys.stdout, sys.stderr):

@@ -1,10 +1,11 @@
-"""What every reader of XML refuses of a DOCTYPE, whose few lines may ask for any amount of work."""
+"""XML of strangers, element by element: what a DOCTYPE may not ask for, and faults with their place."""
 
 from __future__ import annotations
 
 from xml.parsers import expat
 
 from splinefeed.errors import InputError
+from splinefeed.files.source import in_brief
 
 #: Most attributes that a DOCTYPE may declare: expat looks at each of them at every element.
 MAX_DECLARED = 100
@@ -28,3 +29,16 @@ def parser() -> expat.XMLParserType:
 
     made.AttlistDeclHandler = declared
     return made
+
+
+def parse(parser: expat.XMLParserType, content: bytes, expected: str) -> None:
+    """Give `content` to the handlers of a parser; InputError with the place of what is no XML, or in what encoding."""
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        place, said = f"line {error.lineno}, column {error.offset + 1}", expat.ErrorString(error.code)
+        raise InputError(f"{place}: {said}; expected {expected}, is the file complete?") from None
+    except InputError:
+        raise
+    except (ValueError, LookupError) as error:  # codecs are Python's, and some are none of texts
+        raise InputError(f"its encoding is not known: {in_brief(error)}") from None

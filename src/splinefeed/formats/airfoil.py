@@ -30,6 +30,8 @@ UNIT_CHORD_SLACK = 0.02
 _WORDS = re.compile(r"[^\W\d_]{3}")
 #: Fewer points than this are no section; more are no section but a scan of one: published ones have some hundreds.
 LEAST_POINTS, MAX_AIRFOIL_POINTS = 5, 20_000
+#: Most lines of a file, blank ones and words behind the points included.
+MAX_LINES = 4 * MAX_AIRFOIL_POINTS
 #: A section of unit chord is nowhere farther from 0 than this along the chord; one in percent is.
 _PERCENT = 2.0
 #: How far points of a section may lie before its nose or behind its trailing edge, in chords.
@@ -106,6 +108,8 @@ def _rows(text: str) -> tuple[str, Array, list[int], list[str]]:
 
     Collections put sources and coefficients behind the points.
     """
+    if (count := text.count("\n")) > MAX_LINES:
+        raise InputError(f"has {count} lines; a section has {LEAST_POINTS} to {MAX_AIRFOIL_POINTS} points")
     lines = [(i, line.strip()) for i, line in enumerate(text.splitlines(), start=1) if line.strip()]
     name = "" if not lines or _pair(lines[0][1]) else " ".join(lines.pop(0)[1].split())[:80]
     pairs = [_pair(line) for _, line in lines]

@@ -28,6 +28,7 @@ from splinefeed.formats.svg_places import Affine, ShapeError, View
 from splinefeed.formats.svg_tree import GZIP, MAX_DEPTH, Node, Styles, read_tree, unpacked
 from splinefeed.formats.svg_write import ORIGIN
 from splinefeed.formats.svg_write import write as write
+from splinefeed.numbers import finite
 from splinefeed.paths.contents import Contents
 
 #: Elements drawn in one file, those that are used again counted each time, and how deep uses may be nested.
@@ -270,8 +271,8 @@ def _said(given: Mapping[str, str], name: str) -> str:
 def _number(text: str) -> float:
     """A number, percentages as parts of 1; 1 for what is none."""
     try:
-        return float(text.strip().removesuffix("%")) / (100.0 if text.strip().endswith("%") else 1.0)
-    except ValueError:
+        return finite(text.strip().removesuffix("%")) / (100.0 if text.strip().endswith("%") else 1.0)
+    except InputError:
         return 1.0
 
 

@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
-from xml.parsers import expat
 
 import cssselect2
 import tinycss2
@@ -149,16 +148,7 @@ def read_tree(content: bytes) -> Node:
     parser.EndElementHandler = end
     parser.CharacterDataHandler = text
     parser.EntityDeclHandler = declared
-    try:
-        parser.Parse(content, True)
-    except expat.ExpatError as error:
-        place = f"line {error.lineno}, column {error.offset + 1}"
-        said = expat.ErrorString(error.code)
-        raise InputError(f"{place}: {said}; expected SVG, is the file complete?") from None
-    except (ValueError, LookupError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"its encoding is not known: {error}") from None
+    markup.parse(parser, content, "SVG")
     if roots[0].tag != "svg":
         raise InputError(f"{roots[0].place()}: expected <svg>")
     return roots[0]

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from splinefeed.curves.curve import MAX_AXES
 from splinefeed.errors import CurveError, InputError
+from splinefeed.numbers import MOST
 from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray, frozen_array
 from splinefeed.records.arrays import read_only
 
@@ -76,8 +77,8 @@ def of_times(given: ArrayLike | None, count: int) -> Array | None:
     if values.shape != (count,):
         raise InputError(f"times have shape {values.shape}; expected one number for each of {count} curve(s)")
     known = values[~np.isnan(values)]
-    if not np.all(np.diff(known, prepend=0.0) > 0.0) or np.any(np.isinf(known)):
-        raise InputError(f"times are {known.tolist()} s; they must be finite, greater than 0, and increase")
+    if not np.all(np.diff(known, prepend=0.0) > 0.0) or np.any(known > MOST):
+        raise InputError(f"times are {known.tolist()} s; they must be above 0, at most {MOST:g}, and increase")
     return read_only(values) if len(known) else None
 
 

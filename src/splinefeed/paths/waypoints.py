@@ -91,6 +91,8 @@ def _nearer(points: Array, u: Array, off: Array) -> Array:
     for k in np.flatnonzero(off).tolist():
         given = points[:, k]
         bounds = given[1:-1] - off[k], given[1:-1] + off[k]
+        if not np.all(bounds[0] < bounds[1]):
+            raise InputError(f"near: {off[k]:g} is below the rounding of the waypoints; give more, or 0")
         pull = -bent[:, [0, -1]] @ given[[0, -1]]
         found[1:-1, k] = lsq_linear(bent[:, 1:-1], pull, bounds, method="bvls").x
     return found

@@ -19,6 +19,7 @@ import numpy as np
 from splinefeed.errors import LimitsError, PlanError
 from splinefeed.paths.path import Path
 from splinefeed.planner.constants import ALMOST, HALVINGS, SAME
+from splinefeed.planner.ticks import MOST_TICKS
 from splinefeed.records import LAW_COEFFICIENTS, Array, IntArray, Limits, TimeLaw
 
 #: Plans that are made at most to find the shares, and the least share.
@@ -47,6 +48,11 @@ def in_time(make: Callable[[Array], TimeLaw], path: Path, limits: Limits, period
                 f"{wanted[-1]:.9g} s are no whole periods of {period:g} s: the motion takes {ticks[-1] * period:.9g}"
             ]
         wanted = ticks * period
+        if wanted[-1] > MOST_TICKS * period:
+            raise PlanError(
+                f"times: {wanted[-1]:.3g} s are more than {MOST_TICKS:.0e} setpoints, the most that are held to "
+                "limits; give shorter times or a longer period"
+            )
     owner = np.searchsorted(ends, np.arange(len(path.times)))  # what lies behind the last wanted time is not slowed
     places = path.curve_starts[ends + 1]
     whole = ends[-1] == len(path.times) - 1

@@ -10,11 +10,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from xml.parsers import expat
 
 from splinefeed.errors import FormatError, InputError, nearest
 from splinefeed.files import markup
 from splinefeed.files.source import read_bytes
+from splinefeed.numbers import finite
 
 #: Largest file, bytes; most links of a robot; most elements, and how deep they may be nested.
 MAX_BYTES, MAX_LINKS, MAX_ELEMENTS, MAX_DEPTH = 16 * 2**20, 1000, 100_000, 32
@@ -155,10 +155,7 @@ def _tree(content: bytes) -> _UrdfElement:
     parser.StartElementHandler = start
     parser.EndElementHandler = lambda _: stack.pop()
     parser.EntityDeclHandler = entity
-    try:
-        parser.Parse(content, True)
-    except expat.ExpatError as error:
-        raise InputError(f"line {error.lineno}: is not XML: {expat.errors.messages[error.code]}") from None
+    markup.parse(parser, content, "URDF")
     return roots[0]
 
 
@@ -286,10 +283,10 @@ def _vector(element: _UrdfElement, key: str, what: str, otherwise: Vector) -> Ve
 def _numbers(element: _UrdfElement, key: str, what: str, count: int) -> list[float]:
     text = element.attributes.get(key, "")
     try:
-        values = [float(word) for word in text.split()]
-    except ValueError:
+        values = [finite(word) for word in text.split()]
+    except InputError:
         values = []
-    if len(values) != count or not all(map(math.isfinite, values)):
+    if len(values) != count:
         many = "a finite number" if count == 1 else f"{count} finite numbers"
         raise InputError(f'line {element.line}: {what}: {element.tag} {key}="{text[:60]}"; expected {many}')
     return values

@@ -16,7 +16,7 @@ import numpy as np
 
 from splinefeed.errors import FormatError, InputError, LimitsError, nearest
 from splinefeed.files.source import read_bytes
-from splinefeed.numbers import finite
+from splinefeed.numbers import LEAST, finite
 from splinefeed.records import Array
 from splinefeed.robots.description import JointDescription
 from splinefeed.robots.frames import MM
@@ -72,6 +72,10 @@ def joint_limits(
     for kind, values in own.items():
         found[kind] = [each if value is None else value for value, each in zip(values, found[kind], strict=True)]
     _refuse_missing(moving, found, torque)
+    for kind, values in found.items():
+        for joint, value in zip(moving, values, strict=True):
+            if kind not in ("minimum", "maximum") and value is not None and value < LEAST:
+                raise LimitsError(f"{joint.name}: {kind} is {value:g}; it must be at least {LEAST:g}")
     for joint, low, high in zip(moving, found["minimum"], found["maximum"], strict=True):
         if low is not None and high is not None and not low < high:
             raise LimitsError(f"{joint.name}: minimum is {low:g} and maximum is {high:g}; no travel is left")

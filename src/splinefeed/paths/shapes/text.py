@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from splinefeed.errors import InputError
+from splinefeed.numbers import finite, whole
 from splinefeed.paths.each_curve import DEFAULT_AXES
 from splinefeed.paths.path import Path
 from splinefeed.paths.shapes.airfoil import naca
@@ -120,7 +121,7 @@ def _value(text: str, kind: str) -> Any:
         return tuple(units.parse(part, of) for part, of in zip(parts, kinds, strict=False))
     if kind in ("number", "whole"):
         try:
-            return int(text) if kind == "whole" else float(text)
-        except ValueError:
-            raise InputError(f"{text!r} is not a {'whole number' if kind == 'whole' else 'number'}") from None
+            return whole(text) if kind == "whole" else finite(text)
+        except InputError:
+            raise InputError(f"{text[:40]!r} is not a {'whole number' if kind == 'whole' else 'number'}") from None
     return units.parse(text, kind)

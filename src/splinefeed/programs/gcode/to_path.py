@@ -19,6 +19,7 @@ import numpy as np
 
 from splinefeed.errors import FormatError, InputError
 from splinefeed.files.sizes import MAX_MOVES
+from splinefeed.numbers import finite, whole
 from splinefeed.paths.contents import Contents
 from splinefeed.paths.each_curve import Marker
 from splinefeed.paths.path import Path
@@ -244,15 +245,16 @@ def _inches(units: str) -> bool:
 
 def _numbers(text: str, name: str) -> list[float]:
     try:
-        return [float(each) for each in text.split(",")]
-    except ValueError:
+        return [finite(each) for each in text.split(",")]
+    except InputError:
         raise InputError(f"{name}: {text[:40]!r} is not a list of numbers; write for example 10,20,0") from None
 
 
 def _line_number(given: int | str) -> int:
-    if isinstance(given, bool) or not str(given).isascii() or not str(given).isdigit() or not 0 < int(given) < 2**40:
-        raise InputError(f"from_line: {str(given)[:40]!r} is not a line number; lines count from 1")
-    return int(given)
+    try:
+        return whole(given, least=1, most=2**40)
+    except InputError:
+        raise InputError(f"from_line: {str(given)[:40]!r} is not a line number; lines count from 1") from None
 
 
 def _place(given: str | Sequence[float], name: str) -> Array:
