@@ -271,7 +271,8 @@ def cycle_time(
     """Time a program on a machine as its control plans it.
 
     program    a file of G-code; machine  a Machine or its name
-    dialect, start, offsets, tools, increments, repair, from_line  how it is read, as the options of `read` for G-code
+    dialect, start, offsets, tools, increments, units, repair, from_line  how it is read, as the options of `read` for
+               G-code
 
     Each block's time is that of a control that looks ahead: junction speeds v by v_next^2 <= v^2 + 2 a L forward and
     backward, then a trapezoid or S-curve between them (`programs.control_planning`); docs/cycle-time.md says what is
