@@ -559,6 +559,22 @@ def test_lengths_of_kinematics_come_from_the_answers_and_the_module_may_be_switc
         moved.answering(np.full((wires.PROBES, 3), np.nan))
 
 
+@needs_gcc
+def test_moves_of_a_rotary_axis_beside_a_linear_one_are_counted_where_they_are():
+    machine = Machine(mill(axes="xyza"))
+    for k in range(1, 11):
+        end = np.zeros(wires.AXES)
+        end[[0, 3]] = 2.0 * k, [40.0, 90.0, 20.0, 130.0][k % 4]
+        machine.move(end, kind=wires.LINE, feed=1.0, tolerance=0.0)
+    machine.run()
+    assert kept(machine) and machine.wire.seg_done == 10
+    taken = np.bincount(machine.segments, minlength=10) * PERIOD
+    assert taken[1:9].min() > 1.8 and taken[1:9].max() < 2.5  # s, of 2 mm each
+    rows = np.array(machine.rows)[1:]
+    ends = [rows[machine.segments.index(k), 0] for k in range(1, 10)]
+    np.testing.assert_allclose(ends, 2.0 * np.arange(1, 10), atol=0.02)
+
+
 def moves(rows: list[dict[str, object]]) -> Array:
     out = np.zeros(len(rows), wires.SEGMENT)
     for k, row in enumerate(rows):

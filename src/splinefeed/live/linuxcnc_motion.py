@@ -57,17 +57,16 @@ class PlannedMotion:
     def push(self, moves: Any, curves: Sequence[NurbsCurve]) -> None:
         """Take moves (rows of wire.SEGMENT) along curves; those that are none count as ends of the ones before."""
         mill = self.mill
-        sizes = np.array([curve.length if size_of(move, mill) > POINT else 0.0
-                          for curve, move in zip(curves, moves, strict=True)])  # fmt: skip
         feeds = np.array(feeds_of(moves, mill, 1.0, 1.0, math.inf)[0])
         blends = np.where(moves["tolerance"] > 0.0, moves["tolerance"] * mill.linear, math.inf)
         tolerances = np.where(moves["term"] == BLEND, blends, 0.0)
         markers = [Marker(k + 1) for k in np.flatnonzero(moves["term"] == STOP).tolist() if k + 1 < len(curves)]
         if self.moves and self.moves[-1]["term"] == STOP:
             markers.insert(0, Marker(0))
-        self.track.push(sizes)
         self.moves += list(moves)
         path = Path(curves, mill.axes, feeds=feeds, tolerances=tolerances, markers=markers, tolerance=POINT)
+        moving = np.array([size_of(move, mill) > POINT for move in moves])
+        self.track.push(np.where(moving, np.diff(path.curve_starts), 0.0))
         self._give(self.smoother.push(path))
 
     def close(self) -> None:
