@@ -11,7 +11,7 @@ import pytest
 import splinefeed as sf
 from docs_pages import ROOT
 from six_joints import LIMITS, START, urdf
-from splinefeed.reports import interactive
+from splinefeed.reports import interactive, theme
 
 FILE = ROOT / "tests/data/two-link.urdf"
 
@@ -55,3 +55,16 @@ def test_a_run_of_an_arm_says_its_joints_and_a_figure_is_a_line():
     assert all(f" {joint}" in repr(run) for joint in run.axes)
     assert repr(sf.plot.joints(run)).startswith("Figure('path: axes over time, time-optimal', 4 panels;")
     assert len(repr(sf.plot.joints(run))) < 200
+
+
+def test_no_two_of_fourteen_joints_have_one_colour_and_one_dash():
+    """Colours that colour-blind readers may take for each other run in other dashes."""
+    styles = [(theme.colour(k), theme.dash(k)) for k in range(16)]
+    assert len(set(styles)) == 16
+    like = ({theme.COLOURS[0], theme.COLOURS[6]}, {theme.COLOURS[1], theme.COLOURS[4]})
+    for pair in like:
+        dashes = [{dash for colour, dash in styles[:7] if colour == each} for each in pair]
+        assert not dashes[0] & dashes[1]
+    run = carried_out(True)
+    lines = re.findall(r'<path [^>]*stroke-width="1\.4"[^>]*/>', sf.plot.joints(run)._repr_svg_())
+    assert ['stroke-dasharray="5 3"' in each for each in lines[:6]] == [False, False, False, False, True, True]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import html
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,9 @@ CURSOR = {"showspikes": True, "spikemode": "across", "spikethickness": 1, "spike
 _GAP, _FOOT, _LEGEND = 34, 76, 26
 #: Share of an axis at its ends where the word of a point does not fit above it.
 BESIDE = 0.3
+#: Height of the words of a limit, pixels; where along its line they may stand, the first where there is room; and the
+#: share of a panel's height beyond the outermost limit.
+LABEL, PLACES, HEADROOM = 14.0, ("end", "middle", "start"), 0.06
 #: Room left of a heat map for each letter of the names of its rows, pixels.
 LETTER = 6.6
 
@@ -92,7 +95,11 @@ def _stacked(figure: Figure, store: DetailStore) -> Plain:
                 if isinstance(mark, Line) and not mark.fill:
                     trace["hovertemplate"] = _hover(panel)
                 data.append({**trace, **group, "showlegend": shown, **axes})
-        layout["shapes"] += [_level(level, axes) for level in panel.levels()]
+        if levels := panel.levels():
+            low, high = _extent(panel, levels)
+            room = HEADROOM * (high - low)
+            layout[f"yaxis{y}"] |= {} if panel.y.log else {"autorangeoptions": {"include": [low - room, high + room]}}
+            layout["shapes"] += _levels(levels, (high - low) * LABEL / panel.height, axes)
     return {"data": data, "layout": layout}
 
 
@@ -118,12 +125,13 @@ def _axis(axis: PlotAxis) -> Plain:
 def _heading(panel: Panel, legend: bool) -> str:
     words = [] if panel.of(Heat) else [html.escape(panel.y.label)]
     for name, mark in [] if legend else panel.legend():
-        words.append(f'<span style="color:{mark.colour}">\u25a0</span>\u00a0{html.escape(name)}')
+        sample = theme.DASH_SAMPLES[mark.dash] if isinstance(mark, Line) and not mark.fill else "\u25a0"
+        words.append(f'<span style="color:{mark.colour}">{sample}</span>\u00a0{html.escape(name)}')
     return "  ".join(words)
 
 
 def _line(mark: Line, store: DetailStore) -> Plain:
-    line = {"color": mark.colour, "width": 0 if mark.fill else mark.width, "dash": "dash" if mark.dash else "solid"}
+    line = {"color": mark.colour, "width": 0 if mark.fill else mark.width, "dash": theme.DASH_NAMES[mark.dash]}
     filled = {"fill": "toself", "hoverinfo": "name"} if mark.fill else {}
     if len(mark.x) > FEW and mark.rising:
         through = {"type": "scatter", "detail": store.curve(mark.x, mark.y, mark.high)}
@@ -158,17 +166,37 @@ def _through(x: Array, y: Array) -> Plain:
     return {"type": "scatter", "x": array(x), "y": array(y)}
 
 
-def _level(level: Level, axes: Mapping[str, str]) -> Plain:
+def _extent(panel: Panel, levels: Sequence[Level]) -> tuple[float, float]:
+    """The least and the greatest of curves and levels of a panel."""
+    values = np.concatenate([[each.value for each in levels if not each.upright], *(m.values for m in panel.of(Line))])
+    values = values[np.isfinite(values)]
+    return (float(np.min(values)), float(np.max(values))) if len(values) else (0.0, 1.0)
+
+
+def _levels(levels: Sequence[Level], apart: float, axes: Mapping[str, str]) -> list[Plain]:
+    """Levels whose words stand where no others are within `apart`, the outermost at the end of their lines."""
+    taken: list[tuple[str, float]] = []
+    found = []
+    for level in sorted(levels, key=lambda each: -abs(each.value)):
+        free = (place for place in PLACES if all(p != place or abs(y - level.value) >= apart for p, y in taken))
+        place = next(free, PLACES[0])
+        if level.text and not level.upright:
+            taken.append((place, level.value))
+        found.append(_level(level, axes, place))
+    return found
+
+
+def _level(level: Level, axes: Mapping[str, str], place: str) -> Plain:
     across, along = ("x", "y") if level.upright else ("y", "x")
-    place = {f"{across}ref": axes[f"{across}axis"], f"{across}0": level.value, f"{across}1": level.value}
+    where = {f"{across}ref": axes[f"{across}axis"], f"{across}0": level.value, f"{across}1": level.value}
     whole = {f"{along}ref": f"{axes[f'{along}axis']} domain", f"{along}0": 0, f"{along}1": 1}
     label = {} if not level.text or level.upright else {
         "label": {
-            "text": html.escape(level.text), "textposition": "end", "yanchor": "top" if level.value > 0.0 else "bottom",
-            "padding": 1, "font": {"size": 11, "color": theme.FAINT},
+            "text": html.escape(level.text), "textposition": place, "yanchor": "top" if level.value > 0.0 else "bottom",
+            "padding": 1, "font": {"size": 11, "color": level.colour},
         }
     }  # fmt: skip
-    return {"type": "line", **whole, **place, **label, "line": {"color": level.colour, "width": 1, "dash": "dash"}}
+    return {"type": "line", **whole, **where, **label, "line": {"color": level.colour, "width": 1, "dash": "dash"}}
 
 
 def _heat(heat: Heat, store: DetailStore) -> Plain:

@@ -35,7 +35,6 @@ OUTER = 0.7
 ARMS, INKED, JOINT = 7, 1.8, 4.5
 #: Most labels of powers of ten along an axis.
 MOST_POWERS = 7
-DASH = (5.0, 3.0)
 #: An end of the box nearer to 0 than this share of its size is 0, but for rounding.
 ROUNDING = 1e-12
 Box = tuple[float, float, float, float]
@@ -48,7 +47,7 @@ class Stroke:
     points: Array
     colour: str
     width: float
-    dash: bool = False
+    dash: int = 0
     clip: Box | None = None
     fill: bool = False
 
@@ -232,14 +231,14 @@ def _panel(
             points, thread = (np.column_stack([x(each[:, 0]), y(each[:, 1])]) for each in (mark.place, mark.thread))
             shades = next(iter(mark.shades.values()))
             if mark.rapid is not None:
-                sheet.stroke(np.column_stack([x(mark.rapid[:, 0]), y(mark.rapid[:, 1])]), theme.FAINT, 1.0, dash=True)
+                sheet.stroke(np.column_stack([x(mark.rapid[:, 0]), y(mark.rapid[:, 1])]), theme.FAINT, 1.0, dash=1)
             _shaded(sheet, mark, shades, points, thread)
             if panel.equal and panel.x.label and mark.joined:
                 _arrow(sheet, points)
             _bar(sheet, box, shades.low, shades.high, shades.label)
     taken: list[tuple[float, float]] = []
-    for level in panel.levels():
-        _level(sheet, level, box, x, y, taken)
+    words = [_level(sheet, level, box, x, y, taken) for level in panel.levels()]
+    sheet.items += [each for each in words if each is not None]  # above all lines, which would strike them through
     for dots in panel.of(Dots):
         _dots(sheet, dots, box, x, y, panel.equal)
     return height
@@ -294,8 +293,11 @@ def _arrow(sheet: Sheet, points: Array) -> None:
     sheet.stroke([tip, back + 5.0 * across, back - 5.0 * across, tip], theme.INK, 0.0, fill=True)
 
 
-def _level(sheet: Sheet, level: Level, box: Box, x: _Scale, y: _Scale, taken: list[tuple[float, float]]) -> None:
-    """taken  where words of other levels stand, and where they begin: words that would lie on them end before them."""
+def _level(sheet: Sheet, level: Level, box: Box, x: _Scale, y: _Scale, taken: list[tuple[float, float]]) -> Text | None:
+    """Draw a level, and give its words.
+
+    taken  where words of other levels stand, and where they begin: words that would lie on them end before them
+    """
     left, top, width, height = box
     if level.upright:
         at = x.at(level.value)
@@ -303,13 +305,14 @@ def _level(sheet: Sheet, level: Level, box: Box, x: _Scale, y: _Scale, taken: li
     else:
         at = y.at(level.value)
         ends, words = [[left, at], [left + width, at]], (left + width - 3.0, at + (12.0 if level.value < 0.0 else -4.0))
-    sheet.stroke(ends, level.colour, 1.1, dash=True, clip=box)
-    if level.text:
-        if not level.upright:
-            end = min([words[0], *(begin - 10.0 for line, begin in taken if abs(line - words[1]) < LINE)])
-            words = max(end, left + text_width(level.text, SMALL)), words[1]
-            taken.append((words[1], words[0] - text_width(level.text, SMALL)))
-        sheet.text(*words, level.text, colour=level.colour, anchor="end")
+    sheet.stroke(ends, level.colour, 1.1, dash=1, clip=box)
+    if not level.text:
+        return None
+    if not level.upright:
+        end = min([words[0], *(begin - 10.0 for line, begin in taken if abs(line - words[1]) < LINE)])
+        words = max(end, left + text_width(level.text, SMALL)), words[1]
+        taken.append((words[1], words[0] - text_width(level.text, SMALL)))
+    return Text(*words, level.text, colour=level.colour, anchor="end")
 
 
 def _dots(sheet: Sheet, mark: Dots, box: Box, x: _Scale, y: _Scale, equal: bool) -> None:

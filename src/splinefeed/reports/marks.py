@@ -29,6 +29,7 @@ class PlotAxis:
 class Line:
     """A curve through x, y (n,); a NaN breaks it. `named`: its name stands in the legend, or that shorter one.
 
+    dash  its number among `theme.DASHES`; 0, or False, runs through
     fill  the area within it, on paper
     high  (n,) of a band, the least and the greatest between edges x (n + 1,), of which y is the least
     """
@@ -38,7 +39,7 @@ class Line:
     name: str = ""
     colour: str = theme.BLUE
     width: float = 1.4
-    dash: bool = False
+    dash: int = 0
     named: bool | str = False
     fill: bool = False
     high: Array | None = None

@@ -144,7 +144,7 @@ def axis_panels(run: Run) -> list[Panel]:
             most = 0.0
             for k in columns:
                 name = names[k]
-                how = {"colour": theme.colour(k), "named": name, "dash": k >= len(theme.COLOURS)}
+                how = {"colour": theme.colour(k), "named": name, "dash": theme.dash(k)}
                 line = _times(factor, over_time(run, quantity, k, name=f"{name} {quantity}", **how))
                 marks.append(line)
                 most = max(most, peak(line.values)[1])
@@ -174,7 +174,7 @@ def model_panels(run: Run) -> list[Panel]:
         marks: list[Mark] = []
         for k, column in enumerate(columns):
             name = names[column]
-            how: dict[str, Any] = {"colour": theme.colour(column), "named": name, "dash": column >= len(theme.COLOURS)}
+            how: dict[str, Any] = {"colour": theme.colour(column), "named": name, "dash": theme.dash(column)}
             marks.append(Line(run.kept.t, values[:, k], f"{name} {first}", **how))
         high = f"at most {theme.short(float(np.max(np.abs(values))))} {unit}"
         if not np.ptp(most, axis=0).any():

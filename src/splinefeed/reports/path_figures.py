@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -281,9 +282,16 @@ def limits(run: Run) -> Figure:
     feed = Panel(TIME, y, lines, note=f"of the time: {parts}", height=190)
     band = run.bands.get("share")
     x, share = (use.t, use.share) if band is None else (band.edges, band.high)
-    shares = Heat(x, tuple(words_of(name) for name in use.names), share, "share of limit")
+    shares = Heat(x, tuple(_row_words(use.names, run.axes)), share, "share of limit")
     below = Panel(TIME, PlotAxis("limit"), (shares,), height=26 * max(len(use.names), 1))
     return Figure(f"{theme.words(run.path.name)}: which limit binds", (feed, below))
+
+
+def _row_words(names: Sequence[str], axes: Sequence[str]) -> list[str]:
+    """Names of limits in words, with those of axes as legends have them."""
+    called = dict(zip(axes, theme.axis_words(axes), strict=True))
+    parted = [name.partition(".") for name in names]
+    return [words_of(kind + dot + called.get(axis, axis)) for kind, dot, axis in parted]
 
 
 def binding(run: Run) -> Figure:

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure as Paper
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 
-from splinefeed.reports.layout import DASH, Dot, Picture, Stroke, Text, layout
+from splinefeed.reports import theme
+from splinefeed.reports.layout import Dot, Picture, Stroke, Text, layout
 from splinefeed.reports.marks import FigureData
 
 #: Pixels of a sheet in an inch, points in an inch, and pixels of a PNG.
@@ -49,7 +50,7 @@ def write(figure: FigureData, file: str | os.PathLike[str], form: str) -> None:
             elif item.fill:
                 (drawn,) = axes.fill(*item.points.T, color=item.colour, linewidth=0.0)
             else:
-                dashes = tuple(each / item.width for each in DASH) if item.dash else (None, None)
+                dashes = tuple(each / item.width for each in theme.DASHES[item.dash]) or (None, None)
                 (drawn,) = axes.plot(
                     *item.points.T, color=item.colour, linewidth=small * item.width, dashes=dashes,
                     solid_joinstyle="round", solid_capstyle="butt",

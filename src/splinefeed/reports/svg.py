@@ -9,7 +9,8 @@ import zlib
 
 import numpy as np
 
-from splinefeed.reports.layout import DASH, Box, Dot, Picture, Stroke, Text, layout
+from splinefeed.reports import theme
+from splinefeed.reports.layout import Box, Dot, Picture, Stroke, Text, layout
 from splinefeed.reports.marks import FigureData
 
 FONT = "DejaVu Sans, Verdana, Arial, sans-serif"
@@ -53,7 +54,8 @@ def _element(item: Stroke | Dot | Text | Picture, clips: dict[Box, str]) -> str:
         return f'<circle cx="{item.x:.1f}" cy="{item.y:.1f}" r="{0.5 * item.size:g}" fill="{item.colour}"{clip}/>'
     if item.fill:
         return f'<path d="{_path(item.points)}z" fill="{item.colour}"{clip}/>'
-    dash = f' stroke-dasharray="{DASH[0]:g} {DASH[1]:g}"' if item.dash else ""
+    lengths = " ".join(f"{each:g}" for each in theme.DASHES[item.dash])
+    dash = f' stroke-dasharray="{lengths}"' if lengths else ""
     return (
         f'<path d="{_path(item.points)}" fill="none" stroke="{item.colour}" stroke-width="{item.width:g}" '
         f'stroke-linejoin="round"{dash}{clip}/>'

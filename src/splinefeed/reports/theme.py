@@ -32,6 +32,11 @@ VIRIDIS = (
     "#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725",
 )  # fmt: skip
 SEEN = 0.93
+#: How dashed curves run, pixels of line and gap in turn, the first not at all; as Plotly calls them; and as letters.
+DASHES: tuple[tuple[float, ...], ...] = ((), (5.0, 3.0), (1.6, 2.2), (8.0, 2.5, 1.6, 2.5), (12.0, 4.0))
+DASH_NAMES, DASH_SAMPLES = ("solid", "dash", "dot", "dashdot", "longdash"), ("━━", "╍╍", "┉┉", "━┉", "━╍")
+#: Curves of so many colours run through; those of the others, which some eyes take for one of these, are dashed.
+SOLID = 4
 #: From where a path in space is looked at: x to the right, y away, z up.
 EYE = (-0.8, -1.85, 1.2)
 
@@ -39,6 +44,11 @@ EYE = (-0.8, -1.85, 1.2)
 def colour(number: int) -> str:
     """The colour of the curve of that number."""
     return COLOURS[number % len(COLOURS)]
+
+
+def dash(number: int) -> int:
+    """Which of DASHES the curve of that number has: no two curves have one colour, or two that look alike, and it."""
+    return (2 * (number // len(COLOURS)) + (number % len(COLOURS) >= SOLID)) % len(DASHES)
 
 
 def shades(share: Array) -> NDArray[np.uint8]:

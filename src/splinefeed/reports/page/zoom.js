@@ -4,6 +4,7 @@ import { dressed } from "./dress.js";
 import { make } from "./dom.js";
 
 const GAP = 65535, BLOCK = 256; // as detail.py has them
+const SAMPLES = { dash: "╍╍ ", dot: "┉┉ ", dashdot: "━┉ ", longdash: "━╍ " }; // of dashed curves, beside their values
 const DENSE = 3; // points in a column of pixels from which on the area is drawn
 
 export const unpacked = async (text) => {
@@ -329,7 +330,7 @@ export class Stack {
       if (traces.length === 1) return said;
       const name = `${trace.name.split(" ")[0] === "A:" ? "A: " : ""}${shortName(trace, traces)}`;
       // with many curves the heading has their names; their colours stand here
-      return make("span", { title: name }, make("span", { "aria-hidden": "true", style: `color:${trace.line.color}` }, "\u25a0 "), traces.length > named ? "" : `${name} `, said);
+      return make("span", { title: name }, make("span", { "aria-hidden": "true", style: `color:${trace.line.color}` }, SAMPLES[trace.line.dash] ?? "\u25a0 "), traces.length > named ? "" : `${name} `, said);
     });
     return found.filter(Boolean);
   }
