@@ -73,7 +73,7 @@ def test_a_configuration_becomes_a_machine_file_that_says_what_it_assumes(spline
     )
     page = json.loads(splinefeed("machine", "from-ini", "mill.ini", "-o", "mill.toml", "--json").stdout)
     assert page["axes"]["y"]["limits"]["acceleration"] == {"value": 200.0, "unit": "mm/s^2"}
-    assert page["files"] == ["mill.toml"] and len(page["assumed"]) == 2
+    assert page["files"] == ["mill.toml"] and len(page["assumed"]) == 3
     assert refused("machine", "from-ini", "mill.ini", "-o", "mill.txt").endswith("a machine file is named .toml")
     assert refused("machine", "from-grbl", "mill.ini", "-o", "m.toml").startswith("mill.ini: no $110; send $$")
     (folder / "part.nc").write_text("G21 G90 G64\nG1 X10 F600\nY10\nM30\n")

@@ -45,7 +45,7 @@ def noted(splinefeed, folder):
     return invoke
 
 
-def test_corners_that_stop_are_counted_and_what_passes_them_is_named(noted, splinefeed):
+def test_corners_that_stop_are_counted_and_what_passes_them_is_named(noted, splinefeed, folder):
     notes, _ = noted("--machine", "mill.toml")
     stops = next(note for note in notes if "stops exactly" in note)
     # Z down and X: 90 degrees; then 30, 30, 90, 90
@@ -58,6 +58,10 @@ def test_corners_that_stop_are_counted_and_what_passes_them_is_named(noted, spli
     assert any("still stops exactly at 3 corners" in note and "--corners round" in note for note in notes)
     notes, _ = noted("--machine", "mill.toml", "--smooth", "0.01mm", "--corners", "round")
     assert not any("stops exactly" in note for note in notes)
+    (folder / "part.ngc").write_text(PROGRAM.replace("G90", "G90 G61"))
+    page = json.loads(splinefeed("plan", "part.ngc", "--machine", "mill.toml", "--json").stdout)
+    assert any(note.startswith("the program asks for exact stops (G61); --smooth") for note in page["notes"])
+    (folder / "part.ngc").write_text(PROGRAM)
     notes, _ = noted("--machine", "mill.toml", "--axis-velocity-step", "5")
     assert not any("stops exactly" in note for note in notes)
     assert "splinefeed run stops at corners" in splinefeed("time", "part.ngc", "--machine", "mill.toml").stdout

@@ -37,7 +37,12 @@ def _show_time(page: Page) -> list[Block]:
         if each["total_s"] >= SHOWN
     ]
     places = [
-        [f"line {each['line']}", f"{each['seconds']:.2f}", f"{each['beyond_feed_s']:+.2f}", each["limit"]]
+        [
+            f"line {each['line']}",
+            f"{each['seconds']:.2f}",
+            f"{round(each['beyond_feed_s'], 2) + 0.0:+.2f}",
+            each["limit"],
+        ]
         for each in page["places"]
     ]
     saves = [[each["what"], f"{each['saves_s']:.2f}"] for each in page["saves"] if each["saves_s"] >= SHOWN]

@@ -67,8 +67,8 @@ def _how(which: str, rest: str, tolerance: float | None, machine: Machine | None
     if tolerance:
         words = f"G64 P{tolerance:g}" if tolerance < math.inf else "G64"
         return f"the program allows smoothing ({words}), which is off; turn it on with --smooth program"
-    said = ""
-    if machine is not None and machine.control is not None and machine.control.passing:
+    said = "" if tolerance is None else "the program asks for exact stops (G61); "
+    if tolerance is None and machine is not None and machine.control is not None and machine.control.passing:
         said = f"the control of {machine.name} passes corners ({machine.control.passing}), as splinefeed time counts; "
     return f"{said}--smooth LENGTH, such as 0.01mm, passes {which} within that tolerance{rest}"
 
