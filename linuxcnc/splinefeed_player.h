@@ -11,7 +11,6 @@
 #ifndef SPLINEFEED_PLAYER_H
 #define SPLINEFEED_PLAYER_H
 #include <math.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 #include "splinefeed_wire.h"
@@ -85,9 +84,15 @@ typedef struct {
     double front_t;
     wire_batch batch[WIRE_BATCHES];
     wire_piece ring[WIRE_PIECES];
+    wire_joints joints_of[WIRE_PIECES];
 } player;
 
 static wire_piece *player_piece(player *p, unsigned long long k) { return &p->ring[k % WIRE_PIECES]; }
+/* The quintic of an axis, or of a joint that is none. */
+static double const *player_column(player *p, wire_piece const *g, int i)
+{
+    return i < WIRE_AXES ? g->c[i] : p->joints_of[g - p->ring].c[i - WIRE_AXES];
+}
 static wire_batch *player_batch(player *p, unsigned long long k) { return &p->batch[k % WIRE_BATCHES]; }
 
 PLAYER_API void player_begin(player *p, wire *w, double period)
@@ -166,7 +171,7 @@ static int player_check(player *p, wire_piece const *g, wire_piece const *before
     if (!(h > 1e-9 && h < 10) || !(g->scale > 0 && g->scale < 1e3)) return player_refuse(p, "a piece without a time", -1);
     if (g->segment < p->w->seg_clear || g->segment >= p->w->seg_head) return player_refuse(p, "a piece on no move", -1);
     for (i = 0; i < p->columns; i++) {
-        double const *c = g->c[i];
+        double const *c = player_column(p, g, i);
         double x[3], y[3] = {0}, J = p->w->jerk[i];
         for (k = 0; k < 6; k++)
             if (!(fabs(c[k]) < 1e15)) return player_refuse(p, "a piece that is not finite", i);
@@ -179,7 +184,7 @@ static int player_check(player *p, wire_piece const *g, wire_piece const *before
         double dv = PLAYER_CLOSE * p->vmax[i] + J * T * T, da = PLAYER_CLOSE * p->amax[i] + PLAYER_JUMP * J * T;
         player_state(c, 0, x);
         if (before) {
-            player_state(before->c[i], fmin(at, before->span), y);
+            player_state(player_column(p, before, i), fmin(at, before->span), y);
             y[1] *= rate, y[2] *= rate * rate;
             if (fabs(x[0] - y[0]) > PLAYER_CLOSE) return player_refuse(p, "a jump of the position", i);
         }
@@ -226,7 +231,8 @@ static void player_take(player *p)
                 unsigned long long k = b->piece + p->part;
                 wire_piece *g = player_piece(p, k);
                 wire_piece *before = p->part ? player_piece(p, k - 1) : b->from_rest ? NULL : player_piece(p, b->after);
-                memcpy(g, &w->piece[k % WIRE_PIECES], offsetof(wire_piece, c) + p->columns * sizeof(g->c[0]));
+                *g = w->piece[k % WIRE_PIECES];
+                if (p->columns > WIRE_AXES) p->joints_of[k % WIRE_PIECES] = w->joints_of[k % WIRE_PIECES];
                 if (k >= p->copied) p->copied = k + 1;
                 double rate = !p->part && b->rate > 0 ? b->rate : 1, at = p->part ? INFINITY : b->at;
                 if (player_check(p, g, before, at, rate, p->part + 1 == b->n)) return;
@@ -325,7 +331,7 @@ static int player_may_at(player *p, unsigned long long piece, double at, double 
     int i;
     for (i = 0; i < p->columns; i++) {
         double x[3], x3;
-        double const *g = player_piece(p, piece)->c[i];
+        double const *g = player_column(p, player_piece(p, piece), i);
         if (!p->there[i]) continue;
         player_state(g, at, x);
         x3 = 6 * g[3] + at * (24 * g[4] + at * 60 * g[5]);
@@ -382,7 +388,7 @@ static double player_shortest(player *p, double gap)
     for (i = 0; i < p->columns; i++) {
         double x[3];
         if (!p->there[i] || !(p->w->jerk[i] > 0)) continue;
-        player_state(player_piece(p, p->piece)->c[i], p->t, x);
+        player_state(player_column(p, player_piece(p, p->piece), i), p->t, x);
         least = fmax(least, fmax(1.5 * gap * fabs(x[1]) / p->amax[i], sqrt(6 * gap * fabs(x[1]) / p->w->jerk[i])));
     }
     return least;

@@ -8,7 +8,7 @@
 
 #define WIRE_KEY 0x53504c46
 #define WIRE_MAGIC 0x53465450
-#define WIRE_PROTOCOL 4
+#define WIRE_PROTOCOL 5
 #define WIRE_AXES 9      /* x y z a b c u v w */
 #define WIRE_JOINTS 6    /* at most that are no axes */
 #define WIRE_COLUMNS (WIRE_AXES + WIRE_JOINTS)
@@ -29,12 +29,14 @@ typedef struct {                   /* a move, as tpAddLine or tpAddCircle got it
     double from[WIRE_AXES], to[WIRE_AXES], centre[3], normal[3];
 } wire_segment;
 
-typedef struct {                   /* a quintic of each axis, and of each joint that is none, over a time */
+typedef struct {                   /* a quintic of each axis over a time */
     double span;                   /* s */
     double scale;                  /* feed or rapid override that it is planned for */
     unsigned long long segment;    /* that it is on */
-    double c[WIRE_COLUMNS][6];     /* coefficients of t^0 to t^5 from its start */
+    double c[WIRE_AXES][6];        /* coefficients of t^0 to t^5 from its start */
 } wire_piece;
+
+typedef struct { double c[WIRE_JOINTS][6]; } wire_joints; /* and of each joint that is no axis */
 
 typedef struct {                   /* motion that ends at rest; the next batch branches off behind one of its pieces */
     unsigned long long piece;      /* its first piece */
@@ -71,5 +73,6 @@ typedef struct {
     wire_segment segment[WIRE_SEGMENTS];
     wire_piece piece[WIRE_PIECES];
     wire_batch batch[WIRE_BATCHES];
+    wire_joints joints_of[WIRE_PIECES];               /* pieces */
 } wire;
 #endif

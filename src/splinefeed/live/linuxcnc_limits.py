@@ -53,7 +53,7 @@ class Mill:
 
     @property
     def piece_columns(self) -> IntArray:
-        """Where each of `limited` is in a piece of the player, (axes + joints,)."""
+        """Where the player has each of `limited`, (axes + joints,)."""
         return np.append(self.columns, np.arange(AXES, AXES + len(self.limited) - len(self.axes)))
 
     @property

@@ -79,7 +79,7 @@ class Planner:
         self.period = float(wire.period)
         moved = mill.moved
         self.joints: Joints | None = None  # as they move in the run that is open
-        self.columns, self.inverse = mill.piece_columns, 1.0 / mill.column_units
+        self.inverse = 1.0 / mill.column_units
         self.session = time.time_ns() & 0x7FFFFFFFFFFFFFFF
         self.run: PlannedMotion | None = None
         self.sent: dict[int, SentBatch] = {}
@@ -95,7 +95,7 @@ class Planner:
         self.news = self.seen = self.alive = self.began = self.clock()  # `seen`: when the last moves were there
         self.blocks = 0
         jerk = np.zeros(wires.COLUMNS)
-        jerk[self.columns] = mill.jerk * self.inverse
+        jerk[mill.piece_columns] = mill.jerk * self.inverse
         wire.store("jerk", jerk)
         if moved is not None:
             count, own = len(moved.numbers), len(mill.axes)
@@ -349,7 +349,9 @@ class Planner:
         ring = (self.piece + np.arange(n)) % wires.PIECES
         rows = wire.piece
         rows["c"][ring] = 0.0
-        rows["c"][ring[:, None], self.columns] = c * self.inverse[:, None]
+        c, own = c * self.inverse[:, None], len(self.mill.axes)
+        rows["c"][ring[:, None], self.mill.columns] = c[:, :own]
+        wire.joints_of[ring[:, None], np.arange(c.shape[1] - own)] = c[:, own:]
         rest = np.setdiff1d(np.arange(wires.AXES), self.mill.columns)
         rows["c"][ring[:, None], rest, 0] = wire.rest[rest]
         for name, values in (("span", h), ("scale", scale), ("segment", numbers)):

@@ -19,7 +19,7 @@ import numpy as np
 
 from splinefeed.errors import SplinefeedError
 
-KEY, MAGIC, PROTOCOL, AXES = 0x53504C46, 0x53465450, 4, 9
+KEY, MAGIC, PROTOCOL, AXES = 0x53504C46, 0x53465450, 5, 9
 #: Joints that are no axes, at most, and the poses at which real time tells them; columns of a piece.
 JOINTS, PROBES = 6, 12
 COLUMNS = AXES + JOINTS
@@ -35,7 +35,7 @@ SEGMENT = np.dtype(
     + [(name, "<f8") for name in ["feed", "top", "tolerance"]]
     + [("from", "<f8", AXES), ("to", "<f8", AXES), ("centre", "<f8", 3), ("normal", "<f8", 3)]
 )
-PIECE = np.dtype([(name, "<f8") for name in ["span", "scale"]] + [("segment", "<u8"), ("c", "<f8", (COLUMNS, 6))])
+PIECE = np.dtype([(name, "<f8") for name in ["span", "scale"]] + [("segment", "<u8"), ("c", "<f8", (AXES, 6))])
 BATCH = np.dtype(
     [(name, "<u8") for name in ["piece", "after", "done"]]
     + [(name, "<u4") for name in ["n", "sure", "epoch", "from_rest"]]
@@ -54,6 +54,7 @@ WIRE = np.dtype(
     + [("joint", "<u4", JOINTS), ("joints", "<u4"), ("pad1", "<u4")]
     + [("probe", "<f8", (PROBES, AXES)), ("text", f"S{TEXT}")]
     + [("segment", SEGMENT, SEGMENTS), ("piece", PIECE, PIECES), ("batch", BATCH, BATCHES)]
+    + [("joints_of", "<f8", (PIECES, JOINTS, 6))]
 )
 #: The order of acquire and release of the C11 memory model, as libatomic counts them.
 _ACQUIRE, _RELEASE = 2, 3
@@ -73,7 +74,9 @@ class Wire:
         self._all = np.frombuffer(buffer, WIRE, 1)
         self._address = self._all.__array_interface__["data"][0]
         self.ident = ident
-        self.segment, self.piece, self.batch = (self._all[name][0] for name in ("segment", "piece", "batch"))
+        self.segment, self.piece, self.batch, self.joints_of = (
+            self._all[name][0] for name in ("segment", "piece", "batch", "joints_of")
+        )
         self._atomic = None if platform.machine() in ("x86_64", "AMD64") else _libatomic()
 
     def __getattr__(self, name: str) -> Any:
