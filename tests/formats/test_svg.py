@@ -39,10 +39,11 @@ def test_real_files_come_out_as_other_libraries_measured_them(data_dir: Path, na
     if invalid:
         assert any("what comes before it is kept" in finding for finding in paths[0].findings)
         copies = truth["decided_truth"]["path2_length"]  # path2 then lies on path1, and is left out
-    total = sum(path.length for path in paths) / PIXEL
+    pixel = {"svg/trimesh_MIL.svg": 25.4 / 90.0}.get(name, PIXEL)  # of Inkscape 0.48
+    total = sum(path.length for path in paths) / pixel
     assert total == pytest.approx(truth["total_length_px"] - copies, rel=1e-11)
     boxes = np.array([path.bounding_box() for path in paths])
-    low, high = boxes[:, 0].min(axis=0) / PIXEL, boxes[:, 1].max(axis=0) / PIXEL
+    low, high = boxes[:, 0].min(axis=0) / pixel, boxes[:, 1].max(axis=0) / pixel
     height = {"svg/trimesh_MIL.svg": 5329.134, "svg/svgpathtools_transforms.svg": 365.0}.get(name, 200.0)
     (left, top), (right, bottom) = truth["bbox_px"]
     assert np.abs(low - [left, height - bottom]).max() < 1e-8
@@ -404,3 +405,39 @@ def test_a_file_cut_anywhere_is_refused(tmp_path: Path, data_dir: Path, name: st
         file.write_bytes(content[:size])
         with pytest.raises(FormatError):
             read_all(file)
+
+
+ILLUSTRATOR = "<!-- Generator: Adobe Illustrator 24.0.1, SVG Export Plug-In . SVG Version: 6.00 Build 0)  -->"
+INKSCAPE = 'xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" inkscape:version="{}"'
+
+
+@pytest.mark.parametrize(
+    ("before", "attributes", "per_inch", "said"),
+    [
+        (ILLUSTRATOR, 'width="850.39px" height="200px" viewBox="0 0 850.39 200"', 72, "Adobe Illustrator"),
+        (ILLUSTRATOR, 'width="200mm" height="100mm" viewBox="0 0 566.93 283.46"', 72, ""),
+        ("", 'xmlns:i="http://ns.adobe.com/AdobeIllustrator/10.0/" width="300" height="200"', 72, "Adobe Illustrator"),
+        ("", INKSCAPE.format("0.48.4 r9939") + ' width="300" height="200"', 90, "Inkscape before 0.92"),
+        ("", INKSCAPE.format("0.91 r13725") + ' width="100mm" height="80mm"', 90, "Inkscape before 0.92"),
+        ("", INKSCAPE.format("0.92.4") + ' width="300" height="200"', 96, ""),
+        ("", INKSCAPE.format("1.2.2") + ' width="300" height="200"', 96, ""),
+        ("", 'width="300" height="200"', 96, ""),
+    ],
+)
+def test_a_px_is_what_the_program_takes_it_for_that_wrote_the_drawing(tmp_path, before, attributes, per_inch, said):
+    """After LaserWeb4#346 (Illustrator: 72), OpenBuilds-CAM#76 and LasaurApp#72 (Inkscape 0.48 and 0.91: 90)."""
+    file = tmp_path / "drawing.svg"
+    inner = f'<path fill="none" stroke="red" d="M 0 0 h {per_inch}"/>'
+    file.write_text(f'<?xml version="1.0"?>{before}<svg xmlns="http://www.w3.org/2000/svg" {attributes}>{inner}</svg>')
+    path = sf.read(file)
+    assert path.length == pytest.approx(25.4, rel=1e-4)
+    assert any(f"1/{per_inch} inch" in each and said in each for each in path.findings) or not said
+    height = {"100mm": 100.0, "80mm": 80.0}.get(attributes.split('height="')[1].partition('"')[0], 200 * 25.4 / per_inch)
+    assert path.curves[0].control_points[0, 1] == pytest.approx(height, rel=1e-4)  # the top of the page
+
+
+def test_the_option_says_what_a_px_is_whoever_wrote_the_drawing(tmp_path):
+    file = tmp_path / "drawing.svg"
+    inner = '<path fill="none" stroke="red" d="M 0 0 h 10"/>'
+    file.write_text(f'{ILLUSTRATOR}<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9">{inner}</svg>')
+    assert sf.read(file, units="mm").length == pytest.approx(10.0)

@@ -65,6 +65,12 @@ def holds(head: bytes) -> bool:
     return head_text(head[:256]).lstrip()[:1] == "<" and _ROOT.search(head) is not None
 
 
+#: How much of a drawing is looked at for the program that wrote it, bytes, and how that says so.
+_GENERATOR = 16384
+_INKSCAPE = re.compile(rb"inkscape:version\s*=\s*[\"']0\.([0-9]{2})")
+_ILLUSTRATOR = re.compile(rb"<!--\s*Generator: Adobe Illustrator|ns\.adobe\.com/AdobeIllustrator/")
+
+
 def from_file(
     file: str | os.PathLike[str],
     *,
@@ -79,12 +85,15 @@ def from_file(
     Without a `tolerance` ends join that are as far apart as the last decimal of the file's numbers allows.
 
     `layer` reads only what is in groups of these names (Inkscape's label, or id), a list or with commas between them.
-    `units` says what one px of a page without a size in mm or inch is: "pt" (1/72 inch, Illustrator), "0.01in", "mm".
+    `units` says what one px of a page without a size in mm or inch is: "pt" (1/72 inch), "0.01in", "mm". Without it a
+    px is what the program that wrote the file takes it for: Adobe Illustrator 1/72 inch, Inkscape before 0.92 1/90
+    inch, all others 1/96 inch.
     What the drawing does not show (display, visibility, opacity, no fill and no stroke) is read with `hidden` alone.
     """
     drawing = Drawing(file, tolerance, repair, layer, hidden)
     try:
-        return drawing.contents(_SvgReader(drawing, read_tree(unpacked(drawing.file.read_bytes())), units).read())
+        content = unpacked(drawing.file.read_bytes())
+        return drawing.contents(_SvgReader(drawing, read_tree(content), units, _pixels_of(content)).read())
     except RecursionError:  # of tinycss2; elements have their own bound
         raise InputError("its styles have brackets that are nested too deeply; simplify them") from None
 
@@ -107,8 +116,8 @@ class _Place(NamedTuple):
 class _SvgReader:
     """Walks the tree and collects pieces, in mm."""
 
-    def __init__(self, drawing: Drawing, root: Node, pixel: str | None = None) -> None:
-        self.root, self.drawing, self.pixel = root, drawing, pixel
+    def __init__(self, drawing: Drawing, root: Node, pixel: str | None, written: tuple[int, str]) -> None:
+        self.root, self.drawing, self.pixel, self.written = root, drawing, pixel, written
         self.styles = Styles(root)
         self.drawing.findings += self.styles.findings
         self.drawn = self.depth = self.used = 0
@@ -137,16 +146,22 @@ class _SvgReader:
             re.sub(r"[^a-z]", "", re.sub(r"[\d.]e", "", given.get(name, "").lower())) for name in ("width", "height")
         ]
         unit = next((each for each in units if each not in ("", "auto")), "px")
-        each_px = _MM_PER_PIXEL
+        each_px = page_px = _MM_PER_PIXEL
+        per_inch, program = self.written
         if self.pixel is not None:
             if unit != "px":
                 raise InputError(f"the page has its size in {unit}; option units is for pages in px")
-            each_px = _pixel(self.pixel)
+            each_px = page_px = _pixel(self.pixel)
         elif unit == "px":
-            findings.append("the page has no size in mm or inch: 1 px is read as 1/96 inch (option units)")
+            each_px = page_px = 25.4 / per_inch
+            said = f"1/{per_inch} inch{program and f', as {program} has it'} (option units)"
+            findings.append(f"the page has no size in mm or inch: 1 px is read as {said}")
+        elif program and "viewBox" not in given:  # the page has a size, its numbers have none
+            each_px = 25.4 / per_inch
+            findings.append(f"numbers without a unit are read as 1/{per_inch} inch, as {program} has it")
         if size.height is None:
             findings.append("the page has no height: y is flipped about 0")
-        up = Affine(each_px, 0.0, 0.0, -each_px, x, y + (size.height or 0.0) * each_px)
+        up = Affine(each_px, 0.0, 0.0, -each_px, x, y + (size.height or 0.0) * page_px)
         at = _Place(up.after(inner), view, (), chosen=not self.drawing.wanted, visible=_visible(given, True),
                     paint={key: said for key in _PAINT if (said := _said(given, key)) != "inherit"})  # fmt: skip
         for child in self.root.children:
@@ -250,6 +265,17 @@ class _SvgReader:
 def _meant(node: Node) -> bool:
     """Whether an element is for a reader that knows no extensions. Source: W3C, SVG 1.1, section 5.8."""
     return not node.get("requiredExtensions").strip()
+
+
+def _pixels_of(content: bytes) -> tuple[int, str]:
+    """Pixels an inch of the program that wrote a drawing, and its name where they are not those of a browser.
+
+    SVG, 8.9 "Units" (CSS: 96); Inkscape 0.92, release notes, "Important changes"; Illustrator's px are points.
+    """
+    head = content[:_GENERATOR]
+    if (found := _INKSCAPE.search(head)) and int(found[1]) < 92:
+        return 90, "Inkscape before 0.92"
+    return (72, "Adobe Illustrator") if _ILLUSTRATOR.search(head) else (96, "")
 
 
 def _pixel(text: str) -> float:
