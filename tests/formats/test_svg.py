@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import svgelements
 
+import splinefeed as sf
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import svg
@@ -432,7 +433,9 @@ def test_a_px_is_what_the_program_takes_it_for_that_wrote_the_drawing(tmp_path, 
     path = sf.read(file)
     assert path.length == pytest.approx(25.4, rel=1e-4)
     assert any(f"1/{per_inch} inch" in each and said in each for each in path.findings) or not said
-    height = {"100mm": 100.0, "80mm": 80.0}.get(attributes.split('height="')[1].partition('"')[0], 200 * 25.4 / per_inch)
+    height = {"100mm": 100.0, "80mm": 80.0}.get(
+        attributes.split('height="')[1].partition('"')[0], 200 * 25.4 / per_inch
+    )
     assert path.curves[0].control_points[0, 1] == pytest.approx(height, rel=1e-4)  # the top of the page
 
 
