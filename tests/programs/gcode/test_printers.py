@@ -173,3 +173,42 @@ def test_pictures_before_a_program_do_not_hide_its_printer(tmp_path: Path) -> No
     reading = Reading()
     list(reading.moves(program(tmp_path, *lines)))
     assert reading.dialect_by == "'START_PRINT' in line 1203"
+
+
+KLIPPER = ["SET_VELOCITY_LIMIT ACCEL=5000", "M83", "G90", "G1 X10 Y10 Z1 F6000"]
+
+
+def test_klipper_restores_how_places_are_read(tmp_path: Path) -> None:
+    """Klipper, "G-Codes", gcode_move: before, the steps of a pause went on to the end of the print."""
+    pause = ["SAVE_GCODE_STATE NAME=pause", "G91", "G1 Z5 F600", "RESTORE_GCODE_STATE NAME=pause"]
+    path = path_of(tmp_path, *KLIPPER, *pause, "G1 X50 Y10 Z1 E1")
+    assert path.curves[-1].ends.tolist() == [[10, 10, 6], [50, 10, 1]]
+    assert path.feeds is not None and path.feeds.tolist() == [100.0, 10.0, 100.0]
+    assert not any("RESTORE_GCODE_STATE" in each for each in path.findings)
+    back = [*pause[:-1], "RESTORE_GCODE_STATE NAME=pause MOVE=1 MOVE_SPEED=20"]
+    path = path_of(tmp_path, *KLIPPER, *back, "G1 X50 E1")
+    assert path.curves[-2].ends.tolist() == [[10, 10, 6], [10, 10, 1]]
+    assert path.feeds is not None and path.feeds.tolist() == [100.0, 10.0, 20.0, 100.0]
+
+
+def test_a_state_that_a_macro_has_kept_is_the_printer_s(tmp_path: Path) -> None:
+    path = path_of(tmp_path, *KLIPPER, "RESTORE_GCODE_STATE NAME=other", "G1 X50 E1")
+    assert any("macros, which only the printer knows" in each and "RESTORE" in each for each in path.findings)
+
+
+def test_klipper_shifts_what_follows(tmp_path: Path) -> None:
+    path = path_of(tmp_path, *KLIPPER, "SET_GCODE_OFFSET X=10 Z_ADJUST=0.5", "G1 X20 Y10 Z1 E1", "G91", "G1 X5")
+    assert [curve.ends[1].tolist() for curve in path.curves] == [[10, 10, 1], [30, 10, 1.5], [35, 10, 1.5]]
+    path = path_of(tmp_path, *KLIPPER, "SET_GCODE_OFFSET X=10 MOVE=1", "SET_GCODE_OFFSET X=0", "G1 X20 E1")
+    assert [curve.ends[1].tolist() for curve in path.curves] == [[10, 10, 1], [20, 10, 1], [20, 10, 1]][:2]
+    said = refusal(tmp_path, *KLIPPER, "SET_GCODE_OFFSET X=a", "G1 X20")
+    assert said == "line 5: X=a is not a number"
+
+
+def test_marlin_goes_back_to_a_place_that_it_has_kept(tmp_path: Path) -> None:
+    lines = [";FLAVOR:Marlin", "G1 X10 Y5 Z1 F600", "G60 S1", "G1 X50 Y50 Z9", "G61 XY S1", "G1 X20 E1"]
+    path = path_of(tmp_path, *lines)
+    assert [curve.ends[1].tolist() for curve in path.curves] == [[10, 5, 1], [50, 50, 9], [10, 5, 9], [20, 5, 9]]
+    path = path_of(tmp_path, *lines[:4], "G61 S1 F1200", "G1 X20")
+    assert path.curves[2].ends[1].tolist() == [10, 5, 1] and path.feeds is not None and path.feeds[2] == 20.0
+    assert refusal(tmp_path, *lines[:2], "G61 S3") == "line 3: G61 goes back to place 3, which no G60 has kept"

@@ -10,25 +10,31 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Mapping
+from typing import Any
 
 from splinefeed.programs.gcode.codes import g_name
 from splinefeed.programs.gcode.expressions import LineError, refuse, shown
 from splinefeed.programs.gcode.interpreter import Interpreter
+from splinefeed.programs.gcode.moves import LETTERS, MoveKind
+from splinefeed.records import Array
 
 #: G codes that are read as everywhere else; all others, with their words, are the printer's own.
 _READ = frozenset(
     (0, 10, 20, 30, 40, 50, 170, 180, 190, 200, 210, 530, 540, 550, 560, 570, 580, 590, 591, 592, 593, 900, 910, 920)
 )
 #: G codes of the printer's own that move it: homing, levelling, parking, probing, and retraction by its own settings.
-_MOVE = frozenset((100, 110, 120, 1610, 1620, 260, 270, 280, 290, 300, 310, 320, 330, 340, 350, 420, 600, 610, 800))
+_MOVE = frozenset((100, 110, 120, 1610, 1620, 260, 270, 280, 290, 300, 310, 320, 330, 340, 350, 420, 800))
 #: Codes of MakerBot's, whose filaments are A and B (Sailfish, "Supported G-codes": G161, G162; M132 to M135).
 _OF_MAKERBOT, _M_OF_MAKERBOT = frozenset((1610, 1620)), frozenset(range(132, 136))
+#: Marlin's G60 keeps a place, G61 goes back to it.
+_KEEPS, _RETURNS = 600, 610
 #: M codes at which the printer waits until it rests.
 _WAITS = frozenset((0, 1, 25, 109, 116, 125, 190, 191, 192, 193, 226, 303, 400, 600, 601))
 #: The spindle or laser, for which Marlin waits, too, but not with I, its inline mode.
 _SPINDLE = frozenset((3, 4, 5))
 #: Klipper's commands that set something and move nothing; what is not among them is a macro of the printer's owner.
-_SETTINGS = ("SET_", "EXCLUDE_OBJECT", "M117", "RESPOND", "SAVE_GCODE_STATE", "ACTIVATE_EXTRUDER", "TURN_OFF_HEATERS")
+_SETTINGS = ("SET_", "EXCLUDE_OBJECT", "M117", "RESPOND", "ACTIVATE_EXTRUDER", "TURN_OFF_HEATERS")
 
 _NUMBER = re.compile(r"(?<!\s)\s*+N\s*+[0-9]++", re.IGNORECASE)
 _CHECKSUM = re.compile(r"\*\s*[0-9]+\s*$")
@@ -36,6 +42,9 @@ _COMMAND = re.compile(r"\s*([GMT])\s*([0-9]+)(?:\.([0-9]))?(?![0-9.])", re.IGNOR
 _OTHER = re.compile(
     r"\s*(?:@|\{%|T[?xc]\s*$|P\s*[0-9]+(?:\s|$)|(?P<name>[A-Z_][A-Z_][A-Z0-9_]*)(?:\s|$))", re.IGNORECASE
 )
+_PARAMETER = re.compile(r"(?<!\w)(\w++)=(\S++)")
+#: What Klipper's SAVE_GCODE_STATE keeps beside places ("G-Codes", gcode_move).
+_STATE = ("relative", "steps_of_filament", "filament", "feed", "rate")
 _WORD = re.compile(r"(?:(?<!\s)\s++|(?!\s))([A-Z])\s*+([-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?![0-9.]))?", re.IGNORECASE)
 #: Letters that G codes of `_READ` have; others are lamps, lasers and the like.
 _LETTERS = frozenset("XYZABCUVWIJKRPQFES")
@@ -49,6 +58,9 @@ class Printer(Interpreter):
         self._settings, self._own, self._macros = Counter[str](), Counter[str](), Counter[str]()
         self._kept_rate = 1.0
         self._filament = "E"  # and A and B, of a MakerBot
+        self._states: dict[str, tuple[Mapping[str, Any], Array, Array, dict[str, float]]] = {}
+        self._places: dict[int, Array] = {}  # Marlin's G60
+        self._offset: dict[str, float] = {}  # Klipper's SET_GCODE_OFFSET
 
     def run(self, text: str, line: int) -> None:
         """One line: a command, or words that go on with the motion before them."""
@@ -59,6 +71,8 @@ class Printer(Interpreter):
             if command is None:
                 if (other := _OTHER.match(rest)) is not None:
                     name = (other["name"] or rest.split()[0]).upper()
+                    if self._of_klipper(name, rest):
+                        return
                     (self._settings if name.startswith(_SETTINGS) else self._macros)[name] += 1
                     return
                 rest = self._words_of("", rest)
@@ -70,6 +84,9 @@ class Printer(Interpreter):
                 return
             else:
                 code, rest = 10 * int(command[2]) + int(command[3] or 0), rest[command.end() :]
+                if code in (_KEEPS, _RETURNS):
+                    self._kept_place(code, rest)
+                    return
                 rest = self._words_of(g_name(code), rest) if code in _READ else self._own_code(code)
 
     def end(self) -> None:
@@ -117,6 +134,60 @@ class Printer(Interpreter):
             moves = any(word[:1] in set("XYZABCUVWIJR") for word in words)
             self.state.extrude(filament, self.line, alone=not moves)
         return rest
+
+    def _of_klipper(self, name: str, text: str) -> bool:
+        """Klipper's commands that change where places are; whether this is one. Of a state kept elsewhere it is none."""
+        given = {key.upper(): value for key, value in _PARAMETER.findall(text)}
+        state, called = self.state, given.get("NAME", "default")
+        if name == "SAVE_GCODE_STATE":
+            kept = {key: getattr(state, key) for key in _STATE}
+            self._states[called] = kept, state.position.copy(), state.offsets.g92.copy(), dict(self._offset)
+        elif name == "RESTORE_GCODE_STATE" and called in self._states:
+            kept, place, shift, offset = self._states[called]
+            for key, value in kept.items():
+                setattr(state, key, value)
+            state.offsets.g92, self._offset = shift.copy(), dict(offset)
+            self._go(given, place)
+        elif name == "SET_GCODE_OFFSET":
+            there = state.position.copy()
+            for axis, letter in enumerate("XYZ"):
+                before = self._offset.get(letter, 0.0)
+                after = self._number(given, letter, before) + self._number(given, f"{letter}_ADJUST", 0.0)
+                state.offsets.g92[axis] += after - before
+                there[axis] += after - before
+                self._offset[letter] = after
+            self._go(given, there)
+        else:
+            return False
+        return True
+
+    def _number(self, given: Mapping[str, str], key: str, otherwise: float) -> float:
+        try:
+            return float(given[key]) if key in given else otherwise
+        except ValueError:
+            raise LineError(f"{key}={given[key][:40]} is not a number") from None
+
+    def _go(self, given: Mapping[str, str], place: Array) -> None:
+        """Take over the offsets, and with MOVE=1 move to a place (9,), at MOVE_SPEED mm/s or at F."""
+        self.state.set_offsets()
+        if given.get("MOVE", "0") not in ("0", ""):
+            feed = 60.0 * self._number(given, "MOVE_SPEED", self.state.feed / 60.0)
+            self.state.add(MoveKind.LINE, place, self.state.stated(0b111), self.line, feed=feed)
+
+    def _kept_place(self, code: int, text: str) -> None:
+        """Marlin's G60 S keeps the place, G61 S goes back along the axes that it names, or along all."""
+        words = {letter.upper(): value for letter, value in _WORD.findall(text)}
+        slot, state = int(float(words.get("S") or 0)), self.state
+        if code == _KEEPS:
+            self._places[slot] = state.position.copy()
+            return
+        refuse(slot not in self._places, f"G61 goes back to place {slot}, which no G60 has kept")
+        if words.get("F"):
+            state.set_feed(float(words["F"]))
+        there, named = state.position.copy(), [axis for axis in range(3) if LETTERS[axis] in words] or [0, 1, 2]
+        for axis in named:
+            there[axis] = self._places[slot][axis] + state.scaled(axis, float(words.get(LETTERS[axis]) or 0.0))
+        state.add(MoveKind.LINE, there, state.stated(sum(1 << axis for axis in named)), self.line)
 
     def _own_code(self, code: int) -> str:
         if code in _OF_MAKERBOT:
