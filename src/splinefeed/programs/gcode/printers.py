@@ -58,7 +58,7 @@ class Printer(Interpreter):
         self._settings, self._own, self._macros = Counter[str](), Counter[str](), Counter[str]()
         self._kept_rate = 1.0
         self._filament = "E"  # and A and B, of a MakerBot
-        self._states: dict[str, tuple[Mapping[str, Any], Array, Array, dict[str, float]]] = {}
+        self._states: dict[str, tuple[dict[str, Any], Array, Array, dict[str, float]]] = {}
         self._places: dict[int, Array] = {}  # Marlin's G60
         self._offset: dict[str, float] = {}  # Klipper's SET_GCODE_OFFSET
 
@@ -136,7 +136,7 @@ class Printer(Interpreter):
         return rest
 
     def _of_klipper(self, name: str, text: str) -> bool:
-        """Klipper's commands that change where places are; whether this is one. Of a state kept elsewhere it is none."""
+        """Klipper's commands that change where places are; whether this is one. None is a state that a macro kept."""
         given = {key.upper(): value for key, value in _PARAMETER.findall(text)}
         state, called = self.state, given.get("NAME", "default")
         if name == "SAVE_GCODE_STATE":
