@@ -80,7 +80,7 @@ def test_what_people_read(splinefeed, folder):
     assert "\x1b" not in text
     lines = text.splitlines()
     assert re.match(r"smooth: \d+\.\d+ mm in \d\.\d+ s, \d+ setpoints, one every 1 ms$", lines[0])
-    assert "the limit of 60 mm/s (3600 mm/min) is never reached" in lines[1]
+    assert "feed limit of 60 mm/s (3600 mm/min) reached" in lines[1]
     for name in ("feed", "acceleration", "deceleration", "jerk", "x", "y", *BESIDE_A_RUN):
         assert any(line.split()[:1] == [name] for line in lines)
     assert "wrote out/setpoints.h5 out/law.h5 out/path.svg out/motion.svg " in text

@@ -13,6 +13,7 @@ import numpy as np
 import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.answers import answers
+from splinefeed.cli.failures import spoken
 from splinefeed.cli.output import Page, Say, verdict
 from splinefeed.cli.setpoints_file import of_robot, on_its_machine, path_of, run_of
 from splinefeed.errors import FormatError
@@ -73,6 +74,7 @@ def report(say: Say, folder: str, output: str | None, machine: str | None) -> Pa
     for response in responses.values():
         _check_times(place / files.RESPONSE, response.t)
     page: dict[str, Any] = {**said, **plain(run.numbers())}
+    page["notes"] = list(dict.fromkeys([*said.get("notes", []), *map(spoken, page["notes"])]))
     results = [sf.runs.MethodResult(**each) for each in said.get("methods", [])]
     target = Path(output) if output else place / files.REPORT
     say(f"writing {target}")
