@@ -35,6 +35,13 @@ def test_a_program_is_looked_through(lines: list[str], wanted: str, tmp_path: Pa
     assert len(said) == (lines[-1] == "G76")
 
 
+def test_what_is_looked_for_is_found_at_any_place_of_a_long_program(tmp_path: Path):
+    lines = ["G0 X1 Y1"] * (2**18 // 9 - 1)
+    for shift in range(12):  # across the end of what is looked at in one go
+        end = ["(" + "-" * shift + ")", "M3 S6000 G33 Z-5 K1"]
+        assert "will not run" in refused(str(program(tmp_path, *lines, *end)), MILL, print)
+
+
 def test_a_program_without_motion_that_may_be_refused_is_not_read(tmp_path: Path):
     said: list[str] = []
     assert refused(str(program(tmp_path, "G1 X5 F600", "no G code")), MILL, said.append) == ""

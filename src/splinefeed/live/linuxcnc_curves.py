@@ -22,10 +22,17 @@ from splinefeed.records import IntArray
 
 #: What a program has that has such blocks.
 SPLINE = re.compile(r"(?i)G\s*0*5\.2(?![0-9])")
+#: Letters that are looked at in one go, and how many of them again: the planner's other threads go on in between.
+AT_ONCE, AGAIN = 2**18, 100
 #: Ends of a curve and of its arcs are one place, mm; ends of arcs within lie this near, share of the curve's length.
 SAME_END, NEAR = 1e-5, 0.02
 #: A curve is cut for its moves at a knot that is nearer than this share of its domain.
 SAME_PLACE = 0.002
+
+
+def appears(pattern: re.Pattern[str], text: str) -> bool:
+    """Whether a pattern of a few letters is in a text of any length."""
+    return any(pattern.search(text, at, at + AT_ONCE + AGAIN) for at in range(0, len(text), AT_ONCE))
 
 
 class ProgramCurves:
@@ -41,7 +48,7 @@ class ProgramCurves:
         self._curves: dict[int, NurbsCurve] = {}
         self._columns: IntArray = np.zeros(0, dtype=np.int64)
         try:
-            if not SPLINE.search(read_text(File(file), "a program")):
+            if not appears(SPLINE, read_text(File(file), "a program")):
                 return
             path = read(file, dialect="linuxcnc")
             if path.needs_machine or path.lines is None:

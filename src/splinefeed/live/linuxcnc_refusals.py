@@ -10,6 +10,7 @@ import numpy as np
 
 from splinefeed.errors import SplinefeedError
 from splinefeed.files.source import read_text
+from splinefeed.live.linuxcnc_curves import appears
 from splinefeed.live.linuxcnc_limits import Mill
 from splinefeed.programs.gcode.expressions import SpindleError
 from splinefeed.programs.gcode.moves import LETTERS, Flag
@@ -25,7 +26,7 @@ def refused(file: str, mill: Mill, say: Callable[[str], None]) -> str:
     say  takes a line where the program cannot be looked through
     """
     try:
-        if not LOOKED_AT.search(read_text(File(file), "a program")):
+        if not appears(LOOKED_AT, read_text(File(file), "a program")):
             return ""
         reading = Program(file, "linuxcnc", repair=True).reading()
     except SplinefeedError as error:
