@@ -271,7 +271,7 @@ def test_leaves_hold_their_curve(name):
     if name == "scribble":
         row = np.array([path.curve_rows[c, 0] for c in curve])
     else:
-        row, _ = rows.find(curve, u)
+        row = np.clip(np.searchsorted(rows.low, u, side="right") - 1, 0, len(rows) - 1)
     t = (u - rows.middle[row]) * rows.scale[row]
     of = nearest.search.cells.row[leaves.cell]
     holding = [
@@ -279,7 +279,7 @@ def test_leaves_hold_their_curve(name):
         for r, at in zip(row, t, strict=True)
     ]
     leaf = np.array(holding)
-    assert np.all(nearest.search._bound(points, leaf) <= 1e-26 * np.max(np.abs(points)) ** 2)
+    assert np.all(nearest.search._bound(points, nearest.search._leaves, leaf) <= 1e-26 * np.max(np.abs(points)) ** 2)
     node = leaf + least.shape[1] // 2
     slack = 1e-12 * np.max(np.abs(points))  # of the t above
     while np.all(node >= 1):
@@ -307,7 +307,9 @@ def test_lines_that_cross_a_plate_in_all_ways(axes, seed):
 def test_the_work_for_many_lines_that_cross_grows_slower_than_by_their_square(monkeypatch):
     """Pairs of a place and a line that are looked at: for all boxes that a place lies in they grew by the square."""
     looked, bound = [], search.Search._bound
-    monkeypatch.setattr(search.Search, "_bound", lambda self, q, leaf: looked.append(len(leaf)) or bound(self, q, leaf))
+    monkeypatch.setattr(
+        search.Search, "_bound", lambda self, q, parts, leaf: looked.append(len(leaf)) or bound(self, q, parts, leaf)
+    )
     found = []
     for count in (500, 4000):
         path = scribble(count)

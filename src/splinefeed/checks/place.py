@@ -8,8 +8,9 @@ from typing import Self
 
 import numpy as np
 
-from splinefeed.checks.nearest import NearestOnPath, NearestPoints
+from splinefeed.checks.nearest import NearestOnPath
 from splinefeed.checks.spans import EPSILON, PathSpans, SpanPlaces, spans_of
+from splinefeed.curves.search import Found
 from splinefeed.paths.path import Path
 from splinefeed.records import Array, BoolArray, IntArray, Setpoints
 
@@ -146,7 +147,7 @@ class Placer:
         """Positions (axes, n) as `search` counts them, (dims, n)."""
         return np.asarray(position[: self.search.dims] * self.search.unit[:, None])
 
-    def parameter(self, found: NearestPoints) -> Array:
+    def parameter(self, found: Found) -> Array:
         """u (n,) of what was found."""
         rows, row = self.rows, found.row
         u = rows.middle[row] + found.t / rows.scale[row]
@@ -162,10 +163,10 @@ class Placer:
         """Follow on where another one is, along a path that lacks the first `gone` mm of that one's."""
         self._s, self._q = None if other._s is None else other._s - gone, other._q
 
-    def follow(self, position: Array, allowed: float) -> NearestPoints:
+    def follow(self, position: Array, allowed: float) -> Found:
         """Places of positions (axes, n), none of them named, behind the last one."""
         q, count = self.metric(position), position.shape[1]
-        out = NearestPoints(np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count))
+        out = Found(np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count))
         last, apart = self._s or 0.0, 0.0
         if not len(self._q):  # nothing was before: the path's own place there
             row = self.rows.at(np.array([last]))
@@ -220,9 +221,7 @@ class Placer:
         self.apart = max(self.apart, float(np.sqrt(np.max(found.square, initial=0.0))))
         return np.clip(self.rows.arc_length(found.row, found.t), 0.0, self.rows.length)
 
-    def _onward(
-        self, q: Array, way: Array, slack: float, last: float, apart: float, found: NearestPoints, s: Array
-    ) -> int:
+    def _onward(self, q: Array, way: Array, slack: float, last: float, apart: float, found: Found, s: Array) -> int:
         """How many of the places found are right, or made so: the first that had to be moved is the last of them.
 
         Where a path runs back over itself a position has two places. The tool goes on: from a place behind it to the

@@ -151,6 +151,11 @@ class PathSpans:
         where, u = self.tip.find(self.curve[row], self.middle[row] + t / self.scale[row])
         return self.tip.arc_length(where, (u - self.tip.middle[where]) * self.tip.scale[where])
 
+    def taylor(self, terms: Array, rational: bool, t: Array, order: int) -> list[Array]:
+        """Columns of some terms, or A / w, and derivatives by t over k!, at t (n,)."""
+        near = about(terms, t, order)
+        return quotient(near) if rational else near
+
     @property
     def length(self) -> float:
         """Length of all, mm."""

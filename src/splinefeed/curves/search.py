@@ -10,12 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from splinefeed.curves.piece_rows import PieceRows
-from splinefeed.curves.pieces import taylor
 from splinefeed.errors import InputError
 from splinefeed.records import Array, BoolArray, IntArray
 from splinefeed.records.arrays import chunks, dot, taken
@@ -117,20 +115,55 @@ class Found:
         self.square[who] = least
 
 
-class Search:
-    """Nearest points over the first `rows.linear` axes."""
+class Rows(Protocol):
+    """Pieces of a path as columns, r of them: origin + A(t) / w(t) on each, t = (u - middle) scale in [-1, 1].
 
-    def __init__(self, rows: PieceRows) -> None:
-        self.rows, self.length, self.dims = rows, float(rows.end[-1]), rows.linear
+    low, high, middle, scale   (r,)  interval of u
+    start, end                 (r,)  arc length at both ends, mm
+    origin, terms              (axes, r), (axes + 1 if rational, degree + 1, r)  coefficients of t^k of A, and of w
+    """
+
+    degree: int
+    axes: int
+    linear: int
+    rational: bool
+    low: Array
+    high: Array
+    middle: Array
+    scale: Array
+    start: Array
+    end: Array
+    origin: Array
+    terms: Array
+
+    def __len__(self) -> int: ...
+
+    def arc_length(self, row: IntArray, t: Array) -> Array:
+        """Arc length (n,), mm, at t (n,) of rows (n,)."""
+
+    def taylor(self, terms: Array, rational: bool, t: Array, order: int) -> list[Array]:
+        """Columns of some terms, or A / w where the last one is w, and derivatives by t over k!, at t (n,)."""
+
+
+class Search:
+    """Nearest points over the first `rows.linear` axes, or over all, each times its unit, (axes,)."""
+
+    def __init__(self, rows: Rows, units: Array | None = None) -> None:
+        self.rows, self.length = rows, float(rows.end[-1])
+        self.dims = rows.linear if units is None else rows.axes
+        self.unit = np.ones(self.dims) if units is None else units
         kept = np.r_[np.arange(self.dims), rows.axes : len(rows.terms)]
         self._terms = rows.terms if len(kept) == len(rows.terms) else rows.terms[kept]
         self._origin = rows.origin[: self.dims]
+        if np.any(self.unit != 1.0):
+            scaled = np.append(self.unit, np.ones(len(kept) - self.dims))
+            self._terms, self._origin = self._terms * scaled[:, None, None], self._origin * self.unit[:, None]
 
     # --- arithmetic --------------------------------------------------------------------------------------------------
 
     def _taylor(self, terms: Array, t: Array, order: int) -> list[Array]:
         """A / w and its derivatives by t over k!, (dims, n), at t (n,); terms (dims + weight, degree + 1, n)."""
-        return taylor(terms, int(self.rows.rational), t, order)
+        return self.rows.taylor(terms, self.rows.rational, t, order)
 
     def _gathered(self, row: IntArray, q: Array) -> tuple[Array, Array]:
         """Terms of rows (n,), and origin - Q of them, (dims, n): so a part far from zero loses nothing."""
@@ -196,7 +229,7 @@ class Search:
         for start in range(0, len(row), MOST):
             part = slice(start, start + MOST)
             half = 0.5 * (high[part] - low[part])
-            a = np.array(taylor(self._terms[:, :, row[part]], 0, low[part] + half, self.rows.degree))
+            a = np.array(self.rows.taylor(self._terms[:, :, row[part]], False, low[part] + half, self.rows.degree))
             a *= half ** orders[:, None]
             w = a[:, self.dims] if self.rows.rational else np.where(orders == 0.0, 1.0, 0.0 * half)
             b = np.linalg.norm(a[:, : self.dims] - a[0, : self.dims] / w[0] * w[:, None], axis=1)
@@ -286,7 +319,7 @@ class Search:
         Raises InputError where so many parts of the path are as near to them that it takes more than MOST_COMPARED.
         """
         left = [MOST_COMPARED + EACH_COMPARED * q.shape[1]]
-        return _in_parts(q.shape[1], lambda part: self._whole(q[:, part], left))
+        return in_parts(q.shape[1], lambda part: self._whole(q[:, part], left))
 
     def _whole(self, q: Array, left: list[int]) -> Found:
         cells = self.cells
@@ -345,21 +378,29 @@ class Search:
             owner, node = owner[near], node[near]
         for block in chunks(len(owner), MOST_REFINED):
             who, leaf = owner[block], node[block] - width
-            near = self._bound(q[:, who], leaf) <= best[who]
+            near = self._bound(q[:, who], self._leaves, leaf) <= best[who]
             yield who[near], leaf[near]
 
-    def _bound(self, q: Array, leaf: IntArray) -> Array:
-        """Squared distance (n,), mm^2, that no point of a leaf falls below: to the chord, less its reach."""
-        leaves = self._leaves
-        first = np.take(leaves.first, leaf, axis=1)
-        side, away = np.take(leaves.last, leaf, axis=1) - first, q - first
+    def _bound(self, q: Array, parts: Cells | Leaves, part: IntArray) -> Array:
+        """Squared distance (n,), mm^2, that no point of a part falls below: to the chord, less its reach."""
+        first = np.take(parts.first, part, axis=1)
+        side, away = np.take(parts.last, part, axis=1) - first, q - first
         chord = dot(side, side)
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.where(chord > 0.0, np.clip(dot(side, away) / chord, 0.0, 1.0), 0.0)
         apart = away - share * side
-        return np.asarray(np.maximum(np.sqrt(dot(apart, apart)) - leaves.reach[leaf], 0.0) ** 2)
+        return np.asarray(np.maximum(np.sqrt(dot(apart, apart)) - parts.reach[part], 0.0) ** 2)
 
-    def _refine(self, q: Array, owner: IntArray, cell: IntArray, low: Array, high: Array, found: Found) -> None:
+    def _refine(
+        self,
+        q: Array,
+        owner: IntArray,
+        cell: IntArray,
+        low: Array,
+        high: Array,
+        found: Found,
+        better: Callable[..., None] | None = None,
+    ) -> None:
         """Better `found` (n,) by the nearest points of parts of cells, low to high, each for the position `owner`.
 
         With arc length s, dD/ds = (C - Q).T and d2D/ds2 = 1 + (C - Q).kN. Within h of a place of distance d the last
@@ -368,8 +409,10 @@ class Search:
             b < 1:  D is convex, it has one minimum;  |dD/ds| > h (1 + b):  D falls towards one end.
         What is neither is bisected; after MAX_BISECTIONS it is so short that dD/dt is practically a cubic: from an
         end at which D falls inwards Newton's method comes to the minimum next to it, and a cubic has no others.
+
+        better  takes what is found, in place of `found.better`
         """
-        cells = self.cells
+        cells, better = self.cells, better or found.better
         todo: list[tuple[Any, ...]] = []
         for bisections in range(MAX_BISECTIONS + 1):
             if not len(owner):
@@ -377,7 +420,7 @@ class Search:
             row, place = cells.row[cell], 0.5 * (low + high)
             gathered = self._gathered(row, q[:, owner])
             square, slope, bend, velocity = self._squared(*gathered, place)
-            found.better(owner, Found(row, place, square))
+            better(owner, Found(row, place, square))
             h = (high - place) * cells.speed[cell]
             d, best = np.sqrt(square), found.square[owner]
             with np.errstate(divide="ignore", invalid="ignore"):
@@ -403,12 +446,12 @@ class Search:
             gathered = self._gathered(row, q[:, owner])
             for end, inwards in ((low, -1.0), (high, 1.0)):
                 square, slope, _, _ = self._squared(*gathered, end)
-                found.better(owner, Found(row, end, square))
+                better(owner, Found(row, end, square))
                 todo.append(taken(slope * inwards > 0.0, owner, row, low, high, end))
         if todo:
             owner, row, low, high, start = (np.concatenate(each) for each in zip(*todo, strict=True))
             least = self._descend(row, *self._gathered(row, q[:, owner]), low, high, start)
-            found.better(owner, least, slack=4.0 * ROUNDING)
+            better(owner, least, slack=4.0 * ROUNDING)
 
     def _descend(
         self,
@@ -457,7 +500,7 @@ class Search:
         return found
 
 
-def _in_parts(count: int, find: Callable[[slice], Found]) -> Found:
+def in_parts(count: int, find: Callable[[slice], Found]) -> Found:
     """What is found for `count` positions, in parts that stay in the cache."""
     out = Found(np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count))
     for part in chunks(count, MOST):
@@ -465,7 +508,7 @@ def _in_parts(count: int, find: Callable[[slice], Found]) -> Found:
     return out
 
 
-def on_rows(rows: PieceRows, found: Found) -> tuple[Array, BoolArray, BoolArray]:
+def on_rows(rows: Rows, found: Found) -> tuple[Array, BoolArray, BoolArray]:
     """t (n,) of what was found, exactly -1 or 1 at the ends of its row, and whether it is at the start, or the end."""
     row = found.row
     at_low = found.t <= (rows.low[row] - rows.middle[row]) * rows.scale[row]
