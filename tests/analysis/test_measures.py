@@ -157,13 +157,33 @@ def test_axis_motion_agrees_with_differences():
     points = sf.interpolate(path, law)
     exact = measures.limit_use(points, path, law, sf.Limits(feed=60))[0]
     inside = slice(5, -5)
-    for order, values in ((1, exact.velocity), (2, exact.acceleration)):
-        top = np.max(np.abs(values))
-        assert measures.differences(points, order)[inside] == pytest.approx(values[inside], abs=3e-3 * top)
+    seen = [each for each, _ in measures.differences(points, np.zeros(0), (False, False))]
+    for values, each in zip((exact.velocity, exact.acceleration), seen, strict=False):
+        assert each[inside] == pytest.approx(values[inside], abs=3e-3 * np.max(np.abs(values)))
     smooth_jerk = np.abs(np.diff(law.jerk(points.t), prepend=0)) < 1
     both = np.convolve(smooth_jerk, np.ones(9), "same")[inside] > 8.5
-    third = measures.differences(points, 3)[inside][both]
+    third = seen[2][inside][both]
     assert third == pytest.approx(exact.jerk[inside][both], abs=2e-2 * np.max(np.abs(exact.jerk)))
+
+
+@pytest.mark.parametrize("jerk", [15000, np.inf])
+def test_axis_peaks_are_what_the_setpoints_do_where_curvature_jumps(jerk):
+    """A line, an arc, a line: the exact jerk of the axes is finite on all sides, that of the setpoints v^2 / (r T).
+
+    Without a limit of jerk the acceleration of the law jumps, too. The table has what NumPy makes of the setpoints.
+    """
+    arc = sf.NurbsCurve(2, [0, 0, 0, 1, 1, 1], [[20.0, 0], [30, 0], [30, 10]], [1, np.sqrt(0.5), 1])
+    lines = [sf.NurbsCurve.bezier([[0.0, 0], [20, 0]]), sf.NurbsCurve.bezier([[30.0, 10], [30, 30]])]
+    path = sf.Path([lines[0], arc, lines[1]])
+    run = sf.run(path, sf.Limits(feed=100, acceleration=800, jerk=jerk), period=1e-3)
+    rest = np.pad(run.points.position, ((3, 3), (0, 0)), mode="edge")
+    third = np.max(np.abs(np.diff(rest[:-1], n=3, axis=0)), axis=0) / 1e-9  # the last step may be shorter
+    found = [run.axis_peaks()[axis]["jerk"] for axis in "xy"]
+    assert found[:2] == pytest.approx(third[:2], rel=0.01)
+    assert min(found[:2]) > 0.9 * 0.5 * 100**2 / 10 / 1e-3
+    assert any("curvature jumps in motion" in note for note in run.numbers()["notes"])
+    checked = sf.check(run.points, path, sf.Limits(feed=101, axis_jerk=1.0)).limits
+    assert [checked[f"axis_jerk.{axis}"].worst for axis in "xy"] == pytest.approx(found[:2], rel=1e-6)
 
 
 def test_axis_motion_where_the_derivative_vanishes():
@@ -211,5 +231,7 @@ def test_differences_of_few_points():
     law = motions.constant(path, path.length)
     points = sf.interpolate(path, law, period=1.0)
     assert len(points) == 2
-    assert measures.differences(points, 3).shape == (2, 2)
+    for values, rounding in measures.differences(points, np.zeros(0), (False, False)):
+        assert values.shape == (2, 2)
+        assert rounding.shape == (2, 1)
     assert measures.chord_errors(points, path).shape == (1,)

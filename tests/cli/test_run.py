@@ -213,7 +213,7 @@ def test_rotary_axes_are_in_degrees(splinefeed, folder):
     page = json.loads(result.stdout)
     theta = page["axes"]["theta"]
     assert theta["unit"] == "deg"
-    assert theta["velocity"] == pytest.approx(np.degrees(page["feed_max_mm_s"] / 10), rel=1e-6)
+    assert theta["velocity"] == pytest.approx(np.degrees(page["feed_max_mm_s"] / 10), rel=1e-4)  # over a period
     assert "acceleration_share" not in theta
     (path,) = json.loads(splinefeed("info", source, "--json").stdout)["paths"]
     assert path["axis_units"] == ["mm", "mm", "deg"]

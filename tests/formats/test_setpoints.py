@@ -22,7 +22,7 @@ import splinefeed as sf
 from splinefeed.errors import FormatError, InputError, SplinefeedError
 from splinefeed.formats import positions_csv, setpoints
 from splinefeed.formats.setpoints import Writer, load, save
-from splinefeed.records import Limits, Setpoints, TimeLaw
+from splinefeed.records import Joint, Limits, Setpoints, TimeLaw
 
 SUFFIXES = [".h5", ".hdf5", ".csv", ".mat", ".npz", ".parquet"]
 #: One suffix a format that can be loaded.
@@ -174,6 +174,14 @@ def test_matlab_gets_one_struct_with_units(tmp_path: Path) -> None:
     assert list(struct["units"]["position"]) == ["mm", "deg"]
     assert struct["position"][:, 1] == pytest.approx(np.rad2deg(points.position[:, 1]), rel=1e-15)
     assert json.loads(struct["settings"]) == SETTINGS
+
+
+@pytest.mark.parametrize("suffix", LOADED)
+def test_joints_keep_their_names(tmp_path: Path, suffix: str) -> None:
+    """A Joint is a text that knows its unit; MATLAB files made a struct of it."""
+    points = some_points(3, (Joint("elbow", "rad"), Joint("slide", "mm")))
+    save(points, tmp_path / f"arm{suffix}")
+    assert loaded(tmp_path / f"arm{suffix}").axes == ("elbow", "slide")
 
 
 def test_settings_of_any_length_and_numpy_kind_are_kept(tmp_path: Path) -> None:

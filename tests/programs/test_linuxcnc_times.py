@@ -91,3 +91,10 @@ def test_lines_within_the_tolerance_are_one(tmp_path):
     joined = sf.cycle_time(file, machine("first"), dialect="linuxcnc").times.seconds
     file.write_text(text.replace("P0.01", "P0.0001"))
     assert sf.cycle_time(file, machine("first"), dialect="linuxcnc").total > 1.05 * joined.sum()
+
+
+def test_a_line_at_the_feed_of_the_program_is_bound_by_that(tmp_path):
+    file = tmp_path / "part.ngc"
+    file.write_text("G21 G90 G61\nG1 X40 F60\nX40.01 F1800\nM2\n")
+    places = sf.cycle_time(file, machine("first"), dialect="linuxcnc").places()
+    assert {each["line"]: each["limit"] for each in places} == {2: "programmed feed", 3: "axis acceleration x"}

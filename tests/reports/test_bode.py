@@ -43,6 +43,35 @@ def test_margins_are_drawn_where_they_are(name, tmp_path):
         figure.save(tmp_path / f"bode.{suffix}")
 
 
+def test_a_gain_that_may_not_fall_is_drawn_and_said():
+    """The loop of Ziegler and Nichols' gains passes -180 deg twice: at the lower one its gain is above 1."""
+    found = tune(Machine.load("xytheta").axes["x"], "ziegler-nichols")
+    figure, margins = bode_figure(found, "xytheta"), found.margins
+    fall = next(mark for mark in figure.panels[0].marks if isinstance(mark, Line) and mark.name == "the gain may fall")
+    assert fall.y.tolist() == [0.0, margins.gain_fall_db]
+    (loop,) = loop_response(found.axis, 1e-3, 2.0 * np.pi * fall.x[:1])
+    assert loop == pytest.approx(-1.0 / margins.gain_reduction, rel=1e-6)
+    assert "the gain may fall by 12.6 dB (at 27.6 Hz)" in figure.title
+    assert not [word for panel in figure.panels[:2] for dot in panel.of(Dots) for word in dot.words]
+
+
+def test_scales_of_a_loop_hold_both_loops():
+    axis = Machine.load("lintable").axes["x"]
+    gain, phase, _ = bode_figure(tune(axis), "lintable").panels
+    for panel in (gain, phase):
+        for line in panel.of(Line):
+            assert np.max(line.y) <= panel.y.high
+    assert all(np.min(line.y) >= phase.y.low for line in phase.of(Line))
+
+
+def test_steps_of_all_axes_are_seen_as_long_and_long_enough_to_see_them_swing():
+    table = Machine.load("xytheta")
+    figure = step_figure([tune(table.axes[name], "ziegler-nichols") for name in ("x", "theta")], "xytheta")
+    ends = {float(line.x[-1]) for panel in figure.panels for line in panel.of(Line)}
+    assert len(ends) == 1
+    assert ends.pop() >= 249.0
+
+
 def test_an_unstable_loop_is_named_and_has_no_closed_response(tmp_path):
     axis = Machine.load("xytheta").axes["x"]
     wild = scaled(axis, 10.0)

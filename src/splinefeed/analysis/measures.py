@@ -8,6 +8,8 @@ from itertools import combinations
 import numpy as np
 
 from splinefeed.checks import between
+from splinefeed.checks.bounds import contain
+from splinefeed.checks.differences import ON_TIME, divided
 from splinefeed.checks.spans import EPSILON, SpanPlaces, spans_of
 from splinefeed.paths.corners import STOP_ANGLE
 from splinefeed.paths.path import Path
@@ -22,6 +24,13 @@ NEWTON = 4
 TINY = 1e-300
 #: What limits bound at each tick: name of the limit, values (n,), and bound, (n,) or one; None without a limit.
 Measure = tuple[str, Array, Array | float | None]
+#: Of the first, second and third difference at a tick: its place among those of ticks with two more at both ends, and
+#: how many ticks before and behind it are in it.
+STENCILS = ((2, 0, 1), (1, 1, 1), (1, 1, 2))
+#: Roundings of a position, and of the arc length that it is found by, that are no motion.
+ROUNDINGS = 16.0
+#: A feed below this share of the highest one is rest.
+REST = 1e-9
 #: Ripple is measured where the feed is above this share of its top; near rest a step is smaller than the rounding of s.
 FEED_SHARE = 0.1
 
@@ -30,6 +39,8 @@ FEED_SHARE = 0.1
 class AxisMotion:
     """What each axis does at each tick: velocity, acceleration, jerk, (n, axes), mm/s^k, rotary axes rad/s^k.
 
+    Differences of the setpoints, which are what a drive sees and `check` counts: velocity and jerk lie half a period
+    behind their tick, `late`. Where there are none, at ends in motion and corners passed in motion, exact derivatives.
     Source: docs/check.md. Example: `run.motion.acceleration`
     """
 
@@ -37,6 +48,10 @@ class AxisMotion:
     velocity: Array
     acceleration: Array
     jerk: Array
+
+    def late(self, period: float) -> Array:
+        """Where velocity and jerk lie, (n,), s, by the servo period, s."""
+        return np.minimum(self.t + 0.5 * period, self.t[-1:])
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,17 +63,46 @@ class TipMotion:
     jerk: Array
 
 
-def differences(setpoints: Setpoints, order: int) -> Array:
-    """The order-th difference of the setpoints over the period, (n, axes), centred, held at both ends.
+def differences(setpoints: Setpoints, corners: Array, moving: tuple[bool, bool]) -> list[tuple[Array, Array]]:
+    """What a drive sees at the ticks: first to third divided difference, (n, axes), and their rounding, (n, 1).
 
-    What a drive sees. Its rounding floor is about 2^order eps |x| / T^order.
+    corners  lengths (k,), mm, at which the velocity may jump: no second or third difference is made over them
+    moving   at the first and at the last tick: where not, the axes stand before and behind
+    What is not known is NaN. The first and the third difference lie half a period behind their tick.
     """
-    values = np.diff(setpoints.position, n=order, axis=0) / setpoints.period**order
-    if not len(values):
-        return np.zeros_like(setpoints.position)
-    before = (len(setpoints) - len(values)) // 2
-    after = len(setpoints) - len(values) - before
-    return np.pad(values, ((before, after), (0, 0)), mode="edge")
+    n, period, at = len(setpoints), setpoints.period, setpoints.position
+    dt = np.pad(np.diff(setpoints.t), 2, constant_values=period)
+    dt = np.where(np.abs(dt - period) < ON_TIME * period, period, dt)
+    each = ROUNDINGS * EPSILON * (np.max(np.abs(at), initial=0.0) + np.max(np.abs(setpoints.s), initial=0.0))
+    steps = np.diff(np.pad(at, ((2, 2), (0, 0)), mode="edge"), axis=0).T
+    s, found = np.pad(setpoints.s, 2, mode="edge"), []
+    both = divided(steps, dt), divided(np.full((1, n + 3), each), dt, np.add)
+    for (first, before, behind), values, floors in zip(STENCILS, *both, strict=True):
+        own = slice(first, first + n)
+        value = values.T[own].copy()
+        if len(corners) and before:
+            value[contain(corners, s[2 - before :][:n], s[2 + behind :][:n])] = np.nan
+        if moving[0]:
+            value[:before] = np.nan
+        elif behind == 2:  # the difference that ends at the tick behind the first one is of the first one, too
+            value[0] = np.where(np.abs(values.T[0]) > np.abs(value[0]), values.T[0], value[0])
+        if moving[1]:
+            value[max(n - behind, 0) :] = np.nan
+        found.append((value, floors.T[own]))
+    return found
+
+
+def drives_see(exact: Array, seen: Array, floor: Array) -> Array:
+    """Exact derivatives (n, k), but differences `seen` (n, k) where these exceed them by more than `floor` (n, 1).
+
+    A difference that is larger than the derivative at all ticks that it is made of is no mean of it: curvature jumps
+    there, or the acceleration of the law, and the drive sees the difference. Where C' = 0 exact ones are not finite.
+    """
+    known = np.isfinite(exact)
+    size = np.pad(np.abs(np.where(known, exact, 0.0)), ((1, 2), (0, 0)), mode="edge")
+    near = np.max([size[k : k + len(exact)] for k in range(4)], axis=0)
+    with np.errstate(invalid="ignore"):
+        return np.where((np.abs(seen) > near + floor) | ~known, seen, exact)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,12 +142,12 @@ class LimitUse:
 
 
 def limit_use(setpoints: Setpoints, path: Track, law: TimeLaw, limits: Limits) -> tuple[AxisMotion, LimitUse]:
-    """What each axis or joint does at the ticks, exact, q(t) = r(s(t)), and how much of all limits that and `law` use.
+    """What each axis or joint does at the ticks, q(t) = r(s(t)), and how much of all limits that and `law` use.
 
     q' = r_s s',  q'' = r_ss s'^2 + r_s s'',  q''' = r_sss s'^3 + 3 r_ss s' s'' + r_s s'''
 
-    Where C' = 0 these forms are 0/0, and differences of the setpoints stand in. On a JointPath the axes are joints, and
-    feed and curvature those of the tip.
+    By these forms, or where they take more by the differences of the setpoints, which the motion is; see `drives_see`.
+    On a JointPath the axes are joints, and feed and curvature those of the tip.
     """
     t = setpoints.t
     v, a, j = law.feed(t), law.acceleration(t), law.jerk(t)
@@ -136,10 +180,12 @@ def limit_use(setpoints: Setpoints, path: Track, law: TimeLaw, limits: Limits) -
         s1, s2, s3 = tip
         along_v, along_a, along_j = s1 * v, s2 * v * v + s1 * a, s3 * v**3 + 3.0 * s2 * v * a + s1 * j
         across = along_v**2 * kappa
-    for order, values in enumerate(exact, start=1):
-        holes = ~np.isfinite(values)
-        if holes.any():
-            values[holes] = differences(setpoints, order)[holes]
+    rest = REST * float(np.max(v, initial=0.0))
+    passed = np.zeros(0)
+    if limits.axis_velocity_step is not None:
+        passed = own.tip_length(own.corners.s[own.corners.angle > STOP_ANGLE])
+    seen = differences(setpoints, passed, (bool(v[0] > rest), bool(v[-1] > rest)))
+    motion = AxisMotion(t, *(np.where(np.isnan(each), one, each) for one, (each, _) in zip(exact, seen, strict=True)))
     slowing = limits.jerk if limits.deceleration_jerk is None else limits.deceleration_jerk
     measures: list[Measure] = [
         ("feed", along_v, feed),
@@ -154,9 +200,10 @@ def limit_use(setpoints: Setpoints, path: Track, law: TimeLaw, limits: Limits) -
     limited = {"feed"} if own.feeds is not None else set()
     limited |= {"jerk"} if min(limits.jerk, slowing or np.inf) < np.inf else set()
     bounded = limits.axis_bounds(path.axes)
-    for names, values, bounds in zip(bounded.names, exact, bounded.bounds.tolist(), strict=True):
-        measures += zip(names, bounded.of(values).T, bounds, strict=True)
-    measures += _models(setpoints, exact, path.axes, limits)
+    for names, one, (other, floor), bounds in zip(bounded.names, exact, seen, bounded.bounds.tolist(), strict=True):
+        measures += zip(names, drives_see(bounded.of(one), bounded.of(other), floor).T, bounds, strict=True)
+    both = [drives_see(one, *each) for one, each in zip(exact, seen, strict=True)]
+    measures += _models(setpoints, both, path.axes, limits)
     if path.carries_tip:
         measures += _steps(setpoints, own, law, limits)
     given = [each for each in measures if each[2] is not None and (each[0] in limited or np.any(np.isfinite(each[2])))]
@@ -167,15 +214,15 @@ def limit_use(setpoints: Setpoints, path: Track, law: TimeLaw, limits: Limits) -
     top = maximum_velocity(d, kappa, chord, path.axes, limits, feed, setpoints.period, (s1, s2))
     use = LimitUse(called, t, setpoints.s, share, top, np.zeros(0, dtype=np.int64))
     use = replace(use, counts=np.bincount(use.binding + 1, minlength=len(called) + 1))
-    return AxisMotion(t, *exact), use
+    return motion, use
 
 
-def _models(setpoints: Setpoints, exact: list[Array], axes: tuple[str, ...], limits: Limits) -> list[Measure]:
+def _models(setpoints: Setpoints, motion: list[Array], axes: tuple[str, ...], limits: Limits) -> list[Measure]:
     """What models give at position, velocity, acceleration and jerk of the ticks, with the limit there."""
     found: list[Measure] = []
     for model in limits.models:
         columns = model.columns(axes)
-        values, most = model.along(setpoints.position[:, columns], *(each[:, columns] for each in exact))
+        values, most = model.along(setpoints.position[:, columns], *(each[:, columns] for each in motion))
         found += [(name, values[:, k], most[:, k]) for k, name in enumerate(model.names())]
     return found
 

@@ -150,9 +150,6 @@ def _jumps(law: TimeLaw, bounds: Bounds, motion: LawMotion, period: float) -> tu
 
 def _corner_notes(law: TimeLaw, bounds: Bounds, top: float) -> Iterator[str]:
     """Where tangent or curvature jumps and the law does not stop, derivatives of the axes are infinite: note it."""
-    limits = bounds.limits
-    if limits.axis_jerk is None and limits.axis_acceleration is None:
-        return
     corners = bounds.bends[0]
     places = corners[motion_at(law, times_at(law, corners), 1) > MOVING * top]
     if len(places):
@@ -162,7 +159,8 @@ def _corner_notes(law: TimeLaw, bounds: Bounds, top: float) -> Iterator[str]:
         yield (
             f"at {len(places)} place(s), s = {listed} {unit_along(bounds.path.axes)}, direction or curvature jumps in "
             "motion, and exact derivatives of the axes are infinite: there the differences of the setpoints decide, "
-            "which are what the drive sees, or the velocity step of each axis where that is limited"
+            "which are what the drive sees and grow as the period falls, or the velocity step of each axis where that "
+            "is limited"
         )
 
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from splinefeed.checks import between
 from splinefeed.checks.bounds import BESIDE, STEP, Bounds, Fault, contain, neighbours, standing
+from splinefeed.checks.differences import ON_TIME, divided
 from splinefeed.checks.law import motion_at
 from splinefeed.checks.place import Located, Placer
 from splinefeed.checks.spans import EPSILON, SpanPlaces
@@ -28,9 +29,7 @@ from splinefeed.records.arrays import expanded
 
 #: A setpoint may be this many roundings of the largest coordinate off the curve, in addition to the tolerance.
 ROUNDINGS = 64.0
-#: A tick that is early or late by less than this, in periods, is on time.
-ON_TIME = 1e-6
-#: ... and all of them together, first to last, by less than these many periods and this share of the whole.
+#: All ticks together, first to last, may be early or late by less than these many periods and this share of the whole.
 CREEP = 1e-3
 CREEP_SHARE = 1e-9
 #: A step longer than this many times both its neighbours, or than the feed allows, skips a part of the path. (From rest
@@ -356,19 +355,12 @@ class Judge:
 
         errors (1 + axes + 1, m): the rounding of the steps; feeds (n,): the limit of the feed over each, mm/s, if it
         changes. What spans several steps is placed at the start of the last one.
-
-        Divided differences times k!: v = step / dt, a = 2 (v2 - v1) / (dt1 + dt2), j = 3 (a2 - a1) / (dt1 + dt2 + dt3),
-        and their rounding by the same formulas, with the sum in place of the difference.
         """
         dt, limits, corners = known.dt[1:], self.bounds.limits, self.bounds.corners.s
         t, begin, end = known.t[:-1], known.s[:-1], known.s[1:]
         near = slice(-n - 2, None)
         self._check_steps(steps[0, near], steps[-1, near], errors[0, near], t[near], begin[near], n)
-        values, floors = [steps / dt], [errors / dt]
-        for span in (0.5 * (dt[1:] + dt[:-1]), (dt[2:] + dt[1:-1] + dt[:-2]) / 3.0):
-            with np.errstate(invalid="ignore"):
-                values.append(np.diff(values[-1], axis=1) / span)
-            floors.append((floors[-1][:, 1:] + floors[-1][:, :-1]) / span)
+        values, floors = divided(steps, dt), divided(errors, dt, np.add)
         v, (feed, a, _) = values[0][0], (each[-1] for each in values)
         with np.errstate(invalid="ignore"):  # where the feed grows, and where it falls, throughout a third difference
             bend = np.abs(np.diff(a))

@@ -22,9 +22,12 @@ from splinefeed.simulation.tuning import MARGINS
 #: those of every rule. All others are for `path`.
 _BY_RULE, _REQUIRED = ("kind",), ("phase_margin", "gain_margin")
 _ALWAYS = ("axes", "rule", "period", "machine_file", "figures", "no_figures", "output")
-#: Margins of a stable loop: what they are multiplied by to be shown, and then their unit.
-_MARGINS = {"gain_margin_db": (1.0, "dB"), "phase_margin": (1.0, "deg"), "delay_margin": (1e3, "ms"),
-            "bandwidth": (1.0, "Hz")}  # fmt: skip
+#: An integral below this share of the old one is said; the rule that sees friction.
+LESS_STIFF, PATH = 0.5, "path"
+#: Margins of a stable loop: how they are called, what they are multiplied by to be shown, and then their unit.
+_MARGINS = {"gain_margin_db": ("gain may rise by", 1.0, "dB"), "gain_fall_db": ("fall by", 1.0, "dB"),
+            "phase_margin": ("phase margin", 1.0, "deg"), "delay_margin": ("delay margin", 1e3, "ms"),
+            "bandwidth": ("bandwidth", 1.0, "Hz")}  # fmt: skip
 
 
 def _show(page: Page) -> list[Block]:
@@ -43,13 +46,15 @@ def _show(page: Page) -> list[Block]:
         for when, ending in (("old", "_before"), ("new", "")):
             margins, said = each[f"margins{ending}"], each[f"gains{ending}"]
             hunts = margins["stable"] and each[f"hunts{ending}"]
-            values = " ".join(f"{gain} {number(value)}" for gain, value in said.items() if value)
+            units_of = each[f"gain_units{ending}"]
+            values = ", ".join(f"{gain} {number(value)} {units_of[gain]}" for gain, value in said.items() if value)
             gains += [
                 f"{name}, {when} gains: {margins['verdict']}{'; hunts at rest: friction against ki; lower ki' * hunts}",
-                f"    {values}{_margins(margins)}",
+                f"    {values}",
+                f"    {_margins(margins)}" if margins["stable"] else "",
                 f"    {_moves(each, ending)}",
             ]
-    return [head, [*gains, *notes(page["notes"])]]
+    return [head, [*filter(None, gains), *notes(page["notes"])]]
 
 
 def _bound(given: Mapping[str, Any]) -> Bound:
@@ -69,19 +74,58 @@ def _short_of(axes: Mapping[str, Any], rule: str, bound: Bound) -> list[str]:
     return [words] if short else []
 
 
+def _softer(axes: Mapping[str, Any]) -> list[str]:
+    """Axes whose new gains push less against friction: where the motion turns back they follow worse."""
+    found = []
+    for name, each in axes.items():
+        old, new = (
+            gains.get("ki", gains.get("velocity_ki", 0.0) * gains.get("position_gain", 0.0))
+            for gains in (each.old.controller.gains, each.axis.controller.gains)
+        )
+        if 0.0 < new < LESS_STIFF * old:
+            found.append(f"{name} ({new / old:.0%})")
+    words = (
+        f"the integral of axis {', '.join(found)} is less than that of the old gains: after reversals friction shows "
+        f"longer; compare both on a path with follow, or tune with --rule {PATH}"
+    )
+    return [words] if found else []
+
+
+def _slower_drives(axes: Mapping[str, Any]) -> list[str]:
+    """Axes whose loop is faster than the speed loop of their drive, which the loop does not know."""
+    found = []
+    for name, each in axes.items():
+        own = each.axis.drive.bandwidth
+        if each.axis.drive.mode == "velocity" and own and own / math.tau < each.margins.bandwidth < math.inf:
+            found.append(f"{name} ({own / math.tau:.3g} Hz, loop {each.margins.bandwidth:.3g} Hz)")
+    words = (
+        f"drive.bandwidth of axis {', '.join(found)} is below that of the position loop: margins and Bode take the "
+        "drive as gain and lag, and its bandwidth as what rejects friction alone (docs/machines.md); see that its lag "
+        "is true"
+    )
+    return [words] if found else []
+
+
 def _moves(each: Mapping[str, Any], ending: str) -> str:
     """What the full axis does with these gains: on the standard move, and after a step."""
     error, over = each[f"following_error{ending}"], each[f"overshoot{ending}"]
     rotary = each["rest_swing_unit"] == "rad"
-    shown = "runs away" if error is None else f"{math.degrees(error):.3g} deg" if rotary else length(error)
-    return f"following error {shown} on a standard move, step overshoot {'-' if over is None else f'{over:.0%}'}"
+    swing = each[f"rest_swing{ending}"]
+
+    def shown(value: float | None) -> str:
+        return "runs away" if value is None else f"{math.degrees(value):.3g} deg" if rotary else length(value)
+
+    return (
+        f"following error {shown(error)} on a standard move, which does not turn back; step overshoot "
+        f"{'-' if over is None else f'{over:.0%}'}; swing at rest {shown(swing)}"
+    )
 
 
 def _margins(margins: Mapping[str, Any]) -> str:
     """The margins of a stable loop, as far as it has them."""
-    return "".join(
-        f", {name.removesuffix('_db').replace('_', ' ')} {number(factor * margins[name], 3)} {unit}"
-        for name, (factor, unit) in _MARGINS.items()
+    return ", ".join(
+        f"{called} {number(factor * margins[name], 3)} {unit}"
+        for name, (called, factor, unit) in _MARGINS.items()
         if margins["stable"] and margins[name] is not None
     )
 
@@ -90,8 +134,9 @@ def _margins(margins: Mapping[str, Any]) -> str:
 @options.table("""
 machine         MACHINE
 --axis axes     NAMES            Only these axes.  [default: all]
---rule          NAME =margins    margins: the loop that follows best of those that keep the margins; ziegler-nichols or
-                                 tyreus-luyben, from the ultimate point; or path: small contour error on a path.
+--rule          NAME =margins    margins: of the loops that keep the margins the one that follows a standard move best;
+                                 ziegler-nichols or tyreus-luyben, from the ultimate point; or path: small contour error
+                                 on a path.
 --phase-margin  DEGREES          Rules margins and path: least phase margin.  [default: 45]
 --gain-margin   NUMBER           Rules margins and path: least gain margin, dB.  [default: 6]
 --kind          NAME             Controller of a rule: p, pi, pid; of margins also p-pi.  [default: of margins as it is,
@@ -172,6 +217,8 @@ def tune(say: Say, machine: str, **given: Any) -> Page:
             **source,
             "notes": [
                 *_short_of(found.axes, rule, bound),
+                *_softer(found.axes),
+                *_slower_drives(found.axes),
                 *([] if given["output"] is None else files.missing(drawing, page=False)),
             ],
         }

@@ -17,6 +17,11 @@ _ROUNDING = 1e-12
 #: Gains of each kind of controller, and those that both have.
 GAINS = {"pid": ("kp", "ki", "kd"), "p-pi": ("position_gain", "velocity_kp", "velocity_ki")}
 FEED_FORWARD = ("velocity_feed_forward", "acceleration_feed_forward")
+#: Units of all of them, in place of {} mm or rad.
+GAIN_UNITS = {
+    "kp": "V/{}", "ki": "V/{}/s", "kd": "V*s/{}", "position_gain": "1/s", "velocity_kp": "V*s/{}",
+    "velocity_ki": "V/{}", "velocity_feed_forward": "V*s/{}", "acceleration_feed_forward": "V*s^2/{}",
+}  # fmt: skip
 #: Section, key, and the choices of another key of that section with which alone it is used.
 _BELONGS = (
     ("transmission", "lead", "kind", ("screw", "belt")),

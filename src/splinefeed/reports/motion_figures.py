@@ -27,6 +27,8 @@ TIME = PlotAxis("time (s)")
 #: Instants of a law of which none are given.
 EVEN = 1000
 _QUANTITIES = ("position", "velocity", "acceleration", "jerk")
+#: What lies half a period behind its tick.
+LATE = ("velocity", "jerk")
 #: Which of the panels of the axes is that of their jerk.
 JERK = 3
 
@@ -54,7 +56,8 @@ def over_time(run: Run, quantity: str, k: int = 0, **how: Any) -> Line:
         return Line(run.ripple.t, run.ripple.relative, **how)
     of = run.motion if quantity in MOTION else run.use if quantity in ("top", "share") else run.kept
     values = getattr(of, quantity)
-    return Line(run.kept.t, values if values.ndim == 1 else values[:, k], **how)
+    t = run.motion.late(run.kept.period) if quantity in LATE else run.kept.t
+    return Line(t, values if values.ndim == 1 else values[:, k], **how)
 
 
 def maximum_velocity(run: Run) -> Line:

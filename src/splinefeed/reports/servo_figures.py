@@ -15,13 +15,13 @@ from splinefeed.reports.figure import Dots, Figure, Level, Line, Mark, Panel, Pl
 from splinefeed.reports.motion_figures import TIME
 from splinefeed.runs.contour_feed import FeedTuning
 from splinefeed.runs.result import Run
-from splinefeed.simulation.curves import loop_curves, step_responses
+from splinefeed.simulation.curves import SHORTEST, loop_curves, step_responses, watched
 from splinefeed.simulation.linear import ComplexArray, Margins
 from splinefeed.simulation.tuning import TunedAxis
 
-#: Decibels below the largest value that are shown of a loop, and degrees of its phase.
+#: Decibels below the largest value that are shown of a loop, degrees of its phase that are always, and the least.
 DEPTH = 60.0
-PHASES = (-300.0, -30.0)
+PHASES, LEAST_PHASE = (-300.0, -30.0), -720.0
 
 
 def errors_figure(
@@ -113,14 +113,20 @@ def bode_figure(tuned: TunedAxis, machine: str) -> Figure:
             closed.append(Line(curves.frequency, decibels, label, colour, dash=dash))
     # what an unstable loop does not have is not finite, and not drawn
     gain += _margin("gain margin", after.gain_frequency, -after.gain_margin_db, 0.0, after.phase_frequency)
+    if after.gain_reduction > 0.0:
+        gain += _margin("the gain may fall", after.reduction_frequency, after.gain_fall_db, 0.0, after.phase_frequency)[
+            :2
+        ]
     phase += _margin("phase margin", after.phase_frequency, -180.0 + after.phase_margin, -180.0, after.gain_frequency)
     closed.append(_dot(after.bandwidth, -3.01, f"bandwidth {theme.short(after.bandwidth)} Hz"))
     ends = float(new.frequency[0]), float(new.frequency[-1])
     frequency = PlotAxis("frequency (Hz); the loop ends at half the servo rate", *ends, log=True)
-    top = float(np.max(_decibels(new.loop)))
+    both = (old, new)
+    top = max(float(np.max(_decibels(each.loop))) for each in both)
+    turns = np.concatenate([_phase(each.loop)[_decibels(each.loop) > -DEPTH] for each in both])
     rows = (
-        ("loop gain (dB)", gain, 0.0, max(top - 2.0 * DEPTH, -DEPTH), min(top, 2.0 * DEPTH) + 3.0),
-        ("loop phase (°)", phase, -180.0, *PHASES),
+        ("loop gain (dB)", gain, 0.0, -DEPTH, top + 3.0),
+        ("loop phase (°)", phase, -180.0, *_window(turns)),
         ("closed loop (dB)", closed, -3.0, -DEPTH / 2.0, min(max(most + 3.0, 6.0), 30.0)),
     )
     panels = []
@@ -128,7 +134,14 @@ def bode_figure(tuned: TunedAxis, machine: str) -> Figure:
         marks.append(Level(level, colour=theme.FAINT, always=True))
         panels.append(Panel(frequency, PlotAxis(label, bottom, upper), tuple(marks), height=190))
     axis = theme.words(tuned.axis.name, 12)
-    return Figure(f"{theme.words(machine)}, axis {axis}: {tuned.rule}\n{_margin_words(after)}", tuple(panels))
+    said = "\n".join([f"{theme.words(machine)}, axis {axis}: {tuned.rule}", *_margin_words(after)])
+    return Figure(said, tuple(panels))
+
+
+def _window(degrees: Array) -> tuple[float, float]:
+    """Ends of a scale of phases, those of PHASES at the least."""
+    low, high = (float(each(degrees, initial=0.5 * sum(PHASES))) for each in (np.min, np.max))
+    return max(min(low - 10.0, PHASES[0]), LEAST_PHASE), max(high + 10.0, PHASES[1])
 
 
 _OLD, _NEW = ("old gains", theme.FAINT, True), ("new gains", theme.BLUE, False)
@@ -137,20 +150,28 @@ _OLD, _NEW = ("old gains", theme.FAINT, True), ("new gains", theme.BLUE, False)
 def _margin(name: str, at: float, place: float, edge: float, other: float) -> list[Mark]:
     """A margin as a line from the loop, which has a dot, to the edge of stability; and where the other margin is."""
     line = Line(np.array([at, at]), np.array(sorted([place, edge])), name, theme.VERMILION, 2.4)
-    return [line, _dot(at, place, f"{name} at {theme.short(at)} Hz"), Level(other, upright=True, always=True)]
+    said = f"{name} at {theme.short(at)} Hz"
+    dot = Dots(np.array([at]), np.array([place]), said, hover=(said,))
+    return [line, dot, Level(other, upright=True, always=True)]
 
 
 def _dot(x: float, y: float, words: str) -> Dots:
     return Dots(np.array([x]), np.array([y]), words=(words,))
 
 
-def _margin_words(margins: Margins) -> str:
+def _margin_words(margins: Margins) -> list[str]:
+    """What the bars of a figure are, in a line or two."""
     if not margins.stable:
-        return margins.verdict
-    return (
-        f"gain margin {theme.short(margins.gain_margin)} ({margins.gain_margin_db:.1f} dB), phase margin "
-        f"{theme.short(margins.phase_margin)}°, delay margin {theme.short(1e3 * margins.delay_margin)} ms"
-    )
+        return [margins.verdict]
+    gains = f"red: gain margin {margins.gain_margin_db:.1f} dB at {theme.short(margins.gain_frequency)} Hz"
+    if margins.gain_reduction > 0.0:
+        at = theme.short(margins.reduction_frequency)
+        gains += f"; the gain may fall by {margins.gain_fall_db:.1f} dB (at {at} Hz)"
+    return [
+        gains,
+        f"phase margin {theme.short(margins.phase_margin)}° at {theme.short(margins.phase_frequency)} Hz, delay margin "
+        f"{theme.short(1e3 * margins.delay_margin)} ms",
+    ]
 
 
 def _decibels(values: ComplexArray) -> Array:
@@ -168,9 +189,10 @@ def _phase(values: ComplexArray) -> Array:
 def step_figure(axes: Sequence[TunedAxis], machine: str) -> Figure:
     """What a small step does to each axis with its old and new gains, in its own unit; a panel an axis."""
     panels = []
+    duration = max((watched(each.old, each.axis, each.period) for each in axes), default=SHORTEST)
     for tuned in axes:
         factor, unit = shown_in(tuned.axis.rotary)
-        steps = step_responses(tuned.old, tuned.axis, tuned.period)
+        steps = step_responses(tuned.old, tuned.axis, tuned.period, duration)
         size = worst = factor * steps[1].size
         marks: list[Mark] = [Level(size, "commanded", always=True)]
         loops = ((tuned.before, _OLD), (tuned.margins, _NEW))

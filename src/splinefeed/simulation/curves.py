@@ -27,7 +27,7 @@ REST_STEP = 20.0
 REST_SETTLING, REST_WATCHED = 0.5, 0.5
 HUNTING = 3.0
 SWINGS = 8.0
-SHORTEST, LONGEST = 0.02, 1.0
+SHORTEST, LONGEST = 0.25, 1.0
 #: Shortest and longest standard move, and how long the axis is watched behind it, s.
 MOVE, MOVE_REST = (0.05, 0.5), 0.1
 
@@ -60,16 +60,25 @@ def loop_curves(axis: ServoAxis, period: float) -> LoopCurves:
     return LoopCurves(frequency, *found)
 
 
-def step_responses(old: ServoAxis, new: ServoAxis, period: float) -> tuple[StepResponse, StepResponse]:
+def watched(old: ServoAxis, new: ServoAxis, period: float) -> float:
+    """How long a step of an axis is watched, s: long enough for its slower loop, and to see it hunt."""
+    loops = (margins(_without_forward(axis), period) for axis in (old, new))
+    bandwidth = min((each.bandwidth for each in loops if each.stable), default=math.inf)
+    return min(max(SWINGS / bandwidth, SHORTEST), LONGEST)
+
+
+def step_responses(
+    old: ServoAxis, new: ServoAxis, period: float, duration: float | None = None
+) -> tuple[StepResponse, StepResponse]:
     """The full axis, friction, counts and codes included, after the same small step with its old and new controller.
 
+    duration  s, that of `watched` by default
     Without feed-forward, which is for motions and would only add a blow.
     Small enough that the linear loop stays within half the output: of 1, 2 or 5 times a power of ten, mm or deg.
     """
     old, new = (_without_forward(axis) for axis in (old, new))
     loops = (margins(old, period), margins(new, period))
-    bandwidth = min((each.bandwidth for each in loops if each.stable), default=1.0 / SHORTEST)
-    ticks = BEFORE + math.ceil(min(max(SWINGS / bandwidth, SHORTEST), LONGEST) / period)
+    ticks = BEFORE + math.ceil((duration or watched(old, new, period)) / period)
     peaks = [float(np.max(np.abs(_stepped(axis, period, ticks, 1.0, linear=True)[1]))) for axis in (old, new)]
     kept = [peak for peak, each in zip(peaks, loops, strict=True) if each.stable] or peaks
     unit = math.radians(1.0) if old.rotary else 1.0

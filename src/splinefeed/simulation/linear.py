@@ -57,7 +57,8 @@ class Margins:
     """How far a loop is from its stability limit.
 
     gain_margin         factor by which the gain may rise (infinite if no crossing); at gain_frequency, Hz
-    gain_reduction      factor < 1 by which it may fall before the loop is unstable, 0 if it may fall to nothing
+    gain_reduction      factor < 1 by which it may fall before the loop is unstable, 0 if it may fall to nothing; at
+                        reduction_frequency, Hz
     phase_margin        deg, at phase_frequency, Hz (infinite if the loop gain never passes 1)
     delay_margin        further dead time that the loop tolerates, s (infinite if the loop gain never passes 1)
     sensitivity         largest |1 / (1 + L)|, M_s: 1 / M_s is the distance of L from -1
@@ -78,6 +79,7 @@ class Margins:
     spectral_radius: float
     stable_below: float | None = None
     stable_above: float | None = None
+    reduction_frequency: float = math.nan
 
     @property
     def stable(self) -> bool:
@@ -88,6 +90,11 @@ class Margins:
     def gain_margin_db(self) -> float:
         """The gain margin in decibels."""
         return 20.0 * math.log10(self.gain_margin)
+
+    @property
+    def gain_fall_db(self) -> float:
+        """By how many decibels the gain may fall before the loop is unstable; infinite if it may fall to nothing."""
+        return -20.0 * math.log10(self.gain_reduction) if self.gain_reduction > 0.0 else math.inf
 
     @property
     def close(self) -> bool:
@@ -119,9 +126,13 @@ class Margins:
         """The verdict, with the frequencies of the margins, the delay margin and the bandwidth of a stable loop."""
         if not self.stable:
             return self.verdict
+        fall = ""
+        if self.gain_reduction > 0.0:
+            fall = f"the gain may fall by {self.gain_fall_db:.3g} dB (at {self.reduction_frequency:.4g} Hz), "
         return (
-            f"{self.verdict}; gain margin at {self.gain_frequency:.4g} Hz, phase margin at {self.phase_frequency:.4g} "
-            f"Hz, delay margin {self.delay_margin * 1e3:.3g} ms, bandwidth {self.bandwidth:.4g} Hz"
+            f"{self.verdict}; gain margin at {self.gain_frequency:.4g} Hz, {fall}phase margin at "
+            f"{self.phase_frequency:.4g} Hz, delay margin {self.delay_margin * 1e3:.3g} ms, bandwidth "
+            f"{self.bandwidth:.4g} Hz"
         )
 
     def as_dict(self) -> dict[str, float | bool | str | None]:
@@ -129,6 +140,7 @@ class Margins:
         return {
             **asdict(self),
             "gain_margin_db": self.gain_margin_db,
+            "gain_fall_db": self.gain_fall_db,
             "stable": self.stable,
             "close": self.close,
             "verdict": self.verdict,
@@ -231,6 +243,7 @@ def read_margins(grid: Array, loop: ComplexArray, closed: ComplexArray, radius: 
     if loop.real[-1] < 0.0:  # L is real at the Nyquist frequency: it counts when negative
         gains.append((-1.0 / float(loop.real[-1]), float(grid[-1])))
     gain, gain_at = min((pair for pair in gains if pair[0] > 1.0), default=(math.inf, math.nan))
+    fall, fall_at = max((pair for pair in gains if pair[0] < 1.0), default=(0.0, math.nan))
     at, share = _crossings(np.abs(loop) - 1.0)
     angles = np.degrees(np.angle(-(loop[at] + share * (loop[at + 1] - loop[at])))).tolist()
     phases = list(zip(angles, (grid[at] + share * (grid[at + 1] - grid[at])).tolist(), strict=True))
@@ -239,7 +252,8 @@ def read_margins(grid: Array, loop: ComplexArray, closed: ComplexArray, radius: 
     found = Margins(
         gain_margin=gain,
         gain_frequency=gain_at / (2.0 * math.pi),
-        gain_reduction=max((factor for factor, _ in gains if factor < 1.0), default=0.0),
+        gain_reduction=fall,
+        reduction_frequency=fall_at / (2.0 * math.pi),
         phase_margin=phase,
         phase_frequency=phase_at / (2.0 * math.pi),
         delay_margin=min((math.radians(each % 360.0) / w for each, w in phases), default=math.inf),

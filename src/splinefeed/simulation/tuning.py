@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from splinefeed.errors import InputError
-from splinefeed.machine.parts import Controller, ServoAxis
+from splinefeed.machine.parts import GAIN_UNITS, Controller, ServoAxis
 from splinefeed.simulation.curves import following_error, hunts, overshoot, rest_swing, step_responses
 from splinefeed.simulation.linear import Bound, Margins, margins
 from splinefeed.simulation.shaping import REQUIRED, shaped
@@ -70,6 +70,7 @@ class TunedAxis:
         for ending, axis, loop in (("_before", self.old, self.before), ("", self.axis, self.margins)):
             swing = rest_swing(axis, self.period)
             out[f"gains{ending}"] = axis.controller.gains
+            out[f"gain_units{ending}"] = {name: GAIN_UNITS[name].format(unit) for name in axis.controller.gains}
             out[f"kind{ending}"] = axis.controller.kind
             out[f"margins{ending}"] = loop.as_dict()
             out[f"following_error{ending}"] = following_error(axis, self.period)
