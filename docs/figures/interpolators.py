@@ -102,7 +102,7 @@ def picture() -> Figure:
     """Largest parasitic root of each multistep method over h, and the error of the true root of all methods."""
     h = np.linspace(-0.8, 0.6, 281)
     styles = {"adams-bashforth-moulton": theme.GREEN, "hamming": theme.BLUE, "milne-simpson": theme.VERMILION}
-    one_step = {"taylor-1": theme.OCHRE, "taylor-2": theme.PURPLE, "taylor-3": theme.FAINT, "runge-kutta-4": theme.INK}
+    one_step = {"taylor-1": theme.BROWN, "taylor-2": theme.PURPLE, "taylor-3": theme.FAINT, "runge-kutta-4": theme.INK}
     parasitic = [
         Line(h, np.array([abs(roots(name, x)[1]) for x in h]), name, colour, named=True)
         for name, colour in styles.items()

@@ -35,8 +35,9 @@ def run(page: Page) -> list[Block]:
     lines = [f"{motion_sentence(page)}, {page['ticks']} setpoints, one every {period}", law(page)]
     if found := measured(page, unit):
         lines.append(f"method    {page['method']}; {', '.join(found)}")
-    parts = sorted(((part, name) for name, part in page.get("bound_by", {}).items()), reverse=True)
-    if binding := [f"{name} {part:.0%}" for part, name in parts if part >= LEAST_PART and name != "none"]:
+    parts = sorted(page.get("bound_by", {}).items(), key=lambda each: (each[0] == "none", -each[1]))
+    binding = [f"{name} {part:.0%}" for name, part in parts if part >= LEAST_PART]
+    if binding and binding[0] != "none 100%":
         lines.append(f"bound by  {', '.join(binding)} of the time")
     over = [f"{name} ({each['share']:.6g} of its limit)" for name, each in page["limits"].items() if not each["ok"]]
     if not page["end_reached"]:
@@ -95,12 +96,8 @@ def limits(page: Page, *, checked: bool = False) -> Block:
         own = each.get("unit") or unit_of(name, unit)
         values = [f"{number(each[key], 6 if checked else 4)} {own}" for key in ("worst", "limit")]
         several = name == "feed" and page.get("feed_max_mm_s", 0.0) > each["limit"] * (1.0 + KEPT)
-        row = [
-            f"{name} of its line" if several else name,
-            *values,
-            f"{each['share']:.{6 if checked else 1}%}",
-            f"{number(each['at_s'])} {unit}",
-        ]
+        more = " of its line" if several else ", from its middle" if name.startswith("travel.") else ""
+        row = [name + more, *values, f"{each['share']:.{6 if checked else 1}%}", f"{number(each['at_s'])} {unit}"]
         if checked:
             holds = "holds" if each["ok"] else "OVER"
             row += [f"{number(each['at_t_s'])} s", f"{each['floor']:.1e}", each["by"], holds]

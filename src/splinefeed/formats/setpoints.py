@@ -198,5 +198,5 @@ def _format_of(path: str | os.PathLike[str]) -> str:
         raise FormatError(f"{path}: is a folder; name a file in it, such as setpoints.h5")
     if found is None:
         *known, last = (suffix for each in FORMATS.values() for suffix in each.suffixes)
-        raise FormatError(f"{path}: a record's file is named {', '.join(known)} or {last}")
+        raise FormatError(f"{path}: a record's file is named {', '.join(known)} or {last}; sf.write writes a path")
     return found

@@ -133,6 +133,8 @@ def order_of(name: str) -> int:
 def words_of(name: str) -> str:
     """The name of a limit in words: axis jerk x for axis_jerk.x, combination left jerk for combinations.left.jerk."""
     kind, *rest = name.split(".")
+    if kind == "travel":
+        return f"travel {'.'.join(rest)}, from its middle"
     return " ".join([KINDS[kind].words if kind in KINDS else kind.replace("_", " "), *rest])
 
 

@@ -18,7 +18,7 @@ from splinefeed.records.verdict import ALLOWED
 from splinefeed.reports import interactive, library, program, theme
 from splinefeed.reports.detail import DetailStore
 from splinefeed.reports.figure import Figure
-from splinefeed.reports.theme import short
+from splinefeed.reports.theme import given
 from splinefeed.runs.comparison import MethodResult
 from splinefeed.runs.result import Run
 
@@ -202,7 +202,7 @@ def _limits(run: Run) -> str:
         rows.append(
             f'<td>{text_of(words_of(name))}</td><td class="{state}">{"holds" if each["ok"] else "OVER"}</td>'
             f'<td>{share:.4f} %</td><td class="share">{bar}</td>'
-            f"<td>{short(each['worst'])} {unit}</td><td>{short(each['limit'])} {unit}</td>"
+            f"<td>{given(each['worst'])} {unit}</td><td>{given(each['limit'])} {unit}</td>"
             f"<td>{each['at_s']:.6g} {along.replace('deg', '°')}{_line(run, each['at_t_s'])}</td>"
             f"<td>{f'{100.0 * part:.1f} %' if part else ''}</td>"
         )

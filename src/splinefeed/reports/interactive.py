@@ -48,7 +48,7 @@ def _stacked(figure: Figure, store: DetailStore) -> Plain:
     """Panels one above the other; those over the same quantity have one axis and one cursor."""
     panels = figure.panels
     names = {mark.name for panel in panels for _, mark in panel.legend()}
-    legend = figure.legend and len(names) > 1
+    legend = figure.legend and len(names) > 1 and len(panels) > 1  # one panel has its names beside its label
     last = {panel.x.label: k for k, panel in enumerate(panels)}
     across = {label: str(k + 1) if k else "" for k, label in enumerate(last)}
     gaps = [_FOOT if last[panel.x.label] == k else _GAP for k, panel in enumerate(panels)]

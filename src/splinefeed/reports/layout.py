@@ -147,7 +147,8 @@ def layout(figure: FigureData) -> Sheet:
         y += TITLE
         sheet.text(10.0, y - 6.0, line, LARGE, bold=True)
     heats = any(panel.of(Heat) for panel in panels)
-    left = ROWS if heats else LEFT
+    rows = [name for panel in panels for heat in panel.of(Heat) for name in heat.rows]
+    left = max([ROWS, *(text_width(name, SMALL) + 12.0 for name in rows)]) if heats else LEFT
     right = BAR if heats or any(panel.of(Coloured) for panel in panels) else RIGHT
     cell = (figure.width - right + RIGHT) / figure.columns
     width = cell - left - RIGHT

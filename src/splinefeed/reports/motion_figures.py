@@ -122,7 +122,7 @@ def _panels(lines: Sequence[Line], limits: Limits, along: str, above: Line | Non
         if name == "feed" and above is not None:
             marks.append(_times(factor, above))
         marks.append(replace(_times(factor, each), name=name))
-        marks += [Level(factor * value, f"{symbol} = {theme.short(factor * value)} {unit}") for symbol, value in levels]
+        marks += [Level(factor * value, f"{symbol} = {theme.given(factor * value)} {unit}") for symbol, value in levels]
         panels.append(Panel(TIME, PlotAxis(f"{name} ({unit})"), tuple(marks)))
     return panels
 
@@ -157,6 +157,7 @@ def axis_panels(run: Run) -> list[Panel]:
             )
             if quantity == "position":
                 note = ""
+                marks += _travels(run, columns, factor, unit)
             else:
                 marks += _limits_of_axes(run, quantity, columns, factor, unit)
             panels.append(Panel(TIME, label, tuple(marks), note=note))
@@ -186,6 +187,19 @@ def model_panels(run: Run) -> list[Panel]:
     return panels
 
 
+def _travels(run: Run, columns: list[int], factor: float, unit: str) -> list[Level]:
+    """A line at both ends of the travel of axes that have one."""
+    levels, called = [], theme.axis_words(run.axes)
+    for axis, ends in run.limits.travel_of(run.axes).items():
+        k = list(run.axes).index(axis)
+        if k in columns:
+            for which, end in zip(("from", "to"), ends, strict=True):
+                levels.append(
+                    Level(factor * end, f"{called[k]} {which} {theme.given(factor * end)} {unit}", theme.colour(k))
+                )
+    return levels
+
+
 def _limits_of_axes(run: Run, quantity: str, columns: list[int], factor: float, unit: str) -> list[Level]:
     """A line at each limit of these axes; see `_levels`."""
     tops = factor * run.limits.of_axes(f"axis_{quantity}", run.axes)
@@ -201,7 +215,7 @@ def _levels(run: Run, columns: list[int], tops: Mapping[int, float], unit: str) 
     levels, called = [], theme.axis_words(run.axes)
     for top, axes in found.items():
         names = " ".join(called[k] for k in axes)
-        text = f"{'limit' if len(axes) == len(columns) else names} {theme.short(top)} {unit}"
+        text = f"{'limit' if len(axes) == len(columns) else names} {theme.given(top)} {unit}"
         colour = theme.VERMILION if len(found) == 1 else theme.colour(axes[0])
         levels += [Level(top, text, colour), Level(-top, colour=colour)]
     return levels

@@ -84,13 +84,17 @@ def has_spectra(run: Run, response: Response) -> bool:
     return run.whole and len(response) >= LEAST_SAMPLES
 
 
-def spectra_figure(response: Response) -> Figure:
-    """Amplitude spectra of the following errors, both scales logarithmic."""
+def spectra_figure(responses: Response | Mapping[str, Response]) -> Figure:
+    """Amplitude spectra of the following errors, both scales logarithmic; of several all but the last are dashed."""
+    each = {"": responses} if isinstance(responses, Response) else responses
     lines = []
-    for k, (axis, found) in enumerate(tracking_spectra(response).items()):
-        factor, unit = shown_in(axis in ROTARY_AXES)
-        amplitude = np.maximum(factor * found.amplitude[1:], 1e-12)
-        lines.append(Line(found.frequency[1:], amplitude, f"{axis} ({unit})", theme.colour(k), named=True))
+    for called, response in each.items():
+        dash = called != list(each)[-1]
+        for k, (axis, found) in enumerate(tracking_spectra(response).items()):
+            factor, unit = shown_in(axis in ROTARY_AXES)
+            amplitude = np.maximum(factor * found.amplitude[1:], 1e-12)
+            name = ", ".join(filter(None, (f"{axis} ({unit})", called)))
+            lines.append(Line(found.frequency[1:], amplitude, name, theme.colour(k), dash=dash, named=True))
     panel = Panel(PlotAxis("frequency (Hz)", log=True), PlotAxis("amplitude", log=True), tuple(lines), height=260)
     return Figure("spectra of the following errors", (panel,), legend=True)
 

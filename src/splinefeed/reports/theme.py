@@ -15,18 +15,19 @@ from splinefeed.records import Array, raised, unit_of, unit_of_axis
 BLUE = "#0072B2"
 VERMILION = "#D55E00"
 GREEN = "#009E73"
-#: Their orange, darkened until white paper shows it, and ink in place of their yellow.
-OCHRE = "#A87400"
+#: In place of their orange, sky blue and yellow, which white paper does not show: brown, ink and violet. Any two of the
+#: colours of axes are at least 15 apart in CIELAB, to colour-blind eyes, too (Machado, Oliveira & Fernandes 2009,
+#: doi:10.1109/TVCG.2009.113).
+BROWN = "#772200"
 PURPLE = "#CC79A7"
 INK = "#1a1a1a"
-#: For a seventh axis, darker than all but ink.
-VIOLET = "#7A3E9D"
+VIOLET = "#8800FF"
 FAINT = "#6b6b6b"
 #: What stands behind the thing that is shown.
 PALE = "#8a8f94"
 GRID = "#e3e3e3"
 #: Colours of axes and of methods, in turn; dress.js has those of a dark page.
-COLOURS = (BLUE, VERMILION, GREEN, PURPLE, OCHRE, INK, VIOLET)
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE, BROWN, INK, VIOLET)
 #: Ten colours of Matplotlib's viridis (CC0), and the part of it that white paper shows; dress.js has the same.
 VIRIDIS = (
     "#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725",
@@ -99,6 +100,11 @@ def of_axis(quantity: str, axis: str) -> str:
 def short(value: float) -> str:
     """`value` in three digits, for a label."""
     return _short_power(f"{value:.3g}" if not 999.5 <= abs(value) < 1e5 else f"{value:.0f}")
+
+
+def given(value: float) -> str:
+    """`value` as it was given, in six digits: a limit that is rounded is another limit."""
+    return _short_power(f"{value:.6g}" if not 999999.5 <= abs(value) else f"{value:.3g}")
 
 
 def tick_text(value: float) -> str:

@@ -29,7 +29,7 @@ from splinefeed.planner.strategies import LOOK_AHEAD, TIME_OPTIMAL
 from splinefeed.programs.cycle_time import cycle_time
 from splinefeed.records import unit_along
 from splinefeed.reports import interactive
-from splinefeed.reports.servo_figures import bode_figure, errors_figure, step_figure
+from splinefeed.reports.servo_figures import bode_figure, errors_figure, has_spectra, spectra_figure, step_figure
 from splinefeed.reports.time_figures import program_figure, time_figure
 from splinefeed.runs.following import serve
 from splinefeed.runs.run import on_machine
@@ -212,7 +212,7 @@ def tune(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
             machine, run.points, wanted.path, axes=moving, evaluations=runs, feed_forward=forward, on_progress=progress
         )
     else:
-        kind = str(how.get("kind", "pid"))
+        kind = str(how.get("kind") or "") or None
         found = by_rule(machine, moving, rule, period=wanted.period, kind=kind, say=bench.say)
     bench.say(f"following on the tuned {machine.name}")
     after = serve(wanted.path, run.law, run.points, found.machine)
@@ -226,7 +226,10 @@ def tune(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     ]
     figures = {"tuning": steps, "loops": replace(steps, panels=tuple(loops))}
     if len(before.response) and len(after.response):
-        figures["errors"] = errors_figure({"old gains": before.response, "new gains": after.response})
+        both = {"old gains": before.response, "new gains": after.response}
+        figures["errors"] = errors_figure(both)
+        if all(has_spectra(run, each) for each in both.values()):
+            figures["spectra"] = spectra_figure(both)
     page = {
         **found.numbers(),
         "contour_error_max_before_mm": old.get("contour_error_max_mm"),

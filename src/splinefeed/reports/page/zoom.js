@@ -5,6 +5,7 @@ import { make } from "./dom.js";
 
 const GAP = 65535, BLOCK = 256; // as detail.py has them
 const SAMPLES = { dash: "╍╍ ", dot: "┉┉ ", dashdot: "━┉ ", longdash: "━╍ " }; // of dashed curves, beside their values
+const APART = 8; // pixels between two points from which on each is marked
 const DENSE = 3; // points in a column of pixels from which on the area is drawn
 
 export const unpacked = async (text) => {
@@ -183,7 +184,11 @@ export const zoomed = (figure, curves, ranges, width) => {
     told.count = Math.max(told.count, seen.count);
     if (seen.how !== "points" && told.how !== "columns") told.how = seen.how;
     if (detail.low !== undefined) { const x = (own ?? curves).get(detail.x); told.stretch = (x[x.length - 1] - x[0]) / (x.length - 1); }
-    if (seen.how === "points") return { ...rest, x: seen.x, y: seen.y };
+    if (seen.how === "points") { // few of them are marked: what is drawn between two of them is a line, not the motion
+      const marked = seen.count * APART < columns && rest.mode === "lines" && !rest.fill;
+      told.marked ||= marked;
+      return { ...rest, x: seen.x, y: seen.y, ...(marked ? { mode: "lines+markers", marker: { size: 4, color: rest.line.color } } : {}) };
+    }
     return { ...rest, ...outline(seen), fill: "toself", fillcolor: rest.line.color, line: { ...rest.line, width: 1 } };
   });
   const layout = { ...figure.layout };
@@ -204,7 +209,7 @@ export const zoomed = (figure, curves, ranges, width) => {
 const toldWords = (told) => {
   if (!told) return "";
   const count = told.count.toLocaleString("en");
-  if (told.how === "points") return told.stretch ? "" : `${count} points, every one is drawn`;
+  if (told.how === "points") return told.stretch ? "" : `${count} points, every one is drawn${told.marked ? ", as a dot; lines join them" : ""}`;
   const block = `${Number((1000 * told.stretch).toPrecision(3))} ms`;
   if (told.how === "stretches") return `areas from the least to the greatest of every ${block}: this page has nothing finer`;
   return `${count} ${told.stretch ? `blocks of ${block}` : "points"}: areas from the least to the greatest in each column of pixels; zoom in for every ${told.stretch ? "block" : "point"}`;

@@ -37,6 +37,11 @@ export class Figures {
   // figures by name, and sheets: elements that stand in for figures
   set(figures, sheets, pinned) {
     this.sets = { ...figures, ...(this.sets.tuning ? { tuning: this.sets.tuning } : {}) };
+    const tuned = this.sheets.tuning;
+    if (tuned && !tuned.classList.contains("past")) {
+      tuned.classList.add("past");
+      tuned.prepend(make("p", { class: "note", role: "status" }, "Tuned on the motion before: these errors are not those of the motion that is shown now. Tune again."));
+    }
     this.pinned = pinned;
     this.sheets = { ...sheets, ...(this.sheets.tuning ? { tuning: this.sheets.tuning } : {}) };
     this.tabs();
