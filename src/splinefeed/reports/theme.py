@@ -104,7 +104,7 @@ def short(value: float) -> str:
 
 def given(value: float) -> str:
     """`value` as it was given, in six digits: a limit that is rounded is another limit."""
-    return _short_power(f"{value:.6g}" if not 999999.5 <= abs(value) else f"{value:.3g}")
+    return _short_power(f"{value:.6g}" if not abs(value) >= 999999.5 else f"{value:.3g}")
 
 
 def tick_text(value: float) -> str:
