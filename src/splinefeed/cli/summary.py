@@ -113,7 +113,7 @@ def axes(page: Page) -> Block:
         [axis, *(f"{number(peaks[name])} {peaks['unit']}/s{power}" for name, power in powers.items())]
         for axis, peaks in page["axes"].items()
     ]
-    return table(["axis, peak", *powers], rows)
+    return table(["peak by setpoints", *powers], rows)
 
 
 def methods(page: Page) -> Block:

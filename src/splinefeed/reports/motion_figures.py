@@ -27,6 +27,8 @@ TIME = PlotAxis("time (s)")
 #: Instants of a law of which none are given.
 EVEN = 1000
 _QUANTITIES = ("position", "velocity", "acceleration", "jerk")
+#: An end of a travel is drawn where the axis comes nearer to it than this share of the travel.
+NEAR = 0.2
 #: What lies half a period behind its tick.
 LATE = ("velocity", "jerk")
 #: Which of the panels of the axes is that of their jerk.
@@ -188,15 +190,17 @@ def model_panels(run: Run) -> list[Panel]:
 
 
 def _travels(run: Run, columns: list[int], factor: float, unit: str) -> list[Level]:
-    """A line at both ends of the travel of axes that have one."""
+    """A line at each end of the travel of an axis that the axis comes near."""
     levels, called = [], theme.axis_words(run.axes)
-    for axis, ends in run.limits.travel_of(run.axes).items():
+    for axis, (low, high) in run.limits.travel_of(run.axes).items():
         k = list(run.axes).index(axis)
-        if k in columns:
-            for which, end in zip(("from", "to"), ends, strict=True):
-                levels.append(
-                    Level(factor * end, f"{called[k]} {which} {theme.given(factor * end)} {unit}", theme.colour(k))
-                )
+        if k not in columns:
+            continue
+        reached, near = over_time(run, "position", k).values, NEAR * (high - low)
+        for which, end in (("from", low), ("to", high)):
+            if np.nanmin(np.abs(reached - end)) <= near:
+                text = f"{called[k]} {which} {theme.given(factor * end)} {unit}"
+                levels.append(Level(factor * end, text, theme.colour(k)))
     return levels
 
 

@@ -64,7 +64,10 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
     unit = unit_along(path.axes)
     place, labels = _place(run, setpoints)
     values = _quantities(run, setpoints, share, response)
-    kept = _kept(place, [each.values for each in values.values()])
+    cut = place
+    if path.feeds is not None and np.isinf(path.feeds).any() and run.planned is not None:
+        cut = np.where(np.isinf(path.feeds[setpoints.curve])[:, None], np.nan, place)  # rapid moves lead elsewhere
+    kept = _kept(place, [*(each.values for each in values.values()), *cut.T, *-cut.T])
     shades = {name: replace(each, values=each.values[kept]) for name, each in values.items()}
     if colour in shades:
         shades = {colour: shades[colour]}
@@ -232,7 +235,7 @@ def _shades(values: Array, label: str) -> Shades:
 
 
 def _kept(place: Array, values: list[Array]) -> IntArray:
-    """Ticks that the picture of the path shows: those that are a pixel apart, and the peaks of what colours it."""
+    """Ticks that the picture of the path shows: those that are a pixel apart, and peaks of values (n,) each."""
     span = np.ptp(place, axis=0)
     size = max(float(np.max(span)), 1e-300)
     fine = cells(place / size)

@@ -339,7 +339,7 @@ export class PathPicture {
       const front = edges.reduce((best, bits) => ((axis < 2 ? middle(bits, axis, 1) > middle(best, axis, 1) + 1e-6 : middle(bits, axis, 0) < middle(best, axis, 0) - 1e-6) ? bits : best));
       const least = 1e-9 * Math.max(...this.ends.flat().map(Math.abs)); // less is rounding
       const [low, high] = this.ends[axis].map((value) => String(Math.abs(value) < least ? 0 : Number(value.toPrecision(4))));
-      const name = this.labels[axis].split(" ")[0];
+      const name = this.labels[axis].split(" ")[0] + (this.program && this.rapid ? " of feed moves" : "");
       const say = (words, px, py, left) => {
         const wide = pen.measureText(words).width; // no label leaves the picture
         this.word(words, left ? Math.max(px - 8 - wide, 4) : Math.min(px + 8, this.width - MARGIN.right - wide), py);
