@@ -173,7 +173,7 @@ def test_every_row_can_be_said_and_drawn():
         ("combinations.left.weights.x", 0, "mm", "combination left weights x"),
         ("torque.a", 0, "N m", "torque a"),
         ("axis_velocity_step.x", 1, "mm/s", "axis velocity step x"),
-        ("travel.a", 0, "deg", "travel a"),
+        ("travel.a", 0, "deg", "travel a, from its middle"),
     ],
 )
 def test_names_say_order_unit_and_words(name, order, unit, words):

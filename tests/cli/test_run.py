@@ -295,3 +295,10 @@ def test_the_feed_of_a_program_is_said_as_its_top_and_whether_its_feeds_are_reac
     (folder / "two.ngc").write_text("G21 G90 G64\nG1 X40 F600\nG1 X80 F60\nM2\n", encoding="utf-8")
     done = splinefeed("run", "two.ngc", "--axis-accel", "500", "--axis-jerk", "20000", "--output", "out")
     assert re.search(r"top feed (10|9\.99\d*) mm/s, feeds as programmed are reached", done.stdout)
+
+
+def test_what_binds_adds_up_to_all_of_the_time(splinefeed, folder):
+    text = splinefeed("run", "butterfly", "--axis-accel", "500", "--axis-jerk", "20000", "--no-figures").stdout
+    line = next(each for each in text.splitlines() if each.startswith("bound by"))
+    assert sum(int(each) for each in re.findall(r"(\d+)%", line)) == pytest.approx(100, abs=2)
+    assert "none" in line

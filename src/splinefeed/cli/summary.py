@@ -71,7 +71,7 @@ def law(page: Page) -> str:
     from splinefeed.records import KEPT
 
     feed, unit = page["limits"].get("feed"), unit_of_path(page)
-    sentence = "no feed limit"
+    sentence = "feeds as programmed" if page.get("bound_by", {}).get("feed") else "no feed limit"
     if feed is not None:
         top, limit = number(feed["worst"]), number(feed["limit"])
         limit = f"{limit} {unit}/s" + f" ({number(60.0 * feed['limit'])} mm/min)" * (unit == "mm")

@@ -168,7 +168,9 @@ def _cards(run: Run, record: Mapping[str, Any]) -> str:
         idle = sum(each.rapid_s for each in found)
         cards.append(("feed moves", f"{duration - idle:.6g} s", f"{sum(each.cut_mm for each in found):.6g} mm"))
         cards.append(("rapid moves", f"{idle:.6g} s", ""))
-        cards.append(("tools", f"{len({each.tool for each in found})}", f"{len(found)} operations"))
+        cards.append(
+            ("tools", f"{len({each.tool for each in found})}", f"{len(found)} operation{'s' * (len(found) != 1)}")
+        )
     if record.get("contour_error_max_mm") is not None:
         rms = record.get("contour_error_rms_mm")
         cards.append(("contour error", _length(record["contour_error_max_mm"]), f"rms {_length(rms)}" if rms else ""))
