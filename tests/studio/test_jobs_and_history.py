@@ -94,3 +94,23 @@ def test_a_long_job_outlives_a_refresh_is_seen_by_other_tabs_and_can_be_cancelle
     assert after < float(page.get_attribute(".tuned", "data-before"))
     rest(page, lambda: page.click("#take-gains"))
     assert value(page, "contour_error_max_mm") == after
+
+
+def test_tuning_says_when_it_is_worse_and_when_it_is_of_another_motion(opened):
+    page = opened()
+    rest(page, lambda: page.select_option("#machine", "lintable"))
+    assert page.input_value("#tune-kind") == ""  # the controller stays what it is, here P-PI
+    page.click("#tune-start")
+    page.wait_for_selector(".tuned")
+    before, after = (float(page.get_attribute(".tuned", f"data-{when}")) for when in ("before", "after"))
+    said = page.inner_text(".tuned")
+    assert (": worse. Keep the old gains" in said) == (after > before)
+    assert after > before  # a move from rest to rest does not turn back, this path does
+    for words in ("kv 60 1/s", "V*s/mm", "may fall", "swing at rest"):
+        assert words in said
+    assert not page.locator(".tuned.past").count()
+    page.click("#tab-spectra")
+    page.wait_for_function("() => document.getElementById('figure').data?.some((each) => /new gains/.test(each.name))")
+    rest(page, lambda: (page.fill("#limit-feed", "30"), page.press("#limit-feed", "Enter")))
+    page.click("#tab-tuning")
+    assert "Tuned on the motion before" in page.inner_text(".tuned.past")
