@@ -36,7 +36,7 @@ SEEN = 0.93
 #: How dashed curves run, pixels of line and gap in turn, the first not at all; as Plotly calls them; and as letters.
 DASHES: tuple[tuple[float, ...], ...] = ((), (5.0, 3.0), (1.6, 2.2), (8.0, 2.5, 1.6, 2.5), (12.0, 4.0))
 DASH_NAMES, DASH_SAMPLES = ("solid", "dash", "dot", "dashdot", "longdash"), ("━━", "╍╍", "┉┉", "━┉", "━╍")
-#: Curves of so many colours are solid; those of the others, which some eyes take for one of these, are dashed.
+#: Curves of so many colours are solid; those of the others are dashed, too.
 SOLID = 4
 #: From where a path in space is looked at: x to the right, y away, z up.
 EYE = (-0.8, -1.85, 1.2)
