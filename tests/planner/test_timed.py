@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
+from splinefeed.planner import timed
 from splinefeed.planner.timed import times_at
 
 POINTS = [[0, 0], [30, 40], [80, 35], [90, -20], [40, -30]]
@@ -106,6 +107,20 @@ def test_times_of_more_setpoints_than_are_held_to_limits_are_refused_before_they
         sf.plan(sf.Path.through(POINTS, duration=1e60), LIMITS, period=PERIOD)
     with pytest.raises(sf.errors.InputError, match=r"times are \[1e\+200\] s; they must be above 0, at most 1e\+100"):
         sf.Path.through(POINTS, duration=1e200)
+
+
+def test_times_that_are_not_found_are_refused_with_the_waypoint_that_is_furthest_off(monkeypatch):
+    """The shares converge where a stretch's time is mostly its own affair; where they do not, plans run out."""
+    _, at = fastest()
+    wanted = np.concatenate([[0.0], np.cumsum(np.diff(at) * [2.0, 20.0, 2.0, 20.0])])
+    path = sf.Path.through(POINTS, times=wanted)
+    monkeypatch.setattr(timed, "PLANS", 2)
+    said = r"times: after 2 plans waypoint \d is passed at [\d.]+ s, and [\d.]+ s are wanted"
+    with pytest.raises(sf.errors.PlanError, match=said) as found:
+        sf.plan(path, LIMITS, period=PERIOD)
+    assert "give them more time, or NaN where any will do" in str(found.value)
+    monkeypatch.undo()
+    assert ok(path, sf.plan(path, LIMITS, period=PERIOD))
 
 
 def test_what_has_no_times_is_refused():

@@ -75,8 +75,9 @@ def in_time(make: Callable[[Array], TimeLaw], path: Path, limits: Limits, period
         shares[:-1] = np.clip(shares[:-1] * (np.diff(at, prepend=0.0) / spans) ** 2, LEAST, 1.0)
     off = int(np.argmax(np.abs(at - wanted)))
     raise PlanError(
-        f"times: after {PLANS} plans curve {ends[off]} ends at {at[off]:.6g} s, not at {wanted[off]:.6g} s; "
-        "give times further apart"
+        f"times: after {PLANS} plans waypoint {int(ends[off]) + 2} is passed at {at[off]:.6g} s, and "
+        f"{wanted[off]:.6g} s are wanted: what stretches beside much slower ones need was not found; give them more "
+        "time, or NaN where any will do"
     )
 
 

@@ -206,9 +206,10 @@ def _limits(run: Run) -> str:
             f'<td>{share:.4f} %</td><td class="share">{bar}</td>'
             f"<td>{given(each['worst'])} {unit}</td><td>{given(each['limit'])} {unit}</td>"
             f"<td>{each['at_s']:.6g} {along.replace('deg', '°')}{_line(run, each['at_t_s'])}</td>"
+            f"<td>{each['at_t_s']:.6g} s</td>"
             f"<td>{f'{100.0 * part:.1f} %' if part else ''}</td>"
         )
-    return table(("limit", "", "share", "", "worst", "allowed", "at s", "binds"), rows)
+    return table(("limit", "", "share", "", "worst", "allowed", "at place", "at time", "binds"), rows)
 
 
 #: How the run is made again, of one that a command made.

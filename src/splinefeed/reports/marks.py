@@ -29,7 +29,7 @@ class PlotAxis:
 class Line:
     """A curve through x, y (n,); a NaN breaks it. `named`: its name stands in the legend, or that shorter one.
 
-    dash  its number among `theme.DASHES`; 0, or False, runs through
+    dash  its number among `theme.DASHES`; 0, or False, is solid
     fill  the area within it, on paper
     high  (n,) of a band, the least and the greatest between edges x (n + 1,), of which y is the least
     """

@@ -76,7 +76,7 @@ export const limitsSheet = (n, words, units) => {
       make("td", {}, `${(100 * each.share).toFixed(4)} %`), make("td", { class: "share" }, bar), make("td", {}, `${digits(each.at_s)} ${units.s}`),
       make("td", {}, binds ? percent(binds, 3) : ""), make("td", { class: state }, each.ok ? "holds" : "OVER"));
   };
-  return table(["limit", "worst", "allowed", "share", "", "at s", "binds", ""], Object.entries(n.limits).map(row));
+  return table(["limit", "worst", "allowed", "share", "", "at place", "binds", ""], Object.entries(n.limits).map(row));
 };
 
 // A and B side by side; settings that differ on top
