@@ -9,7 +9,7 @@ import pytest
 import splinefeed as sf
 from gcode_programs import path_of, program, refusal
 from splinefeed.errors import FormatError
-from splinefeed.programs.gcode.dialects import detect, not_read
+from splinefeed.programs.gcode.dialects import detect, not_read, recognized
 
 
 @pytest.mark.parametrize(
@@ -222,3 +222,7 @@ def test_an_equal_fault_of_one_line_counts_once(tmp_path: Path) -> None:
     path = path_of(tmp_path, ";FLAVOR:Marlin", "G00 G90 G21 X1 F600", "G1 X10", start=(0, 0, 0))
     (found,) = [each for each in path.findings if "one after the other" in each]
     assert found.endswith(": line 2")
+
+
+def test_the_sign_of_a_dialect_is_named_in_its_own_line():
+    assert recognized(b"G21\nG28  X   ; home X\n\n\nG1 X5 F60\n")[1] == "'G28 X' in line 2"

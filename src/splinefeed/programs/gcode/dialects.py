@@ -339,8 +339,9 @@ def _text_and_code(head: bytes) -> tuple[str, str]:
 
 def _place(text: str, found: re.Match[str]) -> str:
     """What was found, and in which line."""
-    words = found[0].rpartition("\n")[2].split()
-    return f"{' '.join(words)[:24]!r} in line {text.count(chr(10), 0, found.end()) + 1}"
+    said = found[0].rstrip()
+    words = said.rpartition("\n")[2].split()
+    return f"{' '.join(words)[:24]!r} in line {text.count(chr(10), 0, found.start() + len(said)) + 1}"
 
 
 def whole_numbers(text: str) -> tuple[str, list[int], bool]:
