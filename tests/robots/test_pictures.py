@@ -68,3 +68,11 @@ def test_no_two_of_fourteen_joints_have_one_colour_and_one_dash():
     run = carried_out(True)
     lines = re.findall(r'<path [^>]*stroke-width="1\.4"[^>]*/>', sf.plot.joints(run)._repr_svg_())
     assert ['stroke-dasharray="5 3"' in each for each in lines[:6]] == [False, False, False, False, True, True]
+
+
+def test_a_limit_that_all_joints_share_is_in_the_colour_of_none():
+    arm = sf.robot(FILE, torque=False, limits={"velocity": [2, 3], "acceleration": 15, "jerk": 500})
+    run = sf.run(arm.through([[0, 0.5], [0.8, -0.4], [1.5, 0.9]]), arm.limits, period=1e-3)
+    _, velocity, acceleration, jerk = sf.plot.joints(run).panels
+    assert {level.colour for level in (*acceleration.levels(), *jerk.levels())} == {theme.FAINT}
+    assert {level.colour for level in velocity.levels()} <= {theme.colour(0), theme.colour(1)}

@@ -43,6 +43,8 @@ OVER = 2e-4
 KEPT = 1e-3
 #: Places of a segment at which it is looked at for more points, and in the end.
 PLACES, IN_THE_END = np.linspace(0.0, 1.0, 17), np.linspace(0.0, 1.0, 65)
+#: Share of the tolerance that is left for what lies between the places.
+FINER = 0.02
 #: A jump of jerk above this share of a limit is worth a point.
 JUMP = 0.01
 NANO = 1_000_000_000
@@ -163,7 +165,7 @@ def joint_trajectory(
         if len(t) > MOST_POINTS:
             raise InputError(f"the motion takes more than {MOST_POINTS} points; raise tolerance, or split it")
         off, used, own = quintics.look(t, PLACES)
-        bad = (off > tolerance) | np.any(used > np.maximum(own, 1.0) * (1.0 + OVER), axis=0)
+        bad = (off > (1.0 - FINER) * tolerance) | np.any(used > np.maximum(own, 1.0) * (1.0 + OVER), axis=0)
         more = quintics.between(t, bad, shortest * (1.0 - 1e-6))
         if not len(more):
             break
