@@ -1,4 +1,4 @@
-"""Random programs, overrides, pauses, steps, threads, MDI, aborts, emergency stops and killed planners, for hours.
+"""Random programs, overrides, pauses, steps, runs back, MDI, aborts, emergency stops and killed planners, for hours.
 
 `python -m benchmarks.linuxcnc_soak MINUTES [SEED]` starts LinuxCNC once for so long, and prints what was over a limit,
 said, lost, and how the memory of its processes grew; 1 is returned where anything was not right.
@@ -35,14 +35,18 @@ THREADS = "G21 G90 G94 G0 X0 Y0 Z0\nM3 S600\nG33 Z-10 K1\nG0 Z0\nG33.1 Z-8 K1\nG
 
 
 def turns(rng: random.Random, begin: float, end: float) -> list[tuple[float, str]]:
-    """An operator who turns overrides, pauses and steps between two times, s."""
+    """An operator who turns overrides, pauses, steps and runs back between two times, s."""
     out: list[tuple[float, str]] = []
     at = begin
     while at < end:
-        what = rng.choice(["feed", "feed", "rapid", "most", "pause", "step"])
+        what = rng.choice(["feed", "feed", "rapid", "most", "pause", "step", "back"])
         if what in ("pause", "step"):
             steps = [(at + 0.3 + 0.2 * k, "step") for k in range(3)] if what == "step" else []
             out += [(at, "pause"), *steps, (at + 1.1, "resume")]
+        elif what == "back":
+            for direction in ("reverse", "forward"):
+                out += [(at, "pause"), (at + 0.6, direction), (at + 0.8, "resume")]
+                at += 1.3
         else:
             out.append((at, f"{what}={rng.randint(10, 60) if what == 'most' else rng.randint(20, 150)}"))
         at += rng.uniform(0.2, 1.5) + 1.2 * (what in ("pause", "step"))
