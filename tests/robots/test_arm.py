@@ -271,3 +271,17 @@ def test_a_yaml_that_asks_for_much_is_refused_in_one_short_line(tmp_path, text, 
         sf.robot(FILE, limits=file)
     assert str(caught.value).startswith(f"{file}: {message}") and len(str(caught.value)) < 500
     assert time.process_time() - begin < 10.0
+
+
+def test_a_robot_of_several_ends_lists_them_by_how_many_joints_move_them():
+    text = """<robot name="r"><link name="base"/><link name="aside"/><link name="arm"/><link name="hand"/>
+<joint name="a" type="fixed"><parent link="base"/><child link="aside"/></joint>
+<joint name="b" type="revolute">
+<parent link="base"/><child link="arm"/><limit velocity="1" lower="-1" upper="1"/></joint>
+<joint name="c" type="revolute">
+<parent link="arm"/><child link="hand"/><limit velocity="1" lower="-1" upper="1"/></joint>
+</robot>"""
+    with pytest.raises(sf.errors.FormatError, match=r"2 ends; name one as tip: hand \(2 joints\), aside \(0 joints\)"):
+        sf.robot(text, limits={"acceleration": 5, "jerk": 50}, torque=False)
+    with pytest.raises(sf.errors.FormatError, match="link 'aside' does not hang on link 'arm'; name another base"):
+        sf.robot(text, "aside", base="arm", limits={"acceleration": 5, "jerk": 50}, torque=False)
