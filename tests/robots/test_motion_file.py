@@ -131,10 +131,10 @@ def test_waypoints_are_drawn_as_the_arm_in_space():
     run = sf.run(arm.through(WAYPOINTS), arm.limits, period=1e-3)
     tip, _ = arm.forward(run.kept.position)
     np.testing.assert_allclose(run.place, tip, atol=1e-9)
-    lines = np.split(run.thread, np.flatnonzero(np.isnan(run.thread[:, 0])))[1:]
-    assert len(lines) == 7
-    np.testing.assert_allclose([line[1] for line in lines], 0.0)  # the base
-    np.testing.assert_allclose(lines[0][-1], tip[0], atol=1e-9)
+    _, poses = run.poses(7)
+    assert len(poses) == 7
+    np.testing.assert_allclose(poses[:, 0], 0.0)  # the base
+    np.testing.assert_allclose(poses[0, -1], tip[0], atol=1e-9)
     assert [sf.plot.path(run).panels[0].x.label, sf.plot.path(run).panels[0].z] == ["x (mm)", "z (mm)"]
     torque = sf.plot.motion(run).panels[-1]
     assert torque.y.label == "torque (N m)"
