@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import splinefeed as sf
+from splinefeed.programs.gcode.dialects import Dialect, recognized
 
 
 def program(folder: Path, *lines: str, name: str = "part.ngc") -> Path:
@@ -13,6 +14,11 @@ def program(folder: Path, *lines: str, name: str = "part.ngc") -> Path:
     file = folder / name
     file.write_text("\n".join(lines) + "\n")
     return file
+
+
+def detect(head: bytes) -> Dialect:
+    """The dialect of a program by its first bytes; LinuxCNC where nothing tells."""
+    return recognized(head)[0]
 
 
 def path_of(folder: Path, *lines: str, **options: Any) -> sf.Path:

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from gcode_programs import path_of, program, refusal
+from gcode_programs import detect, path_of, program, refusal
 from splinefeed.errors import FormatError
-from splinefeed.programs.gcode.dialects import detect
 
 FREECAD = """(Exported by FreeCAD)
 (Post Processor: linuxcnc_post)

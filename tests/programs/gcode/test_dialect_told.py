@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import splinefeed as sf
-from gcode_programs import path_of, program, refusal
+from gcode_programs import detect, path_of, program, refusal
 from splinefeed.errors import FormatError
-from splinefeed.programs.gcode.dialects import detect, not_read, recognized
+from splinefeed.programs.gcode.dialects import not_read, recognized
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from gcode_programs import path_of, program, refusal, said
-from splinefeed.programs.gcode.dialects import detect
+from gcode_programs import detect, path_of, program, refusal, said
 
 
 @pytest.mark.parametrize("line", ["$I  ; View build info", "$$", "$G", "$X", "$#", "$N0=G54", "$J=G91 X5 F100", "$C"])

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from gcode_programs import path_of
+from gcode_programs import detect, path_of
 from splinefeed.errors import SplinefeedError
-from splinefeed.programs.gcode.dialects import detect, holds
+from splinefeed.programs.gcode.dialects import holds
 
 BEGIN = ("BEGIN PGM PART MM", "BLK FORM 0.1 Z X+0 Y+0 Z-20", "BLK FORM 0.2 X+100 Y+100 Z+0", "TOOL CALL 5 Z S3500 F600")
 

@@ -86,6 +86,16 @@ def test_a_tool_with_its_offset_and_feeds_a_minute_are_asked_for(tmp_path: Path,
     assert path_of(tmp_path, *number, *TOOL_ALONE, dialect="fanuc").length == pytest.approx(67.0)
 
 
+@pytest.mark.parametrize("number", [[], ["O0012"]])
+def test_feeds_of_a_turn_alone_are_asked_for(tmp_path: Path, number: list[str]) -> None:
+    lines = [*number, "G21 S1000 M3", "G0 X52 Z2", "G1 Z-30 F0.2", "X54", "M30"]
+    said = refusal(tmp_path, *lines)
+    assert said.startswith(f"line {len(number) + 3}: F0.2 where no line moves Y may be a lathe's or a mill's")
+    assert path_of(tmp_path, *lines, dialect="fanuc").length == pytest.approx(52.038 + 32.0 + 2.0, abs=1e-3)
+    for mill in ("G17", "T1 M6", "G0 Y0"):
+        assert path_of(tmp_path, *number, mill, *lines[len(number) :]).length > 80.0
+
+
 def test_a_named_dialect_does_not_make_a_lathe_a_mill(tmp_path: Path) -> None:
     assert "shows a lathe's program" in refusal(tmp_path, *LATHES["tools"], dialect="fanuc")
 

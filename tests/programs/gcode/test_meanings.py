@@ -13,8 +13,7 @@ from pathlib import Path
 import pytest
 
 import splinefeed as sf
-from gcode_programs import path_of, program, refusal, said
-from splinefeed.programs.gcode.dialects import detect
+from gcode_programs import detect, path_of, program, refusal, said
 
 
 def feeds(path: sf.Path) -> list[float]:

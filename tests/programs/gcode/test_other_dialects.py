@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from gcode_programs import path_of, program, refusal
+from gcode_programs import detect, path_of, program, refusal
 from sample_curves import random_curve
-from splinefeed.programs.gcode.dialects import detect, holds
+from splinefeed.programs.gcode.dialects import holds
 
 
 def test_a_bspline_of_siemens(tmp_path: Path) -> None:

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from gcode_programs import path_of, program, refusal
-from splinefeed.programs.gcode.dialects import detect, holds
+from gcode_programs import detect, path_of, program, refusal
+from splinefeed.programs.gcode.dialects import holds
 from splinefeed.programs.gcode.moves import joined
 from splinefeed.programs.gcode.overview import summary
 from splinefeed.programs.gcode.reader import Reading

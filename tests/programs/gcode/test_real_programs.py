@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.programs.gcode.dialects import detect
+from gcode_programs import detect
 
 
 def lines_and_arcs(path: sf.Path) -> tuple[float, float]:

@@ -12,11 +12,10 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from gcode_programs import program, refusal
+from gcode_programs import detect, program, refusal
 from splinefeed.errors import CurveError, InputError, LimitsError
 from splinefeed.kinematics import JointPath, kinematics
 from splinefeed.programs.gcode import from_file
-from splinefeed.programs.gcode.dialects import detect
 from splinefeed.records import Array
 
 TRUNNION = kinematics("xyzac-trt", y_offset=4.0, z_offset=-15.0, tool_offset=60.0)

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from gcode_programs import path_of
+from gcode_programs import detect, path_of
 from sample_curves import random_curve
 from splinefeed.paths.fitting import distances
-from splinefeed.programs.gcode.dialects import detect
 from splinefeed.programs.gcode.fit_arcs import circle_of
 from splinefeed.runs.convert import convert
 

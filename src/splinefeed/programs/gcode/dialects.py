@@ -284,11 +284,6 @@ def named(name: str) -> Dialect:
         raise InputError(f"dialect {name!r} is not known; there are {', '.join(DIALECTS)}") from None
 
 
-def detect(head: bytes) -> Dialect:
-    """The dialect of a program by its first bytes; LinuxCNC where nothing tells."""
-    return recognized(head)[0]
-
-
 def without_leader(content: bytes) -> bytes:
     """The program without the zero bytes before it, as of a punched tape, and behind its end; others are damage."""
     content = content.lstrip(b"\0")

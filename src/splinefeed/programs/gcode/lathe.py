@@ -67,6 +67,12 @@ SIGNS = {
 #: What says that a tool with its offset is a mill's; and the most that a lathe feeds in a turn, mm or inches.
 _OF_MILLS_TOOL = re.compile(r"(?<![A-Z0-9])G(?:17|43)(?![0-9])", re.IGNORECASE)
 _FEED, _MOST_PER_TURN = re.compile(r"(?<![A-Z])F\s*([0-9]*\.?[0-9]+)", re.IGNORECASE), 2.0
+#: What feeds of a turn alone need to be asked for: X, Z and a speed, and nothing that says what F is a feed of.
+_TURNS = tuple(
+    re.compile(word, re.IGNORECASE)
+    for word in (r"(?<![A-Z])X\s*[-+.0-9]", r"(?<![A-Z])Z\s*[-+.0-9]", r"(?<![A-Z])S\s*[1-9]")
+)
+_SAID = re.compile(r"(?<![A-Z0-9])G(?:0?[78]|9[35])(?![0-9.])", re.IGNORECASE)
 _LATHE = "shows a lathe's program (diameters, turning cycles, feeds per revolution), which is not read"
 _OPEN = "where no line moves Y may be a lathe's or a mill's; if it is a mill's name its control (option dialect)"
 _MEND = "a mill's program moves Y: write Y0 in its first move"
@@ -101,4 +107,8 @@ def lathe_sign(text: str, kind: str, *, given: bool = False) -> tuple[int, str] 
         if name not in unsure and (found := re.search(sign, looked_at, _FLAGS)):
             said = f"{name} {_OPEN}" if open_ and name == _OFFSET else f"{name} {_LATHE}; {mend}"
             return code.count("\n", 0, found.start()) + 1, said
+    settled = given or open_ or any(each.search(code) for each in (_CHANGE, _OF_MILLS_TOOL, _SAID))
+    feed = None if settled or kind not in ("fanuc", "untold") else _FEED.search(code)
+    if feed and all(each.search(code) for each in _TURNS):
+        return code.count("\n", 0, feed.start()) + 1, f"F{feed[1]} {_OPEN}"
     return None
