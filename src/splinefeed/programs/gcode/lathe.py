@@ -67,7 +67,7 @@ SIGNS = {
 #: What says that a tool with its offset is a mill's; and the most that a lathe feeds in a turn, mm or inches.
 _OF_MILLS_TOOL = re.compile(r"(?<![A-Z0-9])G(?:17|43)(?![0-9])", re.IGNORECASE)
 _FEED, _MOST_PER_TURN = re.compile(r"(?<![A-Z])F\s*([0-9]*\.?[0-9]+)", re.IGNORECASE), 2.0
-#: What feeds of a turn alone need to be asked for: X, Z and a speed, and nothing that says what F is a feed of.
+#: Beside feeds of a turn, what leaves open which machine a program is for: X, Z and a speed; and what says what F is.
 _TURNS = tuple(
     re.compile(word, re.IGNORECASE)
     for word in (r"(?<![A-Z])X\s*[-+.0-9]", r"(?<![A-Z])Z\s*[-+.0-9]", r"(?<![A-Z])S\s*[1-9]")
