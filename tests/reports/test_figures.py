@@ -151,7 +151,9 @@ def test_joints_have_their_own_unit_colours_and_limits():
     texts = [level.text for level in velocity.levels() if level.text]
     assert texts == ["q1 q2 q3 3 (mm or rad)/s", "q4 q5 q6 2 (mm or rad)/s", "q7 1 (mm or rad)/s"]
     assert [level.text for level in acceleration.levels()] == ["limit 5 (mm or rad)/s²", ""]
-    assert velocity.levels()[0].colour == marks(velocity, Line)[0].colour
+    shared, alone = velocity.levels()[0], velocity.levels()[-1]
+    assert shared.colour not in theme.COLOURS
+    assert alone.colour == marks(velocity, Line)[6].colour
 
 
 def test_each_part_of_the_path_has_the_colour_of_its_limit():
@@ -264,3 +266,11 @@ def test_a_long_program_is_a_line_that_stays_on_its_path_in_the_colours_of_its_f
     t, s = mark.hover[:, 0], mark.hover[:, 1]
     assert np.allclose(mark.shades["feed"].values, 60.0 * run.law.feed(t), atol=1e-6)
     assert np.allclose(run.law(t), s)
+
+
+def test_a_limit_that_axes_share_has_the_colour_of_none_of_them():
+    run = sf.run(motions.smooth(), sf.Limits(feed=60, axis_acceleration=500, axis_jerk=[20000, 15000]))
+    panels = {panel.y.label.split(" (")[0]: panel for panel in sf.plot.motion(run).panels}
+    (shared, _), own = panels["axis acceleration"].of(Level), panels["axis jerk"].of(Level)
+    assert shared.colour not in theme.COLOURS
+    assert {level.colour for level in own} == {theme.colour(0), theme.colour(1)}

@@ -211,7 +211,7 @@ def _limits_of_axes(run: Run, quantity: str, columns: list[int], factor: float, 
 
 
 def _levels(run: Run, columns: list[int], tops: Mapping[int, float], unit: str) -> list[Level]:
-    """A line at each limit of axes, with the axes that have it; grey where all share it, as it is no axis's own."""
+    """A line at each limit of axes, with the axes that have it; one that several share has no axis' colour."""
     found: dict[float, list[int]] = {}
     for k in columns:
         if np.isfinite(tops[k]):
@@ -220,7 +220,7 @@ def _levels(run: Run, columns: list[int], tops: Mapping[int, float], unit: str) 
     for top, axes in found.items():
         names = " ".join(called[k] for k in axes)
         text = f"{'limit' if len(axes) == len(columns) else names} {theme.given(top)} {unit}"
-        colour = theme.FAINT if len(axes) == len(columns) > 1 else theme.colour(axes[0])
+        colour = theme.colour(axes[0]) if len(axes) == 1 else theme.FAINT
         levels += [Level(top, text, colour), Level(-top, colour=colour)]
     return levels
 

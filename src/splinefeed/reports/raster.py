@@ -34,13 +34,14 @@ def write(figure: FigureData, file: str | os.PathLike[str], form: str) -> None:
         axes = paper.add_axes((0.0, 0.0, 1.0, 1.0), autoscale_on=False)
         axes.set(xlim=(0.0, sheet.width), ylim=(sheet.height, 0.0))
         axes.set_axis_off()
-        paper_around = [withStroke(linewidth=small * 3.0, foreground="#fff")]  # so that words can be read over lines
+        # so that words can be read over lines; in a PDF they would be outlines and no words
+        around = [] if form == "pdf" else [withStroke(linewidth=small * 3.0, foreground="#fff")]
         for k, item in enumerate(sheet.items):
             drawn: Artist
             if isinstance(item, Text):
                 drawn = axes.text(
                     item.x, item.y, item.text, color=item.colour, size=small * item.size, ha=_SIDES[item.anchor],
-                    va="baseline", weight="bold" if item.bold else "normal", path_effects=paper_around,
+                    va="baseline", weight="bold" if item.bold else "normal", path_effects=around,
                 )  # fmt: skip
             elif isinstance(item, Picture):
                 x, y, w, h = item.box
