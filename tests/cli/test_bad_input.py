@@ -53,7 +53,7 @@ def test_an_option_that_is_nearly_right_is_told(refused):
         (["--feed", "1e-308"], "feed is 1e-308; it must be at least 1e-12"),
         (["--axis-velocity", "1e-308"], "axis_velocity is 1e-308; it must be at least 1e-12"),
         (["--period", "1e-308"], "period is 1e-308; it must be at least 1e-12"),
-        (["--smooth", "1e-308"], "tolerance is 1e-308; it must be at least 1e-12"),
+        (["--smooth", "1e-308"], "tolerance is 1e-308; it must be at least 1e-06"),
         (["--decel-jerk", "0"], "deceleration_jerk is 0; it must be greater than 0"),
         (["--start-feed", "61"], "start_feed is 61 mm/s; it must lie between 0 and the feed limit of 60 mm/s"),
         (

@@ -14,7 +14,7 @@ from splinefeed.errors import CurveError, InputError
 from splinefeed.paths.each_curve import Marker, checked_axes
 from splinefeed.paths.parts import cut_at_corners
 from splinefeed.paths.path import Path
-from splinefeed.paths.resolution import long_curves
+from splinefeed.paths.resolution import RESOLUTION, long_curves
 from splinefeed.paths.smoothing_joints import Assembly, Done
 from splinefeed.paths.smoothing_runs import LineBatch, Runs
 from splinefeed.records import Array, BoolArray, IntArray
@@ -255,7 +255,7 @@ def _checked(tolerance: float | str, corner_angle: float, corners: str, angular_
         if tolerance != PROGRAM:
             raise InputError(f"tolerance is {tolerance!r}; give a number of mm or 'program'")
     else:
-        tolerance = positive(float(tolerance), "tolerance")
+        tolerance = positive(float(tolerance), "tolerance", RESOLUTION)
     if not 0.0 < corner_angle <= math.pi:
         raise InputError(f"corner_angle is {corner_angle:g} rad; it must lie above 0 and at most at pi")
     if corners not in CORNERS:

@@ -379,10 +379,10 @@ def number(value: object, name: str) -> float:
     return result
 
 
-def positive(value: object, name: str) -> float:
-    """`value` as a finite float of at least `numbers.LEAST`; LimitsError names it otherwise."""
+def positive(value: object, name: str, at_least: float = LEAST) -> float:
+    """`value` as a finite float > 0 of at least `at_least`; LimitsError names it otherwise."""
     result = number(value, name)
-    if result < LEAST:
-        least = "greater than 0" if result <= 0.0 else f"at least {LEAST:g}"
+    if result < at_least:
+        least = "greater than 0" if result <= 0.0 else f"at least {at_least:g}"
         raise LimitsError(f"{name} is {result:g}; it must be {least}")
     return result

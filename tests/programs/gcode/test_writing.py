@@ -162,7 +162,8 @@ def test_options_that_do_not_go_together(tmp_path: Path) -> None:
     for options, reason in (
         ({"dialect": "apt"}, "dialect 'apt' cannot be written; there are linuxcnc, fanuc, siemens, mach3, printer"),
         ({"as_": "bspline"}, "'bspline' is no form of linuxcnc (option as); choose from g5.2, g6.2, arcs, g1"),
-        ({"tolerance": 0}, "tolerance is 0 mm; it must be greater than 0"),
+        ({"tolerance": 1e-9}, "tolerance is 1e-09; it must be at least 1e-06"),
+        ({"tolerance": 0}, "tolerance is 0; it must be greater than 0"),
         ({"decimals": 0}, "decimals is 0; expected a whole number from 1 to 17"),
     ):
         with pytest.raises(sf.errors.InputError) as caught:

@@ -15,9 +15,11 @@ from splinefeed.errors import InputError
 from splinefeed.files.atomic import atomic_write
 from splinefeed.paths.each_curve import Marker
 from splinefeed.paths.path import Path
+from splinefeed.paths.resolution import RESOLUTION
 from splinefeed.programs.gcode.moves import LETTERS
 from splinefeed.programs.gcode.write_curves import CONTROLS, WrittenText
 from splinefeed.records import ROTARY_AXES
+from splinefeed.records.limits import positive
 
 #: How far what is approximated may be from the curve unless the caller says otherwise, mm.
 DEFAULT_TOLERANCE = 1e-3
@@ -48,9 +50,7 @@ def write(
     form = control.forms[0] if as_ is None else as_.lower()
     if form not in control.forms:
         raise InputError(f"{as_!r} is no form of {dialect} (option as); choose from {', '.join(control.forms)}")
-    allowed = units.parse(tolerance, "length")
-    if allowed <= 0.0:
-        raise InputError(f"tolerance is {allowed:g} mm; it must be greater than 0")
+    allowed = positive(units.parse(tolerance, "length"), "tolerance", RESOLUTION)
     places = control.decimals if decimals is None else decimals
     if isinstance(places, bool) or not isinstance(places, int) or not 1 <= places <= 17:
         raise InputError(f"decimals is {places!r}; expected a whole number from 1 to 17")
