@@ -14,6 +14,8 @@ from splinefeed.paths.path_parts import PathParts
 from splinefeed.paths.smoothing import PROGRAM, SMOOTHING_CORNER_ANGLE
 from splinefeed.records import Array, Limits
 
+#: What is counted of a program that is read in parts.
+MOVES = "moves"
 #: By how much corners turn at most that smoothing passes unless it is said, in words.
 MILD = f"{math.degrees(SMOOTHING_CORNER_ANGLE):g} deg"
 
@@ -34,13 +36,10 @@ def at_corners(path: Path | PathParts, limits: Limits, machine: Machine | None, 
     if limits.axis_velocity_step is not None:
         return []
     if path.in_parts is not None:
-        words = _how(
-            f"those that turn by {MILD} at most",
-            ", and with --corners round the others",
-            path.in_parts.tolerance,
-            machine,
-        )
-        return [] if "smooth" in how else ["the tool stops exactly at each corner", words]
+        if "smooth" in how or path.in_parts.unit != MOVES:  # a table is smoothed
+            return []
+        which, rest = f"those that turn by {MILD} at most", ", and with --corners round the others"
+        return ["the tool stops exactly at each corner", _how(which, rest, path.in_parts.tolerance, machine)]
     angles = _passable(path.tip_path)
     if not len(angles):
         return []
@@ -58,7 +57,7 @@ def at_corners(path: Path | PathParts, limits: Limits, machine: Machine | None, 
 
 def at_zero(path: Path | PathParts, limits: Limits, how: Mapping[str, Any]) -> list[str]:
     """What to say of a program in a machine's travel, where nobody said where its zero lies; how  it was read."""
-    programmed = path.in_parts is not None or path.tip_path.lines is not None
+    programmed = path.in_parts.unit == MOVES if path.in_parts is not None else path.tip_path.lines is not None
     return [ZERO] if limits.travel and programmed and "offsets" not in how else []
 
 

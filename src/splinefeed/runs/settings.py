@@ -188,7 +188,10 @@ def arguments(how: Mapping[str, Any], says_tolerance: bool) -> dict[str, Any]:
     said: dict[str, Any] = {"tolerance": how["smooth"]}
     if how["smooth"] == PROGRAM:
         if not says_tolerance:
-            raise InputError("--smooth program: the program has no tolerance (G64 P); give one: --smooth 0.01mm")
+            raise InputError(
+                "--smooth program: the program has no tolerance (G64 P), and G64 alone says none, nor "
+                "does it as a machine's default; give one: --smooth 0.01mm"
+            )
         said["corners"] = "round"
     called = {"corners": "corners", "corner_angle": "corner_angle", "angle_tolerance": "angular_tolerance"}
     said |= {name: how[key] for key, name in called.items() if key in how}
