@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from benchmarks import cases
 from scipy.interpolate import BSpline
+from scipy.optimize import linprog
 
 import motions
 import sample_curves
@@ -17,7 +18,7 @@ from one_stretch import SevenPhase
 from splinefeed import workers
 from splinefeed.paths.path import Path
 from splinefeed.planner import strategies as planner
-from splinefeed.planner.conditions import Conditions
+from splinefeed.planner.conditions import Conditions, least_jump
 from splinefeed.planner.horizon import SolverSettings, plan_window
 from splinefeed.planner.law import quintics
 from splinefeed.planner.profiles import pieces, solve_in_row
@@ -78,9 +79,55 @@ def test_splines_are_those_of_scipy() -> None:
     assert spline.greville() == pytest.approx([np.mean(spline.t[k + 1 : k + 4]) for k in range(9)])
 
 
+def test_splines_whose_slope_jumps_have_their_derivatives_and_that_jump() -> None:
+    nodes, share = np.cumsum([0.0, 0.3, 0.5, 0.2, 1.0, 0.7]), 1.7
+    jumps = np.array([False, False, True, False, False, False])
+    spline = Spline.on(nodes, jumps, np.where(jumps, share, 0.0))
+    c, h = np.random.default_rng(1).uniform(1.0, 2.0, spline.size), 1e-5
+    x = np.linspace(nodes[0], nodes[-1], 102)[1:-1]
+    x = x[np.min(np.abs(x[:, None] - nodes), axis=1) > 2.0 * h]
+    _, slope, bend = spline.at(c, x)
+    before, behind = spline.at(c, x - h), spline.at(c, x + h)
+    assert slope == pytest.approx((behind[0] - before[0]) / (2.0 * h), rel=1e-7, abs=1e-7)
+    assert bend == pytest.approx((behind[1] - before[1]) / (2.0 * h), rel=1e-7, abs=1e-7)
+    for place, jump in zip(nodes[1:-1], jumps[1:-1], strict=True):
+        below, above = spline.at(c, np.array([place - 1e-9, place + 1e-9])).T
+        assert above[:2] - below[:2] == pytest.approx([0.0, jump * share * below[0]], abs=1e-6)
+
+
+def test_the_largest_jump_is_made_as_small_as_a_linear_program_makes_it() -> None:
+    rng = np.random.default_rng(5)
+    jump, half = rng.normal(size=(2, 4, 50))
+    most = rng.uniform(0.1, 3.0, 50)
+    factor = least_jump(jump, half, most)
+    for k in range(50):
+        sides = np.vstack([np.column_stack([way * half[:, k], -np.ones(4)]) for way in (1.0, -1.0)])
+        at_most = np.concatenate([-jump[:, k], jump[:, k]])
+        best = linprog([0.0, 1.0], A_ub=sides, b_ub=at_most, bounds=[(-most[k], most[k]), (0.0, None)]).x[1]
+        reached = np.max(np.abs(jump[:, k] + factor[k] * half[:, k]))
+        assert reached == pytest.approx(best, rel=1e-9) or best > 0.98 * np.max(np.abs(jump[:, k]))
+
+
+def test_a_tip_keeps_its_feed_where_rotary_axes_begin_to_turn_faster() -> None:
+    """Where r'' jumps so does s'' of the tip along sigma: at a constant feed q' must jump, or the tip slows down."""
+    net = [[[0, 0], [25, 0.5], [50, 1]], [[50, 1], [65, 1.3], [80, 2.05]], [[80, 2.05], [105, 3.3], [130, 4.55]]]
+    path = sf.Path([sf.NurbsCurve.bezier(each) for each in net], ("x", "a"))
+    limits = sf.Limits(feed=50, acceleration=1000, jerk=10000)
+    law = sf.plan(path, limits, strategy="time-optimal", period=1e-3)
+    t = np.linspace(0.3, law.duration - 0.3, 2001)
+    feed = path.of_tip(law(t), law.feed(t), law.acceleration(t), law.jerk(t))[1]
+    assert np.min(feed) > 49.8
+    verdict = sf.check(sf.interpolate(path, law), path, limits, law=law)
+    assert verdict.ok, verdict.problems
+    for begin in (0.9, 1.0, 1.1, 1.7):  # and any state of it can be gone on from
+        start = State(float(law.feed(begin)), float(law.acceleration(begin)), float(law(begin)))
+        again = sf.plan(path, limits, strategy="time-optimal", period=1e-3, start=start)
+        assert begin + again.duration < law.duration + 0.01
+
+
 def test_a_quintic_has_both_states_and_its_time() -> None:
     nodes, v, a, spans = np.array([1.0, 3.0]), np.array([2.0, 5.0]), np.array([1.0, -3.0]), np.array([0.6])
-    c = quintics(nodes, v, a, spans)[0]
+    c = quintics(nodes, v, a[:1], a[1:], spans)[0]
     p = np.polynomial.Polynomial(c)
     for t, k in ((0.0, 0), (0.6, 1)):
         assert [p(t), p.deriv(1)(t), p.deriv(2)(t)] == pytest.approx([nodes[k], v[k], a[k]], rel=1e-12)

@@ -23,6 +23,10 @@ BESIDE = 4.0 * SAME
 WORTH, WORTH_CHORD = 1e-3, 0.03
 #: A jump below this share of the derivative itself, or of what its own slope makes of it over INSIDE, is rounding.
 ROUNDING = 1e-8
+#: The slope of q jumps where that makes the largest jump of an acceleration less than this share of what it is.
+WORTH_SLOPE = 0.98
+#: ... by no more than so many times what r'' jumps by, as a share of q: a cell turns by little, and so does q.
+MOST_SLOPE = 20.0
 #: Directions count what is above this share of the fastest change.
 DIRECTION = 1e-6
 
@@ -120,9 +124,42 @@ class Conditions:
         return np.asarray(np.any(np.abs(self.jumps) > floor, axis=1))
 
     @cached_property
+    def shares(self) -> Array:
+        """By what share of q, 1/mm, q' jumps at the breaks, (k,), so that accelerations jump by less: see `least_jump`.
+
+        On mixed paths alone, where a constant feed of the tip takes that: elsewhere the jump would be one of the feed's
+        own acceleration.
+        """
+        shares = np.zeros(len(self.breaks))
+        before, after, _ = self._beside
+        limit = np.minimum(self.at.j, self.at.dj)
+        if self.period is None or not self.track.mixed:
+            return shares
+        turned, bent = self.real_jumps
+        some, counted = np.flatnonzero(bent & ~turned), np.isfinite(limit)
+        if len(some) and np.any(counted):
+            half = 0.25 * (before[0] + after[0])[counted][:, some] / limit[counted, None]
+            # where a tip turns back its s' is 0 and s'' jumps, whatever q' does: r'' of the axes does not jump there
+            axes = self.jumps[1, : len(self.track.axes), some] * self.track.weights[: len(self.track.axes)]
+            most = MOST_SLOPE * np.linalg.norm(axes, axis=1)
+            shares[some] = least_jump(self.jumps[1][counted][:, some] / limit[counted, None], half, most)
+        return shares
+
+    def shares_at(self, nodes: Array, jumps: BoolArray) -> Array:
+        """The same at nodes (n + 1,), mm, at those of `jumps` inside."""
+        found = np.zeros(len(nodes))
+        if np.any(self.shares):
+            k = np.clip(np.searchsorted(self.breaks, nodes), 0, len(self.breaks) - 1)
+            found[1:-1] = np.where(jumps & (self.breaks[k] == nodes), self.shares[k], 0.0)[1:-1]
+        return found
+
+    @cached_property
     def _totals(self) -> Array:
-        """Jumps up and down of x' and x'', summed over the breaks: (2, 2, m, k + 1)."""
-        each = np.stack([np.maximum(self.jumps, 0.0), np.maximum(-self.jumps, 0.0)], axis=1)
+        """Jumps up and down of x' and, with what q' takes of it, x'', summed over the breaks: (2, 2, m, k + 1)."""
+        before, after, _ = self._beside
+        jumps = self.jumps.copy()
+        jumps[1] += 0.25 * (before[0] + after[0]) * self.shares
+        each = np.stack([np.maximum(jumps, 0.0), np.maximum(-jumps, 0.0)], axis=1)
         return np.pad(np.cumsum(each, axis=3), ((0, 0), (0, 0), (0, 0), (1, 0)))
 
     def jumps_worth_cells(self, low: float, high: float, s: Array, q: Array) -> tuple[Array, Array]:
@@ -236,3 +273,21 @@ class Conditions:
         across = np.sqrt(np.maximum(np.sum(two * two, axis=0) - along * along, 0.0)) / size
         own, bend = d[:, 1] * weights, np.linalg.norm(d[:, 2] * weights, axis=1)
         return np.concatenate([own, (one / size).T], axis=1), np.maximum(bend, across)
+
+
+def least_jump(jump: Array, half: Array, most: Array) -> Array:
+    """The factors f (k,) for which the largest of |jump + f half|, each (m, k), is least; 0 where that gains little.
+
+    It is where two of these lines cross, up or down, or as far as |f| is allowed to go, most (k,).
+    """
+    m, k = jump.shape
+    i, j = (each.ravel() for each in np.indices((m, m)))
+    found, least = np.zeros(k), WORTH_SLOPE * np.max(np.abs(jump), axis=0)
+    for sign in (1.0, -1.0):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            factors = -(jump[i] + sign * jump[j]) / (half[i] + sign * half[j])
+        for factor in np.clip(np.nan_to_num(factors, nan=0.0), -most, most):
+            value = np.max(np.abs(jump + factor * half), axis=0)
+            better = value < least
+            found, least = np.where(better, factor, found), np.where(better, value, least)
+    return found

@@ -213,14 +213,15 @@ def _with_reach(conditions: Conditions, s: Array, q: Array, edges: Array) -> Arr
 
 
 def _worth_a_cell(conditions: Conditions, s: Array, q: Array, edges: Array) -> Array:
-    """Edges (k,) without those that follow another one within a share of the way of a period, corners passed apart.
+    """Edges (k,) without those that follow another one within a share of the way of a period.
 
-    Next to a wide cell a sliver makes only work: it is graded up to it, and tells no setpoint anything.
+    Next to a wide cell a sliver makes only work: it is graded up to it, and tells no setpoint anything. Corners passed,
+    and where the slope of q jumps, are kept.
     """
     if conditions.period is None:
         return edges
     least = SLIVER * conditions.period * np.sqrt(np.interp(edges, s, q))
-    held = np.isin(edges, conditions.passed[0])
+    held = np.isin(edges, np.concatenate([conditions.passed[0], conditions.breaks[conditions.shares != 0.0]]))
     held[[0, -1]] = True
     keep = np.ones(len(edges), dtype=bool)
     for k in (np.flatnonzero(np.diff(edges) < least[1:]) + 1).tolist():

@@ -103,7 +103,8 @@ class Horizon:
         self.conditions, self.samples, self.q, self.ends, self.low, self.high = conditions, samples, q, ends, low, high
         self.alone = mode.alone
         nodes, jumps = laid or lay(conditions, samples, q, low, high, ends, mode.cell, mode.growth)
-        self.nodes, self.jumps, self.spline = nodes, jumps, Spline.on(nodes, jumps)
+        self.nodes, self.jumps = nodes, jumps
+        self.spline = Spline.on(nodes, jumps, conditions.shares_at(nodes, jumps))
         cell, part, weight, shift = _with_breaks(conditions, nodes, *_simpson(nodes, jumps))
         h = np.diff(nodes)
         x = nodes[cell] + part * h[cell]

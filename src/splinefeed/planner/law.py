@@ -49,8 +49,12 @@ class MotionPieces:
         slower = 1.0 + 140.0 * more * (x * (1.0 - x)) ** 3
         steeper = 420.0 * more / whole * (x * (1.0 - x)) ** 2 * (1.0 - 2.0 * x)
         first, last = self.at(0.0), self.at(1.0)
-        s, v, a = (np.append(each, other[-1]) for each, other in zip(first[:3], last[:3], strict=True))
-        return MotionPieces(np.diff(t), quintics(s, v / slower, a / slower**2 - v * steeper / slower**3, np.diff(t)))
+        s, v = (np.append(each, other[-1]) for each, other in zip(first[:2], last[:2], strict=True))
+        a0, a1 = (
+            each / slower[ends] ** 2 - v[ends] * steeper[ends] / slower[ends] ** 3
+            for each, ends in ((first[2], slice(None, -1)), (last[2], slice(1, None)))
+        )
+        return MotionPieces(np.diff(t), quintics(s, v / slower, a0, a1, np.diff(t)))
 
     def part(self, first: int, last: int) -> MotionPieces:
         """The pieces from `first` to the one before `last`."""
@@ -73,10 +77,13 @@ def joined(parts: list[MotionPieces]) -> MotionPieces:
     return MotionPieces(np.concatenate([p.spans for p in parts]), np.concatenate([p.coefficients for p in parts]))
 
 
-def quintics(nodes: Array, v: Array, a: Array, spans: Array) -> Array:
-    """Coefficients (n, 6) of s between nodes (n + 1,), mm, with feeds and accelerations there, over times (n,)."""
+def quintics(nodes: Array, v: Array, a0: Array, a1: Array, spans: Array) -> Array:
+    """Coefficients (n, 6) of s between nodes (n + 1,), mm, with feeds v there, over times (n,).
+
+    a0, a1 (n,)  accelerations where each piece begins and ends
+    """
     h, t = np.diff(nodes), spans
-    v0, v1, a0, a1 = v[:-1], v[1:], a[:-1], a[1:]
+    v0, v1 = v[:-1], v[1:]
     out = np.empty((len(h), LAW_COEFFICIENTS))
     out[:, 0], out[:, 1], out[:, 2] = nodes[:-1], v0, 0.5 * a0
     # what is left to the cubic and higher terms: small, so that rounding of h does not show in the acceleration
@@ -99,11 +106,12 @@ def pieces_of(spline: Spline, c: Array, ends: tuple[End, End]) -> MotionPieces:
     at = np.minimum(np.arange(n + 1), n - 1)
     y = spline.combine(spline.basis(at, nodes), at, c)
     v, a = np.sqrt(np.maximum(y[0], SAME * np.max(y[0]))), 0.5 * y[1]
+    a0, a1 = a[:-1].copy(), a[1:] - 0.5 * spline.shares[1:] * y[0, 1:]
     start, stop = ends
-    for end, place, way in ((start, 0, 1.0), (stop, -1, -1.0)):
+    for end, a, place, way in ((start, a0, 0, 1.0), (stop, a1, -1, -1.0)):
         if end.rest:  # that of the ramp, to the last bit: q' rounds where it is short
             a[place] = way * 2.0 / 3.0 * v[place] ** 2 / end.ramp
-    parts = [MotionPieces(spans, quintics(nodes, v, a, spans))]
+    parts = [MotionPieces(spans, quintics(nodes, v, a0, a1, spans))]
     if start.rest:
         t = 3.0 * start.ramp / v[0]
         up = np.array([[nodes[0] - start.ramp, 0.0, 0.0, start.ramp / t**3, 0.0, 0.0]])

@@ -140,7 +140,7 @@ def _last_bit(conditions: Conditions, low: float, high: float, start: State) -> 
     v, a = start.feed, start.acceleration
     if a < 0.0 and abs(-2.0 * v * v / (3.0 * a) - (high - low)) < LAST_BIT * (high - low):
         spans = -2.0 * v / a * np.linspace(1.0 - LAST_BIT, 1.0 + LAST_BIT, TRIED)
-        ends = np.array([low, high]), np.array([v, 0.0]), np.array([a, 0.0])
+        ends = np.array([low, high]), np.array([v, 0.0]), np.array([a]), np.array([0.0])
         tried = [Opening(MotionPieces(t[None], quintics(*ends, t[None])), high, REST) for t in spans]
         return [min(tried, key=lambda each: float(np.max(worst_shares(conditions, each.pieces, high)[0])))]
     return []

@@ -15,21 +15,27 @@ DEGREE = 3
 class Spline:
     """Cubic B-splines on the cells between nodes (n + 1,), mm; C2, but C1 at nodes where the path itself jumps.
 
+    Where r'' jumps q' may jump, too, by a share of q: there they are multiplied by exp(u), where u is 0 at nodes and
+    has slopes of half that share away from this one, u = share/2 x (1 - x/h)^2 at x, mm, in a cell of h, mm.
+
     t      (m,)  knots: the end nodes four times, the nodes of `jumps` twice
     first  (n,)  index of the first of the four coefficients that reach into each cell
+    shares (n + 1,)  1/mm: by what share of q its slope jumps at nodes, 0 at both ends
     """
 
     nodes: Array
     t: Array
     first: IntArray
+    shares: Array
 
     @classmethod
-    def on(cls, nodes: Array, jumps: BoolArray) -> Spline:
+    def on(cls, nodes: Array, jumps: BoolArray, shares: Array | None = None) -> Spline:
         """The splines on nodes (n + 1,), with a double knot at the inner ones of `jumps` (n + 1,)."""
         times = np.where(jumps, 2, 1)
         times[[0, -1]] = DEGREE + 1
         t = np.repeat(nodes, times)
-        return cls(nodes, t, np.cumsum(times)[:-1] - 1 - DEGREE)
+        shares = np.zeros(len(nodes)) if shares is None else shares
+        return cls(nodes, t, np.cumsum(times)[:-1] - 1 - DEGREE, shares)
 
     @property
     def size(self) -> int:
@@ -61,7 +67,22 @@ class Spline:
                 out[j + 1] += w
             return out
 
-        return np.array([levels[3], derived(levels[2], 3), derived(derived(levels[1], 2), 3)])
+        return self._bent(np.array([levels[3], derived(levels[2], 3), derived(derived(levels[1], 2), 3)]), cell, x)
+
+    def _bent(self, basis: Array, cell: IntArray, x: Array) -> Array:
+        """A basis (3, 4, n) times exp(u), with its derivatives."""
+        some = np.flatnonzero((self.shares[cell] != 0.0) | (self.shares[cell + 1] != 0.0))
+        if not len(some):
+            return basis
+        cell, u = cell[some], np.zeros((3, len(some)))
+        h = self.nodes[cell + 1] - self.nodes[cell]
+        for node, way in ((cell, 1.0), (cell + 1, -1.0)):
+            half, t = 0.5 * self.shares[node], way * (x[some] - self.nodes[node]) / h
+            u += half * np.stack([t * (1.0 - t) ** 2 * h, way * (1.0 - t) * (1.0 - 3.0 * t), (6.0 * t - 4.0) / h])
+        value, slope, bend = basis[:, :, some]
+        bent = [value, slope + u[1] * value, bend + 2.0 * u[1] * slope + (u[2] + u[1] ** 2) * value]
+        basis[:, :, some] = np.exp(u[0]) * np.array(bent)
+        return basis
 
     def greville(self) -> Array:
         """Where each coefficient acts, (size,), mm."""
