@@ -124,7 +124,7 @@ class Conditions:
         return np.asarray(np.any(np.abs(self.jumps) > floor, axis=1))
 
     @cached_property
-    def shares(self) -> Array:
+    def slope_jumps(self) -> Array:
         """By what share of q, 1/mm, q' jumps at the breaks, (k,), so that accelerations jump by less: see `least_jump`.
 
         On mixed paths alone, where a constant feed of the tip takes that: elsewhere the jump would be one of the feed's
@@ -145,12 +145,12 @@ class Conditions:
             shares[some] = least_jump(self.jumps[1][counted][:, some] / limit[counted, None], half, most)
         return shares
 
-    def shares_at(self, nodes: Array, jumps: BoolArray) -> Array:
+    def slope_jumps_at(self, nodes: Array, jumps: BoolArray) -> Array:
         """The same at nodes (n + 1,), mm, at those of `jumps` inside."""
         found = np.zeros(len(nodes))
-        if np.any(self.shares):
+        if np.any(self.slope_jumps):
             k = np.clip(np.searchsorted(self.breaks, nodes), 0, len(self.breaks) - 1)
-            found[1:-1] = np.where(jumps & (self.breaks[k] == nodes), self.shares[k], 0.0)[1:-1]
+            found[1:-1] = np.where(jumps & (self.breaks[k] == nodes), self.slope_jumps[k], 0.0)[1:-1]
         return found
 
     @cached_property
@@ -158,7 +158,7 @@ class Conditions:
         """Jumps up and down of x' and, with what q' takes of it, x'', summed over the breaks: (2, 2, m, k + 1)."""
         before, after, _ = self._beside
         jumps = self.jumps.copy()
-        jumps[1] += 0.25 * (before[0] + after[0]) * self.shares
+        jumps[1] += 0.25 * (before[0] + after[0]) * self.slope_jumps
         each = np.stack([np.maximum(jumps, 0.0), np.maximum(-jumps, 0.0)], axis=1)
         return np.pad(np.cumsum(each, axis=3), ((0, 0), (0, 0), (0, 0), (1, 0)))
 

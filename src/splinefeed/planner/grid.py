@@ -221,7 +221,7 @@ def _worth_a_cell(conditions: Conditions, s: Array, q: Array, edges: Array) -> A
     if conditions.period is None:
         return edges
     least = SLIVER * conditions.period * np.sqrt(np.interp(edges, s, q))
-    held = np.isin(edges, np.concatenate([conditions.passed[0], conditions.breaks[conditions.shares != 0.0]]))
+    held = np.isin(edges, np.concatenate([conditions.passed[0], conditions.breaks[conditions.slope_jumps != 0.0]]))
     held[[0, -1]] = True
     keep = np.ones(len(edges), dtype=bool)
     for k in (np.flatnonzero(np.diff(edges) < least[1:]) + 1).tolist():

@@ -104,7 +104,7 @@ class Horizon:
         self.alone = mode.alone
         nodes, jumps = laid or lay(conditions, samples, q, low, high, ends, mode.cell, mode.growth)
         self.nodes, self.jumps = nodes, jumps
-        self.spline = Spline.on(nodes, jumps, conditions.shares_at(nodes, jumps))
+        self.spline = Spline.on(nodes, jumps, conditions.slope_jumps_at(nodes, jumps))
         cell, part, weight, shift = _with_breaks(conditions, nodes, *_simpson(nodes, jumps))
         h = np.diff(nodes)
         x = nodes[cell] + part * h[cell]

@@ -106,7 +106,7 @@ def pieces_of(spline: Spline, c: Array, ends: tuple[End, End]) -> MotionPieces:
     at = np.minimum(np.arange(n + 1), n - 1)
     y = spline.combine(spline.basis(at, nodes), at, c)
     v, a = np.sqrt(np.maximum(y[0], SAME * np.max(y[0]))), 0.5 * y[1]
-    a0, a1 = a[:-1].copy(), a[1:] - 0.5 * spline.shares[1:] * y[0, 1:]
+    a0, a1 = a[:-1].copy(), a[1:] - 0.5 * spline.slope_jumps[1:] * y[0, 1:]
     start, stop = ends
     for end, a, place, way in ((start, a0, 0, 1.0), (stop, a1, -1, -1.0)):
         if end.rest:  # that of the ramp, to the last bit: q' rounds where it is short

@@ -20,22 +20,22 @@ class Spline:
 
     t      (m,)  knots: the end nodes four times, the nodes of `jumps` twice
     first  (n,)  index of the first of the four coefficients that reach into each cell
-    shares (n + 1,)  1/mm: by what share of q its slope jumps at nodes, 0 at both ends
+    slope_jumps (n + 1,)  1/mm: by what share of q its slope jumps at nodes, 0 at both ends
     """
 
     nodes: Array
     t: Array
     first: IntArray
-    shares: Array
+    slope_jumps: Array
 
     @classmethod
-    def on(cls, nodes: Array, jumps: BoolArray, shares: Array | None = None) -> Spline:
+    def on(cls, nodes: Array, jumps: BoolArray, slope_jumps: Array | None = None) -> Spline:
         """The splines on nodes (n + 1,), with a double knot at the inner ones of `jumps` (n + 1,)."""
         times = np.where(jumps, 2, 1)
         times[[0, -1]] = DEGREE + 1
         t = np.repeat(nodes, times)
-        shares = np.zeros(len(nodes)) if shares is None else shares
-        return cls(nodes, t, np.cumsum(times)[:-1] - 1 - DEGREE, shares)
+        slope_jumps = np.zeros(len(nodes)) if slope_jumps is None else slope_jumps
+        return cls(nodes, t, np.cumsum(times)[:-1] - 1 - DEGREE, slope_jumps)
 
     @property
     def size(self) -> int:
@@ -71,13 +71,13 @@ class Spline:
 
     def _bent(self, basis: Array, cell: IntArray, x: Array) -> Array:
         """A basis (3, 4, n) times exp(u), with its derivatives."""
-        some = np.flatnonzero((self.shares[cell] != 0.0) | (self.shares[cell + 1] != 0.0))
+        some = np.flatnonzero((self.slope_jumps[cell] != 0.0) | (self.slope_jumps[cell + 1] != 0.0))
         if not len(some):
             return basis
         cell, u = cell[some], np.zeros((3, len(some)))
         h = self.nodes[cell + 1] - self.nodes[cell]
         for node, way in ((cell, 1.0), (cell + 1, -1.0)):
-            half, t = 0.5 * self.shares[node], way * (x[some] - self.nodes[node]) / h
+            half, t = 0.5 * self.slope_jumps[node], way * (x[some] - self.nodes[node]) / h
             u += half * np.stack([t * (1.0 - t) ** 2 * h, way * (1.0 - t) * (1.0 - 3.0 * t), (6.0 * t - 4.0) / h])
         value, slope, bend = basis[:, :, some]
         bent = [value, slope + u[1] * value, bend + 2.0 * u[1] * slope + (u[2] + u[1] ** 2) * value]
