@@ -251,7 +251,7 @@ def read(path: str | os.PathLike[str]) -> BitPattern:
         check_file(path)
     if os.stat(path).st_size != size:
         raise FormatError(f"{path}: has {os.stat(path).st_size} bytes, {page.name} says {size}; was it cut off?")
-    content = read_bytes(path)
+    content = read_bytes(path) if size else b""
     if hashlib.sha256(content).hexdigest() != said["sha256"]:
         raise FormatError(f"{path}: the words are not those that {page.name} describes")
     with naming(page):
