@@ -16,6 +16,7 @@ from splinefeed.curves.packed import Flat, Packed
 from splinefeed.curves.pieces import Pieces, clipped, derivatives, is_left
 from splinefeed.curves.tables import arc_pieces, span_pieces
 from splinefeed.errors import InputError, LimitsError
+from splinefeed.kernels.layout import HIGH, LOW
 from splinefeed.paths.corners import Corners, find_corners, sharp_bends
 from splinefeed.paths.each_curve import Marker
 from splinefeed.paths.track import GOES, Track
@@ -335,10 +336,16 @@ class JoinedCurves(Track):
         return np.concatenate([steps, step]), np.concatenate([of_steps, away(places, step)]), None
 
     def rounding(self, s: Array, r: Array) -> Array:
-        """Roundings of positions as large as r (n, axes), and of the path's length on the axes of the tip, (axes,)."""
+        """Roundings of positions as large as r (n, axes), and of the path's length on the axes of the tip, (n, axes).
+
+        Where much length lies between two knots, that of the parameter is more: eps |u| |dr/du|.
+        """
         size = np.max(np.abs(r), axis=0)
         size[: self.linear] = np.maximum(size[: self.linear], self.length)
-        return np.asarray(ROUNDINGS * np.spacing(size))
+        table, row = self.arc_pieces.table, self.arc_pieces.row_by_length(s)
+        low, high = table[row, LOW], table[row, HIGH]
+        of_u = np.spacing(np.maximum(np.abs(low), np.abs(high))) * self.arc_pieces.lengths[row] / (high - low)
+        return np.asarray(np.maximum(ROUNDINGS * np.spacing(size), of_u[:, None] / self.metric))
 
     @cached_property
     def tip_end(self) -> float:

@@ -158,7 +158,7 @@ class Track(ABC):
 
     @abstractmethod
     def rounding(self, s: Array, r: Array) -> Array:
-        """The rounding of positions r (n, axes) at s (n,), mm, on each axis, (axes,), mm or rad."""
+        """The rounding of positions r (n, axes) at s (n,), mm, on each axis, (axes,) or (n, axes), mm or rad."""
 
     def sticks(self, position: Array) -> Array | None:
         """The arm that is at positions (n, axes), as lines (n, points, 3), mm; None where there is none."""

@@ -170,8 +170,10 @@ class Horizon:
             if end.rest:
                 ramp = (np.maximum(away, end.ramp) / end.ramp) ** (4.0 / 3.0)
                 c = np.minimum(c, 0.9 * self.problem.rows.top[place] * ramp)
-            else:
-                c = np.maximum(c, end.q - 2.0 * self.samples.push * away)
+            else:  # it slows down as it surely can, or as it must where only half of its q or less is possible
+                far = np.abs(self.samples.s - (self.low, self.high)[place])
+                must = (end.q - 2.0 * self.q) / np.maximum(far, TINY)
+                c = np.maximum(c, end.q - max(2.0 * self.samples.push, float(np.max(must))) * away)
         return c
 
     def of_cells(self, shares: Array) -> Array:

@@ -103,15 +103,15 @@ def _over(
         s = np.clip(law(np.clip(t, 0.0, law.duration)), 0.0, path.length)
         s[t >= law.duration * (1.0 - SAME)] = final
         own = path(s)
-        rounding = path.rounding(s, own)
-        r, rounded = own @ weights.T, np.abs(weights) @ rounding
+        rounding = np.broadcast_to(path.rounding(s, own), own.shape)
+        r, rounded = own @ weights.T, rounding @ np.abs(weights).T
         if path.mixed:
             r = np.column_stack([r, path.tip_length(s)])
-            rounded = np.append(rounded, ROUNDINGS * np.spacing(path.length))
+            rounded = np.column_stack([rounded, np.full(len(s), ROUNDINGS * np.spacing(path.length))])
         for order, bound in enumerate(bounds, start=1):
             if len(t) <= order:
                 continue
-            seen = np.abs(np.diff(r, n=order, axis=0)) - 2.0**order * rounded
+            seen = np.abs(np.diff(r, n=order, axis=0)) - 2.0**order * rounded[order:]
             shares = seen / (bound * (1.0 + KEPT) * period**order)
             crosses = np.searchsorted(passed, s[:-order]) != np.searchsorted(passed, s[order:], side="right")
             share = np.where(crosses, 0.0, np.max(shares, axis=1, initial=0.0)) ** (2.0 / order)
@@ -122,7 +122,7 @@ def _over(
                 continue
             joints = own[:, columns]
             found, most = model.seen(joints, period)
-            floor, before = model.rounding(joints, period, rounding[columns]), (span - 1) // 2
+            floor, before = model.rounding(joints, period, np.max(rounding[:, columns], axis=0)), (span - 1) // 2
             at_tick = slice(before, before + len(found))
             still = model.still(joints[at_tick])
             room = most * (1.0 + KEPT) - np.sign(found - still) * still
