@@ -119,8 +119,8 @@ def test_what_is_drawn_is_what_is_real_at_three_zooms(name, chromium, tmp_path, 
     real = {
         "feed": (at, run.law.feed(at)),
         "jerk": (at, run.law.jerk(at)),
-        "x jerk": (every.motion.t, every.motion.jerk[:, 0]),
-        "y velocity": (every.motion.t, every.motion.velocity[:, 1]),
+        "x jerk": (every.motion.late(every.kept.period), every.motion.jerk[:, 0]),
+        "y velocity": (every.motion.late(every.kept.period), every.motion.velocity[:, 1]),
     }
 
     for zoom in (None, (close - 0.03 * end, close + 0.03 * end), (close, close + 0.08)):

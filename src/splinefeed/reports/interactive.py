@@ -193,7 +193,7 @@ def _level(level: Level, axes: Mapping[str, str], place: str) -> Plain:
     label = {} if not level.text or level.upright else {
         "label": {
             "text": html.escape(level.text), "textposition": place, "yanchor": "top" if level.value > 0.0 else "bottom",
-            "padding": 1, "font": {"size": 11, "color": level.colour},
+            "padding": 1, "font": {"size": 11, "color": theme.WORDS.get(level.colour, level.colour)},
         }
     }  # fmt: skip
     return {"type": "line", **whole, **where, **label, "line": {"color": level.colour, "width": 1, "dash": "dash"}}

@@ -28,6 +28,8 @@ PALE = "#8a8f94"
 GRID = "#e3e3e3"
 #: Colours of axes and of methods, in turn; dress.js has those of a dark page.
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, BROWN, INK, VIOLET)
+#: Those in which words are read on white paper, at a contrast of 4.5 or more (WCAG 2.2, 1.4.3), in place of others.
+WORDS = {VERMILION: "#B84F00", GREEN: "#007A59", PURPLE: "#A34F7B"}
 #: Ten colours of Matplotlib's viridis (CC0), and the part of it that white paper shows; dress.js has the same.
 VIRIDIS = (
     "#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725",

@@ -5,7 +5,7 @@
 const VIRIDIS = ["#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"];
 const SEEN = { light: [0, 0.9], dark: [0.14, 1] };
 // colours of lines in the dark, by those on white paper
-const DARK = { "#0072b2": "#56b4e9", "#d55e00": "#f0803c", "#009e73": "#2bc79a", "#772200": "#ee0055", "#1a1a1a": "#ececec", "#6b6b6b": "#a9afb5", "#8800ff": "#8844ff", "#7a3e9d": "#c9a0e8" };
+const DARK = { "#0072b2": "#56b4e9", "#d55e00": "#f0803c", "#009e73": "#2bc79a", "#772200": "#ee0055", "#1a1a1a": "#ececec", "#6b6b6b": "#a9afb5", "#8800ff": "#8844ff", "#7a3e9d": "#c9a0e8", "#b84f00": "#f0803c", "#007a59": "#2bc79a", "#a34f7b": "#cc79a7" };
 
 const isDark = () => document.documentElement.dataset.theme === "dark";
 
