@@ -344,7 +344,7 @@ class JoinedCurves(Track):
         size[: self.linear] = np.maximum(size[: self.linear], self.length)
         table, row = self.arc_pieces.table, self.arc_pieces.row_by_length(s)
         low, high = table[row, LOW], table[row, HIGH]
-        of_u = np.spacing(np.maximum(np.abs(low), np.abs(high))) * self.arc_pieces.lengths[row] / (high - low)
+        of_u = np.finfo(float).eps * np.maximum(np.abs(low), np.abs(high)) * self.arc_pieces.lengths[row] / (high - low)
         return np.asarray(np.maximum(ROUNDINGS * np.spacing(size), of_u[:, None] / self.metric))
 
     @cached_property
