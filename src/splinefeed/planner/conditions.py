@@ -27,6 +27,8 @@ ROUNDING = 1e-8
 WORTH_SLOPE = 0.98
 #: ... by no more than so many times what r'' jumps by, as a share of q: a cell turns by little, and so does q.
 MOST_SLOPE = 20.0
+#: Of q that chords allow a motion takes this share: curvature that changes within a step leaves up to 4e-5 more.
+ROOM = 1.0 - 1e-4
 #: Directions count what is above this share of the fastest change.
 DIRECTION = 1e-6
 
@@ -210,7 +212,8 @@ class Conditions:
             rows = rows.lowered(centripetal(d[:, :, self._tip], limits.centripetal))
         if self.period is not None and (limits.chord_error or limits.orientation_error):
             for step in self._steps(d, x, np.sum(turn, axis=0)):
-                rows = rows.lowered((step if alone else within_reach(s, step)) ** 2 / self.period**2, between=True)
+                most = ROOM * (step if alone else within_reach(s, step)) ** 2 / self.period**2
+                rows = rows.lowered(most, between=True)
         if len(self.passed[0]):
             rows = rows.lowered(self.corner_at(s) ** 2)
         given = [model.rows(s, d[:, :, model.columns(track.axes)]) for model in (limits.models if len(s) else ())]
