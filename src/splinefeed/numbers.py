@@ -10,7 +10,7 @@ from splinefeed.errors import InputError
 #: Largest size of a number in a file or an option: cubes of it, and products of three, are still finite.
 MOST = 1e100
 #: Least size of a limit, a period or a tolerance, in its unit: what is divided by powers of it is still finite.
-LEAST = 1e-12
+LEAST = 1e-30
 #: Largest whole number: what an int64 holds.
 MOST_WHOLE = 2**63 - 1
 #: No whole number is written with more digits; Python converts thousands of them in quadratic time, or refuses.
