@@ -82,3 +82,16 @@ def test_limits_name_joints_only_where_there_are_some():
     with pytest.raises(sf.errors.LimitsError, match="joint 0"):
         LookAhead(limits, PERIOD, AXES, 60)
     LookAhead(limits, PERIOD, AXES, 60, joints=MOVED)
+
+
+def test_a_whole_plan_keeps_limits_of_joints_at_its_ticks():
+    path = Joints(("left", "right"), lambda r: (r[0] + r[1], r[0] - r[1])).along(sf.shapes.butterfly())
+    limits = sf.Limits(
+        feed=60, axis_acceleration=600, axis_jerk={**dict.fromkeys("xy", 4e4), "left": 2e4, "right": 2e4}
+    )
+    law = sf.plan(path, limits, period=PERIOD)
+    setpoints = sf.interpolate(path, law)
+    jerk = np.abs(np.diff(setpoints.position[:, 2:], n=3, axis=0)).max() / PERIOD**3
+    assert 0.95 < jerk / 2e4 <= 1.0 + 1e-6
+    verdict = sf.check(setpoints, path, limits, law=law)
+    assert verdict.ok, verdict.problems

@@ -184,8 +184,7 @@ def test_a_standstill_at_a_word_that_waits_for_motion_is_short():
     )
     moves = np.flatnonzero(np.any(np.diff(recorded(program, OURS).position, axis=0) != 0.0, axis=1))
     still = np.diff(moves)
-    # 11 to 15 ms, longer on a busy computer; each is 50 and more where LinuxCNC's task is not seen: SILENCE
-    assert np.min(still[still > 1] - 1) <= 45
+    assert np.median(still[still > 1] - 1) <= 45  # 11 to 15 ms; 65 where LinuxCNC's task is not seen
 
 
 def test_a_probe_trips():

@@ -147,9 +147,9 @@ class PathWithJoints(Track):
         return self.path.chords(s, r[:, : self._own], places)
 
     def rounding(self, s: Array, r: Array) -> Array:
-        """Roundings of positions r (n, axes), (axes,)."""
-        size = np.max(np.abs(r[:, self._own :]), axis=0, initial=0.0)
-        return np.append(self.path.rounding(s, r[:, : self._own]), ROUNDINGS * np.spacing(size))
+        """Roundings of positions r (n, axes) at s (n,), (n, axes)."""
+        own, size = self.path.rounding(s, r[:, : self._own]), np.max(np.abs(r[:, self._own :]), axis=0, initial=0.0)
+        return np.column_stack([own, np.broadcast_to(ROUNDINGS * np.spacing(size), (len(r), len(size)))])
 
     def tip(self, d: Array) -> Array:
         """As for the path."""

@@ -28,6 +28,9 @@ CHANGING = 3.0
 SLIVER = 0.03
 #: Samples towards both ends, each at half the distance of the one before, down to INSIDE.
 TOWARDS = 0.5 ** np.arange(1.0, -np.log2(INSIDE))
+#: The rounding of a piece's time t, eps t v, looks like a jerk of 60 eps v / t^2: at this share of sqrt(v / J) like a
+#: thousandth of J. What turns within less is seen by the audit alone.
+FINEST = (6e4 * np.finfo(float).eps) ** 0.5
 #: No window has more cells, nor more samples.
 MOST_CELLS = 200_000
 #: The motion may pass a jump this much faster than is thought when cells are laid.
@@ -141,12 +144,13 @@ def density(samples: Samples, q: Array, size: float) -> Array:
     """Cells a mm at samples: where the path turns and where the feed changes.
 
     One for each `size` rad of the path, and one for each `size` sqrt(v / J) of time, s, at the feed v = sqrt(q), mm/s,
-    under the jerk J along the path.
+    under the jerk J along the path; none shorter than FINEST of that time.
     """
     slope = np.abs(np.diff(q)) / np.maximum(np.diff(samples.s), 1e-300) / (2.0 * samples.push)
     slope = np.minimum(CHANGING * slope, 1.0)
     change = np.maximum(np.append(slope[:1], slope), np.append(slope, slope[-1:]))
-    found: Array = (samples.turn + change * samples.twist**0.5 / q**0.75) / size
+    ramp = samples.twist**0.5 / q**0.75
+    found: Array = np.minimum((samples.turn + change * ramp) / size, ramp / FINEST)
     return found
 
 
