@@ -159,13 +159,6 @@ def test_a_hostile_name_stays_text(run):
     assert "<polyline" not in empty._repr_html_()
 
 
-def test_the_old_methods_of_a_run_warn(run, tmp_path):
-    with pytest.warns(DeprecationWarning, match=r"use sf\.plot\.overview\(run\)"):
-        assert run.plot().title == sf.plot.overview(run).title
-    with pytest.warns(DeprecationWarning, match=r"use sf\.report\(run, folder\)"):
-        assert "run.json" in run.report(tmp_path / "old")
-
-
 def test_a_run_writes_what_the_command_writes(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = sf.report(run, "part", formats=["csv", "hdf5"])

@@ -23,7 +23,7 @@ def both():
     with pytest.MonkeyPatch.context() as patch:
         kept = sf.run(path, LIMITS, machine="xytheta", **HOW)
         patch.setattr(runs, "LONG", 1000)
-        patch.setattr(runs, "COLUMNS", 40)
+        patch.setattr(runs, "MOST_KEPT", 1200)
         patch.setattr(runs, "CHUNK", 700)
         yield kept, sf.run(path, LIMITS, machine=table, **HOW)
 
@@ -56,12 +56,11 @@ def test_every_peak_is_among_the_ticks_of_its_figures(both):
         assert np.array_equal(thin.min(axis=0), whole.min(axis=0))
     assert np.array_equal(long.use.share.max(axis=0), kept.use.share.max(axis=0))
     assert long.ripple.max == kept.ripple.max
-    # not only the greatest of all: the greatest and the least in every stretch of a column
-    column = runs.column_of(len(kept.points))
-    for start in range(0, 3000, column):  # the last chunk has columns of its own
-        jerk = kept.motion.jerk[start : start + column, 0]
+    # not only the greatest of all: the greatest and the least in every stretch
+    for start in range(0, 3500, 500):
+        jerk = kept.motion.jerk[start : start + 500, 0]
         ticks = np.round(long.kept.t / HOW["period"])
-        inside = (ticks >= start) & (ticks < start + column)
+        inside = (ticks >= start) & (ticks < start + 500)
         assert long.motion.jerk[inside, 0].max() == jerk.max()
         assert long.motion.jerk[inside, 0].min() == jerk.min()
 

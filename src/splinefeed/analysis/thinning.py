@@ -75,19 +75,20 @@ def runs(levels: IntArray) -> list[tuple[int, int]]:
 class Kept:
     """Rows of columns that come piece by piece, thinned to those that a figure needs.
 
-    Of each `block` of rows those stay at which a quantity is least or greatest, and both ends; 1: all. Where more than
-    `most` rows would stay, `block` becomes longer. `bands` has what figures over time show where rows are left out.
+    All rows stay up to `most` of them. From there on those stay of each block of rows at which a quantity is least or
+    greatest, and both ends; blocks become longer where it is too many again. `bands` has what figures over time show
+    where rows are left out.
     """
 
-    def __init__(self, block: int = 1, most: float = math.inf) -> None:
-        self.block, self._most, self._count = block, most, 0
+    def __init__(self, most: float = math.inf) -> None:
+        self.block, self._most, self._count = 1, most, 0
         self._parts: dict[str, list[Array]] = {}
         self._bands = Bands()
 
     @property
     def whole(self) -> bool:
         """Whether all rows are kept, however many come."""
-        return self.block == 1 and self._most == math.inf
+        return self._most == math.inf
 
     def see(
         self,

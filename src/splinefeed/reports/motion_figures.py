@@ -77,7 +77,6 @@ def tip_panels(run: Run, above: Line | None = None) -> list[Panel]:
     if run.bands:
         lines = [over_time(run, "tip", k) for k in range(4)]
     else:
-        assert run.tip is not None
         values = (run.kept.s, run.kept.feed, run.tip.acceleration, run.tip.jerk)
         lines = [Line(run.kept.t, each) for each in values]
     return _panels(lines, run.limits, along, above, run.path)

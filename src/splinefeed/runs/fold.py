@@ -41,17 +41,19 @@ class Chunk:
 class Meter(Protocol):
     """Measures a motion, or writes it, in one pass: `start` before the first chunk, `feed` each, `finish` at the end.
 
-    What it found it has as attributes.
+    What it found it has as attributes. `start` and `finish` do nothing unless a meter says what.
     """
 
     def start(self, chunk: Chunk) -> None:
         """See the first chunk, which `feed` gets, too."""
+        return
 
     def feed(self, chunk: Chunk) -> None:
         """See the next chunk."""
 
     def finish(self) -> None:
         """Know that there are no more chunks."""
+        return
 
 
 def fold(chunks: Iterable[Chunk], meters: Sequence[Meter]) -> int:

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from splinefeed.analysis.bands import Band
 from splinefeed.analysis.thinning import Kept
 from splinefeed.records import Limits, Verdict
-from splinefeed.runs.fold import Chunk
+from splinefeed.runs.fold import Chunk, Meter
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class MeasuredRun:
     top: float | None = None
 
 
-class Measure:
+class Measure(Meter):
     """A meter (`fold.Meter`) of every run; a new one is a file with a class of this kind, and a line of `measures`.
 
     label     what it is called where people read it
@@ -49,15 +49,9 @@ class Measure:
     def __init__(self, given: MeasuredRun) -> None:
         self.bands: dict[str, Band] = {}
 
-    def start(self, chunk: Chunk) -> None:
-        """Nothing is known before the first chunk."""
-
     def feed(self, chunk: Chunk) -> None:
         """Measure the ticks of a chunk."""
         raise NotImplementedError
-
-    def finish(self) -> None:
-        """Nothing is left to do."""
 
     def numbers(self, verdict: Verdict) -> dict[str, Any]:
         """What was found, by the keys of `--json`; the check found `verdict`."""

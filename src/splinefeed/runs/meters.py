@@ -15,14 +15,14 @@ from splinefeed.checks.check import Check
 from splinefeed.formats.setpoints import Writer
 from splinefeed.machine.machine import Machine
 from splinefeed.records import Array, IntArray, Limits, Setpoints, Verdict
-from splinefeed.runs.fold import Chunk
+from splinefeed.runs.fold import Chunk, Meter
 from splinefeed.runs.following import Servo
 
 #: What the axes do at a tick.
 MOTION = ("velocity", "acceleration", "jerk")
 
 
-class UseMeter:
+class UseMeter(Meter):
     """What the axes do and how much of each limit that uses, at the ticks that figures need: all, or every peak.
 
     rows     what keeps these ticks
@@ -42,9 +42,6 @@ class UseMeter:
         self._names: tuple[str, ...] = ()
         self._bound: IntArray = np.zeros(0, dtype=np.int64)
         self._last: Setpoints
-
-    def start(self, chunk: Chunk) -> None:
-        """Nothing is known before the first chunk."""
 
     def feed(self, chunk: Chunk) -> None:
         """Measure the ticks of a chunk, and keep those that figures need."""
@@ -93,16 +90,13 @@ def _between(chunk: Chunk, tip: Array) -> tuple[Array, Array]:
     return low, high
 
 
-class CheckMeter:
-    """The verdict of the check, which reads the setpoints alone."""
+class CheckMeter(Meter):
+    """The verdict of the check, which reads the setpoints alone; whoever reads the path gives the check its parts."""
 
     verdict: Verdict
 
     def __init__(self, check: Check) -> None:
         self._check = check
-
-    def start(self, chunk: Chunk) -> None:
-        """The parts of the path are given to the check by whoever reads them."""
 
     def feed(self, chunk: Chunk) -> None:
         """Check the ticks of a chunk."""
@@ -113,7 +107,7 @@ class CheckMeter:
         self.verdict = self._check.verdict()
 
 
-class ServoMeter:
+class ServoMeter(Meter):
     """What a machine does that follows the setpoints; `writer` gets all of it."""
 
     servo: Servo
@@ -139,7 +133,7 @@ class ServoMeter:
             self._writer.finish()
 
 
-class FileMeter:
+class FileMeter(Meter):
     """Writes the setpoints to a file as they come.
 
     said   settings that the file says beside those of the setpoints, of which it is given

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -37,10 +34,9 @@ class Run:
     """The result of one run; `numbers()` is what `--json` prints.
 
     path    of the tool tip; of a path that came in parts the line through the ticks that are kept
-    planned  the time law, which `law` gives; None where the path came in parts, and `tip` has what it does at the ticks
-             that are kept
     ticks   number of setpoints; kept  all of them, or of a long motion those that figures need, every peak among them
-    motion, use  at the ticks that are kept; use counts over all of them; measures  what each of `measures` found
+    motion, use, tip  at the ticks that are kept; use counts over all of them; measures  what each of `measures` found
+    planned  the time law, which `law` gives; None where the path came in parts
     chunks  makes all setpoints again; None where they were made once, of a path that came in parts
     joints  the path on a machine, of which `path` is that of the tool tip; None where the axes are the path's own
     served  what a machine did that followed the setpoints, or None
@@ -52,18 +48,18 @@ class Run:
 
     path: Path
     limits: Limits
-    planned: TimeLaw | None
     ticks: int
     kept: Setpoints
     motion: AxisMotion
     use: LimitUse
+    tip: TipMotion
     verdict: Verdict
     measures: tuple[Measure, ...]
-    chunks: Callable[[], Iterator[Setpoints]] | None
+    planned: TimeLaw | None = None
+    chunks: Callable[[], Iterator[Setpoints]] | None = None
     joints: Track | None = None
     served: Servo | None = None
     remarks: tuple[str, ...] = ()
-    tip: TipMotion | None = None
     bands: Mapping[str, Band] = field(default_factory=dict)
 
     @property
@@ -177,19 +173,6 @@ class Run:
     def ok(self) -> bool:
         """Whether the check found every limit kept and the path covered to its end."""
         return self.verdict.ok
-
-    def plot(self) -> Any:
-        """Deprecated: use `sf.plot.overview(run)`."""
-        warnings.warn(
-            "run.plot() goes with the next release; use sf.plot.overview(run)", DeprecationWarning, stacklevel=2
-        )
-        return import_module("splinefeed.reports.plot").overview(self)
-
-    def report(self, folder: str | os.PathLike[str], *, formats: Iterable[str] = ("hdf5",)) -> list[str]:
-        """Deprecated: use `sf.report(run, folder)`."""
-        words = "run.report(folder) goes with the next release; use sf.report(run, folder)"
-        warnings.warn(words, DeprecationWarning, stacklevel=2)
-        return list(import_module("splinefeed.reports.folder").report(self, folder, formats=formats))
 
     def __repr__(self) -> str:
         moved = self.path if self.joints is None else self.joints

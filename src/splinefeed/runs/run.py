@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.analysis.bands import Band
 from splinefeed.analysis.thinning import Kept
 from splinefeed.checks.check import Check
 from splinefeed.errors import InputError, LimitsError, expect
@@ -27,7 +26,7 @@ from splinefeed.planner.strategies import LOOK_AHEAD
 from splinefeed.records import Limits, Setpoints, State, TimeLaw
 from splinefeed.runs.fold import CHUNK, Chunk, Meter, fold, on_one_path
 from splinefeed.runs.long_path import METHOD, PartReader, windows
-from splinefeed.runs.measure import Measure, MeasuredRun
+from splinefeed.runs.measure import MeasuredRun
 from splinefeed.runs.measures import MEASURES
 from splinefeed.runs.meters import CheckMeter, ServoMeter, UseMeter
 from splinefeed.runs.result import MOST_TICKS, Run
@@ -36,11 +35,9 @@ from splinefeed.telling import Listener, listening, tell
 
 #: Most ticks of a motion that is made in chunks, above ten days at 1 ms.
 MOST_IN_CHUNKS = 1_000_000_000
-#: Of motions of at most so many ticks every tick is kept; of a longer one those at which a quantity is least or
-#: greatest, in so many columns of time. Figures over time have bands, which are finer.
-LONG, COLUMNS = 250_000, 1200
-#: Of a path in parts, whose ticks nobody knows beforehand: most ticks that are kept.
-MOST_KEPT = 100_000
+#: Of motions of at most so many ticks every tick is kept; of a longer one, and of a path in parts, whose ticks nobody
+#: knows beforehand, so many at the most, every peak among them. Figures over time have bands, which are finer.
+LONG, MOST_KEPT = 250_000, 100_000
 #: Makes the setpoints again, in chunks of so many ticks, each time that it is called.
 Chunks = Callable[[int], Iterator[Setpoints]]
 #: Is called with how many moves of a file are planned, and how many setpoints are made.
@@ -146,8 +143,7 @@ def carry_out(
         how: dict[str, Any] = {"method": job.method, "corrections": job.corrections, "tolerance": job.tolerance}
         return interpolate(path, planned, chunk=chunk, period=period, **how)
 
-    more: dict[str, Any] = {"machine": model, "meters": meters, "responses": responses}
-    made = measured(path, limits, law, chunks, ticks, **more)
+    made = measured(path, limits, law, chunks, ticks, machine=model, meters=meters, responses=responses)
     return replace(made, remarks=remarks)
 
 
@@ -173,63 +169,16 @@ def _in_parts(
             on_read(min(reading.read, source.count), ticks)
 
     chunks = counted(windows(reading, job.limits, job.period))
-    keep = partial(Kept, 1, MOST_KEPT)
-    servo = None if job.machine is None else ServoMeter(job.machine, keep(), responses)
-    made = _folded(chunks, check, job.limits, keep, servo, meters)
-    use, points = made.use, made.use.kept
-    return Run(
-        path=_line(points, source),
-        limits=job.limits,
-        planned=None,
-        ticks=made.ticks,
-        kept=points,
-        motion=use.motion,
-        use=use.use,
-        verdict=made.check.verdict,
-        measures=made.measures,
-        chunks=None,
-        served=None if made.servo is None else made.servo.servo,
-        remarks=tuple(reading.findings),
-        tip=use.tip,
-        bands=made.bands,
-    )
+    how: dict[str, Any] = {"machine": job.machine, "meters": meters, "responses": responses}
+    made = _folded(chunks, check, partial(_line, name=source.name), most=MOST_KEPT, **how)
+    return replace(made, remarks=tuple(reading.findings))
 
 
-def _line(points: Setpoints, source: PathParts) -> Path:
+def _line(points: Setpoints, name: str) -> Path:
     """The line through setpoints, for pictures of a path that came in parts."""
     at = points.position
     moved = np.append(True, np.any(np.diff(at, axis=0) != 0.0, axis=1))
-    return Path.polyline(at[moved], points.axes, name=source.name)
-
-
-@dataclass(frozen=True, eq=False)
-class _Folded:
-    """The meters of a run behind its pass, and the ticks that they saw."""
-
-    ticks: int
-    use: UseMeter
-    measures: tuple[Measure, ...]
-    check: CheckMeter
-    servo: ServoMeter | None
-
-    @property
-    def bands(self) -> dict[str, Band]:
-        """Of all that figures show over time."""
-        found = dict(self.use.bands)
-        for each in self.measures:
-            found |= each.bands
-        return found | ({} if self.servo is None else self.servo.servo.bands)
-
-
-def _folded(
-    chunks: Iterable[Chunk], check: Check, limits: Limits, keep: Callable[[], Kept], servo: ServoMeter | None,
-    more: Sequence[Meter], top: float | None = None,
-) -> _Folded:  # fmt: skip
-    """One pass over chunks by the meters of a run, and by `more`; keep makes what keeps the ticks that figures need."""
-    use, measures = UseMeter(limits, keep()), tuple(make(MeasuredRun(limits, keep, top)) for make in MEASURES)
-    checked = CheckMeter(check)
-    count = fold(chunks, [use, *measures, checked, *([] if servo is None else [servo]), *more])
-    return _Folded(count, use, measures, checked, servo)
+    return Path.polyline(at[moved], points.axes, name=name)
 
 
 def measured(
@@ -247,29 +196,48 @@ def measured(
 
     meters  further ones, which see every chunk, too; responses  writes what the machine does
     """
-    column = column_of(ticks)
-    again = partial(chunks, max(CHUNK // column, 1) * column)
+    again = partial(chunks, CHUNK)
     check = Check(limits, law=law)
     check.part(path)
     passing = on_one_path(_counted(again(), ticks), path, law)
-    keep = partial(Kept, column)
+    how: dict[str, Any] = {"machine": machine, "meters": meters, "responses": responses, "top": _top_feed(law, ticks)}
+    made = _folded(passing, check, lambda kept: path.tip_path, most=math.inf if ticks <= LONG else MOST_KEPT, **how)
+    return replace(made, planned=law, chunks=again, joints=None if path.carries_tip else path)
+
+
+def _folded(
+    chunks: Iterable[Chunk],
+    check: Check,
+    path_of: Callable[[Setpoints], Path],
+    *,
+    most: float,
+    machine: Machine | None,
+    meters: Sequence[Meter],
+    responses: Writer | None,
+    top: float | None = None,
+) -> Run:
+    """One pass over chunks by the meters of a run, and by `meters`.
+
+    path_of  makes the path of the tip from the ticks that are kept, at most `most`; top  highest feed where it is known
+    """
+    limits, keep = check.limits, partial(Kept, most)
+    use, checked = UseMeter(limits, keep()), CheckMeter(check)
+    measures = tuple(make(MeasuredRun(limits, keep, top)) for make in MEASURES)
     servo = None if machine is None else ServoMeter(machine, keep(), responses)
-    made = _folded(passing, check, limits, keep, servo, meters, _top_feed(law, ticks))
-    use = made.use
+    ticks = fold(chunks, [use, *measures, checked, *([] if servo is None else [servo]), *meters])
+    bands = [use.bands, *(each.bands for each in measures), *([] if servo is None else [servo.servo.bands])]
     return Run(
-        path=path.tip_path,
+        path=path_of(use.kept),
         limits=limits,
-        planned=law,
-        ticks=made.ticks,
+        ticks=ticks,
         kept=use.kept,
         motion=use.motion,
         use=use.use,
-        verdict=made.check.verdict,
-        measures=made.measures,
-        chunks=again,
-        bands=made.bands,
-        joints=None if path.carries_tip else path,
-        served=None if made.servo is None else made.servo.servo,
+        tip=use.tip,
+        verdict=checked.verdict,
+        measures=measures,
+        served=None if servo is None else servo.servo,
+        bands={name: band for each in bands for name, band in each.items()},
     )
 
 
@@ -280,11 +248,6 @@ def _counted(chunks: Iterator[Setpoints], ticks: int) -> Iterator[Setpoints]:
         done += len(chunk)
         tell("measuring", done, ticks)
         yield chunk
-
-
-def column_of(ticks: int) -> int:
-    """Ticks in one column of a motion of so many: one where all are kept."""
-    return 1 if ticks <= LONG else min(-(-ticks // COLUMNS), CHUNK)
 
 
 def _top_feed(law: TimeLaw, ticks: int) -> float:
