@@ -130,14 +130,6 @@ def mat(file: Path, **fields: object) -> None:
     scipy.io.savemat(file, {"setpoints": fields}, do_compression=True)
 
 
-def deep_mat(file: Path) -> None:
-    """Structs in structs."""
-    inside: dict[str, object] = {"x": 1.0}
-    for _ in range(12):
-        inside = {"s": inside}
-    mat(file, **inside)
-
-
 def motion(file: Path) -> None:
     """Setpoints of a circle."""
     import splinefeed as sf
@@ -224,7 +216,6 @@ BOUNDS: tuple[tuple[str, str, Make, tuple[str, ...]], ...] = (
      ("follow", "{}", "--machine", "xytheta")),
     ("MATLAB (.mat): 200 MB, packed", "packed.mat", lambda file: mat(file, t=np.zeros(25_000_000)),
      ("follow", "{}", "--machine", "xytheta")),
-    ("MATLAB (.mat): structs 12 deep", "deep.mat", deep_mat, ("follow", "{}", "--machine", "xytheta")),
     ("MATLAB (.mat): a GB", "large.mat", sparse("MATLAB 5.0 MAT-file", 2**30 + 1),
      ("follow", "{}", "--machine", "xytheta")),
     ("sweeps: 216 million runs", "runs.toml", text(lambda: grid(3, 600)), ("sweep", "{}")),

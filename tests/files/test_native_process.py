@@ -69,6 +69,6 @@ def test_few_bytes_that_say_many_rows_are_not_unpacked(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["h5", "parquet"])
+@pytest.mark.parametrize("kind", ["h5", "mat", "parquet"])
 def test_ten_thousand_changed_files_end_in_setpoints_or_in_one_line(tmp_path: Path, kind: str) -> None:
     assert fuzzing.fuzz(kind, 40, 10_000, tmp_path).startswith(f"{kind}: 10000 inputs")

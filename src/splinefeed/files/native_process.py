@@ -1,4 +1,4 @@
-"""The process that reads files of strangers with native libraries (HDF5, Parquet), and the columns that it answers.
+"""The process that reads files with native libraries (HDF5, MATLAB, Parquet), and the columns that it answers.
 
 A damaged file can lead such a library outside of its memory, and it cannot be stopped. So it runs apart, with a limit
 on time and memory; what it cannot bear is an error of one line, and the next file finds a new process.

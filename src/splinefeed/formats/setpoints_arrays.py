@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import struct
+import zlib
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -25,10 +27,7 @@ from splinefeed.files.metadata import (
 from splinefeed.files.native_process import ask
 from splinefeed.files.sizes import MAX_AXES, MAX_TICKS
 from splinefeed.files.source import check_size
-from splinefeed.formats import mat5
-from splinefeed.formats.mat5 import MOST_UNPACKED, NO_HARM_BYTES
 from splinefeed.formats.rows_parquet import libraries
-from splinefeed.numbers import whole
 from splinefeed.records import Setpoints
 
 _ARRAYS = (*COLUMNS, "position")
@@ -37,6 +36,10 @@ _KINDS = {name: np.int64 if name == "curve" else np.float64 for name in COLUMNS}
 MAX_MAT_BYTES = 2**30
 #: The struct of a .mat file, and the key of the description in Parquet's schema.
 _STRUCT, _KEY = "setpoints", b"splinefeed"
+#: Type of packed data in a .mat file.
+_PACKED = 15
+#: What smooth columns pack to, rounded up generously: what claims to unpack to more holds nothing.
+MOST_UNPACKED, NO_HARM_BYTES = 50, 2**26
 #: Rows of Parquet that are packed together at the most; readers work group by group.
 ROW_GROUP = 2**17
 
@@ -74,29 +77,47 @@ def write_mat(points: Setpoints, file: Path) -> None:
 
 
 def read_mat(file: Path) -> tuple[dict[str, Any], Any]:
-    """Columns and description of a .mat file."""
+    """Columns and description of a .mat file, which SciPy reads in a process of its own."""
     check_size(file, MAX_MAT_BYTES)
+    said, columns = ask("formats.setpoints_arrays", "mat_contents", file)
+    return columns, said
+
+
+def mat_contents(file: Path) -> tuple[Any, dict[str, Any]]:
+    """Description and columns of a .mat file; runs in the process that may die over a damaged file."""
+    import scipy.io
+
+    _check_unpacked(file.read_bytes())
+    found = scipy.io.loadmat(file, variable_names=[_STRUCT], simplify_cells=True).get(_STRUCT)
     fields = (*_ARRAYS, "record", "schema", "method", "period", "axes", "settings")
-    struct = mat5.read_struct(file.read_bytes(), _STRUCT, fields)
-    if missing := [name for name in fields if name not in struct]:
-        raise InputError(f"{_STRUCT} has no field {missing[0]}; was this written by splinefeed?")
-    axes = struct["axes"] if isinstance(struct["axes"], list) else [struct["axes"]]
-    columns = {name: np.asarray(struct[name]).reshape(-1).astype(kind) for name, kind in _KINDS.items()}
-    position = np.ascontiguousarray(struct["position"], dtype=np.float64)
+    missing = fields if not isinstance(found, dict) else [name for name in fields if name not in found]
+    if missing:
+        raise InputError(f"has no struct {_STRUCT} with a field {missing[0]}; was this written by splinefeed?")
+    axes = [str(axis) for axis in np.atleast_1d(found["axes"])]
+    columns = {name: np.atleast_1d(found[name]).astype(kind) for name, kind in _KINDS.items()}
+    position = np.asarray(found["position"], dtype=np.float64).reshape(-1, len(axes))
     said = {
-        "record": struct["record"], "method": struct["method"], "axes": [str(axis) for axis in axes],
-        "schema": whole(_single(struct["schema"]), "schema"), "period_s": _single(struct["period"]),
-        "settings": json.loads(str(struct["settings"])),
+        "record": found["record"], "method": found["method"], "axes": axes,
+        "schema": int(found["schema"]), "period_s": float(found["period"]),
+        "settings": json.loads(str(found["settings"])),
     }  # fmt: skip
-    return {**columns, "position": position.reshape(len(columns["t"]), len(axes))}, said
+    return said, {**columns, "position": np.ascontiguousarray(position)}
 
 
-def _single(value: Any) -> Any:
-    """The only number of a matrix."""
-    if not isinstance(value, np.ndarray) or value.size != 1:
-        raise InputError("expected a single number")
-    number = value.item()
-    return int(number) if isinstance(number, float) and number.is_integer() else number  # MATLAB has doubles alone
+def _check_unpacked(content: bytes) -> None:
+    """InputError where packed data is far more than it packs to: reading it would fill the memory with nothing.
+
+    Source: The MathWorks, "MAT-File Format", chapter 1 (level 5).
+    """
+    order, left, at = "<" if content[126:128] == b"IM" else ">", MOST_UNPACKED * len(content) + NO_HARM_BYTES, 128
+    while at + 8 <= len(content):
+        kind, size = struct.unpack_from(f"{order}II", content, at)
+        if kind == _PACKED:
+            packed = zlib.decompressobj()
+            left -= len(packed.decompress(memoryview(content)[at + 8 : at + 8 + size], left))
+            if packed.unconsumed_tail or left <= 0:
+                raise InputError("unpacks to far more than it packs; it is damaged")
+        at += 8 + size
 
 
 def write_parquet(file: Path) -> Sink[Setpoints]:
