@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from splinefeed.live import linuxcnc_wire as wires
 from splinefeed.live.linuxcnc_joints import MODULES, MovedJoints
@@ -22,6 +23,9 @@ from splinefeed.records import Array
 HEADER = Path(__file__).parents[1] / "linuxcnc" / "splinefeed_player.h"
 PERIOD = 1e-3
 GCC = shutil.which("gcc")
+needs_gcc = pytest.mark.skipif(GCC is None, reason="no C compiler; on Debian: apt-get install gcc")
+#: A share of a limit by which third differences may be over it.
+NEAR = 1e-6
 #: What the player is told.
 GO, HOLD, STEP = range(3)
 
@@ -152,6 +156,11 @@ class Machine:
         end[: len(to)] = to
         self.move(end, kind=wires.LINE, feed=feed, indexer=-1, **said)
 
+    def wavy(self, count: int, feed: float = 60.0) -> None:
+        """So many short lines along a sine."""
+        for k in range(1, count + 1):
+            self.line(0.4 * k, 2.0 * np.sin(0.15 * k), 0.0, feed=feed)
+
     def move(self, end: Array, **said: object) -> None:
         """A move, as tpAddLine or tpAddCircle gets it."""
         head = int(self.wire.seg_head)
@@ -230,3 +239,7 @@ class Machine:
             float(np.max(np.abs(np.diff(rows, n=n, axis=0)) / PERIOD**n / limit, initial=0.0))
             for n, limit in enumerate(given, 1)
         ]
+
+    def kept(self) -> bool:
+        """Whether every tick kept the limits."""
+        return max(self.differences()) <= 1.0 + NEAR

@@ -29,8 +29,6 @@ _MOVED = {
 
 
 def __getattr__(name: str) -> Any:
-    if name == "live":
-        return import_module(f"{__name__}.live")
     if name not in _MOVED:
         return _find(name)
     room = _MOVED[name]

@@ -88,8 +88,6 @@ def test_a_checker_of_types_sees_the_same_names(room):
 def test_a_name_that_is_none():
     with pytest.raises(AttributeError, match=r"No splinefeed attribute plann$"):
         sf.plann  # noqa: B018
-    with pytest.raises(AttributeError, match=r"module 'splinefeed\.live' has no attribute 'stream_setpoint'"):
-        sf.live.stream_setpoint  # noqa: B018
 
 
 @pytest.mark.parametrize("name", MOVED)
@@ -108,11 +106,6 @@ def test_methods_that_became_functions_warn_and_do_the_same():
     assert tuple(old.curves) == tuple(sf.paths.job(path, feed=20.0).curves)
     with pytest.raises(sf.SplinefeedError, match=r"smooth: expected Path first, got int"):
         sf.smooth(5, 0.01)
-
-
-def test_names_of_the_live_room_that_moved_warn():
-    with pytest.warns(DeprecationWarning, match=r"sf\.live\.LawCourse is sf\.planner\.LawSource; "):
-        assert sf.live.LawCourse is sf.planner.LawSource
 
 
 @pytest.fixture(scope="module")

@@ -62,7 +62,6 @@ MISUSE = {
     "sf.plan(path, limits, perod=1e-3)": "call-arg",
     "sf.Limits(feed='fast')": "arg-type",
     "sf.nonsense": "attr-defined",
-    "sf.live.nonsense": "attr-defined",
     "sf.runs.tune(machine)": "call-overload",
     "bad: sf.TimeLaw = points": "assignment",
 }

@@ -8,29 +8,3 @@ for `linuxcnc_sink`; the other files whose names begin with linuxcnc are the pla
 of `linuxcnc_curves` where the program has such, while `linuxcnc_task` watches what LinuxCNC waits for and has loaded;
 `linuxcnc_joints` has joints that are no axes, `linuxcnc_refusals` says what of that will not run.
 """
-
-from __future__ import annotations
-
-import warnings
-from importlib import import_module
-from typing import Any
-
-#: Names that moved to where they live, which the next release has there alone.
-_MOVED = {
-    "Block": "planner.MotionBlock",
-    "LawCourse": "planner.LawSource",
-    "LookAhead": "planner.LookAhead",
-    "Override": "planner.Override",
-    "Ticks": "planner.OverrideTicks",
-    "stream_setpoints": "runs.stream_setpoints",
-    "with_reserve": "planner.with_reserve",
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _MOVED:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    room, _, there = _MOVED[name].partition(".")
-    words = f"sf.live.{name} is sf.{room}.{there}; the next release has it there alone"
-    warnings.warn(words, DeprecationWarning, stacklevel=2)
-    return getattr(import_module(f"splinefeed.{room}"), there)
