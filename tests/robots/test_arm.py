@@ -245,14 +245,23 @@ def test_arms_of_the_trade_agree_with_pinocchio(file, tip):
         np.testing.assert_allclose(rotation[k], data.oMf[frame].rotation, rtol=0, atol=1e-12)
 
 
+def test_a_yaml_may_say_once_what_holds_for_several_joints(tmp_path):
+    pytest.importorskip("yaml")
+    file = tmp_path / "joint_limits.yaml"
+    each = "&each {has_jerk_limits: yes, max_jerk: 500, max_acceleration: 10, max_deceleration: 8}"
+    file.write_text(f"joint_limits:\n  shoulder: {each}\n  elbow: *each\n", encoding="utf-8")
+    arm = sf.robot(FILE, limits=file)
+    assert arm.jerk.tolist() == [500.0, 500.0]
+    assert arm.acceleration.tolist() == [8.0, 8.0]
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("joint_limits:\n  elbow: &a {max_jerk: 1}\n  shoulder: *a\n", "line 2: an alias repeats this value"),
         (
             "a: &a [1]\n" + "".join(f"{x}: &{x} [{f'*{w}, ' * 9}*{w}]\n" for w, x in pairwise("abcdefghij"))
             + "joint_limits: {elbow: *j}\n",
-            "line 1: an alias repeats this value; write it out",
+            "joint_limits.elbow is [[[[[[[...]",
         ),
         ("joint_limits: {elbow: {max_jerk: " + "9" * 5000 + "}}", "joint_limits.elbow.max_jerk is '999999999999999"),
         ("joint_limits: {elbow: {max_jerk: " + "9" * 4000 + "}}", "joint_limits.elbow.max_jerk is '999999999999999"),

@@ -12,17 +12,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.curves.curve import NurbsCurve
-from splinefeed.errors import FormatError, InputError, nearest
+from splinefeed.errors import CurveError, FormatError, InputError, nearest
 from splinefeed.paths.path import Path
-from splinefeed.records import Array, Joint
-from splinefeed.records.limits import Limits
+from splinefeed.paths.waypoints import checked_waypoints
+from splinefeed.records import Array, Joint, Limits, Torque, TorqueRate
 from splinefeed.robots.arm_path import AT_START, TURNED_AT_START, ArmPath, orientation_of, tip_of
 from splinefeed.robots.description import FIXED, MOVING, JointDescription, read_description
-from splinefeed.robots.dynamics import Payload, RigidBodies, bodies_of, payload_of
+from splinefeed.robots.dynamics import Payload, RigidBodies, bodies_of, finite_array, payload_of
 from splinefeed.robots.frames import Frames
-from splinefeed.robots.inverse import Inverse, free_joints
+from splinefeed.robots.inverse import Inverse
 from splinefeed.robots.joint_limits import Given, friction_of, joint_limits
-from splinefeed.robots.planning import limits_of, path_through
+from splinefeed.robots.waypoint_path import WaypointPath
 
 #: Standard gravity in the frame of the base, m/s^2: an arm that stands on the floor.
 GRAVITY = (0.0, 0.0, -9.81)
@@ -76,7 +76,28 @@ class Arm:
     @property
     def limits(self) -> Limits:
         """What `sf.plan` and `sf.check` take: velocity, acceleration, jerk and travel of each joint, and its torque."""
-        return limits_of(self)
+
+        def by_joint(values: Array) -> dict[str, float]:
+            return dict(zip(self.joints, values.tolist(), strict=True))
+
+        def limited(values: Array) -> dict[str, float]:
+            return {name: value for name, value in by_joint(values).items() if math.isfinite(value)}
+
+        ended = np.isfinite(self.minimum) & np.isfinite(self.maximum)
+        torque: dict[str, Any] = {}
+        if self.bodies is not None:
+            dry = self.friction.get("coulomb"), self.friction.get("viscous")
+            torque["torque"] = Torque(self.torque, by_joint(self.most_torque), *dry)
+            if np.any(np.isfinite(self.torque_rate)):
+                torque["modelled"] = [TorqueRate(self.torque, by_joint(self.torque_rate))]
+        return Limits(
+            axis_velocity=limited(self.velocity),
+            axis_acceleration=limited(self.acceleration),
+            axis_jerk=limited(self.jerk),
+            axis_minimum=limited(np.where(ended, self.minimum, np.inf)),
+            axis_maximum=limited(np.where(ended, self.maximum, np.inf)),
+            **torque,
+        )
 
     def through(
         self,
@@ -99,7 +120,13 @@ class Arm:
         Raises CurveError for waypoints that are the same or out of limits; `sf.plan` PlanError for times that are too
         short, with the shortest. Source: E. T. Y. Lee, Computer-Aided Design 21(6), 1989.
         """
-        return path_through(self, waypoints, near=near, duration=duration, times=times, name=name)
+        points = checked_waypoints(waypoints, self.joints)
+        for row, point in enumerate(points):
+            if out := self._out(point):
+                raise CurveError(f"waypoint {row + 1} has {out}")
+        how: dict[str, Any] = {"near": near, "duration": duration, "times": times, "name": name}
+        # each joint is measured by its velocity limit: so joints in rad and in mm count alike
+        return WaypointPath.through(points, self.joints, weights=1.0 / self.velocity, frames=self.frames, **how)
 
     def along(
         self,
@@ -126,7 +153,7 @@ class Arm:
         tip = tip_of(curve, feed)
         turn = orientation_of(orientation, joints, self.frames, tip.length)
         found = ArmPath(self.name, self.joints, self.frames, tip, turn, joints, free)
-        found.check_travel(limits_of(self).travel_of(self.joints))
+        found.check_travel(self.limits.travel_of(self.joints))
         return found
 
     def inverse(
@@ -137,9 +164,7 @@ class Arm:
         orientation  None for that at `start`. Raises InputError for what is not reached, with how far it is off.
         """
         joints, free = self._start(start), self._free(hold)
-        wanted = np.asarray(place, dtype=np.float64)
-        if wanted.shape != (3,) or not np.all(np.isfinite(wanted)):
-            raise InputError(f"place is {place!r}; expected x, y, z, mm")
+        wanted = finite_array("place", place, (3,), "mm")
         turn = orientation_of(orientation, joints, self.frames, 1.0).jets(np.zeros(1), 0)[0, 0]
         found, left = Inverse(self.frames, free).damped(joints, wanted, turn)
         away, angle = 1000.0 * float(np.linalg.norm(left[:3])), float(np.linalg.norm(left[3:]))
@@ -154,14 +179,16 @@ class Arm:
         joints = self._joints(start)
         if joints.ndim != 1 or not np.all(np.isfinite(joints)):
             raise InputError(f"start has shape {joints.shape}; expected {len(self.joints)} finite joints")
+        if out := self._out(joints):
+            raise InputError(f"start has {out}")
+        return joints
+
+    def _out(self, joints: Array) -> str:
+        """Which of joints (joints,) is furthest out of its travel, in words; empty where none is."""
         out = np.maximum(self.minimum - joints, joints - self.maximum)
         k = int(np.argmax(out))
-        if out[k] > 0.0:
-            raise InputError(
-                f"start has {self.joints[k]} at {joints[k]:g} {self.units[k]}; its limits are {self.minimum[k]:g} to "
-                f"{self.maximum[k]:g}"
-            )
-        return joints
+        ends = f"{self.minimum[k]:g} to {self.maximum[k]:g}"
+        return f"{self.joints[k]} at {joints[k]:g} {self.units[k]}; its limits are {ends}" if out[k] > 0.0 else ""
 
     def _free(self, hold: str | Sequence[str]) -> tuple[int, ...]:
         """The joints that follow a pose: all but those that are held; InputError unless they are six."""
@@ -169,7 +196,7 @@ class Arm:
         for name in held:
             if name not in self.joints:
                 raise InputError(f"hold: the arm has no joint {name!r}; {nearest(name, self.joints)}")
-        free = free_joints(self.joints, held)
+        free = tuple(k for k, name in enumerate(self.joints) if name not in held)
         if len(free) != POSE:
             more = len(free) - POSE
             said = f"hold {more} of {', '.join(self.joints)}" if more > 0 else "an arm along a curve moves six"
@@ -272,9 +299,7 @@ def robot(
     carried = payload_of(payload)
     if torque:
         own, held, without = bodies_of(description, way)
-        pull = np.asarray(gravity, dtype=np.float64)
-        if pull.shape != (3,) or not np.all(np.isfinite(pull)):
-            raise InputError(f"gravity is {gravity!r}; expected 3 finite numbers, m/s^2")
+        pull = finite_array("gravity", gravity, (3,), "m/s^2")
         bodies = RigidBodies(frames, own, pull).carrying(carried)
         if held:
             notes.append(f"{len(held)} joint(s) beside the arm stay at 0 and are carried: {', '.join(sorted(held))}")
@@ -294,13 +319,8 @@ def robot(
         tip=tip,
         frames=frames,
         bodies=bodies,
-        minimum=found["minimum"],
-        maximum=found["maximum"],
-        velocity=found["velocity"],
-        acceleration=found["acceleration"],
-        jerk=found["jerk"],
-        most_torque=found["torque"],
-        torque_rate=found["torque_rate"],
+        most_torque=found.pop("torque"),
+        **found,
         friction=friction_of(friction, called),
         notes=tuple([*notes, *own_notes]),
     )

@@ -1,7 +1,7 @@
 """The joints of an arm along a curve of its tip: implicit, exact at every place, one branch from start to end.
 
-Wherever joints are needed they are solved for, by Newton steps from a guess; the guess is a table of polynomials
-of degree 7 that keep three derivatives at both ends of a cell. Nothing of the motion depends on how good the table is.
+Wherever joints are needed they are solved for, by Newton steps from a guess, which lies on the line between the two
+nearest places of a table. Nothing of the motion depends on how good the table is.
 """
 
 from __future__ import annotations
@@ -32,10 +32,9 @@ FIRST_STEP, LEAST_STEP = 1.0 / 64.0, 1e-7
 MOST_MOVE, CORRECTED = 0.3, 0.2
 #: Newton has met a pose within this, m and rad: behind that each step squares it.
 MET = 1e-9
-#: A guess of the table is good where it is off by less than this, rad or m: one Newton step makes that rounding.
-GOOD_GUESS = 1e-7
-#: Times that cells of the table are halved, and how far inside of them derivatives are taken, as a share.
-HALVINGS, INSIDE = 24, 1e-6
+#: A guess of the table is good where it is off by less than this, rad or m: two Newton steps make that rounding. Times
+#: that its cells are halved at the most.
+GOOD_GUESS, HALVINGS = 1e-6, 24
 #: A Jacobian whose least singular value is below this, m and rad a rad, is singular.
 SINGULAR = 1e-4
 #: Places ahead at which is looked how far the curve is out of reach.
@@ -89,9 +88,7 @@ class ArmPath(JointPath):
         self._turn, self._inverse = orientation, Inverse(frames, free)
         self._s = self._dips = np.zeros(0)
         self._check_start(start)
-        nodes, q = self._march(start)
-        self._cells = self._table(nodes, q)
-        self._s = self._cells[0]
+        self._s, self._known = self._table(*self._march(start))
 
     # --- where it is ------------------------------------------------------------------------------------------------
 
@@ -192,25 +189,17 @@ class ArmPath(JointPath):
                 f"at {self.tool.place(s)} {way}: ahead the curve is out of reach by {beyond:.4g} mm within "
                 f"{ahead[-1] - s:.4g} mm; move or turn it, or begin with another start"
             )
-        least = self._inverse.smallest(q) if np.all(np.isfinite(q)) else 0.0
+        least = float(self._inverse.smallest(q)[0]) if np.all(np.isfinite(q)) else 0.0
         raise CurveError(
             f"at {self.tool.place(s)} {way}: the arm is singular there (least singular value {least:.2g}), and joints "
             "would have to turn at once; move or turn the curve, hold another joint, or begin with another start"
         )
 
     def _table(self, s: Array, q: Array) -> tuple[Array, Array]:
-        """Ends of cells (m + 1,), mm, and polynomials by their share, (m, 8, joints), that guess the joints."""
+        """Places (k,), mm, and joints there (k, joints), so near to each other that lines between them are guesses."""
         unit = self._inverse.units
-        inner = np.setdiff1d(self.breaks, s)
-        if len(inner):
-            near = np.stack([np.interp(inner, s, each) for each in q.T], axis=1)
-            near, _ = self._inverse.newton(near, *self._pose(inner))
-            order = np.argsort(np.concatenate([s, inner]), kind="stable")
-            s, q = np.concatenate([s, inner])[order], np.concatenate([q, near])[order]
         for _ in range(HALVINGS):
-            cells = self._hermite(s, q)
-            middle = 0.5 * (s[:-1] + s[1:])
-            guess = np.einsum("mkj,k->mj", cells, 0.5 ** np.arange(8))
+            middle, guess = 0.5 * (s[:-1] + s[1:]), 0.5 * (q[:-1] + q[1:])
             known, _ = self._inverse.newton(guess, *self._pose(middle))
             off = np.max(np.abs(guess - known) * unit, axis=1)
             if not np.all(np.isfinite(off)):
@@ -220,51 +209,20 @@ class ArmPath(JointPath):
             if not len(coarse):
                 break
             s, q = np.insert(s, coarse + 1, middle[coarse]), np.insert(q, coarse + 1, known[coarse], axis=0)
-        singular = np.array([self._inverse.smallest(each[None]) for each in q])
+        singular = self._inverse.smallest(q)
         if np.min(singular) < SINGULAR:
             k = int(np.argmin(singular))
             self._refuse(float(s[k]), q[k : k + 1])
-        return s, cells
-
-    def _hermite(self, s: Array, q: Array) -> Array:
-        """Of each cell the polynomial of degree 7 that has the joints and three derivatives at both ends."""
-        h = np.diff(s)
-        ends = []
-        for side, at in ((0, s[:-1] + INSIDE * h), (1, s[1:] - INSIDE * h)):
-            tip = self.tool.derivatives(at)
-            known = q[:-1] if side == 0 else q[1:]
-            c = self._taylor(at, tip, known)
-            ends.append(c * (h[:, None] ** np.arange(4)[:, None, None]))
-        return np.moveaxis(np.einsum("ab,bmj->amj", _HERMITE, np.concatenate(ends)), 0, 1)
+        return s, q
 
     def _guess(self, s: Array) -> Array:
-        nodes, cells = self._cells
-        k = np.clip(np.searchsorted(nodes, s, side="right") - 1, 0, len(cells) - 1)
-        share = ((s - nodes[k]) / (nodes[k + 1] - nodes[k]))[:, None]
-        found = cells[k, 7]
-        for power in range(6, -1, -1):
-            found = found * share + cells[k, power]
-        return np.asarray(found)
+        return np.stack([np.interp(s, self._s, each) for each in self._known.T], axis=1)
 
     def __repr__(self) -> str:
         return f"ArmPath({self.name!r}, {self.kinematics.kind}, joints {' '.join(self.axes)}, {self.length:.6g} mm)"
 
 
 _FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
-
-
-def _hermite_matrix() -> Array:
-    """Taylor coefficients at 0 and at 1, four each, to those of a polynomial of degree 7, (8, 8)."""
-    from math import comb
-
-    rows = np.zeros((8, 8))
-    for k in range(4):
-        rows[k, k] = 1.0
-        rows[4 + k] = [comb(power, k) for power in range(8)]
-    return np.asarray(np.linalg.inv(rows), dtype=np.float64)
-
-
-_HERMITE = _hermite_matrix()
 
 
 def _columns(rotation: Array) -> Array:

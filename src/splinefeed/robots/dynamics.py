@@ -42,15 +42,15 @@ class Payload:
     inertia: ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        mass = _finite("payload: mass", self.mass, ())
+        mass = finite_array("payload: mass", self.mass, ())
         if mass < 0.0:
             raise InputError(f"payload: mass is {mass:g} kg; it must not be negative")
-        inertia = _finite("payload: inertia", np.zeros((3, 3)) if self.inertia is None else self.inertia, (3, 3))
+        inertia = finite_array("payload: inertia", np.zeros((3, 3)) if self.inertia is None else self.inertia, (3, 3))
         moments = np.linalg.eigvalsh(inertia)
         if not np.allclose(inertia, inertia.T) or moments[0] < -1e-9 * moments[-1]:
             raise InputError("payload: inertia must be symmetric, and no moment about any axis negative")
         object.__setattr__(self, "mass", float(mass))
-        object.__setattr__(self, "center", _finite("payload: center", self.center, (3,)))
+        object.__setattr__(self, "center", finite_array("payload: center", self.center, (3,)))
         object.__setattr__(self, "inertia", inertia)
 
 
@@ -113,7 +113,7 @@ class RigidBodies:
                 p = p + R[:, 2:] * (q[:, k] / MM)
             p = np.broadcast_to(p, (3, n))
             acc = acc + _cross(dw, p) + _cross(w, _cross(w, p))
-            acc, w, dw = (_back(turn, R.T @ each) for each in (acc, w, dw))
+            acc, w, dw = (_turned(turn, R.T @ each, -1.0) for each in (acc, w, dw))
             if turns:
                 dw = dw + np.stack([w[1] * v[k], -w[0] * v[k], a[k]])  # w x z v + z a
                 w = w + np.stack([np.zeros(n), np.zeros(n), v[k]])
@@ -131,7 +131,7 @@ class RigidBodies:
         for k in reversed(range(len(frames.turns))):
             f, t = f + forces[k], t + moments[k]
             torque[:, k] = t[2] if frames.turns[k] else f[2]
-            f, t = (frames.rotation[k] @ _forth(turned[k], each) for each in (f, t))
+            f, t = (frames.rotation[k] @ _turned(turned[k], each, 1.0) for each in (f, t))
             t = t + _cross(places[k], f)
         return torque
 
@@ -189,14 +189,15 @@ def payload_of(value: float | Mapping[str, Any] | Payload) -> Payload:
     return Payload(value)
 
 
-def _finite(what: str, value: object, shape: tuple[int, ...]) -> Any:
+def finite_array(what: str, value: object, shape: tuple[int, ...], unit: str = "") -> Any:
+    """A value as an array of this shape; InputError for what is none, or not finite."""
     try:
         found = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
         found = np.array(np.nan)
     if found.shape != shape or not np.all(np.isfinite(found)):
         many = f"{' x '.join(map(str, shape))} finite numbers" if shape else "a finite number"
-        raise InputError(f"{what} is {value!r}; expected {many}")
+        raise InputError(f"{what} is {value!r}; expected {many}{', ' * bool(unit)}{unit}")
     return found
 
 
@@ -205,13 +206,7 @@ def _cross(a: Array, b: Array) -> Array:
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
-def _back(turn: tuple[Array, Array], x: Array) -> Array:
-    """A vector (3, n) of the frame before the joint turned, in the turned one; turn is cosine and sine."""
-    c, s = turn
-    return np.stack([c * x[0] + s * x[1], c * x[1] - s * x[0], x[2]])
-
-
-def _forth(turn: tuple[Array, Array], x: Array) -> Array:
-    """The way of `_back` back."""
-    c, s = turn
+def _turned(turn: tuple[Array, Array], x: Array, way: float) -> Array:
+    """A vector (3, n) turned about z (way 1), or back (-1); turn is cosine and sine."""
+    c, s = turn[0], way * turn[1]
     return np.stack([c * x[0] - s * x[1], s * x[0] + c * x[1], x[2]])

@@ -10,7 +10,6 @@ and q_0 is Newton's. A row of the residual is metres or, of the rotation, rad: v
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,10 +79,6 @@ class Inverse:
         c = np.zeros((4, *q.shape))
         c[0] = q
         jacobian = self.jacobian(q)
-        try:
-            inverse = np.linalg.inv(jacobian)
-        except np.linalg.LinAlgError:
-            inverse = np.full_like(jacobian, np.nan)
         for k in (1, 2, 3):
             if k == 1:
                 own_place, own = np.zeros_like(q[:, :3]), np.zeros((len(q), 3, 3))
@@ -92,12 +87,12 @@ class Inverse:
                 own_place, own = places[k], rotations[k]
             turn = (rotation[k] - own) @ np.swapaxes(rotation[0], 1, 2)
             off = np.concatenate([(place[k] - own_place) / MM, _vee(turn)], axis=1)
-            c[k][:, self.free] = np.einsum("nij,nj->ni", inverse, off) / self.units[list(self.free)]
+            c[k][:, self.free] = self._solved(jacobian, off)
         return c
 
-    def smallest(self, q: Array) -> float:
-        """Least singular value of the Jacobian, m and rad, over joints (n, joints)."""
-        return float(np.min(np.linalg.svd(self.jacobian(q), compute_uv=False)))
+    def smallest(self, q: Array) -> Array:
+        """Least singular value of the Jacobian, m and rad, at joints (n, joints), (n,)."""
+        return np.asarray(np.min(np.linalg.svd(self.jacobian(q), compute_uv=False), axis=1))
 
     def _off(self, q: Array, place: Array, rotation: Array) -> tuple[Array, Array]:
         """What is left to a pose, (n, 6), m and rad, and the Jacobian (n, 6, 6)."""
@@ -115,11 +110,6 @@ class Inverse:
         except np.linalg.LinAlgError:
             step = np.full_like(off, np.nan)
         return np.asarray(step / self.units[list(self.free)])
-
-
-def free_joints(joints: Sequence[str], held: Sequence[str]) -> tuple[int, ...]:
-    """The numbers of the joints that are not held."""
-    return tuple(k for k, name in enumerate(joints) if name not in held)
 
 
 def _vee(turn: Array) -> Array:

@@ -24,7 +24,8 @@ from splinefeed.robots.frames import MM
 #: Kinds of limits of a joint; in rad (sliding joints: mm), s, and N m (N). Kinds of its friction.
 KINDS = ("minimum", "maximum", "velocity", "acceleration", "jerk", "torque", "torque_rate")
 FRICTION = ("coulomb", "viscous")
-#: Those that every joint must have.
+#: Ends of the travel, and those that every joint must have.
+ENDS = ("minimum", "maximum")
 NEEDED = ("velocity", "acceleration", "jerk")
 #: What joint_limits.yaml calls them, with the key that switches each on.
 _YAML = {
@@ -38,6 +39,8 @@ _YAML = {
 }
 #: Keys of joint_limits.yaml that limit nothing here: ends that wrap, and the springs of soft limits.
 _SILENT = ("angle_wraparound", "has_soft_limits", "k_position", "k_velocity", "soft_lower_limit", "soft_upper_limit")
+#: What switches on and off in YAML 1.1.
+_ON, _OFF = ("true", "yes", "on"), ("false", "no", "off")
 #: Largest joint_limits.yaml, bytes.
 MAX_BYTES = 2**17
 
@@ -55,47 +58,40 @@ def joint_limits(
     Raises LimitsError naming every limit that is missing, and FormatError or LimitsError for what cannot be.
     """
     names = [joint.name for joint in moving]
-    found = {kind: [_of_urdf(joint, kind) for joint in moving] for kind in KINDS}
+    found = {kind: np.array([_of_urdf(joint, kind) for joint in moving]) for kind in KINDS}  # NaN where there is none
     notes: list[str] = []
     if isinstance(given, str | Path):
         own, notes = _of_yaml(_read_yaml(given), names, known, moving, str(given))
-    elif given is None:
-        own = {}
     elif isinstance(given, Mapping) and "joint_limits" in given:
         own, notes = _of_yaml(given, names, known, moving, "limits")
-    elif isinstance(given, Mapping):
-        own = _of_mapping(given, names)
+    elif given is None or isinstance(given, Mapping):
+        own = _of_mapping(given or {}, names)
     else:
         raise LimitsError(
             f"limits are {reprlib.repr(given)}; give a joint_limits.yaml, or a mapping such as {{'jerk': 500.0}}"
         )
     for kind, values in own.items():
-        found[kind] = [each if value is None else value for value, each in zip(values, found[kind], strict=True)]
+        found[kind] = np.where(np.isnan(values), found[kind], values)
     _refuse_missing(moving, found, torque)
-    for kind, values in found.items():
-        for joint, value in zip(moving, values, strict=True):
-            if kind not in ("minimum", "maximum") and value is not None and value < LEAST:
+    for kind in KINDS:
+        for joint, value in zip(moving, found[kind].tolist(), strict=True):
+            if kind not in ENDS and value < LEAST:
                 raise LimitsError(f"{joint.name}: {kind} is {value:g}; it must be at least {LEAST:g}")
-    for joint, low, high in zip(moving, found["minimum"], found["maximum"], strict=True):
-        if low is not None and high is not None and not low < high:
+    for joint, low, high in zip(moving, *(found[end].tolist() for end in ENDS), strict=True):
+        if low >= high:
             raise LimitsError(f"{joint.name}: minimum is {low:g} and maximum is {high:g}; no travel is left")
-    otherwise = {"minimum": -math.inf}
-    arrays = {
-        kind: np.array([otherwise.get(kind, math.inf) if value is None else value for value in values])
-        for kind, values in found.items()
-    }
-    return arrays, notes
+    none = {"minimum": -math.inf}
+    return {kind: np.where(np.isnan(each), none.get(kind, math.inf), each) for kind, each in found.items()}, notes
 
 
-def _of_urdf(joint: JointDescription, kind: str) -> float | None:
-    """A limit as <limit> has it, None where it says nothing: a velocity or an effort of 0 stands for none."""
+def _of_urdf(joint: JointDescription, kind: str) -> float:
+    """A limit as <limit> has it, NaN where it says nothing: a velocity or an effort of 0 stands for none."""
     key = {"minimum": "lower", "maximum": "upper", "torque": "effort"}.get(kind, kind)
-    value = joint.limits.get(key)
-    if kind in ("minimum", "maximum"):
-        return None if value is None or joint.kind == "continuous" else _unit(joint, kind) * value
-    if kind == "acceleration" and value is not None:
+    value = joint.limits.get(key, math.nan)
+    if kind == "acceleration":
         value = min(value, joint.limits.get("deceleration") or value)
-    return None if value is None or not value > 0.0 else _unit(joint, kind) * value
+    limited = joint.kind != "continuous" if kind in ENDS else value > 0.0
+    return _unit(joint, kind) * value if limited else math.nan
 
 
 def _unit(joint: JointDescription, kind: str) -> float:
@@ -103,25 +99,23 @@ def _unit(joint: JointDescription, kind: str) -> float:
     return MM if joint.kind == "prismatic" and not kind.startswith("torque") else 1.0
 
 
-def _refuse_missing(
-    moving: Sequence[JointDescription], found: Mapping[str, Sequence[float | None]], torque: bool
-) -> None:
-    missing: dict[str, list[str]] = {}
-    for k, joint in enumerate(moving):
-        ends = () if joint.kind == "continuous" else ("minimum", "maximum")
-        own = [kind for kind in (*NEEDED, *ends, *(["torque"] if torque else [])) if found[kind][k] is None]
-        for kind in own:
-            missing.setdefault(kind, []).append(joint.name)
-    if missing:
-        all_of = len(moving)
-        said = [
-            f"{kind} of {', '.join(names) if len(names) < all_of else 'every joint'}" for kind, names in missing.items()
+def _refuse_missing(moving: Sequence[JointDescription], found: Mapping[str, Array], torque: bool) -> None:
+    missing = {}
+    for kind in (*NEEDED, *ENDS, *(["torque"] if torque else [])):
+        names = [
+            joint.name
+            for joint, value in zip(moving, found[kind].tolist(), strict=True)
+            if math.isnan(value) and not (kind in ENDS and joint.kind == "continuous")
         ]
+        if names:
+            missing[kind] = "every joint" if len(names) == len(moving) else ", ".join(names)
+    if missing:
         otherwise = "; or torque=False" if "torque" in missing else ""
         first = next(iter(missing))
         raise LimitsError(
-            f"no limit of {'; '.join(said)}: none is guessed; give limits={{{first!r}: ...}} as a number, a list in "
-            f"the order of the joints or by name, or a joint_limits.yaml{otherwise}"
+            f"no limit of {'; '.join(f'{kind} of {names}' for kind, names in missing.items())}: none is guessed; give "
+            f"limits={{{first!r}: ...}} as a number, a list in the order of the joints or by name, or a "
+            f"joint_limits.yaml{otherwise}"
         )
 
 
@@ -131,16 +125,16 @@ def friction_of(given: Mapping[str, Any] | None, names: Sequence[str]) -> dict[s
         raise LimitsError(f"friction is {given!r}; give a mapping such as {{'coulomb': 2.0, 'viscous': 1.0}}")
     found = _of_mapping(given or {}, names, FRICTION, "friction")
     return {
-        kind: {name: each for name, each in zip(names, values, strict=True) if each is not None}
+        kind: {name: each for name, each in zip(names, values.tolist(), strict=True) if not math.isnan(each)}
         for kind, values in found.items()
     }
 
 
 def _of_mapping(
     given: Mapping[str, Any], names: Sequence[str], kinds: Sequence[str] = KINDS, what: str = "limits"
-) -> dict[str, list[float | None]]:
-    """Limits by kind: one number for every joint, a list in their order, or a mapping by name."""
-    found: dict[str, list[float | None]] = {}
+) -> dict[str, Array]:
+    """Limits by kind, NaN for none: one number for every joint, a list in their order, or a mapping by name."""
+    found: dict[str, Array] = {}
     for kind, value in given.items():
         if kind not in kinds:
             raise LimitsError(f"{what}: {kind!r} is not known; {nearest(kind, kinds)}")
@@ -155,10 +149,11 @@ def _of_mapping(
             values = list(value)
             if len(values) != len(names):
                 raise LimitsError(f"{what}: {kind} has {len(values)} values; the arm has {len(names)} joints")
-        found[kind] = [
-            None if each is None else _checked(each, kind, f"{what}: {kind} of {name}")
+        checked = [
+            math.nan if each is None else _checked(each, kind, f"{what}: {kind} of {name}")
             for each, name in zip(values, names, strict=True)
         ]
+        found[kind] = np.array(checked)
     return found
 
 
@@ -167,7 +162,7 @@ def _checked(value: object, kind: str, place: str) -> float:
         number = finite(value, place)
     except InputError as error:
         raise LimitsError(str(error)) from None
-    if kind not in ("minimum", "maximum") and number <= 0.0:
+    if kind not in ENDS and number <= 0.0:
         raise LimitsError(f"{place} is {number:g}; expected a finite number greater than 0")
     return number
 
@@ -182,11 +177,7 @@ def _read_yaml(file: str | Path) -> Any:
     if len(content) > MAX_BYTES:
         raise FormatError(f"{file}: is larger than {MAX_BYTES // 2**10} kB; that is no joint_limits.yaml")
     try:
-        return _plain(yaml.compose(content, Loader=yaml.SafeLoader), set())
-    except _AliasError as error:
-        raise FormatError(
-            f"{file}: line {error.args[0]}: an alias repeats this value; write it out where it is needed"
-        ) from None
+        return yaml.load(content, Loader=yaml.BaseLoader)  # tables, lists and texts: `finite` reads numbers
     except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         place = f"line {mark.line + 1}: " if mark else ""
@@ -194,63 +185,38 @@ def _read_yaml(file: str | Path) -> Any:
         raise FormatError(f"{file}: {place}is not YAML: {problem}") from None
 
 
-class _AliasError(Exception):
-    """A value of YAML that stands for another one: a few letters may stand for any number of values."""
-
-
-def _plain(node: Any, seen: set[int]) -> Any:
-    """A node of YAML as tables, lists, truth values and texts; numbers stay texts, which `finite` reads."""
-    if node is None:
-        return None
-    if id(node) in seen:
-        raise _AliasError(node.start_mark.line + 1)
-    seen.add(id(node))
-    if node.id == "mapping":
-        return {str(_plain(key, seen)): _plain(value, seen) for key, value in node.value}
-    if node.id == "sequence":
-        return [_plain(each, seen) for each in node.value]
-    if node.tag == "tag:yaml.org,2002:bool":
-        return node.value.lower() in ("true", "yes", "on")
-    return node.value
-
-
 def _of_yaml(
     content: Any, names: Sequence[str], known: Sequence[str], moving: Sequence[JointDescription], file: str
-) -> tuple[dict[str, list[float | None]], list[str]]:
-    """Limits of a joint_limits.yaml: a value counts where its has_... is not false."""
+) -> tuple[dict[str, Array], list[str]]:
+    """Limits of a joint_limits.yaml, NaN where there is none: a value counts where its has_... is not false."""
     table = content.get("joint_limits") if isinstance(content, Mapping) else None
     if not isinstance(table, Mapping):
         raise FormatError(f"{file}: there is no joint_limits with a table for each joint; is it a joint_limits.yaml?")
-    notes = [
-        f"{file}: {key} {str(content[key])[:40]} is not applied"
-        for key in ("default_velocity_scaling_factor", "default_acceleration_scaling_factor")
-        if content.get(key) not in (None, 1, 1.0, "1", "1.0")
-    ]
-    found: dict[str, list[float | None]] = {kind: [None] * len(names) for kind in KINDS}
+    notes = []
+    for key in ("default_velocity_scaling_factor", "default_acceleration_scaling_factor"):
+        if content.get(key) not in (None, 1, 1.0, "1", "1.0"):
+            notes.append(f"{file}: {key} {finite(content[key], f'{file}: {key}'):g} is not applied")
+    found = {kind: np.full(len(names), math.nan) for kind in KINDS}
     for name, own in table.items():
         place = f"{file}: joint_limits.{name}"
         if name not in known:
             raise FormatError(f"{place}: the robot has no such joint; {nearest(name, known)}")
         if not isinstance(own, Mapping):
-            raise FormatError(f"{place} is {reprlib.repr(own)}; expected a table such as max_velocity: 2.0")
-        switches = {switch for _, switch in _YAML.values()}
-        for key, value in own.items():
+            raise FormatError(f"{place} is {reprlib.repr(own)[:80]}; expected a table such as max_velocity: 2.0")
+        switches = {switch: str(own.get(switch, "true")).lower() for _, switch in _YAML.values()}
+        for key in own:
             if key not in (*_YAML, *switches, *_SILENT):
                 raise FormatError(f"{place}.{key} is not known; {nearest(key, (*_YAML, *switches))}")
-            if key in switches and not isinstance(value, bool):
-                raise FormatError(f"{place}.{key} is {reprlib.repr(value)}; expected true or false")
+            if key in switches and switches[key] not in (*_ON, *_OFF):
+                raise FormatError(f"{place}.{key} is {reprlib.repr(own[key])}; expected true or false")
         if name not in names:
             continue
         k = names.index(name)
         for key, value in own.items():
             kind, switch = _YAML.get(key, ("", ""))
-            if not kind or not own.get(switch, True):
+            if not kind or switches[switch] in _OFF:
                 continue
-            number = _checked(value, "minimum" if kind in ("minimum", "maximum") else "velocity", f"{place}.{key}")
-            number *= _unit(moving[k], kind)
-            if kind == "deceleration":
-                kind, number = "acceleration", min(number, found["acceleration"][k] or number)
-            elif kind == "acceleration":
-                number = min(number, found["acceleration"][k] or number)
-            found[kind][k] = number
+            number = _checked(value, kind, f"{place}.{key}") * _unit(moving[k], kind)
+            kind = "acceleration" if kind == "deceleration" else kind
+            found[kind][k] = np.fmin(found[kind][k], number)
     return found, notes

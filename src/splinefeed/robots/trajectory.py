@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -24,10 +25,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import FormatError, InputError
-from splinefeed.files.atomic import atomic_write
+from splinefeed.files.atomic import write_text
 from splinefeed.paths.track import Track
 from splinefeed.planner.timed import times_at
 from splinefeed.records import AXIS_LIMITS, Array, BoolArray, Limits, TimeLaw
+from splinefeed.records.motion import derivative
 from splinefeed.robots.frames import MM
 from splinefeed.runs.result import Run
 
@@ -122,8 +124,10 @@ class JointTrajectory:
         if not name.endswith((".json", ".yaml", ".yml")):
             raise FormatError(f"{name}: a JointTrajectory is written as .json or .yaml; name the file so")
         said = self.as_dict()
-        with atomic_write(name) as temporary, open(temporary, "w", encoding="utf-8") as out:
-            out.write(_yaml(said) if not name.endswith(".json") else json.dumps(said, indent=1) + "\n")
+        rows = ",\n  ".join(map(json.dumps, said["points"]))
+        text = f'{{\n "joint_names": {json.dumps(said["joint_names"])},\n "points": [\n  {rows}\n ]\n}}\n'
+        # JSON is YAML, but for numbers such as 1e-05, which YAML 1.1 wants with a point
+        write_text(name, re.sub(r"(?<![.\d])(\d+)e(?=[-+]?\d)", r"\1.0e", text))
 
 
 def joint_trajectory(
@@ -235,10 +239,9 @@ class _Quintics:
         h = np.diff(t)[:, None]
         ends = motion_at(self.path, self.law, t)[:3]
         c = quintic(h, *((each[:-1], each[1:]) for each in ends))
-        x = places[:, None, None] * h
         wanted = motion_at(self.path, self.law, np.minimum((t[:-1] + places[:, None] * h[:, 0]).ravel(), t[-1]))
-        shape = (*x.shape[:2], ends[0].shape[1])
-        found = [_value(c, x, order) for order in range(4)]
+        shape = (len(places), len(h), ends[0].shape[1])
+        found = [derivative(c, np.broadcast_to(places[:, None, None] * h, shape), order) for order in range(4)]
         off = np.max(np.abs(found[0] - wanted[0].reshape(shape)), axis=(0, 2))
         return off, self._shares(found), self._shares([each.reshape(shape) for each in wanted])
 
@@ -255,7 +258,7 @@ class _Quintics:
 
 
 def quintic(h: Array, q: tuple[Array, Array], v: tuple[Array, Array], a: tuple[Array, Array]) -> Array:
-    """Coefficients (6, n, joints) of the controller's polynomials over times h (n, 1), from states at both ends."""
+    """Coefficients (n, joints, 6) of the controller's polynomials over times h (n, 1), from states at both ends."""
     d, (v0, v1), (a0, a1) = q[1] - q[0], v, a
     return np.stack(
         [
@@ -265,35 +268,6 @@ def quintic(h: Array, q: tuple[Array, Array], v: tuple[Array, Array], a: tuple[A
             (20.0 * d - (8.0 * v1 + 12.0 * v0) * h - (3.0 * a0 - a1) * h**2) / (2.0 * h**3),
             (-30.0 * d + (14.0 * v1 + 16.0 * v0) * h + (3.0 * a0 - 2.0 * a1) * h**2) / (2.0 * h**4),
             (12.0 * d - 6.0 * (v1 + v0) * h - (a0 - a1) * h**2) / (2.0 * h**5),
-        ]
+        ],
+        axis=-1,
     )
-
-
-def _value(c: Array, x: Array, order: int) -> Array:
-    """The derivative of an order of polynomials c (6, n, joints) at x (k, n, 1), (k, n, joints)."""
-    found = np.zeros(x.shape[:2] + c.shape[2:])
-    for power in range(5, order - 1, -1):
-        factor = float(np.prod(np.arange(power - order + 1, power + 1)))
-        found = found * x + factor * c[power]
-    return np.asarray(found)
-
-
-def _yaml(said: dict[str, Any]) -> str:
-    """The message as YAML: a point is a few lines of flow sequences."""
-    lines = ["joint_names: " + json.dumps(said["joint_names"]), "points:"]
-    for point in said["points"]:
-        first = "- "
-        for key in ("positions", "velocities", "accelerations"):
-            lines.append(f"{first}{key}: [{', '.join(map(_number, point[key]))}]")
-            first = "  "
-        time = point["time_from_start"]
-        lines.append(f"  time_from_start: {{sec: {time['sec']}, nanosec: {time['nanosec']}}}")
-    return "\n".join(lines) + "\n"
-
-
-def _number(value: float) -> str:
-    """Shortest digits that read back the same; with a point, which YAML 1.1 wants of numbers with an exponent."""
-    text = repr(value)
-    if "e" in text and "." not in text:
-        text = text.replace("e", ".0e")
-    return text
