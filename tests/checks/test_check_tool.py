@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
+from splinefeed.checks.axes import AxesByPlace
 from splinefeed.errors import InputError
 from splinefeed.kinematics import kinematics
 from splinefeed.records import Array
-from tool_paths import FLANK, FLANK_PERIOD, flank
+from tool_paths import FLANK, FLANK_PERIOD, MACHINES, flank, random_tool_path
 
 DATA = File(__file__).parents[1] / "data"
 
@@ -82,6 +83,49 @@ def test_a_program_s_own_feeds_are_held_curve_by_curve() -> None:
     assert verdict.limits["feed"].limit == 20.0
     (said,) = (each for each in verdict.problems if each.startswith("feed: "))
     assert "mm/s " in said
+
+
+def test_a_law_that_is_over_its_limits_between_setpoints_is_found() -> None:
+    path, law, points = planned()
+    fine = sf.check(points, path, FLANK, law=law).limits["axis_jerk.x"]
+    assert fine.by == "law"
+    coarse = sf.interpolate(path, law, period=64 * FLANK_PERIOD)
+    tighter = dataclasses.replace(FLANK, axis_jerk={**FLANK.axis_jerk, "x": 0.98 * fine.worst})
+    assert not any("axis_jerk.x" in each for each in sf.check(coarse, path, tighter).problems)
+    found = sf.check(coarse, path, tighter, law=law)
+    (said,) = (each for each in found.problems if each.startswith("axis_jerk.x"))
+    assert "exact derivative of the law" in said
+    assert found.limits["axis_jerk.x"].worst == pytest.approx(fine.worst, rel=1e-3)
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_joints_whose_derivatives_are_wrong_are_found(order: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, law, points = planned()
+    own = type(path).derivatives
+
+    def wrong(self: sf.kinematics.JointPath, s: Array, row: None = None) -> Array:
+        d = own(self, s, row).copy()
+        d[:, order, 4] *= 1.0 + 1e-4
+        return d
+
+    monkeypatch.setattr(type(path), "derivatives", wrong)
+    problems = sf.check(points, path, FLANK, law=law).problems
+    assert any(each.startswith(f"track: its derivative {order} of c by length is off") for each in problems), problems
+
+
+@pytest.mark.parametrize("seed", [2, 3, 7, 11, 16])
+def test_derivatives_of_joints_come_from_positions_alone(seed: int) -> None:
+    """Also next to a pole, they agree with those of the jets of the inverse kinematics, to what rounding leaves."""
+    path = sf.kinematics.JointPath(random_tool_path(seed), MACHINES[seed % 4])
+    ends = np.concatenate([[0.0], path.breaks, [path.length]])
+    axes = AxesByPlace(path, ends)
+    stretch = np.repeat(np.arange(len(ends) - 1), 20)
+    s = ends[stretch] + np.diff(ends)[stretch] * np.tile(np.linspace(0.01, 0.99, 20), len(ends) - 1)
+    found, floor = axes.at(s, stretch)
+    exact = np.moveaxis(path.derivatives(s), 1, 0)[:, :, : len(path.axes)]
+    scale = np.max(np.abs(exact), axis=1, keepdims=True)
+    assert np.all(np.abs(found - exact) <= 2.0 * floor + 1e-8 * scale)
+    assert np.all(floor[:3] <= 1e-5 * scale[:3])
 
 
 def test_a_missing_end_and_an_uneven_tick_are_said() -> None:

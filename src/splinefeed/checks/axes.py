@@ -1,7 +1,7 @@
 """What the check adds where axes do not carry the tip: a track says by itself where they are along the tip's path.
 
 The tip's path is evaluated by its control points and weights, as of any path. Positions of the axes are the track's,
-and so are their derivatives: these are compared with differences of the positions before a law is judged by them.
+those of joints held against the tip by the forward kinematics; their derivatives come from these positions alone.
 """
 
 from __future__ import annotations
@@ -9,12 +9,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.polynomial import chebyshev
 
 from splinefeed.checks.place import Placer
 from splinefeed.checks.spans import EPSILON, PathSpans, SpanPlaces
 from splinefeed.errors import InputError, LimitsError
 from splinefeed.paths.track import Track
-from splinefeed.records import Array, Limits, Setpoints
+from splinefeed.records import Array, IntArray, Limits, Setpoints
 
 #: Roundings of a position: those of the formulas of kinematics; and by how many a setpoint may miss its place.
 ROUNDINGS, OFF = 8.0, 64.0
@@ -22,17 +23,28 @@ ROUNDINGS, OFF = 8.0, 64.0
 MOVING = 0.01
 #: Intervals between breaks at which derivatives are compared with differences, at most, and the places of each.
 COMPARED, PLACES = 256, np.array([0.1, 0.3, 0.5, 0.7, 0.9])
-#: Steps of these differences, as shares of the interval: what agrees at one of them is right.
-STEPS = 0.05 * 0.25 ** np.arange(9)
-#: Differences of order 4 over steps of -2, -1, 1 and 2.
-STENCIL = np.array([-2.0, -1.0, 1.0, 2.0]), np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
+#: Terms of a series of axes on a cell, at its Chebyshev nodes; the last ones, that tell its rounding; most halvings.
+TERMS, TAIL, HALVINGS = 16, 3, 30
+NODES = np.cos(np.pi * (np.arange(TERMS) + 0.5) / TERMS)
+TO_SERIES = (
+    np.cos(np.outer(np.arange(TERMS), np.arccos(NODES))) * np.where(np.arange(TERMS) > 0, 2.0, 1.0)[:, None] / TERMS
+)
+#: Largest |T_n^(k)| for k = 0 to 3.
+STEEPEST = np.array(
+    [np.ones(TERMS), (n2 := np.arange(TERMS) ** 2.0), n2 * (n2 - 1.0) / 3.0, n2 * (n2 - 1.0) * (n2 - 4.0) / 15.0]
+)
+#: Terms up to this one may be hidden in the tail of a series that has fewer.
+FEWEST = 4
+#: Halving goes on while it makes last terms smaller by this factor, or they are more than this share of positions; to
+#: cells of this share of the track at least.
+GAIN, PLATEAU, LEAST, TINY = 0.5, 1e-10, 1e-9, 1e-300
 #: A derivative that is further from the difference than this share of the largest one there is wrong.
 WRONG = 1e-5
 #: ... but for so much of a derivative: what moves an axis along the whole interval by that share of itself.
 SMALL = 1e-6
 #: A track and the path of its tip are as long as each other but for this share.
 SAME_LENGTH = 1e-9
-#: Where derivatives are of one side of a break alone, a place counts so far inside of it, as a share of the track.
+#: Stretches of a track that are no longer than a few times this share of it are not compared.
 INSIDE = 1e-9
 
 
@@ -52,8 +64,6 @@ class AxesCheck:
 
     #: The fault of a setpoint whose axes are elsewhere.
     fault = "off the track"
-    #: Whether a law is held to the limits of the axes by the track's own derivatives.
-    by_law = True
 
     def __init__(self, track: Track, rows: PathSpans, placer: Placer) -> None:
         self.track, self._rows, self._placer = track, rows, placer
@@ -105,61 +115,101 @@ class AxesCheck:
         return (off[0], ROUNDINGS * EPSILON * size), (off[1], ROUNDINGS * EPSILON)
 
 
-def derivatives_inside(track: Track, s: Array, low: Array, high: Array) -> Array:
-    """Axes and their derivatives, (n, 4, axes), at places s (n,) from low to high (n,), mm, which may be breaks.
+class AxesByPlace:
+    """Axes of a track by length, from its positions alone: Chebyshev series on cells between places where it may jump.
 
-    Places next to an end count as inside of it, as a track without sides says there alone which it is on.
+    A cell is halved until the last terms of its series are rounding, or get no smaller: what is left of them is the
+    rounding of positions, and what differentiation makes of that the floor of each derivative,
+
+        tail sum_n max|T_n^(k)| / h^k      T_n', T_n'', T_n''' <= n^2, n^2 (n^2 - 1) / 3, n^2 (n^2 - 1) (n^2 - 4) / 15
+
+    over the terms above the tail, for half a cell's length h.
+
+    Parameters
+    ----------
+    track : Track
+    ends : (m + 1,) array
+        Places, mm, between which positions are smooth; nothing is looked at on the other side of one.
     """
-    inside = np.minimum(INSIDE * track.length, 0.25 * (high - low))
-    return np.asarray(track.derivatives(np.clip(s, low + inside, high - inside))[:, :, : len(track.axes)])
 
+    def __init__(self, track: Track, ends: Array) -> None:
+        low, high = ends[:-1], ends[1:]
+        before, steep = np.full(len(low), np.inf), np.zeros(len(track.axes))
+        done: list[tuple[Array, ...]] = []
+        for depth in range(HALVINGS + 1):
+            middle, half = 0.5 * (low + high), 0.5 * (high - low)
+            values = track((middle[:, None] + half[:, None] * NODES).ravel()).reshape(len(low), TERMS, -1)
+            series = np.moveaxis(np.einsum("kn,cna->kca", TO_SERIES, values), 0, 1)
+            size = np.max(np.abs(values), axis=(0, 1), initial=0.0)
+            if not depth:
+                steep = np.max(np.abs(np.diff(values, axis=1)), axis=(1, 2)) / half
+            tail = np.max(np.abs(series[:, -TAIL:]), axis=1)
+            rounding = ROUNDINGS * EPSILON * (size + np.max(steep, initial=0.0) * track.length)
+            worst = np.max(tail / np.maximum(rounding, TINY), axis=1, initial=0.0)
+            stays = (worst > GAIN * before) & np.all(tail <= PLATEAU * np.maximum(size, TINY), axis=1)
+            ready = (worst <= 1.0) | stays | (depth == HALVINGS) | (half < LEAST * track.length)
+            done.append((low[ready], high[ready], series[ready], np.maximum(tail[ready], EPSILON * size)))
+            low, middle, high, worst = (each[~ready] for each in (low, middle, high, worst))
+            if not len(low):
+                break
+            low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+            before = np.concatenate([worst, worst])
+        low, high, series, tail = (np.concatenate(each) for each in zip(*done, strict=True))
+        along = np.argsort(low, kind="stable")
+        self.ends, self.low, half = ends, low[along], 0.5 * (high - low)[along]
+        series, tail = series[along], tail[along]
+        #: The first cell of each stretch between ends.
+        self.first = np.searchsorted(self.low, ends[:-1])
+        self.middle, self.half = self.low + half, half
+        counts = np.cumsum((np.abs(series) > tail[:, None])[:, ::-1], axis=1)[:, ::-1] > 0
+        terms = np.where(counts, series, 0.0)
+        #: Series of the axes and of their derivatives, (4, terms, cells, axes), and floors, (4, cells, axes).
+        self.series = np.zeros((4, TERMS, *tail.shape))
+        for order in range(4):
+            found = chebyshev.chebder(terms, order, axis=1) if order else terms
+            self.series[order, : found.shape[1]] = np.moveaxis(found, 1, 0) / half[:, None] ** order
+        counts |= np.arange(TERMS)[:, None] <= FEWEST  # what is below the tail may be there
+        self.floor = tail * np.einsum("kn,cna->kca", STEEPEST, counts) / half[:, None] ** np.arange(4)[:, None, None]
 
-def derivatives_apart(track: Track) -> tuple[float, list[str]]:
-    """How far derivatives of a track are from differences of its positions, as a share, and a sentence for each fault.
+    def at(self, s: Array, stretch: IntArray) -> tuple[Array, Array]:
+        """Axes and three derivatives by length, and the floor of each, (4, n, axes), at s (n,), mm, of stretches (n,).
 
-    Between breaks, r against the positions of the track, r' against differences of these, r'' against those of r', r'''
-    against those of r''. Of steps that get smaller the one at which both agree best counts, but for its rounding.
-    """
-    ends = np.concatenate([[0.0], track.breaks, [track.length]])
-    ends = ends[np.diff(ends, prepend=-1.0) > 8.0 * INSIDE * track.length]
-    cell = np.unique(np.linspace(0, len(ends) - 2, COMPARED).astype(np.int64))
-    low, width = ends[cell], np.diff(ends)[cell]
-    s = low[:, None] + width[:, None] * PLACES
-    count = len(track.axes)
+        Stretch k is that from `ends[k]` to the next; at an end it says the side.
+        """
+        last = np.append(self.first[1:], len(self.low)) - 1
+        cell = np.clip(np.searchsorted(self.low, s, side="right") - 1, self.first[stretch], last[stretch])
+        x = np.clip((s - self.middle[cell]) / self.half[cell], -1.0, 1.0)
+        found = [chebyshev.chebval(x[:, None], each[:, cell], tensor=False) for each in self.series]
+        return np.stack(found), self.floor[:, cell]
 
-    def at(places: Array) -> Array:
-        """r and its derivatives, with the positions first, (5, ..., axes)."""
-        d = track.derivatives(places.ravel())[:, :, :count]
-        found = np.stack([track(places.ravel()), *np.moveaxis(d, 1, 0)])
-        return found.reshape(5, *places.shape, count)
-
-    here = at(s)
-    apart = np.abs(here[1] - here[0])[None] - OFF * EPSILON * (np.abs(here[0]) + np.abs(here[2]) * track.length)
-    best = np.concatenate([np.maximum(apart, 0.0), np.full((3, *s.shape, count), np.inf)])
-    for share in STEPS:
-        h = share * width[:, None]
-        around = at(s[..., None] + h[..., None] * STENCIL[0])[[0, 2, 3]]
-        difference = np.einsum("kcpia,i->kcpa", around, STENCIL[1]) / h[..., None]
-        size = np.max(np.abs(around), axis=3) + np.max(np.abs(here[[2, 3, 4]]), axis=0) * EPSILON * track.length
-        rounding = OFF * EPSILON * size / h[..., None]
-        best[1:] = np.minimum(best[1:], np.maximum(np.abs(here[2:] - difference) - rounding, 0.0))
-    # what moves an axis over the interval by a rounding of the numbers that it is made of is no derivative
-    axis = np.arange(count)
-    kind = [axis < track.linear, axis >= track.linear]
-    size = np.sum([np.max(np.abs(here[0][..., each]), initial=0.0) * each for each in kind], axis=0)
-    size[: track.linear] = np.maximum(size[: track.linear], track.length)
-    least = SMALL * size / width[:, None, None] ** np.arange(4)[:, None, None, None]
-    scale = np.maximum(np.max(np.abs(here[1:]), axis=2, keepdims=True), least)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share_of = np.where(best > 0.0, best / scale, 0.0)
-    said = []
-    for order in range(4):
-        worst = np.unravel_index(int(np.argmax(np.nan_to_num(share_of[order], nan=np.inf))), share_of[order].shape)
-        found = float(share_of[order][worst])
-        if not found <= WRONG:
-            what = "position in its derivatives" if not order else f"derivative {order}"
-            said.append(
-                f"track: its {what} of {track.axes[worst[2]]} by length is off by {found:.3g} of the largest there, at "
-                f"s = {s[worst[:2]]:.6g} mm: by differences of what it says of its positions it is another"
-            )
-    return float(np.max(np.nan_to_num(share_of, nan=np.inf))), said
+    def apart(self, track: Track) -> tuple[float, list[str]]:
+        """How far what a track says of its derivatives is from these, as a share, and a sentence for each fault."""
+        stretch = np.flatnonzero(np.diff(self.ends) > 8.0 * INSIDE * track.length)
+        stretch = np.unique(stretch[np.linspace(0, len(stretch) - 1, COMPARED).astype(np.int64)])
+        low, width = self.ends[stretch], np.diff(self.ends)[stretch]
+        s = low[:, None] + width[:, None] * PLACES
+        own, floor = self.at(s.ravel(), np.repeat(stretch, len(PLACES)))
+        said = np.moveaxis(track.derivatives(s.ravel())[:, :, : len(track.axes)], 1, 0)
+        shape = 4, *s.shape, len(track.axes)
+        # what roundings of the length make of each, by the next derivative
+        moved = np.pad(np.abs(own[1:]), ((0, 1), (0, 0), (0, 0))) * OFF * EPSILON * track.length
+        off = np.maximum(np.abs(said - own) - 2.0 * floor - moved, 0.0).reshape(shape)
+        # what moves an axis over the stretch by a rounding of the numbers that it is made of is no derivative
+        axis = np.arange(len(track.axes))
+        kinds = axis < track.linear, axis >= track.linear
+        size = np.sum([np.max(np.abs(own[0][:, each]), initial=0.0) * each for each in kinds], axis=0)
+        size[: track.linear] = np.maximum(size[: track.linear], track.length)
+        least = SMALL * size / width[:, None, None] ** np.arange(4)[:, None, None, None]
+        scale = np.maximum(np.max(np.abs(said.reshape(shape)), axis=2, keepdims=True), least)
+        share = np.where(off > 0.0, off / scale, 0.0)
+        problems = []
+        for order in range(4):
+            worst = np.unravel_index(int(np.argmax(np.nan_to_num(share[order], nan=np.inf))), share[order].shape)
+            found = float(share[order][worst])
+            if not found <= WRONG:
+                what = "position in its derivatives" if not order else f"derivative {order}"
+                problems.append(
+                    f"track: its {what} of {track.axes[worst[2]]} by length is off by {found:.3g} of the largest "
+                    f"there, at s = {s[worst[:2]]:.6g} mm: by what it says of its positions it is another"
+                )
+        return float(np.max(np.nan_to_num(share, nan=np.inf))), problems

@@ -77,11 +77,12 @@ def check(
     Of soft limits (travel) limit and worst value are distances from the middle of the travel.
 
     On a JointPath the setpoints are joints: tip and tool axis come from them by the forward kinematics, the chord error
-    is that of the tip while joints move straight, and only differences count, not the law.
+    is that of the tip while joints move straight.
 
     On a Track of one's own axes are compared with its positions where u is on the path of its tip, and chord errors are
-    those that it says. A law is held to the limits by its derivatives; these are compared with differences of its
-    positions first, and what is wrong is a problem. A note says how near they are.
+    those that it says. On any track whose axes do not carry the tip, joints too, a law is held to the limits of the
+    axes by derivatives that the check makes from positions alone. Where what the track says of its derivatives, by
+    which it is planned, differs from these, that is a problem; a note says how near they are.
 
     Where u is NaN throughout, as in a file of another program, setpoints are placed on the path by nearest points.
     Returns a Verdict. A fault in the setpoints is a problem of the verdict, not an error. Raises InputError for
@@ -229,7 +230,7 @@ def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
     unit = unit_along(judge.bounds.path.axes)
     problems = [_fault_sentence(kind, fault, unit) for kind, fault in judge.faults.items()]
     notes: list[str] = []
-    if law is not None and (own is None or own.by_law):
+    if law is not None:
         faults, notes = check_law(law, judge.bounds, judge.worst, judge.period, judge.begins)
         problems += faults
         if abs(law.duration - judge.duration) > judge.period:

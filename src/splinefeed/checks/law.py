@@ -7,17 +7,29 @@ polynomial piece. It is examined by itself, ends included, so that values at bre
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from splinefeed.checks.axes import INSIDE, derivatives_apart, derivatives_inside
+from splinefeed.checks.axes import AxesByPlace
 from splinefeed.checks.bounds import STEP, Bounds, Worst
 from splinefeed.checks.spans import EPSILON, SpanPlaces, about
 from splinefeed.paths.path import Path
-from splinefeed.records import KEPT, TABLE, Array, BoolArray, IntArray, LimitResult, Limits, State, TimeLaw, unit_along
+from splinefeed.records import (
+    AXIS_LIMITS,
+    KEPT,
+    TABLE,
+    Array,
+    BoolArray,
+    IntArray,
+    LimitResult,
+    Limits,
+    State,
+    TimeLaw,
+    unit_along,
+)
 from splinefeed.records.arrays import expanded
 from splinefeed.records.limit_table import MODELS
 from splinefeed.telling import tell
@@ -62,7 +74,7 @@ def check_law(
     Returns problems, and notes on what the setpoints decide.
     """
     rounding, track = 4.0 * EPSILON * bounds.rows.length, bounds.track
-    motion = LawMotion(law, bounds, rounding if track is None else INSIDE * track.length)
+    motion = LawMotion(law, bounds, rounding)
     motion.hold({name: worst for name, worst in worsts.items() if not name.startswith(BY_SETPOINTS)})
     corners = bounds.corners.s
     times, feeds = times_at(law, corners), _least_feeds(law, corners, rounding)
@@ -71,12 +83,12 @@ def check_law(
             jumps = feeds * bounds.corners.jumps[:, worst.column - 1]
             worst.see(jumps, times, corners, np.zeros(len(corners)), by="law", place=bounds.place)
     problems, notes = _jumps(law, bounds, motion, period)
-    if track is not None:
-        apart, wrong = derivatives_apart(track)
+    if track is not None and motion.axes is not None:
+        apart, wrong = motion.axes.apart(track)
         problems = [*wrong, *problems]
         notes.append(
-            f"the law is judged by the derivatives that {track.name} says of {', '.join(track.axes)}; they are within "
-            f"{apart:.2g} of differences of its positions"
+            f"the law is judged by the positions of {', '.join(track.axes)} alone; what {track.name} says of their "
+            f"derivatives is within {apart:.2g} of what positions say"
         )
     if motion.irregular:
         notes.append(
@@ -182,9 +194,14 @@ class LawMotion:
         self.rows = bounds.rows
         #: Where derivatives may jump, mm, and the span of the path that begins there or before.
         self.start, self.row = self.rows.start, np.arange(len(self.rows))
+        self.axes: AxesByPlace | None = None
         if bounds.track is not None:
             self.start = np.union1d(self.start, bounds.track.breaks)
             self.row = self.rows.at(self.start)
+            ends = np.concatenate([[0.0], bounds.track.breaks, [bounds.track.length]])
+            self.axes = AxesByPlace(bounds.track, ends)
+            middle = 0.5 * (self.start + np.append(self.start[1:], self.rows.length))
+            self.stretch = np.clip(np.searchsorted(ends, middle, side="right") - 1, 0, len(ends) - 2)
         #: Largest feed, acceleration or deceleration, and feed backwards with its t and s.
         self.top = self.steepest = 0.0
         self.backwards = (0.0, 0.0, 0.0)
@@ -255,34 +272,40 @@ class LawMotion:
         return out
 
     def _floor(self, row: IntArray, s: Array, v: Array, a: Array, j: Array, name: str, value: Array) -> Array:
-        """What roundings of s can make of a value (n,): how much less it is SHIFT of them before or behind; or NaN."""
+        """What roundings of s can make of a value (n,): how much less it is SHIFT of them before or behind; or NaN.
+
+        And what rounding of positions makes of derivatives of axes that do not carry the tip.
+        """
         least = value
         for side in (-SHIFT, SHIFT):
             other = self._of_path(row, s + side * self.rounding, v, a, j, [name])[name]
             least = np.where(np.isfinite(other), np.minimum(least, other), np.nan)
-        return value - least
+        kind, _, axis = name.partition(".")
+        if self.axes is None or kind not in AXIS_LIMITS:
+            return value - least
+        _, floor = self.axes.at(s, self.stretch[row])
+        of_axis = list(floor[1:, :, self.bounds.axes.index(axis)])
+        return value - least + by_time(of_axis, np.abs(v), np.abs(a), np.abs(j))[AXIS_LIMITS.index(kind)]
 
     def _of_path(self, row: IntArray, s: Array, v: Array, a: Array, j: Array, names: list[str]) -> dict[str, Array]:
         """Sizes of what the path makes of s, v, a, j (..., n) on intervals row (n,), (..., n) each; NaN next to C' = 0.
 
         q' = r_s v,  q'' = r_ss v^2 + r_s a,  q''' = r_sss v^3 + 3 r_ss v a + r_s j
         """
-        rows, track, axes = self.rows, self.bounds.track, self.bounds.axes
+        rows, axes = self.rows, self.bounds.axes
         interval = np.broadcast_to(row, s.shape).ravel()
         every = self.row[interval]
         ahead = np.clip(s.ravel() - rows.start[every], 0.0, rows.lengths[every])
         places = SpanPlaces(rows, every)
         derivatives, (_, r1, r2, r3) = places.along(rows.parameter(every, ahead), 3)
-        q1, q2, q3 = r1, r2, r3  # of the axes that have limits
-        if track is not None:
-            ends = np.append(self.start, rows.length)
-            own = derivatives_inside(track, s.ravel(), ends[interval], ends[interval + 1])
-            q1, q2, q3 = (own[:, k].T for k in (1, 2, 3))
+        q = [r1, r2, r3]  # of the axes that have limits
+        if self.axes is not None:
+            q = [np.asarray(each.T) for each in self.axes.at(s.ravel(), self.stretch[interval])[0][1:]]
         v, a, j = v.ravel(), a.ravel(), j.ravel()
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             near = ~(places.product(derivatives[1], derivatives[1]) > 0.0)
             s1, s2, s3 = places.tip([r1, r1, r2, r3])
-            along = s1 * v, s2 * v * v + s1 * a, s3 * v * v * v + 3.0 * s2 * v * a + s1 * j
+            along, of_axes = by_time([s1, s2, s3], v, a, j), by_time(q, v, a, j)
             out = {}
             for name in names:
                 kind, _, axis = name.rpartition(".")
@@ -294,12 +317,8 @@ class LawMotion:
                         continue
                 elif name == "centripetal":
                     value = places.curvature(derivatives) * along[0] ** 2
-                elif kind == "axis_velocity":
-                    value = q1[k] * v
-                elif kind == "axis_acceleration":
-                    value = q2[k] * v * v + q1[k] * a
-                elif kind == "axis_jerk":
-                    value = q3[k] * v * v * v + 3.0 * q2[k] * v * a + q1[k] * j
+                elif kind in AXIS_LIMITS:
+                    value = of_axes[AXIS_LIMITS.index(kind)][k]
                 else:
                     raise AssertionError(f"{name}: a limit that the check of a law does not know")
                 out[name] = np.where(near, np.nan, np.abs(value)).reshape(s.shape)
@@ -344,6 +363,12 @@ class LawMotion:
         largest = np.maximum(*(np.abs(motion_of(c[piece], each)[2]) for each in (low, high)))
         distinct = largest > NO_SIGN * float(np.max(largest, initial=0.0))
         return piece, row, np.where(distinct, np.sign(middle[2]), 0.0), low, high - low
+
+
+def by_time(x: Sequence[Array], v: Array, a: Array, j: Array) -> tuple[Array, Array, Array]:
+    """Derivatives by time, order 1 to 3, of what has derivatives x by a length that moves with v, a, j: chain rule."""
+    one, two, three = x
+    return one * v, two * (v * v) + one * a, three * (v * v * v) + two * (3.0 * v * a) + one * j
 
 
 def motion_of(c: Array, tau: Array, order: int = 3) -> list[Array]:

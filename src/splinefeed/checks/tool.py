@@ -29,7 +29,6 @@ class ToolCheck(AxesCheck):
     """Tip and tool axis of joints on their path, by the forward kinematics."""
 
     fault = "tilted"
-    by_law = False  # next to a pole the third derivative of a joint is known to 1e-3, and setpoints are what drives see
 
     def __init__(self, path: Track, rows: PathSpans, placer: Placer) -> None:
         super().__init__(path, rows, placer)
