@@ -109,7 +109,7 @@ def beside_linuxcnc() -> tuple[Table, ...]:
     from benchmarks.linuxcnc_planner import mill, recorded
 
     whole = sf.read(FOLDER / BESIDE)
-    path = sf.Path.polyline(whole.curves.points[: PART + 1], whole.axes, feeds=whole.feeds[:PART])  # type: ignore[attr-defined, index]
+    path = sf.Path.polyline(vertices(whole)[: PART + 1], whole.axes, feeds=whole.feeds[:PART])
     text, first = gcode(path)
     try:
         recording = recorded(text, mill(VELOCITY, ACCELERATION))
@@ -149,9 +149,14 @@ def beside_linuxcnc() -> tuple[Table, ...]:
     return (Table(caption, columns, tuple(rows), (note,)),)
 
 
+def vertices(path: sf.Path) -> Array:
+    """Where the lines of a path begin, and its end, (lines + 1, axes)."""
+    return np.vstack([path.ends[:1, 0], path.ends[:, 1]])
+
+
 def gcode(path: sf.Path) -> tuple[str, int]:
     """The lines of a path as a program for LinuxCNC that begins at rest, and the line of its first move."""
-    points = path.curves.points  # type: ignore[attr-defined]
+    points = vertices(path)
 
     def words(point: Array) -> str:
         return " ".join(f"{axis.upper()}{value:.6f}" for axis, value in zip(path.axes, point, strict=True))

@@ -43,3 +43,8 @@ def look_ahead(paths: Iterable[Path], limits: Limits, period: float, window: int
         yield from planner.push(path)
     if planner is not None:
         yield from planner.finish()
+
+
+def vertices(path: Path) -> np.ndarray:
+    """Where the curves of a path begin, and its end, (curves + 1, axes)."""
+    return np.vstack([path.ends[:1, 0], path.ends[:, 1]])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
+from motions import vertices
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import points as points_of_a_table
 from splinefeed.programs.gcode import to_path
@@ -104,7 +105,7 @@ def test_the_points_of_a_table_are_joined_by_lines(tmp_path, monkeypatch):
     assert parts.findings == ("1 of 3 columns are not named as axes and are left out",)
     found = list(parts)
     assert len(found) == 8
-    joined = np.concatenate([found[0].curves.points[:1], *(part.curves.points[1:] for part in found)])
+    joined = np.concatenate([vertices(found[0])[:1], *(vertices(part)[1:] for part in found)])
     assert np.allclose(joined, 25.4 * points, rtol=1e-15)
     file.write_text("1 2\n1 2\n")
     with pytest.raises(FormatError, match="one point only"):

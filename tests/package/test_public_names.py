@@ -96,18 +96,6 @@ def test_names_that_moved_warn_and_say_where(name):
         assert getattr(sf, name) is getattr(import_module(f"splinefeed.{MOVED[name]}"), name)
 
 
-def test_methods_that_became_functions_warn_and_do_the_same():
-    path = sf.Path.polyline([[0, 0], [5, 0], [9, 1]])
-    with pytest.warns(DeprecationWarning, match=r"use sf\.smooth\(path, tolerance\)"):
-        old = path.smoothed(0.01, corners="round")
-    assert tuple(old.curves) == tuple(sf.smooth(path, 0.01, corners="round").curves)
-    with pytest.warns(DeprecationWarning, match=r"use sf\.paths\.job\(\[path\]\)"):
-        old = path.job(feed=20.0)
-    assert tuple(old.curves) == tuple(sf.paths.job(path, feed=20.0).curves)
-    with pytest.raises(sf.SplinefeedError, match=r"smooth: expected Path first, got int"):
-        sf.smooth(5, 0.01)
-
-
 @pytest.fixture(scope="module")
 def motion():
     path = sf.shapes.naca("0025", perimeter=33)

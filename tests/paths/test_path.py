@@ -287,6 +287,13 @@ def test_a_path_cannot_be_changed():
 
 
 @pytest.mark.nojit
+def test_control_points_before_more_knots_than_the_degree_are_no_part_of_it():
+    first = NurbsCurve(1, [0, 0, 0, 1, 1], [[9, 9], [0, 0], [1, 1]])
+    path = Path([NurbsCurve.bezier([[5, 5], [0, 0]]), first])
+    assert path.ends[1].tolist() == [[0, 0], [1, 1]] and path.reversed()(0.0).tolist() == [1, 1]
+
+
+@pytest.mark.nojit
 def test_pickles_are_the_same_path():
     path = Path(mixed().curves, ("u", "v"), name="there", findings=["a gap was closed"], tolerance=0.5)
     length = path.length

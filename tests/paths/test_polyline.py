@@ -9,9 +9,10 @@ import pickle
 import numpy as np
 import pytest
 
+from motions import vertices
 from sample_curves import KNOWN, ROOT_HALF, STILL, butterfly, random_curve
 from splinefeed.curves.curve import NurbsCurve
-from splinefeed.curves.packed import Flat, Lines
+from splinefeed.curves.packed import Flat, lines_through
 from splinefeed.curves.tables import arc_pieces
 from splinefeed.errors import CurveError, InputError
 from splinefeed.kernels import layout
@@ -83,8 +84,8 @@ def test_curves_of_a_polyline_are_made_when_they_are_looked_at():
         assert curve.length == plain.curves[2].length and np.array_equal(curve(0.3), plain.curves[2](0.3))
     with pytest.raises(IndexError):
         path.curves[30]
-    assert path.curves == Lines(points) and path.curves != Lines(points[:-1]) and path.curves != 3
-    assert hash(path.curves) == hash(Lines(points)) and repr(path.curves) == "Lines(30 lines, 3 axes)"
+    assert path.curves == lines_through(points) and path.curves != lines_through(points[:-1]) and path.curves != 3
+    assert repr(path.curves) == "Packed(30 curves)"
     assert repr(path).startswith("Path('path', 30 curve(s), axes x y z,")
 
 
@@ -169,7 +170,7 @@ def test_lines_without_length():
         markers=[Marker(0, "M3"), Marker(3, "M8"), Marker(5, "M9"), Marker(7, "M30")],
         repair=True,
     )
-    assert np.array_equal(path.curves.points, [[0, 0], [1, 0], [2, 0], [2, 3]])
+    assert np.array_equal(vertices(path), [[0, 0], [1, 0], [2, 0], [2, 3]])
     assert path.feeds.tolist() == [2, 3, 6] and len(path.tolerances) == 3
     assert [(m.before, m.text) for m in path.markers] == [(0, "M3"), (2, "M8"), (2, "M9"), (3, "M30")]
     assert path.findings == ("read", "4 line(s) without length left out, the first between points 0 and 1")

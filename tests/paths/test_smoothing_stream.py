@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
+from motions import vertices
 from smoothing_paths import random_path
 from splinefeed.errors import CurveError, InputError
 from splinefeed.paths import smoothing
@@ -53,7 +54,7 @@ def program(seed, count):
 def cut(path, sizes):
     """The path in pieces of so many curves."""
     low = 0
-    points = path.curves.points
+    points = vertices(path)
     for size in sizes:
         high = min(low + size, len(path.curves))
         if high == low:
@@ -124,7 +125,7 @@ def test_the_window_changes_no_more_than_roundings(seed):
     whole = as_arrays([smoothed(path, 0.01, corners="round")])
     for window in (1, 9, 333):
         if window == 1:
-            path = sf.Path.polyline(path.curves.points[:300], AXES, feeds=path.feeds[:299], tolerances=[0.01] * 299)
+            path = sf.Path.polyline(vertices(path)[:300], AXES, feeds=path.feeds[:299], tolerances=[0.01] * 299)
             part = as_arrays([smoothed(path, 0.01, corners="round")])
         else:
             path = program(seed, 3000)
@@ -191,7 +192,7 @@ def test_look_ahead_plans_what_comes_out():
     for path in sf.paths.smooth_stream(pieces, 0.01, window=512):
         planner.push(path)
     planner.finish()
-    whole = sf.Path.polyline(np.vstack([pieces[0].curves.points, *(p.curves.points[1:] for p in pieces[1:])]))
+    whole = sf.Path.polyline(np.vstack([vertices(pieces[0]), *(vertices(p)[1:] for p in pieces[1:])]))
     law = sf.plan(smoothed(whole, 0.01), limits, strategy="look-ahead", period=1e-3)
     assert planner.time == pytest.approx(law.duration, rel=0.02)
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from splinefeed.curves.spline import AnySpline
-from splinefeed.records import Array, IntArray
+from splinefeed.records import Array, BoolArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,16 +97,13 @@ class Flat:
         spread = np.maximum.reduceat(points, starts) - np.minimum.reduceat(points, starts)
         return np.asarray(np.linalg.norm(spread, axis=1))
 
-    def ends(self, curves: Sequence[AnySpline]) -> Array:
-        """First and last point of each of these curves, (n, 2, axes): their control points, if they are clamped."""
-        first, last = self.point_starts[:-1], self.point_starts[1:] - 1
-        ends = np.stack([self.points[first], self.points[last]], axis=1)
-        start, end = self.knot_starts[:-1], self.knot_starts[1:] - 1
-        loose = self.knots[start + 1] != self.knots[start + self.degrees]
-        loose |= self.knots[end - 1] != self.knots[end - self.degrees]
-        for i in np.flatnonzero(loose).tolist():
-            ends[i] = curves[i](self.domains[i])
-        return ends
+    @cached_property
+    def clamped(self) -> BoolArray:
+        """Whether each curve begins and ends at its first and last control point by its knots, (n,)."""
+        start, end, knots = self.knot_starts[:-1], self.knot_starts[1:] - 1, self.knots
+        first, last = knots[start + self.degrees], knots[end - self.degrees]
+        begins = (knots[start + 1] == first) & (first < knots[start + self.degrees + 1])
+        return np.asarray(begins & (knots[end - 1] == last) & (knots[end - self.degrees - 1] < last))
 
     def inner_knots(self) -> tuple[IntArray, Array, IntArray]:
         """Curve (k,), value (k,) and multiplicity (k,) of every distinct knot strictly inside a domain, in order."""
@@ -119,9 +116,22 @@ class Flat:
         inside = (value > self.domains[owner, 0]) & (value < self.domains[owner, 1])
         return owner[inside], value[inside], times[inside]
 
+    def through(self, points: Array) -> Flat:
+        """The same curves through as many other control points, (m, axes)."""
+        return replace(self, points=points)
+
     def scaled(self, units: Array) -> Flat:
         """The same curves with every axis times a unit, (axes,)."""
-        return self if np.all(units == 1.0) else replace(self, points=self.points * units)
+        return self if np.all(units == 1.0) else self.through(self.points * units)
+
+    def reversed(self) -> Flat:
+        """The curves from the last to the first, each traversed from its end to its start, on the same domain."""
+        owner = np.repeat(np.arange(len(self)), np.diff(self.knot_starts))
+        start, end = self.domains[owner].T
+        # start + end - knots would move the ends by a rounding; measured from the nearer end they stay
+        knots = np.where(self.knots < 0.5 * (start + end), end - (self.knots - start), start + (end - self.knots))
+        degrees, counts = self.degrees[::-1], np.diff(self.point_starts)[::-1]
+        return Flat.made(degrees, self.rational[::-1], counts, knots[::-1], self.points[::-1], self.weights[::-1])
 
 
 def _starts(counts: IntArray) -> IntArray:

@@ -1,38 +1,35 @@
-"""Many curves in a row: as flat arrays that kernels walk through, and lines that become curves on access."""
+"""Many curves in a row as one sequence: flat arrays of all of them, from which each is made on access."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.curves.curve import LARGEST, NurbsCurve, numbers
+from splinefeed.curves.editing import moved_points
 from splinefeed.curves.flat import Flat as Flat
 from splinefeed.errors import CurveError
 from splinefeed.records import Array, IntArray, frozen_array
+from splinefeed.records.arrays import read_only
 
 #: Knots of every line.
 LINE_KNOTS: Array = frozen_array([0.0, 0.0, 1.0, 1.0], "knots", 1)
 
 
-def curve_of(flat: Flat, i: int) -> NurbsCurve:
-    """Curve number i, of copies of its arrays."""
-    a, b = int(flat.point_starts[i]), int(flat.point_starts[i + 1])
-    degree, knots = int(flat.degrees[i]), flat.knots[flat.knot_starts[i] : flat.knot_starts[i + 1]]
-    weights = flat.weights[a:b].copy() if flat.rational[i] else None
-    clamped = bool(knots[1] == knots[degree] and knots[-2] == knots[-degree - 1])
-    return NurbsCurve.trusted(degree, knots.copy(), flat.points[a:b].copy(), weights, clamped=clamped)
-
-
 class Packed(Sequence[NurbsCurve]):
-    """Curves that are made when they are needed, from the arrays of all of them; these must be right."""
+    """Curves by the arrays of all of them, which must be right; `made` are those that are there already, by number."""
 
-    __slots__ = ("flat",)
+    def __init__(self, flat: Flat, made: Mapping[int, NurbsCurve] | None = None) -> None:
+        self.flat, self._made = flat, made or {}
 
-    def __init__(self, flat: Flat) -> None:
-        self.flat = flat
+    @classmethod
+    def of(cls, curves: Sequence[NurbsCurve]) -> Packed:
+        """These curves, of the same number of axes."""
+        return curves if isinstance(curves, Packed) else cls(Flat.of(curves), dict(enumerate(curves)))
 
     def __len__(self) -> int:
         return len(self.flat)
@@ -44,51 +41,72 @@ class Packed(Sequence[NurbsCurve]):
     def __getitem__(self, index: slice) -> Sequence[NurbsCurve]: ...
 
     def __getitem__(self, index: int | slice) -> NurbsCurve | Sequence[NurbsCurve]:
-        if isinstance(index, slice):
-            return tuple(self[i] for i in range(*index.indices(len(self))))
-        return self._curve(range(len(self))[index])
+        numbers = range(len(self))[index]
+        if isinstance(numbers, range):
+            return tuple(self[i] for i in numbers)
+        return self._made.get(numbers) or self._curve(numbers)
 
     def _curve(self, i: int) -> NurbsCurve:
-        return curve_of(self.flat, i)
+        """Curve number i, of copies of its arrays."""
+        flat, a, b = self.flat, int(self.flat.point_starts[i]), int(self.flat.point_starts[i + 1])
+        knots = flat.knots[flat.knot_starts[i] : flat.knot_starts[i + 1]].copy()
+        weights = flat.weights[a:b].copy() if flat.rational[i] else None
+        clamped = bool(flat.clamped[i])
+        return NurbsCurve.trusted(int(flat.degrees[i]), knots, flat.points[a:b].copy(), weights, clamped=clamped)
+
+    @cached_property
+    def ends(self) -> Array:
+        """First and last point of each, (n, 2, axes): its control points, if it is clamped."""
+        flat = self.flat
+        ends = np.stack([flat.points[flat.point_starts[:-1]], flat.points[flat.point_starts[1:] - 1]], axis=1)
+        for i in np.flatnonzero(~flat.clamped).tolist():
+            ends[i] = self[i].ends
+        return read_only(ends)
+
+    def chosen(self, index: IntArray) -> Packed:
+        """The curves of these numbers (m,), in their order."""
+        made = {k: self._made[i] for k, i in enumerate(index.tolist()) if i in self._made} if self._made else {}
+        return Packed(self.flat.chosen(index), made)
+
+    def changed(self, others: Mapping[int, NurbsCurve]) -> Packed:
+        """The same curves, but for others at some numbers."""
+        if not others:
+            return self
+        index = np.arange(len(self))
+        index[list(others)] = len(self) + np.arange(len(others))
+        flat = Flat.joined([self.flat, Flat.of(list(others.values()))]).chosen(index)
+        return Packed(flat, {**self._made, **others})
+
+    def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> Packed:
+        """The affine image of each; see `NurbsCurve.transformed`."""
+        points = numbers(moved_points(self.flat.points, matrix, offset), "control_points", 2)
+        flat = self.flat.through(points)
+        if (short := flat.sizes() < 1.0 / LARGEST).any():
+            raise CurveError(f"curve {int(np.argmax(short))} has no length: all its control points are the same")
+        return Packed(flat)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Packed):
+            return tuple(self) == other if isinstance(other, tuple) else NotImplemented
+        names = ("degrees", "rational", "knots", "points", "weights")
+        return all(np.array_equal(getattr(self.flat, name), getattr(other.flat, name)) for name in names)
 
     def __repr__(self) -> str:
         return f"Packed({len(self)} curves)"
 
 
-class Lines(Packed):
-    """The straight lines between neighbouring points, a sequence of curves that are made when they are needed.
+def lines_through(points: ArrayLike) -> Packed:
+    """The straight lines between neighbouring points (n + 1, axes), mm (rotary axes rad), n at least 1.
 
-    points  (n + 1, axes), mm (rotary axes rad), n at least 1
     Raises CurveError that names the point or the line: values that are not finite or too large, lines without length.
     """
-
-    __slots__ = ("points",)
-
-    def __init__(self, points: ArrayLike) -> None:
-        self.points = numbers(points, "points", 2)
-        if (count := len(self.points)) < 2:
-            raise CurveError(f"{count} point(s) for a polyline; expected at least 2")
-        if len(kept := lines_with_length(self.points)) < count - 1:
-            i = int(np.argmax(np.append(kept, -1) != np.arange(len(kept) + 1)))
-            raise CurveError(f"line {i} from points[{i}] to points[{i + 1}] has no length; leave one of them out")
-        super().__init__(Flat.beziers(np.stack([self.points[:-1], self.points[1:]], axis=1)))
-
-    def _curve(self, i: int) -> NurbsCurve:
-        return NurbsCurve.trusted(1, LINE_KNOTS, self.points[i : i + 2])
-
-    def __eq__(self, other: object) -> bool:
-        if isinstance(other, Lines):
-            return np.array_equal(self.points, other.points)
-        return NotImplemented
-
-    def __hash__(self) -> int:
-        return hash((self.points + 0.0).tobytes())
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return Lines, (self.points,)
-
-    def __repr__(self) -> str:
-        return f"Lines({len(self)} lines, {self.points.shape[1]} axes)"
+    given = numbers(points, "points", 2)
+    if (count := len(given)) < 2:
+        raise CurveError(f"{count} point(s) for a polyline; expected at least 2")
+    if len(kept := lines_with_length(given)) < count - 1:
+        i = int(np.argmax(np.append(kept, -1) != np.arange(len(kept) + 1)))
+        raise CurveError(f"line {i} from points[{i}] to points[{i + 1}] has no length; leave one of them out")
+    return Packed(Flat.beziers(np.stack([given[:-1], given[1:]], axis=1)))
 
 
 def lines_with_length(points: Array) -> IntArray:

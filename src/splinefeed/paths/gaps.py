@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.editing import greville
-from splinefeed.curves.packed import Flat, Lines, Packed
+from splinefeed.curves.packed import Packed
 from splinefeed.records import Array, BoolArray
 
 #: A gap below this many roundings of the largest coordinate counts as 0.
@@ -17,24 +15,28 @@ ROUNDINGS = 8.0
 SHORTEST = 16.0
 
 
+def widths(ends: Array) -> Array:
+    """How far the end of each curve is from the start of the next one, (n - 1,); ends (n, 2, axes)."""
+    return np.asarray(np.linalg.norm(ends[1:, 0] - ends[:-1, 1], axis=1))
+
+
 def open_joints(ends: Array) -> BoolArray:
     """Whether each curve ends beside the start of the next one, (n - 1,), by more than rounding; ends (n, 2, axes)."""
-    gaps = np.linalg.norm(ends[1:, 0] - ends[:-1, 1], axis=1)
-    found: BoolArray = gaps > ROUNDINGS * np.finfo(float).eps * float(np.max(np.abs(ends)))
+    found: BoolArray = widths(ends) > ROUNDINGS * np.finfo(float).eps * float(np.max(np.abs(ends)))
     return found
 
 
-def closed(curves: Sequence[NurbsCurve], ends: Array, linear: int) -> Sequence[NurbsCurve]:
-    """The curves, (n,), without gaps between first and last points ends (n, 2, axes): joints lie in their middle.
+def closed(curves: Packed, linear: int, outer: Array) -> Packed:
+    """The curves, (n,), without gaps between the last point of one and the first of the next: joints lie in the middle.
+
+    outer  (2, axes), where they begin and end
 
     A curve is moved by shift_0 (1 - c) + shift_1 c, c being where in its domain each control point counts most
     (Greville), from 0 to 1: that is linear in u, so that a line stays a line, and no tangent turns by more than what
     the gap is of the length. Where one curve is hardly longer than the gap, over the linear axes for these and over
     all for the others, the other one moves; where both are, the gap stays.
     """
-    if isinstance(curves, Lines):
-        return curves
-    flat = curves.flat if isinstance(curves, Packed) else Flat.of(curves)
+    flat, ends = curves.flat, curves.ends
     gap = ends[1:, 0] - ends[:-1, 1]
     wide = open_joints(ends)
     # parts of the gap that the end of the one before it and the start of the one behind it go
@@ -45,39 +47,21 @@ def closed(curves: Sequence[NurbsCurve], ends: Array, linear: int) -> Sequence[N
         behind[:, columns] = (wide & (size[1:] > SHORTEST * width))[:, None]
     joint = np.where(before & behind, 0.5 * (ends[:-1, 1] + ends[1:, 0]), np.where(before, ends[1:, 0], ends[:-1, 1]))
     wanted = ends.copy()
+    wanted[0, 0], wanted[-1, 1] = outer
     wanted[:-1, 1] = np.where(before, joint, ends[:-1, 1])
     wanted[1:, 0] = np.where(behind, joint, ends[1:, 0])
     moved = np.flatnonzero(np.any(wanted != ends, axis=(1, 2)))
-    if not len(moved):
-        return curves
-    each = list(curves)
-    for i in moved.tolist():
-        each[i] = moved_ends(each[i], wanted[i])
-    return Packed(Flat.of(each)) if isinstance(curves, Packed) else tuple(each)
+    return curves.changed({i: moved_ends(curves[i], wanted[i]) for i in moved.tolist()})
 
 
-def said_of(gaps: Sequence[float], least: float) -> tuple[str, ...]:
-    """A sentence on gaps, mm, above `least` that are closed, if there are any."""
-    wide = [gap for gap in gaps if gap > least]
-    if not wide:
-        return ()
-    return (f"{len(wide)} gap(s) of up to {max(wide):.3g} mm between curves closed, as the tolerance allows",)
-
-
-def begun_at(curves: Sequence[NurbsCurve], point: Array, linear: int) -> Sequence[NurbsCurve]:
+def begun_at(curves: Packed, point: Array, linear: int) -> Packed:
     """The curves with the start of the first one moved to a point (axes,) next to it, unless it must stay: `closed`."""
-    first = curves[0]
-    start = first.ends[0].copy()
+    outer = curves.ends[[0, -1], [0, 1]]
+    first = curves.flat.part(0, 1)
     for columns, by in ((slice(linear), slice(linear)), (slice(linear, None), slice(None))):
-        size = float(Flat.of([first]).sizes(by)[0])
-        if size > SHORTEST * float(np.linalg.norm(start[columns] - point[columns])):
-            start[columns] = point[columns]
-    if np.array_equal(start, first.ends[0]):
-        return curves
-    ends = np.array([start, first.ends[1]])
-    if isinstance(curves, Lines):
-        return Lines(np.vstack([start, curves.points[1:]]))
-    return (moved_ends(first, ends), *curves[1:])
+        if first.sizes(by)[0] > SHORTEST * np.linalg.norm(outer[0, columns] - point[columns]):
+            outer[0, columns] = point[columns]
+    return closed(curves, linear, outer)
 
 
 def moved_ends(curve: NurbsCurve, ends: Array) -> NurbsCurve:

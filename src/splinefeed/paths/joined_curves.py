@@ -19,6 +19,7 @@ from splinefeed.errors import InputError, LimitsError
 from splinefeed.kernels.layout import HIGH, LOW
 from splinefeed.paths.corners import Corners, find_corners, sharp_bends
 from splinefeed.paths.each_curve import Marker
+from splinefeed.paths.gaps import widths
 from splinefeed.paths.track import GOES, Track
 from splinefeed.records import (
     ROTARY_AXES,
@@ -30,7 +31,7 @@ from splinefeed.records import (
     unit_along,
     unit_of_axis,
 )
-from splinefeed.records.arrays import CHUNK, chunks, read_only
+from splinefeed.records.arrays import CHUNK, chunks
 
 #: What differs by less than this share of the path's length is the same place.
 SAME = 1e-12
@@ -58,30 +59,30 @@ class JoinedCurves(Track):
     units: Array
     markers: tuple[Marker, ...]
     lines: IntArray | None
-    _joined: Sequence[NurbsCurve]
+    _joined: Packed
     _weights: Array
 
     sided = True
 
-    @cached_property
+    @property
     def flat(self) -> Flat:
         """All curves as arrays."""
-        return self._joined.flat if isinstance(self._joined, Packed) else Flat.of(self._joined)
+        return self._joined.flat
 
     @property
-    def joined(self) -> Sequence[NurbsCurve]:
+    def joined(self) -> Packed:
         """The curves of the motion: `curves` without gaps and without what is smaller than the resolution."""
         return self._joined
 
-    @cached_property
+    @property
     def ends(self) -> Array:
         """First and last point of each curve, (curves, 2, axes), mm, rotary axes rad."""
-        return read_only(self.flat.ends(self._joined))
+        return self._joined.ends
 
     @cached_property
     def gaps(self) -> tuple[float, ...]:
         """How far the end of each curve was given from the start of the next one, mm (rotary axes rad)."""
-        return tuple(np.linalg.norm(self.ends[1:, 0] - self.ends[:-1, 1], axis=1).tolist())
+        return tuple(widths(Packed.of(self.curves).ends).tolist())
 
     # --- its length -------------------------------------------------------------------------------------------------
 

@@ -8,17 +8,17 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.curves.editing import split
-from splinefeed.curves.packed import Flat, Lines, Packed
+from splinefeed.curves.packed import Flat, Packed
 from splinefeed.paths.path import Path
 from splinefeed.records import IntArray
 
 
 def cut(path: Path, first: int, last: int) -> Path:
     """The curves from number `first` to the one before `last`, with the feeds, tolerances and markers among them."""
-    curves, count = path.joined, len(path.joined)
+    count = len(path.joined)
     markers = [m for m in path.markers if first <= m.before < last or m.before == last == count]
     return Path(
-        Lines(curves.points[first : last + 1]) if isinstance(curves, Lines) else Packed(path.flat.part(first, last)),
+        Packed(path.flat.part(first, last)),
         path.axes,
         name=path.name,
         feeds=None if path.feeds is None else path.feeds[first:last],

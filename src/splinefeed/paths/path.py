@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import warnings
 from collections.abc import Iterable, Sequence
 from functools import partial
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.curves.curve import NurbsCurve
-from splinefeed.curves.editing import moved_points
 from splinefeed.curves.metric import metric_of
-from splinefeed.curves.packed import Lines, Packed, lines_with_length
+from splinefeed.curves.packed import Packed, lines_through, lines_with_length
 from splinefeed.errors import CurveError, InputError
 from splinefeed.paths.each_curve import Marker, checked_axes, chosen_of_each, default_axes, of_curves, of_times
-from splinefeed.paths.gaps import begun_at, closed, open_joints, said_of
+from splinefeed.paths.gaps import begun_at, closed, open_joints, widths
 from splinefeed.paths.joined_curves import JoinedCurves
-from splinefeed.paths.resolution import RESOLUTION, chosen, long_curves, resolved
+from splinefeed.paths.resolution import RESOLUTION, long_curves, resolved
 from splinefeed.records import Array, Points, frozen_array, unit_along, view
 from splinefeed.records.arrays import read_only
 
@@ -32,7 +29,7 @@ JOIN_TOLERANCE = RESOLUTION
 class Path(JoinedCurves):
     """Curves joined end to end.
 
-    curves      NurbsCurves of the same number of axes, each beginning where the last one ends; also Lines or Packed
+    curves      NurbsCurves of the same number of axes, each beginning where the last one ends; also Packed
     axes        one name an axis, linear ones (any name) first, rotary ones (a, b, c, theta) behind them; without names
                 up to three are x, y, z, and more are joints q1, q2, ..., all in one unit and all under one rule
     name        its name in files and figures; findings  remarks of its reader, one sentence each
@@ -84,7 +81,6 @@ class Path(JoinedCurves):
             self.curves: Sequence[NurbsCurve] = curves if isinstance(curves, Packed) else tuple(curves)
         except TypeError:
             raise CurveError(f"curves are a {type(curves).__name__}; expected a list of NurbsCurve") from None
-        self._joined: Sequence[NurbsCurve] = self.curves
         self.name = name
         self.findings = tuple(findings)
         self.tolerance = float(tolerance)
@@ -115,39 +111,32 @@ class Path(JoinedCurves):
         for marker in self.markers:
             if not 0 <= marker.before <= count:
                 raise InputError(f"marker {marker.text!r} is before curve {marker.before} of {count}")
-        if count > 1:
-            _check_joints(self.ends, self.tolerance)
-            if not self._tied:
-                self._leave_out_points()
-            self._close_gaps()
-        self._move_along(resolved(self._joined, self.flat, self.weights, in_place=self._tied))
+        self._joined = resolved(self._without_gaps(), self.weights, in_place=self._tied)
         self._made = True
 
-    def _close_gaps(self) -> None:
-        """Let each curve of the motion begin where the last one ends; `curves` stay as they were given."""
-        if isinstance(self.curves, Lines) or not np.any(open_joints(self.ends)):
-            return
-        self.findings += tuple(each for each in said_of(self.gaps, JOIN_TOLERANCE) if each not in self.findings)
-        self._move_along(closed(self.curves, self.ends, self.linear))
-
-    def _leave_out_points(self) -> None:
-        """Leave out the curves that are shorter than the resolution, with their feeds and tolerances."""
-        kept = long_curves(self.curves, self.flat, self.weights, self.tolerance)
-        if kept is None:
-            return
-        count = len(self.curves) - len(kept)
-        first = int(np.argmax(np.append(kept, -1) != np.arange(len(kept) + 1)))
-        self.findings += (f"{count} curve(s) shorter than {1e6 * RESOLUTION:g} nm left out, the first curve {first}",)
-        self.curves = chosen(self.curves, kept)
-        self._move_along(self.curves)
-        for name, value in chosen_of_each(self._said(), kept).items():
-            setattr(self, name, value)
-
-    def _move_along(self, curves: Sequence[NurbsCurve]) -> None:
-        if curves is not self._joined:
-            self._joined = curves
-            for name in ("flat", "ends"):
-                self.__dict__.pop(name, None)
+    def _without_gaps(self) -> Packed:
+        """The curves of the motion, without points, each of which begins where the last one ends."""
+        packed = Packed.of(self.curves)
+        outer = packed.ends[[0, -1], [0, 1]]
+        if len(packed) == 1:
+            return packed
+        _check_joints(packed.ends, self.tolerance)
+        kept = None if self._tied else long_curves(packed.flat, self.weights, self.tolerance)
+        if kept is not None:
+            first = int(np.argmax(np.append(kept, -1) != np.arange(len(kept) + 1)))
+            out = f"{len(packed) - len(kept)} curve(s) shorter than {1e6 * RESOLUTION:g} nm left out"
+            self.findings += (f"{out}, the first curve {first}",)
+            packed = packed.chosen(kept)
+            self.curves = packed if isinstance(self.curves, Packed) else tuple(packed)
+            for name, value in chosen_of_each(self._said(), kept).items():
+                setattr(self, name, value)
+        if kept is None and not np.any(open_joints(packed.ends)):
+            return packed
+        gaps = widths(packed.ends)
+        if wide := int(np.count_nonzero(gaps > JOIN_TOLERANCE)):
+            said = f"{wide} gap(s) of up to {gaps.max():.3g} mm between curves closed, as the tolerance allows"
+            self.findings += (said,) * (said not in self.findings)
+        return closed(packed, self.linear, outer)
 
     def __setattr__(self, name: str, value: object) -> None:
         if "_made" in self.__dict__:
@@ -182,11 +171,11 @@ class Path(JoinedCurves):
         given = frozen_array(points, "points", 2) if repair else np.zeros((0, 1))
         kept = lines_with_length(given)
         if len(kept) in (0, len(given) - 1):
-            return cls(Lines(points), axes, **said)  # type: ignore[arg-type]
+            return cls(lines_through(points), axes, **said)  # type: ignore[arg-type]
         first = int(np.setdiff1d(np.arange(len(given) - 1), kept)[0])
         dropped = f"{len(given) - 1 - len(kept)} line(s) without length left out, the first between points"
         said["findings"] = (*said.get("findings", ()), f"{dropped} {first} and {first + 1}")
-        return cls(Lines(given[np.append(kept, kept[-1] + 1)]), axes, **chosen_of_each(said, kept))
+        return cls(lines_through(given[np.append(kept, kept[-1] + 1)]), axes, **chosen_of_each(said, kept))
 
     @classmethod
     def through(
@@ -250,20 +239,15 @@ class Path(JoinedCurves):
     def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> Path:
         """The affine image of every curve; see `NurbsCurve.transformed`."""
         self._refuse_tied("transformed")
-        curves: Iterable[NurbsCurve] = [c.transformed(matrix, offset) for c in self._joined]
-        if isinstance(self.curves, Lines):
-            curves = Lines(moved_points(self.curves.points, matrix, offset))
-        return Path(curves, self.axes, **{**self._said(), "tolerance": JOIN_TOLERANCE})
+        said = {**self._said(), "tolerance": JOIN_TOLERANCE}
+        return Path(self._joined.transformed(matrix, offset), self.axes, **said)
 
     def reversed(self) -> Path:
         """The same path traversed from its end to its start, feeds and markers turned with it."""
         count = len(self.curves)
         said = {**chosen_of_each(self._said(), np.arange(count)[::-1]), "times": None}
         said["markers"] = [dataclasses.replace(m, before=count - m.before) for m in reversed(self.markers)]
-        curves: Iterable[NurbsCurve] = [c.reversed() for c in reversed(self.curves)]
-        if isinstance(self.curves, Lines):
-            curves = Lines(self.curves.points[::-1])
-        return Path(curves, self.axes, **said)
+        return Path(Packed(Packed.of(self.curves).flat.reversed()), self.axes, **said)
 
     def beginning_at(self, point: ArrayLike) -> Path:
         """The same path with its start moved to a point (axes,) next to it, as gaps are; see `paths.gaps`."""
@@ -305,20 +289,6 @@ class Path(JoinedCurves):
         new.__dict__.update(self.__dict__, lines=None if given is None else read_only(given.astype(np.int64)))
         return new
 
-    def smoothed(self, tolerance: float | str, **how: Any) -> Path:
-        """Deprecated: use `sf.smooth(path, tolerance)`."""
-        words = "path.smoothed() goes with the next release; use sf.smooth(path, tolerance)"
-        warnings.warn(words, DeprecationWarning, stacklevel=2)
-        made: Path = import_module("splinefeed.paths.smoothing_proven").smooth(self, tolerance, **how)
-        return made
-
-    def job(self, **linking: Any) -> Path:
-        """Deprecated: use `sf.paths.job([path])`; a `Job` of several contours has a `job` of its own."""
-        words = "path.job() goes with the next release; use sf.paths.job([path])"
-        warnings.warn(words, DeprecationWarning, stacklevel=2)
-        made: Path = import_module("splinefeed.paths.jobs").job([self], **linking)
-        return made
-
     @property
     def _said_length(self) -> str:
         return f"{self.tip_end:.6g} {unit_along(self.axes)}"
@@ -340,7 +310,7 @@ class Path(JoinedCurves):
 
 def _check_joints(ends: Array, tolerance: float) -> None:
     """Refuse a gap above `tolerance`, mm, between first and last points (curves, 2, axes) of neighbours."""
-    gaps = np.linalg.norm(ends[1:, 0] - ends[:-1, 1], axis=1)
+    gaps = widths(ends)
     if np.any(gaps > tolerance):
         i = int(np.argmax(gaps > tolerance))
         raise CurveError(

@@ -15,13 +15,13 @@ knot between both, at which the tangent may turn: a corner, where motion stops.
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
 from splinefeed.curves.curve import NurbsCurve, least_step
 from splinefeed.curves.differential import product, slope_of, slopes, zeros_on
-from splinefeed.curves.packed import Flat, Lines, Packed
+from splinefeed.curves.packed import Flat, Packed
 from splinefeed.curves.pieces import coefficients, columns, taylor
 from splinefeed.curves.tables import Spans
 from splinefeed.kernels.layout import HIGH, LOW
@@ -54,7 +54,7 @@ def resolution_at(points: Array) -> float:
     return RESOLUTION * min(float(np.linalg.norm(np.ptp(points, axis=0))) / ONE, 1.0)
 
 
-def long_curves(curves: Sequence[NurbsCurve], flat: Flat, metric: Array, tolerance: float) -> IntArray | None:
+def long_curves(flat: Flat, metric: Array, tolerance: float) -> IntArray | None:
     """Numbers (m,) of the curves that stay; None for all. The others are points: shorter than the resolution.
 
     They also fill no gap above `tolerance`, mm, lie beside a curve that is longer by far, which then goes where they
@@ -63,10 +63,9 @@ def long_curves(curves: Sequence[NurbsCurve], flat: Flat, metric: Array, toleran
     steps = np.append(np.abs(np.diff(flat.points, axis=0)) @ metric, 0.0)
     steps[flat.point_starts[1:] - 1] = 0.0  # from one curve to the next
     length = np.add.reduceat(steps, flat.point_starts[:-1])
-    most = np.inf if isinstance(curves, Lines) else tolerance
-    if not np.any(length < min(RESOLUTION, most)):
+    if not np.any(length < min(RESOLUTION, tolerance)):
         return None
-    resolution = min(resolution_at(flat.points * metric), most)
+    resolution = min(resolution_at(flat.points * metric), tolerance)
     short = length < resolution
     far = np.concatenate([[False], length > MUCH * resolution, [False]])
     short &= far[:-2] | far[2:]
@@ -74,27 +73,14 @@ def long_curves(curves: Sequence[NurbsCurve], flat: Flat, metric: Array, toleran
     return np.flatnonzero(~short) if short.any() else None
 
 
-def chosen(curves: Sequence[NurbsCurve], kept: IntArray) -> Sequence[NurbsCurve]:
-    """The curves of these numbers (m,); a line before one that is left out ends where that did."""
-    if isinstance(curves, Lines):
-        points = np.append(curves.points[kept], curves.points[-1:], axis=0)
-        points[0] = curves.points[0]
-        return Lines(points)
-    if isinstance(curves, Packed):
-        return Packed(curves.flat.chosen(kept))
-    return tuple(curves[k] for k in kept.tolist())
-
-
-def resolved(
-    curves: Sequence[NurbsCurve], flat: Flat, metric: Array, *, in_place: bool = False
-) -> Sequence[NurbsCurve]:
+def resolved(curves: Packed, metric: Array, *, in_place: bool = False) -> Packed:
     """The curves, (n,), the same ones where none of them has a tip by the metric, (axes,); else with it replaced.
 
     With `in_place` tips become knots, where the tangent may jump, and nothing else changes.
     """
-    if flat.degrees.max() == 1:
+    if curves.flat.degrees.max() == 1:
         return curves
-    scaled = flat.scaled(metric)
+    scaled = curves.flat.scaled(metric)
     owner, low, high = _suspects(scaled)
     if not len(owner):
         return curves
@@ -112,10 +98,7 @@ def resolved(
                 changed[i] = _put(
                     curve, [at(u) for u in corners], [(at(a), at(b), points / metric) for a, b, points in cuts]
                 )
-    if not changed:
-        return curves
-    each = [changed.get(i, curve) for i, curve in enumerate(curves)]
-    return Packed(Flat.of(each)) if isinstance(curves, Packed) else tuple(each)
+    return curves.changed(changed)
 
 
 def _suspects(flat: Flat) -> tuple[IntArray, Array, Array]:

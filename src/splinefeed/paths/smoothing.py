@@ -229,7 +229,7 @@ def _origins(done: Done, path: Path) -> IntArray:
     """Numbers (curves,) of the first curve that each curve of a path stands for; a path leaves out points."""
     if len(path.joined) == len(done.first):
         return done.first
-    kept = long_curves(Packed(done.flat), done.flat, path.weights, path.tolerance)
+    kept = long_curves(done.flat, path.weights, path.tolerance)
     assert kept is not None
     return done.first[kept]
 

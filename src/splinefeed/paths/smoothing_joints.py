@@ -10,7 +10,7 @@ import numpy as np
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.differential import angles
 from splinefeed.curves.editing import section
-from splinefeed.curves.packed import Flat, Packed, curve_of
+from splinefeed.curves.packed import Flat, Packed
 from splinefeed.paths.corners import CORNER_ANGLE, CURVATURE_JUMP
 from splinefeed.paths.each_curve import Marker
 from splinefeed.paths.path import Path
@@ -117,7 +117,7 @@ class Assembly:
         whole, lines, bent = (np.flatnonzero(left & each) for each in (~cut, cut & straight, cut & ~straight))
         parts = [(4 * whole, flat.chosen(whole)), (4 * lines, Flat.beziers(ends[lines]))]
         if len(bent):
-            curves = zip((curve_of(flat, i) for i in bent.tolist()), us[bent].tolist(), strict=True)
+            curves = zip((base.joined[i] for i in bent.tolist()), us[bent].tolist(), strict=True)
             parts.append((4 * bent, Flat.of([section(curve, *(at_knot(curve, x) for x in u)) for curve, u in curves])))
         led = np.flatnonzero(reached[:, 1])
         quintics = points[led + 1]

@@ -117,7 +117,7 @@ class Runs:
     def _thinned(self, batch: LineBatch, last: bool) -> LineBatch | None:
         if self._tail is not None:
             batch = LineBatch.joined([self._tail, batch])
-        ends, line, allowed, count = _ends(batch.flat), batch.line, batch.allowed, len(batch)
+        ends, line, allowed, count = Packed(batch.flat).ends, batch.line, batch.allowed, len(batch)
         vertices = np.vstack([ends[:1, 0], ends[:, 1]])
         held = np.ones(count + 1, dtype=bool)
         held[1:-1] = ~(batch.free[1:] & ~batch.apart[1:] & line[:-1] & line[1:])
@@ -147,7 +147,7 @@ class Runs:
         if known <= past:
             self._waiting = batch
             return None
-        ends = _ends(batch.flat)
+        ends = Packed(batch.flat).ends
         steps = ends[:, 1] - ends[:, 0]
         lengths = np.linalg.norm(steps[:, : self.linear], axis=1)
         line, allowed = batch.line, batch.allowed
@@ -222,11 +222,6 @@ class Runs:
         for array in (knots, coefficients):
             array.setflags(write=False)
         return NurbsCurve.trusted(DEGREE, knots, coefficients), line
-
-
-def _ends(flat: Flat) -> Array:
-    """First and last point of each curve, (n, 2, axes)."""
-    return flat.ends(Packed(flat))
 
 
 def _between(batch: LineBatch, vertices: Array, at: IntArray) -> LineBatch:

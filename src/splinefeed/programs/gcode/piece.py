@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.curves.curve import NurbsCurve
-from splinefeed.curves.packed import LINE_KNOTS, Lines
+from splinefeed.curves.packed import LINE_KNOTS, lines_through
 from splinefeed.errors import CurveError, FormatError
 from splinefeed.paths.each_curve import Marker
 from splinefeed.paths.path import Path
@@ -160,7 +160,7 @@ class Piece:
         moves, points, columns, kept = self.moves, self.places, self.columns, self.kept[:most]
         flat = points[: len(kept) + 1, columns]
         if len(kept) and np.all(moves["kind"][kept] <= MoveKind.LINE):
-            return Lines(flat)
+            return lines_through(flat)
         number_of_arc = {int(move): i for i, move in enumerate(self.arcs.move)}
         curves = []
         for n, i in enumerate(kept.tolist()):
