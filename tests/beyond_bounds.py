@@ -61,12 +61,6 @@ def many_uses() -> str:
     return SVG.format(f'<g id="g">{paths}</g>' + '<use href="#g"/>' * 400)
 
 
-def sheets() -> str:
-    """Rules that each look at all elements, each behind each."""
-    rules = "".join(f"g:nth-child({k}n+1) path:first-child {{fill: none}}" for k in range(2, 4002))
-    return SVG.format(f"<style>{rules}</style>" + "<g><path/></g>" * 4000)
-
-
 def circles(count: int) -> str:
     """Contours over each other that look alike, none quite like the others."""
     return SVG.format("".join(f'<circle cx="4" cy="4" r="{3 + k * 1e-3}"/>' for k in range(count)))
@@ -191,7 +185,6 @@ BOUNDS: tuple[tuple[str, str, Make, tuple[str, ...]], ...] = (
     ("SVG: 201 elements deep", "deep.svg", text(lambda: SVG.format(nested("<g>", "</g>", 201))), ("info", "{}")),
     ("SVG: 160,000 drawn by uses", "used.svg", text(many_uses), ("info", "{}")),
     ("SVG: uses 33 deep", "uses.svg", text(lambda: uses(34)), ("info", "{}")),
-    ("SVG: 32 million questions of style sheets", "sheets.svg", text(sheets), ("info", "{}")),
     ("SVG: an entity of 1001 letters", "entity.svg",
      text(lambda: f'<!DOCTYPE svg [<!ENTITY a "{"a" * 1001}">]>' + SVG.format('<g id="&a;"/>')), ("info", "{}")),
     ("DXF: 257 MB", "large.dxf", sparse(DXF.format(""), 257 * 2**20), ("info", "{}")),

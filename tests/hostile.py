@@ -58,7 +58,7 @@ def uses() -> str:
 
 def css() -> str:
     """A style with a number of thousands of digits."""
-    return SVG.format(f"<style>a{{x:{'9' * 5000}}}</style>")
+    return SVG.format(f"<style>rect{{x:{'9' * 5000}}}</style><rect width='1' height='1'/>")
 
 
 def entity(kind: str, tags: str) -> str:

@@ -10,9 +10,8 @@ import pytest
 import svgelements
 
 from splinefeed.errors import FormatError
-from splinefeed.formats import svg_tree
 from splinefeed.formats.registry import format_of, read, read_all, write
-from splinefeed.formats.svg_tree import read_tree
+from splinefeed.formats.svg_tree import Node, Styles, read_tree
 from splinefeed.paths.shapes import circle
 
 SPACES = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
@@ -38,24 +37,20 @@ TREE = (
 )
 
 
+def styled(rules: str, body: str) -> tuple[Node, Styles]:
+    root = read_tree(f"<svg {SPACES}><style><![CDATA[{rules}]]></style>{body}</svg>".encode())
+    return root, Styles(root)
+
+
 @pytest.mark.parametrize(
     ("selector", "meant"),
     [
-        ("path", "pqs"), ("*", "abcpqrs"), (".cut", "ps"), (".cut.deep", "p"), ("path.cut#p", "p"), ("#b path", "s"),
-        ("#b > path", ""), ("#b > g > path", "s"), ("g g path", "s"), ("svg .two > .cut", "ps"),
-        (".one.two > path", "pq"),
-        ("path + path", "q"), ("path ~ rect", "r"), ("path+rect", "r"), (".cut ~ rect", "r"), ("#a, #b", "ab"),
-        ("[class]", "acps"), ("[class~=two]", "ac"), ("[data-k|='x']", "r"), ("[id^=p], [id$='q']", "pq"),
-        ("[data-k*='y z']", "r"), ("g > :first-child", "pcs"), ("path:last-child", "s"), (":root > g", "ab"),
-        ("path:hover", ""), ("svg|path", "pqs"), ("g path:only-child", "s"), ("[id='p'],rect", "pr"),
-        ("path:nth-child(2)", "q"), ("path:not(.cut)", "q"), (":is(rect, #q)", "qr"), ("g:has(> .deep)", "a"),
-        ("g > g > .cut", "s"), ("#a>.cut", "p"), (".cut.two", ""), ("path::before", ""),
+        ("path", "pqs"), ("*", "abcpqrs"), (".cut", "ps"), ("#a, #b", "ab"), (".two", "ac"), (".tw", ""), ("#p", "p"),
+        ("rect ,.deep,#q", "pqr"), ("PATH", ""),
     ],
 )  # fmt: skip
 def test_a_selector_means_what_css_says(selector: str, meant: str) -> None:
-    text = f"<svg {SPACES}><style>{selector} {{ display: none }}</style>{TREE}</svg>".replace(" > ", " &gt; ")
-    root = read_tree(text.encode())
-    styles = svg_tree.Styles(root)
+    root, styles = styled(f"{selector} {{ display: none }}", TREE)
     found = [n.attrib["id"] for n in root.walk() if "id" in n.attrib and styles.of(n).get("display") == "none"]
     assert sorted(found) == sorted(meant) and not styles.findings
 
@@ -63,56 +58,48 @@ def test_a_selector_means_what_css_says(selector: str, meant: str) -> None:
 @pytest.mark.parametrize(
     ("rules", "own", "value"),
     [
-        ("path{x:1} path{x:2}", "", "2"), ("#p{x:1} path.cut{x:2} .cut{x:3}", "", "1"),
-        (".cut{x:1} path{x:2}", "", "1"),
+        ("path{x:1} path{x:2}", "", "2"), ("#p{x:1} .cut{x:2} path{x:3}", "", "1"), (".cut{x:1} path{x:2}", "", "1"),
+        (".cut{x:1} .deep{x:2}", "", "2"), (".deep{x:1} .cut{x:2}", "", "2"),
         ("path{x:1}", "x:5", "5"), ("path{x:1 !important} #p{x:2}", "", "1"), ("path{x:1!important}", "x:5", "1"),
-        ("path{x:1!important}", "x:5 !important", "5"), ("@media screen { path{x:1} } path{y:3}", "", "1"),
+        ("path{x:1!important}", "x:5 !important", "5"), ("@charset 'a'; path{x:1}", "", "1"),
         ("@media print { path{x:1} }", "", "7"), ("@font-face{src:x} path{x:1}", "", "1"),
-        ("path{x:initial}", "", None),
-        ("/* path{x:1} */ path{X : 2 ; ;}", "", "2"), ("<!-- path{x:4} -->", "", "4"), ("}} path{x:1}", "", "7"),
-        ("a[b='{'] {x:3} path{x:2}", "", "2"), ("path{x:1;x:2}", "", "2"), ("path{x:1!important;x:2}", "", "1"),
+        ("@media print { path{x:1} g{x:2} } path{x:3}", "", "3"), ("@keyframes k{from{x:1} to{x:2}} g{y:3}", "", "7"),
+        ("path{x:initial}", "", None), ("path{x:1", "", "1"),
+        ("/* path{x:1} */ path{X : 2 ; ;}", "", "2"), ("<!-- path{x:4} -->", "", "4"), ("}} path{x:1}", "", "1"),
+        ("path{x:1;x:2}", "", "2"), ("path{x:1!important;x:2}", "", "1"),
     ],
 )  # fmt: skip
-def test_the_cascade_decides(rules: str, own: str, value: str | None) -> None:
-    text = f'<svg {SPACES}><style><![CDATA[{rules}]]></style><path id="p" class="cut" x="7" style="{own}"/></svg>'
-    root = read_tree(text.encode())
-    assert svg_tree.Styles(root).of(root.children[1]).get("x") == value
+def test_the_later_and_the_nearer_rule_decides(rules: str, own: str, value: str | None) -> None:
+    root, styles = styled(rules, f'<path id="p" class="cut deep" x="7" style="{own}"/>')
+    assert styles.of(root.children[1]).get("x") == value
 
 
-def test_rules_that_are_not_understood_are_findings_where_they_matter(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "selector", ["g path", "path.cut", "path:not(.cut)", "g > path", "[class]", "path::before", "svg|path", "a " * 300]
+)
+def test_rules_that_are_not_understood_are_findings_where_they_matter(selector: str) -> None:
+    assert styled(f"{selector}{{color:red}}", TREE)[1].findings == []
+    assert styled(f"{selector}{{x:1}}", TREE)[1].findings == [
+        f"1 rules of the style sheet are not read here, such as {selector.strip()[:40]!r}"
+    ]
+
+
+def test_at_rules_are_findings_where_they_matter(tmp_path: Path) -> None:
     file = tmp_path / "part.svg"
-    rules = "path:wild{display:none} path:wild{fill:red} @import url(x.css); @media (width>9px){path{r:1}}"
+    rules = (
+        "a b{display:none} @import url(x.css); @media (width>9px){path{r:1} g{s:1}} @page{margin:0} @font-face{src:x}"
+    )
     file.write_text(drawing(f"<style><![CDATA[{rules}]]></style><path d='M0 0H9'/>"))
     assert read(file).findings == (
-        "4 rules of the style sheet are not read here, such as 'path:wild', 'path:wild', '@import url(x.css)'",
+        "3 rules of the style sheet are not read here, such as 'a b', '@import url(x.css)', '@media (width>9px)'",
     )
 
 
-def test_sheets_too_large_for_their_drawing_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(svg_tree, "MAX_QUESTIONS", 1000)
-    file = tmp_path / "part.svg"
-    for rules in ("* * * * * *~*{x:1}" * 20, "path:nth-last-of-type(2n){x:1}" * 9, "a{x:1}" * 101):
-        file.write_text(drawing(f"<style>{rules}</style>" + "<g>" * 50 + "<path d='M0 0H9'/>" * 50 + "</g>" * 50))
-        with pytest.raises(FormatError, match="too many rules for its elements"):
-            read(file)
-
-
-@pytest.mark.parametrize("selector", ["a " * 300, "[*|x]", "other|path", f"{':not(' * 90}:wild{')' * 90}"])
-def test_selectors_that_cannot_be_compiled_are_findings(selector: str) -> None:
-    root = read_tree(f"<svg><style>{selector}{{x:1}}</style></svg>".encode())
-    assert svg_tree.Styles(root).findings[0].startswith("1 rules of the style sheet are not read here")
-
-
-@pytest.mark.parametrize("text", [f"<style>a{{x:{'(' * 9999}}}</style>", f"<path style='x:{'(' * 9999}'/>"])
-def test_brackets_without_end_are_refused(tmp_path: Path, text: str) -> None:
-    with pytest.raises(FormatError, match="brackets that are nested too deeply"):
-        drawn(tmp_path, text)
-
-
-def test_selectors_see_more_siblings_than_python_recurses(tmp_path: Path) -> None:
-    rules = "path ~ rect{display:none} path:last-child{transform:translate(1px)}"
-    body = f"<style>{rules}</style><g>{'<path/>' * 3000}<rect width='9' height='9'/></g><g><path d='M0 0H9'/></g>"
-    assert drawn(tmp_path, body) == [[[1, 0], [10, 0]]]
+def test_large_sheets_and_open_brackets_take_no_longer_than_their_text(tmp_path: Path) -> None:
+    """A class that 20,000 rules and 20,000 elements name: a step each, not one a pair."""
+    rules = "".join(f".a{{x:{k}}}" for k in range(20_000)) + f".a{{x:{'(' * 99_999}"
+    body = "<path class='a' d='M0 0H9'/>" * 20_000
+    assert len(drawn(tmp_path, f"<style>{rules}</style>{body}")) == 20_000
 
 
 # --- where it lies --------------------------------------------------------------------------------------------------
@@ -188,7 +175,7 @@ def test_clips_masks_and_moved_pages_are_findings(tmp_path: Path) -> None:
 
 #: What svgelements knows of it too; symbols and inner pages it puts elsewhere than Chromium does, which agrees with us.
 SHARED = {
-    "classes": "<style>.a{display:none} g .b{display:none} path.c{display:inline}</style>"
+    "classes": "<style>.a{display:none} .c{display:inline}</style>"
     '<path class="a" d="M0 0H9"/><path class="c" d="M0 5H9"/>',
     "style": '<g style="transform:translate(3px,4px)"><rect width="4" height="5" style="transform:rotate(20deg)"/></g>',
 }  # fmt: skip

@@ -91,11 +91,8 @@ def from_file(
     What the drawing does not show (display, visibility, opacity, no fill and no stroke) is read with `hidden` alone.
     """
     drawing = Drawing(file, tolerance, repair, layer, hidden)
-    try:
-        content = unpacked(drawing.file.read_bytes())
-        return drawing.contents(_SvgReader(drawing, read_tree(content), units, _pixels_of(content)).read())
-    except RecursionError:  # of tinycss2; elements have their own bound
-        raise InputError("its styles have brackets that are nested too deeply; simplify them") from None
+    content = unpacked(drawing.file.read_bytes())
+    return drawing.contents(_SvgReader(drawing, read_tree(content), units, _pixels_of(content)).read())
 
 
 class _Place(NamedTuple):

@@ -1,7 +1,7 @@
 """The elements of an SVG file with the line of each, and what styles say of them; nothing outside the file is opened.
 
-tinycss2 reads style sheets, cssselect2 says which elements a selector means. Properties are those of SVG 2 that move or
-hide something. Source: W3C, CSS Cascading and Inheritance 3.
+Of style sheets those rules are read that drawing programs write: of a name, a class, an id or `*`. Source: W3C, CSS
+Cascading and Inheritance 3.
 """
 
 from __future__ import annotations
@@ -10,13 +10,9 @@ import gzip
 import io
 import re
 import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any
-
-import cssselect2
-import tinycss2
 
 from splinefeed.errors import InputError
 from splinefeed.files import markup
@@ -39,36 +35,26 @@ RELEVANT = frozenset(
      "cx", "cy", "r", "rx", "ry", "translate", "rotate", "scale", "clip-path", "mask", "opacity", "fill", "stroke",
      "fill-opacity", "stroke-opacity", "stroke-width", "stroke-dasharray")
 )  # fmt: skip
-#: Elements that all selectors of one file together may look at, and at-rules in at-rules.
-MAX_QUESTIONS, MAX_NESTED = 10_000_000, 8
-#: Comparisons in a row, of rules or of siblings, that take the time of one of these.
-_AT_ONCE = 8
-_SAYS = re.compile(rf"(?<![\w-])(?:{'|'.join(RELEVANT)})\s*+(?:/\*|:)", re.IGNORECASE)
-#: The CSS reader turns digits into whole numbers, which Python does up to some thousands of them.
-_MANY_DIGITS = re.compile(r"[0-9]{400}")
+#: A selector of one name, class or id, or of everything; and what its kind weighs against the others.
+_PLAIN, _WEIGHTS = re.compile(r"\*|[.#]?[^\W\d][\w-]*+"), {"*": 0, ".": 2, "#": 3}
+#: What is in a style attribute weighs more than any rule.
+_OWN = 4
+_COMMENT = re.compile(r"/\*.*?(?:\*/|\Z)|<!--|-->", re.DOTALL)
 #: At-rules that move nothing.
-_SILENT = ("charset", "namespace", "font-face", "keyframes", "-webkit-keyframes", "page", "color-profile")
-#: What cssselect2 raises for a selector; all but the first for one that is nested too deeply or of a name space.
-_UNREAD = (cssselect2.SelectorError, SyntaxError, RecursionError, MemoryError, NotImplementedError)
+_SILENT = re.compile(r"@(?:charset|namespace|font-face|(?:-webkit-)?keyframes|page|color-profile)\b", re.IGNORECASE)
 
 Said = dict[str, tuple[str, bool]]  # property: its value, and whether it is called important
 
 
-@dataclass(eq=False)
+@dataclass
 class Node:
-    """An element: its name ("" in a name space that is not SVG's), attributes, line, and text of a style.
-
-    `attrib`, `get` and what it is iterated by are named as in the standard library's elements, as cssselect2 asks.
-    """
+    """An element: its name ("" in a name space that is not SVG's), attributes, line, and text of a style."""
 
     tag: str
     attrib: dict[str, str]
     line: int
     children: list[Node] = field(default_factory=list)
     text: str = ""
-
-    def __iter__(self) -> Iterator[Node]:
-        return iter(self.children)
 
     def get(self, name: str, otherwise: str = "") -> str:
         """An attribute."""
@@ -161,115 +147,61 @@ class Styles:
     """The style sheets of a drawing; `findings` names rules that are not understood and would move or hide things."""
 
     def __init__(self, root: Node) -> None:
-        self.findings: list[str] = []
-        self._questions = 0
-        self._matcher = cssselect2.Matcher()
-        self._rules: dict[Node, list[tuple[tuple[int, ...], Said]]] = {}
-        unknown: list[str] = []
+        # by selector, of each property: whether it is important, the weight and the number of its rule, and its value
+        self._rules: dict[str, dict[str, tuple[bool, int, int, str]]] = {}
+        self._count = 0
+        self._unread: list[str] = []
         for node in root.walk():
             if node.tag == "style" and node.get("type", "text/css").strip() in ("", "text/css"):
-                _refuse_long_numbers(node, node.text)
-                self._sheet(tinycss2.parse_stylesheet(node.text, skip_comments=True, skip_whitespace=True), unknown)
-        if unknown:
-            named = ", ".join(repr(each[:40]) for each in unknown[:3])
-            self.findings.append(f"{len(unknown)} rules of the style sheet are not read here, such as {named}")
-        if self._matcher.order:
-            counting: Any = type("_Counting", (_SvgElement,), {"ask": self._ask})
-            for element in counting.from_xml_root(root).iter_subtree():
-                found = self._matcher.match(element)
-                self._ask(len(found) + self._matcher.order // _AT_ONCE)
-                if found:
-                    self._rules[element.etree_element] = [((0, *weight), said) for weight, _, _, said in found]
+                self._read(_COMMENT.sub("", node.text))
+        named = ", ".join(repr(each[:40]) for each in self._unread[:3])
+        said = f"{len(self._unread)} rules of the style sheet are not read here, such as {named}"
+        self.findings = [said] if self._unread else []
 
     def of(self, node: Node) -> Mapping[str, str]:
-        """Attributes of `node`, those that are properties as the cascade has them."""
-        style = node.get("style")
-        _refuse_long_numbers(node, style)
-        own = _relevant(style)
-        rules = self._rules.get(node, ())
+        """Attributes of `node`, those that are properties as its style and the rules for it have them."""
+        own = _declared(node.get("style"))
+        classes = [f".{each}" for each in node.get("class").split()] if self._rules else []
+        keys = ["*", node.tag, *classes, f"#{node.get('id')}"]
+        rules = [self._rules[key] for key in keys if key in self._rules]
         if not own and not rules:
             return node.attrib
-        ranked: dict[str, tuple[tuple[int, ...], str]] = {}
-        for weight, said in (*rules, ((1,), own)):  # a weight of a rule begins with 0
-            for name, (value, important) in said.items():
-                rank = (int(important), *weight)
-                if name not in ranked or ranked[name][0] <= rank:
-                    ranked[name] = (rank, value)
-        found = {**node.attrib, **{name: value for name, (_, value) in ranked.items()}}
-        return {name: value for name, value in found.items() if value.lower() not in ("initial", "unset", "revert")}
-
-    def _sheet(self, rules: Sequence[Any], unknown: list[str], depth: int = 0) -> None:
+        found = {name: (important, _OWN, 0, value) for name, (value, important) in own.items()}
         for rule in rules:
-            if rule.type not in ("at-rule", "qualified-rule"):
+            found |= {name: max(said, found.get(name, said)) for name, said in rule.items()}
+        given = {**node.attrib, **{name: said[-1] for name, said in found.items()}}
+        return {name: value for name, value in given.items() if value.lower() not in ("initial", "unset", "revert")}
+
+    def _read(self, sheet: str) -> None:
+        around: list[str] = []  # at-rules that are open
+        for part in sheet.split("}"):
+            *begun, body = part.split("{")
+            *lines, rule = (begun[0] if begun else body).split(";")
+            self._unread += [each.strip() for each in lines if each.strip().lower().startswith("@import")]
+            opened = around + [rule, *begun[1:]][: len(begun)]
+            around = opened[:-1]
+            if not opened or not (said := _declared(body)):
                 continue
-            words, body = tinycss2.serialize(rule.prelude).strip(), tinycss2.serialize(rule.content or ())
-            if rule.type == "qualified-rule":
-                try:
-                    said = _relevant(body)
-                    for selector in cssselect2.compile_selector_list(rule.prelude, {"svg": ""}) if said else ():
-                        if selector.pseudo_element is None:
-                            self._matcher.add_selector(selector, said)
-                except _UNREAD:
-                    unknown.append(words)
-                continue
-            media = set(words.lower().replace(" ", "").split(",")) if rule.lower_at_keyword == "media" else set()
-            if media & {"screen", "all", ""} and depth < MAX_NESTED:
-                inner = tinycss2.parse_rule_list(rule.content or (), skip_comments=True, skip_whitespace=True)
-                self._sheet(inner, unknown, depth + 1)
-            elif rule.lower_at_keyword == "import" or (_SAYS.search(body) and rule.lower_at_keyword not in _SILENT):
-                unknown.append(f"@{rule.at_keyword} {words}")
-
-    def _ask(self, number: int = 1) -> None:
-        self._questions += number
-        if self._questions > MAX_QUESTIONS:
-            raise InputError("its style sheets have too many rules for its elements; simplify them")
-
-
-class _SvgElement(cssselect2.ElementWrapper):  # type: ignore[misc]
-    """An element that counts what selectors look at, and walks by loops: recursion ends at a thousand siblings."""
-
-    ask: Callable[..., None]
-    ancestors = property(lambda self: self._chain("parent"))
-    previous_siblings = property(lambda self: self._chain("previous"))
-
-    def __init__(self, *words: Any, **named: Any) -> None:
-        self.ask()
-        super().__init__(*words, **named)
-
-    @property
-    def etree_siblings(self) -> list[Node]:
-        self.ask(len(self._siblings) // _AT_ONCE)
-        return self._siblings
-
-    @etree_siblings.setter
-    def etree_siblings(self, siblings: list[Node]) -> None:
-        self._siblings = siblings
-
-    def _chain(self, name: str) -> Iterator[_SvgElement]:
-        found = getattr(self, name)
-        while found is not None:
-            self.ask()
-            yield found
-            found = getattr(found, name)
-
-
-def _refuse_long_numbers(node: Node, text: str) -> None:
-    """InputError for a style with a number that is none."""
-    if found := _MANY_DIGITS.search(text):
-        begin = text[: found.start()][-10:] + text[found.start() :][:10]
-        raise InputError(f"{node.place()}: {begin!r}... is too large for a number")
+            self._count += 1
+            outer = opened[0].strip()
+            for selector in [outer] if around or outer.startswith("@") else map(str.strip, outer.split(",")):
+                if _PLAIN.fullmatch(selector):
+                    known, weight = self._rules.setdefault(selector, {}), _WEIGHTS.get(selector[0], 1)
+                    for name, (value, important) in said.items():
+                        ranked = (important, weight, self._count, value)
+                        known[name] = max(ranked, known.get(name, ranked))
+                elif not _SILENT.match(selector):
+                    self._unread.append(selector)
 
 
 @lru_cache(maxsize=4096)
-def _relevant(text: str) -> Said:
+def _declared(text: str) -> Said:
     """The declarations in `text`, such as "display: none; fill: red", that move or hide something."""
-    if not _SAYS.search(text):
-        return {}
     found: Said = {}
-    for each in tinycss2.parse_blocks_contents(text, skip_comments=True, skip_whitespace=True):
-        if each.type != "declaration" or each.lower_name not in RELEVANT:
-            continue
-        value, name = tinycss2.serialize(each.value).strip(), each.lower_name
-        if value and not (name in found and found[name][1] and not each.important):
-            found[name] = (value, each.important)
+    for each in _COMMENT.sub("", text).split(";"):
+        name, _, words = each.partition(":")
+        name, (value, _, mark) = name.strip().lower(), words.partition("!")
+        important = mark.strip().lower() == "important"
+        if name in RELEVANT and value.strip() and (important or not found.get(name, ("", False))[1]):
+            found[name] = value.strip(), important
     return found
