@@ -81,8 +81,9 @@ def test_pieces_join_where_a_path_has_a_curve_shorter_than_a_piece():
     track.push(np.diff(places))
     for part, origins in ((lines[:1], [0]), (lines[1:], [1, 2])):
         track.add(sf.Path(part, ("x", "y", "z")), np.array(origins))
-    law = np.array([[0.0, 50.0, 0.0, 0.0, 0.0, 0.0], [5.0, 50.0, 0.0, 0.0, 0.0, 0.0]])
-    found = quintics(track, 0.0, np.array([5.0, 10.0 - 5.0]) / 50.0, law)
+    steady = np.array([[0.0, 50.0, 0.0, 0.0, 0.0, 0.0], [5.0, 50.0, 0.0, 0.0, 0.0, 0.0]])
+    law = sf.TimeLaw(breaks=[0.0, 0.1, 0.2], coefficients=steady, strategy="steady")
+    found = quintics(track, 0.0, law)
     ends = np.einsum("nak,nk->na", found.c, found.span[:, None] ** np.arange(6))
     np.testing.assert_allclose(ends[:-1], found.c[1:, :, 0], atol=1e-9)
     np.testing.assert_allclose(ends[-1], [10.0, 0.0, 0.0], atol=1e-9)

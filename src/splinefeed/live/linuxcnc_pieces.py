@@ -7,6 +7,7 @@ and acceleration of r(s(t)) at both ends.
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -19,34 +20,34 @@ from splinefeed.curves.packed import Packed
 from splinefeed.kinematics.with_joints import Joints
 from splinefeed.paths.parts import cut
 from splinefeed.paths.path import Path
-from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray, IntArray
+from splinefeed.planner.timed import times_at
+from splinefeed.records import Array, BoolArray, IntArray, TimeLaw
 
 #: A piece of a curve takes so long, s, or so much of the path, mm, but never longer than the third, s; one of a line.
 LONGEST, LONGEST_WAY, NEVER_LONGER, OF_A_LINE = 0.010, 0.5, 0.020, 5.0
-#: In a shorter piece rounding of positions is an acceleration, s; a shorter span of a law is rounding itself, s.
-SHORTEST, TINY = 2e-5, 1e-9
+#: In a shorter piece rounding of positions is an acceleration, s.
+SHORTEST = 2e-5
 #: A curve is cut at a knot that is nearer than this share of its domain.
 SAME_KNOT = 1e-9
-#: A place this far from the curve that it should lie on, mm, lies on another one.
-OFF = 1e-9
+#: A piece lies on the curve that it has so far inside of its ends, mm.
+INSIDE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Quintics:
-    """Pieces: times (n,), s; coefficients (n, axes, 6), mm and rad; s, feed and acceleration at their ends, (n, 3).
+    """Pieces: times (n,), s; coefficients (n, axes, 6), mm and rad.
 
     middle  place on the track in the middle of each, mm
-    law     (n, 6), of the motion in each: s from `begin`, t from `behind` (n,), s, before the piece
+    begin   place where the law of the motion begins, mm;  since  (n,), s, when each piece does
     straight  (n,) whether it is on a line, for joints too: it can be left where one likes
     """
 
     span: Array
     c: Array
-    ends: Array
     middle: Array
     begin: float
-    law: Array
-    behind: Array
+    law: TimeLaw
+    since: Array
     straight: BoolArray
 
     def __len__(self) -> int:
@@ -54,8 +55,14 @@ class Quintics:
 
     def state(self, piece: int, t: float) -> tuple[float, float, float]:
         """Place, mm, feed and acceleration at a time in a piece."""
-        s, v, a = (float(value(self.law[piece], np.array(self.behind[piece] + t), order)) for order in range(3))
-        return self.begin + s, v, a
+        law, time = self.law, self.since[piece] + t
+        return self.begin + float(law(time)), float(law.feed(time)), float(law.acceleration(time))
+
+    @property
+    def end(self) -> tuple[float, float, float]:
+        """The same at the end of the last one."""
+        law, time = self.law, self.law.duration
+        return self.begin + law.length, float(law.feed(time)), float(law.acceleration(time))
 
 
 class PlannedTrack:
@@ -65,7 +72,7 @@ class PlannedTrack:
     """
 
     def __init__(self, first: int, joints: Joints | None = None) -> None:
-        self.first = self.pushed = first
+        self.first = first
         self.joints = joints
         self.parts: list[Path] = []
         self.moves: list[IntArray] = []  # of each part the move that each of its curves begins on
@@ -80,7 +87,6 @@ class PlannedTrack:
     def push(self, sizes: Array) -> None:
         """Note moves before they are smoothed: their lengths (n,), mm."""
         self._size += sizes.tolist()
-        self.pushed += len(sizes)
 
     def add(self, path: Path, origins: IntArray) -> None:
         """Add a smooth path; origins (curves,) of the moves pushed, from 0, as `Smoother.origins` counts."""
@@ -130,40 +136,21 @@ class PlannedTrack:
 
     def cuts(self, low: float, high: float) -> Array:
         """Starts of curves strictly between two places."""
-        found = [
-            start + path.curve_starts[:-1]
-            for start, path in zip(self.starts, self.parts, strict=True)
-            if start < high and start + path.length > low
-        ]
-        places = np.concatenate([*found, [-1.0]])
-        return places[(places > low + 1e-9) & (places < high - 1e-9)]
+        places = np.array(self._begins)
+        return places[(places > low + INSIDE) & (places < high - INSIDE)]
 
     def derivatives(self, s: Array, middle: Array) -> Array:
-        """r and its derivatives by length (n, 4, axes) at places s (n,), on the curves that `middle` (n,) lie on.
+        """r and its derivatives by length (n, 4, axes) at places s (n,), on the side of `middle` (n,) where curves meet.
 
         Joints that are no axes are behind these.
         """
         out = np.empty((len(s), 4, len(self.parts[0].axes)))
-        starts = np.array(self.starts)
-        part = np.clip(np.searchsorted(starts, middle, side="right") - 1, 0, None)
-        ends = np.append(starts[1:], self.length)
-        outside = (s < starts[part] - OFF) | (s > ends[part] + OFF)  # behind a curve that is shorter than a piece
-        middle = np.where(outside, s, middle)
-        part = np.clip(np.searchsorted(starts, middle, side="right") - 1, 0, None)
+        inside = s + np.clip(middle - s, -INSIDE, INSIDE)
+        part = np.maximum(np.searchsorted(self.starts, inside, side="right") - 1, 0)
         for k in np.unique(part).tolist():
-            path, mine = self.parts[k], np.flatnonzero(part == k)
-            curve, _ = path.locate(np.clip(middle[mine] - self.starts[k], 0.0, path.length))
-            at, u = path.locate(np.clip(s[mine] - self.starts[k], 0.0, path.length))
-            low, high = path.flat.domains[curve].T
-            begin, end = path.curve_starts[curve], path.curve_starts[curve + 1]
-            away = np.maximum(begin - s[mine] + self.starts[k], s[mine] - self.starts[k] - end)
-            own = away > OFF
-            u = np.where(at > curve, np.where(own, u, high), np.where(at < curve, np.where(own, u, low), u))
-            curve = np.where(own, at, curve)
-            for left in (False, True):
-                some = (u == high) == left
-                if some.any():
-                    out[mine[some]] = path.by_length(curve[some], u[some], side="left" if left else "right")
+            path, start, mine = self.parts[k], self.starts[k], part == k
+            row = np.maximum(np.searchsorted(path.pieces, inside[mine] - start, side="right") - 1, 0)
+            out[mine] = path.derivatives(s[mine] - start, row)
         return out if self.joints is None else self.joints.beside(out)
 
 
@@ -202,71 +189,32 @@ def portions(path: Path, origins: IntArray, times: Array, most: float) -> list[t
     return [(cut(path, low, high), origins[low:high]) for low, high in pairwise(edges)]
 
 
-def value(c: Array, t: Array, order: int) -> Array:
-    """A derivative of polynomials (n, ..., 6) at t (n,) or as wide."""
-    out = np.zeros(np.broadcast_shapes(c.shape[:-1], t.shape))
-    for k in range(LAW_COEFFICIENTS - 1, order - 1, -1):
-        out = out * t + c[..., k] * math.perm(k, order)
-    return out
+def _apart(end: float, cuts: Array, breaks: Array) -> Array:
+    """0, `end`, and of times in between, s, the cuts and breaks that are SHORTEST from all of these that came before."""
+    kept = [0.0, end, math.inf]
+    for time in (*cuts.tolist(), *breaks.tolist()):
+        at = bisect_right(kept, time)
+        if min(time - kept[at - 1], kept[at] - time) > SHORTEST:
+            kept.insert(at, time)
+    return np.array(kept[:-1])
 
 
-def _apart(edges: Array) -> Array:
-    """Of times in order the first, the last, and those that are later than the one before by more than SHORTEST."""
-    kept, last = [float(edges[0])], float(edges[-1])
-    for edge in edges[1:-1].tolist():
-        if edge - kept[-1] > SHORTEST and last - edge > SHORTEST:
-            kept.append(edge)
-    return np.array([*kept, last])
-
-
-def quintics(track: PlannedTrack, begin: float, spans: Array, c: Array) -> Quintics:
-    """Pieces of every axis for a motion s(t): spans (m,), s, coefficients (m, 6); s from `begin` on the track."""
-    good = spans > TINY
-    spans, c = spans[good], c[good]
-    stop = begin + value(c, spans, 0)
-    rows, wanted = [], []
-    for k, (low, high) in enumerate(zip((begin + c[:, 0]).tolist(), stop.tolist(), strict=True)):
-        places = track.cuts(low, high).tolist()
-        rows += [k] * len(places)
-        wanted += places
-    a, b = np.zeros(len(rows)), spans[rows]
-    for _ in range(48 if len(rows) else 0):  # when the motion passes from curve to curve
-        middle = 0.5 * (a + b)
-        before = begin + value(c[rows], middle, 0) < np.array(wanted)
-        a, b = np.where(before, middle, a), np.where(before, b, middle)
-    starts = np.concatenate([[0.0], np.cumsum(spans)])
-    cuts = np.sort(starts[rows] + b)
-    cuts = cuts[(cuts > SHORTEST) & (cuts < starts[-1] - SHORTEST)]
-    cuts = cuts[np.append(True, np.diff(cuts) > SHORTEST)[: len(cuts)]]
-    around = np.concatenate([[-1.0], cuts, [starts[-1] + 1.0]])
-    next_one = np.searchsorted(around, starts)  # a break of the law next to one of the path is that one
-    free = np.minimum(starts - around[next_one - 1], around[next_one] - starts) > SHORTEST
-    free[[0, -1]] = True
-    edges = np.sort(np.concatenate([starts[free], cuts]))
-    edges = _apart(edges)
-    low, high = edges[:-1], edges[1:]
-    row = np.clip(np.searchsorted(starts, 0.5 * (low + high), side="right") - 1, 0, len(spans) - 1)
-    way = np.abs(value(c[row], high - starts[row], 0) - value(c[row], low - starts[row], 0))
-    parts = np.maximum(np.minimum((high - low) / LONGEST, way / LONGEST_WAY), (high - low) / NEVER_LONGER)
-    centre = begin + value(c[row], 0.5 * (low + high) - starts[row], 0)
-    parts = np.where(track.straight(centre), (high - low) / OF_A_LINE, parts)  # there a quintic is the law itself
+def quintics(track: PlannedTrack, begin: float, law: TimeLaw) -> Quintics:
+    """Pieces of every axis for a motion by a law whose s is counted from `begin` on the track, mm."""
+    cuts = times_at(law, track.cuts(begin, begin + law.length) - begin)
+    edges = _apart(law.duration, cuts, law.breaks[1:-1])
+    low, span = edges[:-1], np.diff(edges)
+    parts = np.maximum(np.minimum(span / LONGEST, np.diff(law(edges)) / LONGEST_WAY), span / NEVER_LONGER)
+    straight = track.straight(begin + law(low + 0.5 * span))
+    parts = np.where(straight, span / OF_A_LINE, parts)  # there a quintic is the law itself
     n = np.maximum(np.ceil(parts - 1e-9), 1.0).astype(int)
-    at = np.repeat(np.arange(len(n)), n)
-    share = np.arange(len(at)) - np.repeat(np.cumsum(n) - n, n)
-    step = ((high - low) / n)[at]
-    t0, t1 = low[at] + share * step, np.where(share + 1 == n[at], high[at], low[at] + (share + 1) * step)
-    row = np.clip(np.searchsorted(starts, 0.5 * (t0 + t1), side="right") - 1, 0, len(spans) - 1)
-    law, origin = c[row], starts[row]
-    h = (t1 - t0)[:, None]
-    t0, t1 = t0 - origin, t1 - origin
-    middle = begin + value(law, 0.5 * (t0 + t1), 0)
-    ends, states = [], []
-    for t in (t0 + origin, t1 + origin):  # on spans of their own: a piece may cover some that are too short for one
-        own = np.clip(np.searchsorted(starts, t, side="right") - 1, 0, len(spans) - 1)
-        s, v, a = (value(c[own], t - starts[own], k) for k in range(3))
-        d = track.derivatives(begin + s, middle)
-        states.append(np.stack([begin + s, v, a], axis=1))
-        v, a = v[:, None], a[:, None]
+    share = np.arange(n.sum()) - np.repeat(np.cumsum(n) - n, n)
+    t = np.append(np.repeat(low, n) + share * np.repeat(span / n, n), law.duration)
+    t0, h = t[:-1], np.diff(t)[:, None]
+    middle = begin + law(t0 + 0.5 * h[:, 0])
+    ends = []
+    for at in (t0, t[1:]):
+        d, v, a = track.derivatives(begin + law(at), middle), law.feed(at)[:, None], law.acceleration(at)[:, None]
         ends.append((d[:, 0], d[:, 1] * v, d[:, 2] * v * v + d[:, 1] * a))
     (p0, v0, a0), (p1, v1, a1) = ends
     dp, dv, da = p1 - p0 - h * (v0 + 0.5 * h * a0), h * (v1 - v0 - h * a0), h * h * (a1 - a0)
@@ -274,6 +222,4 @@ def quintics(track: PlannedTrack, begin: float, spans: Array, c: Array) -> Quint
         p0, v0, 0.5 * a0, (10.0 * dp - 4.0 * dv + 0.5 * da) / h**3, (-15.0 * dp + 7.0 * dv - da) / h**4,
         (6.0 * dp - 3.0 * dv + 0.5 * da) / h**5,
     ]  # fmt: skip
-    return Quintics(
-        h[:, 0], np.stack(terms, axis=2), states[1], middle, begin, law, t0, np.asarray(track.straight(middle))
-    )
+    return Quintics(h[:, 0], np.stack(terms, axis=2), middle, begin, law, t0, np.repeat(straight, n))

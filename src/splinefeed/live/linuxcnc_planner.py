@@ -312,7 +312,7 @@ class Planner:
 
     def _go_on(self, run: PlannedMotion, last: SentBatch) -> None:
         """Plan again behind a batch that was sent."""
-        s, feed, acceleration = last.sure.ends[-1].tolist()
+        s, feed, acceleration = last.sure.end
         with suppress(SplinefeedError):
             run.restart(s, State(feed, acceleration if feed > 0.0 else 0.0))
         self.after = last.piece + len(last.sure) - 1
@@ -329,18 +329,16 @@ class Planner:
         return total
 
     def _quintics(self, run: PlannedMotion, block: MotionBlock) -> Quintics:
-        law = block.law
-        begin = run.track.place(run.base + block.curve, block.offset)
-        return quintics(run.track, begin, np.diff(law.breaks), law.coefficients)
+        return quintics(run.track, run.track.place(run.base + block.curve, block.offset), block.law)
 
     def _send(self, run: PlannedMotion, block: MotionBlock, rate: float = 0.0, at: float = LATEST) -> None:
         """A block of certain motion, and the stop behind it; it follows at a time in the piece before, s."""
         wire, track = self.wire, run.track
         sure, stop = self._quintics(run, block), run.look.stop
-        parts = [sure] if stop is None or not len(stop.law.coefficients) else [sure, self._quintics(run, stop)]
+        parts = [sure] if stop is None else [sure, self._quintics(run, stop)]
         h, c = np.concatenate([part.span for part in parts]), np.concatenate([part.c for part in parts])
         middle = np.concatenate([part.middle for part in parts])
-        n, end = len(h), float(parts[-1].ends[-1, 0])
+        n, end = len(h), parts[-1].end[0]
         if self.piece + n - int(wire.piece_now) > wires.PIECES:
             raise SplinefeedError(f"{n} pieces of motion at once are more than the player holds")
         numbers = track.segments(middle)
@@ -369,7 +367,7 @@ class Planner:
             del self.sent[k]
         self.head += 1
         wire.store("batch_head", self.head)
-        self.after, run.done = self.piece + len(sure) - 1, float(sure.ends[-1, 0])
+        self.after, run.done = self.piece + len(sure) - 1, sure.end[0]
         self.piece += n
         self.blocks += 1
 

@@ -124,7 +124,7 @@ def warm_up(mill: Mill, period: float = 1e-3) -> None:
             track.add(each, np.zeros(len(each.curves), dtype=np.int64))
             look.take(each)
         for block in look.blocks(whole=True):
-            quintics(track, track.place(block.curve, block.offset), np.diff(block.law.breaks), block.law.coefficients)
+            quintics(track, track.place(block.curve, block.offset), block.law)
 
 
 def _refused(file: str, mill: Mill, say: Callable[[str], None]) -> str:
