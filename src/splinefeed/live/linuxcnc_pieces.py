@@ -140,7 +140,7 @@ class PlannedTrack:
         return places[(places > low + INSIDE) & (places < high - INSIDE)]
 
     def derivatives(self, s: Array, middle: Array) -> Array:
-        """r and its derivatives by length (n, 4, axes) at places s (n,), on the side of `middle` (n,) where curves meet.
+        """r and its derivatives by length (n, 4, axes) at places s (n,), where curves meet on the side of `middle`.
 
         Joints that are no axes are behind these.
         """
@@ -190,7 +190,7 @@ def portions(path: Path, origins: IntArray, times: Array, most: float) -> list[t
 
 
 def _apart(end: float, cuts: Array, breaks: Array) -> Array:
-    """0, `end`, and of times in between, s, the cuts and breaks that are SHORTEST from all of these that came before."""
+    """0, `end`, and of times in between, s, the cuts and breaks that are SHORTEST from those that came before."""
     kept = [0.0, end, math.inf]
     for time in (*cuts.tolist(), *breaks.tolist()):
         at = bisect_right(kept, time)

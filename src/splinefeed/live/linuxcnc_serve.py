@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import threading
@@ -13,16 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.curves.curve import NurbsCurve
 from splinefeed.live import linuxcnc_wire as wires
 from splinefeed.live.linuxcnc_curves import ProgramCurves
 from splinefeed.live.linuxcnc_limits import Mill
-from splinefeed.live.linuxcnc_pieces import PlannedTrack, quintics
-from splinefeed.live.linuxcnc_planner import Planner
+from splinefeed.live.linuxcnc_motion import PlannedMotion
+from splinefeed.live.linuxcnc_moves import BLEND, EXACT, curve_of
+from splinefeed.live.linuxcnc_pieces import quintics
+from splinefeed.live.linuxcnc_planner import WINDOW, Planner
 from splinefeed.live.linuxcnc_refusals import refused
-from splinefeed.paths.path import Path
-from splinefeed.paths.smoothing import Smoother
 from splinefeed.planner.stream import LookAhead
+from splinefeed.records import State
 
 #: A child that watches LinuxCNC's task is started again after this, s.
 AGAIN = 0.2
@@ -30,38 +31,23 @@ AGAIN = 0.2
 DEAD = 8.0
 
 
-class Heart:
-    """Beats for the planner from a thread of its own, while its main loop lives."""
-
-    def __init__(self, planner: Planner) -> None:
-        self._planner, self._ends = planner, threading.Event()
-        self._thread = threading.Thread(target=self._beat, daemon=True)
-        self._thread.start()
-
-    def _beat(self) -> None:
-        planner = self._planner
-        while not self._ends.wait(0.02):
-            if planner.clock() - planner.alive < DEAD:
-                planner.wire.store("beat", int(planner.wire.beat) + 1)
-
-    def stop(self) -> None:
-        """Stop beating, before the memory goes."""
-        self._ends.set()
-        self._thread.join()
+def beat(planner: Planner, ends: threading.Event) -> None:
+    """Beat for a planner, from a thread of its own, while its main loop lives."""
+    while not ends.wait(0.02):
+        if planner.clock() - planner.alive < DEAD:
+            planner.wire.store("beat", int(planner.wire.beat) + 1)
 
 
 class TaskWatch:
     """Whether LinuxCNC's task waits for motion to end, and what it has loaded, as a child in LinuxCNC's Python sees it.
 
-    curves_of  makes them of a file; refused  says what of a file will not run, for the operator's screen
+    mill  what runs the program; say  takes what of it will not run, which is said on the operator's screen, too
     """
 
-    def __init__(
-        self, python: str, home: str | None, curves_of: Callable[[str], ProgramCurves], refused: Callable[[str], str]
-    ) -> None:
+    def __init__(self, python: str, home: str | None, mill: Mill, say: Callable[[str], None]) -> None:
         self.curves: ProgramCurves | None = None
-        self._curves_of, self._refused = curves_of, refused
         self.waiting: float | None = None  # since when, by the monotonic clock; inf while it goes on
+        self._mill, self._say = mill, say
         program = files("splinefeed.live").joinpath("linuxcnc_task.py").read_text(encoding="utf-8")
         self._words = [python, "-c", program]
         self._environment = os.environ if home is None else {**os.environ, "HOME": home}
@@ -80,8 +66,8 @@ class TaskWatch:
                 word, _, value = line.rstrip("\n").partition(" ")
                 if word == "file":
                     self.curves = None
-                    self.curves = self._curves_of(value)
-                    self._tell(self._refused(value))
+                    self.curves = ProgramCurves(value, self._mill, self._say)
+                    self._tell(refused(value, self._mill, self._say))
                 else:
                     self.waiting = float(value)
             self.waiting = None
@@ -89,7 +75,9 @@ class TaskWatch:
             time.sleep(AGAIN)
 
     def _tell(self, text: str) -> None:
-        """One line on the operator's screen, unless it is empty."""
+        """One line to all, unless it is empty."""
+        if text:
+            self._say(text)
         if text and self._child is not None and self._child.stdin is not None:
             with suppress(OSError):  # it has ended
                 self._child.stdin.write(" ".join(text.split()) + "\n")
@@ -103,35 +91,28 @@ class TaskWatch:
             self._child.wait()
 
 
-def warm_up(mill: Mill, period: float = 1e-3) -> None:
-    """Make the first calls of everything, which take seconds, before motion needs them."""
-    n = len(mill.axes)
+def warm_up(mill: Mill) -> None:
+    """Make the first calls of everything, which take seconds, before motion needs them: short lines and a long one."""
     joints = None if mill.moved is None else mill.moved.with_lengths({})
-    points = np.zeros((40, n))
-    points[:, 0] = np.linspace(0.0, 3.0, 40)
-    points[:, 1:] = 0.1 * np.sin(points[:, :1])
-    lines = [NurbsCurve.bezier(points[k : k + 2]) for k in range(len(points) - 1)]
-    far = points[-1] + np.arange(1, n + 1) * 9.0
-    for tolerance in (0.01, 0.0):
-        curves = [*lines, NurbsCurve.bezier([points[-1], far])]
-        count = len(curves)
-        path = Path(curves, mill.axes, feeds=[50.0] * count, tolerances=[tolerance] * count)
-        smoother = Smoother("program", mill.axes, corners="round", window=20)
-        look = LookAhead(mill.limits(0.05), period, mill.axes, 40, joints=joints)
-        track = PlannedTrack(0, joints)
-        track.push(np.ones(count))
-        for each in [*smoother.push(path), *smoother.finish()]:
-            track.add(each, np.zeros(len(each.curves), dtype=np.int64))
-            look.take(each)
-        for block in look.blocks(whole=True):
-            quintics(track, track.place(block.curve, block.offset), block.law)
+    places = np.zeros((41, wires.AXES))
+    places[:40, mill.columns] = 0.1 * np.sin(np.linspace(0.0, 3.0, 40))[:, None]
+    places[:40, mill.columns[0]] = np.linspace(0.0, 3.0, 40)
+    places[40, mill.columns] = places[39, mill.columns] + 9.0 * np.arange(1, len(mill.axes) + 1)
+    moves = np.zeros(40, wires.SEGMENT)
+    moves["from"], moves["to"] = places[:-1] / mill.units, places[1:] / mill.units
+    moves["kind"], moves["feed"], moves["top"], moves["tolerance"] = wires.LINE, 50.0, 1e3, 0.01
+    curves = [curve_of(move, mill) for move in moves]
 
+    def look_ahead(start: State | None) -> LookAhead:
+        return LookAhead(mill.limits(0.05), 1e-3, mill.axes, WINDOW, start=start, joints=joints)
 
-def _refused(file: str, mill: Mill, say: Callable[[str], None]) -> str:
-    text = refused(file, mill, say)
-    if text:
-        say(text)
-    return text
+    for term in (BLEND, EXACT):
+        moves["term"] = term
+        run = PlannedMotion(0, mill, look_ahead, 20, (1.0, 1.0, math.inf), joints)
+        run.push(moves, curves)
+        run.close()
+        while (block := run.block()) is not None:
+            quintics(run.track, run.track.place(run.base + block.curve, block.offset), block.law)
 
 
 def serve(
@@ -148,15 +129,14 @@ def serve(
             waiting = True
             time.sleep(0.05)
             continue
-        task = TaskWatch(
-            python, wires.home(wire.ident), lambda file: ProgramCurves(file, mill, say),
-            lambda file: _refused(file, mill, say),
-        )  # fmt: skip
+        task = TaskWatch(python, wires.home(wire.ident), mill, say)
         planner = Planner(
             wire, mill, reserve, say=say, waits=lambda task=task: task.waiting,  # type: ignore[misc]
             curves=lambda task=task: task.curves, **how,  # type: ignore[misc]
         )  # fmt: skip
-        heart = Heart(planner)
+        dies = threading.Event()
+        heart = threading.Thread(target=beat, args=(planner, dies), daemon=True)
+        heart.start()
         say("LinuxCNC is here")
         try:
             looked = time.monotonic()
@@ -168,7 +148,8 @@ def serve(
                     if wires.users(wire.ident) < 2:  # we alone
                         break
         finally:
-            heart.stop()
+            dies.set()
+            heart.join()  # before the memory goes
             task.stop()
             wires.detach(wire)
         waiting = False

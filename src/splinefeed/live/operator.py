@@ -10,7 +10,6 @@ import socketserver
 import threading
 import time
 from collections.abc import Mapping
-from contextlib import suppress
 from typing import Any
 
 from splinefeed.errors import InputError
@@ -19,9 +18,9 @@ from splinefeed.errors import InputError
 MOST = 2.0
 #: Longest line that is read, bytes; most clients at once; s without a whole line after which one is disconnected.
 LONGEST_LINE, MOST_CLIENTS, IDLE = 1024, 4, 60.0
-#: s that a client has for its first line, with the token; most of those that have not said it: the oldest one goes.
-AUTHENTICATION, MOST_STRANGERS = 2.0, 32
-#: s between two lines of a client, and between two clients.
+#: s that a client has for its first line, with the token.
+AUTHENTICATION = 2.0
+#: s between two lines of a client, and between two clients: so few are there that have not said the token.
 PAUSE = 0.01
 
 
@@ -69,7 +68,7 @@ class OperatorServer(socketserver.ThreadingTCPServer):
     port   where; token  what every line must carry; status  what else answers carry
     """
 
-    daemon_threads, block_on_close, request_queue_size = True, False, MOST_STRANGERS
+    daemon_threads, block_on_close, request_queue_size = True, False, 32
 
     def __init__(self, operator: Operator) -> None:
         super().__init__(("127.0.0.1", 0), _Client)
@@ -77,8 +76,6 @@ class OperatorServer(socketserver.ThreadingTCPServer):
         self.token = secrets.token_hex(8)
         self.status: dict[str, Any] = {}
         self.room = threading.BoundedSemaphore(MOST_CLIENTS)
-        self.strangers: dict[socket.socket, None] = {}  # in the order in which they came
-        self._lock = threading.Lock()
         self._operator = operator
         threading.Thread(target=self.serve_forever, args=(0.1,), daemon=True).start()
 
@@ -87,21 +84,9 @@ class OperatorServer(socketserver.ThreadingTCPServer):
         super().__exit__(*error)
 
     def verify_request(self, request: Any, client_address: Any) -> bool:
-        """Let everyone in who may still say the token; the oldest of too many goes."""
-        with self._lock:
-            self.strangers[request] = None
-            old = next(iter(self.strangers)) if len(self.strangers) > MOST_STRANGERS else None
-        if old is not None:
-            self.forget(old)
-            with suppress(OSError):
-                old.shutdown(socket.SHUT_RDWR)
+        """Let everyone in, one after the other."""
         time.sleep(PAUSE)
         return True
-
-    def forget(self, request: socket.socket) -> None:
-        """That client is no stranger any more, or is gone."""
-        with self._lock:
-            self.strangers.pop(request, None)
 
     def answer(self, line: bytes) -> dict[str, Any] | None:
         """The answer to a line; None for one without the token."""
@@ -139,12 +124,10 @@ class _Client(socketserver.StreamRequestHandler):
                 if not known and not server.room.acquire(blocking=False):
                     break  # one of more than MOST_CLIENTS that know the token is obeyed once
                 known = True
-                server.forget(self.request)
                 time.sleep(PAUSE)
         except OSError:
             return
         finally:
-            server.forget(self.request)
             if known:
                 server.room.release()
 
