@@ -347,9 +347,10 @@ class Forks:
     """
 
     def __init__(self, kind: str) -> None:
+        from splinefeed.files import native_process
         from splinefeed.formats import cad_process
 
-        self._handler, self._most = cad_process.open_libraries, cad_process.MAX_ADDRESS_SPACE
+        self._handler, self._most = native_process.open_libraries, native_process.MAX_ADDRESS_SPACE
         library = import_module(f"splinefeed.formats.{cad_process.MODULES[kind][0]}")
         sound = min((DATA / kind).iterdir(), key=lambda file: file.stat().st_size)
         with tempfile.TemporaryDirectory() as folder, unheard():  # what a library makes at its first file is made once
@@ -431,9 +432,9 @@ def reader(kind: str, folder: Path) -> Callable[[Path, bool], Any]:
         function = attrgetter(name)(import_module(f"splinefeed.{module}"))
         return lambda file, repair: function(file)
     if kind in CAD:
-        from splinefeed.formats import cad_process
+        from splinefeed.files import native_process
 
-        cad_process._worker = cast("Worker", Forks(kind))
+        native_process._worker = cast("Worker", Forks(kind))
     modules = {"json": "json_curve", "3dm": "threedm"}
     name = "programs.gcode" if kind in (*DIALECTS, "gcode") else f"formats.{modules.get(kind, kind)}"
     module = next(each for each in FORMATS if each.module == name)

@@ -14,7 +14,8 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.errors import FormatError, SplinefeedError
-from splinefeed.formats import cad_process, threedm
+from splinefeed.files import native_process
+from splinefeed.formats import threedm
 from splinefeed.formats.registry import format_of, read_all
 
 SMALL = {
@@ -148,13 +149,13 @@ def test_a_file_of_two_gigabytes_is_not_read(tmp_path: Path, data_dir: Path) -> 
 def test_a_library_that_dies_is_an_error_and_the_next_file_is_read(tmp_path: Path, data_dir: Path) -> None:
     file = small("3dm", tmp_path, data_dir)
     before = read_all(file)
-    process = cad_process._worker._process
+    process = native_process._worker._process
     assert process is not None
     process.send_signal(signal.SIGSTOP)
     threading.Timer(0.3, process.kill).start()
     with pytest.raises(FormatError) as caught:
         read_all(file)
-    assert str(caught.value) == f"{file}: makes the CAD library crash; is it damaged?"
+    assert str(caught.value) == f"{file}: makes the library that reads it crash; is it damaged?"
     assert [path.length for path in read_all(file)] == [path.length for path in before]
 
 
@@ -162,8 +163,8 @@ def test_a_library_that_takes_too_long_is_ended(
     tmp_path: Path, data_dir: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = small("step", tmp_path, data_dir)
-    cad_process._worker.stop()
-    monkeypatch.setattr(cad_process, "MAX_SECONDS", 1e-3)  # starting the library takes longer
+    native_process._worker.stop()
+    monkeypatch.setattr(native_process, "MAX_SECONDS", 1e-3)  # starting the library takes longer
     with pytest.raises(FormatError, match=r"part\.stp: takes longer than 0 s; is it damaged\?"):
         read_all(file)
     monkeypatch.undo()
@@ -192,7 +193,7 @@ def test_a_library_that_cannot_be_loaded_is_said_so(tmp_path: Path, data_dir: Pa
 def test_reading_prints_nothing_and_leaves_no_process(tmp_path: Path, data_dir: Path) -> None:
     file = small("iges", tmp_path, data_dir)
     program = (
-        "import sys\nimport splinefeed as sf\nfrom splinefeed.formats import cad_process, registry\n"
+        "import sys\nimport splinefeed as sf\nfrom splinefeed.formats import registry\n"
         "registry.read_all(sys.argv[1])\nsys.exit(0 if 'OCP' not in sys.modules else 3)\n"
     )
     done = subprocess.run([sys.executable, "-c", program, str(file)], capture_output=True, text=True, check=False)

@@ -1,4 +1,4 @@
-"""The process that reads files with native libraries (HDF5, MATLAB, Parquet), and the columns that it answers.
+"""The process that reads files with native libraries (HDF5, MATLAB, Parquet, CAD), and what it answers.
 
 A damaged file can lead such a library outside of its memory, and it cannot be stopped. So it runs apart, with a limit
 on time and memory; what it cannot bear is an error of one line, and the next file finds a new process.
@@ -10,6 +10,7 @@ with the bytes of the columns one after the other behind it.
 
 from __future__ import annotations
 
+import gc
 import json
 import math
 import os
@@ -31,10 +32,12 @@ MAX_ADDRESS_SPACE = 8 * 2**30
 _worker = Worker("splinefeed.files.native_process:open_libraries", memory=MAX_ADDRESS_SPACE, quiet=True)
 
 
-def ask(module: str, function: str, path: str | os.PathLike[str], **words: Any) -> tuple[Any, dict[str, Any]]:
+def ask(
+    module: str, function: str, path: str | os.PathLike[str], seconds_per_mb: float = SECONDS_PER_MB, **words: Any
+) -> tuple[Any, dict[str, Any]]:
     """What a function of a reader says of the file at `path`, and its columns; FormatError that names the file."""
     file = check_file(path)
-    seconds = MAX_SECONDS + SECONDS_PER_MB * file.stat().st_size / 1e6
+    seconds = MAX_SECONDS + seconds_per_mb * file.stat().st_size / 1e6
     request = {"module": module, "function": function, "file": os.path.abspath(file), "words": words}
     try:
         line, _, body = _worker.ask(request, seconds=seconds)[1].partition(b"\n")
@@ -57,6 +60,7 @@ def ask(module: str, function: str, path: str | os.PathLike[str], **words: Any) 
 
 def open_libraries(mail: Mail) -> Handler:
     """What answers requests; a library is loaded by the first that needs it."""
+    gc.disable()  # it would walk through the many small objects of an answer again and again
 
     def answer(request: dict[str, Any]) -> Answer:
         columns: dict[str, Any] = {}
@@ -73,6 +77,7 @@ def open_libraries(mail: Mail) -> Handler:
             head, columns = json.dumps({"refused": "needs more memory than a file may take; read it in chunks"}), {}
         except Exception as error:  # the libraries' own exceptions are of many kinds
             head, columns = json.dumps({"refused": f"is not valid: {in_brief(error)}"}), {}
+        gc.collect()
         return {}, b"".join([head.encode(), b"\n", *(each.tobytes() for each in columns.values())])
 
     return answer

@@ -1,23 +1,19 @@
-"""The process that reads CAD files with OCCT and rhino3dm, and the paths of what it answers.
+"""CAD files read by OCCT and rhino3dm, in the process that native readers have, and the paths of what they answer.
 
-OCCT was seen to end by a segmentation fault on more than half of STEP files with a few bytes changed, and such
-libraries cannot be stopped. So they run apart, with a limit on time and memory; a file that they cannot bear is an
-error of one line, and the next file finds a new process. It is started by the first file and stays for the next ones.
+OCCT was seen to end by a segmentation fault on more than half of STEP files with a few bytes changed.
 
 A task is {"kind", "file", "folder", "edges", "repair", "hidden", "layers"}, the folder being one for temporary files,
 which is removed here: a process that dies leaves them. The answer is {"units", "findings", "unshown",
 "groups"}, "unshown" being counts of what the author's program does not show, with groups of
-{"name", "curves"} that make one path each, and curves of {"degree", "knots", "points", "weights", "reversed"}; or
-{"refused": why}, which the readers say by a FormatError without the file's name.
+{"name", "curves"} that make one path each, and curves of {"degree", "knots", "points", "weights", "reversed"}.
 """
 
 from __future__ import annotations
 
-import gc
 import itertools
-import json
 import math
 import os
+import pathlib
 import tempfile
 from collections import Counter
 from collections.abc import Sequence
@@ -31,17 +27,13 @@ from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.editing import unbroken
 from splinefeed.errors import CurveError, FormatError, InputError
 from splinefeed.files.metadata import naming
+from splinefeed.files.native_process import ask
 from splinefeed.files.sizes import MAX_DRAWING_CURVES, MAX_DRAWING_POINTS
-from splinefeed.files.source import in_brief
 from splinefeed.formats.drawing import BROKEN, Drawing
 from splinefeed.paths.contents import Contents
-from splinefeed.workers import Answer, Handler, LostError, Mail, Worker
 
-#: Time that a library gets for a file, s, and for each MB of it.
-MAX_SECONDS = 15.0
+#: Time that a library gets for each MB of a file beside that of all, s.
 SECONDS_PER_MB = 5.0
-#: What a library may take of the memory, bytes of address space; OCCT itself is half a gigabyte of it.
-MAX_ADDRESS_SPACE = 6 * 2**30
 #: Names that files give to their units.
 _UNITS = {"millimetre": "mm", "metre": "m", "centimetre": "cm", "micrometre": "um", "inch": "in", "foot": "ft"}
 #: The module that reads each kind of file, and what people call its library.
@@ -54,8 +46,6 @@ SHORTEST = 1e-9
 
 Curve = dict[str, Any]
 
-_worker = Worker("splinefeed.formats.cad_process:open_libraries", memory=MAX_ADDRESS_SPACE, quiet=True)
-
 
 def read(drawing: Drawing, kind: str, faults: list[str], *, edges: bool) -> Contents:
     """The paths in the file of `drawing`, whose own check has found `faults`; with `edges` those of bodies too.
@@ -67,17 +57,10 @@ def read(drawing: Drawing, kind: str, faults: list[str], *, edges: bool) -> Cont
     with naming(file):
         for fault in faults:
             drawing.fault(fault, "")
-        seconds = MAX_SECONDS + SECONDS_PER_MB * file.stat().st_size / 1e6
-        task = {"kind": kind, "file": os.path.abspath(file), "layers": drawing.layers, "repair": drawing.repair}
-        try:
-            with tempfile.TemporaryDirectory(prefix="splinefeed-") as folder:
-                task |= {"folder": folder, "hidden": drawing.hidden, "edges": edges}
-                answer = json.loads(_worker.ask(task, seconds=seconds)[1])
-        except LostError as error:
-            why = f"takes longer than {seconds:.0f} s" if error.late else "makes the CAD library crash"
-            raise InputError(f"{why}; is it damaged?") from None
-        if "refused" in answer:
-            raise InputError(answer["refused"])
+        task = {"kind": kind, "layers": drawing.layers, "repair": drawing.repair, "hidden": drawing.hidden}
+        with tempfile.TemporaryDirectory(prefix="splinefeed-") as folder:
+            task |= {"folder": folder, "edges": edges}
+            answer = ask("formats.cad_process", "contents", file, SECONDS_PER_MB, **task)[0]
         drawing.findings += answer["findings"]
         drawing.unshown.update(answer["unshown"])
         numbers = itertools.count(1)
@@ -112,28 +95,15 @@ def _curves(said: dict[str, Any]) -> list[NurbsCurve]:
 # --- in the process ---------------------------------------------------------------------------------------------------
 
 
-def open_libraries(mail: Mail) -> Handler:
-    """What answers tasks; the libraries are loaded by the first that needs them."""
-    gc.disable()  # it would walk through the many small objects of an answer again and again
-
-    def answer(task: dict[str, Any]) -> Answer:
-        module, title = MODULES[task["kind"]]
-        try:
-            said = import_module(f"splinefeed.formats.{module}").read(task)
-        except FormatError as error:
-            said = {"refused": str(error)}
-        except ImportError as error:
-            why = f"needs {title}, which cannot be loaded ({error}); run: pip install 'splinefeed[cad]'"
-            said = {"refused": why}
-        except MemoryError:
-            said = {"refused": "needs more memory than a CAD file may take"}
-        except Exception as error:  # the libraries' own exceptions are of many kinds
-            said = {"refused": f"the CAD library cannot read it: {in_brief(error)}"}
-        body = json.dumps(said).encode()
-        gc.collect()
-        return {}, body
-
-    return answer
+def contents(file: pathlib.Path, **task: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What a library says of a file, and no columns; runs in the process that may die over a damaged file."""
+    module, title = MODULES[task["kind"]]
+    try:
+        read = import_module(f"splinefeed.formats.{module}").read
+    except ImportError as error:
+        why = f"needs {title}, which cannot be loaded ({error}); run: pip install 'splinefeed[cad]'"
+        raise InputError(why) from None
+    return read({**task, "file": os.fspath(file)}), {}
 
 
 class Gathered:
