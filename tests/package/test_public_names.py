@@ -38,13 +38,6 @@ PUBLIC = {
     """,
     "splinefeed.simulation": "Bound Margins Tuning UltimatePoint margins",
 }
-#: Names that were at the top, and their rooms; they warn for one release.
-MOVED = {
-    "CycleTime": "programs", "Interpolator": "interpolation", "JointPath": "kinematics", "Kinematics": "kinematics",
-    "LimitResult": "records", "Marker": "paths", "State": "planner", "Torque": "records", "compare": "runs",
-    "fit": "paths", "follow": "runs", "methods": "interpolation", "register": "interpolation", "tangential": "paths",
-    "tune": "runs", "Combination": "records",
-}  # fmt: skip
 ROOMS = [room for room in PUBLIC if room != "splinefeed.plot"]
 
 
@@ -90,10 +83,9 @@ def test_a_name_that_is_none():
         sf.plann  # noqa: B018
 
 
-@pytest.mark.parametrize("name", MOVED)
-def test_names_that_moved_warn_and_say_where(name):
-    with pytest.warns(DeprecationWarning, match=rf"sf\.{name} is sf\.{MOVED[name]}\.{name}; "):
-        assert getattr(sf, name) is getattr(import_module(f"splinefeed.{MOVED[name]}"), name)
+def test_what_is_no_path_is_refused():
+    with pytest.raises(sf.SplinefeedError, match=r"smooth: expected Path first, got int"):
+        sf.smooth(5, 0.01)
 
 
 @pytest.fixture(scope="module")
