@@ -19,7 +19,7 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?
 _SHOWN = 40
 
 
-def finite(given: object, name: str = "", most: float = MOST) -> float:
+def finite(given: object, name: str = "") -> float:
     """A text or a number as a float.
 
     Parameters
@@ -28,8 +28,6 @@ def finite(given: object, name: str = "", most: float = MOST) -> float:
         Digits with a sign, a point and an exponent at most, blanks around them; or a number, but no truth value.
     name
         What the message calls it.
-    most
-        Largest size that it may have.
 
     Raises:
     ------
@@ -40,8 +38,8 @@ def finite(given: object, name: str = "", most: float = MOST) -> float:
     value = _real(text if _NUMBER.fullmatch(text) else None) if isinstance(given, str) else _real(given)
     if value is None:
         raise InputError(f"{_named(name, given)}; expected a number")
-    if not -most <= value <= most:  # NaN, too
-        raise InputError(f"{_named(name, given)}; expected a number of at most {most:g} in size")
+    if not within(value):  # NaN, too
+        raise InputError(f"{_named(name, given)}; expected a number of at most {MOST:g} in size")
     return value
 
 

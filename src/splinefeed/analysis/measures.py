@@ -10,6 +10,7 @@ import numpy as np
 from splinefeed.checks import between
 from splinefeed.checks.bounds import contain
 from splinefeed.checks.differences import ON_TIME, divided
+from splinefeed.checks.law import times_at
 from splinefeed.checks.spans import EPSILON, SpanPlaces, spans_of
 from splinefeed.paths.corners import STOP_ANGLE
 from splinefeed.paths.path import Path
@@ -18,10 +19,6 @@ from splinefeed.records import Array, IntArray, Limits, Setpoints, TimeLaw
 
 #: A limit binds where at least this share of it is used.
 BINDS = 0.99
-#: Newton's steps to where a law is at a corner, from a line between two ticks.
-NEWTON = 4
-#: A length, mm, and a feed, mm/s, below anything that moves.
-TINY = 1e-300
 #: What limits bound at each tick: name of the limit, values (n,), and bound, (n,) or one; None without a limit.
 Measure = tuple[str, Array, Array | float | None]
 #: Of the first, second and third difference at a tick: its place among those of ticks with two more at both ends, and
@@ -248,22 +245,12 @@ def _steps(setpoints: Setpoints, path: Path, law: TimeLaw, limits: Limits) -> li
             (curve + joint, np.where(joint, domains[np.minimum(curve + 1, len(domains) - 1), 0], u), "right"),
         )
         before, behind = (path.by_length(on, place, side=side)[:, 1] for on, place, side in sides)
-        t = _when(law, at, setpoints.t, s)
+        t = times_at(law, at)
         jump = law.feed(t)[:, None] * np.abs(behind - before)
         tick = np.clip(np.rint((t - setpoints.t[0]) / setpoints.period).astype(np.int64), 0, len(values) - 1)
         np.maximum.at(values, tick, np.where(np.isfinite(jump), jump, 0.0))
     steps = limits.of_axes("axis_velocity_step", path.axes).tolist()
     return [(f"axis_velocity_step.{axis}", values[:, k], steps[k]) for k, axis in enumerate(path.axes)]
-
-
-def _when(law: TimeLaw, s: Array, ticks: Array, places: Array) -> Array:
-    """When the law is at lengths s (n,), mm, between ticks (k,), s, at which it is at places (k,), mm: Newton, s."""
-    before = np.clip(np.searchsorted(places, s, side="right") - 1, 0, len(places) - 2)
-    low, high = ticks[before], ticks[before + 1]
-    t = low + (high - low) * (s - places[before]) / np.maximum(places[before + 1] - places[before], TINY)
-    for _ in range(NEWTON):
-        t = np.clip(t - (law(t) - s) / np.maximum(law.feed(t), TINY), low, high)
-    return np.asarray(t)
 
 
 def feed_limit(setpoints: Setpoints, path: Path, limits: Limits) -> Array:

@@ -13,6 +13,7 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike
 
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.errors import CurveError, InputError
 from splinefeed.kinematics import JointPath
 from splinefeed.paths.path import Path
@@ -230,21 +231,18 @@ def _columns(rotation: Array) -> Array:
     return np.asarray(np.swapaxes(rotation, 1, 2).reshape(len(rotation), 9) / 2.0**0.5)
 
 
-def tip_of(curve: object, feed: float | None) -> Path:
+def tip_of(curve: Any, feed: float | None) -> Path:
     """The curve of a tip as a path of x, y, z, mm, with a feed that its curves ask for, mm/s."""
-    from splinefeed.curves.curve import NurbsCurve
-
-    path: Any = Path([curve]) if isinstance(curve, NurbsCurve) else curve
+    path = Path([curve]) if isinstance(curve, NurbsCurve) else curve
     axes = getattr(path, "axes", type(path).__name__)
     if axes != ("x", "y", "z") or not hasattr(path, "tip_path"):
         raise InputError(f"along: the curve of the tip has {axes}; expected a Path or NurbsCurve of x, y, z, mm")
-    tip: Path = path
+    tip: Path = path.tip_path
     if feed is None:
         return tip
     if isinstance(feed, bool) or not np.isfinite(feed) or not feed > 0.0:
         raise InputError(f"feed is {feed!r}; expected mm/s, greater than 0")
-    said = {**tip._said(), "feeds": np.full(len(tip.curves), float(feed))}
-    return Path(tip.curves, tip.axes, **said)
+    return tip.with_feeds(np.full(len(tip.curves), float(feed)))
 
 
 def orientation_of(given: ArrayLike | None, start: Array, frames: Frames, length: float) -> Orientation:

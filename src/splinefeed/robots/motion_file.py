@@ -14,7 +14,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -74,7 +73,7 @@ def read_motion(
             path = _along(arm, said["along"], name, title, feed)
     except SplinefeedError as error:
         raise type(error)(f"{name}: {error}") from None
-    return arm, path, replace(arm.limits)
+    return arm, path, arm.limits
 
 
 def is_motion(file: str | os.PathLike[str]) -> bool:

@@ -24,10 +24,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from splinefeed.checks.law import times_at
 from splinefeed.errors import FormatError, InputError
 from splinefeed.files.atomic import write_text
 from splinefeed.paths.track import Track
-from splinefeed.planner.timed import times_at
 from splinefeed.records import AXIS_LIMITS, Array, BoolArray, Limits, TimeLaw
 from splinefeed.records.motion import derivative
 from splinefeed.robots.frames import MM

@@ -85,13 +85,18 @@ def in_line(paths: Iterable[Path]) -> Iterator[Path]:
 
 
 class _Walk:
-    """Plans parts as they come, and makes the setpoints of each block of motion."""
+    """Plans parts as they come, and makes the setpoints of each block of motion.
 
-    def __init__(self, limits: Limits, period: float, held: _Held | None = None) -> None:
-        self.limits, self.period, self.held = limits, period, held
-        self.parts: deque[_PathPart] = deque()
+    measured  whether `chunk` is asked what they lie on; parts and blocks are kept until then
+    """
+
+    def __init__(self, limits: Limits, period: float, *, measured: bool = False) -> None:
+        self.limits, self.period, self.measured = limits, period, measured
+        self.parts: list[_PathPart] = []  # not left yet
+        self.blocks: deque[tuple[MotionBlock, float]] = deque()  # with the length at which each begins, mm
         self.tick = 0
         self.settings: dict[str, Any] = {}
+        self._joined: tuple[int, int, Path] | None = None
 
     def pieces(self, paths: Iterable[Path]) -> Iterator[Setpoints]:
         """Setpoints, block by block; the last one is the end of the path."""
@@ -102,10 +107,7 @@ class _Walk:
                 planner = LookAhead(self.limits, self.period, path.axes)
                 self.settings = {"limits": planner.limits.as_dict(), "strategy": LOOK_AHEAD, "path": path.name}
                 self.settings |= {"period": planner.period, "method": METHOD}
-            part = _PathPart(path, curves, end, length)
-            self.parts.append(part)
-            if self.held is not None:
-                self.held.part(part)
+            self.parts.append(_PathPart(path, curves, end, length))
             end, length, curves = end + path.tip_end, length + path.length, curves + len(path.curves)
             for block in planner.push(path):
                 yield from self._block(block)
@@ -120,21 +122,22 @@ class _Walk:
         yield replace(final, t=np.full(1, planner.time)) if late else final
 
     def _block(self, block: MotionBlock) -> Iterator[Setpoints]:
-        while block.curve >= self.parts[0].curve + len(self.parts[0].path.curves):
-            self.parts.popleft()
-        first, law = self.parts[0], block.law
+        parts = [each for each in self.parts if block.curve < each.curve + len(each.path.curves)]
+        first, law = parts[0], block.law
         gone = self.tick - block.tick
         count = math.ceil((block.phase + law.duration) / self.period - ALMOST) - gone  # those at its end come later
         tau = np.clip((gone + np.arange(max(count, 0))) * self.period - block.phase, 0.0, law.duration)
         begin = float(first.path.curve_starts[block.curve - first.curve]) + block.offset
-        if self.held is not None:
-            self.held.block(block, first.length + begin)
+        if self.measured:
+            self.blocks.append((block, first.length + begin))
+        else:
+            self.parts = parts
         s, rate = begin + law(tau), np.maximum(law.feed(tau), 0.0)
         done, passed = 0, 0.0
-        for part in self.parts:  # a block may run over several parts
+        for part in parts:  # a block may run over several parts
             s -= passed
             passed = part.path.length
-            until = len(s) if part is self.parts[-1] else int(np.searchsorted(s, passed))
+            until = len(s) if part is parts[-1] else int(np.searchsorted(s, passed))
             if until > done:
                 yield self._made(part, s[done:until], rate[done:until])
             done = max(done, until)
@@ -159,23 +162,6 @@ class _Walk:
             settings=self.settings,
         )
 
-
-class _Held:
-    """What the ticks that are measured lie on: the last parts of a path, and the last blocks of motion along them."""
-
-    def __init__(self) -> None:
-        self.parts: deque[_PathPart] = deque()
-        self.blocks: deque[tuple[MotionBlock, float]] = deque()  # with the length at which each begins, mm
-        self._joined: tuple[int, int, Path] | None = None
-
-    def part(self, part: _PathPart) -> None:
-        """The next part."""
-        self.parts.append(part)
-
-    def block(self, block: MotionBlock, begin: float) -> None:
-        """The next block of motion, and the length of all parts before it, mm."""
-        self.blocks.append((block, begin))
-
     def chunk(self, around: Setpoints, first: int, own: Setpoints) -> Chunk:
         """Setpoints on the parts and blocks that they lie on; what is behind them is forgotten."""
         period = own.period
@@ -184,10 +170,9 @@ class _Held:
             self.blocks.popleft()
         origin, begin = self.blocks[0]
         while len(self.parts) > 1 and self.parts[1].curve <= min(int(around.curve[0]), origin.curve):
-            self.parts.popleft()
+            self.parts.pop(0)
         last = next((k for k, p in enumerate(self.parts) if p.curve > around.curve[-1]), len(self.parts))
-        parts = [self.parts[k] for k in range(last)]
-        path, start = self._path(parts), parts[0]
+        path, start = self._path(self.parts[:last]), self.parts[0]
         t = np.where(np.abs(ticks * period - around.t) < ALMOST * period, ticks * period, around.t)
         t = t - origin.tick * period - origin.phase
         law = self._law(float(np.max(t)), begin - start.length)
@@ -203,33 +188,32 @@ class _Held:
     def _law(self, end: float, begin: float) -> TimeLaw:
         """The law of all blocks that begin before a time, s, from the first block's on; `begin` where that is, mm."""
         origin, length = self.blocks[0]
-        period = float(origin.law.period or 0.0)
-        breaks: list[Array] = []
+        starts: list[Array] = []
         pieces: list[Array] = []
+        stop, waiting = 0.0, ALMOST * self.period
         for block, at in self.blocks:
-            since = (block.tick - origin.tick) * period + block.phase - origin.phase
+            since = (block.tick - origin.tick) * self.period + block.phase - origin.phase
             if since > end:
                 break
-            if breaks and since - breaks[-1][-1] > ALMOST * period:  # it waits there
-                breaks[-1] = np.append(breaks[-1], since)
+            if starts and since > stop + waiting:  # it waits there
+                starts.append(np.array([stop]))
                 pieces.append(_standing(at - length + begin))
             moved = block.law.coefficients.copy()
             moved[:, 0] += at - length + begin
-            breaks.append(np.concatenate([[since], since + block.law.breaks[1:]]))
+            starts.append(since + block.law.breaks[:-1])
             pieces.append(moved)
-        reached = float(pieces[-1][-1] @ (breaks[-1][-1] - breaks[-1][-2]) ** np.arange(LAW_COEFFICIENTS))
-        inner = [each[:-1] for each in breaks]
-        ends = breaks[-1][-1:]
-        if end > ends[0] + ALMOST * period:  # it waits for the next tick
-            ends, pieces = np.append(ends, end), [*pieces, _standing(reached)]
-        times = np.concatenate([*inner, ends])
+            stop, reached = since + block.law.duration, at - length + begin + block.law.length
+        if end > stop + waiting:  # it waits for the next tick
+            starts.append(np.array([stop]))
+            pieces.append(_standing(reached))
+            stop = end
+        times = np.append(np.concatenate(starts), stop)
         keep = np.diff(times) > 0.0
-        coefficients = np.concatenate(pieces)[keep]
         return TimeLaw(
-            breaks=np.concatenate([times[:-1][keep], times[-1:]]),
-            coefficients=coefficients,
+            breaks=np.append(times[:-1][keep], stop),
+            coefficients=np.concatenate(pieces)[keep],
             strategy=LOOK_AHEAD,
-            period=period,
+            period=self.period,
         )
 
 
@@ -240,12 +224,11 @@ def _standing(s: float) -> Array:
     return piece
 
 
-def windows(paths: Iterable[Path], limits: Limits, period: float, chunk: int = CHUNK) -> Iterator[Chunk]:
+def windows(paths: Iterable[Path], limits: Limits, period: float) -> Iterator[Chunk]:
     """The motion along parts of a path, planned window by window, in chunks with what each is measured by."""
-    walk = _Walk(limits, period, _Held())
-    assert walk.held is not None
-    for around, first, own in with_neighbours(TickBlocks(chunk).cut(walk.pieces(paths))):
-        yield walk.held.chunk(around, first, own)
+    walk = _Walk(limits, period, measured=True)
+    for around, first, own in with_neighbours(TickBlocks(CHUNK).cut(walk.pieces(paths))):
+        yield walk.chunk(around, first, own)
 
 
 class PartReader:
