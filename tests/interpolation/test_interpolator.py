@@ -112,20 +112,6 @@ def test_chunks_are_the_same_points(method):
         assert len(one_by_one.block()) == 0
 
 
-def test_unrolled_and_general_loops_give_the_same_bits(monkeypatch):
-    from splinefeed.interpolation import loop
-
-    path = motions.butterfly()
-    law = sf.plan(path, LIMITS, period=1e-3)
-    unrolled = sf.interpolation.Interpolator(path, law, method="milne-simpson-anchored", compiled=True).block()
-    assert path.shape in loop.UNROLLED_SHAPES
-    source = sf.interpolation.Interpolator(path, law, method="milne-simpson-anchored")
-    source._loop = source._method.loop(loop.FIXED_SHAPE)
-    general = source.block()
-    assert np.array_equal(unrolled.u, general.u)
-    assert np.array_equal(unrolled.position, general.position)
-
-
 def test_a_short_last_period():
     path = motions.smooth()
     law = motions.constant(path, 60.0)

@@ -129,7 +129,7 @@ class Interpolator:
             return method.fill(self.path, law, self._times(count))
         u, s, feed = np.empty((3, count))
         room = np.empty(count, dtype=np.int64), u, s, feed, np.empty((count, len(self.path.axes)))
-        motion = (law.breaks, law.coefficients, curves.table, curves.curve_rows, curves.shape, self.path.length)
+        motion = (law.breaks, law.coefficients, curves.table, curves.curve_rows, self.path.length)
         wanted = (method.history, method.half, method.anchor, *self._corrections)
         self._loop(*motion, self.period, self.tick, self._integers, self._floats, *wanted, *room)
         return room[0], u, *of_tip(self.curves, s, feed, room[4])

@@ -64,13 +64,9 @@ def step(*_: Any) -> float:
     raise NotImplementedError
 
 
-#: Shapes of path that get a loop of their own, in which the compiler knows degree and axes and unrolls what depends on
-#: them: about a third faster, for a second more of compiling. The bits of the result are the same.
-UNROLLED_SHAPES: frozenset[Shape] = frozenset(
-    (degree, axes, axes, rational) for degree in (3, 8) for axes in (2, 3) for rational in (0, 1)
-)
-#: The shape of such a loop, put in its place by `loop_for`; degree 0: the shape is what the caller says.
-FIXED_SHAPE: Shape = (0, 0, 0, 0)
+#: The shape of the path, put in its place by `loop_for`: a compiler that knows degree and axes unrolls what depends
+#: on them. That takes no longer to compile, and half to three quarters of the time a tick.
+SHAPE: Shape = (0, 0, 0, 0)
 
 
 def _loop(
@@ -78,7 +74,6 @@ def _loop(
     coefficients: Array,
     table: Array,
     curve_rows: IntArray,
-    shape: Shape,
     length: float,
     period: float,
     first_tick: int,
@@ -102,10 +97,8 @@ def _loop(
     law's arc length, so that its starting steps must too; outputs (n,), position (n, axes).
     A curve's first step lands where the law's arc length says: a joint is a fresh start for every method.
     """
-    if FIXED_SHAPE[0] > 0:
-        shape = FIXED_SHAPE
     cursor = integers[: LAST_ROW + 1]
-    path = (table, cursor, shape)
+    path = (table, cursor, SHAPE)
     u = floats[:RATES]
     rate = floats[RATES:MEMORY]
     memory = floats[MEMORY:NOW]
@@ -166,7 +159,7 @@ def _loop(
             after = table[first_row, LOW]  # nor is its start: where C' = 0, a rounding of s is far in u
         beyond = after - table[last_row, HIGH]
         if beyond > 0.0 and current == last_curve:
-            floats[OVERRUN] += beyond * speed(table, last_row, shape, 1.0)
+            floats[OVERRUN] += beyond * speed(table, last_row, SHAPE, 1.0)
         after = min(max(after, table[first_row, LOW]), table[last_row, HIGH])
 
         for k in range(3, 0, -1):
@@ -175,8 +168,8 @@ def _loop(
         u[0] = after
         row = walk_to(table, cursor, after)
         t = (after - table[row, MIDDLE]) * table[row, SCALE]
-        rate[0] = rate_in_row(t, feed, table, row, shape)
-        point(table, row, shape, t, position[i])
+        rate[0] = rate_in_row(t, feed, table, row, SHAPE)
+        point(table, row, SHAPE, t, position[i])
         curve[i] = current
         u_out[i] = after
         s_out[i] = arc_length(table, row, t)
@@ -190,14 +183,14 @@ WORTH = 100_000
 
 
 @cache
-def loop_for(method_step: Callable[..., float], name: str, fixed: Shape) -> Leaf[Callable[..., None]]:
-    """The loop with `method_step` in the place of `step`, for paths of the shape `fixed`, or of any: FIXED_SHAPE.
+def loop_for(method_step: Callable[..., float], name: str, shape: Shape) -> Leaf[Callable[..., None]]:
+    """The loop with `method_step` in the place of `step`, for paths of a shape.
 
     Handing a compiled function to a compiled loop as an argument would work too, but then no loop could be found in
     the disk cache. A function of its own name, whose global `step` is the method, can.
     """
-    function = types.FunctionType(_loop.__code__, {**globals(), "step": method_step, "FIXED_SHAPE": fixed}, "_loop")
-    function.__qualname__ = "_".join(["_loop", name.replace("-", "_"), *(str(number) for number in fixed)])
+    function = types.FunctionType(_loop.__code__, {**globals(), "step": method_step, "SHAPE": shape}, "_loop")
+    function.__qualname__ = "_".join(["_loop", name.replace("-", "_"), *(str(number) for number in shape)])
     function.__module__ = __name__
     function.__doc__ = _loop.__doc__
     return Leaf(function, WORTH, rows=("position",))

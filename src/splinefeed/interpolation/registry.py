@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from splinefeed.errors import MethodError, nearest
 from splinefeed.interpolation import arc_length, stepping
-from splinefeed.interpolation.loop import FIXED_SHAPE, STARTING_STEPS, UNROLLED_SHAPES, loop_for
+from splinefeed.interpolation.loop import STARTING_STEPS, loop_for
 from splinefeed.kernels.jit import Kernel, Leaf
 from splinefeed.kernels.layout import Shape
 from splinefeed.records import Array, IntArray
@@ -45,7 +45,7 @@ class Method:
         """The shared loop around this step for paths of `shape`."""
         if self.step is None:
             raise MethodError(f"method {self.name!r} has no step from tick to tick; it takes many ticks at once")
-        return loop_for(self.step, self.name, shape if shape in UNROLLED_SHAPES else FIXED_SHAPE)
+        return loop_for(self.step, self.name, shape)
 
 
 _FAROUKI = (
