@@ -12,6 +12,8 @@ import splinefeed as sf
 from docs_pages import ROOT
 from six_joints import LIMITS, START, urdf
 from splinefeed.reports import interactive, theme
+from splinefeed.reports.figure import Coloured
+from splinefeed.runs import run as runs
 
 FILE = ROOT / "tests/data/two-link.urdf"
 
@@ -38,6 +40,20 @@ def test_the_page_has_the_arm_at_times_and_its_tip_is_on_the_path(along):
     assert len(read["x"]) == len(read["t"]) * plain["points"]
     tips = np.stack([read[name].reshape(-1, plain["points"])[:, -1] for name in "xyz"], axis=1)
     np.testing.assert_allclose(tips[[0, -1]], run.place[[0, -1]], atol=1e-3)
+
+
+@pytest.mark.parametrize("along", [False, True], ids=["waypoints", "tip"])
+def test_where_ticks_are_left_out_the_tip_is_a_line_through_all_of_its_way(along, monkeypatch):
+    whole = carried_out(along)
+    monkeypatch.setattr(runs, "LONG", 300)
+    monkeypatch.setattr(runs, "COLUMNS", 60)
+    long = carried_out(along)
+    assert whole.whole and not long.whole
+    (mark,) = sf.plot.path(long).panels[0].of(Coloured)
+    assert mark.joined
+    np.testing.assert_allclose(mark.track[1][[0, -1]], whole.place[[0, -1]], atol=1e-9)
+    reached = [np.interp(whole.kept.t, mark.track[0], column) for column in mark.track[1].T]
+    np.testing.assert_allclose(np.transpose(reached), whole.place, atol=1e-3 * np.ptp(whole.place))
 
 
 @pytest.mark.parametrize("along", [False, True], ids=["waypoints", "tip"])

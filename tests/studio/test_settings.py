@@ -274,3 +274,11 @@ def test_a_motion_and_a_urdf_are_an_arm_in_space(tmp_path, along):
     assert "move.json: is a motion of an arm" in caught.value.problems["source"]
     curve = sources.put(uploads, "curve.json", json_curve.to_text([sf.shapes.butterfly()]).encode())
     assert read({"source": {"file": curve, "robot": robot}}, bench)["format"] == "JSON curve"
+
+
+def test_what_is_wrong_with_a_robot_is_said_and_not_that_its_motion_is_no_curve(tmp_path):
+    robot = sources.put(tmp_path, "arm.urdf", b"<robot/>")
+    file = sources.put(tmp_path, "move.json", json.dumps({"waypoints": [[0, 0.5], [0.8, -0.4]]}).encode())
+    with pytest.raises(SettingsError) as caught:
+        resolve({"source": {"file": file, "robot": robot}}, tmp_path)
+    assert caught.value.problems["source"].startswith("arm.urdf: ")

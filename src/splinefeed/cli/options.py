@@ -6,7 +6,7 @@ import os
 import re
 import sys
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, TypeVar
 
@@ -347,12 +347,3 @@ def machine_under(given: Mapping[str, Any], *, otherwise: bool = False) -> tuple
         return machine, []
     made, unused = under(limits_toml.read(file), machine, os.path.splitext(os.path.basename(file))[0])
     return made, [f"{file}: {', '.join(unused)}: not used here"] if unused else []
-
-
-def limits_from(
-    given: Mapping[str, Any], machine: sf.Machine | None = None, axes: Sequence[str] = ()
-) -> tuple[sf.Limits, list[str]]:
-    """Limits of `axes` from what the options of `limits` were `given`; see `completed`, and `limited` for a path."""
-    from splinefeed.runs.settings import completed
-
-    return completed(said_limits(given, {}), machine, axes, assume=not given["limits_file"]), []

@@ -118,12 +118,12 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
         return {name: said[name] for name in ("command", *(() if table else ("source",)))}
 
     folder = default_name(path.name) if given["output"] is None else given["output"]
-    with staged(folder) as stage, files.Writers(stage, formats, documented) as writers:
+    with staged(folder) as stage, files.writers(stage, formats, documented) as (meters, responses):
         say("making the motion")
         result = carry_out(
             job,
-            meters=writers.meters,
-            responses=writers.responses,
+            meters=meters,
+            responses=responses,
             on_read=_progress(say, path) if parts else None,
         )
         others: list[Any] = []
@@ -148,7 +148,7 @@ def run(say: Say, source: str | None, **given: Any) -> Page:
         page["notes"] = list(map(spoken, page["notes"]))
         say("drawing")
         page["files"] = files.write(
-            result, stage, written=writers.names, traces=traces, figure_formats=drawing, record=page, others=others,
+            result, stage, formats=formats, traces=traces, figure_formats=drawing, record=page, others=others,
             tip=given["tip"],
         )  # fmt: skip
     return {**page, "files": [os.path.join(folder, name) for name in page["files"]]}

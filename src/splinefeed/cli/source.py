@@ -36,21 +36,21 @@ def job_of(
     """
     from splinefeed.runs.remarks import at_corners, at_zero
     from splinefeed.runs.run import MotionJob
-    from splinefeed.runs.settings import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE, limited
+    from splinefeed.runs.settings import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE, completed, limited
 
     of_paper, source = source is None, PAPER_SHAPE if source is None else source
+    flat, assume = options.said_limits(given, {}), not given["limits_file"]
     if machine is None:
-        options.limits_from(given)  # options are validated before the file is opened
+        completed(flat, None, (), assume=assume)  # options are validated before the file is opened
     reading = options.reading_from(given)
     say(f"reading {source}")
     unsaid = {} if machine is None or machine.clearance is None else {"clearance": machine.clearance}
-    flat = options.said_limits(given, {})
     unsaid["cut_feed"] = flat.get("feed", PAPER_LIMITS.feed)
     path, rapids_too = (read or read_path)(source, {**reading, UNSAID: unsaid}), "cut_feed" in reading
     if path.linking is not None:  # what a command that makes it again has to say
         said = {"clearance": path.linking.clearance, "cut_feed": path.linking.feed}
         reading |= {name: value for name, value in said.items() if value is not None}
-    found, limits, notes = limited(path, flat, machine, assume=not given["limits_file"], rapids_too=rapids_too)
+    found, limits, notes = limited(path, flat, machine, assume=assume, rapids_too=rapids_too)
     if found is not path:
         path, reading = found, reading | {"cut_feed": flat["feed"]}
     corners = at_corners(path, limits, machine, reading) if "smooth" in given else []

@@ -193,10 +193,11 @@ def _through(
 
     from splinefeed.live.motion import through
     from splinefeed.records import ROTARY_AXES, axes_without_limits
+    from splinefeed.runs.settings import completed
 
     say(f"reading {source}")
     (rows, _), most = read_setpoints(source, given), given["most"] / 100.0
-    limits, _ = options.limits_from(given, machine, rows.axes)
+    limits = completed(options.said_limits(given, {}), machine, rows.axes, assume=not given["limits_file"])
     if given["feed"] is None and given["limits_file"] is None:  # nobody said one: that of the rows is 100 %
         linear = rows.position[:, [axis not in ROTARY_AXES for axis in rows.axes]]
         feed = float(np.max(np.linalg.norm(np.diff(linear, axis=0), axis=1), initial=0.0)) / rows.period

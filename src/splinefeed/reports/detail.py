@@ -108,8 +108,5 @@ class DetailStore:
     def text(self) -> str:
         """All bytes through gzip, in base64; zoom.js unpacks them."""
         if self._text is None:
-            self._text = self._packed()
+            self._text = base64.b64encode(gzip.compress(bytes(self._bytes), 6, mtime=0)).decode()
         return self._text
-
-    def _packed(self) -> str:
-        return base64.b64encode(gzip.compress(bytes(self._bytes), 6, mtime=0)).decode()

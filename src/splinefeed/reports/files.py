@@ -6,7 +6,7 @@ import hashlib
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from splinefeed.files.atomic import atomic_write, write_page, write_text
 from splinefeed.formats.setpoints import FORMATS, Writer, save
-from splinefeed.records import Response, Setpoints
+from splinefeed.records import Response
 from splinefeed.reports.figure import EXTRA, Figure, possible
 from splinefeed.reports.figure import FORMATS as FIGURE_FORMATS
 from splinefeed.runs.comparison import MethodTrace
@@ -77,7 +77,7 @@ def of_run(
     if own is not None:
         found["errors"] = errors_figure(followed, run.path.name, machine, run.bands)
         if has_spectra(run, own):
-            found["spectra"] = spectra_figure(own)
+            found["spectra"] = spectra_figure({"": own})
     if not _ALONG.issuperset(run.use.names):
         found["binding"] = plot.binding(run)
     if traces:
@@ -93,28 +93,24 @@ def to_files(found: Mapping[str, Figure]) -> list[tuple[str, Figure]]:
     return [(name, figure) for name, figure in found.items() if name not in left_out]
 
 
-class Writers:
-    """Writes setpoints to a folder in every format as they are made, and what a machine does that follows them.
+@contextmanager
+def writers(
+    folder: str | os.PathLike[str], formats: Iterable[str], said: Callable[[Mapping[str, Any]], Any]
+) -> Iterator[tuple[list[Meter], Writer]]:
+    """Meters that write setpoints to a folder as they are made, a file a format, and the writer of a response.
 
-    said      what a file says of how its setpoints are made, beside their settings, of which it is given
-    meters    of a run; responses  writes what a machine does; names  of the files of setpoints
-    As a context it removes what is not finished.
+    said  what a file says of how its setpoints are made, beside their settings, of which it is given
+    At the end of the context what is not finished is removed.
     """
+    place = File(folder)
+    with ExitStack() as stack:
+        opened = [stack.enter_context(Writer(place / name)) for name in setpoint_names(formats)]
+        yield [FileMeter(each, said) for each in opened], stack.enter_context(Writer(place / RESPONSE))
 
-    def __init__(
-        self, folder: str | os.PathLike[str], formats: Iterable[str], said: Callable[[Mapping[str, Any]], Any]
-    ) -> None:
-        place, self._open = File(folder), ExitStack()
-        self.names = [SETPOINTS[form] for form in dict.fromkeys(formats)]
-        opened = [self._open.enter_context(Writer(place / name)) for name in self.names]
-        self.meters: list[Meter] = [FileMeter(each, said) for each in opened]
-        self.responses = self._open.enter_context(Writer(place / RESPONSE))
 
-    def __enter__(self) -> Writers:
-        return self
-
-    def __exit__(self, *raised: Any) -> None:
-        self._open.__exit__(*raised)
+def setpoint_names(formats: Iterable[str]) -> list[str]:
+    """Names of the files of setpoints, one a format."""
+    return [SETPOINTS[form] for form in dict.fromkeys(formats)]
 
 
 def write(
@@ -122,7 +118,6 @@ def write(
     folder: str | os.PathLike[str],
     *,
     formats: Iterable[str] = ("hdf5",),
-    written: Sequence[str] | None = None,
     traces: Sequence[MethodTrace] = (),
     figure_formats: Iterable[str] = FIGURE_FORMATS[:1],
     record: Mapping[str, Any] | None = None,
@@ -132,14 +127,16 @@ def write(
 ) -> list[str]:
     """Write everything that `run` leaves to `folder`, and give the names; `record` goes to the page of numbers.
 
-    written  names of the files of setpoints, where they are there; else they are written in `formats`, and in any case
-             the response of a machine where it is not there
+    formats  of the setpoints; their files, and the response of a machine, are written where they are not there
     figure_formats  of the figures; without any there is no report either
     tip  whether tip and tool axis are written beside the joints of a tool path; with_path  whether the path is, as JSON
     others  what a machine did with the setpoints of other methods
     """
     place, said = File(folder), record or {}
-    names = write_setpoints(run.setpoints(), place, formats) if written is None else list(written)
+    names = setpoint_names(formats)
+    for name in names:
+        if not (place / name).is_file():
+            save(run.setpoints(), place / name)
     if tip and run.joints is not None:
         names.append(TIP)
         found = run.joints.kinematics.forward(run.points.position)
@@ -183,19 +180,6 @@ def digests(place: File) -> dict[str, str]:
             with (place / name).open("rb") as stream:
                 found[name] = hashlib.file_digest(stream, "sha256").hexdigest()
     return found
-
-
-def write_setpoints(setpoints: Setpoints | Iterator[Setpoints], place: File, formats: Iterable[str]) -> list[str]:
-    """Write setpoints, whole or in chunks, in every format, and give the names."""
-    names = [SETPOINTS[form] for form in dict.fromkeys(formats)]
-    with ExitStack() as stack:
-        writers = [stack.enter_context(Writer(place / name)) for name in names]
-        for part in [setpoints] if isinstance(setpoints, Setpoints) else setpoints:
-            for writer in writers:
-                writer.feed(part)
-        for writer in writers:
-            writer.finish()
-    return names
 
 
 def save_figures(drawn: Iterable[tuple[str, Figure]], folder: File, formats: Iterable[str]) -> list[str]:

@@ -36,16 +36,16 @@ def page(
     if results:
         sections.append(_methods(results, unit_along(run.path.axes)))
     plain, store = _within(shown)
-    text, said = "", {}
+    data: dict[str, Any] = {"figures": plain, "series": store.series}
+    text = ""
     if run.path.lines is not None:
         text, (begin, line) = program.text_of_program(record), program.starts(run)
         columns = {"begin": interactive.array(begin), "line": interactive.array(line.astype(np.float64))}
-        said = {"program": {"text": text, **columns}}
+        data["program"] = {"text": text, **columns}
     return filled(
         "page.html",
-        plain,
-        store,
-        said,
+        data,
+        store.text(),
         title=text_of(record.get("name", run.path.name)),
         subtitle=text_of(_subtitle(run)),
         state="good" if record.get("ok", run.ok) else "bad",
@@ -89,27 +89,18 @@ SECTIONS = {
 _EXPORT = re.compile(r"^(import .*\n|export (?=[a-z]))", re.MULTILINE)
 
 
-def filled(
-    name: str,
-    figures: Mapping[str, interactive.Plain],
-    store: DetailStore | None = None,
-    more: Mapping[str, Any] | None = None,
-    **fields: str,
-) -> str:
-    """A page with style, scripts and figures by place; store  of their long curves; fields  HTML by place.
+def filled(name: str, data: Mapping[str, Any], points: str = "", **fields: str) -> str:
+    """A page with style and scripts; fields  HTML by place.
 
-    more  further data for its script
-
+    data  for its script: `figures` by place, and `series` of the points of their long curves
     Raises InputError where Plotly is not installed.
     """
     folder = resources.files("splinefeed.reports").joinpath("page")
     read = {file: folder.joinpath(file).read_text(encoding="utf-8") for file in (name, "page.css", *library.MODULES)}
     script = "".join(_EXPORT.sub("", read[file]) for file in library.MODULES)
-    said = {"figures": figures, "series": [] if store is None else store.series, **(more or {})}
-    data = json.dumps(said, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    points = "" if store is None else store.text()
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     return Template(read[name]).substitute(
-        plotly=library.compressed(), data=data, points=points, style=read["page.css"], script=script, **fields
+        plotly=library.compressed(), data=text, points=points, style=read["page.css"], script=script, **fields
     )
 
 

@@ -71,40 +71,37 @@ def maximum_velocity(run: Run) -> Line:
 
 def tip_panels(run: Run, above: Line | None = None) -> list[Panel]:
     """The panels of `law_panels` for a run: from its law, or from what is kept where ticks are left out."""
-    along = unit_along(run.path.axes)
-    if run.planned is not None and not run.bands:
-        return law_panels(run.law, run.limits, along, run.kept.t, above, run.path)
     if run.bands:
         lines = [over_time(run, "tip", k) for k in range(4)]
+    elif run.planned is not None:
+        t, *values = _of_law(run.law, run.kept.t)
+        lines = [Line(t, each) for each in run.path.of_tip(*values)]
     else:
-        values = (run.kept.s, run.kept.feed, run.tip.acceleration, run.tip.jerk)
+        values = [run.kept.s, run.kept.feed, run.tip.acceleration, run.tip.jerk]
         lines = [Line(run.kept.t, each) for each in values]
-    return _panels(lines, run.limits, along, above, run.path)
+    return _panels(lines, run.limits, unit_along(run.path.axes), above, run.path)
 
 
-def law_panels(
-    law: TimeLaw,
-    limits: Limits,
-    along: str = "mm",
-    t: Array | None = None,
-    above: Line | None = None,
-    path: Path | None = None,
-) -> list[Panel]:
-    """s, feed, acceleration and jerk of the tip over time with their limits (fig. 1 of the paper).
+def law_panels(law: TimeLaw, limits: Limits) -> list[Panel]:
+    """s, feed, acceleration and jerk over time with their limits (fig. 1 of the paper)."""
+    t, *values = _of_law(law, np.linspace(0.0, law.duration, EVEN))
+    return _panels([Line(t, each) for each in values], limits)
 
-    along  the unit of s; t  (n,) instants, s, else a thousand even ones; both sides of the breaks of the law are
-    added, where the jerk jumps; above  a curve behind the feed
-    """
+
+def _of_law(law: TimeLaw, t: Array) -> list[Array]:
+    """Instants, s, and sigma, its rate, acceleration and jerk: at t (n,) and on both sides of where the jerk jumps."""
     inner = law.breaks[1:-1]
-    even = np.linspace(0.0, law.duration, EVEN) if t is None else t
-    at = np.unique(np.concatenate([even, inner, np.nextafter(inner, 0.0)]))
-    values = law(at), law.feed(at), law.acceleration(at), law.jerk(at)
-    lines = [Line(at, each) for each in (values if path is None else path.of_tip(*values))]
-    return _panels(lines, limits, along, above, path)
+    t = np.unique(np.concatenate([t, inner, np.nextafter(inner, 0.0)]))
+    return [t, law(t), law.feed(t), law.acceleration(t), law.jerk(t)]
 
 
-def _panels(lines: Sequence[Line], limits: Limits, along: str, above: Line | None, path: Path | None) -> list[Panel]:
-    """Panels of s, feed, acceleration and jerk of the tip over time, with their limits."""
+def _panels(
+    lines: Sequence[Line], limits: Limits, along: str = "mm", above: Line | None = None, path: Path | None = None
+) -> list[Panel]:
+    """Panels of s, feed, acceleration and jerk of the tip over time, with their limits.
+
+    along  the unit of s; above  a curve behind the feed
+    """
     s, feed, acceleration, jerk = lines
     slowing = np.inf if limits.deceleration is None else limits.deceleration
     jerks = [("J", limits.jerk), ("-J", -limits.jerk)]
@@ -160,7 +157,8 @@ def axis_panels(run: Run) -> list[Panel]:
                 note = ""
                 marks += _travels(run, columns, factor, unit)
             else:
-                marks += _limits_of_axes(run, quantity, columns, factor, unit)
+                tops = factor * run.limits.of_axes(f"axis_{quantity}", run.axes)
+                marks += _levels(run, columns, dict(enumerate(tops.tolist())), unit)
             panels.append(Panel(TIME, label, tuple(marks), note=note))
     return panels
 
@@ -201,12 +199,6 @@ def _travels(run: Run, columns: list[int], factor: float, unit: str) -> list[Lev
                 text = f"{called[k]} {which} {theme.given(factor * end)} {unit}"
                 levels.append(Level(factor * end, text, theme.colour(k)))
     return levels
-
-
-def _limits_of_axes(run: Run, quantity: str, columns: list[int], factor: float, unit: str) -> list[Level]:
-    """A line at each limit of these axes; see `_levels`."""
-    tops = factor * run.limits.of_axes(f"axis_{quantity}", run.axes)
-    return _levels(run, columns, dict(enumerate(tops.tolist())), unit)
 
 
 def _levels(run: Run, columns: list[int], tops: Mapping[int, float], unit: str) -> list[Level]:

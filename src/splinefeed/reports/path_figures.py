@@ -81,7 +81,7 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
     title = f"{theme.words(path.name)}: {theme.short(run.length)} {unit} in {theme.short(run.duration)} s, "
     title += f"top feed {theme.short(factor * float(np.max(run.kept.feed)))} {per}"
     arm = run.poses(int(np.clip(run.duration / POSE_EVERY, *POSES)))
-    track = _track(run, setpoints, place)
+    track = _track(path, setpoints, place)
     mark = Coloured(place[kept], shades, hover, names, thread, joined, track=track, arm=arm)
     # of a path that came in parts there is only a line through the ticks kept, which says no stops and no rapid moves
     return _picture(path, title, mark, labels, None if run.planned is None else setpoints.curve[kept])
@@ -91,11 +91,10 @@ def _seen(run: Run) -> tuple[Setpoints, Array, bool]:
     """Where the path is looked at, the share of each limit there, (n, k), and whether it runs straight between.
 
     At every tick; where ticks are left out as often as bands have edges, and at every joint of the path: so that no
-    corner is cut. There a share is the greatest of its block.
+    corner is cut. There a share is the greatest of its block, and positions are those that the path says.
     """
     path, kept = run.path, run.kept
-    unknown = run.whole or run.planned is None or run.joints is not None or path.linear <= 1
-    if unknown or path.sticks(kept.position[:1]) is not None:
+    if run.whole or run.planned is None:
         return kept, run.use.share, run.whole
     law, edges = run.law, run.bands["share"].edges
     t = np.union1d(edges, times_at(law, path.curve_starts[1:-1]))
@@ -103,30 +102,17 @@ def _seen(run: Run) -> tuple[Setpoints, Array, bool]:
     curve, u = path.locate(sigma)
     s, feed, *_ = path.of_tip(sigma, law.feed(t), law.acceleration(t), law.jerk(t))
     block = np.clip(np.searchsorted(edges, t, side="right") - 1, 0, len(edges) - 2)
-    ticks = replace(kept, t=t, curve=curve, u=u, s=s, feed=feed, position=path(sigma))
+    moved = path if run.joints is None else run.joints
+    ticks = replace(kept, t=t, curve=curve, u=u, s=s, feed=feed, position=moved(sigma))
     return ticks, np.asarray(run.bands["share"].high[block], dtype=np.float64), True
 
 
-def _track(run: Run, seen: Setpoints, place: Array) -> tuple[Array, Array, Array]:
-    """Times, s, where the tool is then, and 1 where it came there by a rapid move.
-
-    At every tick, or where ticks are left out as often as bands have edges.
-    """
-    path, kept = run.path, seen
+def _track(path: Path, seen: Setpoints, place: Array) -> tuple[Array, Array, Array]:
+    """Times, s, where the tool is then, and 1 where it came there by a rapid move."""
     rapid = np.zeros(len(path.curves)) if path.feeds is None else np.isinf(path.feeds).astype(np.float64)
     rapid = rapid if rapid.min(initial=1.0) == 0.0 else np.zeros(len(rapid))  # where all are, there is nothing else
-    if not run.bands or len(seen) != len(run.kept) or run.planned is None or path.linear <= 1:
-        curve = np.minimum(kept.curve, len(rapid) - 1)
-        return kept.t, place, np.minimum(rapid[curve], rapid[np.append(curve[:1], curve[:-1])])
-    edges = run.bands["tip"].edges
-    at, edge = run.law(edges), path.curve_starts[1:-1]
-    if len(edge) < len(edges):  # no corner is cut
-        t = np.concatenate([edges, times_at(run.law, edge)])
-        order = np.argsort(t, kind="stable")
-        edges, at = t[order], np.concatenate([at, edge])[order]
-    there = path(at)
-    arm, curve = path.sticks(there), path.locate(0.5 * (at + np.append(at[:1], at[:-1])))[0]
-    return edges, there[:, : place.shape[1]] if arm is None else arm[:, -1], rapid[curve]
+    curve = np.minimum(seen.curve, len(rapid) - 1)
+    return seen.t, place, np.minimum(rapid[curve], rapid[np.append(curve[:1], curve[:-1])])
 
 
 def still_figure(path: Path) -> Figure:
@@ -186,15 +172,16 @@ def _curvature(path: Path, found: Array) -> Shades:
 
 def _place(run: Run, setpoints: Setpoints) -> tuple[Array, list[str]]:
     """Points of the picture, (n, 2 or 3), and labels; over time where at most one is linear."""
-    linear = run.path.linear
-    names = [theme.words(axis, 12) for axis in run.path.axes]
+    path, linear = run.path, run.path.linear
+    labels = [f"{theme.words(axis, 12)} ({unit_of_axis(axis)})" for axis in path.axes]
     if linear <= 1:
         first = setpoints.position[:, 0] if linear else np.degrees(setpoints.position[:, 0])
-        return np.column_stack([setpoints.t, first]), [TIME.label, f"{names[0]} ({unit_of_axis(run.path.axes[0])})"]
-    if run.path.sticks(setpoints.position[:1]) is not None:
-        return run.place, ["x (mm)", "y (mm)", "z (mm)"]
-    labels = [f"{name} ({unit_of_axis(axis)})" for name, axis in zip(names, run.path.axes, strict=True)]
-    return run.place if run.joints is not None else _flat(setpoints.position[:, : min(linear, 3)]), labels
+        return np.column_stack([setpoints.t, first]), [TIME.label, labels[0]]
+    if (arm := path.sticks(setpoints.position)) is not None:
+        return arm[:, -1], ["x (mm)", "y (mm)", "z (mm)"]
+    if run.joints is not None:
+        return path.evaluate(setpoints.curve, setpoints.u, 0)[:, 0], labels
+    return _flat(setpoints.position[:, : min(linear, 3)]), labels
 
 
 def _flat(place: Array) -> Array:

@@ -84,12 +84,11 @@ def has_spectra(run: Run, response: Response) -> bool:
     return run.whole and len(response) >= LEAST_SAMPLES
 
 
-def spectra_figure(responses: Response | Mapping[str, Response]) -> Figure:
+def spectra_figure(responses: Mapping[str, Response]) -> Figure:
     """Amplitude spectra of the following errors, both scales logarithmic; of several all but the last are dashed."""
-    each = {"": responses} if isinstance(responses, Response) else responses
     lines = []
-    for called, response in each.items():
-        dash = called != list(each)[-1]
+    for called, response in responses.items():
+        dash = called != list(responses)[-1]
         for k, (axis, found) in enumerate(tracking_spectra(response).items()):
             factor, unit = shown_in(axis in ROTARY_AXES)
             amplitude = np.maximum(factor * found.amplitude[1:], 1e-12)

@@ -44,7 +44,7 @@ def page(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], sums: Mapp
     )
     return filled(
         "sweep.html",
-        figures,
+        {"figures": figures, "series": []},
         title=text_of(about["name"]),
         state=state,
         verdict=text_of(verdict),

@@ -55,7 +55,7 @@ def result(wanted: Wanted, run: sf.Run, look: Mapping[str, Any] | None = None) -
     if response is not None and len(response):
         figures["errors"] = errors_figure({run.kept.method: response}, bands=run.bands)
         if has_spectra(run, response):
-            figures["spectra"] = spectra_figure(response)
+            figures["spectra"] = spectra_figure({"": response})
     return {
         "numbers": numbers(wanted, run),
         "words": {

@@ -154,41 +154,31 @@ def resolve(given: object, folder: File) -> Wanted:
 
     tried("method", methods.method, settings["method"])
     period = tried("period", _quantity, settings["period"], "time") or PAPER_PERIOD
+    limits, notes = None, ()
     if (arm := tried("source", sources.arm_of, settings["source"], folder)) is not None:
-        strategy = tried("strategy", strategy_for, arm[2], settings["strategy"])
-        if problems:
-            raise SettingsError(problems)
-        return _of_arm(arm, settings, period, strategy)
-    smooth = tried("smooth", _quantity, settings["smooth"], "length")
-    machine = tried("machine", machine_of, settings["machine"])
-    if machine is not None and not machine.axes:
-        problems["machine"] = f"{machine.name} has a control but no axes; choose another machine"
-    found = tried(
-        "source", sources.path_of, settings["source"], folder, smooth=smooth, tangential=settings["tangential"],
-        unsaid=_unsaid(settings["limits"], machine),
-    )  # fmt: skip
-    if found is None:
-        raise SettingsError(problems)
-    path, origin, reading = found
-    made, limits, notes = tried("limits.feed", _limits, settings["limits"], path, machine) or (path, None, ())
-    if made is not path:  # feed moves have the feed that is given
-        path, reading = made, {**reading, "cut_feed": _quantity(settings["limits"]["feed"], "feed")}
+        model, path, limits, file, robot = arm
+        machine, origin, reading = None, sources.origin_of(file), {"robot": robot.name}
+        notes = (*model.notes, "the limits are those of the arm, not of this page")
+    elif "source" not in problems:
+        smooth = tried("smooth", _quantity, settings["smooth"], "length")
+        machine = tried("machine", machine_of, settings["machine"])
+        if machine is not None and not machine.axes:
+            problems["machine"] = f"{machine.name} has a control but no axes; choose another machine"
+        found = tried(
+            "source", sources.path_of, settings["source"], folder, smooth=smooth, tangential=settings["tangential"],
+            unsaid=_unsaid(settings["limits"], machine),
+        )  # fmt: skip
+        if found is not None:
+            read, origin, reading = found
+            path, limits, notes = tried("limits.feed", _limits, settings["limits"], read, machine) or (read, None, ())
+            if path is not read:  # feed moves have the feed that is given
+                reading = {**reading, "cut_feed": _quantity(settings["limits"]["feed"], "feed")}
     strategy = None if limits is None else tried("strategy", strategy_for, limits, settings["strategy"])
     if problems or limits is None or strategy is None:
         raise SettingsError(problems)
     return Wanted(
         path, limits, machine, period, strategy, settings["method"], settings["corrections"], source=origin["text"],
         reading=reading, notes=notes, given=settings, origin=origin,
-    )  # fmt: skip
-
-
-def _of_arm(arm: tuple[Any, ...], settings: Mapping[str, Any], period: float, strategy: str) -> Wanted:
-    """The motion of an arm, see `sources.arm_of`, whose limits are its own."""
-    made, path, limits, file, robot = arm
-    notes = (*made.notes, "the limits are those of the arm, not of this page")
-    return Wanted(
-        path, limits, None, period, strategy, settings["method"], settings["corrections"], source=file.name,
-        reading={"robot": robot.name}, notes=notes, given=settings, origin=sources.origin_of(file),
     )  # fmt: skip
 
 
