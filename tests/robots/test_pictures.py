@@ -46,7 +46,7 @@ def test_the_page_has_the_arm_at_times_and_its_tip_is_on_the_path(along):
 def test_where_ticks_are_left_out_the_tip_is_a_line_through_all_of_its_way(along, monkeypatch):
     whole = carried_out(along)
     monkeypatch.setattr(runs, "LONG", 300)
-    monkeypatch.setattr(runs, "COLUMNS", 60)
+    monkeypatch.setattr(runs, "MOST_KEPT", 200)
     long = carried_out(along)
     assert whole.whole and not long.whole
     (mark,) = sf.plot.path(long).panels[0].of(Coloured)
