@@ -87,7 +87,7 @@ def in_line(paths: Iterable[Path]) -> Iterator[Path]:
 class _Walk:
     """Plans parts as they come, and makes the setpoints of each block of motion.
 
-    measured  whether `chunk` is asked what they lie on; parts and blocks are kept until then
+    measured  whether `chunk` gives what they lie on, too; parts and blocks stay until then
     """
 
     def __init__(self, limits: Limits, period: float, *, measured: bool = False) -> None:
