@@ -10,9 +10,11 @@ import pytest
 import splinefeed as sf
 from sample_curves import KNOWN, TIPS, bent, butterfly, random_curve
 from splinefeed.curves.differential import by_arc_length
+from splinefeed.curves.packed import Flat
 from splinefeed.paths.each_curve import Marker
 from splinefeed.paths.path import Path
-from splinefeed.paths.resolution import RESOLUTION, _slowest, _together
+from splinefeed.paths.resolution import RESOLUTION, Seen, _together
+from splinefeed.records import Array
 
 bezier = sf.NurbsCurve.bezier
 
@@ -67,11 +69,15 @@ def test_slowest_places_of_all_spans_at_once_are_those_of_each(seed: int) -> Non
         return
     breaks = curve.breaks
     spans = np.column_stack([breaks[:-1], breaks[1:]])
-    every = _slowest(curve, spans)
-    alone = np.concatenate([_slowest(curve, span[None]) for span in spans])
-    assert np.array_equal(np.sort(every), np.sort(alone))
-    some = _slowest(curve, spans[::2])
-    assert np.array_equal(np.sort(some), np.sort(np.concatenate([_slowest(curve, s[None]) for s in spans[::2]])))
+    seen = Seen(Flat.of([curve]), RESOLUTION)
+
+    def slowest(some: Array) -> Array:
+        return seen.slowest(np.zeros(len(some), dtype=int), *some.T)[1]
+
+    every = slowest(spans)
+    assert np.array_equal(np.sort(every), np.sort(np.concatenate([slowest(span[None]) for span in spans])))
+    some = slowest(spans[::2])
+    assert np.array_equal(np.sort(some), np.sort(np.concatenate([slowest(span[None]) for span in spans[::2]])))
     for low, high in spans.tolist():
         u = np.linspace(low, high, 2003)[1:-1]
         d = curve.derivatives(u, 2)
@@ -89,6 +95,24 @@ def test_what_has_nothing_small_is_what_it_was() -> None:
         assert path.joined[0] is curve and path.findings == ()
     lines = Path.polyline(np.cumsum(np.ones((9, 2)), axis=0))
     assert lines.joined is lines.curves
+
+
+def test_many_tips_at_once_are_as_each_alone() -> None:
+    kinds = [
+        bent(0.0),
+        bent(1e-7),
+        bezier([[0, 0], [0, 0], [5, 1], [9, 0]]),
+        bezier([[0, 0], [3, 4], [0, 0]], [1, 2, 1]),
+    ]
+    kinds += [TIPS[name] for name in TIPS if TIPS[name].axes == 2]
+    moved, at = [], np.zeros(2)
+    for curve in kinds * 3:
+        moved.append(curve.transformed(1.0, at - curve.ends[0]))
+        at = moved[-1].ends[1]
+    for curve, one in zip(moved, Path(moved, tolerance=1e-9).joined, strict=True):
+        (alone,) = Path([curve]).joined
+        assert one.knots == pytest.approx(alone.knots, rel=1e-9, abs=1e-9)
+        assert one.control_points == pytest.approx(alone.control_points, rel=0.0, abs=1e-8)
 
 
 def test_a_tiny_path_has_a_finer_resolution() -> None:

@@ -132,7 +132,7 @@ def _turns(curve: AnySpline, rows: IntArray) -> Array:
     found = [np.zeros(0)]
     for some in chunks(len(rows)) if curve.degree > 1 else ():
         c = columns(table, rows[some])
-        found += [zeros_on(c, slope, 1e-6) for slope in slopes(c, shape)]
+        found += [zeros_on(c, slope, 1e-6)[1] for slope in slopes(c, shape)]
     return np.concatenate(found)
 
 
@@ -177,23 +177,31 @@ def slope_of(a: Array, w: Array | None, times: float = 1.0) -> Array:
     return product(_derivative(a), w) - times * product(a, _derivative(w))
 
 
-def zeros_on(c: Array, values: Array, real: float) -> Array:
-    """Parameters (k,) on pieces at which polynomials (terms, n) in their t are 0, up to an imaginary part `real`.
+def roots(values: Array, real: float) -> tuple[IntArray, Array]:
+    """Which of polynomials (terms, n) are 0, and at which t (k,) in [-1, 1], up to an imaginary part `real`.
 
-    c  columns (width, n) of the pieces' table. Roots are eigenvalues of companion matrices, of one degree at once.
+    Roots are eigenvalues of companion matrices, of one degree at once.
     """
     values = np.where(np.abs(values) > NO_TERM * np.max(np.abs(values), axis=0, initial=0.0), values, 0.0)
     degree = np.max(np.arange(len(values))[:, None] * (values != 0.0), axis=0, initial=0)
-    found = [np.zeros(0)]
+    found = [(np.zeros(0, dtype=np.int64), np.zeros(0))]
     for n in np.unique(degree[degree > 0]).tolist():
         which = np.flatnonzero(degree == n)
         companion = np.zeros((len(which), n, n))
         companion[:, np.arange(1, n), np.arange(n - 1)] = 1.0
         companion[:, :, -1] = -(values[:n, which] / values[n, which]).T
-        roots = np.linalg.eigvals(companion)
-        piece, k = np.nonzero((np.abs(roots.imag) < real) & (np.abs(roots.real) <= 1.0))
-        low, high, middle, scale = (
-            c[each, which[piece]] for each in (pieces.LOW, pieces.HIGH, pieces.MIDDLE, pieces.SCALE)
-        )
-        found.append(np.clip(middle + roots.real[piece, k] / scale, low, high))
-    return np.concatenate(found)
+        t = np.linalg.eigvals(companion)
+        number, k = np.nonzero((np.abs(t.imag) < real) & (np.abs(t.real) <= 1.0))
+        found.append((which[number], t.real[number, k]))
+    which, at = (np.concatenate(each) for each in zip(*found, strict=True))
+    return which, at
+
+
+def zeros_on(c: Array, values: Array, real: float) -> tuple[IntArray, Array]:
+    """On which of pieces, columns c (width, n) of their table, polynomials (terms, n) are 0, and parameters (k,) there.
+
+    See `roots`.
+    """
+    piece, t = roots(values, real)
+    low, high, middle, scale = (c[each, piece] for each in (pieces.LOW, pieces.HIGH, pieces.MIDDLE, pieces.SCALE))
+    return piece, np.clip(middle + t / scale, low, high)

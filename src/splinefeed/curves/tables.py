@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from splinefeed.curves.differential import roots
 from splinefeed.curves.flat import Flat as Flat
 from splinefeed.curves.pieces import Pieces, arc, coefficients, speed
 from splinefeed.curves.spline import AnySpline
@@ -38,9 +39,8 @@ MAX_DEPTH = 60
 #: A speed that is nowhere at the nodes below this share of its greatest there: a polynomial of degree 9 through them
 #: stays above 0.35 of it, as |p| <= max at the nodes / cos(9 pi / 32) (Ehlich, Zeller, Math. Z. 86, 1964).
 FALLING = 0.5
-#: Samples of the fitted speed among which its least values are looked for, and Newton steps from there.
-PROBES = 33
-PROBE_STEPS = 6
+#: Roots with an imaginary part below this are real: two that are all but one, too.
+REAL = 1e-3
 
 
 def _chebyshev_matrices() -> tuple[Array, Array, Array]:
@@ -228,34 +228,14 @@ def fits(spans: Spans, c: Array, shape: Shape, totals: Array, speed: Speed = spe
 
 
 def slow_places(integral: Array) -> tuple[IntArray, Array]:
-    """Number of the piece and t (m,) where dS/dt is least inside; S (terms, pieces).
-
-    From each of PROBES samples Newton's method goes downhill to where the slope vanishes, if that is short of the next.
-    """
-    count = integral.shape[1]
-    bend = integral * (np.arange(len(integral)) * (np.arange(len(integral)) - 1.0))[:, None]  # t^2 d2S/dt2
-    step = 2.0 / (PROBES - 1)
-    start = np.linspace(-1.0, 1.0, PROBES)[:, None]
-    which = np.repeat(np.arange(count)[None], PROBES, axis=0)
-    t, moves = _downhill(bend[:, None], start, start, step)
-    which, start, t = which[moves], np.broadcast_to(start, moves.shape)[moves], t[moves]
-    near = bend[:, which]
-    for _ in range(PROBE_STEPS - 1):
-        t, _ = _downhill(near, start, t, step)
-    inside = np.abs(t) < 1.0
-    return which[inside], t[inside]
-
-
-def _downhill(bend: Array, start: Array, t: Array, step: float) -> tuple[Array, BoolArray]:
-    """t after one Newton step towards d2S/dt2 = 0, where that is a least speed within `step` of the start; whether."""
-    value, slope = bend[-1] + 0.0 * t, 0.0 * bend[-1] * t
-    for k in range(len(bend) - 2, 1, -1):
-        slope = slope * t + value
-        value = value * t + bend[k]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        after = t - value / slope
-    moves = (slope > 0.0) & (np.abs(after - start) <= step)
-    return np.where(moves, after, t), moves
+    """Number of the piece and t (m,) where dS/dt is least inside, so that d2S/dt2 = 0 and grows; S (terms, pieces)."""
+    orders = np.arange(2.0, len(integral))[:, None]
+    bend = integral[2:] * orders * (orders - 1.0)
+    which, t = roots(bend, REAL)
+    slope = np.zeros(len(t))
+    for k in range(len(bend) - 1, 0, -1):
+        slope = slope * t + k * bend[k, which]
+    return which[slope >= 0.0], t[slope >= 0.0]
 
 
 def halved(spans: Spans, shape: Shape, holds: Callable[[Spans, Array], BoolArray]) -> Iterator[tuple[IntArray, Array]]:

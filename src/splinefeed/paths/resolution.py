@@ -16,17 +16,17 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
 from splinefeed.curves.curve import NurbsCurve, least_step
 from splinefeed.curves.differential import product, slope_of, slopes, zeros_on
 from splinefeed.curves.packed import Flat, Packed
-from splinefeed.curves.pieces import coefficients, columns, taylor
-from splinefeed.curves.tables import Spans
-from splinefeed.kernels.layout import HIGH, LOW
+from splinefeed.curves.pieces import coefficients, columns, last_below, taylor
+from splinefeed.curves.tables import Spans, span_pieces
 from splinefeed.records import Array, BoolArray, IntArray
-from splinefeed.records.arrays import chunks
+from splinefeed.records.arrays import chunks, expanded
 
 #: The resolution, mm: 1 nm, a tenth of what the finest encoders of machine tools tell apart and far above the rounding
 #: of coordinates (1e-11 mm at 100 m), so that a bend of this radius still has digits.
@@ -41,6 +41,8 @@ USED = 0.5
 SAMPLES = np.linspace(-1.0, 1.0, 25)
 #: Distances from a tip that are tried, as powers of SHRINK of the way to the next tip, and places up to each compared.
 TRIALS, SHRINK, COMPARED = 64, 0.62, 16
+#: Tips that are looked at together.
+TOGETHER = 256
 #: Roots with an imaginary part below this are real.
 REAL = 1e-3
 #: A tip nearer to a knot than this share of the shortest span is the knot's.
@@ -84,21 +86,22 @@ def resolved(curves: Packed, metric: Array, *, in_place: bool = False) -> Packed
     owner, low, high = _suspects(scaled)
     if not len(owner):
         return curves
-    resolution, plain = resolution_at(scaled.points), bool(np.all(metric == 1.0))
     if np.any(metric == 0.0):  # axes that count nothing keep their course: only a knot is set
         in_place = True
-    changed: dict[int, NurbsCurve] = {}
+    numbers, owner = np.unique(owner, return_inverse=True)
+    seen = Seen(scaled.chosen(numbers), resolution_at(scaled.points))
+    corners: dict[int, list[float]] = {}
+    cuts: dict[int, list[tuple[float, float, Array]]] = {}
     with np.errstate(all="ignore"):
-        for i in np.unique(owner).tolist():
-            curve, here = curves[i], owner == i
-            seen = curve if plain else curve.transformed(np.diag(metric))
-            corners, cuts = _replaced(seen, np.column_stack([low, high])[here], resolution, in_place)
-            if corners:
-                at = _together(curve)
-                changed[i] = _put(
-                    curve, [at(u) for u in corners], [(at(a), at(b), points / metric) for a, b, points in cuts]
-                )
-    return curves.changed(changed)
+        tips = seen.tips(owner, low, high)
+        for side in (-1, 1) if len(tips.at) else ():
+            here, at, points = seen.beside(tips, side)
+            for k, u, bezier in zip(here.tolist(), at.tolist(), points / metric, strict=True):
+                i, tip = int(numbers[tips.curve[k]]), float(tips.at[k])
+                corners.setdefault(i, []).append(tip)
+                if u != tip and not in_place:
+                    cuts.setdefault(i, []).append((u, tip, bezier[::-1]) if u < tip else (tip, u, bezier))
+    return curves.changed({i: _put(curves[i], each, cuts.get(i, [])) for i, each in corners.items()})
 
 
 def _suspects(flat: Flat) -> tuple[IntArray, Array, Array]:
@@ -141,127 +144,150 @@ def _suspects(flat: Flat) -> tuple[IntArray, Array, Array]:
     return curve[order], low[order], high[order]
 
 
-def _replaced(
-    curve: NurbsCurve, spans: Array, resolution: float, in_place: bool
-) -> tuple[list[float], list[tuple[float, float, Array]]]:
-    """Tips on some of its spans (k, 2), and cubics next to them: from, to, and Bezier points (4, axes)."""
-    tips = _tips(curve, spans, resolution)
-    start, end = curve.domain
-    bounds = [start, *(0.5 * (tips[1:, 0] + tips[:-1, 2])).tolist(), end]
-    corners, cuts = [], []
-    for k, (low, tip, high) in enumerate(tips.tolist()):
-        for edge, limit in ((low, bounds[k]), (high, bounds[k + 1])):
-            side = "left" if limit < edge else "right"
-            if limit == edge or (edge == tip and not len(_tips_at(curve, np.array([tip]), side, resolution))):
-                continue
-            corners.append(tip)
-            put = None if in_place else _beside(curve, (tip, edge, limit), resolution)
-            if put is not None:
-                at, points = put
-                cuts.append((at, tip, points[::-1]) if at < tip else (tip, at, points))
-    return corners, cuts
+class Tips(NamedTuple):
+    """Tips, (n,) each, in order: their curve, from which parameter, at which, and up to which |C'| is almost 0."""
+
+    curve: IntArray
+    low: Array
+    at: Array
+    high: Array
 
 
-def _tips_at(curve: NurbsCurve, u: Array, side: str, resolution: float) -> Array:
-    """Those of the parameters u (n,) at which |C'| is almost 0, seen from one side."""
-    return u[_is_tip(curve.derivatives(u, 2, side=side), resolution)]
+class Seen:
+    """Curves that may have tips, as the metric has them, and the resolution, mm."""
 
+    def __init__(self, flat: Flat, resolution: float) -> None:
+        self.flat, self.resolution = flat, resolution
+        self.pieces = span_pieces(flat, (int(flat.degrees.max()), *flat.points.shape[1:] * 2, int(flat.rational.max())))
 
-def _is_tip(d: Array, resolution: float) -> BoolArray:
-    """Whether the radius may be below the resolution, |C'|^2 <= resolution |C''|; d (n, 3, axes)."""
-    square = np.sum(d[:, 1] ** 2, axis=1)
-    return np.asarray(square <= resolution * np.linalg.norm(d[:, 2], axis=1))
+    def is_tip(self, d: Array) -> BoolArray:
+        """Whether the radius may be below the resolution, |C'|^2 <= resolution |C''|; d (n, 3, axes)."""
+        square = np.sum(d[:, 1] ** 2, axis=1)
+        return np.asarray(square <= self.resolution * np.linalg.norm(d[:, 2], axis=1))
 
+    def slowest(self, owner: IntArray, low: Array, high: Array) -> tuple[IntArray, Array]:
+        """Which of knot spans, from low to high (n,) of curves (n,), and parameters (k,) at which |C'| may be least.
 
-def _slowest(curve: NurbsCurve, spans: Array) -> Array:
-    """Parameters (k,) inside of knot spans (n, 2), in order, at which |C'| may be least: roots of C' . C''.
+        With C' = n / w^2, n = A' w - A w', they are roots of C' . C'': those of n . (n' w - 2 n w').
+        """
+        table, shape = self.pieces.table, self.pieces.shape
+        first, last = self.pieces.row_at(owner, low, False), self.pieces.row_at(owner, high, True)
+        span, number = expanded(last - first + 1)
+        rows = first[span] + number
+        found = [(np.zeros(0, dtype=np.int64), np.zeros(0))]
+        for some in chunks(len(rows)):
+            c = columns(table, rows[some])
+            weight = coefficients(c, shape)[-1] if shape[3] else None
+            slope = sum(product(n, slope_of(n, weight, 2.0)) for n in slopes(c, shape))
+            piece, u = zeros_on(c, np.asarray(slope), REAL)
+            found.append((span[some][piece], u))
+        span, u = (np.concatenate(each) for each in zip(*found, strict=True))
+        return span, u
 
-    With C' = n / w^2, n = A' w - A w', they are those of n . (n' w - 2 n w').
-    """
-    table, shape = curve.table
-    behind = np.searchsorted(
-        spans[:, 1], table[:, LOW], side="right"
-    )  # the first span that ends behind the piece's low
-    begins = np.append(spans[:, 0], np.inf)
-    rows = np.flatnonzero(begins[behind] < table[:, HIGH])
-    found = [np.zeros(0)]
-    for some in chunks(len(rows)):
-        c = columns(table, rows[some])
-        weight = coefficients(c, shape)[-1] if curve.rational else None
-        slope = sum(product(n, slope_of(n, weight, 2.0)) for n in slopes(c, shape))
-        found.append(zeros_on(c, np.asarray(slope), REAL))
-    return np.concatenate(found)
+    def tips(self, owner: IntArray, low: Array, high: Array) -> Tips:
+        """Tips on knot spans, from low to high (n,) of curves (n,).
 
+        Places between which the curve stays within the resolution of a point are one, at an end if one is there.
+        """
+        span, inner = self.slowest(owner, low, high)
+        apart = np.minimum(inner - low[span], high[span] - inner) > AT_KNOT * (high - low)[span]
+        tried = (owner[span[apart]], inner[apart], False), (owner, high, True), (owner, low, False)
+        near = [self.is_tip(self.pieces.evaluate(curve, u, 2, left)) for curve, u, left in tried]
+        u = np.concatenate([each[is_tip] for (_, each, _), is_tip in zip(tried, near, strict=True)])
+        curve = np.concatenate([each[is_tip] for (each, _, _), is_tip in zip(tried, near, strict=True)])
+        if not len(u):
+            return Tips(curve, u, u, u)
+        curve, u = np.unique(np.stack([curve.astype(np.float64), u]), axis=1)
+        curve = curve.astype(np.int64)
+        place, velocity = np.moveaxis(self.pieces.evaluate(curve, u, 1, False), 1, 0)
+        at_end = (u == self.flat.domains[curve, 0]) | (u == self.flat.domains[curve, 1])
+        speed = np.where(at_end, -1.0, np.linalg.norm(velocity, axis=1))
+        begins = np.append(True, curve[1:] != curve[:-1])
+        between, owner = np.linspace(u[:-1], u[1:], COMPARED, axis=1), np.repeat(curve[1:], COMPARED)
+        way = self.pieces.evaluate(owner, between.ravel(), 0, False).reshape(*between.shape, place.shape[1])
+        first = 0
+        for k in range(1, len(u)):
+            begins[k] |= np.max(np.linalg.norm(way[k - 1] - place[first], axis=1)) > self.resolution
+            first = k if begins[k] else first
+        group, starts = np.cumsum(begins) - 1, np.flatnonzero(begins)
+        order = np.lexsort((speed, group))
+        return Tips(curve[starts], u[starts], u[order[starts]], u[np.append(starts[1:], len(u)) - 1])
 
-def _tips(curve: NurbsCurve, spans: Array, resolution: float) -> Array:
-    """Tips on knot spans (n, 2), as (k, 3): from, at, and up to which parameter |C'| is almost 0, increasing.
+    def beside(self, tips: Tips, side: int) -> tuple[IntArray, Array, Array]:
+        """Which tips (k,) are corners seen from a side, -1 or 1, up to where a cubic replaces the curve, and that.
 
-    Places between which the curve stays within the resolution of a point are one, at an end if one is there.
-    """
-    breaks = curve.breaks
-    inner = _slowest(curve, spans)
-    behind = np.clip(np.searchsorted(breaks, inner), 1, len(breaks) - 1)
-    apart = np.minimum(np.abs(inner - breaks[behind - 1]), np.abs(breaks[behind] - inner))
-    inner = inner[apart > AT_KNOT * np.diff(breaks).min()]
-    found = [np.zeros(0)]
-    for at, side in ((inner, "right"), (spans[:, 1], "left"), (spans[:, 0], "right")):
-        found.append(_tips_at(curve, at, side, resolution))
-    tips = np.unique(np.concatenate(found))
-    if not len(tips):
-        return np.zeros((0, 3))
-    d = curve.derivatives(tips, 1)
-    groups = [[0]]
-    for k in range(1, len(tips)):
-        between = curve(np.linspace(tips[k - 1], tips[k], COMPARED))
-        if np.max(np.linalg.norm(between - d[groups[-1][0], 0], axis=1)) <= resolution:
-            groups[-1].append(k)
-        else:
-            groups.append([k])
-    speed = np.where(np.isin(tips, curve.domain), -1.0, np.linalg.norm(d[:, 1], axis=1))
-    return np.array([tips[[g[0], g[int(np.argmin(speed[g]))], g[-1]]] for g in groups])
+        Parameters (k,), the tip's where nothing regular follows, and Bezier points (k, 4, axes) from the tip on.
+        """
+        left, edge = side < 0, tips.low if side < 0 else tips.high
+        domains = self.flat.domains[tips.curve]
+        first, last = domains[:, 0].copy(), domains[:, 1].copy()
+        same = np.flatnonzero(tips.curve[1:] == tips.curve[:-1])
+        first[same + 1] = last[same] = 0.5 * (tips.low[same + 1] + tips.high[same])
+        limit = first if left else last
+        seen = self.is_tip(self.pieces.evaluate(tips.curve, edge, 2, left))
+        here = np.flatnonzero((limit != edge) & ((edge != tips.at) | seen))
+        at, points = tips.at[here], np.zeros((len(here), 4, self.flat.points.shape[1]))
+        for part in chunks(len(here), TOGETHER):
+            some = here[part]
+            place = tips.curve[some], tips.at[some], edge[some], limit[some]
+            at[part], points[part] = self._cubics(place, left)
+        return here, at, points
 
+    def _cubics(self, place: tuple[IntArray, Array, Array, Array], left: bool) -> tuple[Array, Array]:
+        """As `beside`, of curves, tips, edges of what is almost 0, and ends of what may be replaced, (n,) each."""
+        curve, tip, edge, limit = place
+        n, owner = len(tip), np.repeat(curve, TRIALS + 1).reshape(-1, TRIALS + 1)
+        trials = edge[:, None] + (limit - edge)[:, None] * np.append(SHRINK ** np.arange(TRIALS - 1.0, -1.0, -1.0), 1.0)
+        start = self.pieces.evaluate(curve, tip, 0, False)[:, 0]
+        ok = self._regular(owner, trials, start, tip, edge, left)[0]
+        nearest = trials[np.arange(n), np.argmax(ok, axis=1)]
+        # up to the next knot: there a derivative of the curve may jump
+        last = self._next_knot(curve, nearest, limit, left)
+        trials[:, -1] = last
+        beyond = np.abs(trials - edge[:, None]) > np.abs(last - edge)[:, None]
+        trials = np.where(beyond, last[:, None], trials)
+        ok, (q, n1, n2, c) = self._regular(owner, trials, start, tip, edge, left)
+        share = np.linspace(0.0, 1.0, COMPARED + 1)[:-1, None, None] ** 2
+        u = edge[:, None] + (trials - edge[:, None]) * share
+        seen = self.pieces.evaluate(np.repeat(owner[None], COMPARED, axis=0).ravel(), u.ravel(), 0, False)
+        seen = seen.reshape(*u.shape, -1)
+        t = np.sum((seen - start[:, None]) * n1, axis=-1) / np.sum(n1**2, axis=-1)
+        t = np.clip(t, 0.0, 1.0)[..., None] - 1.0  # along the tangent N is linear in t
+        apart = np.max(np.linalg.norm(q + n1 * t + 0.5 * n2 * t**2 + c * t**3 - seen, axis=-1), axis=0)
+        close = (apart <= USED * self.resolution) | (np.arange(TRIALS + 1) <= np.argmax(ok, axis=1)[:, None])
+        good = ok & np.logical_and.accumulate(close, axis=1)
+        k = TRIALS - np.argmax(good[:, ::-1], axis=1)
+        q, n1, n2 = (each[np.arange(n), k] for each in (q, n1, n2))
+        points = np.stack([start, q - 2.0 * n1 / 3.0 + n2 / 6.0, q - n1 / 3.0, q], axis=1)
+        return np.where(good.any(axis=1), trials[np.arange(n), k], tip), points
 
-def _beside(curve: NurbsCurve, span: tuple[float, float, float], resolution: float) -> tuple[float, Array] | None:
-    """How far from a tip a cubic replaces the curve, and its Bezier points (4, axes) from the tip on.
+    def _regular(
+        self, owner: IntArray, trials: Array, start: Array, tip: Array, edge: Array, left: bool
+    ) -> tuple[BoolArray, tuple[Array, Array, Array, Array]]:
+        """Whether a cubic from tips `start` (n, axes) may end at trials (n, k), and its q, n1, n2, c (n, k, axes)."""
+        d = self.pieces.evaluate(owner.ravel(), trials.ravel(), 2, not left)
+        q, q1, q2 = np.moveaxis(d.reshape(*trials.shape, 3, -1), 2, 0)
+        way, square = q - start[:, None], np.sum(q1 * q1, axis=2)
+        b1 = np.sum(way * q1, axis=2) / square
+        b2 = -b1 * b1 * np.sum(q2 * q1, axis=2) / square
+        n1, n2 = b1[..., None] * q1, (b1 * b1)[..., None] * q2 + b2[..., None] * q1
+        c = q - start[:, None] - n1 + 0.5 * n2
+        ok = np.isfinite(c).all(axis=2) & (b1 * (trials - tip[:, None]) > 0.0)
+        ok &= ~self.is_tip(d).reshape(trials.shape) & (np.linalg.norm(way, axis=2) > self.resolution)
+        largest = np.maximum.reduceat(np.abs(self.flat.knots), self.flat.knot_starts[:-1])
+        ok &= np.abs(trials - edge[:, None]) > LEAST_KNOTS * largest[owner]
+        return ok, (q, n1, n2, c)
 
-    span  the tip, the edge of what is almost 0 there, and the furthest that may be replaced behind it
-    None where nothing regular follows.
-    """
-    tip, edge, limit = span
-    left = limit < edge
-    knots = curve.breaks[(curve.breaks - edge) * (limit - edge) > 0.0]
-    knots = knots[np.abs(knots - edge) <= abs(limit - edge)]
-    tried = edge + (limit - edge) * SHRINK ** np.arange(TRIALS)
-    tried = tried[np.abs(tried - edge) > LEAST_KNOTS * np.max(np.abs(curve.knots))]
-    trials: Array = np.unique(np.concatenate([tried, knots]))
-    trials = trials[::-1] if left else trials
-    if not len(trials):
-        return None
-    d = curve.derivatives(trials, 2, side="right" if left else "left")
-    start, (q, q1, q2) = curve(tip), np.moveaxis(d, 1, 0)
-    along, way = q1, q - start
-    square = np.sum(along * along, axis=1)
-    b1 = np.sum(way * along, axis=1) / square
-    b2 = -b1 * b1 * np.sum(q2 * along, axis=1) / square
-    n1, n2 = b1[:, None] * q1, (b1 * b1)[:, None] * q2 + b2[:, None] * q1
-    c = q - start - n1 + 0.5 * n2
-    ok = np.isfinite(c).all(axis=1) & (b1 * (trials - tip) > 0.0) & ~_is_tip(d, resolution)
-    ok &= np.linalg.norm(way, axis=1) > resolution
-    if not ok.any():
-        return None
-    share = np.linspace(0.0, 1.0, COMPARED + 1)[:-1, None] ** 2
-    seen = curve(edge + (trials - edge) * share)
-    t = np.sum((seen - start) * n1, axis=2) / np.sum(n1**2, axis=1)
-    t = np.clip(t, 0.0, 1.0)[..., None] - 1.0  # along the tangent N is linear in t
-    apart = np.max(np.linalg.norm(q + n1 * t + 0.5 * n2 * t**2 + c * t**3 - seen, axis=2), axis=0)
-    first = int(np.argmax(ok))
-    behind = np.append(knots if not left else knots[::-1], limit)
-    stop = behind[np.argmax(np.abs(behind - edge) >= abs(trials[first] - edge))]
-    ok &= np.abs(trials - edge) <= abs(stop - edge)
-    close = apart <= USED * resolution
-    close[: first + 1] = True
-    k = int(np.flatnonzero(ok & np.logical_and.accumulate(close))[-1])
-    return float(trials[k]), np.array([start, q[k] - 2.0 * n1[k] / 3.0 + n2[k] / 6.0, q[k] - n1[k] / 3.0, q[k]])
+    def _next_knot(self, curve: IntArray, u: Array, limit: Array, left: bool) -> Array:
+        """The knot of curves (n,) at u (n,) or next behind it, (n,), or the limit (n,) if that comes before."""
+        owner, knots, _ = self.flat.inner_knots()
+        first, last = np.searchsorted(owner, curve), np.searchsorted(owner, curve, side="right")
+        knots = np.append(knots, np.nan)
+        if left:
+            k = last_below(knots, first - 1, last - 1, u)
+            return np.where(k >= first, np.fmax(knots[k], limit), limit)
+        k = last_below(knots, first - 1, last - 1, np.nextafter(u, -np.inf)) + 1
+        return np.where(k < last, np.fmin(knots[k], limit), limit)
 
 
 def _together(curve: NurbsCurve) -> Callable[[float], float]:
@@ -284,6 +310,8 @@ def _put(curve: NurbsCurve, corners: list[float], cuts: list[tuple[float, float,
 
     cuts  from, to, and Bezier points (4, axes) of what takes the place of the curve between these
     """
+    at = _together(curve)
+    corners, cuts = [at(u) for u in corners], [(at(a), at(b), points) for a, b, points in cuts]
     whole = curve.elevated(max(3 - curve.degree, 0) if cuts else 0)
     p, (start, end) = whole.degree, whole.domain
     inner = sorted({u for u in (*corners, *(u for cut in cuts for u in cut[:2])) if start < u < end})
