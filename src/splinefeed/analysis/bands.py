@@ -70,13 +70,10 @@ class Bands:
         """Make one block of every two."""
         blocks = -(-self._ticks // self.size)
         self.size *= 2
-        half, whole = blocks // 2, -(-blocks // 2)
-        self._edges[:whole] = self._edges[:blocks:2]
+        pairs = np.arange(0, blocks, 2)
         for most, rows in ((np.fmin, self._low), (np.fmax, self._high)):
-            last = rows[blocks - 1].copy() if blocks else None
-            rows[:half] = most(rows[: 2 * half : 2], rows[1 : 2 * half : 2])
-            if whole > half:
-                rows[half] = last
+            rows[: len(pairs)] = most.reduceat(rows[:blocks], pairs)
+        self._edges[: len(pairs)] = self._edges[pairs]
 
     def finish(self) -> dict[str, Band]:
         """The bands by name."""

@@ -90,6 +90,11 @@ Number = Jet | Array | float
 """What formulas of kinematics take: a jet, an array, or a number."""
 
 
+def as_jet(value: Number, like: Jet) -> Jet:
+    """A value that may be no jet as one of the order and shape of another."""
+    return value if isinstance(value, Jet) else like * 0.0 + np.asarray(value)
+
+
 def _first(values: Sequence[int], like: Array) -> Array:
     """Values along the first axis of an array."""
     return np.array(values, dtype=np.float64).reshape(-1, *(1,) * (like.ndim - 1))

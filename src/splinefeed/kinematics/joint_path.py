@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from splinefeed.curves.differential import by_arc_length
 from splinefeed.errors import CurveError, InputError, LimitsError
 from splinefeed.kinematics.chains import Kinematics
-from splinefeed.kinematics.jets import Jet, root
+from splinefeed.kinematics.jets import Jet, as_jet, root
 from splinefeed.paths.resolution import RESOLUTION
 from splinefeed.paths.tool_path import ANGLES, ToolPath
 from splinefeed.paths.track import Track
@@ -182,11 +182,11 @@ class JointPath(Track):
         turns = self._rotary(tuple(each[3:]), s, each[0])
         tip_jets = each[0], each[1], each[2]
         slides = self.kinematics.slides(tip_jets, turns)
-        return *tip_jets, *(_as_jet(q, each[0]) for q in slides), *turns
+        return *tip_jets, *(as_jet(q, each[0]) for q in slides), *turns
 
     def _rotary(self, given: tuple[Jet, ...], s: Array, like: Jet) -> tuple[Jet, ...]:
         if self._fixed is not None:
-            return tuple(_as_jet(value, like) for value in self._fixed)
+            return tuple(as_jet(value, like) for value in self._fixed)
         if self.tool.kind == ANGLES:
             return given
         axis = _unit(given)
@@ -289,7 +289,7 @@ class JointPath(Track):
         """Tip and tool axis with two derivatives, (3, n, 6), of joints that have them, (3, n, joints)."""
         q = tuple(Jet.of_derivatives(joints[:, :, k]) for k in range(joints.shape[2]))
         parts = *self.kinematics.tip(q), *self.kinematics.axis(q[self.linear :])
-        return np.stack([_as_jet(part, q[0]).derivatives for part in parts], axis=2)
+        return np.stack([as_jet(part, q[0]).derivatives for part in parts], axis=2)
 
     # --- the turns of rotary joints ---------------------------------------------------------------------------------
 
@@ -506,7 +506,3 @@ def _unit(v: tuple[Jet, ...]) -> tuple[Jet, Jet, Jet]:
     x, y, z = v
     size = root(x * x + y * y + z * z)
     return x / size, y / size, z / size
-
-
-def _as_jet(value: object, like: Jet) -> Jet:
-    return value if isinstance(value, Jet) else like * 0.0 + np.asarray(value)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from splinefeed.kinematics.jets import Jet, Number
+from splinefeed.kinematics.jets import Jet, Number, as_jet
 from splinefeed.paths.path import Path
 from splinefeed.paths.track import Track
 from splinefeed.records import Array, IntArray, Limits
@@ -32,8 +32,7 @@ class Joints:
     def beside(self, d: Array) -> Array:
         """Axes and joints (n, orders, axes + joints), from the axes and their derivatives d (n, orders, axes)."""
         jets = tuple(Jet.of_derivatives(np.ascontiguousarray(d[:, :, k].T)) for k in range(d.shape[2]))
-        found = (each if isinstance(each, Jet) else jets[0] * 0.0 + np.asarray(each) for each in self.of(jets))
-        return np.concatenate([d, *(each.derivatives.T[:, :, None] for each in found)], axis=2)
+        return np.concatenate([d, *(as_jet(q, jets[0]).derivatives.T[:, :, None] for q in self.of(jets))], axis=2)
 
     def along(self, path: Path) -> PathWithJoints:
         """A path and these joints beside its axes."""

@@ -106,14 +106,12 @@ class Machine:
         By name of the limit (axis_velocity, axis_acceleration, axis_jerk, axis_minimum, axis_maximum) and axis, in mm,
         s and rad; what the machine file does not limit is left out.
         """
-        found: dict[str, dict[str, float]] = {}
-        for axis in axes:
-            if axis in self.axes:
-                for name in ("velocity", "acceleration", "jerk", "minimum", "maximum"):
-                    value = getattr(self.axes[axis].limits, name)
-                    if value is not None:
-                        found.setdefault(f"axis_{name}", {})[axis] = value
-        return found
+        own = [(axis, self.axes[axis].limits) for axis in axes if axis in self.axes]
+        found = {
+            name: {axis: value for axis, limits in own if (value := getattr(limits, key)) is not None}
+            for name, key in parts.LIMITS_OF_AXIS.items()
+        }
+        return {name: values for name, values in found.items() if values}
 
     def simulates(self, axes: Iterable[str]) -> bool:
         """Whether the servo loops of those `axes` that the machine has are described."""

@@ -261,6 +261,10 @@ class AxisLimits(_Part):
     source: str = words()
 
 
+#: Limits of an axis: name in Limits and in the file of a machine.
+LIMITS_OF_AXIS = {f"axis_{name}": name for name in ("velocity", "acceleration", "jerk", "minimum", "maximum")}
+
+
 @dataclass(frozen=True, kw_only=True)
 class Axis:
     """One axis of a machine, of which its limits are known. Raises InputError, one line for each fault."""

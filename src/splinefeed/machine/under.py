@@ -11,17 +11,9 @@ import numpy as np
 from splinefeed.errors import LimitsError
 from splinefeed.machine.control import Control, changed
 from splinefeed.machine.machine import Machine
-from splinefeed.machine.parts import Axis
+from splinefeed.machine.parts import LIMITS_OF_AXIS, Axis
 from splinefeed.records import ROTARY_AXES, Limits, by_name, field_of
 
-#: Limits of an axis: name in Limits and in the file of a machine.
-_OF_AXIS = {
-    "axis_velocity": "velocity",
-    "axis_acceleration": "acceleration",
-    "axis_jerk": "jerk",
-    "axis_minimum": "minimum",
-    "axis_maximum": "maximum",
-}
 #: Limits that are those of a control.
 _PATH = ("acceleration", "deceleration", "jerk", "deceleration_jerk", "centripetal", "axis_velocity_step")
 #: Axes that a limit for every linear axis is for, where no machine says which it has.
@@ -36,7 +28,7 @@ def under(limits: Limits, machine: Machine | None = None, name: str = "limits") 
     Limits along the path become those of its control, as do centripetal acceleration and velocity steps at corners.
     """
     base = Machine(name=name, axes={}) if machine is None else machine
-    given = {each: value for each in _OF_AXIS if (value := getattr(limits, each)) is not None}
+    given = {each: value for each in LIMITS_OF_AXIS if (value := getattr(limits, each)) is not None}
     named = {axis for value in given.values() if isinstance(value, Mapping) for axis in value}
     every = any(not isinstance(value, Mapping) for value in given.values())
     for each, value in given.items():
@@ -45,7 +37,7 @@ def under(limits: Limits, machine: Machine | None = None, name: str = "limits") 
     axes, control = dict(base.axes), base.control
     more = [*(_LINEAR if every and not axes else ()), *sorted(named)]
     names = tuple(dict.fromkeys([*axes, *more]))
-    tables = {_OF_AXIS[each]: by_name(each, value, names) for each, value in given.items()}
+    tables = {LIMITS_OF_AXIS[each]: by_name(each, value, names) for each, value in given.items()}
     for axis in names:
         new = {key: table[axis] for key, table in tables.items() if axis in table}
         old = axes.get(axis, Axis(name=axis, motion="rotary" if axis in ROTARY_AXES else "linear"))
@@ -57,7 +49,7 @@ def under(limits: Limits, machine: Machine | None = None, name: str = "limits") 
     along = _along(limits)
     if along:
         control = changed(control or Control(), along)
-    used = {*_OF_AXIS, *_PATH}
+    used = {*LIMITS_OF_AXIS, *_PATH}
     unused = [field_of(each) for each, value in limits.as_dict().items() if value and field_of(each) not in used]
     return replace(base, axes=axes, control=control), tuple(dict.fromkeys(unused))
 

@@ -56,10 +56,7 @@ def _control(settings: dict[int, str], source: str, page: Page) -> None:
     page.set("control", "model", "grbl")
     page.set("control", "look_ahead", _BLOCKS, "of grbl's buffer of 16, the one that runs left out")
     if 11 in settings:
-        written, value = number(settings[11], source, "$11")
-        if value < 0.0:
-            raise FormatError(f"{source}: $11: {written}; must not be negative")
-        page.set("control", "junction_deviation", f"{written}mm", "$11")
+        page.set("control", "junction_deviation", f"{positive(settings[11], source, '$11', or_zero=True)[0]}mm", "$11")
     no_times(page)
     if settings.get(20) == "0":
         page.tell("Soft limits are off ($20=0).")

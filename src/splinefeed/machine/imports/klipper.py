@@ -60,9 +60,7 @@ def read(text: str, source: str) -> Page:
 def _corners(printer: dict[str, str], acceleration: float, source: str, page: Page) -> None:
     """How corners are passed, and how short moves are kept from racing up and down."""
     text = printer.get("square_corner_velocity", short(_CORNER))
-    written, corner = number(text, source, "[printer] square_corner_velocity")
-    if corner < 0.0:
-        raise FormatError(f"{source}: [printer] square_corner_velocity: {written}; must not be negative")
+    written, _ = positive(text, source, "[printer] square_corner_velocity", or_zero=True)
     if "square_corner_velocity" not in printer:
         page.assume(f"square_corner_velocity is {written} mm/s, Klipper's default")
     page.set("control", "corner_velocity", f"{written}mm/s", "[printer] square_corner_velocity")

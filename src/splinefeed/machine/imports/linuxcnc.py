@@ -21,6 +21,14 @@ ANGULAR = {
     "deg": ("deg", 1.0), "degree": ("deg", 1.0), "rad": ("rad", 1.0), "radian": ("rad", 1.0), "grad": ("deg", 0.9),
     "gon": ("deg", 0.9),
 }  # fmt: skip
+#: Limits of axes and joints, which of several is the tightest, and how each is read.
+_OF_AXIS = (
+    ("MAX_VELOCITY", min, positive),
+    ("MAX_ACCELERATION", min, positive),
+    ("MAX_JERK", min, number),
+    ("MIN_LIMIT", max, number),
+    ("MAX_LIMIT", min, number),
+)
 #: Kinematics whose joints are the axes themselves.
 TRIVIAL = "trivkins"
 
@@ -119,39 +127,33 @@ def _limits(
 ) -> None:
     """The section of an axis: the tightest of what its sections of the INI file say."""
     section = f"axis.{axis}.limits"
+    found = {}
+    for key, pick, read in _OF_AXIS:
+        said = [(*read(each[key], source, f"[{name}]{key}"), f"[{name}]{key}") for name, each in own if key in each]
+        if key in ("MIN_LIMIT", "MAX_LIMIT"):
+            said = [each for each in said if abs(each[1]) < 1e9]  # LinuxCNC's own word for no limit is 1e99
+        if said:
+            found[key] = pick(said, key=lambda each: each[1])
 
-    def tightest(key: str) -> tuple[str, float, str] | None:
-        said = [(*positive(each[key], source, f"[{name}]{key}"), f"[{name}]{key}") for name, each in own if key in each]
-        return min(said, key=lambda each: each[1], default=None)
-
-    def written(text: str, value: float, ending: str) -> str:
-        return (text if unit[1] == 1.0 else short(value * unit[1])) + unit[0] + ending
+    def written(key: str, name: str, ending: str = "") -> None:
+        text, value, place = found[key]
+        page.set(section, name, (text if unit[1] == 1.0 else short(value * unit[1])) + unit[0] + ending, place)
 
     for key, name, ending in (("MAX_VELOCITY", "velocity", "/s"), ("MAX_ACCELERATION", "acceleration", "/s^2")):
-        found = tightest(key)
-        if found is None:
+        if key not in found:
             places = " or ".join(f"[{name}]" for name, _ in own[:2])
             raise FormatError(f"{source}: {key} of axis {axis.upper()}: missing; add it to {places}")
-        page.set(section, name, written(found[0], found[1], ending), found[2])
-    if (jerk := next((each for name, each in own if "MAX_JERK" in each), None)) is not None:
-        value = number(jerk["MAX_JERK"], source, f"MAX_JERK of axis {axis.upper()}")[1]
-        if jerks and value > 0.0:
-            found = tightest("MAX_JERK")
-            assert found is not None
-            page.set(section, "jerk", written(found[0], found[1], "/s^3"), found[2])
+        written(key, name, ending)
+    if "MAX_JERK" in found:
+        if jerks and found["MAX_JERK"][1] > 0.0:
+            written("MAX_JERK", "jerk", "/s^3")
         else:
             page.comment(section, "MAX_JERK is not used: [TRAJ]PLANNER_TYPE is not 1")
-    ends = {}
-    for key, pick in (("MIN_LIMIT", max), ("MAX_LIMIT", min)):
-        said = [(*number(each[key], source, f"[{name}]{key}"), f"[{name}]{key}") for name, each in own if key in each]
-        said = [each for each in said if abs(each[1]) < 1e9]  # LinuxCNC's own word for no limit is 1e99
-        if said:
-            ends[key] = pick(said, key=lambda each: each[1])
-    if len(ends) == 2:
-        if not ends["MIN_LIMIT"][1] < ends["MAX_LIMIT"][1]:
-            raise FormatError(f"{source}: {ends['MIN_LIMIT'][2]} is not below {ends['MAX_LIMIT'][2]}")
-        for key, name in (("MIN_LIMIT", "minimum"), ("MAX_LIMIT", "maximum")):
-            page.set(section, name, written(*ends[key][:2], ""), ends[key][2])
+    if {"MIN_LIMIT", "MAX_LIMIT"} <= found.keys():
+        if not found["MIN_LIMIT"][1] < found["MAX_LIMIT"][1]:
+            raise FormatError(f"{source}: {found['MIN_LIMIT'][2]} is not below {found['MAX_LIMIT'][2]}")
+        written("MIN_LIMIT", "minimum")
+        written("MAX_LIMIT", "maximum")
         page.assume(
             "travel is in machine coordinates; programs run in them unless --offsets says where G54 lies, such as "
             "--offsets G54=10,20,-5"

@@ -55,9 +55,7 @@ def _control(accelerations: dict[str, str], corners: dict[str, str], unit: str, 
         if letter is not None and number(accelerations[letter], source, f"M204 {letter}")[1] > 0.0:
             page.set("control", key, f"{number(accelerations[letter], source, '')[0]}{unit}/s^2", f"M204 {letter}")
     if "J" in corners:
-        written, value = number(corners["J"], source, "M205 J")
-        if value < 0.0:
-            raise FormatError(f"{source}: M205 J: {written}; must not be negative")
+        written, _ = positive(corners["J"], source, "M205 J", or_zero=True)
         page.set("control", "junction_deviation", f"{written}{unit}", "M205 J")
     elif "X" in corners:
         for axis in "XYZ":

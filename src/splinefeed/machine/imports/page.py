@@ -81,11 +81,11 @@ def number(text: str, source: str, place: str) -> tuple[str, float]:
     return found[0], value
 
 
-def positive(text: str, source: str, place: str) -> tuple[str, float]:
-    """A number above 0, as `number` gives it."""
+def positive(text: str, source: str, place: str, *, or_zero: bool = False) -> tuple[str, float]:
+    """A number above 0, or not below it, as `number` gives it."""
     written, value = number(text, source, place)
-    if value <= 0.0:
-        raise FormatError(f"{source}: {place}: {written}; must be greater than 0")
+    if value < 0.0 or (value == 0.0 and not or_zero):
+        raise FormatError(f"{source}: {place}: {written}; must {'not be negative' if or_zero else 'be greater than 0'}")
     return written, value
 
 
