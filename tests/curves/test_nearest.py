@@ -257,30 +257,28 @@ def scribble(count: int = 400, axes: int = 2, seed: int = 3) -> Path:
 
 
 @pytest.mark.parametrize("name", ["butterfly", "polyline", "near cusp, 1e-4", "scribble"])
-def test_leaves_hold_their_curve(name):
+def test_cells_hold_their_curve(name):
     if name == "scribble":
         path = scribble()
         nearest, curve = Nearest(path.table, path.shape), np.repeat(np.arange(399), 7)
         u = np.tile(np.linspace(0.0, 1.0, 7), 399)
         points = path.evaluate(curve, u)[:, 0].T
-        assert len(nearest.search._leaves.cell) == 4 * len(nearest.search.cells.row)
+        assert len(nearest.search.cells.row) == 4 * len(path.table)
     else:
         nearest, u = CURVES[name]._nearest, np.linspace(*CURVES[name].domain, 997)
         points, curve = CURVES[name](u).T, np.zeros(len(u), dtype=np.int64)
-    rows, leaves, (least, greatest) = nearest.rows, nearest.search._leaves, nearest.search._boxes
+    rows, cells, (order, least, greatest) = nearest.rows, nearest.search.cells, nearest.search._boxes
     if name == "scribble":
         row = np.array([path.curve_rows[c, 0] for c in curve])
     else:
         row = np.clip(np.searchsorted(rows.low, u, side="right") - 1, 0, len(rows) - 1)
     t = (u - rows.middle[row]) * rows.scale[row]
-    of = nearest.search.cells.row[leaves.cell]
     holding = [
-        np.flatnonzero((of == r) & (leaves.low <= at + 1e-12) & (at - 1e-12 <= leaves.high))[0]
+        np.flatnonzero((cells.row == r) & (cells.low <= at + 1e-12) & (at - 1e-12 <= cells.high))[0]
         for r, at in zip(row, t, strict=True)
     ]
-    leaf = np.array(holding)
-    assert np.all(nearest.search._bound(points, nearest.search._leaves, leaf) <= 1e-26 * np.max(np.abs(points)) ** 2)
-    node = leaf + least.shape[1] // 2
+    assert np.all(nearest.search._bound(points, cells, np.array(holding)) <= 1e-26 * np.max(np.abs(points)) ** 2)
+    node = np.argsort(order)[holding] + least.shape[1] // 2
     slack = 1e-12 * np.max(np.abs(points))  # of the t above
     while np.all(node >= 1):
         assert np.all((least[:, node] - slack <= points) & (points <= greatest[:, node] + slack))

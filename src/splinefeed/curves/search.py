@@ -50,7 +50,7 @@ MOST_COMPARED, EACH_COMPARED = 4_000_000, 100
 class Cells:
     """Parts of rows, c of them, in the order of the path.
 
-    row, low, high (c,)  which part of which row, in t;  s (c,)  arc length at low, mm
+    row, low, high (c,)  which part of which row, in t
     speed, bend (c,)     greatest |dC/dt|, mm, and curvature, 1/mm
     reach (c,)           no point is further than this from the chord between the ends, mm
     first, last (dims, c)  the ends
@@ -59,33 +59,15 @@ class Cells:
     row: IntArray
     low: Array
     high: Array
-    s: Array
     speed: Array
     bend: Array
     reach: Array
     first: Array
     last: Array
 
-
-@dataclass(frozen=True, eq=False)
-class Leaves:
-    """Parts of cells, m of them, those near each other in space beside each other.
-
-    cell, low, high (m,)  which part of which cell, in t
-    reach (m,)            no point is further than this from the chord between the ends, mm
-    first, last (dims, m)  the ends
-    """
-
-    cell: IntArray
-    low: Array
-    high: Array
-    reach: Array
-    first: Array
-    last: Array
-
     @property
     def boxes(self) -> tuple[Array, Array]:
-        """Least and greatest coordinates, (dims, m)."""
+        """Least and greatest coordinates, (dims, c)."""
         return np.minimum(self.first, self.last) - self.reach, np.maximum(self.first, self.last) + self.reach
 
 
@@ -180,52 +162,64 @@ class Search:
 
     @cached_property
     def cells(self) -> Cells:
-        """Every row, bisected until it turns by CELL_TURN."""
+        """Every row, bisected until it turns by CELL_TURN, and cut where boxes of many lie over each other.
+
+        So they do of long lines that cross a plate in all ways. Of n boxes that lie anyhow a place is inside of n times
+        the mean share that a box has of all space; cut in two, they are twice as many, of a half or a quarter of the
+        size each.
+        """
         rows = self.rows
         row = np.arange(len(rows))
         low, high = ((end - rows.middle) * rows.scale for end in (rows.low, rows.high))
         done: list[tuple[Any, ...]] = []
         for halvings in range(MAX_HALVINGS + 1):
-            speed, bend, second = self._bends(row, low, high)
-            width = high - low
-            length = speed * width
+            speed, bend = self._bends(row, low, high)
+            length = speed * (high - low)
             with np.errstate(invalid="ignore"):
-                cut = (bend * length > CELL_TURN) & (length > NO_LENGTH * self.length)
-            if halvings == MAX_HALVINGS:
-                cut[:] = False
-            done.append(taken(~cut, row, low, high, speed, bend, second * width * width / 8.0))
+                cut = (bend * length > CELL_TURN) & (length > NO_LENGTH * self.length) & (halvings < MAX_HALVINGS)
+            done.append(taken(~cut, row, low, high, speed, bend))
             if not cut.any():
                 break
             middle = 0.5 * (low + high)
             row = np.repeat(row[cut], 2)
             low, high = (np.column_stack(pair).ravel() for pair in ((low[cut], middle[cut]), (middle[cut], high[cut])))
-        row, low, high, speed, bend, reach = (np.concatenate(each) for each in zip(*done, strict=True))
-        order = np.lexsort((low, row))
-        row, low, high, speed, bend, reach = taken(order, row, low, high, speed, bend, reach)
-        first, last = (self._taylor(self._terms[:, :, row], t, 0)[0] + self._origin[:, row] for t in (low, high))
-        largest = np.max(np.maximum(np.abs(first), np.abs(last)), axis=0, initial=0.0)
-        new = np.concatenate([[True], row[1:] != row[:-1]])
-        s = np.where(new, rows.start[row], rows.arc_length(row, low))
-        reach = self._reach(rows.arc_length(row, high) - rows.arc_length(row, low), last - first)
-        return Cells(row, low, high, s, speed, bend, reach + ROUNDING * largest, first, last)
+        row, low, high, speed, bend = (np.concatenate(each) for each in zip(*done, strict=True))
+        cells = self._cells(*taken(np.lexsort((low, row)), row, low, high, speed, bend))
+        least, greatest = cells.boxes
+        size = np.max(greatest, axis=1) - np.min(least, axis=1)
+        wide = size > 0.0
+        inside = float(np.sum(np.prod((greatest - least)[wide] / size[wide, None], axis=0)))
+        parts = 1
+        while parts < MOST_PARTS and inside > MOST_INSIDE * parts and wide.sum() > 1:
+            parts, inside = 2 * parts, inside / 2.0 ** (wide.sum() - 1)
+        if parts == 1:
+            return cells
+        share = np.arange(parts + 1) / parts
+        t = cells.low[:, None] * (1.0 - share) + cells.high[:, None] * share
+        of = np.repeat(np.arange(len(cells.row)), parts)
+        return self._cells(cells.row[of], t[:, :-1].ravel(), t[:, 1:].ravel(), cells.speed[of], cells.bend[of])
 
-    def _reach(self, length: Array, chord: Array) -> Array:
-        """No point of an arc of some length (c,), mm, is further than this, mm, from its chord (dims, c).
+    def _cells(self, row: IntArray, low: Array, high: Array, speed: Array, bend: Array) -> Cells:
+        """The cells of these parts of rows, (c,) each.
 
-        All its points lie in the ellipsoid with the ends of the chord c as foci: sqrt(l^2 - c^2) / 2.
+        All points of an arc lie in the ellipsoid with its ends as foci: of length l and chord c none is further from
+        the chord than sqrt(l^2 - c^2) / 2.
         """
-        length = length + ROUNDING * self.length
-        square = np.maximum(length * length - np.sum(chord * chord, axis=0), 0.0) + 8.0 * ROUNDING * length * length
-        return np.asarray(0.5 * np.sqrt(square))
+        first, last = (self._taylor(self._terms[:, :, row], t, 0)[0] + self._origin[:, row] for t in (low, high))
+        length = self.rows.arc_length(row, high) - self.rows.arc_length(row, low) + ROUNDING * self.length
+        square = np.maximum(length * length - np.sum((last - first) ** 2, axis=0), 0.0)
+        reach = 0.5 * np.sqrt(square + 8.0 * ROUNDING * length * length)
+        reach += ROUNDING * np.max(np.maximum(np.abs(first), np.abs(last)), axis=0, initial=0.0)
+        return Cells(row, low, high, speed, bend, reach, first, last)
 
-    def _bends(self, row: IntArray, low: Array, high: Array) -> tuple[Array, Array, Array]:
-        """Bounds of |dC/dt|, mm, curvature, 1/mm, and |d2C/dt2|, mm, from low to high (n,) of rows (n,).
+    def _bends(self, row: IntArray, low: Array, high: Array) -> tuple[Array, Array]:
+        """Bounds of |dC/dt|, mm, and curvature, 1/mm, from low to high (n,) of rows (n,).
 
         About the middle, C - C_0 = B / w with B_0 = 0 in x = (t - middle) / half, |x| <= 1, where sum |B_k| bounds |B|
         and |B'| >= 2 |B_1| - sum k |B_k|. With r the bound of |C - C_0|, from C' = (B' - w' (C - C_0)) / w and its
         derivative; infinite where they say nothing. The curvature is |C''| / |C'|^2 at most.
         """
-        out, orders = np.zeros((3, len(row))), np.arange(self.rows.degree + 1.0)[:, None]
+        out, orders = np.zeros((2, len(row))), np.arange(self.rows.degree + 1.0)[:, None]
         for start in range(0, len(row), MOST):
             part = slice(start, start + MOST)
             half = 0.5 * (high[part] - low[part])
@@ -242,63 +236,29 @@ class Search:
                 fast, slow = (b1 + w1 * r) / least, (2.0 * b[1] - b1 - w1 * r) / most
                 second = (b2 + 2.0 * w1 * fast + w2 * r) / least
                 bend = np.where(slow > 0.0, second / slow**2, np.where(second > 0.0, np.inf, 0.0))
-                out[:, part] = np.where(least > 0.0, (fast / half, bend, second / half**2), np.inf)
-        return out[0], out[1], out[2]
+                out[:, part] = np.where(least > 0.0, (fast / half, bend), np.inf)
+        return out[0], out[1]
 
     @cached_property
-    def _leaves(self) -> Leaves:
-        """The cells, cut where boxes of many lie over each other, as of long lines that cross a plate in all ways.
+    def _boxes(self) -> tuple[IntArray, Array, Array]:
+        """Cells (c,), those near each other in space beside each other; least and greatest coordinates (dims, 2 width).
 
-        Of n boxes that lie anyhow a place is inside of n times the mean share that a box has of all space; cut in two,
-        they are twice as many, of a half or a quarter of the size each.
+        Node i holds 2 i and 2 i + 1, width + i the cell i of these.
         """
         from scipy.spatial import cKDTree
 
         cells = self.cells
-        ends = cells.low, cells.high
-        leaves = Leaves(np.arange(len(cells.row)), *ends, cells.reach, cells.first, cells.last)
-        least, greatest = leaves.boxes
-        size = np.max(greatest, axis=1) - np.min(least, axis=1)
-        wide = size > 0.0
-        inside = float(np.sum(np.prod((greatest - least)[wide] / size[wide, None], axis=0)))
-        parts = 1
-        while parts < MOST_PARTS and inside > MOST_INSIDE * parts and wide.sum() > 1:
-            parts, inside = 2 * parts, inside / 2.0 ** (wide.sum() - 1)
-        if parts > 1:
-            leaves = self._parts_of_cells(parts)
-        order = cKDTree(0.5 * (leaves.first + leaves.last).T).indices
-        return Leaves(*(each[..., order] for each in vars(leaves).values()))
-
-    def _parts_of_cells(self, parts: int) -> Leaves:
-        """Every cell in so many parts, each as long as the others in t."""
-        cells, rows = self.cells, self.rows
-        share = np.arange(parts + 1) / parts
-        t = cells.low[:, None] * (1.0 - share) + cells.high[:, None] * share
-        row = np.repeat(cells.row, parts + 1)
-        place = (self._taylor(self._terms[:, :, row], t.ravel(), 0)[0] + self._origin[:, row]).reshape(
-            self.dims, *t.shape
-        )
-        length = np.diff(rows.arc_length(row, t.ravel()).reshape(t.shape), axis=1).ravel()
-        first, last = (np.ascontiguousarray(each).reshape(self.dims, -1) for each in (place[..., :-1], place[..., 1:]))
-        largest = np.max(np.maximum(np.abs(first), np.abs(last)), axis=0)
-        reach = self._reach(length, last - first) + ROUNDING * largest
-        cell = np.repeat(np.arange(len(cells.row)), parts)
-        return Leaves(cell, t[:, :-1].ravel(), t[:, 1:].ravel(), reach, first, last)
-
-    @cached_property
-    def _boxes(self) -> tuple[Array, Array]:
-        """Least and greatest coordinates, (dims, 2 width): node i holds 2 i and 2 i + 1, width + i the leaf i."""
-        least_of, greatest_of = self._leaves.boxes
-        count = least_of.shape[1]
+        order = cKDTree(0.5 * (cells.first + cells.last).T).indices
+        count = len(order)
         width = 1 << (count - 1).bit_length()
         least, greatest = np.full((self.dims, 2 * width), np.inf), np.full((self.dims, 2 * width), -np.inf)
-        least[:, width : width + count], greatest[:, width : width + count] = least_of, greatest_of
+        least[:, width : width + count], greatest[:, width : width + count] = (each[:, order] for each in cells.boxes)
         while width > 1:
             pair, half = slice(width, 2 * width), slice(width // 2, width)
             least[:, half] = least[:, pair].reshape(self.dims, -1, 2).min(axis=2)
             greatest[:, half] = greatest[:, pair].reshape(self.dims, -1, 2).max(axis=2)
             width //= 2
-        return least, greatest
+        return order, least, greatest
 
     @cached_property
     def _samples(self) -> tuple[Array, cKDTree]:
@@ -338,27 +298,25 @@ class Search:
         found.put(sure, self._descend(*taken(sure, row, *gathered, *ends, t), known=taken(sure, *known)))
         done = np.full(len(row), -1)
         done[sure] = own[sure]
-        leaves = self._leaves
-        for owner, leaf in self._candidates(q, found):
+        for owner, cell in self._candidates(q, found):
             left[0] -= len(owner)
             if left[0] < 0:
                 raise InputError(
                     f"more than {MOST_COMPARED} parts of the path are about as near to points as the nearest: it "
                     "passes the same places again and again; split it"
                 )
-            other = done[owner] != leaves.cell[leaf]
-            owner, leaf = owner[other], leaf[other]
-            self._refine(q, owner, leaves.cell[leaf], leaves.low[leaf], leaves.high[leaf], found)
+            owner, cell = taken(done[owner] != cell, owner, cell)
+            self._refine(q, owner, cell, cells.low[cell], cells.high[cell], found)
         return found
 
     def _candidates(self, q: Array, found: Found) -> Iterator[tuple[IntArray, IntArray]]:
-        """Pairs of a position and a leaf that can be nearer than what is `found` (n,).
+        """Pairs of a position and a cell that can be nearer than what is `found` (n,).
 
         They come in blocks of MOST_REFINED, so that a path that passes the same places again and again fits into the
         memory; what is found by then leaves out more of the next block.
         """
         best, count = found.square, q.shape[1]
-        least, greatest = self._boxes
+        order, least, greatest = self._boxes
         width = least.shape[1] // 2
         owner, node = np.arange(count), np.ones(count, dtype=np.int64)
         for _ in range(width.bit_length() - 1):
@@ -366,8 +324,8 @@ class Search:
                 half = count // 2
                 for part in (slice(half), slice(half, None)):
                     here = Found(found.row[part], found.t[part], found.square[part])
-                    for who, leaf in self._candidates(q[:, part], here):
-                        yield who + (part.start or 0), leaf
+                    for who, cell in self._candidates(q[:, part], here):
+                        yield who + (part.start or 0), cell
                 return
             owner, node = np.repeat(owner, 2), np.repeat(2 * node, 2)
             node[1::2] += 1
@@ -377,11 +335,11 @@ class Search:
             near = dot(outside, outside) <= best[owner]
             owner, node = owner[near], node[near]
         for block in chunks(len(owner), MOST_REFINED):
-            who, leaf = owner[block], node[block] - width
-            near = self._bound(q[:, who], self._leaves, leaf) <= best[who]
-            yield who[near], leaf[near]
+            who, cell = owner[block], order[node[block] - width]
+            near = self._bound(q[:, who], self.cells, cell) <= best[who]
+            yield who[near], cell[near]
 
-    def _bound(self, q: Array, parts: Cells | Leaves, part: IntArray) -> Array:
+    def _bound(self, q: Array, parts: Cells, part: IntArray) -> Array:
         """Squared distance (n,), mm^2, that no point of a part falls below: to the chord, less its reach."""
         first = np.take(parts.first, part, axis=1)
         side, away = np.take(parts.last, part, axis=1) - first, q - first

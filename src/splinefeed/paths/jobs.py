@@ -21,7 +21,7 @@ from splinefeed.curves.editing import section
 from splinefeed.errors import InputError
 from splinefeed.paths.each_curve import Marker
 from splinefeed.paths.path import JOIN_TOLERANCE, Path
-from splinefeed.records import Array, IntArray
+from splinefeed.records import Array, BoolArray, IntArray
 
 #: Feed of the contours unless one is given, mm/s: that of the paper's experiment.
 DEFAULT_FEED = 60.0
@@ -29,8 +29,8 @@ DEFAULT_FEED = 60.0
 PLACES = 32
 #: A joint that turns by more than this, rad, is a corner, at which a closed contour begins if it has any.
 CORNER = 0.02
-#: Starts whose distance is computed one by one before the tree of all others is made again.
-LOOSE = 2048
+#: Nearest places that are looked at first; four times as many where none of them may be next.
+FIRST_NEAR = 8
 #: What switches a laser on and off.
 ON, OFF = "M3", "M5"
 
@@ -229,12 +229,12 @@ def _inside(points: Array, polygon: Array) -> IntArray:
     return np.asarray(np.count_nonzero(across & (x < at), axis=1), dtype=np.int64)
 
 
-def _nested(contours: Sequence[_Contour]) -> tuple[list[list[int]], list[int]]:
+def _nested(contours: Sequence[_Contour]) -> tuple[list[list[int]], IntArray]:
     """For each contour those around it, and how many lie in it; one whose points lie in another, most of them, does."""
     low, high = np.array([each.low for each in contours]), np.array([each.high for each in contours])
     area = np.array([each.area for each in contours])
     around: list[list[int]] = [[] for _ in contours]
-    within = [0] * len(contours)
+    within = np.zeros(len(contours), dtype=np.int64)
     by_x = np.argsort(low[:, 0], kind="stable")
     sorted_x = low[by_x, 0]
     for outer, each in enumerate(contours):
@@ -261,82 +261,46 @@ def _nested(contours: Sequence[_Contour]) -> tuple[list[list[int]], list[int]]:
 
 
 class _Starts:
-    """Places at which contours may begin that may be cut now; the nearest one to a place."""
+    """Places at which contours begin that are not cut yet, in a tree; the nearest one to a place."""
 
-    def __init__(self) -> None:
-        self._points: list[Array] = []
-        self._names: list[tuple[int, int]] = []
+    def __init__(self, contours: Sequence[_Contour]) -> None:
+        entries = [each.entries() for each in contours]
+        self._places = np.concatenate([points for points, _ in entries])
+        self._entry = np.concatenate([names for _, names in entries])
+        self._contour = np.repeat(np.arange(len(entries)), [len(names) for _, names in entries])
+        self._left = np.ones(len(entries), dtype=bool)
         self._tree: Any = None
-        self._count = self._treed = self._left = 0
-        self._entries: dict[int, int] = {}
-        self._done: set[int] = set()
 
-    def add(self, contour: int, points: Array, entries: Sequence[int]) -> None:
-        """The entries of a contour, which may be cut from now on."""
-        self._points.append(points)
-        self._names += [(contour, entry) for entry in entries]
-        self._entries[contour] = len(points)
-        self._count += len(points)
-        self._left += len(points)
-
-    def nearest(self, place: Array) -> tuple[int, int]:
-        """The contour that begins nearest to a place, and where; it is taken."""
+    def nearest(self, place: Array, may: BoolArray) -> tuple[int, int]:
+        """The contour that begins nearest to a place, of those that may be next, (contours,), and where; it is cut."""
         from scipy.spatial import cKDTree
 
-        if self._count - self._treed > LOOSE or 2 * self._left < self._count:
-            points = np.concatenate(self._points)
-            left = [k for k, (contour, _) in enumerate(self._names) if contour not in self._done]
-            self._points, self._names = [points[left]], [self._names[k] for k in left]
-            self._count = self._treed = self._left = len(left)
-            self._tree = cKDTree(self._points[0])
-        best, found = math.inf, (-1, 0)
-        reach = 8
-        while self._treed:
-            distances, numbers = self._tree.query(place, k=min(reach, self._treed))
-            for distance, k in zip(np.atleast_1d(distances).tolist(), np.atleast_1d(numbers).tolist(), strict=True):
-                if self._names[k][0] not in self._done:
-                    best, found = distance, self._names[k]
-                    break
-            if found[0] >= 0 or reach >= self._treed:
-                break
-            reach *= 4
-        if self._count > self._treed:
-            loose = np.concatenate([np.empty((0, len(place))), *self._points])[self._treed :]
-            for k in np.argsort(np.linalg.norm(loose - place, axis=1), kind="stable").tolist():
-                if self._names[self._treed + k][0] not in self._done:
-                    if np.linalg.norm(loose[k] - place) < best:
-                        found = self._names[self._treed + k]
-                    break
-        self._done.add(found[0])
-        self._left -= self._entries[found[0]]
-        return found
+        left = self._left[self._contour]
+        if self._tree is None or 2 * np.count_nonzero(left) < len(left):
+            self._places, self._entry, self._contour = self._places[left], self._entry[left], self._contour[left]
+            self._tree = cKDTree(self._places)
+        may, near, count = may & self._left, np.zeros(0, dtype=np.int64), FIRST_NEAR
+        while not len(near):
+            near = np.atleast_1d(self._tree.query(place, k=min(count, len(self._contour)))[1])
+            near = near[may[self._contour[near]]]
+            count *= 4
+        contour, entry = int(self._contour[near[0]]), int(self._entry[near[0]])
+        self._left[contour] = False
+        return contour, entry
 
 
 def _ordered(paths: Sequence[Path], begin: int | None) -> list[tuple[int, _Run]]:
     """Contours in the order of the job, each from where it begins; `begin` is the first one if it is given."""
     contours = [_Contour(path) for path in paths]
     around, within = _nested(contours)
-    starts, free = _Starts(), [count == 0 for count in within]
-    entries = [each.entries() for each in contours]
-    done = [False] * len(contours)
-    place = np.zeros(len(paths[0].axes))
+    starts, place = _Starts(contours), np.zeros(len(paths[0].axes))
     runs: list[tuple[int, _Run]] = []
-    for i, may in enumerate(free):
-        if may and i != begin:
-            starts.add(i, *entries[i])
     for step in range(len(contours)):
-        if step == 0 and begin is not None:
-            points, names = entries[begin]
-            i, entry = begin, names[int(np.argmin(np.linalg.norm(points - place, axis=1)))]
-        else:
-            i, entry = starts.nearest(place)
-        done[i] = True
+        first = step == 0 and begin is not None
+        i, entry = starts.nearest(place, np.arange(len(contours)) == begin if first else within == 0)
         runs.append((i, contours[i].begun(entry)))
         place = runs[-1][1].end
-        for outer in around[i]:
-            within[outer] -= 1
-            if within[outer] == 0 and not done[outer]:
-                starts.add(outer, *entries[outer])
+        within[around[i]] -= 1
     return runs
 
 
