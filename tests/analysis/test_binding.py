@@ -16,7 +16,8 @@ from splinefeed.runs.run import run
 
 def top_of(derivatives: Array, path: sf.Path, limits: sf.Limits, feed: Array, period: float) -> Array:
     kappa = curvatures(derivatives)
-    return maximum_velocity(by_arc_length(derivatives), kappa, kappa, path.axes, limits, feed, period)
+    slow = {"centripetal": kappa} if limits.centripetal else {}
+    return maximum_velocity(by_arc_length(derivatives), slow, kappa, path.axes, limits, feed, period)
 
 
 def used(path: sf.Path, limits: sf.Limits, strategy: str = "time-optimal"):

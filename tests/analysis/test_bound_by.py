@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import click
 import numpy as np
 import pytest
 
@@ -12,14 +13,14 @@ from docs_pages import ROOT
 from splinefeed.analysis.measures import limit_use, maximum_velocity
 from splinefeed.cli import options
 from splinefeed.curves.differential import by_arc_length, curvatures
-from splinefeed.machine import limits_toml
-from splinefeed.records.limit_table import (
+from splinefeed.limit_table import (
     AXES,
     CORNERS,
     ENDS,
     KINDS,
     MODELS,
     PATH,
+    PLACES,
     SUMS,
     TABLE,
     TICKS,
@@ -28,6 +29,7 @@ from splinefeed.records.limit_table import (
     unit_of,
     words_of,
 )
+from splinefeed.machine import limits_toml
 from splinefeed.reports.path_figures import COLOURS
 from splinefeed.reports.svg import to_text
 
@@ -87,7 +89,7 @@ def test_the_maximum_velocity_curve_is_lower_under_a_combination():
     curve, u = path.locate(np.array([0.3 * path.length]))
     derivatives = path.evaluate(curve, u, 3)
     d, kappa = by_arc_length(derivatives), curvatures(derivatives)
-    top = maximum_velocity(d, kappa, kappa, path.axes, tight, np.full(1, 1e3), PERIOD)
+    top = maximum_velocity(d, {}, kappa, path.axes, tight, np.full(1, 1e3), PERIOD)
     assert top == pytest.approx(30.0 / abs(d[0, 1].sum()), rel=1e-12)
 
 
@@ -148,11 +150,11 @@ def test_every_limit_is_a_row_of_the_table():
     }
     assert set(KINDS) == fields | modelled
     assert len(KINDS) == len(TABLE)
-    assert {each.bounds for each in TABLE} == {PATH, ENDS, TICKS, AXES, CORNERS, TRAVEL, SUMS, MODELS}
+    assert {each.bounds for each in TABLE} == {PATH, ENDS, PLACES, TICKS, AXES, CORNERS, TRAVEL, SUMS, MODELS}
 
 
 def test_every_row_can_be_said_and_drawn():
-    taken = {name for row in options._rows(options._LIMITS) for name in [options._parameter(row[0])]}
+    taken = {each.name for each in options.limits_alone()(click.Command("every")).params}
     files = {*limits_toml.KINDS, "axis_minimum", "axis_maximum"}
     for each in TABLE:
         travels = each.bounds == TRAVEL

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -10,8 +11,10 @@ import numpy as np
 from splinefeed.checks import between
 from splinefeed.checks.bounds import contain
 from splinefeed.checks.differences import ON_TIME, divided
-from splinefeed.checks.law import times_at
+from splinefeed.checks.law import by_time, times_at
+from splinefeed.checks.path_limits import EVALUATORS, TipPlaces, value_of
 from splinefeed.checks.spans import EPSILON, SpanPlaces, spans_of
+from splinefeed.limit_table import KINDS, PLACES
 from splinefeed.paths.corners import STOP_ANGLE
 from splinefeed.paths.path import Path
 from splinefeed.paths.track import Track
@@ -151,32 +154,28 @@ def limit_use(setpoints: Setpoints, path: Track, law: TimeLaw, limits: Limits) -
     reach = (v * setpoints.period) ** 2 / 8.0  # a chord over 1/mm of curvature is off by that
     turned, tip = np.zeros(len(t)), (np.ones(len(t)), np.zeros(len(t)), np.zeros(len(t)))
     own: Path = path.tip_path
+    rows = spans_of(own)
+    row, u = rows.find(setpoints.curve, setpoints.u)
+    places = SpanPlaces(rows, row)
+    exact_at = places.along(places.t(u), 3)
+    at, feed = TipPlaces(places, exact_at[0]), feed_limit(setpoints, own, limits)
     if not path.carries_tip:
         d = path.derivatives(own.lengths_of(setpoints))
         along = path.tip(d)
         tip = along[0], along[1], along[2]
-        kappa, between_ticks = np.linalg.norm(d[:, 2, path.tip_columns], axis=1), path.between_ticks(d)
-        chord, axis_chord = between_ticks
-        chord, axis_chord = kappa if chord is None else chord, turned if axis_chord is None else axis_chord
-        d, feed = d[:, :, : len(path.axes)], feed_limit(setpoints, own, limits)
+        chord, axis_chord = path.between_ticks(d)
+        chord, axis_chord = at.curvature if chord is None else chord, turned if axis_chord is None else axis_chord
+        d = d[:, :, : len(path.axes)]
         sagitta, turned = chord * reach, axis_chord * reach
     else:
-        rows = spans_of(own)
-        row, u = rows.find(setpoints.curve, setpoints.u)
-        places = SpanPlaces(rows, row)
-        exact_at = places.along(places.t(u), 3)
-        kappa, tip = places.curvature(exact_at[0]), places.tip(exact_at[1])
-        chord = kappa
-        d, feed = np.stack(exact_at[1], axis=1).T, feed_limit(setpoints, own, limits)
-        sagitta = np.zeros(len(t))
+        chord, tip = at.curvature, places.tip(exact_at[1])
+        d, sagitta = np.stack(exact_at[1], axis=1).T, np.zeros(len(t))
         if limits.chord_error is not None and len(t) > 1:
             sagitta = np.pad(chord_errors(setpoints, own), (0, 1), mode="edge")
-    r1, r2, r3 = (d[:, k].T for k in (1, 2, 3))
     with np.errstate(invalid="ignore", over="ignore"):
-        exact = [(r1 * v).T, (r2 * v * v + r1 * a).T, (r3 * v**3 + 3.0 * r2 * v * a + r1 * j).T]
-        s1, s2, s3 = tip
-        along_v, along_a, along_j = s1 * v, s2 * v * v + s1 * a, s3 * v**3 + 3.0 * s2 * v * a + s1 * j
-        across = along_v**2 * kappa
+        exact = [each.T for each in by_time([d[:, k].T for k in (1, 2, 3)], v, a, j)]
+        along_v, along_a, along_j = by_time(tip, v, a, j)
+        of_places = {name: value_of(name, at, along_v) for name in limits.given(PLACES)}
     rest = REST * float(np.max(v, initial=0.0))
     passed = np.zeros(0)
     if limits.axis_velocity_step is not None:
@@ -189,7 +188,7 @@ def limit_use(setpoints: Setpoints, path: Track, law: TimeLaw, limits: Limits) -
         ("acceleration", np.maximum(along_a, 0.0), limits.acceleration),
         ("deceleration", np.minimum(along_a, 0.0), limits.deceleration),
         ("jerk", along_j, np.where(along_a < 0.0, slowing, limits.jerk)),
-        ("centripetal", across, limits.centripetal),
+        *((name, values, getattr(limits, name)) for name, values in of_places.items()),
         ("chord_error", sagitta, limits.chord_error),
         ("orientation_error", turned, limits.orientation_error),
     ]
@@ -208,7 +207,8 @@ def limit_use(setpoints: Setpoints, path: Track, law: TimeLaw, limits: Limits) -
         share = np.array([np.abs(values) / limit for _, values, limit in given]).reshape(len(given), len(t)).T
     share = np.ascontiguousarray(np.where(np.isfinite(share), share, 0.0))
     called = tuple(name for name, _, _ in given)
-    top = maximum_velocity(d, kappa, chord, path.axes, limits, feed, setpoints.period, (s1, s2))
+    slow = {name: EVALUATORS[name](at) for name in of_places}
+    top = maximum_velocity(d, slow, chord, path.axes, limits, feed, setpoints.period, (tip[0], tip[1]))
     use = LimitUse(called, t, setpoints.s, share, top, np.zeros(0, dtype=np.int64))
     use = replace(use, counts=np.bincount(use.binding + 1, minlength=len(called) + 1))
     return motion, use
@@ -266,7 +266,7 @@ def feed_limit(setpoints: Setpoints, path: Path, limits: Limits) -> Array:
 
 def maximum_velocity(
     d: Array,
-    kappa: Array,
+    slow: Mapping[str, Array],
     chord: Array,
     axes: tuple[str, ...],
     limits: Limits,
@@ -276,8 +276,8 @@ def maximum_velocity(
 ) -> Array:
     """The maximum-velocity curve at n places, (n,), mm/s, of the tip.
 
-    From derivatives by length d (n, 4, axes), curvature kappa (n,), 1/mm, and that which chords see, chord (n,); tip
-    (n,) the first two derivatives of the tip's arc length.
+    From derivatives by length d (n, 4, axes), what limits of PLACES bound at 1 mm/s, (n,) by name, and the curvature
+    which chords see, chord (n,), 1/mm; tip (n,) the first two derivatives of the tip's arc length.
 
     An axis, or a combination of axes, has acceleration r' a + r'' q with q = v^2. Some a keeps all of them within A_i
     exactly where, for every two i, k taken with r' > 0,  q (r''_k / r'_k - r''_i / r'_i) <= A_k / r'_k + A_i / r'_i
@@ -290,8 +290,9 @@ def maximum_velocity(
         s1, s2 = (np.broadcast_to(each, len(d)) for each in tip)
         top = np.minimum(feed / s1, np.nanmin(velocity / np.abs(first), axis=1, initial=np.inf))
         square = top * top
-        if limits.centripetal is not None:
-            square = np.minimum(square, limits.centripetal / (kappa * s1**2))
+        for name, value in slow.items():
+            share = value / getattr(limits, name)
+            square = np.minimum(square, share ** (-2.0 / KINDS[name].power) / s1**2)
         if limits.chord_error is not None:
             # the sagitta e of a chord v T on a circle: (v T / 2)^2 = e (2 / kappa - e)
             room = np.maximum(2.0 / chord - limits.chord_error, limits.chord_error)

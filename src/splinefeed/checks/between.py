@@ -1,4 +1,4 @@
-"""The motion between neighbouring setpoints: distance of the path from the chord, and curvature.
+"""The motion between neighbouring setpoints: distance of the path from the chord, and what places make.
 
 A step runs over a part of each piece of the path from one place to the next; all parts of many steps are processed
 together, MOST of them at a time.
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinefeed.checks.path_limits import TipPlaces, value_of
 from splinefeed.checks.spans import PathSpans, SpanPlaces
 from splinefeed.records import Array, BoolArray, IntArray
 from splinefeed.records.arrays import dot, expanded
@@ -127,13 +128,17 @@ def _from_chord(at: Array, start: Array, chord: Array) -> tuple[Array, Array, Bo
     return np.sqrt(dot(apart, apart)), apart, inside
 
 
-def least_curvatures(spans: PathSpans, row: IntArray, u: Array) -> Array:
-    """Least curvature between neighbouring places, (n,), 1/mm: at both ends and the middle of every part."""
+def least_values(name: str, spans: PathSpans, row: IntArray, u: Array, feed: Array) -> Array:
+    """Least value of a limit of PLACES from each place (n + 1,) to the next at a feed (n,), mm/s, (n,).
+
+    It is evaluated at both ends and the middle of every part.
+    """
     out = np.empty(max(len(u) - 1, 0))
     thirds = np.array([0.0, 0.5, 1.0])[:, None]
     for steps, part in parts(spans, row, u):
         places = SpanPlaces(spans, part.row)
-        curvature = places.curvature(places.derivatives(places.t(part.low + thirds * (part.high - part.low)), 2))
-        out[steps] = np.minimum.reduceat(np.min(curvature, axis=0), part.first)
+        at = TipPlaces(places, places.derivatives(places.t(part.low + thirds * (part.high - part.low)), 2))
+        values = value_of(name, at, feed[steps][part.step])
+        out[steps] = np.minimum.reduceat(np.min(values, axis=0), part.first)
     out[np.isnan(u[:-1]) | np.isnan(u[1:])] = np.nan
     return out

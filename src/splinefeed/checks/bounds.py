@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from splinefeed.checks.spans import PathSpans, SpanPlaces, spans_of
+from splinefeed.limit_table import PLACES, TICKS
 from splinefeed.paths.path import Path
 from splinefeed.paths.track import Track
 from splinefeed.records import AXIS_LIMITS, KEPT, Array, BoolArray, IntArray, LimitResult, Limits, named
@@ -226,10 +227,8 @@ class Bounds:
             ("acceleration", limits.acceleration, 2, 0),
             ("deceleration", limits.deceleration, 2, 0),
             ("jerk", min(limits.jerk, limits.deceleration_jerk or np.inf), 3, 0),
-            ("chord_error", limits.chord_error, 0, 0),
-            ("orientation_error", limits.orientation_error, 0, 0),
-            ("centripetal", limits.centripetal, 0, 0),
         ]
+        rows += [(name, most, 0, 0) for bounds in (TICKS, PLACES) for name, most in limits.given(bounds).items()]
         bounded = limits.axis_bounds(axes)
         for order, (names, bounds) in enumerate(zip(bounded.names, bounded.bounds.tolist(), strict=True), start=1):
             rows += [

@@ -15,7 +15,9 @@ import numpy as np
 
 from splinefeed.checks.axes import AxesByPlace
 from splinefeed.checks.bounds import STEP, Bounds, Worst
+from splinefeed.checks.path_limits import TipPlaces, value_of
 from splinefeed.checks.spans import EPSILON, SpanPlaces, about
+from splinefeed.limit_table import KINDS, MODELS, PLACES, TICKS
 from splinefeed.paths.path import Path
 from splinefeed.records import (
     AXIS_LIMITS,
@@ -31,7 +33,6 @@ from splinefeed.records import (
     unit_along,
 )
 from splinefeed.records.arrays import expanded
-from splinefeed.records.limit_table import MODELS
 from splinefeed.telling import tell
 
 #: Chebyshev-Lobatto places 0 ... INSTANTS - 1 of a stretch, which are even in an angle.
@@ -51,7 +52,8 @@ WORTH_A_LOOK = 0.9
 ALONG = ("feed", "acceleration", "deceleration", "jerk")
 #: Limits that only setpoints can keep or exceed, and the one that is compared at corners.
 BY_SETPOINTS = (
-    *("chord_error", "orientation_error", "travel.", "combinations.", STEP),
+    *("travel.", "combinations.", STEP),
+    *(each.name for each in TABLE if each.bounds == TICKS),
     *(f"{each.name}." for each in TABLE if each.bounds == MODELS),
 )
 #: Roundings of arc length that two pieces of a law, or a law and its path, may be apart.
@@ -305,7 +307,7 @@ class LawMotion:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             near = ~(places.product(derivatives[1], derivatives[1]) > 0.0)
             s1, s2, s3 = places.tip([r1, r1, r2, r3])
-            along, of_axes = by_time([s1, s2, s3], v, a, j), by_time(q, v, a, j)
+            at, along, of_axes = TipPlaces(places, derivatives), by_time([s1, s2, s3], v, a, j), by_time(q, v, a, j)
             out = {}
             for name in names:
                 kind, _, axis = name.rpartition(".")
@@ -315,8 +317,8 @@ class LawMotion:
                     if name != "jerk":
                         out[name] = np.where(near, np.nan, value).reshape(s.shape)
                         continue
-                elif name == "centripetal":
-                    value = places.curvature(derivatives) * along[0] ** 2
+                elif KINDS[kind or name].bounds == PLACES:
+                    value = value_of(name, at, along[0])
                 elif kind in AXIS_LIMITS:
                     value = of_axes[AXIS_LIMITS.index(kind)][k]
                 else:

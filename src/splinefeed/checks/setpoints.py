@@ -24,6 +24,7 @@ from splinefeed.checks.place import Located, Placer
 from splinefeed.checks.spans import EPSILON, SpanPlaces
 from splinefeed.checks.tool import axes_check
 from splinefeed.errors import InputError
+from splinefeed.limit_table import KINDS, PLACES
 from splinefeed.records import Array, BoolArray, IntArray, Setpoints, State, TimeLaw, axes_without_limits, unit_along
 from splinefeed.records.arrays import expanded
 
@@ -315,12 +316,13 @@ class Judge:
         elif (worst := self.worst.get("chord_error")) is not None:
             error = between.chord_errors(self.rows, ticks.row, ticks.u, ticks.position, worth=worst.result.limit)
             self._see("chord_error", error, t, s, 2.0 * np.max(errors[1 : 1 + linear], axis=0, initial=0.0))
-        if "centripetal" in self.worst:
-            # somewhere within the step the feed was its mean: with the least curvature there this is a safe bound
-            least = between.least_curvatures(self.rows, ticks.row, ticks.u)
-            with np.errstate(invalid="ignore"):
+        for name in self.bounds.limits.given(PLACES):
+            # somewhere within the step the feed was its mean: what the least of the places there makes is a safe bound
+            with np.errstate(invalid="ignore", divide="ignore"):
                 feed = np.abs(travelled) / ticks.dt[1:]
-                self._see("centripetal", feed * feed * least, t, s, 2.0 * errors[0] / ticks.dt[1:] * feed * least)
+                least = between.least_values(name, self.rows, ticks.row, ticks.u, feed)
+                share = np.where(feed > 0.0, errors[0] / ticks.dt[1:] / feed, 0.0)
+                self._see(name, least, t, s, KINDS[name].power * share * least)
 
     def _see_models(self, known: CheckedTicks, rounding: Array, n: int) -> None:
         """What models give by differences that end at the last n ticks."""

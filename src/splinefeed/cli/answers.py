@@ -14,13 +14,13 @@ from splinefeed.cli import options
 from splinefeed.cli.failures import DONE, NOT_KEPT
 from splinefeed.cli.output import Block, Page, print_blocks, print_json
 from splinefeed.cli.progress import busy
+from splinefeed.limit_table import TABLE
 
 #: Title of each panel and the options in it by parameter name, in this order; what stands in none comes last.
 PANELS = {
     "Tuning": "axes rule kind feed_forward runs seed machine_file",
     "Most used": "feed axis_acceleration axis_jerk machine smooth output",
-    "Limits": "limits_file acceleration deceleration jerk deceleration_jerk start_feed end_feed axis_velocity "
-    "axis_velocity_step chord_error orientation_error centripetal travel",
+    "Limits": f"limits_file {' '.join(kind.name for kind in TABLE if kind.says)} travel",
     "Planning": "strategy period method corrections contour_tolerance tangential",
     "Source and units": "source which layer hidden units chord edges dialect start offsets tools increments from_line "
     "repair tolerance columns",

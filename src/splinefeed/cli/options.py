@@ -16,6 +16,7 @@ import splinefeed as sf
 from splinefeed import units
 from splinefeed.errors import InputError
 from splinefeed.files.sizes import MAX_STANDARD_INPUT_BYTES
+from splinefeed.limit_table import BY_AXIS, TABLE, LimitKind
 from splinefeed.numbers import finite
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -42,7 +43,8 @@ class Value(click.ParamType):  # type: ignore[type-arg]  # only newer versions o
 
 def _quantity(kind: str) -> Value:
     """A number with or without a unit, as `units.parse` reads it; `kind` is one of its kinds."""
-    return Value(lambda value: units.parse(value, kind, "deg" if kind == "angle" else None))
+    unit = units.KINDS[kind].base.replace("rad", "deg")  # of a number without one
+    return Value(lambda value: units.parse(value, kind, unit))
 
 
 def _names(text: str) -> tuple[str, ...]:
@@ -260,36 +262,39 @@ def reading_from(given: Mapping[str, Any]) -> dict[str, Any]:
     return said
 
 
-#: Limits; what the paper's experiment assumes is theirs by default where a command assumes anything.
-_LIMITS = """
---limits limits_file  FILE  Limits in a TOML file; options replace single ones.{file}
---feed  FEED                Feed limit along the path; rapid moves are as fast as the velocities of the axes allow,
-                            where all axes have one.  [paper: 60 mm/s]
---accel --acceleration acceleration  ACCELERATION  Acceleration limit along the path.
-                            [paper: 50 mm/s^2, or none where axes have limits]
---decel --deceleration deceleration  ACCELERATION  Deceleration limit along the path.  [paper: as --accel]
---jerk  JERK                Jerk limit along the path, speeding up.
-                            [paper: 2000 mm/s^3, or none where axes have limits]
---decel-jerk --deceleration-jerk deceleration_jerk  JERK  Jerk limit along the path, slowing down.  [paper: as --jerk]
---start-feed  FEED          Feed at the start of the path.  [paper: 0]
---end-feed  FEED            Feed at the end of the path.  [paper: 0]
---chord-error  LENGTH       Chord error (sag) between two setpoints.
---orientation-error  ANGLE  How far the tool axis may be off between two setpoints.
---centripetal  ACCELERATION  Centripetal acceleration limit.
---axis-velocity  LIMIT      Limit of each linear axis: 60; of all, in the path's order: 60,50,90deg/s; or by name:
-                            x=60,theta=90deg/s.
---axis-accel --axis-acceleration axis_acceleration  LIMIT  Limit of each linear axis: 500, of all: 500,300, or x=500.
---axis-jerk  LIMIT          Limit of each linear axis: 20000, of all: 20000,15000, or x=20000,y=15000.
---axis-velocity-step  LIMIT  Junction velocity: largest velocity step of each axis at a corner; without it corners are
-                            exact stops.
---travel  AXIS=LOW:HIGH     Soft limits of position: x=0:500,y=0:300.
-"""
+#: Shorter flags of limits, and what the paper's experiment assumes of them where a command assumes anything.
+_SHORT = {
+    "acceleration": "--accel",
+    "deceleration": "--decel",
+    "deceleration_jerk": "--decel-jerk",
+    "axis_acceleration": "--axis-accel",
+}
+_PAPER = {
+    "feed": "60 mm/s",
+    "acceleration": "50 mm/s^2, or none where axes have limits",
+    "deceleration": "as --accel",
+    "jerk": "2000 mm/s^3, or none where axes have limits",
+    "deceleration_jerk": "as --jerk",
+    "start_feed": "0",
+    "end_feed": "0",
+}
+
+
+def _limit_row(kind: LimitKind, paper: bool) -> str:
+    """The row of a limit's option."""
+    flags = [_SHORT.get(kind.name, ""), f"--{kind.name.replace('_', '-')}", kind.name]
+    takes = "LIMIT" if kind.name in BY_AXIS else kind.quantity.upper()
+    usual = f"  [default: {_PAPER[kind.name]}]" if paper and kind.name in _PAPER else ""
+    return f"{' '.join(flags).strip()}  {takes}  {kind.says}{usual}"
 
 
 def limits_alone(default: str = "", more: str = "") -> Callable[[F], F]:
     """Options of limits; `default` is where limits come from that are not given, the paper's values if empty."""
-    text = _LIMITS.format(file=f"  [default: {default}]" if default else "")
-    return table(re.sub(r"\[paper: ([^]]*)\]", "" if default else r"[default: \1]", text) + more)
+    file = f"  [default: {default}]" if default else ""
+    rows = [f"--limits limits_file  FILE  Limits in a TOML file; options replace single ones.{file}"]
+    rows += [_limit_row(kind, not default) for kind in TABLE if kind.says]
+    rows.append("--travel  AXIS=LOW:HIGH  Soft limits of position: x=0:500,y=0:300.")
+    return table("\n".join(rows) + more)
 
 
 #: What the motion along the path must never exceed, the servo period, and who plans it.

@@ -13,17 +13,11 @@ from splinefeed import units
 from splinefeed.errors import FormatError, LimitsError, ProblemsError, UnitError, nearest
 from splinefeed.files.atomic import write_text
 from splinefeed.files.source import read_text, toml_of
+from splinefeed.limit_table import TURNING
 from splinefeed.records import ANGLES, BY_AXIS, ROTARY_AXES, TABLE, TRAVEL_ENDS, Limits, by_name, order_of
 
-#: Kinds of quantities by the order of the derivative that they are, along a path or a linear axis, and of a rotary one.
-_LINEAR = ("length", "feed", "acceleration", "jerk")
-_ROTARY = ("angle", "angular velocity", "angular acceleration", "angular jerk")
 #: Kind of quantity of each limit that stands by its name in a file.
-KINDS = {
-    each.name: (_ROTARY if each.angle else _LINEAR)[each.order]
-    for each in TABLE
-    if each.filed and each.name not in TRAVEL_ENDS
-}
+KINDS = {each.name: each.quantity for each in TABLE if each.filed and each.name not in TRAVEL_ENDS}
 #: Limits that may be 0.
 _MAY_BE_ZERO = ("start_feed", "end_feed")
 
@@ -160,7 +154,7 @@ def letter(axis: str) -> str:
 
 def turning(value: Any, order: int) -> float:
     """An angle (order 0) or its derivative by time of an order up to 3, rad/s^order; a bare number is in degrees."""
-    return units.parse(value, _ROTARY[order], units.KINDS[_ROTARY[order]].base.replace("rad", "deg"))
+    return units.parse(value, TURNING[order], units.KINDS[TURNING[order]].base.replace("rad", "deg"))
 
 
 def travel_of(axis: str, value: Any) -> tuple[float, float]:

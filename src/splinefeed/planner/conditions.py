@@ -7,10 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
+from splinefeed.limit_table import PLACES, TICKS
 from splinefeed.paths.track import Track
 from splinefeed.planner.constants import SAME
 from splinefeed.planner.coordinates import PEAK, Coordinates, rows_of
-from splinefeed.planner.rows import Rows, centripetal, chord_error, tip_curvature, within_reach
+from splinefeed.planner.path_rows import ROWS, Places, within_steps
+from splinefeed.planner.rows import Rows
 from splinefeed.records import Array, BoolArray, Limits
 
 #: A place is within reach of a jump of the path if the motion passes that less than a period before or behind.
@@ -27,8 +29,6 @@ ROUNDING = 1e-8
 WORTH_SLOPE = 0.98
 #: ... by no more than so many times what r'' jumps by, as a share of q: a cell turns by little, and so does q.
 MOST_SLOPE = 20.0
-#: Of q that chords allow a motion takes this share: curvature that changes within a step leaves up to 4e-5 more.
-ROOM = 1.0 - 1e-4
 #: Directions count what is above this share of the fastest change.
 DIRECTION = 1e-6
 
@@ -68,6 +68,11 @@ class Conditions:
     @cached_property
     def _has_tip(self) -> bool:
         return bool(self._tip.stop > self._tip.start)
+
+    @cached_property
+    def _along_path(self) -> tuple[dict[str, float], dict[str, float]]:
+        """Limits of PLACES and of TICKS, by name; none without a tip."""
+        return (self.limits.given(PLACES), self.limits.given(TICKS)) if self._has_tip else ({}, {})
 
     @cached_property
     def breaks(self) -> Array:
@@ -208,15 +213,13 @@ class Conditions:
         signs = np.broadcast_to(np.asarray(rising), s.shape)
         rows = rows_of(self.at, x, self.feed_at(s), (turn, bend), self.period, signs)
         limits, track = self.limits, self.track
-        if limits.centripetal is not None and self._has_tip:
-            rows = rows.lowered(centripetal(d[:, :, self._tip], limits.centripetal))
-        if self.period is not None and (limits.chord_error or limits.orientation_error):
-            for step in self._steps(d, x, np.sum(turn, axis=0)):
-                most = ROOM * (step if alone else within_reach(s, step)) ** 2 / self.period**2
-                rows = rows.lowered(most, between=True)
+        at, (places, ticks) = Places(track, s, d, x[:2, -1], np.sum(turn, axis=0)), self._along_path
+        if self.period is not None:
+            rows = within_steps(rows, at, ticks, self.period, alone)
         if len(self.passed[0]):
             rows = rows.lowered(self.corner_at(s) ** 2)
-        given = [model.rows(s, d[:, :, model.columns(track.axes)]) for model in (limits.models if len(s) else ())]
+        given = [ROWS[name](at, most) for name, most in places.items()]
+        given += [model.rows(s, d[:, :, model.columns(track.axes)]) for model in (limits.models if len(s) else ())]
         plain = [own.root is None and own.jerk is None for own in given]  # else a bound of the time does without it
         for own, is_plain in sorted(zip(given, plain, strict=True), key=lambda each: not each[1]):
             if is_plain or not smooth:
@@ -225,20 +228,6 @@ class Conditions:
         if np.any(shares != 1.0):
             rows = rows.tightened(np.tile(shares[np.searchsorted(steps, s, side="right")], (3, 1)))
         return rows
-
-    def _steps(self, d: Array, x: Array, turn: Array) -> list[Array]:
-        """Longest steps of sigma, (n,) each, that chord error and orientation error allow; turn (m, n) of x'."""
-        limits, tip, steps = self.limits, self._tip, []
-        bend, axis_bend = self.track.between_ticks(d)
-        if limits.chord_error is not None and self._has_tip:
-            s1, own = x[0, -1], tip_curvature(d[:, :, tip])[1]
-            whole = np.linalg.norm(d[:, 2, tip], axis=1) if np.any(x[1, -1]) else None
-            quarter = np.linalg.norm(turn[tip], axis=0)
-            steps.append(chord_error(s1, own if bend is None else bend, whole, quarter, limits.chord_error))
-        if limits.orientation_error is not None and axis_bend is not None:
-            with np.errstate(divide="ignore"):
-                steps.append(np.sqrt(8.0 * limits.orientation_error / axis_bend))
-        return steps
 
     def speed_at(self, s: float, feed: float) -> float:
         """sigma_dot at a place, mm/s, where the tip has a feed, mm/s."""

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import CurveError, InputError, LimitsError, PlanError, expect
+from splinefeed.limit_table import TICKS
 from splinefeed.paths.path import Path
 from splinefeed.paths.track import GOES, Track
 from splinefeed.planner.seven_phase import STRATEGY as SEVEN_PHASE
@@ -166,11 +167,8 @@ def _plan(
     if period is not None:
         period = positive(period, "period")
     else:
-        for name in ("chord_error", "orientation_error"):
-            if (getattr(limits, name) or math.inf) < math.inf:
-                raise LimitsError(
-                    f"{name}: needs the servo period, because it is measured from tick to tick; give period"
-                )
+        for name in limits.given(TICKS):
+            raise LimitsError(f"{name}: needs the servo period, because it is measured from tick to tick; give period")
     _check_path(path)
     path.check_travel(limits.travel_of(path.axes))
     _check_ends(curves, limits)

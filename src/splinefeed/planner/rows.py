@@ -1,4 +1,4 @@
-"""Limits as rows on y = (q, q', q'') at n places of a path, and the few that are no limits of a coordinate.
+"""Limits as rows on y = (q, q', q'') at n places of a path.
 
 q <= top      low <= c0 q + c1 q' <= high      -1/sqrt(q) + ... <= c0 q + c1 q' + c2 q'' <= 1/sqrt(q) - ...
 """
@@ -14,8 +14,6 @@ from splinefeed.records.modelled import ModelRows
 
 #: A bound that never binds: a side of a row that has none, and the feed where nothing limits it.
 FREE = 1e9
-#: Places before and behind that are looked at, at most, for being within one step of the servo.
-NEIGHBOURS = 64
 #: A length by sigma, or its square, that is as good as 0.
 TINY = 1e-140
 
@@ -110,50 +108,3 @@ class Rows:
         m = 1 + len(self.linear)
         parts = (shares[:1], shares[1:m], shares[m:])
         return np.stack([np.max(each, axis=0, initial=0.0) for each in parts])
-
-
-def tip_curvature(d: Array) -> tuple[Array, Array]:
-    """s'^2, and s'^2 times the curvature of the tip's path, (n,) each: |p''| across p' for the tip p, d (n, 4, 3)."""
-    one, two = d[:, 1], d[:, 2]
-    square = np.sum(one * one, axis=1)
-    across = two - (np.sum(one * two, axis=1) / np.maximum(square, TINY))[:, None] * one
-    return square, np.linalg.norm(across, axis=1)
-
-
-def centripetal(d: Array, most: float) -> Array:
-    """The largest q with kappa s'^2 q <= most, (n,)."""
-    return np.asarray(most / np.maximum(tip_curvature(d)[1], TINY))
-
-
-def chord_error(s1: Array, bend: Array, whole: Array | None, turn: Array, delta: float) -> Array:
-    """The longest steps of sigma that leave chords within `delta`, mm, (n,).
-
-    A chord of length c leaves an arc of curvature kappa by kappa c^2 / 8 and turns of theta in all by c theta / 4 at
-    most: c = 2 delta / (theta/4 + sqrt(theta^2/16 + kappa delta/2)). No point of a chord of 2 delta is further than
-    delta from one of its ends: that is always allowed. A tip that slows down, as other axes turn, may turn back.
-
-    s1 (n,)     the tip's way over that of sigma;  bend (n,)  s1^2 times the curvature that the chord leaves
-    whole (n,)  |p''| of the tip's path, with what is along it; None where the tip never slows down
-    turn (n,)   how far the tip's direction turns within reach, times s1
-    """
-    s1 = np.maximum(s1, TINY**0.5)
-    quarter = 0.25 * turn / s1
-    step = 2.0 * delta / np.maximum(quarter + np.sqrt(quarter**2 + 0.5 * bend / s1**2 * delta), TINY) / s1
-    if whole is None:
-        return np.asarray(np.maximum(step, 2.0 * delta / s1))
-    whole = np.maximum(whole, TINY)
-    step = np.minimum(step, s1 / whole)  # further on the tip may turn back
-    step = np.maximum(step, np.sqrt(2.0 * delta / whole))
-    return np.asarray(np.maximum(step, np.minimum(2.0 * delta / s1, s1 / whole)))
-
-
-def within_reach(s: Array, step: Array) -> Array:
-    """Steps (n,) that are no longer than those allowed at places s (n,), increasing, that they come to."""
-    found = step.copy()
-    for k in range(1, min(NEIGHBOURS, len(s) - 1) + 1):
-        away = s[k:] - s[:-k]
-        if not np.any(away < np.maximum(found[k:], found[:-k])):
-            break
-        found[k:] = np.minimum(found[k:], np.maximum(step[:-k], away))
-        found[:-k] = np.minimum(found[:-k], np.maximum(step[k:], away))
-    return found

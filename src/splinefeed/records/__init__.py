@@ -1,6 +1,6 @@
 """The records that rooms hand to each other: Limits, TimeLaw, Setpoints, Response, Verdict (NumPy only, frozen).
 
-`limits` is Limits, `limit_table` says of each limit its name, unit, order and words, and is where a new one begins;
+`limits` is Limits, whose fields, their units and words are lines of `splinefeed.limit_table`, where a new one begins;
 `modelled` is what limits of models share: `torque`, `torque_rate`, `velocity_law`. `motion` has TimeLaw, Setpoints and
 Response, `state` how a motion moves at a place, `verdict` the Verdict; `arrays` checks and freezes arrays, `view` shows
 a record in a notebook.
@@ -8,30 +8,30 @@ a record in a notebook.
 
 from __future__ import annotations
 
+from splinefeed.limit_table import ANGLES as ANGLES
+from splinefeed.limit_table import AXIS_LIMITS as AXIS_LIMITS
+from splinefeed.limit_table import BOUNDED as BOUNDED
+from splinefeed.limit_table import BY_AXIS as BY_AXIS
+from splinefeed.limit_table import ORDERS as ORDERS
+from splinefeed.limit_table import ROTARY_AXES as ROTARY_AXES
+from splinefeed.limit_table import TABLE as TABLE
+from splinefeed.limit_table import TRAVEL_ENDS as TRAVEL_ENDS
+from splinefeed.limit_table import Joint as Joint
+from splinefeed.limit_table import field_of as field_of
+from splinefeed.limit_table import named as named
+from splinefeed.limit_table import order_of as order_of
+from splinefeed.limit_table import raised as raised
+from splinefeed.limit_table import shown_by as shown_by
+from splinefeed.limit_table import unit_along as unit_along
+from splinefeed.limit_table import unit_of as unit_of
+from splinefeed.limit_table import unit_of_axis as unit_of_axis
+from splinefeed.limit_table import words_of as words_of
 from splinefeed.records.arrays import Array as Array
 from splinefeed.records.arrays import BoolArray as BoolArray
 from splinefeed.records.arrays import IntArray as IntArray
 from splinefeed.records.arrays import Points as Points
 from splinefeed.records.arrays import check_finite as check_finite
 from splinefeed.records.arrays import frozen_array as frozen_array
-from splinefeed.records.limit_table import ANGLES as ANGLES
-from splinefeed.records.limit_table import AXIS_LIMITS as AXIS_LIMITS
-from splinefeed.records.limit_table import BOUNDED as BOUNDED
-from splinefeed.records.limit_table import BY_AXIS as BY_AXIS
-from splinefeed.records.limit_table import ORDERS as ORDERS
-from splinefeed.records.limit_table import ROTARY_AXES as ROTARY_AXES
-from splinefeed.records.limit_table import TABLE as TABLE
-from splinefeed.records.limit_table import TRAVEL_ENDS as TRAVEL_ENDS
-from splinefeed.records.limit_table import Joint as Joint
-from splinefeed.records.limit_table import field_of as field_of
-from splinefeed.records.limit_table import named as named
-from splinefeed.records.limit_table import order_of as order_of
-from splinefeed.records.limit_table import raised as raised
-from splinefeed.records.limit_table import shown_by as shown_by
-from splinefeed.records.limit_table import unit_along as unit_along
-from splinefeed.records.limit_table import unit_of as unit_of
-from splinefeed.records.limit_table import unit_of_axis as unit_of_axis
-from splinefeed.records.limit_table import words_of as words_of
 from splinefeed.records.limits import AxisBounds as AxisBounds
 from splinefeed.records.limits import Combination as Combination
 from splinefeed.records.limits import Limits as Limits

@@ -11,22 +11,24 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import LimitsError
-from splinefeed.numbers import LEAST
-from splinefeed.records import view
-from splinefeed.records.arrays import Array
-from splinefeed.records.limit_table import (
+from splinefeed.limit_table import (
     AXIS_LIMITS,
     BOUNDED,
     BY_AXIS,
     IN_ORDER,
     ORDERS,
     ROTARY_AXES,
+    TABLE,
     TRAVEL_ENDS,
+    LimitFields,
     named,
     raised,
     shown_by,
     unit_of,
 )
+from splinefeed.numbers import LEAST
+from splinefeed.records import view
+from splinefeed.records.arrays import Array
 from splinefeed.records.modelled import Modelled, axis_name, check_bounds
 from splinefeed.records.torque import Torque
 
@@ -116,12 +118,8 @@ class AxisBounds:
         return np.concatenate([values, values @ self.weights.T], axis=1) if len(self.weights) else values
 
 
-#: Limits of axes: a number for every linear one, values in the path's order, or by name.
-OfAxes = float | Sequence[float] | Array | Mapping[str, float] | None
-
-
 @dataclass(frozen=True, kw_only=True)
-class Limits:
+class Limits(LimitFields):
     """What a motion must never exceed; a limit that is left out is infinite.
 
     feed  mm/s; acceleration, deceleration  mm/s^2 and jerk (while speeding up), deceleration_jerk (while slowing
@@ -148,22 +146,6 @@ class Limits:
     Example: `sf.Limits(feed=60, axis_acceleration={"x": 500, "y": 800}, axis_jerk=[20000, 30000])`
     """
 
-    feed: float = math.inf
-    acceleration: float = math.inf
-    jerk: float = math.inf
-    deceleration: float | None = None
-    deceleration_jerk: float | None = None
-    start_feed: float = 0.0
-    end_feed: float = 0.0
-    chord_error: float | None = None
-    orientation_error: float | None = None
-    centripetal: float | None = None
-    axis_velocity: OfAxes = None
-    axis_acceleration: OfAxes = None
-    axis_jerk: OfAxes = None
-    axis_velocity_step: OfAxes = None
-    axis_minimum: OfAxes = None
-    axis_maximum: OfAxes = None
     combinations: Mapping[str, Combination] | None = None
     torque: Torque | None = None
     modelled: Sequence[Modelled] = ()
@@ -207,6 +189,11 @@ class Limits:
                 raise LimitsError(
                     f"axis_minimum{axis} is {low[axis]:g} and axis_maximum{axis} is {high[axis]:g}; no travel is left"
                 )
+
+    def given(self, bounds: str) -> dict[str, float]:
+        """Limits that are one number and bound this, such as PLACES, by name in the order of the table; if finite."""
+        values = {each.name: getattr(self, each.name) for each in TABLE if each.bounds == bounds}
+        return {name: value for name, value in values.items() if value is not None and value < math.inf}
 
     @property
     def models(self) -> tuple[Modelled, ...]:

@@ -17,8 +17,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from splinefeed.errors import LimitsError
+from splinefeed.limit_table import Joint, named
 from splinefeed.records.arrays import Array
-from splinefeed.records.limit_table import Joint, named
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from types import MappingProxyType
 import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
+from splinefeed.limit_table import named, unit_of
 from splinefeed.records.arrays import Array
-from splinefeed.records.limit_table import named, unit_of
 from splinefeed.records.modelled import Modelled, ModelRows, axis_name, check_bounds
 
 #: A torque that differs from that of the form of rigid bodies by more than this share has friction in its model.

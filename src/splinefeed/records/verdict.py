@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from splinefeed.limit_table import shown_by, unit_of
 from splinefeed.records import view
-from splinefeed.records.limit_table import shown_by, unit_of
 
 #: A limit counts as kept up to this, relative: no drive tells less apart, and a plan may ride on its limit.
 KEPT = 1e-6

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import expect
+from splinefeed.limit_table import named
 from splinefeed.paths.path import Path
 from splinefeed.records import Array, Limits, TimeLaw, unit_along, unit_of, unit_of_axis, words_of
-from splinefeed.records.limit_table import named
 from splinefeed.reports import theme
 from splinefeed.reports.figure import Figure, Level, Line, Mark, Panel, PlotAxis, peak
 from splinefeed.runs.comparison import MethodTrace

@@ -12,9 +12,9 @@ from splinefeed.analysis.thinning import cells
 from splinefeed.checks.law import times_at
 from splinefeed.curves.differential import curvatures
 from splinefeed.errors import InputError, expect
+from splinefeed.limit_table import MODELS, PLACES
 from splinefeed.paths.path import Path
 from splinefeed.records import TABLE, Array, IntArray, Response, Setpoints, field_of, unit_along, unit_of_axis, words_of
-from splinefeed.records.limit_table import MODELS
 from splinefeed.reports import theme
 from splinefeed.reports.figure import Coloured, Dots, Figure, Heat, Line, Mark, Panel, PlotAxis, Shades
 from splinefeed.reports.motion_figures import TIME, maximum_velocity, over_time
@@ -38,6 +38,7 @@ SAME_PLACE = 0.02
 ENLARGED_TO = 0.12
 #: Colour of each kind of limit; one for all axes, and for whatever does the same.
 COLOURS = {
+    **{each.name: "#A0522D" for each in TABLE if each.bounds in (PLACES, MODELS)},
     "feed": theme.BLUE,
     "acceleration": "#56B4E9",
     "deceleration": "#56B4E9",
@@ -51,7 +52,6 @@ COLOURS = {
     "axis_velocity_step": "#F0E442",
     "combinations": "#7A3E9D",
     "none": "#c4c4c4",
-    **{each.name: "#A0522D" for each in TABLE if each.bounds == MODELS},
 }
 
 

@@ -11,11 +11,10 @@ A / 6 T^2 beside it: 0.08 um at 500 mm/s^2 and 1 ms. The first row and the last 
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from splinefeed.errors import InputError, LimitsError
+from splinefeed.limit_table import PATH, PLACES, TICKS
 from splinefeed.planner.override.source import NO_SUMS, with_sums
 from splinefeed.records import Array, IntArray, Limits, Setpoints, check_finite
 
@@ -76,19 +75,12 @@ class SetpointSource:
 
     def bend_share(self, limits: Limits) -> float:
         """0, or LimitsError for limits that only a path can hold: along it, on its bends, and between it and chords."""
-        given = {
-            "acceleration": limits.acceleration,
-            "jerk": limits.jerk,
-            "centripetal": limits.centripetal,
-            "chord_error": limits.chord_error,
-            "orientation_error": limits.orientation_error,
-        }
-        for name, value in given.items():
-            if value is not None and math.isfinite(value):
-                raise LimitsError(
-                    f"{name} cannot be held for setpoints without their path; give limits of the axes, such as "
-                    "axis_acceleration and axis_jerk, or a machine"
-                )
+        given = {name: most for bounds in (PATH, PLACES, TICKS) for name, most in limits.given(bounds).items()}
+        for name in [each for each in given if each != "feed"]:
+            raise LimitsError(
+                f"{name} cannot be held for setpoints without their path; give limits of the axes, such as "
+                "axis_acceleration and axis_jerk, or a machine"
+            )
         return 0.0
 
     def block(self, tau: Array, rate: Array) -> Setpoints:

@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from splinefeed.errors import LimitsError
+from splinefeed.limit_table import KINDS, PLACES, TICKS
 from splinefeed.paths.track import Track
 from splinefeed.records import Array, BoolArray, IntArray, Limits, TimeLaw, Torque, positive
 from splinefeed.records.motion import derivative
@@ -197,17 +198,13 @@ class LawSource:
         return path.derivatives(s, row)[:, :, : len(path.axes)]
 
     def bend_share(self, limits: Limits) -> float:
-        """Share of the limits that hold for the feed on a bend, at rate 1: the square root of what it asks for."""
+        """Share of the limits that hold for the feed on a bend, at rate 1: as a factor on the feed."""
         settings = self.law.settings.get("limits", {})
-        shares = [
-            math.sqrt(settings.get(name, math.inf) / limit)
-            for name in ("centripetal", "chord_error", "orientation_error")
-            if (limit := getattr(limits, name)) is not None
-        ]
+        given = limits.given(PLACES) | limits.given(TICKS)
+        shares = [(settings.get(name, math.inf) / most) ** (1.0 / KINDS[name].power) for name, most in given.items()]
         if not all(map(math.isfinite, shares)):
-            raise LimitsError(
-                "the law was not planned under the limits of centripetal acceleration, chord or orientation error"
-            )
+            names = ", ".join(KINDS[name].words for name in given if name not in settings)
+            raise LimitsError(f"the law was not planned under the limits of {names}")
         return max(shares, default=0.0)
 
 

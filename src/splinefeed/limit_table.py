@@ -1,11 +1,19 @@
-"""The table of limits, which use, override, reserve, report and files read: what each bounds, order, unit and words."""
+"""The table of limits, which all rooms read: what each bounds, its order, unit and words. It needs no NumPy."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+#: Limits of axes: a number for every linear one, values in the path's order, or by name.
+OfAxes: TypeAlias = "float | Sequence[float] | NDArray[np.float64] | Mapping[str, float] | None"
 
 #: Names of rotary axes: rad inside, degrees at the edges. Every other axis is linear.
 ROTARY_AXES = ("a", "b", "c", "theta")
@@ -37,10 +45,15 @@ def named(kind: str, axis: str) -> str:
     return Joint(text, axis.unit) if isinstance(axis, Joint) else text
 
 
-#: What a limit bounds: the motion along the path, its ends, what lies between two setpoints, each axis, each axis at
-#: corners and over its travel, weighted sums of axes, and what a model gives of axes, such as torques.
-PATH, ENDS, TICKS, AXES, CORNERS, TRAVEL, SUMS, MODELS = (
-    "path", "ends", "ticks", "axes", "corners", "travel", "sums", "models",
+#: Kinds of quantities by the order of the derivative that they are, of what slides and of what turns.
+SLIDING = ("length", "feed", "acceleration", "jerk")
+TURNING = ("angle", "angular velocity", "angular acceleration", "angular jerk")
+
+#: What a limit bounds: the motion along the path, its ends, what a place of the path and the feed there make, what lies
+#: between two setpoints, each axis, each axis at corners and over its travel, weighted sums of axes, and what a model
+#: gives of axes, such as torques.
+PATH, ENDS, PLACES, TICKS, AXES, CORNERS, TRAVEL, SUMS, MODELS = (
+    "path", "ends", "places", "ticks", "axes", "corners", "travel", "sums", "models",
 )  # fmt: skip
 
 
@@ -48,14 +61,31 @@ PATH, ENDS, TICKS, AXES, CORNERS, TRAVEL, SUMS, MODELS = (
 class LimitKind:
     """A row of the table.
 
-    name    the field of Limits;  words  what people read for it
-    bounds  PATH, ENDS, TICKS, AXES, CORNERS, TRAVEL, SUMS or MODELS: how a use of it is computed
-    order   which derivative by time it bounds: 0 for lengths and angles, and where the names of single bounds say it
-    power   what it bounds grows by k^power where a motion runs k times as fast; 0: not at all, by no power, or as the
-            names of single bounds say
-    held    whether an override keeps it;  share  how much of it a reserve leaves to the plan: a key of its shares
-    angle   whether it is an angle of no axis: rad inside, degrees at the edges;  filed  whether files can hold it
-    of_force  whether it is a torque or a force, and not a length or an angle
+    Parameters
+    ----------
+    name : str
+        The field of Limits.
+    words : str
+        What people read for it.
+    bounds : str
+        PATH, ENDS, PLACES, TICKS, AXES, CORNERS, TRAVEL, SUMS or MODELS: how a use of it is computed.
+    order : int
+        Which derivative by time it bounds: 0 for lengths and angles, and where the names of single bounds say it.
+    power : int
+        What it bounds grows by k^power where a motion runs k times as fast; 0: not at all, by no power, or as the names
+        of single bounds say.
+    held : bool
+        Whether an override keeps it.
+    share : str
+        How much of it a reserve leaves to the plan: a key of its shares.
+    angle : bool
+        Whether it is an angle of no axis: rad inside, degrees at the edges.
+    filed : bool
+        Whether files and options can hold it.
+    of_force : bool
+        Whether it is a torque or a force, and not a length or an angle.
+    says : str
+        Help of its option.
     """
 
     name: str
@@ -68,26 +98,74 @@ class LimitKind:
     angle: bool = False
     filed: bool = True
     of_force: bool = False
+    says: str = ""
+
+    @property
+    def quantity(self) -> str:
+        """The kind of quantity that it is along a path or of a linear axis, as `units` has it."""
+        return (TURNING if self.angle else SLIDING)[self.order]
 
 
-#: Every limit, in the order in which they are shown; a new one begins as a row here.
+def limit(usual: float | None, words: str, bounds: str, order: int = 0, power: int = 0, **more: Any) -> Any:
+    """Return a field of Limits with the value that it has where none is given, and its row: see `LimitKind`."""
+    return field(default=usual, metadata={"kind": LimitKind("", words, bounds, order, power, **more)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class LimitFields:
+    """The limits that are numbers, in the order in which they are shown: a new one begins as a line here.
+
+    Along the path such a line is one of PLACES: its rows are made by `planner/path_rows.py`, and it is judged by
+    `checks/path_limits.py`. All else reads it here.
+    """
+
+    feed: float = limit(
+        math.inf, "feed", PATH, 1, 1,
+        says="Feed limit along the path; rapid moves are as fast as the velocities of the axes allow, where all axes "
+        "have one.",
+    )  # fmt: skip
+    acceleration: float = limit(
+        math.inf, "acceleration", PATH, 2, 2, share="acceleration", says="Acceleration limit along the path."
+    )
+    jerk: float = limit(math.inf, "jerk", PATH, 3, 3, share="jerk", says="Jerk limit along the path, speeding up.")
+    deceleration: float | None = limit(
+        None, "deceleration", PATH, 2, 2, share="acceleration", says="Deceleration limit along the path."
+    )
+    deceleration_jerk: float | None = limit(
+        None, "deceleration jerk", PATH, 3, 3, share="jerk", says="Jerk limit along the path, slowing down."
+    )
+    start_feed: float = limit(0.0, "start feed", ENDS, 1, says="Feed at the start of the path.")
+    end_feed: float = limit(0.0, "end feed", ENDS, 1, says="Feed at the end of the path.")
+    chord_error: float | None = limit(None, "chord error", TICKS, 0, 2, says="Chord error (sag) between two setpoints.")
+    orientation_error: float | None = limit(
+        None, "orientation error", TICKS, 0, 2, angle=True,
+        says="How far the tool axis may be off between two setpoints.",
+    )  # fmt: skip
+    centripetal: float | None = limit(None, "centripetal", PLACES, 2, 2, says="Centripetal acceleration limit.")
+    axis_velocity: OfAxes = limit(
+        None, "axis velocity", AXES, 1, 1,
+        says="Limit of each linear axis: 60; of all, in the path's order: 60,50,90deg/s; or by name: "
+        "x=60,theta=90deg/s.",
+    )  # fmt: skip
+    axis_acceleration: OfAxes = limit(
+        None, "axis acceleration", AXES, 2, 2, share="acceleration",
+        says="Limit of each linear axis: 500, of all: 500,300, or x=500.",
+    )  # fmt: skip
+    axis_jerk: OfAxes = limit(
+        None, "axis jerk", AXES, 3, 3, share="jerk",
+        says="Limit of each linear axis: 20000, of all: 20000,15000, or x=20000,y=15000.",
+    )  # fmt: skip
+    axis_velocity_step: OfAxes = limit(
+        None, "axis velocity step", CORNERS, 1, 1, held=False,
+        says="Junction velocity: largest velocity step of each axis at a corner; without it corners are exact stops.",
+    )  # fmt: skip
+    axis_minimum: OfAxes = limit(None, "axis minimum", TRAVEL)
+    axis_maximum: OfAxes = limit(None, "axis maximum", TRAVEL)
+
+
+#: Every limit, in the order in which they are shown.
 TABLE = (
-    LimitKind("feed", "feed", PATH, 1, 1),
-    LimitKind("acceleration", "acceleration", PATH, 2, 2, share="acceleration"),
-    LimitKind("jerk", "jerk", PATH, 3, 3, share="jerk"),
-    LimitKind("deceleration", "deceleration", PATH, 2, 2, share="acceleration"),
-    LimitKind("deceleration_jerk", "deceleration jerk", PATH, 3, 3, share="jerk"),
-    LimitKind("start_feed", "start feed", ENDS, 1),
-    LimitKind("end_feed", "end feed", ENDS, 1),
-    LimitKind("chord_error", "chord error", TICKS, 0, 2),
-    LimitKind("orientation_error", "orientation error", TICKS, 0, 2, angle=True),
-    LimitKind("centripetal", "centripetal", PATH, 2, 2),
-    LimitKind("axis_velocity", "axis velocity", AXES, 1, 1),
-    LimitKind("axis_acceleration", "axis acceleration", AXES, 2, 2, share="acceleration"),
-    LimitKind("axis_jerk", "axis jerk", AXES, 3, 3, share="jerk"),
-    LimitKind("axis_velocity_step", "axis velocity step", CORNERS, 1, 1, held=False),
-    LimitKind("axis_minimum", "axis minimum", TRAVEL),
-    LimitKind("axis_maximum", "axis maximum", TRAVEL),
+    *(replace(each.metadata["kind"], name=each.name) for each in fields(LimitFields)),
     LimitKind("combinations", "combination", SUMS, filed=False),
     LimitKind("torque", "torque", MODELS, of_force=True, filed=False),
     LimitKind("torque_rate", "rate of torque", MODELS, 1, of_force=True, filed=False),
