@@ -22,6 +22,7 @@ from splinefeed.errors import InputError
 from splinefeed.paths.each_curve import Marker
 from splinefeed.paths.path import JOIN_TOLERANCE, Path
 from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records.arrays import taken
 
 #: Feed of the contours unless one is given, mm/s: that of the paper's experiment.
 DEFAULT_FEED = 60.0
@@ -281,10 +282,11 @@ class _Starts:
             self._tree = cKDTree(self._places)
         may, near, count = may & self._left, np.zeros(0, dtype=np.int64), FIRST_NEAR
         while not len(near):
-            near = np.atleast_1d(self._tree.query(place, k=min(count, len(self._contour)))[1])
-            near = near[may[self._contour[near]]]
+            apart, near = map(np.atleast_1d, self._tree.query(place, k=min(count, len(self._contour))))
+            apart, near = taken(may[self._contour[near]], apart, near)
             count *= 4
-        contour, entry = int(self._contour[near[0]]), int(self._entry[near[0]])
+        first = near[apart == apart[0]].min()  # of those that are as near, the first that is drawn
+        contour, entry = int(self._contour[first]), int(self._entry[first])
         self._left[contour] = False
         return contour, entry
 
