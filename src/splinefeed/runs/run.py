@@ -37,7 +37,7 @@ from splinefeed.telling import Listener, listening, tell
 MOST_IN_CHUNKS = 1_000_000_000
 #: Of motions of at most so many ticks every tick is kept; of a longer one, and of a path in parts, whose ticks nobody
 #: knows beforehand, so many at the most, every peak among them. Figures over time have bands, which are finer.
-LONG, MOST_KEPT = 250_000, 100_000
+LONG, MOST_KEPT = 250_000, 60_000
 #: Makes the setpoints again, in chunks of so many ticks, each time that it is called.
 Chunks = Callable[[int], Iterator[Setpoints]]
 #: Is called with how many moves of a file are planned, and how many setpoints are made.
