@@ -74,15 +74,18 @@ def test_a_curve_of_the_tip_from_a_shell(folder):
 @pytest.mark.parametrize(
     ("said", "words", "message"),
     [
-        ({"waypoints": WAYPOINTS, "speed": 1}, (), "arm.json: 'speed' is not known; "),
+        ({"waypoints": WAYPOINTS, "speed": 1}, (), 'arm.json: key "speed" is not known; known are along, base, '),
         ({"limits": {}}, (), "arm.json: has no motion; give either waypoints or along"),
         ({"waypoints": [[0, 0]]}, (), "arm.json: waypoints have shape (1, 2)"),
-        ({"along": {"start": [0, 0]}}, (), "arm.json: along: there is no curve; give it"),
+        ({"along": {"start": [0, 0]}}, (), "arm.json: along: curve is missing; needed are curve, start"),
         ({"waypoints": WAYPOINTS, "payload": -1}, (), "arm.json: payload: mass is -1 kg; it must not be negative"),
         ({"waypoints": WAYPOINTS, "tip": "nowhere"}, (), "two-link.urdf: there is no link 'nowhere'"),
         ({"waypoints": WAYPOINTS}, ("--jerk", "5"), "--jerk: an arm has its limits and motion from its own files"),
         ({"waypoints": WAYPOINTS}, ("--feed", "5"), "arm.json: waypoints: a path of joints has no feed in mm/s"),
-        ([1], (), "arm.json: expected a table with waypoints or along"),
+        ([1], (), "arm.json: is not an object with tip, base, limits, "),
+        ({"waypoints": WAYPOINTS, "tip": ["link"]}, (), "arm.json: tip: a list is not text"),
+        ({"along": {"curve": {}, "start": [0, 0]}}, (), "arm.json: along: curve: degree is missing"),
+        ({"along": {"curve": "a", "start": [0], "feed": "x"}}, (), 'arm.json: along: feed: "x" is not a number'),
     ],
 )
 def test_what_is_no_motion_is_refused_in_one_line(folder, said, words, message):

@@ -11,15 +11,15 @@ waypoints "along" has what `arm.along` takes; its curve is a file of x, y, z, mm
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
 from splinefeed.curves.curve import NurbsCurve
-from splinefeed.errors import FormatError, InputError, SplinefeedError, nearest
-from splinefeed.files.source import read_bytes
+from splinefeed.errors import FormatError, InputError, SplinefeedError
+from splinefeed.files.json_values import Check, anything, fields, number, or_none, parse, text, truth
+from splinefeed.files.source import read_text
 from splinefeed.formats import registry
 from splinefeed.kinematics import JointPath
 from splinefeed.paths.path import Path
@@ -27,12 +27,20 @@ from splinefeed.paths.track import Track
 from splinefeed.records import Limits
 from splinefeed.robots.arm import Arm, robot
 
-#: Keys of the file: what `sf.robot` takes, one of MOTIONS, what goes with waypoints, and a name; keys of a curve.
-ARM = ("tip", "base", "limits", "payload", "torque", "friction", "gravity")
-MOTIONS = ("waypoints", "along")
-THROUGH = ("near", "duration", "times")
-ALONG = ("curve", "start", "orientation", "hold", "feed")
-CURVE = ("degree", "knots", "control_points", "weights")
+#: Keys of the file: what `sf.robot` takes, what goes with waypoints, and what is given along a curve, with its keys.
+ARM: dict[str, Check] = {
+    **dict.fromkeys(("tip", "base"), or_none(text)),
+    **dict.fromkeys(("limits", "payload", "friction", "gravity"), anything),
+    "torque": truth,
+}
+THROUGH: dict[str, Check] = {"near": anything, "duration": or_none(number), "times": anything}
+ALONG: dict[str, Check] = {
+    **dict.fromkeys(("curve", "start", "orientation", "hold"), anything),
+    "feed": or_none(number),
+}
+CURVE = dict.fromkeys(("degree", "knots", "control_points", "weights"), anything)
+MOTIONS = {"waypoints": anything, "along": anything}
+KEYS = {**ARM, **MOTIONS, **THROUGH, "name": or_none(text)}
 #: Largest file, bytes.
 MAX_BYTES = 64 * 2**20
 
@@ -46,8 +54,7 @@ def read_motion(
     `along` raise.
     """
     name = os.fspath(file)
-    said = _read(name)
-    _known(said, (*ARM, *MOTIONS, *THROUGH, "name"), name)
+    said = fields(parse(read_text(name, "a motion of an arm", MAX_BYTES), name), name, KEYS)
     motion = [key for key in MOTIONS if key in said]
     if len(motion) != 1:
         raise FormatError(f"{name}: has {' and '.join(motion) or 'no motion'}; give either waypoints or along")
@@ -60,7 +67,7 @@ def read_motion(
         if str(error).startswith((os.fspath(urdf), str(how.get("limits")))):
             raise
         raise type(error)(f"{name}: {error}") from None
-    title = str(said.get("name") or FilePath(name).stem)
+    title = said.get("name") or FilePath(name).stem
     try:
         path: Track
         if "waypoints" in said:
@@ -79,27 +86,19 @@ def read_motion(
 def is_motion(file: str | os.PathLike[str]) -> bool:
     """Whether a JSON file is the motion of an arm, and not curves."""
     try:
-        return any(key in _read(os.fspath(file)) for key in MOTIONS)
+        said = parse(read_text(file, "a motion of an arm", MAX_BYTES), file)
+        return isinstance(said, dict) and any(key in said for key in MOTIONS)
     except FormatError:
         return False
 
 
 def _along(arm: Arm, said: Any, name: str, title: str, feed: float | None) -> JointPath:
-    if not isinstance(said, Mapping):
-        raise InputError("along: expected a table with curve and start")
-    _known(said, ALONG, "along")
-    for key in ("curve", "start"):
-        if key not in said:
-            raise InputError(f"along: there is no {key}; give it")
+    said = fields(said, "along", ALONG, ("curve", "start"))
     curve = said["curve"]
     if isinstance(curve, str):
         curve = registry.read(FilePath(name).parent / curve)
     elif isinstance(curve, Mapping):
-        _known(curve, CURVE, "along.curve")
-        try:
-            curve = NurbsCurve(**curve)
-        except TypeError as error:
-            raise InputError(f"along.curve: {error}; it has {', '.join(CURVE)}") from None
+        curve = NurbsCurve(**fields(curve, "along: curve", CURVE, ("degree", "knots", "control_points")))
     else:
         raise InputError("along: curve is neither the name of a file nor a table of degree, knots and control_points")
     tip = Path([curve], name=title) if isinstance(curve, NurbsCurve) else curve.named(title)
@@ -107,23 +106,3 @@ def _along(arm: Arm, said: Any, name: str, title: str, feed: float | None) -> Jo
     if feed is not None:
         how["feed"] = feed
     return arm.along(tip, start=said["start"], **how)
-
-
-def _read(name: str) -> dict[str, Any]:
-    content = read_bytes(name, MAX_BYTES + 1)
-    if len(content) > MAX_BYTES:
-        raise FormatError(f"{name}: is larger than {MAX_BYTES // 2**20} MB; that is no motion of an arm")
-    try:
-        said = json.loads(content)
-    except (ValueError, RecursionError) as error:
-        place = f"line {error.lineno}: " if isinstance(error, json.JSONDecodeError) else ""
-        raise FormatError(f"{name}: {place}is not JSON; give waypoints or along, see the page on robots") from None
-    if not isinstance(said, dict):
-        raise FormatError(f"{name}: expected a table with waypoints or along")
-    return said
-
-
-def _known(said: Mapping[str, Any], keys: tuple[str, ...], where: str) -> None:
-    for key in said:
-        if key not in keys:
-            raise FormatError(f"{where}: {key!r} is not known; {nearest(str(key), keys)}")
