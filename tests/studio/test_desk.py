@@ -42,14 +42,14 @@ def test_a_plan_that_takes_too_long_is_left_to_a_job_and_the_next_worker_is_warm
 
     async def plan(house):
         monkeypatch.setattr(rooms, "ask", ask)
-        house.add = lambda *words: None
         page = Page()
         house.tabs[page.name] = page.send
         house._begin(house._warm())
         house.do_plan(page.name, {"n": 3, "settings": {}, "rest": True})
         while (told := await asyncio.wait_for(page.told.get(), 100))[0] == "state":
             pass
-        await asyncio.sleep(0)
+        while house._open():
+            await asyncio.sleep(0.01)
         await house.close()
         return told, [task for worker, task in asked if worker in house.front.workers]
 
@@ -119,7 +119,7 @@ def test_tabs_jobs_and_plans_are_bounded(monkeypatch):
         house.welcome(tabs[0], lambda *words, **said: None)  # one that was reloaded
         for n, tab in enumerate(tabs * 2):
             house.do_plan(tab, {"n": n, "settings": {}})
-        assert len(house._plans) == rooms.MOST_TABS
+        assert len(house._open()) == rooms.MOST_TABS
         for k in range(rooms.MOST_WAITING):
             house.do_job(tabs[0], {"kind": "read", "source": str(k)})
         with pytest.raises(InputError, match="16 jobs are waiting; cancel one, or wait"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import json
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -28,8 +28,11 @@ MOST_WAITING, ANSWERS = 16, 8
 MOST_TABS = 64
 #: Time that other workers wait for the first page to have its plan, s.
 FIRST = 10.0
-#: Time that reading an upload may take, s; other jobs say how far they are and can be cancelled.
-READING = 120.0
+#: Time that a plan while sliders move and reading an upload may take, s; other jobs say how far they are and can be
+#: cancelled.
+DEADLINES = {"plan": QUICK, "read": 120.0}
+#: What newer settings of a tab replace, and what no list of jobs shows: that ends soon, or is no tab's.
+PLANS, UNSEEN = ("plan", "settle"), ("plan", "warm")
 #: A job that others replace is left to end by itself if it has run for less than this, s: a new worker takes longer.
 LEFT_ALONE = 3.0
 WAITING, RUNNING, DONE, FAILED, CANCELLED = "waiting", "running", "done", "failed", "cancelled"
@@ -94,12 +97,10 @@ class House:
         self.history = None if history is None else History(history, self.uploads)
         self.front, self.back, self.player = staff.front, staff.back, staff.player
         self.playing: str | None = None
-        self._planning: dict[str, Worker] = {}  # who works on the plan of each tab
         self.tabs: dict[str, Callable[..., None]] = {}  # how to tell something to each open page, by its name
         self.ready = "warming up"
         self.jobs: list[StudioJob] = []
         self._numbers = itertools.count(1)
-        self._plans: dict[str, dict[str, Any]] = {}  # the last request of each tab
         self._shown = asyncio.Event()  # whether a page has a final plan
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -135,7 +136,8 @@ class House:
 
         async def welcome() -> None:
             there = await asyncio.shield(self._offer)
-            send("welcome", offer=there, state=self.ready, jobs=[job.shown() for job in self._open() if job.tab])
+            waiting = [job.shown() for job in self._open() if job.kind not in UNSEEN]
+            send("welcome", offer=there, state=self.ready, jobs=waiting)
             for job in list(self.jobs):
                 self._deliver(job)
 
@@ -204,51 +206,17 @@ class House:
             self._tell_one(tab, "opened", settings=json.loads(body)["settings"], pin=False)
 
     def do_plan(self, tab: str, said: Said) -> None:
-        """Plan at once, while sliders move; earlier requests of the tab without an answer are dropped."""
-        self.replace(tab)  # what is queued by older settings
-        self._plans.pop(tab, None)
-        self._plans[tab] = said
-        for old in list(self._plans)[:-MOST_TABS]:
-            del self._plans[old]
-        self._begin(self._plan(tab, int(said["n"]), dict(said["settings"]), said))
-
-    async def _plan(self, tab: str, n: int, given: Said, said: Said) -> None:
-        async with self.front.one(tab) as worker:
-            if self._plans.get(tab) is not said:
-                return
-            request = {"task": "plan", "settings": given, "look": said.get("look")}
-            self._planning[tab] = worker
-            head, body = await ask(worker, request, deadline=QUICK)
-            del self._planning[tab]
-            if self._plans.get(tab) is not said:  # stopped, or newer settings came meanwhile
-                if "error" in head:
-                    await ask(worker, {"task": "warm"})
-            elif head.get("late"):
-                self._tell_one(tab, "planned", n=n, body=LATER)
-                await ask(worker, {"task": "warm"})  # the next worker begins again
-            elif "error" in head:
-                self._tell_one(tab, "refused", n=n, error=head["error"])
-            else:
-                self._tell_one(tab, "planned", n=n, body=body)
-                if head.get("entry") is not None:  # final
-                    self._shown.set()
-                if said.get("rest"):
-                    self._remember(given, head.get("entry"))
+        """Plan at once, while sliders move; what the tab has asked for by older settings is dropped."""
+        how = {"n": int(said["n"]), "look": said.get("look"), "rest": bool(said.get("rest"))}
+        self.add("plan", "", tab, {"task": "plan", "settings": dict(said["settings"]), **how})
+        for old in [job for job in self._open() if job.kind == "plan"][:-MOST_TABS]:
+            self._cancel(old)
 
     def do_stop(self, tab: str, said: Said) -> None:
         """Stop planning for a tab, by ending the worker that does, and what it has in the queue."""
-        self._plans.pop(tab, None)
-        if (worker := self._planning.get(tab)) is not None:
-            worker.stop()
         for job in self._open():
-            if job.kind == "settle" and job.tab == tab:
+            if job.kind in PLANS and job.tab == tab:
                 self._cancel(job)
-
-    def _remember(self, given: Mapping[str, Any], entry: Mapping[str, Any] | None) -> None:
-        """Put a plan into the history."""
-        if self.history is not None and entry is not None:
-            self.history.add(settings.complete(given), entry)
-            self.tell("history")
 
     def do_order(self, tab: str, said: Said) -> None:
         """Tell the motion that is played to do otherwise."""
@@ -282,13 +250,13 @@ class House:
     def add(self, kind: str, title: str, tab: str, request: Said) -> None:
         """Put a job into the queue, unless the same tab has sent the same; InputError if it is full.
 
-        A `settle` replaces those before it of its tab.
+        A plan replaces those before it of its tab.
         """
         if any((job.kind, job.tab, job.request, job.wanted) == (kind, tab, request, True) for job in self._open()):
             return
-        if kind == "settle":
+        if kind in PLANS:
             self.replace(tab)
-        if sum(job.tab == tab for job in self._open()) >= MOST_WAITING:
+        if kind != "plan" and sum(job.tab == tab for job in self._open()) >= MOST_WAITING:
             raise InputError(f"{MOST_WAITING} jobs are waiting; cancel one, or wait")
         job = StudioJob(next(self._numbers), kind, title, tab, request)
         self.jobs.append(job)
@@ -298,7 +266,7 @@ class House:
     def replace(self, tab: str) -> None:
         """The settings of a tab have changed: what it has in the queue by the old ones is not wanted any more."""
         for job in self._open():
-            if job.kind == "settle" and job.tab == tab:
+            if job.kind in PLANS and job.tab == tab:
                 job.wanted = False
                 ran = asyncio.get_running_loop().time() - job.begun
                 if job.state == WAITING or ran > LEFT_ALONE:
@@ -318,7 +286,7 @@ class House:
             job.worker.stop()
 
     def _changed(self, job: StudioJob) -> None:
-        if job.tab:  # what warms up is no tab's
+        if job.kind not in UNSEEN:
             self.tell("job", job=job.shown())
 
     async def _work(self, job: StudioJob) -> None:
@@ -327,29 +295,43 @@ class House:
             if job.state == RUNNING:
                 self._changed(job)
 
-        async with self.back.one(job.tab) as job.worker:
+        crew = self.front if job.kind == "plan" else self.back
+        async with crew.one(job.tab) as job.worker:
             if job.state == WAITING:
                 job.state, job.begun = RUNNING, asyncio.get_running_loop().time()
                 self._changed(job)
-                head, body = await ask(job.worker, job.request, heard, READING if job.kind == "read" else None)
-            if job.state == RUNNING:  # or it was cancelled
-                job.answer, job.state = (head, body), FAILED if "error" in head else DONE
-                self._shown.set()
-                self._changed(job)
-                if job.kind == "settle" and job.state == DONE and job.wanted:
-                    self._remember(job.request["settings"], head.get("entry"))
-                self._deliver(job)
+                head, body = await ask(job.worker, job.request, heard, DEADLINES.get(job.kind))
+                if job.state == RUNNING:  # or it was cancelled
+                    job.answer, job.state = (head, body), FAILED if "error" in head else DONE
+                    self._answered(job, head)
+                if job.kind == "plan" and (job.state == CANCELLED or head.get("late")):
+                    await ask(job.worker, {"task": "warm"})  # the next worker begins again
         closed = [each for each in self.jobs if each.state not in (WAITING, RUNNING)]
-        for each in closed[:-ANSWERS]:
+        for each in [job] if job.kind == "plan" else closed[:-ANSWERS]:
             self.jobs.remove(each)
+
+    def _answered(self, job: StudioJob, head: Said) -> None:
+        """Tell pages of a job's end, and the history of a plan."""
+        entry = head.get("entry")
+        if job.kind != "plan" or entry is not None:  # else a final plan follows
+            self._shown.set()
+        self._changed(job)
+        if self.history is not None and job.wanted and entry is not None and job.request.get("rest", True):
+            self.history.add(settings.complete(job.request["settings"]), entry)
+            self.tell("history")
+        self._deliver(job)
 
     def _deliver(self, job: StudioJob) -> None:
         """Send the answer of a job to its page, if it is there and the answer still wanted."""
         if job.tab not in self.tabs or not job.wanted or job.answer is None:
             return
         job.wanted = False
-        head, body = job.answer
-        if job.state == FAILED:
+        (head, body), n = job.answer, job.request.get("n")
+        if job.kind == "plan" and job.state == FAILED and not head.get("late"):
+            self._tell_one(job.tab, "refused", n=n, error=head["error"])
+        elif job.kind == "plan":
+            self._tell_one(job.tab, "planned", n=n, body=LATER if job.state == FAILED else body)
+        elif job.state == FAILED:
             self._tell_one(job.tab, "failed", job=job.shown(), error=head["error"])
         else:
             self._tell_one(job.tab, "done", job=job.shown(), settings=job.request.get("settings"), body=body)
