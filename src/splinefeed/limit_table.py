@@ -20,11 +20,18 @@ ROTARY_AXES = ("a", "b", "c", "theta")
 
 
 class Joint(str):
-    """The name of a joint of an arm, which knows its unit: rad, or mm of one that slides. It is equal to its text.
+    """Name a joint of an arm, which knows its unit: rad, or mm of one that slides. It is equal to its text.
 
-    Names of axes (k,) that are Joints have figures, files and messages say that unit. Raises nothing.
-    Source: docs/readers/robots.md.
-    Example: `sf.records.Joint("elbow", "rad").unit`
+    Parameters
+    ----------
+    name : str
+        Its name.
+    unit : str
+        "rad" or "mm": names of axes (k,) that are Joints have figures, files and messages say it.
+
+    Notes:
+    -----
+    Raises nothing. Source: docs/readers/robots.md. Example: `sf.records.Joint("elbow", "rad").unit`
     """
 
     unit: str

@@ -199,7 +199,7 @@ def test_a_docstring_says_shapes_units_errors_source_and_example(name):
     shaped = re.search(r"\((\.\.\.|n|m|m ?\+ ?1|k|axes)[,)]", said)
     assert shaped or NO_SHAPES.fullmatch(last) or name.startswith("plot.")
     assert re.search(r"\b(mm|s|ms|rad|deg|dB|V|px|Hz)\b", said) or NO_UNITS.fullmatch(last)
-    assert re.search(r"[Rr]aises? ", said) or NO_ERRORS.fullmatch(last)
+    assert re.search(r"[Rr]aises?:? ", said) or NO_ERRORS.fullmatch(last)
     assert re.search(r"Source: |doi[:.]|The NURBS Book|docs/", said)
     assert (
         "Example: `" in said or ">>> " in said or last == "register"  # docs/add-a-method.md runs one

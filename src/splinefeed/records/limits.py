@@ -69,14 +69,26 @@ def axes_without_limits(limits: Limits, axes: Sequence[str], low: Array, high: A
 
 @dataclass(frozen=True, kw_only=True)
 class Combination:
-    """Bounds on w . r, a linear combination of axis positions: the motor on one side of a gantry, a tool axis.
+    """Bound w . r, a linear combination of axis positions: the motor on one side of a gantry, a tool axis.
 
-    weights  by axis name: what 1 mm (rotary axes: 1 rad) of it counts;  velocity, acceleration, jerk  bounds of the
-    derivatives of w . r, in mm/s, mm/s^2 and mm/s^3 for weights without unit
+    Parameters
+    ----------
+    weights : mapping of str to float
+        By axis name: what 1 mm (rotary axes: 1 rad) of it counts.
+    velocity, acceleration, jerk : float, optional
+        Bounds of the derivatives of w . r, in mm/s, mm/s^2 and mm/s^3 for weights without unit; default none.
 
-    Raises LimitsError for no weights, weights that are all 0 or not finite, and without any bound.
+    Raises:
+    ------
+    LimitsError
+        For no weights, weights that are all 0 or not finite, and without any bound.
+
+    Notes:
+    -----
     Source: docs/math/planner.md.
 
+    Examples:
+    --------
     >>> import splinefeed as sf
     >>> left = sf.records.Combination(weights={"y": 1.0, "c": 400.0}, acceleration=5000.0, jerk=100000.0)
     >>> sf.Limits(feed=200.0, axis_jerk=80000.0, combinations={"left": left}).as_dict()["combinations.left.jerk"]
@@ -103,10 +115,16 @@ class Combination:
 
 @dataclass(frozen=True, eq=False)
 class AxisBounds:
-    """Whatever has limits of velocity, acceleration and jerk on a path: its axes, then weighted sums of them.
+    """Hold whatever has limits of velocity, acceleration and jerk on a path: its axes, then weighted sums of them.
 
-    names    of the limits of each order, 1 to 3, as `check` has them: three tuples of axes + sums names
-    weights  (sums, axes) of each sum;  bounds  (3, axes + sums), mm/s^k or rad/s^k, infinite where there is none
+    Parameters
+    ----------
+    names : three tuples of str
+        Names of the limits of order 1 to 3, of axes + sums, as `check` has them.
+    weights : (sums, axes) array
+        The weights of each sum.
+    bounds : (3, axes + sums) array
+        mm/s^k or rad/s^k, infinite where there is none.
     """
 
     names: tuple[tuple[str, ...], ...]
@@ -120,28 +138,50 @@ class AxisBounds:
 
 @dataclass(frozen=True, kw_only=True)
 class Limits(LimitFields):
-    """What a motion must never exceed; a limit that is left out is infinite.
+    """Say what a motion must never exceed; a limit that is left out is infinite.
 
-    feed  mm/s; acceleration, deceleration  mm/s^2 and jerk (while speeding up), deceleration_jerk (while slowing
-    down)  mm/s^3, along the path; deceleration and its jerk follow acceleration and jerk by default
-    start_feed, end_feed  mm/s at the ends of the path
-    chord_error   mm between the curve and the line from one setpoint to the next; centripetal  mm/s^2
-    orientation_error  rad between the tool axis and that of a tool path, from one setpoint to the next
-    axis_velocity, axis_acceleration, axis_jerk  mm/s, mm/s^2, mm/s^3: a number for every linear axis; or one value per
-                  axis (rotary ones in rad), by name or as a list, tuple, array or Series in the path's order of axes
-    axis_velocity_step  how much the velocity of each axis may jump at a corner, mm/s, given likewise; without it the
-                  tool stops at every corner (exact stop)
-    axis_minimum, axis_maximum  ends of the travel of axes (soft limits), mm or rad, by name or in the path's order
-    combinations  a `Combination` by name: bounds on weighted sums of axes
-    torque        a `Torque`: the joint torques of a rigid-body model
-    modelled      more limits that a model gives: a `TorqueRate`, a `VelocityByPosition`, an `Approach`
+    Parameters
+    ----------
+    feed : float, optional
+        Along the path, mm/s.
+    acceleration, deceleration : float, optional
+        Along the path, mm/s^2; deceleration as acceleration by default.
+    jerk, deceleration_jerk : float, optional
+        Along the path, mm/s^3, while speeding up and while slowing down; the second as the first by default.
+    start_feed, end_feed : float, optional
+        At the ends of the path, mm/s; default 0.
+    chord_error : float, optional
+        Between the curve and the line from one setpoint to the next, mm.
+    orientation_error : float, optional
+        Between the tool axis and that of a tool path, from one setpoint to the next, rad.
+    centripetal : float, optional
+        Centripetal acceleration, mm/s^2.
+    axis_velocity, axis_acceleration, axis_jerk : float, sequence or mapping, optional
+        mm/s, mm/s^2, mm/s^3: a number for every linear axis; or one value per axis (rotary ones in rad), by name or as
+        a list, tuple, array or Series in the path's order of axes.
+    axis_velocity_step : float, sequence or mapping, optional
+        How much the velocity of each axis may jump at a corner, mm/s, given likewise; without it the tool stops at
+        every corner (exact stop).
+    axis_minimum, axis_maximum : sequence or mapping, optional
+        Ends of the travel of axes (soft limits), mm or rad, by name or in the path's order.
+    combinations : mapping of str to Combination, optional
+        Bounds on weighted sums of axes, by name.
+    torque : Torque, optional
+        The joint torques of a rigid-body model.
+    modelled : sequence of Modelled, optional
+        More limits that a model gives: a `TorqueRate`, a `VelocityByPosition`, an `Approach`.
 
+    Raises:
+    ------
+    LimitsError
+        For a limit that is not a positive number, for an end feed outside [0, feed], for empty travel, and if neither
+        feed nor axis_velocity is given.
+
+    Notes:
+    -----
     A number in mm/s is none in rad/s: on a path of linear and rotary axes it is for the linear ones, and the notes of
     law and verdict name the others that move; a path of rotary axes alone refuses it. A Series whose index has names
     goes by these. Each list is as long as the path has axes.
-
-    Raises LimitsError for a limit that is not a positive number, for an end feed outside [0, feed], for empty travel,
-    and if neither feed nor axis_velocity is given.
     Source: docs/check.md defines each by the setpoints.
     Example: `sf.Limits(feed=60, axis_acceleration={"x": 500, "y": 800}, axis_jerk=[20000, 30000])`
     """

@@ -23,7 +23,23 @@ from splinefeed.records.arrays import Array
 
 @dataclass(frozen=True)
 class ModelRows:
-    """Rows at n places; top (n,), linear (m, 2, n) with low, high and root (m, n), jerk (k, 3, n) with rest (k, n)."""
+    """Hold rows of the planner at n places; the module says on what.
+
+    Parameters
+    ----------
+    top : (n,) array, optional
+        Largest q.
+    linear : (m, 2, n) array
+        c0 and c1, in units of the limit.
+    low, high : (m, n) arrays
+        Bounds of the linear rows.
+    root : (m, n) array, optional
+        What sqrt(q) adds to each linear row.
+    jerk : (k, 3, n) array, optional
+        c0, c1 and c2, in units of the limit.
+    rest : (k, n) array, optional
+        What each row of jerk has beside them; it stands where `jerk` does.
+    """
 
     top: Array | None = None
     linear: Array = field(default_factory=lambda: np.zeros((0, 2, 0)))
@@ -35,10 +51,18 @@ class ModelRows:
 
 
 class Modelled(ABC):
-    """A limit of quantities that a model gives for axes.
+    """Bound quantities that a model gives for axes.
 
-    kind   its row of the table;  axes  whose each quantity is, in the order of the model's columns
-    span   setpoints that one value by differences needs;  power  how it grows with the rate of the motion
+    Attributes:
+    ----------
+    kind : str
+        Its row of the table of limits.
+    axes : tuple of str
+        Whose each quantity is, in the order of the model's columns.
+    span : int
+        Setpoints that one value by differences needs.
+    power : int
+        How a value grows with the rate of the motion: by its k-th power.
     """
 
     kind: str

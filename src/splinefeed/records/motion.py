@@ -24,16 +24,31 @@ STREAM_COLUMNS = ("row", "depth", "underruns")
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class TimeLaw:
-    """Length along the path over time: s(t), polynomial between breaks.
+    """Give the length along the path over time: s(t), polynomial between breaks.
 
-    breaks        (m+1,)  s, from 0, increasing
-    coefficients  (m, 6)  s(t) = sum_k coefficients[i, k] (t - breaks[i])^k  mm, in mm/s^k
-    strategy      name of the planner's strategy that made it
-    period        servo period that the law was brought to, s; None if it was not
-    notes         what the planner had to relax, one sentence each
-    settings      what it was planned with, for the records of a run
+    Parameters
+    ----------
+    breaks : (m + 1,) array
+        Times, s, from 0, increasing.
+    coefficients : (m, 6) array
+        s(t) = sum_k coefficients[i, k] (t - breaks[i])^k, mm, in mm/s^k.
+    strategy : str
+        Name of the planner's strategy that made it.
+    period : float, optional
+        Servo period that the law was brought to, s; None if it was not.
+    notes : tuple of str, optional
+        What the planner had to relax, one sentence each.
+    settings : mapping, optional
+        What it was planned with, for the records of a run.
+
+    Raises:
+    ------
+    InputError
+        For arrays of other shapes, that are not finite, or breaks that do not begin at 0 and increase.
+
+    Notes:
+    -----
     Where linear and rotary axes move, the length counts both, see `Path`; `Path.of_tip` makes the tip's feed of it.
-    Raises InputError for arrays of other shapes, that are not finite, or breaks that do not begin at 0 and increase.
     Source: docs/math/planner.md. Example: `law.feed(np.linspace(0, law.duration, 100))`
     """
 
@@ -150,18 +165,39 @@ class _Columns:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Setpoints(_Columns):
-    """Where every axis must be at each servo tick.
+    """Say where every axis must be at each servo tick.
 
-    t         (n,)       time of the tick, s
-    curve     (n,)       index of the curve in its path
-    u         (n,)       parameter on that curve
-    s         (n,)       arc length of the tip at the point, mm; of rotary axes alone in degrees
-    feed      (n,)       planned feed at the tick, mm/s
-    position  (n, axes)  mm, rotary axes rad
-    axes      names of the axes; period in s; method as registered
-    settings  all that is needed to repeat them
-    Raises InputError for arrays of other shapes. Source: docs/setpoint-files.md.
-    Example: `sf.interpolate(path, law).position[:, 0]`
+    Parameters
+    ----------
+    t : (n,) array
+        Time of the tick, s.
+    curve : (n,) array of int
+        Index of the curve in its path.
+    u : (n,) array
+        Parameter on that curve; NaN where only positions are known.
+    s : (n,) array
+        Arc length of the tip at the point, mm; of rotary axes alone in degrees.
+    feed : (n,) array
+        Planned feed at the tick, mm/s.
+    position : (n, axes) array
+        mm, rotary axes rad.
+    axes : tuple of str
+        Names of the axes.
+    period : float
+        Servo period, s.
+    method : str
+        The method that made them, as registered.
+    settings : mapping, optional
+        All that is needed to repeat them.
+
+    Raises:
+    ------
+    InputError
+        For arrays of other shapes.
+
+    Notes:
+    -----
+    Source: docs/setpoint-files.md. Example: `sf.interpolate(path, law).position[:, 0]`
     """
 
     _flat: ClassVar[Mapping[str, type]] = {"t": float, "curve": np.int64, "u": float, "s": float, "feed": float}
@@ -201,21 +237,44 @@ class Setpoints(_Columns):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Response(_Columns):
-    """The motion of a machine's axes that follow setpoints.
+    """Say how a machine's axes moved as they followed setpoints.
 
-    t          (n,)       time of the tick, s
-    command    (n, axes)  commanded position of each axis, mm, rotary axes rad
-    position   (n, axes)  where it was
-    measured   (n, axes)  what its encoder or scale measured
-    output     (n, axes)  control output, V
-    saturated  (n, axes)  whether the output was at its limit
-    contour_error  (n,)   distance of `position` from the true path over the linear axes, mm; None if no path was given
-    row, depth, underruns  (n,)  of a stream to a controller: number of its row, rows that it still had, and periods in
-                           which it had none so far; None where nothing was streamed
-    period     servo period, s
-    stopped    why the run ended early, or None; settings  all that is needed to repeat it
-    Raises InputError for arrays of other shapes. Source: docs/machines.md.
-    Example: `sf.runs.follow(setpoints, machine, path=path).contour_error.max()`
+    Parameters
+    ----------
+    t : (n,) array
+        Time of the tick, s.
+    command : (n, axes) array
+        Commanded position of each axis, mm, rotary axes rad.
+    position : (n, axes) array
+        Where it was.
+    measured : (n, axes) array
+        What its encoder or scale measured.
+    output : (n, axes) array
+        Control output, V.
+    saturated : (n, axes) array of bool
+        Whether the output was at its limit.
+    axes : tuple of str
+        Names of the axes.
+    period : float
+        Servo period, s.
+    contour_error : (n,) array, optional
+        Distance of `position` from the true path over the linear axes, mm; None if no path was given.
+    row, depth, underruns : (n,) arrays of int, optional
+        Of a stream to a controller: number of its row, rows that it still had, and periods in which it had none so far;
+        None where nothing was streamed.
+    stopped : str, optional
+        Why the run ended early.
+    settings : mapping, optional
+        All that is needed to repeat it.
+
+    Raises:
+    ------
+    InputError
+        For arrays of other shapes.
+
+    Notes:
+    -----
+    Source: docs/machines.md. Example: `sf.runs.follow(setpoints, machine, path=path).contour_error.max()`
     """
 
     _flat: ClassVar[Mapping[str, type]] = {

@@ -13,13 +13,23 @@ from splinefeed.numbers import finite
 
 @dataclass(frozen=True)
 class State:
-    """How a motion moves at a place of its path.
+    """Say how a motion moves at a place of its path.
 
-    feed, acceleration  along the path, mm/s and mm/s^2 (of joints in rad: rad/s and rad/s^2), over all axes as
-                        `Path.length` counts them
-    s                   length from the start of the path, mm (rad)
+    Parameters
+    ----------
+    feed, acceleration : float
+        Along the path, mm/s and mm/s^2 (of joints in rad: rad/s and rad/s^2), over all axes as `Path.length` counts
+        them.
+    s : float
+        Length from the start of the path, mm (rad).
 
-    Raises InputError for values that are not finite, s or feed below 0, and an acceleration at rest.
+    Raises:
+    ------
+    InputError
+        For values that are not finite, s or feed below 0, and an acceleration at rest.
+
+    Notes:
+    -----
     Source: docs/math/planner.md.
     Example: `sf.plan(path, limits, strategy="time-optimal", start=sf.planner.State(feed=20.0))`
     """

@@ -23,19 +23,33 @@ Model = Callable[[Array, Array, Array], Array]
 
 @dataclass(frozen=True)
 class Torque(Modelled):
-    """Bounds on the torques (of linear joints: forces) that a rigid-body model gives for joints.
+    """Bound the torques (of linear joints: forces) that a rigid-body model gives for joints.
 
-    model  inverse dynamics tau(q, q', q''), each (n, joints), rad (linear joints mm) by s, to torques (n, joints),
-           N m (N): M(q) q'' + C(q, q') q' + g(q), without friction
-    most   the largest torque of every joint by axis name, in the order of the model's columns; inf for none
-    share  how much of what weight and friction leave motion may take: a reserve to slow down with
-    coulomb, viscous  friction by axis name, N m and N m s/rad (N, N s/mm), at least 0; default none
+    Parameters
+    ----------
+    model : callable
+        Inverse dynamics tau(q, q', q''), each (n, joints), rad (linear joints mm) by s, to torques (n, joints),
+        N m (N): M(q) q'' + C(q, q') q' + g(q), without friction.
+    most : mapping of str to float
+        The largest torque of every joint by axis name, in the order of the model's columns; inf for none.
+    coulomb, viscous : mapping of str to float, optional
+        Friction by axis name, N m and N m s/rad (N, N s/mm), at least 0; default none.
+    share : float, optional
+        How much of what weight and friction leave motion may take: a reserve to slow down with.
 
+    Raises:
+    ------
+    LimitsError
+        For a model that cannot be called, and for bounds that are not positive or all infinite.
+
+    Notes:
+    -----
     Along a path r(s) the torques are a(s) s'' + b(s) s'^2 + c(s), with a = M r', b = M r'' + C(r, r') r' and c = g; see
     Bobrow, Dubowsky and Gibson, Int. J. Robotics Research 4(3), 1985, https://doi.org/10.1177/027836498500400301.
     Friction adds coulomb sign(r') + viscous r' s', in the direction in which each joint moves along the path.
-    Raises LimitsError for a model that cannot be called, and for bounds that are not positive or all infinite.
 
+    Examples:
+    --------
     >>> import splinefeed as sf
     >>> sf.records.Torque(lambda q, v, a: 0.02 * a, {"a": 1.5}).most["a"]  # a turntable of 0.02 kg m^2
     1.5

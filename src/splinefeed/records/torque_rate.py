@@ -19,16 +19,28 @@ STEP, INSTANT = 1e-4, 1e-5
 
 @dataclass(frozen=True)
 class TorqueRate(Modelled):
-    """Bounds on the rate at which the torques (of linear joints: forces) of rigid bodies change, N m/s (N/s).
+    """Bound the rate at which the torques (of linear joints: forces) of rigid bodies change, N m/s (N/s).
 
-    model  inverse dynamics as that of `Torque`, without friction, whose steps have no rate
-    most   the largest rate of every joint by axis name, in the order of the model's columns
+    Parameters
+    ----------
+    model : callable
+        Inverse dynamics as that of `Torque`, without friction, whose steps have no rate.
+    most : mapping of str to float
+        The largest rate of every joint by axis name, in the order of the model's columns.
 
+    Raises:
+    ------
+    LimitsError
+        For a model that cannot be called, and for bounds that are not positive or all infinite.
+
+    Notes:
+    -----
     d/dt (a q'/2 + b q + c) = sqrt(q) (a q''/2 + (a'/2 + b) q' + b' q + c'), so it is a row of jerk with a rest. By
     setpoints it is what torques (n, joints) by differences change by from tick to tick, over the period.
-    Raises LimitsError for a model that cannot be called, and for bounds that are not positive or all infinite.
     Source: docs/math/planner.md.
 
+    Examples:
+    --------
     >>> import splinefeed as sf
     >>> sf.records.TorqueRate(lambda q, v, a: 0.02 * a, {"a": 1000.0}).kind
     'torque_rate'

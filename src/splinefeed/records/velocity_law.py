@@ -23,13 +23,25 @@ Law = Callable[[Array], tuple[Array, Array]]
 
 @dataclass(frozen=True)
 class VelocityByPosition(Modelled):
-    """Velocity limits of joints as functions of where each is: those of Franka's FR3, of a cylinder near its end.
+    """Bound velocities of joints by functions of where each is: those of Franka's FR3, of a cylinder near its end.
 
-    laws  by axis name: of positions (n,), rad or mm, the least velocity, below 0, and the greatest, above 0, (n,) each
+    Parameters
+    ----------
+    laws : mapping of str to callable
+        By axis name: of positions (n,), rad or mm, the least velocity, below 0, and the greatest, above 0, (n,) each.
 
+    Raises:
+    ------
+    LimitsError
+        For a law that cannot be called or gives something else.
+
+    Notes:
+    -----
     By setpoints the velocity of a step counts against the mean of the law over the step, by Simpson's rule.
-    Raises LimitsError for a law that cannot be called or gives something else. Source: docs/math/planner.md.
+    Source: docs/math/planner.md.
 
+    Examples:
+    --------
     >>> import numpy as np
     >>> import splinefeed as sf
     >>> law = sf.records.VelocityByPosition({"a": lambda q: (-np.sqrt(q + 2), np.sqrt(2 - q))})
@@ -88,15 +100,28 @@ class VelocityByPosition(Modelled):
 
 @dataclass(frozen=True)
 class Approach(Modelled):
-    """How fast joints may speed up near a velocity limit: r'' <= rate (V - |r'|), in the direction of r'.
+    """Bound how fast joints speed up near a velocity limit: r'' <= rate (V - |r'|), in the direction of r'.
 
-    velocity  the law V;  rate  by axis name, 1/s: that of libfranka is its limit of jerk over that of acceleration
+    Parameters
+    ----------
+    velocity : VelocityByPosition
+        The law V.
+    rate : mapping of str to float
+        By axis name, 1/s: that of libfranka is its limit of jerk over that of acceleration.
 
+    Raises:
+    ------
+    LimitsError
+        For rates that are not positive, or of joints without a law.
+
+    Notes:
+    -----
     So the acceleration can end, within the limit of jerk, before the velocity is reached. By setpoints the second
     difference of positions (n, axes), rad or mm, counts against the velocity of the step before it and the law where
-    that begins, as libfranka's limiter sees them. Raises LimitsError for rates that are not positive, or of joints
-    without a law. Source: docs/math/planner.md.
+    that begins, as libfranka's limiter sees them. Source: docs/math/planner.md.
 
+    Examples:
+    --------
     >>> import splinefeed as sf
     >>> law = sf.records.VelocityByPosition({"a": lambda q: (0 * q - 2, 0 * q + 2)})
     >>> sf.records.Approach(law, {"a": 500.0}).kind

@@ -17,12 +17,25 @@ ALLOWED = "to within a millionth of it and the rounding of a position"
 
 @dataclass(frozen=True, kw_only=True)
 class LimitResult:
-    """How one limit fares; mm, s and rad.
+    """Say how one limit fares; mm, s and rad.
 
-    limit, worst  in the same unit; at_s  mm along the path and at_t  s, where the worst is; axis  whose it is, if one's
-    floor   what the rounding of the setpoints alone makes of this difference; 0 where the law itself is the worst
-    by      "setpoints" (their differences) or "law" (exact derivatives)
-    over    how many ticks, or instants of the law, are over the limit
+    Parameters
+    ----------
+    limit, worst : float
+        The limit and the worst value, in the same unit.
+    at_s, at_t : float
+        Where the worst is, mm along the path, and when, s.
+    floor : float
+        What the rounding of the setpoints alone makes of this difference; 0 where the law itself is the worst.
+    axis : str, optional
+        Whose it is, if one's.
+    by : str
+        "setpoints" (their differences) or "law" (exact derivatives).
+    over : int
+        How many ticks, or instants of the law, are over the limit.
+
+    Notes:
+    -----
     Source: docs/check.md. Example: `sf.check(setpoints, path, limits).limits["feed"].share`
     """
 
@@ -48,16 +61,26 @@ class LimitResult:
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """What a check of setpoints found.
+    """Say what a check of setpoints found.
 
-    limits    by name: feed, acceleration, deceleration, jerk, chord_error, centripetal, axis_jerk.x, ..., travel.x
-    problems  one sentence each: what, how much, where; empty if all is well
-    notes     allowances, and what decides where exact derivatives cannot, one sentence each
-    numbers   other measurements: duration_s, length_mm, ticks, period_s, method, end_error_mm, ...
-    along     the unit of s for people: mm, or deg where only rotary axes move
+    Parameters
+    ----------
+    limits : mapping of str to LimitResult
+        By name: feed, acceleration, deceleration, jerk, chord_error, centripetal, axis_jerk.x, ..., travel.x.
+    problems : tuple of str
+        What, how much and where, one sentence each; empty if all is well.
+    notes : tuple of str, optional
+        Allowances, and what decides where exact derivatives cannot, one sentence each.
+    numbers : mapping, optional
+        Other measurements: duration_s, length_mm, ticks, period_s, method, end_error_mm, ...
+    along : str, optional
+        The unit of s for people: mm, or deg where only rotary axes move.
+
+    Notes:
+    -----
     Limits and worst values are in mm, s and rad; `as_dict` gives rotary axes in degrees, and `print(verdict)` says all
-    of it with units, and what a check allows: 1e-6 of a limit and the rounding of a position. Source: docs/check.md.
-    Example: `sf.check(setpoints, path, limits).ok`
+    of it with units, and what a check allows: 1e-6 of a limit and the rounding of a position.
+    Source: docs/check.md. Example: `sf.check(setpoints, path, limits).ok`
     """
 
     limits: Mapping[str, LimitResult]
