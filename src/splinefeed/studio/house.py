@@ -206,7 +206,7 @@ class House:
             self._tell_one(tab, "opened", settings=json.loads(body)["settings"], pin=False)
 
     def do_plan(self, tab: str, said: Said) -> None:
-        """Plan at once, while sliders move; what the tab has asked for by older settings is dropped."""
+        """Plan at once, while sliders move; plans of the tab by older settings are dropped."""
         how = {"n": int(said["n"]), "look": said.get("look"), "rest": bool(said.get("rest"))}
         self.add("plan", "", tab, {"task": "plan", "settings": dict(said["settings"]), **how})
         for old in [job for job in self._open() if job.kind == "plan"][:-MOST_TABS]:
