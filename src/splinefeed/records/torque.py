@@ -22,7 +22,49 @@ Model = Callable[[Array, Array, Array], Array]
 
 
 @dataclass(frozen=True)
-class Torque(Modelled):
+class OfTorques(Modelled):
+    """A limit of the torques that a rigid-body model gives for joints, or of how they change: one bound a joint."""
+
+    model: Model
+    most: Mapping[str, float]
+
+    def __post_init__(self) -> None:
+        if not callable(self.model):
+            raise LimitsError("the model of torques is a function of positions, velocities and accelerations")
+        most = {axis_name(axis): float(limit) for axis, limit in self.most.items()}
+        check_bounds(f"limits of {self.kind.replace('_', ' ')}", most)
+        object.__setattr__(self, "most", MappingProxyType(most))
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """The joints, in the order of the model's columns."""
+        return tuple(self.most)
+
+    @property
+    def bounds(self) -> Array:
+        """The bound of every joint, (joints,)."""
+        return np.array(list(self.most.values()))
+
+    def numbers(self) -> dict[str, float]:
+        """The bound of every joint by its name."""
+        return dict(self.most)
+
+    def of(self, position: Array, velocity: Array, acceleration: Array) -> Array:
+        """Torques (n, joints) of rigid bodies; LimitsError where the model returns something else."""
+        try:
+            found = np.asarray(self.model(position, velocity, acceleration), dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise LimitsError(f"torque: the model fails on arrays (n, joints): {error}") from error
+        if found.shape != position.shape or not np.all(np.isfinite(found)):
+            raise LimitsError(
+                f"torque: the model gives {found.shape} for {position.shape}, or numbers that are not finite; it gives "
+                "one finite torque for every joint of `most` and every row"
+            )
+        return found
+
+
+@dataclass(frozen=True)
+class Torque(OfTorques):
     """Bound the torques (of linear joints: forces) that a rigid-body model gives for joints.
 
     Parameters
@@ -55,8 +97,6 @@ class Torque(Modelled):
     1.5
     """
 
-    model: Model
-    most: Mapping[str, float]
     coulomb: Mapping[str, float] | None = None
     viscous: Mapping[str, float] | None = None
     share: float = 1.0
@@ -64,30 +104,17 @@ class Torque(Modelled):
     kind, span, power = "torque", 3, 2
 
     def __post_init__(self) -> None:
-        if not callable(self.model):
-            raise LimitsError("the model of torques is a function of positions, velocities and accelerations")
-        most = {axis_name(axis): float(limit) for axis, limit in self.most.items()}
-        check_bounds("torque limits", most)
-        object.__setattr__(self, "most", MappingProxyType(most))
+        super().__post_init__()
         for name in ("coulomb", "viscous"):
             own = {axis_name(axis): float(each) for axis, each in (getattr(self, name) or {}).items()}
             for axis, value in own.items():
-                if axis not in most or not 0.0 <= value < np.inf:
+                if axis not in self.most or not 0.0 <= value < np.inf:
                     raise LimitsError(f"torque: {name} of {axis} is {value:g}; give a joint of `most` 0 or more")
             object.__setattr__(self, name, MappingProxyType(own))
 
     def reserved(self, share: float) -> Torque:
         """The same limits, of which motion takes no more than this share of what weight and friction leave."""
         return replace(self, share=share * self.share)
-
-    @property
-    def axes(self) -> tuple[str, ...]:
-        """The joints, in the order of the model's columns."""
-        return tuple(self.most)
-
-    def numbers(self) -> dict[str, float]:
-        """The largest torque of every joint."""
-        return dict(self.most)
 
     def _each(self, of: Mapping[str, float] | None) -> Array:
         return np.array([(of or {}).get(axis, 0.0) for axis in self.most])
@@ -96,19 +123,6 @@ class Torque(Modelled):
     def dry(self) -> tuple[Array, Array]:
         """Coulomb and viscous friction of each joint, (joints,)."""
         return self._each(self.coulomb), self._each(self.viscous)
-
-    def of(self, position: Array, velocity: Array, acceleration: Array) -> Array:
-        """Torques (n, joints) of rigid bodies; LimitsError where the model returns something else."""
-        try:
-            found = np.asarray(self.model(position, velocity, acceleration), dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise LimitsError(f"torque: the model fails on arrays (n, joints): {error}") from error
-        if found.shape != position.shape or not np.all(np.isfinite(found)):
-            raise LimitsError(
-                f"torque: the model gives {found.shape} for {position.shape}, or numbers that are not finite; it gives "
-                "one finite torque for every joint of `most` and every row"
-            )
-        return found
 
     def whole(self, position: Array, velocity: Array, acceleration: Array) -> Array:
         """Torques (n, joints) with friction."""
@@ -134,7 +148,7 @@ class Torque(Modelled):
 
     def along(self, position: Array, velocity: Array, acceleration: Array, jerk: Array) -> tuple[Array, Array]:
         """Torques and their bounds."""
-        most = np.array(list(self.most.values()))
+        most = self.bounds
         if self.share == 1.0:
             found = self.whole(position, velocity, acceleration)
             return found, np.broadcast_to(most, found.shape)
@@ -168,7 +182,7 @@ class Torque(Modelled):
                 "what motion takes: it has friction; leave that out of the model and give coulomb and viscous"
             )
         coulomb, viscous = self.dry
-        most = np.array(list(self.most.values()))
+        most = self.bounds
         low, high = c - coulomb * (r1 <= 0.0), c + coulomb * (r1 >= 0.0)  # what rests may be pushed either way
         low, high = (np.where(r1 > 0.0, c + coulomb, low), np.where(r1 < 0.0, c - coulomb, high))
         over = np.argwhere(np.maximum(high, -low) >= most)

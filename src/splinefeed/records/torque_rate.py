@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
-from splinefeed.errors import LimitsError
 from splinefeed.records.arrays import Array
-from splinefeed.records.modelled import Modelled, ModelRows, axis_name, check_bounds
-from splinefeed.records.torque import Model, Torque
+from splinefeed.records.modelled import ModelRows
+from splinefeed.records.torque import OfTorques, Torque
 
 #: How far joints go, rad or mm, and a motion, s, in the central differences of torques along it.
 STEP, INSTANT = 1e-4, 1e-5
 
 
 @dataclass(frozen=True)
-class TorqueRate(Modelled):
+class TorqueRate(OfTorques):
     """Bound the rate at which the torques (of linear joints: forces) of rigid bodies change, N m/s (N/s).
 
     Parameters
@@ -46,26 +43,7 @@ class TorqueRate(Modelled):
     'torque_rate'
     """
 
-    model: Model
-    most: Mapping[str, float]
-
     kind, span, power = "torque_rate", 4, 3
-
-    def __post_init__(self) -> None:
-        if not callable(self.model):
-            raise LimitsError("the model of torques is a function of positions, velocities and accelerations")
-        most = {axis_name(axis): float(limit) for axis, limit in self.most.items()}
-        check_bounds("limits of the rate of torque", most)
-        object.__setattr__(self, "most", MappingProxyType(most))
-
-    @property
-    def axes(self) -> tuple[str, ...]:
-        """The joints, in the order of the model's columns."""
-        return tuple(self.most)
-
-    def numbers(self) -> dict[str, float]:
-        """The largest rate of every joint."""
-        return dict(self.most)
 
     @property
     def _torque(self) -> Torque:
@@ -74,7 +52,7 @@ class TorqueRate(Modelled):
     def seen(self, position: Array, period: float) -> tuple[Array, Array]:
         """(tau_{k+1} - tau_k) / T of the torques by differences, and the bounds."""
         found = np.diff(self._torque.seen(position, period)[0], axis=0) / period
-        return found, np.broadcast_to(list(self.most.values()), found.shape)
+        return found, np.broadcast_to(self.bounds, found.shape)
 
     def rounding(self, position: Array, period: float, each: Array) -> Array:
         """Twice what it makes of a torque, over the period."""
@@ -85,7 +63,7 @@ class TorqueRate(Modelled):
         """The rate at an instant, by a central difference along the motion, and the bounds."""
         h = INSTANT
         sides = [
-            self._torque.of(
+            self.of(
                 position + way * velocity + 0.5 * h * h * acceleration,
                 velocity + way * acceleration + 0.5 * h * h * jerk,
                 acceleration + way * jerk,
@@ -93,7 +71,7 @@ class TorqueRate(Modelled):
             for way in (h, -h)
         ]
         found = (sides[0] - sides[1]) / (2.0 * h)
-        return found, np.broadcast_to(list(self.most.values()), found.shape)
+        return found, np.broadcast_to(self.bounds, found.shape)
 
     def rows(self, s: Array, d: Array) -> ModelRows:
         """a q''/2 + (a'/2 + b) q' + b' q + c', by central differences of a, b and c along the path, over the bound."""
@@ -107,12 +85,12 @@ class TorqueRate(Modelled):
                 r2 + h * r3,
             )
             none = np.zeros_like(at)
-            c = self._torque.of(at, none, none)
-            return self._torque.of(at, none, one) - c, self._torque.of(at, one, two) - c, c
+            c = self.of(at, none, none)
+            return self.of(at, none, one) - c, self.of(at, one, two) - c, c
 
         a, b, _ = parts(0.0 * h)
         (a1, b1, c1) = ((ahead - behind) / (2.0 * h) for ahead, behind in zip(parts(h), parts(-h), strict=True))
-        most = np.array(list(self.most.values()))
+        most = self.bounds
         some = np.isfinite(most)
         jerk = np.stack([b1, 0.5 * a1 + b, 0.5 * a], axis=1)[:, :, some] / most[some]
         return ModelRows(jerk=jerk.transpose(2, 1, 0), rest=(c1[:, some] / most[some]).T)
