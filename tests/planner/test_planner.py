@@ -21,8 +21,8 @@ from splinefeed.planner import strategies as planner
 from splinefeed.planner.conditions import Conditions, least_jump
 from splinefeed.planner.horizon import SolverSettings, plan_window
 from splinefeed.planner.law import quintics
+from splinefeed.planner.path_rows import within_reach
 from splinefeed.planner.profiles import pieces, solve_in_row
-from splinefeed.planner.rows import within_reach
 from splinefeed.planner.solve import End, Problem, solve
 from splinefeed.planner.spline import Spline
 from splinefeed.planner.ticks import held_at_ticks
