@@ -359,11 +359,11 @@ def test_a_doctype_without_entities_is_read(tmp_path: Path) -> None:
 
 
 def test_uses_that_multiply_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(svg, "MAX_DRAWN", 5000)
+    monkeypatch.setattr(svg, "MAX_USED", 5000)
     file = tmp_path / "bad.svg"
     groups = "".join(f'<g id="g{i}">{f"""<use href="#g{i + 1}"/>""" * 10}</g>' for i in range(9))
     file.write_text(drawing(ROOTS["mm"], f'<defs>{groups}<path id="g9" d="M0 0H1"/></defs><use href="#g0"/>'))
-    with pytest.raises(FormatError, match="more than 5000 elements are drawn, uses counted each time"):
+    with pytest.raises(FormatError, match="more than 5000 elements are drawn by uses"):
         read_all(file)
     deep = "".join(f'<g id="g{i}"><use href="#g{i + 1}"/></g>' for i in range(60)) + '<path id="g60" d="M0 0H1"/>'
     file.write_text(drawing(ROOTS["mm"], f'<defs>{deep}</defs><use href="#g0"/>'))

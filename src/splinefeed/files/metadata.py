@@ -12,7 +12,7 @@ import numpy as np
 import splinefeed
 from splinefeed.errors import FormatError, InputError, SplinefeedError
 from splinefeed.files.plain import plain
-from splinefeed.files.sizes import MAX_AXES, MAX_COORDINATE
+from splinefeed.files.sizes import MAX_COORDINATE
 from splinefeed.files.source import in_brief
 from splinefeed.numbers import MOST
 from splinefeed.records import (
@@ -37,8 +37,6 @@ COLUMNS = {"t": "s", "curve": "1", "u": "1", "s": "mm", "feed": "mm/s"}
 Part = TypeVar("Part")
 #: What writes a file: it is sent one part after the other, and None behind the last.
 Sink: TypeAlias = Generator[None, Part | None, None]
-#: What all parts of a record have in common.
-_ALIKE = ("axes", "period", "method")
 #: Columns that not every response has.
 MAYBE = ("contour_error", *STREAM_COLUMNS)
 _FINITE = ("t", "u", "s", "feed", "position", "command", "measured", "output", "breaks", "coefficients")
@@ -184,45 +182,6 @@ def write_rows(stream: TextIO, columns: Sequence[Array | IntArray], between: str
     for start in range(0, len(columns[0]), _ROWS_AT_ONCE):
         part = np.column_stack([column[start : start + _ROWS_AT_ONCE] for column in columns])
         stream.write(row * len(part) % tuple(part.ravel().tolist()))
-
-
-class PartCheck:
-    """Checks the parts of setpoints or of a response as they come: each finite and like the first, `most` ticks in all.
-
-    `see` says whether a part has ticks; `end` is called behind the last one. Both raise InputError or FormatError.
-    """
-
-    def __init__(self, path: object, most: int, kinds: Any = Setpoints) -> None:
-        self.path, self.most, self.kinds = path, most, kinds
-        self.first: Any = None
-        self.ticks = 0
-
-    def see(self, part: Any) -> bool:
-        """Check the next part; InputError where it is not like the first, FormatError for too many ticks."""
-        path, ticks = self.path, self.ticks
-        if not isinstance(part, self.kinds):
-            raise InputError(f"{path}: setpoints are saved from Setpoints, got {type(part).__name__}")
-        first = self.first = part if self.first is None else self.first
-        for name in _ALIKE:
-            here, there = getattr(part, name, None), getattr(first, name, None)
-            if here != there:
-                raise InputError(f"{path}: the chunk at tick {ticks} has {name} {here!r}, the first one {there!r}")
-        if any((getattr(part, name, None) is None) != (getattr(first, name, None) is None) for name in MAYBE):
-            raise InputError(f"{path}: the chunk at tick {ticks} has other columns than the first one")
-        if len(part.axes) > MAX_AXES:
-            raise InputError(f"{path}: there are {len(part.axes)} axes; at most {MAX_AXES} can be saved")
-        check_columns(part)
-        self.ticks += len(part)
-        if self.ticks > self.most:
-            raise FormatError(
-                f"{path}: more than {self.most} ticks do not fit in this format; write HDF5 or several files"
-            )
-        return len(part) > 0
-
-    def end(self) -> None:
-        """FormatError where no part had ticks."""
-        if self.ticks == 0:
-            raise FormatError(f"{self.path}: there are no ticks to save")
 
 
 def check_columns(part: Setpoints | Response | TimeLaw) -> None:

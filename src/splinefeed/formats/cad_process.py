@@ -25,10 +25,9 @@ import numpy as np
 from splinefeed.curves.arcs import arc
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.editing import unbroken
-from splinefeed.errors import CurveError, FormatError, InputError
+from splinefeed.errors import CurveError, InputError
 from splinefeed.files.metadata import naming
 from splinefeed.files.native_process import ask
-from splinefeed.files.sizes import MAX_DRAWING_CURVES, MAX_DRAWING_POINTS
 from splinefeed.formats.drawing import BROKEN, Drawing
 from splinefeed.paths.contents import Contents
 
@@ -116,7 +115,6 @@ class Gathered:
         self.findings: list[str] = []
         self.left_out: Counter[str] = Counter()
         self.unshown: Counter[str] = Counter()
-        self.curves = self.points = 0
 
     def reads(self, unseen: str) -> bool:
         """Whether something is read that is `unseen` in the author's program, for this reason; "" if it is seen."""
@@ -124,11 +122,7 @@ class Gathered:
         return bool(self.task["hidden"]) or not unseen
 
     def add(self, curves: Sequence[Curve], name: str = "") -> None:
-        """One path; FormatError for more curves or points than can be read."""
-        self.curves += len(curves)
-        self.points += sum(len(each["points"]) for each in curves)
-        if self.curves > MAX_DRAWING_CURVES or self.points > MAX_DRAWING_POINTS:
-            raise FormatError(f"has more than {MAX_DRAWING_CURVES} curves or {MAX_DRAWING_POINTS} control points")
+        """One path."""
         self.groups.append({"name": name, "curves": curves})
 
     def wants_edges(self) -> bool:

@@ -151,7 +151,7 @@ class EntityReader:
                 self.drawing.fault(str(error))
 
     def understood(self, entity: Entity) -> Any:
-        """The entity as ezdxf loads it; InputError for what it cannot, lacks a place, or has a number not finite."""
+        """The entity as ezdxf loads it; InputError for what it cannot, or lacks a place."""
         try:
             loaded = entity.loaded()
         except InputError as error:
@@ -165,10 +165,6 @@ class EntityReader:
         # a spline lies in space as it is, whatever its extrusion
         if "extrusion" in values and values["extrusion"].is_null and entity.kind not in ("SPLINE", "HELIX"):
             raise self._error(entity, "the extrusion (group 210) has no length")
-        for name, value in values.items():
-            size = value.x + value.y + value.z if isinstance(value, Vec3) else value
-            if isinstance(size, float) and not math.isfinite(size):
-                raise self._error(entity, f"{name} is {value}; expected finite numbers")
         return loaded
 
     def _error(self, entity: Entity, text: str) -> InputError:
@@ -258,8 +254,6 @@ class EntityReader:
 
     def _lwpolyline(self, entity: Entity, line: Any) -> list[NurbsCurve]:
         rows = np.array(line.lwpoints.values).reshape(-1, 5)  # x, y, two widths, bulge
-        if not np.isfinite(rows).all():
-            raise self._error(entity, "has a vertex that is not finite")
         if line.dxf.get("const_width", 0.0) or rows[:, 2:4].any():
             self.drawing.notes[_WIDE] += 1
         points = np.column_stack([rows[:, :2], np.full(len(rows), line.dxf.elevation)])
@@ -307,8 +301,6 @@ class EntityReader:
     def _spline(self, entity: Entity, spline: Any) -> list[NurbsCurve]:
         control, fit = (np.array(each.values).reshape(-1, 3) for each in (spline.control_points, spline.fit_points))
         knots, weights = np.array(spline.knots), np.array(spline.weights)
-        if not all(np.isfinite(values).all() for values in (control, fit, knots, weights)):
-            raise self._error(entity, "has a point, knot or weight that is not finite")
         if not len(control):
             return self._through(entity, spline, fit)
         if len(weights) not in (0, len(control)):

@@ -168,49 +168,26 @@ def _iges(file: str, folder: pathlib.Path) -> tuple[Any, list[str], str]:
 def _without_comments(file: pathlib.Path, target: pathlib.Path) -> pathlib.Path:
     """The file, or a copy without comments behind the parameters of its entities, which OCCT takes for parameters.
 
-    IGES 5.3, 2.2.4.5: what stands behind the record delimiter of an entity, on its lines, is comment.
+    A line of comment becomes an empty record, so that no line has another number. IGES 5.3, 2.2.4.5: what stands behind
+    the record delimiter of an entity, on its lines, is comment.
     """
     lines = file.read_bytes().splitlines()
     delimiter, owner, ended, changed = b";", b"", False, False
-    kept: list[bytes] = []
-    new_number = [0]  # of each line of section P, from 1: how many are kept up to it
-    for line in lines:
-        if line[72:73] == b"G" and (said := re.match(rb"(?:1H.)?.1H(.)", line[:12])) and not new_number[1:]:
-            delimiter = said[1] if line[72:80].strip() == b"G0000001" else delimiter
-        if line[72:73] == b"P":
-            if line[64:72] != owner:
-                owner, ended = line[64:72], False
-            new_number.append(new_number[-1] + (not ended))
-            changed |= ended
-            if ended:
-                continue
-            end = _record_end(line[:64], delimiter)
-            ended = end >= 0
-            changed |= ended and bool(line[end + 1 : 64].strip())
-            line = (line[: end + 1].ljust(64) if ended else line[:64]) + line[64:73] + b"%07d" % new_number[-1]
-        kept.append(line)
+    for i, line in enumerate(lines):
+        if line[72:].strip() == b"G0000001" and (said := re.match(rb"(?:1H.)?.1H(.)", line[:12])):
+            delimiter = said[1]
+        if line[72:73] != b"P":
+            continue
+        ended = ended and line[64:72] == owner
+        owner, end = line[64:72], 0 if ended else _record_end(line[:64], delimiter)
+        ended |= end >= 0
+        kept = (delimiter if ended and end == 0 else line[: end + 1]).ljust(64) if ended else line[:64]
+        changed |= kept != line[:64]
+        lines[i] = kept + line[64:]
     if not changed:
         return file
-    try:
-        _renumber(kept, new_number)
-    except (ValueError, IndexError):  # a directory that is wrong itself: OCCT says so
-        return file
-    target.write_bytes(b"\n".join([*kept, b""]))
+    target.write_bytes(b"\n".join([*lines, b""]))
     return target
-
-
-def _renumber(lines: list[bytes], new_number: list[int]) -> None:
-    """Pointers of the directory to lines of section P and their counts, and the count at the end, by new numbers."""
-    first = 0
-    for i, line in enumerate(lines):
-        if line[72:73] == b"D" and int(line[73:80]) % 2:
-            first = int(line[8:16])
-            lines[i] = line[:8] + b"%8d" % (new_number[first - 1] + 1) + line[16:]
-        elif line[72:73] == b"D":
-            count = int(line[24:32])
-            lines[i] = line[:24] + b"%8d" % (new_number[first - 1 + count] - new_number[first - 1]) + line[32:]
-        elif line[72:73] == b"T":
-            lines[i] = re.sub(rb"P[ 0-9]{7}", b"P%07d" % new_number[-1], line, count=1)
 
 
 def _record_end(text: bytes, delimiter: bytes) -> int:

@@ -10,10 +10,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, overload
 
-from splinefeed.errors import FormatError, expect
+from splinefeed.errors import FormatError, InputError, expect
 from splinefeed.files.atomic import atomic_write
-from splinefeed.files.metadata import PartCheck, described, naming, to_degrees, to_radians
-from splinefeed.files.sizes import MAX_TICKS, MAX_TICKS_AT_ONCE, MAX_TICKS_IN_CHUNKS
+from splinefeed.files.metadata import MAYBE, check_columns, described, naming, to_degrees, to_radians
+from splinefeed.files.sizes import MAX_AXES, MAX_TICKS, MAX_TICKS_AT_ONCE, MAX_TICKS_IN_CHUNKS
 from splinefeed.files.source import check_file
 from splinefeed.formats import hdf5
 from splinefeed.records import Limits, Response, Setpoints, TimeLaw
@@ -51,6 +51,8 @@ FORMATS = {
     "halstreamer": SetpointFormat((".halstream",), "setpoints_text", "deg"),
     "pvt": SetpointFormat((".pvt",), "setpoints_text", "deg", at_once=True),
 }
+#: What all parts of a record have in common.
+_ALIKE = ("axes", "period", "method")
 #: Pulse words of a motion card as its driver takes them.
 _BITS = ".bits"
 
@@ -106,8 +108,10 @@ class Writer:
         self.path, self._name = path, _format_of(path)
         self._form = FORMATS[self._name]
         hdf = self._name == "hdf5"
-        most = MAX_TICKS_IN_CHUNKS if hdf else MAX_TICKS_AT_ONCE if self._form.at_once else MAX_TICKS
-        self._check = PartCheck(path, most, Setpoints | Response if hdf else Setpoints)
+        self._most = MAX_TICKS_IN_CHUNKS if hdf else MAX_TICKS_AT_ONCE if self._form.at_once else MAX_TICKS
+        self._kinds: Any = Setpoints | Response if hdf else Setpoints
+        self._first: Any = None
+        self._ticks = 0
         self._open, self._parts = ExitStack(), list[Setpoints]()
         self._send: Callable[[Any], None] | None = None
 
@@ -120,7 +124,8 @@ class Writer:
 
     def feed(self, part: Any) -> None:
         """The next chunk of setpoints or of a response."""
-        if not self._check.see(part):
+        self._check(part)
+        if not len(part):
             return
         if self._form.rotary == "deg":
             part = replace(part, position=to_degrees(part.position, part.axes))
@@ -134,11 +139,33 @@ class Writer:
 
     def finish(self) -> None:
         """End the file and put it in its place; FormatError where no chunk had ticks."""
-        self._check.end()
+        if self._ticks == 0:
+            raise FormatError(f"{self.path}: there are no ticks to save")
         if self._form.at_once:
             with atomic_write(self.path) as temporary, naming(self.path):
                 _function(self._name, "write")(Setpoints.joined(self._parts), temporary)
         self._open.close()
+
+    def _check(self, part: Any) -> None:
+        """InputError where a part is not sound or not like the first, FormatError for too many ticks."""
+        path, ticks = self.path, self._ticks
+        if not isinstance(part, self._kinds):
+            raise InputError(f"{path}: setpoints are saved from Setpoints, got {type(part).__name__}")
+        first = self._first = part if self._first is None else self._first
+        for name in _ALIKE:
+            here, there = getattr(part, name, None), getattr(first, name, None)
+            if here != there:
+                raise InputError(f"{path}: the chunk at tick {ticks} has {name} {here!r}, the first one {there!r}")
+        if any((getattr(part, name, None) is None) != (getattr(first, name, None) is None) for name in MAYBE):
+            raise InputError(f"{path}: the chunk at tick {ticks} has other columns than the first one")
+        if len(part.axes) > MAX_AXES:
+            raise InputError(f"{path}: there are {len(part.axes)} axes; at most {MAX_AXES} can be saved")
+        check_columns(part)
+        self._ticks += len(part)
+        if self._ticks > self._most:
+            raise FormatError(
+                f"{path}: more than {self._most} ticks do not fit in this format; write HDF5 or several files"
+            )
 
 
 @overload

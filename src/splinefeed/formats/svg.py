@@ -31,11 +31,8 @@ from splinefeed.formats.svg_write import write as write
 from splinefeed.numbers import finite
 from splinefeed.paths.contents import Contents
 
-#: Elements drawn in one file, those that are used again counted each time, and how deep uses may be nested.
-MAX_DRAWN = 500_000
-#: ... and of these by uses, all within a used element counted each time.
-MAX_USED = 100_000
-MAX_USES = 32
+#: Elements drawn by uses, all within a used element counted each time, and how deep uses may be nested.
+MAX_USED, MAX_USES = 100_000, 32
 _MM_PER_PIXEL = 25.4 / 96.0
 _SHAPES = {"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"}
 _HOLDERS = {"g", "a", "svg", "switch", "symbol", "use"}
@@ -45,7 +42,6 @@ _SILENT = {
     "linearGradient", "radialGradient", "view", "cursor", "animate", "animateTransform", "animateMotion", "set",
     "font", "font-face",
 }  # fmt: skip
-_QUOTED_DATA = re.compile(r"""path\(\s*(["'])(.*)\1\s*\)""", re.DOTALL)
 _DECIMALS = re.compile(r"\.([0-9]+(?:[eE][-+0-9]+)?)")
 #: Properties of fill and stroke that are inherited.
 _PAINT = ("fill", "stroke", "fill-opacity", "stroke-opacity", "stroke-width", "stroke-dasharray")
@@ -117,7 +113,7 @@ class _SvgReader:
         self.root, self.drawing, self.pixel, self.written = root, drawing, pixel, written
         self.styles = Styles(root)
         self.drawing.findings += self.styles.findings
-        self.drawn = self.depth = self.used = 0
+        self.depth = self.used = 0
         self.named: dict[str, Node] = {}
         groups: dict[str, None] = {}
         for node in root.walk():
@@ -168,15 +164,11 @@ class _SvgReader:
     def _node(self, node: Node, at: _Place, used: Mapping[str, str] | None = None) -> None:
         """Draw an element; `used` are the sizes that a use gives to a symbol or an inner svg."""
         tag = node.tag
-        self.drawn += 1
         self.used += bool(at.uses)
         if self.used > MAX_USED:
             raise InputError(f"{node.place()}: more than {MAX_USED} elements are drawn by uses; write them out")
-        if self.drawn > MAX_DRAWN or self.depth > MAX_DEPTH:
-            raise InputError(
-                f"{node.place()}: more than {MAX_DRAWN} elements are drawn, uses counted each time, "
-                f"or they are nested more than {MAX_DEPTH} deep"
-            )
+        if self.depth > MAX_DEPTH:
+            raise InputError(f"{node.place()}: elements are nested more than {MAX_DEPTH} deep")
         if tag in _SILENT and not (tag == "symbol" and used is not None):
             return
         given = self.styles.of(node)
@@ -243,9 +235,7 @@ class _SvgReader:
 
     def _shape(self, node: Node, given: Mapping[str, str], at: _Place) -> None:
         if node.tag == "path":
-            data = given.get("d", "")
-            quoted = _QUOTED_DATA.fullmatch(data.strip())
-            runs, fault = svg_paths.parse(data if quoted is None else quoted[2])
+            runs, fault = svg_paths.parse(given.get("d", ""))
             if fault:
                 self.drawing.fault(f"{node.place()}: path data: {fault}", "what comes before it is kept")
         else:

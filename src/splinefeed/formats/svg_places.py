@@ -9,11 +9,9 @@ from typing import NamedTuple
 
 from splinefeed.numbers import within
 
-#: Pixels of one unit of a length: CSS fixes the pixel at 1/96 inch; degrees of one unit of an angle.
+#: Pixels of one unit of a length: CSS fixes the pixel at 1/96 inch.
 PIXELS = {"": 1.0, "px": 1.0, "in": 96.0, "cm": 96.0 / 2.54, "mm": 96.0 / 25.4, "q": 24.0 / 25.4, "pt": 4.0 / 3.0,
           "pc": 16.0}  # fmt: skip
-_DEGREES = {"": 1.0, "deg": 1.0, "grad": 0.9, "rad": 180.0 / math.pi, "turn": 360.0}
-_PLAIN = {"": 1.0}
 _SIDES = {"left": "0%", "top": "0%", "center": "50%", "right": "100%", "bottom": "100%"}
 #: Possessive, and no number begins inside a row of digits: the time is in proportion to the length of a text.
 _DIGITS = r"(?>[+-]?(?:(?<![0-9])[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?)"
@@ -56,22 +54,21 @@ class View(NamedTuple):
         return self.height if "y" in name or name == "height" else self.width
 
 
-def quantity(text: str, name: str, units: Mapping[str, float], whole: float | None = None) -> float:
-    """A number in one of `units`, or in % of the `whole`; ShapeError with the `name` for anything else."""
+def quantity(text: str, name: str, whole: float | None = None) -> float:
+    """A length in px, or in % of the `whole`; ShapeError with the `name` for anything else."""
     match = _QUANTITY.fullmatch(text.strip())
     unit = match[2].lower() if match else "?"
-    factor = whole / 100.0 if unit == "%" and whole is not None else units.get(unit, math.nan)
+    factor = whole / 100.0 if unit == "%" and whole is not None else PIXELS.get(unit, math.nan)
     value = float(match[1]) * factor if match else math.nan
     if not within(value):
-        known = f" in {', '.join(filter(None, units))}" if len(units) > 1 else ""
-        raise ShapeError(f"{name} is {text.strip()[:40]!r}; expected a number{known}")
+        raise ShapeError(f"{name} is {text.strip()[:40]!r}; expected a number in {', '.join(filter(None, PIXELS))}")
     return value
 
 
 def length(given: Mapping[str, str], name: str, view: View, otherwise: float = 0.0) -> float:
     """The attribute `name` in user units."""
     text = given.get(name, "").strip()
-    return quantity(text, name, PIXELS, view.whole(name)) if text not in ("", "auto") else otherwise
+    return quantity(text, name, view.whole(name)) if text not in ("", "auto") else otherwise
 
 
 def _one_blank(text: str) -> str:
@@ -84,7 +81,7 @@ def numbers(text: str, name: str) -> list[float]:
     text = _one_blank(text)
     values = [float(word) for word in _NUMBER.findall(text)]
     rest = _NUMBER.sub(" ", text).split()
-    if rest or not all(map(within, values)):
+    if rest or text.startswith(",") or not all(map(within, values)):
         raise ShapeError(f"{name}: {rest[0][:40] if rest else text[:40]!r} is not a number")
     return values
 
@@ -96,29 +93,15 @@ def _rotation(degrees: float, x: float = 0.0, y: float = 0.0) -> Affine:
     return Affine(e=x, f=y).after(Affine(cosine, sine, -sine, cosine)).after(Affine(e=-x, f=-y))
 
 
-def _slope(degrees: float) -> float:
-    return math.tan(math.radians(degrees))
-
-
-#: Functions of a transform: the units of their arguments, how many of them there may be, and the map. CSS takes
-#: capitals for small letters.
-_FUNCTIONS: dict[str, tuple[tuple[dict[str, float], ...], tuple[int, ...], Callable[..., Affine]]] = {
-    "matrix": ((_PLAIN,) * 6, (6,), Affine),
-    "translate": ((PIXELS, PIXELS), (1, 2), lambda x, y=0.0: Affine(e=x, f=y)),
-    "translatex": ((PIXELS,), (1,), lambda x: Affine(e=x)),
-    "translatey": ((PIXELS,), (1,), lambda y: Affine(f=y)),
-    "scale": ((_PLAIN, _PLAIN), (1, 2), lambda x, y=None: Affine(a=x, d=x if y is None else y)),
-    "scalex": ((_PLAIN,), (1,), lambda x: Affine(a=x)),
-    "scaley": ((_PLAIN,), (1,), lambda y: Affine(d=y)),
-    "rotate": ((_DEGREES, PIXELS, PIXELS), (1, 3), _rotation),
-    "skew": ((_DEGREES, _DEGREES), (1, 2), lambda x, y=0.0: Affine(b=_slope(y), c=_slope(x))),
-    "skewx": ((_DEGREES,), (1,), lambda x: Affine(c=_slope(x))),
-    "skewy": ((_DEGREES,), (1,), lambda y: Affine(b=_slope(y))),
+#: Functions of a transform: how many numbers there may be, and the map.
+_FUNCTIONS: dict[str, tuple[tuple[int, ...], Callable[..., Affine]]] = {
+    "matrix": ((6,), Affine),
+    "translate": ((1, 2), lambda x, y=0.0: Affine(e=x, f=y)),
+    "scale": ((1, 2), lambda x, y=None: Affine(a=x, d=x if y is None else y)),
+    "rotate": ((1, 3), _rotation),
+    "skewX": ((1,), lambda x: Affine(c=math.tan(math.radians(x)))),
+    "skewY": ((1,), lambda y: Affine(b=math.tan(math.radians(y)))),
 }
-
-
-#: A number with its unit, which another one may follow without a blank.
-_TIGHT = re.compile(r"[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:e[-+]?[0-9]+)?(?:[a-df-z%][a-z]*)?", re.IGNORECASE)
 
 
 def transform(given: Mapping[str, str], view: View) -> Affine:
@@ -134,20 +117,17 @@ def transform(given: Mapping[str, str], view: View) -> Affine:
     if rest := _FUNCTION.sub(" ", text).strip():
         raise ShapeError(f"transform: expected functions such as translate(1 2), got {rest[:40]!r}")
     for kind, inside in _FUNCTION.findall(text):
-        words = _TIGHT.findall(inside)  # browsers take 40-5 and 0.5.5 as two numbers each
-        if re.sub(r"[\s,]", "", inside) != "".join(words) or re.search(r",\s*,|^\s*,|,\s*$", inside):
-            words = re.split(r"\s*,\s*|\s+", inside.strip())
-        units, counts, make = _FUNCTIONS.get(kind.lower(), ((), (), Affine))
-        if len(words) not in counts:
+        values = numbers(inside, f"transform: {kind}")
+        counts, make = _FUNCTIONS.get(kind, ((), Affine))
+        if len(values) not in counts:
             raise ShapeError(f"transform: {kind}({inside[:40]}) is not a function of SVG with as many numbers")
-        values = [quantity(word, f"transform: {kind}", unit) for word, unit in zip(words, units, strict=False)]
         whole = whole.after(make(*values))
     if about := given.get("transform-origin", "").lower().split():
         about = [*about, "center"][:2]
         if about[0] in ("top", "bottom") or about[1] in ("left", "right"):
             about.reverse()
         words = [_SIDES.get(word, word) for word in about]
-        x, y = (quantity(word, "transform-origin", PIXELS, of) for word, of in zip(words, view, strict=True))
+        x, y = (quantity(word, "transform-origin", of) for word, of in zip(words, view, strict=True))
         return Affine(e=x, f=y).after(whole).after(Affine(e=-x, f=-y))
     return whole
 
@@ -159,7 +139,7 @@ def viewport(given: Mapping[str, str], view: View) -> tuple[Affine, View, View]:
         text = given.get(name, "").strip()
         text = "100%" if text in ("", "auto") else text
         relative = text.endswith("%") and around is None
-        sizes.append(None if relative else quantity(text, name, PIXELS, around))
+        sizes.append(None if relative else quantity(text, name, around))
         if sizes[-1] is not None and sizes[-1] <= 0.0:
             raise ShapeError("its width or height is not above 0")
     width, height = sizes
