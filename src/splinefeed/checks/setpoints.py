@@ -145,10 +145,12 @@ class Judge:
         new = CheckedTicks(**vars(place), t=t, dt=dt, still=still, values=values)
         if not self.ticks:
             self._start = float(t[0])
-            self._check_end("start", new)
             if self.start.feed == 0.0:  # what came before is a stand
                 self._tail = new.part(0, 1).stand(self.period)
+        first = self.ticks == 0
         self._measure(new, last)
+        if first:  # how much a place rounds is measured
+            self._check_end("start", new)
         if last:
             self._check_end("end", new)
             crept = np.abs(self.duration - (self.ticks - 2) * self.period - dt[-1:])
@@ -302,7 +304,7 @@ class Judge:
         if not (missing <= self.allowed + 16.0 * EPSILON * self.scale and turned <= self.allowed):
             also = f" and {np.degrees(turned):.6g} deg" if turned > self.allowed else ""
             detail = f"{missing:.6g} {unit_along(path.axes)}{also}"
-            at, tick = slice(k, None if k else 1), max(self.ticks - 1, 0)
+            at, tick = slice(k, None if k else 1), 0 if kind == "start" else max(self.ticks - 1, 0)
             self._fault(kind, np.ones(1, bool), np.array([missing]), place.t[at], place.s[at], detail, tick=tick)
 
     # --- steps -------------------------------------------------------------------------------------------------------
