@@ -55,4 +55,4 @@ def test_motions_are_planned_alike_under_every_kernel() -> None:
         there = planned(kernel)
         assert not [seed for seed, found in there.items() if isinstance(found, str)]
         apart = [seed for seed in here if abs(float(here[seed]) - float(there[seed])) > 1.0 + 1e-6]
-        assert len(apart) <= 2, (kernel, apart)  # an interior point of hundreds of steps ends elsewhere by a hair
+        assert len(apart) <= 1, (kernel, apart)

@@ -58,7 +58,7 @@ def check(
 ) -> Verdict:
     """Check that setpoints, whole or in chunks, lie on `path`, cover it, keep their period, and hold every limit.
 
-    A limit holds if worst <= limit (1 + 1e-9) + floor at every place. Of a difference the floor is what the rounding of
+    A limit holds if worst <= limit (1 + 1e-6) + floor at every place. Of a difference the floor is what the rounding of
     its own setpoints makes of it: up to 2^k r / T^k at order k,
 
         r = eps max(length of the path, |u| |C'(u)|) + eps t v   along the path, at time t and feed v

@@ -162,7 +162,10 @@ class Horizon:
         return dataclasses.replace(found, c=self.problem.complete(c), z=z)
 
     def guess(self) -> Array:
-        """Coefficients to begin with: a share of the least q is thought to be where each acts, less next to rest."""
+        """Coefficients to begin with: a share of the least q is thought to be where each acts, less next to rest.
+
+        From rest to rest so little of it that every row holds: a solution from there hangs less on rounding.
+        """
         at, size = self.spline.greville(), self.spline.size
         thought = np.interp(self.spline.t, self.samples.s, self.q)
         c: Array = GUESS * np.min([thought[k : k + size] for k in range(DEGREE + 2)], axis=0)
@@ -174,6 +177,10 @@ class Horizon:
                 far = np.abs(self.samples.s - (self.low, self.high)[place])
                 must = (end.q - 2.0 * self.q) / np.maximum(far, TINY)
                 c = np.maximum(c, end.q - max(2.0 * self.samples.push, float(np.max(must))) * away)
+        if all(end.rest for end in self.ends):
+            q, slope, bend = self.problem.look(self.problem.complete(c))[0]
+            v = np.sqrt(np.maximum(q, TINY))
+            c = c / max(1.0, float(np.max(self.problem.rows.shares(v, 0.5 * slope, 0.5 * v * bend))))
         return c
 
     def of_cells(self, shares: Array) -> Array:
