@@ -35,14 +35,36 @@ POSE = 6
 class Arm:
     """A serial arm: joints in rad, sliding ones in mm, from its base to its tip; `sf.robot` makes it.
 
-    joints   their names from the base on;  turns  which of them turn;  base, tip  names of links
-    minimum, maximum, velocity, acceleration, jerk, most_torque, torque_rate  (joints,): limits, infinite where none
-    friction  coulomb and viscous by joint, which limits of torque count and `torque` does not
-    bodies   the masses it moves, or None without torque;  notes  what of the files was left out or assumed
+    Joints q are (..., joints), as are the torques of `torque`, N m (sliding joints: N).
 
-    Joints q are (..., joints), as are the torques of `torque`, N m (sliding joints: N). Methods raise InputError
-    for joints of another number. Source: wiki.ros.org/urdf/XML.
+    Attributes:
+    ----------
+    joints : tuple of str
+        Their names, from the base on.
+    turns : tuple of bool
+        Which of them turn; the others slide.
+    base, tip : str
+        Names of links.
+    minimum, maximum, velocity, acceleration, jerk, most_torque, torque_rate : array (joints,)
+        Limits, infinite where there is none.
+    friction : mapping
+        `coulomb` and `viscous` by joint, which limits of torque count and `torque` does not.
+    bodies : RigidBodies or None
+        The masses that it moves; None without torque.
+    notes : tuple of str
+        What of the files was left out or assumed.
 
+    Raises:
+    ------
+    InputError
+        By methods, for joints of another number.
+
+    Notes:
+    -----
+    Source: wiki.ros.org/urdf/XML.
+
+    Examples:
+    --------
     >>> import splinefeed as sf
     >>> text = '''<robot name="turntable"><link name="base"/><link name="table"/><joint
     ... name="turn" type="continuous"><parent link="base"/><child link="table"/><axis xyz="0 0 1"/></joint></robot>'''
@@ -108,17 +130,37 @@ class Arm:
         times: ArrayLike | None = None,
         name: str = "path",
     ) -> Path:
-        """One smooth path through joint waypoints (n, joints), rad and mm, that stops only at its ends.
+        """Make one smooth path through joint waypoints, which stops only at its ends.
 
-        The natural spline of degree 5, which bends least and hardly swings beyond waypoints: a curve
-        from each to the next.
+        Parameters
+        ----------
+        waypoints : array (n, joints)
+            In rad, of sliding joints in mm.
+        near : float or array (joints,), optional
+            How far each joint may pass beside a waypoint, rad or mm; ends are met.
+        duration : float, optional
+            Wanted of the whole motion, s: `sf.plan` slows it down as a whole.
+        times : array (n,), optional
+            Wanted at each waypoint, s, the first 0, NaN where any will do: `sf.plan` slows down what is too early.
+        name : str, optional
+            In files and figures.
 
-        near      how far each joint may pass beside a waypoint, rad or mm, one number or one a joint; ends are met
-        duration  wanted of the whole motion, s: `sf.plan` slows it down as a whole
-        times     wanted at each waypoint, s, the first 0, NaN where any will do: `sf.plan` slows down what is too early
+        Returns:
+        -------
+        Path
+            The natural spline of degree 5, which bends least and hardly swings beyond waypoints: a curve from each to
+            the next.
 
-        Raises CurveError for waypoints that are the same or out of limits; `sf.plan` PlanError for times that are too
-        short, with the shortest. Source: E. T. Y. Lee, Computer-Aided Design 21(6), 1989.
+        Raises:
+        ------
+        CurveError
+            For waypoints that are the same or out of limits.
+        PlanError
+            By `sf.plan`, for times that are too short, with the shortest.
+
+        Notes:
+        -----
+        Source: E. T. Y. Lee, Computer-Aided Design 21(6), 1989.
         """
         points = checked_waypoints(waypoints, self.joints)
         for row, point in enumerate(points):
@@ -137,17 +179,35 @@ class Arm:
         hold: str | Sequence[str] = (),
         feed: float | None = None,
     ) -> ArmPath:
-        """The joints along a curve of the tip, x, y, z in mm, in the base's frame: exact at every place.
+        """Make the joints along a curve of the tip, exact at every place.
 
-        start        joints where the curve begins, rad, sliding ones mm; `inverse` finds them
-        orientation  of the tip: a rotation (3, 3) or quaternion x, y, z, w; quaternions (k, 4) at equal shares of the
-                     length, through which it turns smoothly; default that of the start, all along
-        hold         names of the joints beyond six, which stay as they start
-        feed         of the tip, mm/s, a limit like any
+        Parameters
+        ----------
+        curve : Path or NurbsCurve
+            Of x, y, z, mm, in the base's frame.
+        start : array (joints,)
+            Joints where the curve begins, rad, sliding ones mm; `inverse` finds them.
+        orientation : array, optional
+            Of the tip: a rotation (3, 3) or quaternion x, y, z, w; quaternions (k, 4) at equal shares of the length,
+            through which it turns smoothly; default that of the start, all along.
+        hold : str or sequence of str, optional
+            The joints beyond six, which stay as they start.
+        feed : float, optional
+            Of the tip, mm/s, a limit like any.
 
-        `sf.plan` and all else takes it as it takes a path. Raises InputError for a start that is not on the curve;
-        CurveError where the curve is out of reach or the arm singular, LimitsError where a joint leaves its limits,
-        each with the place.
+        Returns:
+        -------
+        ArmPath
+            `sf.plan` and all else takes it as it takes a path.
+
+        Raises:
+        ------
+        InputError
+            For a start that is not on the curve.
+        CurveError
+            Where the curve is out of reach or the arm singular, with the place.
+        LimitsError
+            Where a joint leaves its limits, with the place.
         """
         joints, free = self._start(start), self._free(hold)
         tip = tip_of(curve, feed)
@@ -159,9 +219,23 @@ class Arm:
     def inverse(
         self, place: ArrayLike, orientation: ArrayLike | None, start: ArrayLike, *, hold: str | Sequence[str] = ()
     ) -> Array:
-        """Joints (joints,) whose tip is at a place (3,), mm, and stands like a rotation or quaternion, from `start`.
+        """Find joints (joints,) whose tip is at a place, and stands so.
 
-        orientation  None for that at `start`. Raises InputError for what is not reached, with how far it is off.
+        Parameters
+        ----------
+        place : array (3,)
+            Of the tip, mm.
+        orientation : array or None
+            A rotation (3, 3) or a quaternion x, y, z, w; None for that at `start`.
+        start : array (joints,)
+            Where the search begins, rad and mm.
+        hold : str or sequence of str, optional
+            Joints that stay as they start.
+
+        Raises:
+        ------
+        InputError
+            For what is not reached, with how far it is off.
         """
         joints, free = self._start(start), self._free(hold)
         wanted = finite_array("place", place, (3,), "mm")
@@ -264,24 +338,47 @@ def robot(
 ) -> Arm:
     """Read the serial arm from link `base` to link `tip` of a robot.
 
-    urdf     file, or its text; xacro already expanded
-    tip      link at the end of the arm; may be left out where the robot has one end
-    base     link where the arm begins; default the root
-    limits   a file joint_limits.yaml of MoveIt (needs the extra [robots]), or a mapping of minimum, maximum, velocity,
-             acceleration, jerk, torque and torque_rate to a number, a list in the order of the joints, or values by
-             name: rad (sliding joints: mm), s, N m (N). What it gives stands before <limit> of the URDF; nothing is
-             guessed
-    payload  mass at the tip, kg, or a `Payload` with its centre and inertia
-    torque   whether torques and their limits are read; False for a URDF without inertia
-    friction  a mapping of coulomb, N m (N), and viscous, N m s/rad (N s/mm), to values as those of limits: what
-             limits of torque count, too; the <dynamics> of a URDF is often made up, and is not read
-    gravity  m/s^2 in the frame of the base
+    Parameters
+    ----------
+    urdf : str or Path
+        File, or its text; xacro already expanded.
+    tip : str, optional
+        Link at the end of the arm; may be left out where the robot has one end.
+    base : str, optional
+        Link where the arm begins; default the root.
+    limits : str, Path or mapping, optional
+        A file joint_limits.yaml of MoveIt (needs the extra [robots]), or a mapping of minimum, maximum, velocity,
+        acceleration, jerk, torque and torque_rate to a number, a list in the order of the joints, or values by name:
+        rad (sliding joints: mm), s, N m (N). What it gives stands before <limit> of the URDF; nothing is guessed.
+    payload : float, mapping or Payload, optional
+        Mass at the tip, kg, or a `Payload` with its centre and inertia.
+    torque : bool, optional
+        Whether torques and their limits are read; False for a URDF without inertia.
+    friction : mapping, optional
+        Of coulomb, N m (N), and viscous, N m s/rad (N s/mm), to values as those of limits: what limits of torque
+        count, too; the <dynamics> of a URDF is often made up, and is not read.
+    gravity : array (3,), optional
+        In the frame of the base, m/s^2.
 
-    Returns an Arm. Joints beside the way to the tip (fingers) hang on it at 0; `notes` names them. Links are rigid:
-    motors' rotors, and friction that is not given, are not counted. Raises FormatError for a file that is no URDF of a
-    serial arm, with line, value and mend; LimitsError that names every limit that is missing. Source:
-    wiki.ros.org/urdf/XML.
+    Returns:
+    -------
+    Arm
+        Joints beside the way to the tip (fingers) hang on it at 0; `notes` names them. Links are rigid: motors' rotors,
+        and friction that is not given, are not counted.
 
+    Raises:
+    ------
+    FormatError
+        For a file that is no URDF of a serial arm, with line, value and mend.
+    LimitsError
+        For limits that are missing: it names every one.
+
+    Notes:
+    -----
+    Source: wiki.ros.org/urdf/XML.
+
+    Examples:
+    --------
     >>> import splinefeed as sf
     >>> text = '''<robot name="turntable"><link name="base"/><link name="table"/><joint
     ...  name="turn" type="continuous"><parent link="base"/><child link="table"/><axis xyz="0 0 1"/></joint></robot>'''

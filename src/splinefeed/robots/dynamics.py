@@ -30,9 +30,22 @@ from splinefeed.robots.frames import MM, Frames, onto, rotation_of
 class Payload:
     """What the arm carries, fixed to its tip.
 
-    mass     kg;  center  of mass in the frame of the tip, mm;  inertia  (3, 3) about it in that frame, kg m^2
+    Parameters
+    ----------
+    mass : float
+        In kg.
+    center : array (3,), optional
+        Of the mass, in the frame of the tip, mm.
+    inertia : array (3, 3), optional
+        About the centre, in that frame, kg m^2.
 
-    Raises InputError for a mass that is negative, and for an inertia that no body can have.
+    Raises:
+    ------
+    InputError
+        For a mass that is negative, and for an inertia that no body can have.
+
+    Notes:
+    -----
     Source: wiki.ros.org/urdf/XML, <inertial>.
     Example: `sf.robots.Payload(3.0, center=(0, 0, 50))`
     """

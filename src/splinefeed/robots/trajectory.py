@@ -53,10 +53,31 @@ NANO = 1_000_000_000
 
 
 def motion_at(path: Track, law: TimeLaw, t: ArrayLike) -> tuple[Array, Array, Array, Array]:
-    """Return positions, velocities, accelerations and jerks (n, axes) of the axes at times t (n,), s, of a law.
+    """Return positions, velocities, accelerations and jerks of the axes at any times of a law.
 
-    rad or mm by s, exact: q' = r' v, q'' = r'' v^2 + r' a, q''' = r''' v^3 + 3 r'' v a + r' j (the chain rule).
-    Raises InputError for times outside the law. Source: docs/readers/robots.md.
+    Parameters
+    ----------
+    path : Track
+        That the law is of.
+    law : TimeLaw
+        As `sf.plan` gives it.
+    t : array (n,)
+        Times, s.
+
+    Returns:
+    -------
+    tuple of array (n, axes)
+        rad or mm by s, exact.
+
+    Raises:
+    ------
+    InputError
+        For times outside the law.
+
+    Notes:
+    -----
+    q' = r' v, q'' = r'' v^2 + r' a, q''' = r''' v^3 + 3 r'' v a + r' j (the chain rule).
+    Source: docs/readers/robots.md.
     Example: `q, velocity, acceleration, jerk = sf.robots.motion_at(path, law, [0.1, 0.2])`
     """
     times = np.atleast_1d(np.asarray(t, dtype=np.float64))
@@ -72,14 +93,33 @@ def motion_at(path: Track, law: TimeLaw, t: ArrayLike) -> tuple[Array, Array, Ar
 
 @dataclass(frozen=True, eq=False)
 class JointTrajectory:
-    """Points of a motion: joints, times t (n,), s, and position, velocity, acceleration (n, joints), rad and mm.
+    """Points of a motion, as trajectory_msgs/JointTrajectory has them; `joint_trajectory` makes it.
 
-    units   of each joint, rad or mm: ROS has m, and a file says what slides in it. `joint_trajectory` makes it
-    shares  largest share of each kind of limit that the controller's quintics use at any time, at ticks and between
-    off     how far they are from the motion at the most, rad and mm
-    notes   which limits they do not keep, and by how much; empty where they keep all
+    Attributes:
+    ----------
+    joints : tuple of str
+        Their names.
+    units : tuple of str
+        Of each joint, rad or mm: ROS has m, and a file says what slides in it.
+    t : array (n,)
+        Times, s.
+    position, velocity, acceleration : array (n, joints)
+        In rad and mm by s.
+    shares : mapping of str to float
+        Largest share of each kind of limit that the controller's quintics use at any time, at ticks and between.
+    off : float
+        How far they are from the motion at the most, rad and mm.
+    notes : tuple of str
+        Which limits they do not keep, and by how much; empty where they keep all.
 
-    Raises FormatError for a file that cannot be written. Source: ros2_controllers, trajectory.rst.
+    Raises:
+    ------
+    FormatError
+        By `save`, for a file that cannot be written.
+
+    Notes:
+    -----
+    Source: ros2_controllers, trajectory.rst.
     Example: `sf.robots.joint_trajectory(path, law, limits).save("move.yaml")`
     """
 
@@ -140,17 +180,32 @@ def joint_trajectory(
 ) -> JointTrajectory:
     """Sample a motion as points of a JointTrajectory, so many that the controller's quintics keep path and limits.
 
-    path, law, limits  as for `sf.check`; or a Run, which has all three
-    tolerance  how far joints may be from the motion between points, rad and mm
-    shortest   time between points that the receiver takes, s: ros2_controllers takes any, and samples at its ticks; a
-               controller that needs a tick for each point, its period
+    Parameters
+    ----------
+    path, law, limits : Track, TimeLaw, Limits
+        As for `sf.check`; or a Run in place of the path, which has all three.
+    tolerance : float, optional
+        How far joints may be from the motion between points, rad and mm.
+    shortest : float, optional
+        Time between points that the receiver takes, s: ros2_controllers takes any, and samples at its ticks; a
+        controller that needs a tick for each point, its period.
 
+    Returns:
+    -------
+    JointTrajectory
+        Positions are (n, joints).
+
+    Raises:
+    ------
+    InputError
+        For a tolerance that is not positive, a shortest time below 2e-5 s, and for motions of too many points.
+
+    Notes:
+    -----
     Points stand where the jerk jumps, and closer where a quintic would leave the motion, or be over a limit (velocity,
     acceleration, jerk, torque and what else models give) and the motion is not. Where `shortest` is not close enough,
     the `notes` of the trajectory say by how much, from 0.1 % on.
-
-    Raises InputError for a tolerance that is not positive, a shortest time below 2e-5 s, and for motions of too many
-    points. Returns a JointTrajectory; positions are (n, joints). Source: ros2_controllers, trajectory.rst.
+    Source: ros2_controllers, trajectory.rst.
     Example: `sf.robots.joint_trajectory(path, law, limits).save("move.json")`
     """
     if isinstance(path, Run):
