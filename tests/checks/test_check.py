@@ -502,6 +502,22 @@ def test_random_faults_are_found_where_they_are(kind, tick, size):
 # --- the law --------------------------------------------------------------------------------------------------------
 
 
+def test_a_law_over_a_limit_of_a_combination_between_ticks(good):
+    path, _, law = good
+    both = sf.records.Combination(weights={"x": 1.0, "y": -0.5}, jerk=1e9)
+    limits = sf.Limits(**FAR, axis_jerk=1e9, combinations={"both": both})
+    coarse = sf.interpolate(path, law, period=law.duration / 20)
+    seen, found = (check(coarse, path, limits, law=of).limits["combinations.both.jerk"] for of in (None, law))
+    assert found.by == "law"
+    assert found.worst > 1.2 * seen.worst
+    fine = check(sf.interpolate(path, law, period=law.duration / 20000), path, limits)
+    assert fine.limits["combinations.both.jerk"].worst == pytest.approx(found.worst, rel=5e-3)
+    lower = sf.records.Combination(weights=both.weights, jerk=found.worst / (1 + 2e-6))
+    assert failing(check(coarse, path, sf.Limits(**FAR, combinations={"both": lower}), law=law)) == {
+        "combinations.both.jerk"
+    }
+
+
 def test_a_law_over_a_limit_between_ticks(good):
     """A spike of the axis jerk that setpoints a long period apart do not show."""
     path, _, law = good

@@ -17,10 +17,9 @@ from splinefeed.checks.axes import AxesByPlace
 from splinefeed.checks.bounds import STEP, Bounds, Worst
 from splinefeed.checks.path_limits import TipPlaces, value_of
 from splinefeed.checks.spans import EPSILON, SpanPlaces, about
-from splinefeed.limit_table import KINDS, MODELS, PLACES, TICKS
+from splinefeed.limit_table import MODELS, TICKS
 from splinefeed.paths.path import Path
 from splinefeed.records import (
-    AXIS_LIMITS,
     KEPT,
     TABLE,
     Array,
@@ -52,7 +51,7 @@ WORTH_A_LOOK = 0.9
 ALONG = ("feed", "acceleration", "deceleration", "jerk")
 #: Limits that only setpoints can keep or exceed, and the one that is compared at corners.
 BY_SETPOINTS = (
-    *("travel.", "combinations.", STEP),
+    *("travel.", STEP),
     *(each.name for each in TABLE if each.bounds == TICKS),
     *(f"{each.name}." for each in TABLE if each.bounds == MODELS),
 )
@@ -204,6 +203,10 @@ class LawMotion:
             self.axes = AxesByPlace(bounds.track, ends)
             middle = 0.5 * (self.start + np.append(self.start[1:], self.rows.length))
             self.stretch = np.clip(np.searchsorted(ends, middle, side="right") - 1, 0, len(ends) - 2)
+        bounded = bounds.limits.axis_bounds(bounds.axes)
+        #: Order and column of each limit of axes and of sums of them, and what of the axes makes each column.
+        self.columns = {each: (order, k) for order, names in enumerate(bounded.names) for k, each in enumerate(names)}
+        self.mix = np.vstack([np.eye(len(bounds.axes)), bounded.weights])
         #: Largest feed, acceleration or deceleration, and feed backwards with its t and s.
         self.top = self.steepest = 0.0
         self.backwards = (0.0, 0.0, 0.0)
@@ -282,19 +285,18 @@ class LawMotion:
         for side in (-SHIFT, SHIFT):
             other = self._of_path(row, s + side * self.rounding, v, a, j, [name])[name]
             least = np.where(np.isfinite(other), np.minimum(least, other), np.nan)
-        kind, _, axis = name.partition(".")
-        if self.axes is None or kind not in AXIS_LIMITS:
+        if self.axes is None or name not in self.columns:
             return value - least
-        _, floor = self.axes.at(s, self.stretch[row])
-        of_axis = list(floor[1:, :, self.bounds.axes.index(axis)])
-        return value - least + by_time(of_axis, np.abs(v), np.abs(a), np.abs(j))[AXIS_LIMITS.index(kind)]
+        (order, k), (_, floor) = self.columns[name], self.axes.at(s, self.stretch[row])
+        own = [np.asarray(each @ np.abs(self.mix[k])) for each in floor[1:]]
+        return value - least + by_time(own, np.abs(v), np.abs(a), np.abs(j))[order]
 
     def _of_path(self, row: IntArray, s: Array, v: Array, a: Array, j: Array, names: list[str]) -> dict[str, Array]:
         """Sizes of what the path makes of s, v, a, j (..., n) on intervals row (n,), (..., n) each; NaN next to C' = 0.
 
         q' = r_s v,  q'' = r_ss v^2 + r_s a,  q''' = r_sss v^3 + 3 r_ss v a + r_s j
         """
-        rows, axes = self.rows, self.bounds.axes
+        rows = self.rows
         interval = np.broadcast_to(row, s.shape).ravel()
         every = self.row[interval]
         ahead = np.clip(s.ravel() - rows.start[every], 0.0, rows.lengths[every])
@@ -310,19 +312,16 @@ class LawMotion:
             at, along, of_axes = TipPlaces(places, derivatives), by_time([s1, s2, s3], v, a, j), by_time(q, v, a, j)
             out = {}
             for name in names:
-                kind, _, axis = name.rpartition(".")
-                k = axes.index(axis) if kind else 0
                 if name in ALONG:
                     value = along[("feed", "acceleration", "jerk").index(name.replace("deceleration", "acceleration"))]
                     if name != "jerk":
                         out[name] = np.where(near, np.nan, value).reshape(s.shape)
                         continue
-                elif KINDS[kind or name].bounds == PLACES:
-                    value = value_of(name, at, along[0])
-                elif kind in AXIS_LIMITS:
-                    value = of_axes[AXIS_LIMITS.index(kind)][k]
+                elif name in self.columns:
+                    order, k = self.columns[name]
+                    value = self.mix[k] @ of_axes[order]
                 else:
-                    raise AssertionError(f"{name}: a limit that the check of a law does not know")
+                    value = value_of(name, at, along[0])
                 out[name] = np.where(near, np.nan, np.abs(value)).reshape(s.shape)
         return out
 
