@@ -46,11 +46,25 @@ SAME = 0.05
 class MethodResult:
     """What one interpolation method did.
 
-    ripple_max, ripple_rms  relative feed error of the steps; ripple_floor  the part due to the rounding of s alone
-    drift_mm        how far it was ahead of the law at the end (behind: negative), runs beyond the path's end included
-    drift_max_mm    the largest |drift| on the way; chord_error_mm  largest, to the true curve
-    ns_per_tick     time of a setpoint, point included, by the compiled loop on this machine, if it was timed
-    replaced        steps without a finite result
+    Attributes:
+    ----------
+    method, title : str
+        Its name, and in words.
+    ripple_max, ripple_rms, ripple_floor : float
+        Relative feed error of the steps, and the part due to the rounding of s alone.
+    drift_mm : float
+        How far it was ahead of the law at the end (behind: negative), runs beyond the path's end included.
+    drift_max_mm : float
+        The largest |drift| on the way.
+    chord_error_mm : float
+        Largest, to the true curve.
+    ns_per_tick : float or None
+        Time of a setpoint, point included, by the compiled loop on this machine, if it was timed.
+    replaced : int
+        Steps without a finite result.
+
+    Notes:
+    -----
     Source: docs/math/interpolators.md.
     Example: `next(sf.runs.compare(path, law, methods=["taylor-2"], timed=False)).result.as_dict()`
     """
@@ -73,8 +87,17 @@ class MethodResult:
 
 @dataclass(frozen=True, eq=False)
 class MethodTrace:
-    """A result with its ripple over time: t (m,), s, and relative (m,).
+    """A result with its ripple over time.
 
+    Attributes:
+    ----------
+    result : MethodResult
+        What the method did.
+    t, relative : array (m,)
+        Start of each step, s, and the relative error of its feed.
+
+    Notes:
+    -----
     Source: docs/math/interpolators.md.
     Example: `next(sf.runs.compare(path, law, methods=["taylor-2"], timed=False)).result.ripple_max`
     """
@@ -104,13 +127,34 @@ def compare(
     tolerance: float = 0.0,
     timed: bool = True,
 ) -> Iterator[MethodTrace]:
-    """Run each method over the whole motion and measure it; one trace at a time, in the given order (default: all).
+    """Run each method over the whole motion and measure it.
 
-    methods  their names, or one name; corrections, tolerance  as for `interpolate`
-    timed    also measures the time of a setpoint: each method is compiled for it, and run again and again
-    Returns an iterator of MethodTrace. Raises what `Interpolator` raises, before the first method runs, and LimitsError
-    for more than MOST_TICKS ticks. period in s, the law's by default; errors in mm, times in ns. Source:
-    docs/math/interpolators.md names the papers.
+    Parameters
+    ----------
+    path, law : Path, TimeLaw
+        The motion.
+    period : float, optional
+        Of the servo, s; the law's by default.
+    methods : str or iterable of str, optional
+        Their names, or one name; all by default.
+    corrections, tolerance : int, float, optional
+        As for `interpolate`.
+    timed : bool, optional
+        Whether the time of a setpoint is measured: each method is compiled for it, and run again and again.
+
+    Returns:
+    -------
+    iterator of MethodTrace
+        One at a time, in the given order; errors in mm, times in ns.
+
+    Raises:
+    ------
+    LimitsError
+        For more than MOST_TICKS ticks; and what `Interpolator` raises, before the first method runs.
+
+    Notes:
+    -----
+    Source: docs/math/interpolators.md names the papers.
     Example: `[trace.result for trace in sf.runs.compare(path, law, methods=["taylor-2", "arc-length"], timed=False)]`
     """
     if period is not None or law.period is not None:

@@ -187,15 +187,31 @@ class Servo:
 def follow(setpoints: Setpoints, machine: Machine | str, *, path: Path | None = None, linear: bool = False) -> Response:
     """Simulate the axes of `machine` as they follow `setpoints`, from rest at the first one.
 
-    machine  a Machine or its name
-    path  the contour error is measured against it: the distance over its linear axes from the nearest point near the
-          commanded one (`analysis.following`); where the setpoints have no arc length it is found first
-    linear  without friction, backlash, counts, converter codes and limits
+    Parameters
+    ----------
+    setpoints : Setpoints
+        To be followed.
+    machine : Machine or str
+        A Machine or its name.
+    path : Path, optional
+        The contour error is measured against it: the distance over its linear axes from the nearest point near the
+        commanded one (`analysis.following`); where the setpoints have no arc length it is found first.
+    linear : bool, optional
+        Whether friction, backlash, counts, converter codes and limits are left out.
 
-    If an axis runs away the response ends there, with the reason in `stopped`. Raises InputError for no setpoints, ones
-    that are not finite, and axes that machine or setpoints lack (see `Servo`). For jobs that do not fit in memory there
-    is `follow_chunks`.
-    Returns a Response of n ticks, (n, axes): mm, rotary axes rad, V. Source: docs/machines.md has the model.
+    Returns:
+    -------
+    Response
+        Of n ticks, (n, axes): mm, rotary axes rad, V. If an axis runs away it ends there, with the reason in `stopped`.
+
+    Raises:
+    ------
+    InputError
+        For no setpoints, ones that are not finite, and axes that machine or setpoints lack (see `Servo`).
+
+    Notes:
+    -----
+    For jobs that do not fit in memory there is `follow_chunks`. Source: docs/machines.md has the model.
     Example: `sf.runs.follow(setpoints, machine, path=path).tracking_error`
     """
     machine = Machine.load(machine) if isinstance(machine, str) else machine

@@ -49,14 +49,32 @@ def stream_setpoints(
 ) -> Iterator[Setpoints]:
     """Compute where every axis must be at each tick k T along a path that comes in parts, planned window by window.
 
-    paths   parts that follow each other, of the same axes; each is taken when the motion comes near it, and
-            dropped when it is behind. A Path is cut into parts.
-    period  servo period T, s; chunk  ticks of each record but the last
+    Parameters
+    ----------
+    paths : Path or iterable of Path
+        Parts that follow each other, of the same axes; each is taken when the motion comes near it, and dropped when it
+        is behind. A Path is cut into parts.
+    limits : Limits
+        That the motion keeps.
+    period : float
+        Servo period T, s.
+    chunk : int, optional
+        Ticks of each record but the last.
 
+    Returns:
+    -------
+    iterator of Setpoints
+        Positions (n, axes), mm, rotary axes rad; `curve` and `s` count from the start of the first part.
+
+    Raises:
+    ------
+    InputError
+        For no parts; and what `LookAhead` raises.
+
+    Notes:
+    -----
     The motion is that of the `look-ahead` strategy and keeps all limits; each setpoint is where the law puts it
-    (`arc-length`). `curve` and `s` count from the start of the first part. Raises what `LookAhead` raises, and
-    InputError for no parts.
-    Returns an iterator of Setpoints: positions (n, axes), mm, rotary axes rad. Source: docs/scale.md.
+    (`arc-length`). Source: docs/scale.md.
     Example: `next(sf.runs.stream_setpoints(path, limits, period=1e-3, chunk=100)).position`
     """
     if isinstance(chunk, bool) or int(chunk) != chunk or chunk < 1:

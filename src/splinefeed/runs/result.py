@@ -33,15 +33,37 @@ MOST_TICKS = 4_000_000
 class Run:
     """The result of one run; `numbers()` is what `--json` prints.
 
-    path    of the tool tip; of a path that came in parts the line through the ticks that are kept
-    ticks   number of setpoints; kept  all of them, or of a long motion those that figures need, every peak among them
-    motion, use, tip  at the ticks that are kept; use counts over all of them; measures  what each of `measures` found
-    planned  the time law, which `law` gives; None where the path came in parts
-    chunks  makes all setpoints again; None where they were made once, of a path that came in parts
-    joints  the path on a machine, of which `path` is that of the tool tip; None where the axes are the path's own
-    served  what a machine did that followed the setpoints, or None
-    remarks  what was left out of the run, one sentence each
-    bands   the least and the greatest of what figures show over time where ticks are left out; see `UseMeter`
+    Attributes:
+    ----------
+    path : Path
+        Of the tool tip; of a path that came in parts the line through the ticks that are kept.
+    limits : Limits
+        That it was planned and checked with.
+    ticks : int
+        Number of setpoints.
+    kept : Setpoints
+        All of them, or of a long motion those that figures need, every peak among them.
+    motion, use, tip : AxisMotion, LimitUse, TipMotion
+        At the ticks that are kept; `use` counts over all of them.
+    verdict : Verdict
+        Of the check.
+    measures : tuple of Measure
+        What each of `measures` found.
+    planned : TimeLaw or None
+        The time law, which `law` gives; None where the path came in parts.
+    chunks : callable or None
+        Makes all setpoints again; None where they were made once, of a path that came in parts.
+    joints : Track or None
+        The path on a machine, of which `path` is that of the tool tip; None where the axes are the path's own.
+    served : Servo or None
+        What a machine did that followed the setpoints.
+    remarks : tuple of str
+        What was left out of the run, one sentence each.
+    bands : mapping of str to Band
+        The least and the greatest of what figures show over time where ticks are left out; see `UseMeter`.
+
+    Notes:
+    -----
     Lengths in mm, times in s, arrays (n,) or (n, axes) of n ticks. Source: docs/code-overview.md.
     Example: `sf.run(path, limits).numbers()["duration_s"]`
     """

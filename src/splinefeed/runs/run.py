@@ -88,20 +88,47 @@ def run(
 ) -> Run:
     """Plan, interpolate and measure one path; defaults are the paper's limits and period.
 
-    strategy  as for `plan`; method, corrections, tolerance  as for `interpolate`
-    machine  a Machine or its name: of a ToolPath its joints follow the path, of another path its axes follow the
-             setpoints, simulated
-    start    where on the path the motion begins, and how, as `plan` takes it; law  if it is planned already, which
-             knows its start
-    meters   further ones of the chunks, such as writers of files (`splinefeed.runs.fold`)
-    on_progress  called with what is done ("planning", "measuring", ...), how much of it is there, and of how much
+    Parameters
+    ----------
+    path : Track
+        To drive along.
+    limits : Limits, optional
+        That the motion keeps.
+    machine : str or Machine, optional
+        A Machine or its name: of a ToolPath its joints follow the path, of another path its axes follow the setpoints,
+        simulated.
+    period : float, optional
+        Of the servo, s.
+    strategy : str, optional
+        As for `plan`.
+    method, corrections, tolerance : str, int, float, optional
+        As for `interpolate`.
+    start : State, optional
+        Where on the path the motion begins, and how, as `plan` takes it.
+    law : TimeLaw, optional
+        If it is planned already, which knows its start.
+    meters : sequence of Meter, optional
+        Further ones of the chunks, such as writers of files (`splinefeed.runs.fold`).
+    on_progress : callable, optional
+        Called with what is done ("planning", "measuring", ...), how much of it is there, and of how much.
 
+    Returns:
+    -------
+    Run
+        With setpoints (n, axes), mm, rotary axes rad.
+
+    Raises:
+    ------
+    InputError
+        For a machine that cannot follow a tool path.
+    LimitsError
+        For more than MOST_IN_CHUNKS ticks; and what `plan`, `interpolate` and `follow` raise.
+
+    Notes:
+    -----
     Setpoints are made and measured in chunks, once. Of more than 250,000 ticks those that figures need are kept, and
     `setpoints()` of the run makes all of them again.
-    Returns a Run. Raises what `plan`, `interpolate` and `follow` raise, InputError for a machine that cannot follow a
-    tool path, and LimitsError for more than MOST_IN_CHUNKS ticks.
-
-    period in s; setpoints (n, axes), mm, rotary axes rad. Source: docs/code-overview.md walks through it.
+    Source: docs/code-overview.md walks through it.
     Example: `sf.run(path, sf.Limits(feed=60, axis_jerk=20000)).numbers()["duration_s"]`
     """
     expect("run(path, limits)", (path, (Path, Track)), (limits, Limits))

@@ -60,9 +60,19 @@ CALMER = (math.log(1.0 / 2.2 / 0.6), math.log(1.0 / 2.2 / 2.2 / 1.2), math.log(1
 class AxisTuning(tuning.TunedAxis):
     """One axis before and after.
 
-    rule  by which its gains were found; old, axis  before and after; period  of the servo, s
-    tracking_before, tracking  largest |error| on the path, mm or rad, infinite if it ran away
+    Attributes:
+    ----------
+    rule : str
+        By which its gains were found.
+    old, axis : ServoAxis
+        Before and after.
+    period : float
+        Of the servo, s.
+    tracking_before, tracking : float
+        Largest |error| on the path, mm or rad, infinite if it ran away.
 
+    Notes:
+    -----
     Source: docs/tune.md. Example: `sf.runs.AxisTuning.__annotations__["tracking"]`
     """
 
@@ -93,10 +103,25 @@ class TunedMachine:
 class PathTuning(TunedMachine):
     """Gains found on a path.
 
-    machine  the machine with the new gains; axes: each axis that moves, before and after
-    period   of the servo, s; path_name  of the path; bound  that the margins of every loop keep
-    before, contour  contour error with the old and with the new gains, mm; None if an axis ran away
-    evaluations      runs of the path that were made
+    Attributes:
+    ----------
+    machine : Machine
+        With the new gains.
+    axes : mapping of str to AxisTuning
+        Each axis that moves, before and after.
+    period : float
+        Of the servo, s.
+    path_name : str
+        Name of the path.
+    bound : Bound
+        That the margins of every loop keep.
+    before, contour : Contour
+        Contour error with the old and with the new gains, mm; `before` is None where an axis ran away.
+    evaluations : int
+        Runs of the path that were made.
+
+    Notes:
+    -----
     Source: docs/tune.md.
     Example: `sf.runs.tune(machine, setpoints=setpoints, path=path, evaluations=2).contour.max`
     """
@@ -128,12 +153,28 @@ def tune(what: Machine, rule: str = ..., *, setpoints: Setpoints, path: Path, **
 def tune(what: ServoAxis | Machine, rule: str | None = None, **options: Any) -> tuning.Tuning | PathTuning:
     """Tune the gains of an axis by a rule, or of a machine's axes together on a path.
 
-    With an axis, "margins" (the default) or a rule of `simulation.tuning.RULES`, and the options of
-    `simulation.tuning.tune`: `period` in s, `kind`, `bound`. With a Machine, rule "path" and the options of
-    `tune_on_path`, of which `setpoints` and `path` are needed.
+    Parameters
+    ----------
+    what : ServoAxis or Machine
+        Whose gains are tuned.
+    rule : str, optional
+        Of an axis "margins" (the default) or one of `simulation.tuning.RULES`; of a Machine "path".
+    **options
+        Of an axis those of `simulation.tuning.tune`: `period` in s, `kind`, `bound`; of a Machine those of
+        `tune_on_path`, of which `setpoints` and `path` are needed.
 
-    Returns a Tuning or a PathTuning: gains in V/mm (rotary axes V/rad), margins in dB and deg.
-    Raises InputError for anything but an axis or a Machine, a rule that does not fit it, and what the two raise.
+    Returns:
+    -------
+    Tuning or PathTuning
+        Gains in V/mm (rotary axes V/rad), margins in dB and deg.
+
+    Raises:
+    ------
+    InputError
+        For anything but an axis or a Machine, a rule that does not fit it, and what the two raise.
+
+    Notes:
+    -----
     Source: J. G. Ziegler and N. B. Nichols, Trans. ASME 64 (1942) 759-768; the search on a path, see `tune_on_path`.
     Example: `sf.runs.tune(sf.Machine.load("xytheta").axes["x"], "tyreus-luyben").controller.kp`
     """
@@ -161,20 +202,45 @@ def tune_on_path(
 ) -> PathTuning:
     """Find gains that make the largest contour error on a path small, every loop within a bound on its margins.
 
-    setpoints     on `path`; their period is the servo's
-    axes          those to tune; all of the setpoints by default
-    bound         gain margin 6 dB, phase margin 45 deg and |1 / (1 + L)| <= 2 by default
-    evaluations   runs of the whole path at most; seed  of the random draws: the same seed gives the same gains
-    feed_forward  whether the feed-forward of speed and acceleration is tuned too
-    on_progress   called with the runs made and allowed
+    Parameters
+    ----------
+    machine : Machine
+        Whose gains are tuned.
+    setpoints : Setpoints
+        On `path`; their period is the servo's.
+    path : Path
+        That contour errors are measured against.
+    axes : sequence of str, optional
+        Those to tune; all of the setpoints by default.
+    bound : Bound, optional
+        Gain margin 6 dB, phase margin 45 deg and |1 / (1 + L)| <= 2 by default.
+    evaluations : int, optional
+        Runs of the whole path at most.
+    seed : int, optional
+        Of the random draws: the same seed gives the same gains.
+    feed_forward : bool, optional
+        Whether the feed-forward of speed and acceleration is tuned too.
+    on_progress : callable, optional
+        Called with the runs made and allowed.
 
+    Returns:
+    -------
+    PathTuning
+        The old gains where nothing better keeps the bound.
+
+    Raises:
+    ------
+    InputError
+        Where nothing keeps it.
+
+    Notes:
+    -----
     Gains with which an axis of the full model does not come to rest (`simulation.curves.rest_swing`) are rejected too.
     Gains are drawn around those of Ziegler and Nichols, or the machine's where that rule has none; those outside the
     bound are rejected without simulation, and the best is improved by COBYLA (M. J. D. Powell, in Advances in
     Optimization and Numerical Analysis, Kluwer 1994, 51-67, doi:10.1007/978-94-015-8330-5_4) on the logarithms of the
     gains. Linear axes are tuned together for contour error; a rotary axis has no part in it and is tuned for its own
-    following error. The old gains are kept where nothing better keeps the bound.
-    Returns a PathTuning. Raises InputError where nothing keeps it. Source: as named, and docs/tune.md.
+    following error. Source: as named, and docs/tune.md.
     Example: `sf.runs.tune_on_path(machine, setpoints, path, evaluations=2).machine`
     """
     bound = bound or REQUIRED
