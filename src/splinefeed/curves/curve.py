@@ -2,31 +2,33 @@
 
 from __future__ import annotations
 
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.curves import differential, editing
-from splinefeed.curves.editing import MAX_AXES as MAX_AXES
-from splinefeed.curves.editing import MAX_DEGREE as MAX_DEGREE
 from splinefeed.curves.flat import Flat
 from splinefeed.curves.nearest import Nearest
-from splinefeed.curves.pieces import Pieces, clipped, is_left
+from splinefeed.curves.pieces import Pieces, clipped, coefficients, columns, is_left, taylor
+from splinefeed.curves.spline import MAX_AXES as MAX_AXES
+from splinefeed.curves.spline import MAX_DEGREE as MAX_DEGREE
+from splinefeed.curves.spline import Spline, numbers
 from splinefeed.curves.tables import arc_pieces, span_pieces
-from splinefeed.errors import CurveError, InputError
-from splinefeed.kernels.layout import Shape
-from splinefeed.records import Array, BoolArray, Points, check_finite, frozen_array, view
+from splinefeed.errors import CurveError
+from splinefeed.kernels.layout import HIGH, LOW, MIDDLE, SCALE, Shape
+from splinefeed.records import Array, IntArray, Points, view
+from splinefeed.records.arrays import chunks
 
-#: Greatest coordinate, knot and weight, and one over the least size, knot span and weight: beyond, powers overflow.
-LARGEST = 1e30
-#: Largest weight over smallest. Beyond it the point of the lightest control point drowns in rounding.
-MAX_WEIGHT_RATIO = 1e6
+#: A Taylor coefficient below this, relative to the greatest one of its piece, counts as none.
+VANISHING = 1e-12
+#: Where C' would take the curve less than this part of its size over a piece, it is decided whether C' counts as none.
+SUSPECT = 1e-9
 #: Ends closer than this, relative to the curve's size, are one point.
 CLOSED_TOLERANCE = 1e-9
 
 
-class NurbsCurve:
+class NurbsCurve(Spline):
     """A NURBS curve C(u) = sum_i N_i,p(u) w_i P_i / sum_i N_i,p(u) w_i on [knots[p], knots[n]].
 
     degree          p, 1 to 12
@@ -39,72 +41,6 @@ class NurbsCurve:
     Example: `sf.NurbsCurve.bezier([[10, 0], [10, 10], [0, 10]], weights=[1, np.sqrt(0.5), 1])`
     """
 
-    degree: int
-    knots: Array
-    control_points: Array
-    weights: Array | None
-
-    def __init__(self, degree: int, knots: ArrayLike, control_points: Points, weights: ArrayLike | None = None) -> None:
-        whole = isinstance(degree, (int, float, np.integer, np.floating)) and not isinstance(degree, bool)
-        if not whole or not 1 <= degree <= MAX_DEGREE or int(degree) != degree:
-            raise CurveError(f"degree is {degree!r}; expected a whole number from 1 to {MAX_DEGREE}")
-        self._set(
-            int(degree),
-            numbers(knots, "knots", 1),
-            numbers(control_points, "control_points", 2),
-            None if weights is None else numbers(weights, "weights", 1),
-        )
-        self._check()
-        if self.weights is not None and np.all(self.weights == self.weights[0]):
-            self.__dict__["weights"] = None  # equal weights cancel: the same curve, evaluated faster
-
-    def __setattr__(self, name: str, value: object) -> None:
-        raise AttributeError(f"a NurbsCurve cannot be changed: tried to set {name!r}; make a new one")
-
-    def __delattr__(self, name: str) -> None:
-        raise AttributeError(f"a NurbsCurve cannot be changed: tried to delete {name!r}")
-
-    def _check(self) -> None:
-        p, knots, points, weights = self.degree, self.knots, self.control_points, self.weights
-        n = len(points)
-        if n < p + 1:
-            raise CurveError(f"{n} control point(s) for degree {p}; expected at least {p + 1}")
-        if len(knots) != n + p + 1:
-            wanted = f"exactly {n + p + 1} (points + degree + 1) expected"
-            raise CurveError(f"{len(knots)} knots for {n} control points of degree {p}; {wanted}")
-        steps, (start, end) = knots[1:] - knots[:-1], self.domain
-        least = least_step(knots)
-        if (i := _first(steps < 0.0)) is not None:
-            raise CurveError(f"knots decrease from knots[{i}] = {knots[i]:g} to knots[{i + 1}] = {knots[i + 1]:g}")
-        if not start < end:
-            raise CurveError(f"the domain knots[{p}] to knots[{n}] is empty: both are {start:g}")
-        inner = knots[p + 1 : n]
-        again = inner[p:]
-        if (i := _first((again == inner[: len(again)]) & (again > start) & (again < end))) is not None:
-            often = f"appears {np.count_nonzero(inner == again[i])} times; at most {p} (the degree) are possible"
-            raise CurveError(f"inner knot {again[i]:g} {often}")
-        if (i := _first((steps > 0.0) & (steps < least))) is not None:
-            apart = f"differ by {steps[i]:g} only; make them equal or move them apart"
-            raise CurveError(f"knots[{i}] and knots[{i + 1}] {apart}")
-        if weights is not None:
-            if len(weights) != n:
-                raise CurveError(f"{len(weights)} weights for {n} control points; expected one each")
-            low, high = int(weights.argmin()), int(weights.argmax())
-            if weights[low] <= 0.0:
-                raise CurveError(f"weights[{low}] is {weights[low]:g}; weights must be greater than 0")
-            if weights[high] > MAX_WEIGHT_RATIO * weights[low]:
-                raise CurveError(
-                    f"weights[{low}] = {weights[low]:g} and weights[{high}] = {weights[high]:g} differ by more than "
-                    f"{MAX_WEIGHT_RATIO:g} times; the curve would lose the digits of its points"
-                )
-            if weights[low] < 1.0 / LARGEST:
-                raise CurveError(f"weights[{low}] is {weights[low]:g}; at least {1.0 / LARGEST:g} is needed")
-        spread = float((points.max(axis=0) - points.min(axis=0)).max())
-        if spread < 1.0 / LARGEST:
-            same = "are the same: the curve has no length"
-            small = f"lie within {spread:g} mm: the curve is too small"
-            raise CurveError(f"all {n} control points {small if spread else same}")
-
     @classmethod
     def bezier(cls, control_points: Points, weights: ArrayLike | None = None) -> NurbsCurve:
         """One Bezier piece on [0, 1] with the given control points (degree + 1, axes)."""
@@ -114,61 +50,7 @@ class NurbsCurve:
             raise CurveError(f"{len(points)} control point(s) for a Bezier curve; expected at least 2")
         return cls(degree, [0.0] * (degree + 1) + [1.0] * (degree + 1), points, weights)
 
-    @classmethod
-    def trusted(
-        cls, degree: int, knots: Array, control_points: Array, weights: Array | None = None, *, clamped: bool = True
-    ) -> NurbsCurve:
-        """A curve of float64 arrays, read-only from then on, that are right by construction: readers make thousands.
-
-        Nothing is checked: what `NurbsCurve(...)` would refuse, and weights that are all equal, must not get here.
-        """
-        curve = object.__new__(cls)
-        curve._set(degree, knots, control_points, weights)
-        curve.__dict__["clamped"] = clamped
-        return curve
-
-    def _set(self, degree: int, knots: Array, control_points: Array, weights: Array | None) -> None:
-        for array in (knots, control_points) if weights is None else (knots, control_points, weights):
-            array.setflags(write=False)
-        self.__dict__.update(degree=degree, knots=knots, control_points=control_points, weights=weights)
-
     # --- what it is -------------------------------------------------------------------------------------------------
-
-    @property
-    def axes(self) -> int:
-        """Number of axes."""
-        return int(self.control_points.shape[1])
-
-    @property
-    def domain(self) -> tuple[float, float]:
-        """First and last parameter."""
-        return float(self.knots[self.degree]), float(self.knots[len(self.control_points)])
-
-    @property
-    def rational(self) -> bool:
-        """Whether weights differ."""
-        return self.weights is not None
-
-    @cached_property
-    def breaks(self) -> Array:
-        """Distinct knots of the domain (spans + 1,): between two of them the curve is one rational polynomial."""
-        start, end = self.domain
-        inside = self.knots[(self.knots >= start) & (self.knots <= end)]
-        values = np.unique(inside)
-        values.setflags(write=False)
-        return values
-
-    @cached_property
-    def clamped(self) -> bool:
-        """Whether the curve begins and ends at its first and last control point by its knots."""
-        p, n, knots = self.degree, len(self.control_points), self.knots
-        start, end = knots[1] == knots[p] < knots[p + 1], knots[n - 1] < knots[n] == knots[n + p - 1]
-        return bool(start and end)
-
-    @cached_property
-    def size(self) -> float:
-        """Diagonal of the control points' bounding box, mm: the measure of what is small on this curve."""
-        return float(np.linalg.norm(np.ptp(self.control_points, axis=0)))
 
     @cached_property
     def ends(self) -> Array:
@@ -198,20 +80,6 @@ class NurbsCurve:
             f"u {self.domain[0]:g} to {self.domain[1]:g})"
         )
 
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, NurbsCurve):
-            return NotImplemented
-        arrays = ((each.knots, each.control_points, each.weights) for each in (self, other))
-        return self.degree == other.degree and all(map(np.array_equal, *arrays))
-
-    def __hash__(self) -> int:
-        # -0.0 equals 0.0, so it must hash like it
-        return hash((self.degree, (self.knots + 0.0).tobytes(), (self.control_points + 0.0).tobytes()))
-
-    def __reduce__(self) -> tuple[object, ...]:
-        made = partial(NurbsCurve.trusted, clamped=self.clamped)
-        return made, (self.degree, self.knots, self.control_points, self.weights)
-
     # --- where it is ------------------------------------------------------------------------------------------------
 
     def __call__(self, u: ArrayLike) -> Array:
@@ -228,27 +96,82 @@ class NurbsCurve:
         out = self._pieces.evaluate(None, values.ravel(), order, left)
         return out.reshape(*values.shape, order + 1, self.axes)
 
-    def check_parameters(self, u: ArrayLike) -> Array:
-        """`u` as a float64 array; InputError if any is outside the domain by more than rounding, which is clipped."""
-        start, end = self.domain
-        slack = 4.0 * np.finfo(float).eps * max(abs(start), abs(end))
-        return clipped(u, start, end, slack, "parameter", "the curve's domain")
-
     @property
     def table(self) -> tuple[Array, Shape]:
         """The knot spans, some in parts, as polynomial pieces (pieces, width) and their shape; see `kernels.layout`."""
         return self._pieces.table, self._shape
 
-    @property
-    def _shape(self) -> Shape:
-        return self.degree, self.axes, self.axes, int(self.rational)
-
     @cached_property
     def _pieces(self) -> Pieces:
         return span_pieces(Flat.of([self]), self._shape)
 
-    tangent = differential.unit_tangents
-    bounding_box = differential.bounding_box
+    def tangent(self, u: ArrayLike, linear: int | None = None, side: str = "right") -> Array:
+        """Unit tangents (..., linear) at u (...), over the first `linear` axes (default: all).
+
+        Where C' = 0, the limit: by the first derivative that is not 0. With side="left", and at the end of the domain,
+        the piece before u counts. Zero where no piece on that side moves.
+        """
+        given = self.check_parameters(u)
+        values = given.ravel()
+        out = self.derivatives(values, 1, side=side)[:, 1, :linear].copy()
+        norm = np.linalg.norm(out, axis=1)
+        table, _ = self.table
+        row = np.clip(np.searchsorted(table[:, LOW], values, side="right") - 1, 0, len(table) - 1)
+        for k in np.flatnonzero(norm <= SUSPECT * self.size * table[row, SCALE]):
+            out[k] = self._limit_direction(values[k], linear, side == "left" or values[k] == self.domain[1])
+            norm[k] = np.linalg.norm(out[k])
+        out /= np.where(norm > 0.0, norm, 1.0)[:, None]
+        return out.reshape(*given.shape, out.shape[1])
+
+    def _limit_direction(self, u: float, linear: int | None, backwards: bool) -> Array:
+        """The direction (linear,) as the curve leaves u, or arrives there if `backwards`; zero if it does not move.
+
+        Where C - C(u) = sum_k c_k x^k, x = t - t(u), the first c_k that is not 0 points along x^k, and with x < 0
+        towards u along (-1)^(k - 1) c_k.
+        """
+        table, shape = self.table
+        row = int(np.clip(np.searchsorted(table[:, LOW], u, side="right") - 1, 0, len(table) - 1))
+        row -= int(backwards and row > 0 and u == table[row, LOW])
+        while 0 <= row < len(table):
+            c = table[row, :, None]
+            t = (np.clip(u, c[LOW], c[HIGH]) - c[MIDDLE]) * c[SCALE]
+            steps = np.array(taylor(coefficients(c, shape), shape[3], t, self.degree))[1:, :linear, 0]
+            lengths = np.linalg.norm(steps, axis=1)
+            moving = np.flatnonzero(lengths > VANISHING * lengths.max())
+            if len(moving):
+                return np.asarray(steps[moving[0]] * (-1.0 if backwards and moving[0] % 2 else 1.0))
+            row += -1 if backwards else 1  # a span that stands still
+        return np.zeros(self.axes)[:linear]
+
+    def extremes(self) -> Array:
+        """Parameters (k,) at which a coordinate may be least or greatest: ends of pieces and where its derivative is 0.
+
+        x' = 0 where A' w - A w' = 0, a polynomial of degree 2p - 1 at most on every piece.
+        """
+        return np.concatenate([self.breaks, self._turns(np.arange(len(self.table[0])))])
+
+    def _turns(self, rows: IntArray) -> Array:
+        """Parameters (k,) on some pieces at which the derivative of a coordinate is 0."""
+        table, shape = self.table
+        found = [np.zeros(0)]
+        for some in chunks(len(rows)) if self.degree > 1 else ():
+            c = columns(table, rows[some])
+            found += [differential.zeros_on(c, slope, 1e-6)[1] for slope in differential.slopes(c, shape)]
+        return np.concatenate(found)
+
+    def bounding_box(self) -> tuple[Array, Array]:
+        """Least and greatest coordinates (axes,), mm.
+
+        Only pieces whose control points go beyond the ends of all pieces are searched: no other goes further. Source:
+        The NURBS Book, 2nd ed., property P4.3.
+        """
+        table, _ = self.table
+        ends = self(self.breaks)
+        first = np.searchsorted(self.knots, table[:, LOW], side="right") - 1 - self.degree
+        hull = self.control_points[np.maximum(first, 0)[:, None] + np.arange(self.degree + 1)]
+        beyond = (hull.max(axis=1) > ends.max(axis=0)) | (hull.min(axis=1) < ends.min(axis=0))
+        points = np.concatenate([ends, self(self._turns(np.flatnonzero(beyond.any(axis=1))))])
+        return points.min(axis=0), points.max(axis=0)
 
     def curvature(self, u: ArrayLike) -> Array:
         """Curvature |C' x C''| / |C'|^3, 1/mm, (...) at u (...); infinite where C' = 0."""
@@ -292,27 +215,3 @@ class NurbsCurve:
     with_knots = editing.with_knots
     elevated = editing.elevated
     transformed = editing.transformed
-
-
-def numbers(values: ArrayLike | Points, name: str, ndim: int) -> Array:
-    """A read-only copy of `ndim` dimensions; CurveError for what is no number, too large, or of too many axes."""
-    try:
-        array = frozen_array(values, name, ndim)
-        if (huge := ~(np.abs(array) <= LARGEST)).any():
-            check_finite(array, name)
-            place = [int(i) for i in np.argwhere(huge)[0]]
-            raise CurveError(f"{name}{place} is {array[tuple(place)]:g}; values up to {LARGEST:g} are possible")
-    except InputError as error:
-        raise CurveError(str(error)) from None
-    if ndim == 2 and not 1 <= array.shape[1] <= MAX_AXES:
-        raise CurveError(f"{name} have {array.shape[1]} axes; 1 to {MAX_AXES} are possible")
-    return array
-
-
-def least_step(knots: Array) -> float:
-    """How far apart knots must be that are not equal."""
-    return max(float(max(-knots[0], knots[-1])) * float(np.finfo(float).eps) * 16.0, 1.0 / LARGEST)
-
-
-def _first(wrong: BoolArray) -> int | None:
-    return int(np.argmax(wrong)) if wrong.any() else None

@@ -1,29 +1,15 @@
-"""Tangents, curvature, bounding boxes and derivatives by arc length, from derivatives by u."""
+"""Curvature, angles and derivatives by arc length, from derivatives by u; zeros of polynomials on pieces."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from splinefeed.curves.pieces import coefficients, columns, taylor
-from splinefeed.curves.spline import AnySpline
+from splinefeed.curves.pieces import coefficients
 from splinefeed.kernels import layout as pieces
 from splinefeed.records import Array, IntArray
-from splinefeed.records.arrays import chunks
 
-#: A Taylor coefficient below this, relative to the greatest one of its piece, counts as none.
-VANISHING = 1e-12
-#: Where C' would take the curve less than this part of its size over a piece, it is decided whether C' counts as none.
-SUSPECT = 1e-9
 #: A coefficient below this, relative to the greatest one, is rounding: as the highest it would be a root far outside.
 NO_TERM = 1e-15
-
-#: Which axes count: the first so many, or a slice of them.
-Axes = int | slice | None
-
-
-def _columns(linear: Axes) -> slice:
-    return linear if isinstance(linear, slice) else slice(linear)
 
 
 def curvatures(derivatives: Array, linear: int | None = None) -> Array:
@@ -76,79 +62,6 @@ def angles(before: Array, behind: Array) -> Array:
         b = behind / np.linalg.norm(behind, axis=1, keepdims=True)
     angle = 2.0 * np.arctan2(np.linalg.norm(b - a, axis=1), np.linalg.norm(b + a, axis=1))
     return np.asarray(np.nan_to_num(angle))
-
-
-def unit_tangents(curve: AnySpline, u: ArrayLike, linear: Axes = None, side: str = "right") -> Array:
-    """Unit tangents (..., linear) at u (...), over the axes `linear`.
-
-    Where C' = 0, the limit: by the first derivative that is not 0. With side="left", and at the end of the domain, the
-    piece before u counts. Zero where no piece on that side moves.
-    """
-    given = curve.check_parameters(u)
-    values = given.ravel()
-    out = curve.derivatives(values, 1, side=side)[:, 1, _columns(linear)].copy()
-    norm = np.linalg.norm(out, axis=1)
-    table, _ = curve.table
-    row = np.clip(np.searchsorted(table[:, pieces.LOW], values, side="right") - 1, 0, len(table) - 1)
-    for k in np.flatnonzero(norm <= SUSPECT * curve.size * table[row, pieces.SCALE]):
-        out[k] = _limit_direction(curve, values[k], linear, side == "left" or values[k] == curve.domain[1])
-        norm[k] = np.linalg.norm(out[k])
-    out /= np.where(norm > 0.0, norm, 1.0)[:, None]
-    return out.reshape(*given.shape, out.shape[1])
-
-
-def _limit_direction(curve: AnySpline, u: float, linear: Axes, backwards: bool) -> Array:
-    """The direction (linear,) of the curve as it leaves u, or arrives there if `backwards`; zero if it does not move.
-
-    Where C - C(u) = sum_k c_k x^k, x = t - t(u), the first c_k that is not 0 points along x^k, and with x < 0
-    towards u along (-1)^(k - 1) c_k.
-    """
-    table, shape = curve.table
-    row = int(np.clip(np.searchsorted(table[:, pieces.LOW], u, side="right") - 1, 0, len(table) - 1))
-    row -= int(backwards and row > 0 and u == table[row, pieces.LOW])
-    while 0 <= row < len(table):
-        c = table[row, :, None]
-        t = (np.clip(u, c[pieces.LOW], c[pieces.HIGH]) - c[pieces.MIDDLE]) * c[pieces.SCALE]
-        steps = np.array(taylor(coefficients(c, shape), shape[3], t, curve.degree))[1:, _columns(linear), 0]
-        lengths = np.linalg.norm(steps, axis=1)
-        moving = np.flatnonzero(lengths > VANISHING * lengths.max())
-        if len(moving):
-            return np.asarray(steps[moving[0]] * (-1.0 if backwards and moving[0] % 2 else 1.0))
-        row += -1 if backwards else 1  # a span that stands still
-    return np.zeros(curve.axes)[_columns(linear)]
-
-
-def extremes(curve: AnySpline) -> Array:
-    """Parameters (k,) at which a coordinate may be least or greatest: ends of pieces and where its derivative is 0.
-
-    x' = 0 where A' w - A w' = 0, a polynomial of degree 2p - 1 at most on every piece.
-    """
-    return np.concatenate([curve.breaks, _turns(curve, np.arange(len(curve.table[0])))])
-
-
-def _turns(curve: AnySpline, rows: IntArray) -> Array:
-    """Parameters (k,) on some pieces at which the derivative of a coordinate is 0."""
-    table, shape = curve.table
-    found = [np.zeros(0)]
-    for some in chunks(len(rows)) if curve.degree > 1 else ():
-        c = columns(table, rows[some])
-        found += [zeros_on(c, slope, 1e-6)[1] for slope in slopes(c, shape)]
-    return np.concatenate(found)
-
-
-def bounding_box(curve: AnySpline) -> tuple[Array, Array]:
-    """Least and greatest coordinates (axes,), mm.
-
-    Only pieces whose control points go beyond the ends of all pieces are searched: no other goes further. Source: The
-    NURBS Book, 2nd ed., property P4.3.
-    """
-    table, _ = curve.table
-    ends = curve(curve.breaks)
-    first = np.searchsorted(curve.knots, table[:, pieces.LOW], side="right") - 1 - curve.degree
-    hull = curve.control_points[np.maximum(first, 0)[:, None] + np.arange(curve.degree + 1)]
-    beyond = (hull.max(axis=1) > ends.max(axis=0)) | (hull.min(axis=1) < ends.min(axis=0))
-    points = np.concatenate([ends, curve(_turns(curve, np.flatnonzero(beyond.any(axis=1))))])
-    return points.min(axis=0), points.max(axis=0)
 
 
 def slopes(c: Array, shape: pieces.Shape) -> list[Array]:

@@ -8,17 +8,14 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from splinefeed.curves.spline import AnySpline
+from splinefeed.curves.spline import MAX_AXES, MAX_DEGREE, Spline
 from splinefeed.errors import CurveError, InputError
 from splinefeed.records import Array, IntArray, check_finite, frozen_array
 
-Curve = TypeVar("Curve", bound=AnySpline)
-MAX_DEGREE = 12
-#: X Y Z A B C U V W of a control, and the seven joints of each of two arms.
-MAX_AXES = 16
+Curve = TypeVar("Curve", bound=Spline)
 
 
-def _homogeneous(curve: AnySpline) -> tuple[Array, Array]:
+def _homogeneous(curve: Spline) -> tuple[Array, Array]:
     """(w (P - origin), w) as rows (n, axes + 1), or P - origin (n, axes) if polynomial; and the origin (axes,).
 
     About a point near by, the products keep the digits that a part far from the machine's zero would lose.
@@ -31,7 +28,7 @@ def _homogeneous(curve: AnySpline) -> tuple[Array, Array]:
 
 
 def _from_homogeneous(
-    curve: AnySpline, degree: int, knots: Array, points: Array, origin: Array
+    curve: Spline, degree: int, knots: Array, points: Array, origin: Array
 ) -> tuple[Array, Array | None]:
     """Control points and weights of the same curve over other knots."""
     weights = None if curve.weights is None else points[:, -1]
@@ -43,7 +40,7 @@ def _from_homogeneous(
     return places, weights
 
 
-def _refined(curve: AnySpline, new_knots: Array) -> tuple[Array, Array | None]:
+def _refined(curve: Spline, new_knots: Array) -> tuple[Array, Array | None]:
     """Control points and weights over more knots, or over those of a part of the curve."""
     points, origin = _homogeneous(curve)
     # control points next to the ends of an unclamped curve are seen from spans before its first knots: more of those,

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from splinefeed.curves.spline import AnySpline
+from splinefeed.curves.spline import Spline
 from splinefeed.records import Array, BoolArray, IntArray
 
 
@@ -38,7 +38,7 @@ class Flat:
         return cls(degrees, rational, _starts(counts + degrees + 1), knots, _starts(counts), points, weights)
 
     @classmethod
-    def of(cls, curves: Sequence[AnySpline]) -> Flat:
+    def of(cls, curves: Sequence[Spline]) -> Flat:
         """The arrays of curves that have the same number of axes."""
         return cls.made(
             np.array([curve.degree for curve in curves], dtype=np.int64),

@@ -9,9 +9,10 @@ from typing import overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from splinefeed.curves.curve import LARGEST, NurbsCurve, numbers
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.editing import moved_points
 from splinefeed.curves.flat import Flat as Flat
+from splinefeed.curves.spline import LARGEST, numbers
 from splinefeed.errors import CurveError
 from splinefeed.records import Array, IntArray, frozen_array
 from splinefeed.records.arrays import read_only

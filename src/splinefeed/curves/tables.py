@@ -11,7 +11,7 @@ import numpy as np
 from splinefeed.curves.differential import roots
 from splinefeed.curves.flat import Flat as Flat
 from splinefeed.curves.pieces import Pieces, arc, coefficients, speed
-from splinefeed.curves.spline import AnySpline
+from splinefeed.curves.spline import Spline
 from splinefeed.errors import CurveError
 from splinefeed.kernels.layout import ARC, ARC_TERMS, HIGH, LOW, MIDDLE, ORIGIN, SCALE, START, Shape, width
 from splinefeed.records import Array, BoolArray, IntArray
@@ -327,7 +327,7 @@ def rough_lengths(groups: list[Spans], shape: Shape, speed: Speed = speed) -> Ar
     return total
 
 
-def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[AnySpline], where: str = "", speed: Speed = speed) -> Pieces:
+def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[Spline], where: str = "", speed: Speed = speed) -> Pieces:
     """Arc-length pieces of all curves.
 
     curves  the same as `flat`;  speed  what the length is the integral of
@@ -337,12 +337,12 @@ def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[AnySpline], where: str
     return _placed(*_fitted(flat, shape, curves, where, speed), shape)
 
 
-def fit_together(curves: Sequence[AnySpline]) -> None:
+def fit_together(curves: Sequence[Spline]) -> None:
     """Fit the arc lengths of many curves in one go; each keeps its own as `NurbsCurve.arc`, to the bit.
 
     The CurveError of a curve without length comes when that curve is used.
     """
-    kinds: dict[Shape, list[AnySpline]] = {}
+    kinds: dict[Shape, list[Spline]] = {}
     for curve in {id(each): each for each in curves if "arc" not in vars(each)}.values():
         kinds.setdefault(curve._shape, []).append(curve)
     for shape, some in kinds.items():
@@ -366,7 +366,7 @@ def _placed(table: Array, rows: IntArray, shape: Shape) -> Pieces:
     return Pieces(read_only(table), shape, rows, read_only(starts[np.append(rows[:, 0], len(table))]))
 
 
-def _fitted(flat: Flat, shape: Shape, curves: Sequence[AnySpline], where: str, speed: Speed) -> tuple[Array, IntArray]:
+def _fitted(flat: Flat, shape: Shape, curves: Sequence[Spline], where: str, speed: Speed) -> tuple[Array, IntArray]:
     """Pieces of all curves with their lengths in the column START, and first and last row of each; see `arc_pieces`."""
     groups = Spans.of(flat)
     curved = np.flatnonzero((flat.degrees > 1) | (flat.rational > 0))

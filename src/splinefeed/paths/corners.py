@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Protocol
 
 import numpy as np
 
-from splinefeed.curves.differential import curvatures, unit_tangents
-from splinefeed.curves.flat import Flat
+from splinefeed.curves.differential import curvatures
 from splinefeed.kernels.layout import HIGH, LOW
+from splinefeed.paths.joined_curves import JoinedCurves
 from splinefeed.records import Array, BoolArray, IntArray
 from splinefeed.records.arrays import chunks
 
@@ -38,41 +37,6 @@ FALL = 1e-4
 #: Newton steps from between two samples to where |C'| is least, at most: where C'' all but vanishes there, too, each
 #: takes a third of the way. A step of this share of the parameter is rounding.
 STEPS, ROUNDING = 90, 1e-15
-
-
-class Measured(Protocol):
-    """What finding corners needs of a path; see `Path`, which has it."""
-
-    @property
-    def flat(self) -> Flat: ...  # noqa: D102
-
-    @property
-    def joined(self) -> Any: ...  # noqa: D102
-
-    @property
-    def length(self) -> float: ...  # noqa: D102
-
-    @property
-    def size(self) -> float: ...  # noqa: D102
-
-    @property
-    def table(self) -> Array: ...  # noqa: D102
-
-    @property
-    def units(self) -> Array: ...  # noqa: D102
-
-    @property
-    def weights(self) -> Array: ...  # noqa: D102
-
-    @property
-    def curve_rows(self) -> IntArray: ...  # noqa: D102
-
-    @property
-    def curve_starts(self) -> Array: ...  # noqa: D102
-
-    def arc_length(self, curve: Any, u: Any) -> Array: ...  # noqa: D102
-
-    def evaluate(self, curve: IntArray, u: Array, order: int = 1, *, side: str = "right") -> Array: ...  # noqa: D102
 
 
 @dataclass(frozen=True)
@@ -127,7 +91,7 @@ class Corners:
         return (self[i] for i in range(len(self)))
 
 
-def find_corners(path: Measured) -> Corners:
+def find_corners(path: JoinedCurves) -> Corners:
     """Points inside the path where the tangent of all axes or the curvature jumps."""
     flat = path.flat
     sizes = flat.scaled(path.weights).sizes() / np.diff(flat.domains)[:, 0]
@@ -154,7 +118,7 @@ def find_corners(path: Measured) -> Corners:
 
 
 def _jumps(
-    path: Measured, sizes: Array, before: tuple[IntArray, Array], after: tuple[IntArray, Array], rough: BoolArray
+    path: JoinedCurves, sizes: Array, before: tuple[IntArray, Array], after: tuple[IntArray, Array], rough: BoolArray
 ) -> tuple[Array, Array, BoolArray]:
     """Angle between the tangents and jump of the curvature of points (n,), and whether each is a corner.
 
@@ -173,7 +137,7 @@ def _jumps(
     return angle, np.where(still, np.inf, jump), corner
 
 
-def _turn(path: Measured, sizes: Array, curve: IntArray, u: Array, side: str) -> tuple[Array, Array]:
+def _turn(path: JoinedCurves, sizes: Array, curve: IntArray, u: Array, side: str) -> tuple[Array, Array]:
     """Unit tangents of all axes and curvature vectors of those that make the length, (n, axes) each.
 
     The latter are no numbers (NaN) where C' = 0.
@@ -187,12 +151,12 @@ def _turn(path: Measured, sizes: Array, curve: IntArray, u: Array, side: str) ->
     tangents = derivatives[:, 0] * path.units
     tangents /= np.where(still, 1.0, np.linalg.norm(tangents, axis=1))[:, None]
     for k in np.flatnonzero(still):
-        limit = unit_tangents(path.joined[int(curve[k])], u[k], None, side) * path.units
+        limit = path.joined[int(curve[k])].tangent(u[k], side=side) * path.units
         tangents[k] = limit / max(float(np.linalg.norm(limit)), 1e-300)
     return tangents, np.where(still[:, None], np.nan, bends)
 
 
-def sharp_bends(path: Measured) -> tuple[Array, Array]:
+def sharp_bends(path: JoinedCurves) -> tuple[Array, Array]:
     """Arc lengths (k,) of sharp bends, mm, and their curvature, 1/mm.
 
     Arc-length pieces are short where |C'| bends, so that samples of each see where the curvature peaks; a parabola
@@ -249,7 +213,9 @@ def sharp_bends(path: Measured) -> tuple[Array, Array]:
     return tips[apart, 0], tips[apart, 1]
 
 
-def _rise(path: Measured, curve: IntArray, u: Array, dip: IntArray, at: Array, radius: Array, least: Array) -> Array:
+def _rise(
+    path: JoinedCurves, curve: IntArray, u: Array, dip: IntArray, at: Array, radius: Array, least: Array
+) -> Array:
     """The way w, mm, over which curvature k rises to its peak at `at` (n,) and falls: k (1 - d^2/w^2) at d beside."""
     s = path.arc_length(curve, at)
     ways = []
@@ -260,7 +226,7 @@ def _rise(path: Measured, curve: IntArray, u: Array, dip: IntArray, at: Array, r
     return np.maximum(*ways)
 
 
-def _slowest(path: Measured, curve: IntArray, u: Array, low: Array, high: Array) -> Array:
+def _slowest(path: JoinedCurves, curve: IntArray, u: Array, low: Array, high: Array) -> Array:
     """Parameters (n,) between `low` and `high` at which |C'| is least: Newton's steps on C' . C'' = 0 from u (n,)."""
     step = np.full(len(u), np.inf)
     for _ in range(STEPS):

@@ -1,4 +1,4 @@
-"""Joined curves as a Track: where they are at a length, with derivatives, corners, breaks and travel."""
+"""Joined curves as a Track: where they are at a length, with derivatives and travel."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.curves.curve import NurbsCurve
-from splinefeed.curves.differential import by_arc_length, curvatures, extremes
+from splinefeed.curves.differential import by_arc_length, curvatures
 from splinefeed.curves.metric import slow_tips, tip_derivatives, tip_pieces
 from splinefeed.curves.packed import Flat, Packed
 from splinefeed.curves.pieces import Pieces, clipped, derivatives, is_left
 from splinefeed.curves.tables import arc_pieces, span_pieces
 from splinefeed.errors import InputError, LimitsError
 from splinefeed.kernels.layout import HIGH, LOW
-from splinefeed.paths.corners import Corners, find_corners, sharp_bends
 from splinefeed.paths.each_curve import Marker
 from splinefeed.paths.gaps import widths
 from splinefeed.paths.track import GOES, Track
@@ -33,8 +32,6 @@ from splinefeed.records import (
 )
 from splinefeed.records.arrays import CHUNK, chunks
 
-#: What differs by less than this share of the path's length is the same place.
-SAME = 1e-12
 #: Travel is left by more than this share of it.
 TRAVEL_KEPT = 5e-7
 #: What rounding may come to, in units of a last place.
@@ -237,20 +234,6 @@ class JoinedCurves(Track):
         """Whether a rotary axis may move while the tip stays."""
         return not self.by_tip
 
-    @cached_property
-    def breaks(self) -> Array:
-        """Knots, joints and corners, sharp bends, and where the tip is slowest, (k,), mm."""
-        owner, knots, _ = self.flat.inner_knots()
-        places = [self.arc_length(owner, knots), self.curve_starts[1:-1], self.corners.s, self.sharp_bends[0]]
-        s = np.unique(np.concatenate([*places, self.slow_tips]))
-        inside = s[(s > SAME * self.length) & (s < (1.0 - SAME) * self.length)]
-        return inside[np.diff(inside, prepend=0.0) > SAME * self.length]
-
-    @property
-    def jumps(self) -> Array:
-        """Places (k,), mm, at which the curvature jumps while the tool moves on."""
-        return self.corners.s[~self.corners.stop]
-
     @property
     def pieces(self) -> Array:
         """Where the rows of `table` begin, mm."""
@@ -278,7 +261,7 @@ class JoinedCurves(Track):
         for index, curve in enumerate(self.curves):
             if np.all(np.abs(curve.control_points[:, columns] - middle) <= half):
                 continue
-            u = extremes(curve)
+            u = curve.extremes()
             points = curve(u)[:, columns]
             low, high = points.min(axis=0), points.max(axis=0)
             outside = (low < middle - half) | (high > middle + half)
@@ -390,29 +373,6 @@ class JoinedCurves(Track):
                 box = self._joined[int(i)].bounding_box()
                 low, high = np.minimum(low, box[0]), np.maximum(high, box[1])
         return low, high
-
-    @cached_property
-    def corners(self) -> Corners:
-        """Points inside the path where the tangent of all axes or the curvature jumps, in order of s; a cusp is one.
-
-        The tangent is that of all axes by the metric: between a move of rotary axes alone and another one it turns.
-        """
-        return find_corners(self)
-
-    @cached_property
-    def sharp_bends(self) -> tuple[Array, Array]:
-        """Arc lengths (k,) of sharp bends, mm, in order, and their curvature, 1/mm."""
-        return sharp_bends(self)
-
-    @cached_property
-    def stops(self) -> tuple[float, ...]:
-        """Arc lengths strictly inside the path, mm, increasing, at which the tool must stop.
-
-        Corners of the tangent, and markers with a stop.
-        """
-        corners = set(self.corners.s[self.corners.stop].tolist())
-        markers = {float(self.curve_starts[marker.before]) for marker in self.markers if marker.stop}
-        return tuple(sorted(s for s in corners | markers if 0.0 < s < self.length))
 
     @cached_property
     def dwells(self) -> tuple[tuple[float, float], ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable, Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.metric import metric_of
 from splinefeed.curves.packed import Packed, lines_through, lines_with_length
 from splinefeed.errors import CurveError, InputError
+from splinefeed.paths.corners import Corners, find_corners, sharp_bends
 from splinefeed.paths.each_curve import Marker, checked_axes, chosen_of_each, default_axes, of_curves, of_times
 from splinefeed.paths.gaps import begun_at, closed, open_joints, widths
 from splinefeed.paths.joined_curves import JoinedCurves
@@ -22,6 +23,8 @@ from splinefeed.paths.resolution import RESOLUTION, long_curves, resolved
 from splinefeed.records import Array, Points, frozen_array, unit_along, view
 from splinefeed.records.arrays import read_only
 
+#: What differs by less than this share of the path's length is the same place.
+SAME = 1e-12
 #: Ends of neighbouring curves further apart than this, mm, are a gap by default.
 JOIN_TOLERANCE = RESOLUTION
 
@@ -222,6 +225,43 @@ class Path(JoinedCurves):
         stops = np.searchsorted(made.curve_starts, np.array(made.stops) * (1.0 - 1e-9))
         more = [f"the motion stops near waypoint {k + 1}, where the path turns back on itself" for k in stops.tolist()]
         return made.with_findings(*made.findings, *more) if more else made
+
+    @cached_property
+    def breaks(self) -> Array:
+        """Knots, joints and corners, sharp bends, and where the tip is slowest, (k,), mm."""
+        owner, knots, _ = self.flat.inner_knots()
+        places = [self.arc_length(owner, knots), self.curve_starts[1:-1], self.corners.s, self.sharp_bends[0]]
+        s = np.unique(np.concatenate([*places, self.slow_tips]))
+        inside = s[(s > SAME * self.length) & (s < (1.0 - SAME) * self.length)]
+        return inside[np.diff(inside, prepend=0.0) > SAME * self.length]
+
+    @property
+    def jumps(self) -> Array:
+        """Places (k,), mm, at which the curvature jumps while the tool moves on."""
+        return self.corners.s[~self.corners.stop]
+
+    @cached_property
+    def corners(self) -> Corners:
+        """Points inside the path where the tangent of all axes or the curvature jumps, in order of s; a cusp is one.
+
+        The tangent is that of all axes by the metric: between a move of rotary axes alone and another one it turns.
+        """
+        return find_corners(self)
+
+    @cached_property
+    def sharp_bends(self) -> tuple[Array, Array]:
+        """Arc lengths (k,) of sharp bends, mm, in order, and their curvature, 1/mm."""
+        return sharp_bends(self)
+
+    @cached_property
+    def stops(self) -> tuple[float, ...]:
+        """Arc lengths strictly inside the path, mm, increasing, at which the tool must stop.
+
+        Corners of the tangent, and markers with a stop.
+        """
+        corners = set(self.corners.s[self.corners.stop].tolist())
+        markers = {float(self.curve_starts[marker.before]) for marker in self.markers if marker.stop}
+        return tuple(sorted(s for s in corners | markers if 0.0 < s < self.length))
 
     def feeds_within(self, feed: float) -> Array:
         """Largest feed on each curve, (curves,), mm/s: `feed`, mm/s, or the lower one that is wanted there."""

@@ -20,10 +20,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from splinefeed.curves.curve import NurbsCurve, least_step
+from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.differential import product, slope_of, slopes, zeros_on
 from splinefeed.curves.packed import Flat, Packed
 from splinefeed.curves.pieces import coefficients, columns, last_below, taylor
+from splinefeed.curves.spline import least_step
 from splinefeed.curves.tables import Spans, span_pieces
 from splinefeed.records import Array, BoolArray, IntArray
 from splinefeed.records.arrays import chunks, expanded

@@ -8,7 +8,6 @@ from itertools import pairwise
 import numpy as np
 
 from splinefeed.curves.curve import NurbsCurve
-from splinefeed.curves.differential import unit_tangents
 from splinefeed.errors import CurveError, InputError
 from splinefeed.paths.corners import CORNER_ANGLE
 from splinefeed.paths.fitting.function import Held, interpolated
@@ -136,9 +135,9 @@ def _followed(curve: NurbsCurve, tolerance: float, before: float) -> tuple[Nurbs
 
 def _angles(curve: NurbsCurve, u: Array) -> Array:
     """Direction of the tangent in x and y, rad, (n,) at u (n,); where it jumps, below CORNER_ANGLE, half way."""
-    angle = np.arctan2(*unit_tangents(curve, u, 2).T[::-1])
+    angle = np.arctan2(*curve.tangent(u, 2).T[::-1])
     at = np.flatnonzero(np.isin(u, curve.breaks))
-    left = np.arctan2(*unit_tangents(curve, u[at], 2, "left").T[::-1])
+    left = np.arctan2(*curve.tangent(u[at], 2, "left").T[::-1])
     angle[at] += 0.5 * _next_to(left - angle[at], 0.0)
     return np.asarray(angle)
 

@@ -93,16 +93,12 @@ def circle_of(places: Places) -> tuple[complex, float] | None:
 
 def biarcs(curve: NurbsCurve, columns: tuple[int, int], tolerance: float) -> FittedArcs:
     """Arcs and lines in a plane, tangent to each other, within `tolerance`, mm, of the curve at samples of each."""
-    from splinefeed.curves.differential import unit_tangents
-
     fractions = np.linspace(0.0, 1.0, BIARC_SAMPLES + 2)
 
     def fitted(low: Array, high: Array) -> tuple[FittedArcs, FittedArcs, BoolArray]:
         places = in_plane(curve(low[:, None] + fractions * (high - low)[:, None]), columns)
         start, end = places[:, 0], places[:, -1]
-        leave, arrive = (
-            in_plane(unit_tangents(curve, u, side=side), columns) for u, side in ((low, "right"), (high, "left"))
-        )
+        leave, arrive = (in_plane(curve.tangent(u, side=side), columns) for u, side in ((low, "right"), (high, "left")))
         both = (np.conj(end - start) * (leave + arrive)).real
         spread, square = 2.0 * (1.0 - (np.conj(leave) * arrive).real), np.abs(end - start) ** 2
         with np.errstate(divide="ignore", invalid="ignore"):
