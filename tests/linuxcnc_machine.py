@@ -82,7 +82,7 @@ def mill(
     if kinematics:
         module = MODULES[kinematics]
         numbers = tuple(range(len(module.moved)))
-        moved = MovedJoints(kinematics, module, order, 1.0, tuple(module.moved), numbers)
+        moved = MovedJoints(kinematics, module, order, tuple(module.moved), numbers)
         one = np.append(one, np.ones(len(numbers)))
     return Mill(order, columns, units, 1.0, velocity * one, acceleration * one, jerk * one, 1e3, moved=moved)
 
@@ -141,9 +141,8 @@ class Machine:
 
     def joints_at(self, poses: Array) -> Array:
         """Joints that are no axes, (n, joints), at poses (n, 9)."""
-        assert self.joints is not None
-        r = (poses * self.mill.units)[:, None, self.mill.columns]
-        return self.joints.beside(r)[:, 0, len(self.mill.columns) :]
+        assert self.mill.moved is not None and self.joints is not None
+        return self.mill.moved.at(self.joints, poses * self.mill.units)
 
     def _tell(self) -> None:
         self.wire.store("feed_scale", self.feed_scale)

@@ -35,8 +35,7 @@ def test_lengths_come_from_what_the_module_answers_and_joints_are_its_own(kinema
         answers = np.array(asked(kinematics, [{"pins": pins, "inverse": True, "rows": rows}])[0])[:, : len(moved.names)]
         joints = moved.answering(answers[: len(PROBES)])
         assert joints.bend == module.bend
-        found = [joints.of(moved._pose(row)) for row in poses / units]
-        np.testing.assert_allclose(np.array(found, dtype=float), answers[len(PROBES) :], atol=1e-8)
+        np.testing.assert_allclose(moved.at(joints, poses / units), answers[len(PROBES) :], atol=1e-8)
 
 
 @pytest.mark.parametrize("kinematics", HAL)

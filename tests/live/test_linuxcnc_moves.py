@@ -95,7 +95,7 @@ def test_lengths_of_kinematics_come_from_the_answers_and_the_module_may_be_switc
     rng, pose = np.random.default_rng(4), (1.0, 2.0, 3.0, 0.4, -0.7)
     for _ in range(20):
         wanted = moved.with_lengths(dict(zip(moved.module.lengths, rng.uniform(-200.0, 200.0, 6), strict=True)))
-        found = moved.answering(np.array([wanted.of(moved._pose(row)) for row in PROBES], dtype=float))
+        found = moved.answering(moved.at(wanted, PROBES))
         np.testing.assert_allclose(found.of(pose), wanted.of(pose), atol=1e-9)
     trivial = moved.answering(PROBES[:, :3])
     assert trivial.of(pose) == (1.0, 2.0, 3.0) and not trivial.bend

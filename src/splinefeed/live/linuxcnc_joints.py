@@ -98,14 +98,13 @@ MODULES = {
 class MovedJoints:
     """The joints of a machine that are no axes.
 
-    name, module  of the kinematics; axes  of the machine, in the planner's order; linear  mm of a linear unit
+    name, module  of the kinematics; axes  of the machine, in the planner's order
     letters  of each joint, whose formula it is;  numbers  of each joint
     """
 
     name: str
     module: Module
     axes: tuple[str, ...]
-    linear: float
     letters: tuple[str, ...]
     numbers: tuple[int, ...]
 
@@ -116,7 +115,19 @@ class MovedJoints:
 
     def with_lengths(self, lengths: Mapping[str, float]) -> Joints:
         """How they move with these lengths, mm; others are 0."""
-        return self._joints({**dict.fromkeys(self.module.lengths, 0.0), **lengths})
+        columns = [self.module.moved.index(letter) for letter in self.letters]
+        known = {**dict.fromkeys(self.module.lengths, 0.0), **lengths}
+
+        def of(r: tuple[Number, ...]) -> tuple[Number, ...]:
+            found = self.module.at(dict(zip(self.axes, r, strict=True)), known)
+            return tuple(found[k] for k in columns)
+
+        return Joints(self.names, of, bend=self.module.bend)
+
+    def at(self, joints: Joints, poses: Array) -> Array:
+        """Joints (n, joints), mm, at poses (n, 9), mm and rad."""
+        columns = [LETTERS.index(axis) for axis in self.axes]
+        return joints.beside(poses[:, None, columns])[:, 0, len(columns) :]
 
     def answering(self, found: Array) -> Joints:
         """How they move on the machine that has them at (probes, joints), mm, at PROBES.
@@ -125,40 +136,16 @@ class MovedJoints:
         the trivial ones.
         """
         names = self.module.lengths
-        fixed = self._at(self.with_lengths({}))
-        shares = [self._at(self.with_lengths({name: 1.0})) - fixed for name in names]
-        values: Array = np.zeros(0)
+        fixed = self.at(self.with_lengths({}), PROBES)
+        shares = [(self.at(self.with_lengths({name: 1.0}), PROBES) - fixed).ravel() for name in names]
+        values: list[float] = []
         if names and np.all(np.isfinite(found)):
-            shares_of = np.stack([each.ravel() for each in shares], axis=1)
-            values = np.asarray(np.linalg.lstsq(shares_of, (found - fixed).ravel(), 1e-12)[0], dtype=np.float64)
+            values = np.linalg.lstsq(np.stack(shares, axis=1), (found - fixed).ravel(), 1e-12)[0].tolist()
+        columns = [self.axes.index(letter) for letter in self.letters]
         for joints in (
-            self.with_lengths(dict(zip(names, values.tolist(), strict=False))),
-            Joints(self.names, self._trivial, bend=False),
+            self.with_lengths(dict(zip(names, values, strict=False))),
+            Joints(self.names, lambda r: tuple(r[k] for k in columns), bend=False),
         ):
-            if self._off(self._at(joints), found) < NEAR:
+            if np.allclose(self.at(joints, PROBES), found, rtol=NEAR, atol=NEAR):
                 return joints
         raise SplinefeedError(f"the machine's kinematics are neither those of {self.name} nor trivial: not planned")
-
-    @staticmethod
-    def _off(one: Array, other: Array) -> float:
-        with np.errstate(invalid="ignore"):
-            return float(np.max(np.nan_to_num(np.abs(one - other) / (1.0 + np.abs(other)), nan=np.inf)))
-
-    def _pose(self, row: Array) -> tuple[float, ...]:
-        return tuple(float(row[LETTERS.index(axis)]) for axis in self.axes)
-
-    def _at(self, joints: Joints) -> Array:
-        """Joints (probes, joints) at PROBES."""
-        return np.array([[float(np.asarray(each)) for each in joints.of(self._pose(row))] for row in PROBES])
-
-    def _joints(self, lengths: Mapping[str, float]) -> Joints:
-        columns = [self.module.moved.index(letter) for letter in self.letters]
-
-        def of(r: tuple[Number, ...]) -> tuple[Number, ...]:
-            found = self.module.at(dict(zip(self.axes, r, strict=True)), lengths)
-            return tuple(found[k] for k in columns)
-
-        return Joints(self.names, of, bend=self.module.bend)
-
-    def _trivial(self, r: tuple[Number, ...]) -> tuple[Number, ...]:
-        return tuple(r[self.axes.index(letter)] for letter in self.letters)

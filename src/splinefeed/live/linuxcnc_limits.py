@@ -104,7 +104,7 @@ def mill_of(file: str) -> Mill:
             raise FormatError(f"{file}: {len(numbers)} joints that are no axes; it can plan {JOINTS}")
         places += [[f"JOINT_{joint}"] for joint, _ in numbers]
         moved = MovedJoints(
-            name, module, axes, linear, tuple(axis for _, axis in numbers), tuple(joint for joint, _ in numbers),
+            name, module, axes, tuple(axis for _, axis in numbers), tuple(joint for joint, _ in numbers),
         )  # fmt: skip
     found = np.array([_limits(ini, names, file, notes) for names in places]).T
     for k, axis in enumerate(axes):
