@@ -134,9 +134,9 @@ def test_walking_goes_where_bisection_goes():
     last = len(table) - 1
     cursor = np.array([0, 0, last])
     for u in [*np.linspace(0.0, 1.0, 301), *np.linspace(1.0, 0.0, 77), *table[::7, layout.LOW]]:
-        assert pieces.walk_to(table, cursor, u) == place(table, u)[0] == cursor[0]
+        assert pieces.walk_to(table, cursor, layout.LOW, u) == place(table, u)[0] == cursor[0]
     cursor[:] = 3, 2, 5
-    assert pieces.walk_to(table, cursor, 1.0) == 5 and pieces.walk_to(table, cursor, 0.0) == 2
+    assert pieces.walk_to(table, cursor, layout.LOW, 1.0) == 5 and pieces.walk_to(table, cursor, layout.LOW, 0.0) == 2
 
 
 # --- arc length -------------------------------------------------------------------------------------------------------

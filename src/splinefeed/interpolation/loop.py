@@ -166,7 +166,7 @@ def _loop(
             u[k] = u[k - 1]
             rate[k] = rate[k - 1]
         u[0] = after
-        row = walk_to(table, cursor, after)
+        row = walk_to(table, cursor, LOW, after)
         t = (after - table[row, MIDDLE]) * table[row, SCALE]
         rate[0] = rate_in_row(t, feed, table, row, SHAPE)
         point(table, row, SHAPE, t, position[i])

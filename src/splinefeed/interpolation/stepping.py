@@ -45,7 +45,7 @@ def rate_in_row(t: float, feed: float, table: Array, row: int, shape: Shape) -> 
 def rate_at(u: float, feed: float, curve: Curve) -> float:
     """du/dt at parameter u: `rate_in_row` in the row that holds it."""
     table, cursor, shape = curve
-    row = walk_to(table, cursor, u)
+    row = walk_to(table, cursor, LOW, u)
     return rate_in_row((u - table[row, MIDDLE]) * table[row, SCALE], feed, table, row, shape)
 
 
@@ -56,22 +56,10 @@ def step_length(law: Array, period: float) -> float:
 
 
 @hot_kernel
-def row_at_length(table: Array, s: float, cursor: IntArray) -> int:
-    """The row that holds arc length s, mm, sought from cursor[0] on within cursor[1:3], and left there."""
-    row = cursor[0]
-    while row < cursor[2] and s >= table[row + 1, START]:
-        row += 1
-    while row > cursor[1] and s < table[row, START]:
-        row -= 1
-    cursor[0] = row
-    return row
-
-
-@hot_kernel
 def anchored(u: float, s: float, curve: Curve) -> float:
     """The parameter whose arc length is s, mm: Newton on S(u) = s from the guess u. Leaves its row in the cursor."""
     table, cursor, _ = curve
-    row = row_at_length(table, s, cursor)
+    row = walk_to(table, cursor, START, s)
     guess = (u - table[row, MIDDLE]) * table[row, SCALE]
     return table[row, MIDDLE] + parameter_in_row(table, row, s, guess) / table[row, SCALE]
 
@@ -105,7 +93,7 @@ def taylor(order: int, source: str) -> Callable[..., float]:
         if order == 1:
             return u[0] + period * rate[0]
         table, cursor, _ = curve
-        row = walk_to(table, cursor, u[0])
+        row = walk_to(table, cursor, LOW, u[0])
         scale = table[row, SCALE]
         size, slope, bend = fitted_speed(table, row, (u[0] - table[row, MIDDLE]) * scale)
         inverse = 1.0 / (size * scale)
@@ -235,13 +223,13 @@ def tsai_cheng(
     wanted = step_length(law, period)
     if wanted <= 0.0:
         return u[0]
-    now = walk_to(table, cursor, u[0])
+    now = walk_to(table, cursor, LOW, u[0])
     t = (u[0] - table[now, MIDDLE]) * table[now, SCALE]
     ahead = 2.0 * (u[0] - u[1]) - (u[1] - u[2])
     if ahead <= 0.0:
         ahead = rate_at(u[0], wanted, curve)
     for _ in range(corrections):
-        row = walk_to(table, cursor, u[0] + ahead)
+        row = walk_to(table, cursor, LOW, u[0] + ahead)
         t_ahead = (u[0] + ahead - table[row, MIDDLE]) * table[row, SCALE]
         chord, _, _ = secant(table, now, t, row, t_ahead, shape)
         ratio = math.sqrt(chord) / wanted
@@ -271,11 +259,11 @@ def runge_kutta_2_compensated(
     """
     table, cursor, shape = curve
     wanted = step_length(law, period)
-    now = walk_to(table, cursor, u[0])
+    now = walk_to(table, cursor, LOW, u[0])
     t = (u[0] - table[now, MIDDLE]) * table[now, SCALE]
     after = u[0] + 0.5 * period * (rate[0] + rate_at(u[0] + period * rate[0], law[NEXT_FEED], curve))
     for _ in range(corrections):
-        row = walk_to(table, cursor, after)
+        row = walk_to(table, cursor, LOW, after)
         chord, product, square = secant(table, now, t, row, (after - table[row, MIDDLE]) * table[row, SCALE], shape)
         inside = product * product - square * (chord - wanted * wanted)
         if not inside >= 0.0 or square == 0.0:
@@ -363,7 +351,7 @@ def feed_correction(
     """
     table, cursor, _ = curve
     s = law[NEXT_S]
-    row = row_at_length(table, s, cursor)
+    row = walk_to(table, cursor, START, s)
     if memory[FITTED] != row + 1.0:
         memory[LENGTH] = fit_feed_correction(table, row, memory[:TERMS])
         memory[FITTED] = row + 1.0

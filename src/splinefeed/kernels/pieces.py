@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from splinefeed.kernels.jit import hot_kernel, kernel
-from splinefeed.kernels.layout import ARC, ARC_TERMS, HIGH, LOW, ORIGIN, SCALE, START, Shape
+from splinefeed.kernels.layout import ARC, ARC_TERMS, ORIGIN, SCALE, START, Shape
 from splinefeed.records import Array, IntArray
 
 #: Newton steps of one inversion, bisections among them; steps or bracket shrink at each.
@@ -17,12 +17,15 @@ SMALL_STEP = 1e-9
 
 
 @hot_kernel
-def walk_to(table: Array, cursor: IntArray, u: float) -> int:
-    """Row that holds parameter u, walking from cursor[0] within [cursor[1], cursor[2]]; leaves the row in cursor[0]."""
+def walk_to(table: Array, cursor: IntArray, column: int, value: float) -> int:
+    """Row that holds a parameter, by the column LOW, or an arc length, by START: leaves it in cursor[0].
+
+    Walks on from cursor[0], within [cursor[1], cursor[2]].
+    """
     row = cursor[0]
-    while row < cursor[2] and u >= table[row, HIGH]:
+    while row < cursor[2] and value >= table[row + 1, column]:
         row += 1
-    while row > cursor[1] and u < table[row, LOW]:
+    while row > cursor[1] and value < table[row, column]:
         row -= 1
     cursor[0] = row
     return row
