@@ -120,7 +120,6 @@ def planner(say: Say, ini: str, reserve: float, window: int) -> Page:
     """
     from splinefeed.live.linuxcnc_limits import mill_of
     from splinefeed.live.linuxcnc_serve import serve, warm_up
-    from splinefeed.live.linuxcnc_sink import PYTHON
 
     if not ini:
         raise InputError("--ini is missing: give the INI file of the machine")
@@ -134,7 +133,7 @@ def planner(say: Say, ini: str, reserve: float, window: int) -> Page:
     warm_up(mill)
     say("")
     with suppress(KeyboardInterrupt):
-        serve(mill, reserve, PYTHON, tell, lambda: False, window=window)
+        serve(mill, reserve, window, tell)
     return {}
 
 

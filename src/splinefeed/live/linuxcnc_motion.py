@@ -23,27 +23,29 @@ from splinefeed.records import State
 #: The path goes to look-ahead in parts that take so long, s, at the feeds of the program, and so far ahead, s; for a
 #: change of the override so far beyond twice what a stop takes, s: less is planned and sent sooner.
 PORTION, KNOWN, SOON = 0.5, 3.0, 0.8
+#: Curves that are smoothed in one go.
+SMOOTH = 200
 
 
 class PlannedMotion:
     """Moves that are one motion from rest to rest: smoothed and planned as they come.
 
     first      number of its first move; mill  the machine
-    look_ahead  makes one for it, from a state; smooth  curves that are smoothed in one go
+    look_ahead  makes one for it, from its start or `start=` a state
     overrides  that it is planned under: of feeds and rapid moves, and the largest velocity; joints  that are no axes
     closed     whether all of its moves have come
     """
 
     def __init__(
-        self, first: int, mill: Mill, look_ahead: Callable[[State | None], LookAhead], smooth: int,
+        self, first: int, mill: Mill, look_ahead: Callable[..., LookAhead],
         overrides: tuple[float, float, float], joints: Joints | None = None,
     ) -> None:  # fmt: skip
         self.first, self.mill, self.look_ahead, self.overrides = first, mill, look_ahead, overrides
         self.track = PlannedTrack(first, joints)
-        self.smoother = Smoother("program", mill.axes, corners="round", window=smooth)
+        self.smoother = Smoother("program", mill.axes, corners="round", window=SMOOTH)
         self.closed = False
         self.moves: list[Any] = []  # all of them: an override that changes changes their feeds
-        self.look = look_ahead(None)
+        self.look = look_ahead()
         self.base = 0  # curves of the track before the first that `look` knows
         self.given = 0  # parts of the track that `look` knows, and before
         self.times: list[float] = []  # what each part takes at the feeds of the program, s
@@ -103,7 +105,7 @@ class PlannedMotion:
         if not track.parts:  # it has not begun
             return
         first = track.part_at(s)
-        self.look = self.look_ahead(State(state.feed, state.acceleration, max(s - track.starts[first], 0.0)))
+        self.look = self.look_ahead(start=State(state.feed, state.acceleration, max(s - track.starts[first], 0.0)))
         self.base, self.given, self.done = track.curves[first], first, s
         self.coming, self.planned = None, False
 

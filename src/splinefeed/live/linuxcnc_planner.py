@@ -12,6 +12,7 @@ import traceback
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -40,8 +41,8 @@ HUNGRY = 0.4
 #: A change of the override is planned when it has not changed for so long, s, from a place so far ahead, s: what the
 #: player takes to look at its pieces, and so many times what planning took of late, or is taken to take first, s.
 STEADY, LOOKED_AT, TIMES, SLOW, FARTHEST = 0.004, 0.02, 1.5, 0.03, 0.15
-#: Cells of a window, and curves that the smoother looks at in one go.
-WINDOW, SMOOTH = 60, 200
+#: Cells of a window.
+WINDOW = 60
 #: A batch that follows at the end of a piece: a time in it that is later.
 LATEST = 1e9
 
@@ -68,17 +69,15 @@ class Planner:
     """
 
     def __init__(
-        self, wire: Wire, mill: Mill, reserve: float, *, window: int = WINDOW, smooth: int = SMOOTH,
-        say: Callable[[str], None] = print,
+        self, wire: Wire, mill: Mill, reserve: float, *, window: int = WINDOW, say: Callable[[str], None] = print,
         curves: Callable[[], ProgramCurves | None] = lambda: None, waits: Callable[[], float | None] = lambda: None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:  # fmt: skip
-        self.wire, self.mill, self.window, self.smooth, self.say, self.waits = wire, mill, window, smooth, say, waits
+        self.wire, self.mill, self.window, self.say, self.waits = wire, mill, window, say, waits
         self.clock, self.curves = clock, curves
-        self.limits, self.reserve = mill.limits(reserve), reserve
+        self.limits = mill.limits(reserve)
         self.period = float(wire.period)
         moved = mill.moved
-        self.joints: Joints | None = None  # as they move in the run that is open
         self.inverse = 1.0 / mill.column_units
         self.session = time.time_ns() & 0x7FFFFFFFFFFFFFFF
         self.run: PlannedMotion | None = None
@@ -93,7 +92,6 @@ class Planner:
         self.takes = SLOW  # how long it takes to plan a change of the override, s: what it took of late
         self.queued, self.grown = self.read, self.clock()  # moves that came, and when the last did
         self.news = self.seen = self.alive = self.began = self.clock()  # `seen`: when the last moves were there
-        self.blocks = 0
         jerk = np.zeros(wires.COLUMNS)
         jerk[mill.piece_columns] = mill.jerk * self.inverse
         wire.store("jerk", jerk)
@@ -105,10 +103,6 @@ class Planner:
             wire.probe[:] = PROBES / mill.units
         wire.store("joints", 0 if moved is None else len(moved.numbers))
         wire.store("session", self.session)
-
-    def look_ahead(self, start: State | None = None) -> LookAhead:
-        """A look-ahead for this machine."""
-        return LookAhead(self.limits, self.period, self.mill.axes, self.window, start=start, joints=self.joints)
 
     @property
     def there(self) -> bool:
@@ -198,14 +192,16 @@ class Planner:
         waits = (moves["atspeed"] != 0) | (moves["indexer"] >= 0) | other | (moves["sync"] == wires.TAP)
         ends = np.flatnonzero(waits)
         if self.run is None:
+            joints: Joints | None = None
             if self.mill.moved is not None:
                 if int(wire.answered) != self.session:
                     return False
                 found = wire.answer[:, : len(self.mill.moved.numbers)] * self.mill.linear
-                self.joints = self.mill.moved.answering(found)
+                joints = self.mill.moved.answering(found)
             ends = ends[ends > 0]
             self._settled()
-            self.run = PlannedMotion(self.read, self.mill, self.look_ahead, self.smooth, self.overrides, self.joints)
+            own = partial(LookAhead, self.limits, self.period, self.mill.axes, self.window, joints=joints)
+            self.run = PlannedMotion(self.read, self.mill, own, self.overrides, joints)
             self.began = now
         if len(ends):
             moves = moves[: int(ends[0])]
@@ -369,7 +365,6 @@ class Planner:
         wire.store("batch_head", self.head)
         self.after, run.done = self.piece + len(sure) - 1, sure.end[0]
         self.piece += n
-        self.blocks += 1
 
     # --- what went wrong --------------------------------------------------------------------------------------------
 

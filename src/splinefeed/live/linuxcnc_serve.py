@@ -9,8 +9,9 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from importlib.resources import files
-from typing import Any
+from typing import NoReturn
 
 import numpy as np
 
@@ -22,8 +23,8 @@ from splinefeed.live.linuxcnc_moves import BLEND, EXACT, curve_of
 from splinefeed.live.linuxcnc_pieces import quintics
 from splinefeed.live.linuxcnc_planner import WINDOW, Planner
 from splinefeed.live.linuxcnc_refusals import refused
+from splinefeed.live.linuxcnc_sink import PYTHON
 from splinefeed.planner.stream import LookAhead
-from splinefeed.records import State
 
 #: A child that watches LinuxCNC's task is started again after this, s.
 AGAIN = 0.2
@@ -44,15 +45,15 @@ class TaskWatch:
     mill  what runs the program; say  takes what of it will not run, which is said on the operator's screen, too
     """
 
-    def __init__(self, python: str, home: str | None, mill: Mill, say: Callable[[str], None]) -> None:
+    def __init__(self, home: str | None, mill: Mill, say: Callable[[str], None]) -> None:
         self.curves: ProgramCurves | None = None
         self.waiting: float | None = None  # since when, by the monotonic clock; inf while it goes on
         self._mill, self._say = mill, say
         program = files("splinefeed.live").joinpath("linuxcnc_task.py").read_text(encoding="utf-8")
-        self._words = [python, "-c", program]
+        self._words = [PYTHON, "-c", program]
         self._environment = os.environ if home is None else {**os.environ, "HOME": home}
         self._child: subprocess.Popen[str] | None = None
-        self._ends = not os.path.exists(python)
+        self._ends = not os.path.exists(PYTHON)
         threading.Thread(target=self._listen, daemon=True).start()
 
     def _listen(self) -> None:
@@ -103,24 +104,20 @@ def warm_up(mill: Mill) -> None:
     moves["kind"], moves["feed"], moves["top"], moves["tolerance"] = wires.LINE, 50.0, 1e3, 0.01
     curves = [curve_of(move, mill) for move in moves]
 
-    def look_ahead(start: State | None) -> LookAhead:
-        return LookAhead(mill.limits(0.05), 1e-3, mill.axes, WINDOW, start=start, joints=joints)
-
+    look_ahead = partial(LookAhead, mill.limits(0.05), 1e-3, mill.axes, WINDOW, joints=joints)
     for term in (BLEND, EXACT):
         moves["term"] = term
-        run = PlannedMotion(0, mill, look_ahead, 20, (1.0, 1.0, math.inf), joints)
+        run = PlannedMotion(0, mill, look_ahead, (1.0, 1.0, math.inf), joints)
         run.push(moves, curves)
         run.close()
         while (block := run.block()) is not None:
             quintics(run.track, run.track.place(run.base + block.curve, block.offset), block.law)
 
 
-def serve(
-    mill: Mill, reserve: float, python: str, say: Callable[[str], None], ends: Callable[[], bool], **how: Any
-) -> None:
-    """Plan for every LinuxCNC that comes, one after the other, until `ends`."""
+def serve(mill: Mill, reserve: float, window: int, say: Callable[[str], None]) -> NoReturn:
+    """Plan for every LinuxCNC that comes, one after the other; reserve and window as for `Planner`."""
     waiting = False
-    while not ends():
+    while True:
         ident = wires.found()
         wire = None if ident is None else wires.attached(ident)
         if wire is None:
@@ -129,28 +126,32 @@ def serve(
             waiting = True
             time.sleep(0.05)
             continue
-        task = TaskWatch(python, wires.home(wire.ident), mill, say)
-        planner = Planner(
-            wire, mill, reserve, say=say, waits=lambda task=task: task.waiting,  # type: ignore[misc]
-            curves=lambda task=task: task.curves, **how,  # type: ignore[misc]
-        )  # fmt: skip
-        dies = threading.Event()
-        heart = threading.Thread(target=beat, args=(planner, dies), daemon=True)
-        heart.start()
-        say("LinuxCNC is here")
-        try:
-            looked = time.monotonic()
-            while planner.there and not ends():
-                if not planner.step():
-                    time.sleep(0.001)
-                if time.monotonic() - looked > 0.5:
-                    looked = time.monotonic()
-                    if wires.users(wire.ident) < 2:  # we alone
-                        break
-        finally:
-            dies.set()
-            heart.join()  # before the memory goes
-            task.stop()
-            wires.detach(wire)
+        _plan_for(wire, mill, reserve, window, say)
         waiting = False
         say("LinuxCNC has ended")
+
+
+def _plan_for(wire: wires.Wire, mill: Mill, reserve: float, window: int, say: Callable[[str], None]) -> None:
+    """Plan for one LinuxCNC until it ends."""
+    task = TaskWatch(wires.home(wire.ident), mill, say)
+    planner = Planner(
+        wire, mill, reserve, window=window, say=say, waits=lambda: task.waiting, curves=lambda: task.curves
+    )
+    dies = threading.Event()
+    heart = threading.Thread(target=beat, args=(planner, dies), daemon=True)
+    heart.start()
+    say("LinuxCNC is here")
+    try:
+        looked = time.monotonic()
+        while planner.there:
+            if not planner.step():
+                time.sleep(0.001)
+            if time.monotonic() - looked > 0.5:
+                looked = time.monotonic()
+                if wires.users(wire.ident) < 2:  # we alone
+                    return
+    finally:
+        dies.set()
+        heart.join()  # before the memory goes
+        task.stop()
+        wires.detach(wire)
