@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 
+import numpy as np
 import pytest
 
 import splinefeed as sf
@@ -39,6 +40,14 @@ def test_what_is_approximated_is_said_with_its_distance(splinefeed, folder):
     assert finer["largest_distance_mm"] <= 1e-5
     text = splinefeed("convert", "butterfly", "out.dxf").stdout
     assert text.startswith("butterfly (shape): 1 path, 1 curve -> out.dxf (DXF drawing)\nread back: 1 curve, ")
+
+
+@pytest.mark.parametrize("suffix", ["txt", "xyz"])
+def test_points_are_fitted_as_closely_as_they_are_written_whatever_their_file_is_called(splinefeed, folder, suffix):
+    turns = np.linspace(0.0, 3.0, 150)
+    np.savetxt(folder / f"points.{suffix}", 10.0 * np.column_stack([np.cos(turns), np.sin(turns)]))
+    page = answer(splinefeed("convert", f"points.{suffix}", "out.json", "--tolerance", "0.1mm", "--json"))
+    assert page["notes"] == [] and "(tolerance 0.1 mm)" in page["findings"][-1]
 
 
 def test_one_path_can_be_chosen_and_gaps_joined(splinefeed, folder):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 from splinefeed.cli import options
@@ -10,8 +11,8 @@ from splinefeed.cli.output import Block, Page, Say, counted, notes, number
 from splinefeed.cli.source import UNSAID, read_contents
 from splinefeed.errors import InputError
 
-#: What is a fit to points, as close as it is written.
-FITTED = (".dat", ".csv", ".xyz", ".pts", ".asc")
+#: Formats that are a fit to points, as close as it is written.
+FITTED = ("formats.airfoil", "formats.points")
 
 
 def _show(page: Page) -> list[Block]:
@@ -58,7 +59,8 @@ def convert(say: Say, source: str, target: str, **given: Any) -> Page:
 
     form_written = registry.format_to_write(target).title  # before anything long begins
     say(f"reading {source}")
-    fitted = given["tolerance"] if source.lower().endswith(FITTED) else None
+    points = os.path.isfile(source) and registry.format_of(source).module in FITTED
+    fitted = given["tolerance"] if points else None
     join = fitted if given["join"] is None else given["join"]
     into_program = registry.format_to_write(target).module == "programs.gcode"
     reading = options.reading_from({**given, "tolerance": join})

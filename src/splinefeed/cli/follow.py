@@ -11,7 +11,8 @@ from splinefeed.cli import options, summary
 from splinefeed.cli.answers import answers, recorded
 from splinefeed.cli.output import Block, Page, Say, notes, number
 from splinefeed.cli.setpoints_file import path_of, read_setpoints_chunks, says_path
-from splinefeed.errors import FormatError, InputError
+from splinefeed.errors import FormatError
+from splinefeed.files.metadata import naming
 
 
 def _show(page: Page) -> list[Block]:
@@ -77,12 +78,8 @@ def follow(say: Say, setpoints: str, **given: Any) -> Page:
 
     folder = given["output"] if given["output"] is not None else f"{default_name(name)}-on-{machine.name}"
     with staged(folder, files.FOLLOW_RECORD, files.FOLLOW_NAMES) as stage:
-        try:
+        with naming(setpoints):
             sf.save(responses(), stage / files.RESPONSE)
-        except FormatError:
-            raise
-        except InputError as error:
-            raise FormatError(f"{setpoints}: {error}") from None
         names = [files.RESPONSE]
         if drawing:
             say("drawing")

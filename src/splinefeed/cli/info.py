@@ -20,8 +20,6 @@ MOST_LISTED = 12
 ROUNDING = 1e-12
 #: Programs with at most this many moves are made into a path; of longer ones as many curves are listed.
 FEW = 5_000
-#: Options of programs; the registry says which of the others are none of theirs.
-_OF_PROGRAMS = {"dialect", "start", "offsets", "tools", "increments", "units", "from_line", "repair"}
 
 
 def _show(page: Page) -> list[Block]:
@@ -112,7 +110,7 @@ def info(say: Say, source: str, every: bool, **given: Any) -> Page:
     say(f"reading {source}")
     reading, more = options.reading_from(given), {}
     is_file = not sf.shapes.is_shape(source) and os.path.isfile(source)
-    if is_file and registry.format_of(source).module == "programs.gcode" and not set(reading) - _OF_PROGRAMS:
+    if is_file and registry.format_of(source).module == "programs.gcode" and not set(reading) - options.OF_PROGRAMS:
         found = summary(source, **reading, most_listed=sys.maxsize if every else FEW)
         more = {"program": found.program()}
         if sum(found.moves.values()) > FEW:  # from its moves: a hundred megabytes take seconds

@@ -233,6 +233,8 @@ _LINKING = """
 _TANGENTIAL = "--3d tangential  -  A third axis, theta, follows the tangent of a planar path."
 reading_program, from_line, reading_alone = map(table, (_PROGRAM, _FROM_LINE, _READING_ALONE))
 reading, smoothing, linking, tangential = map(table, (_READING, _SMOOTHING, _LINKING, _TANGENTIAL))
+#: Options of programs; the registry says which of the others are none of theirs.
+OF_PROGRAMS = {_parameter(names) for names, *_ in _rows(_PROGRAM + _FROM_LINE)}
 LINKS = [_parameter(names) for names, *_ in _rows(_LINKING)]
 SMOOTHS = [_parameter(names) for names, *_ in _rows(_SMOOTHING)]
 _READS = [_parameter(names) for names, *_ in _rows(_READING + _TANGENTIAL + _LINKING)]

@@ -99,8 +99,7 @@ def _in_order(file: Path, curves: int, rows: int) -> Iterator[sf.Setpoints]:
 
 
 def _check_times(file: Path, t: Any, last: float = -math.inf) -> None:
-    before = last
-    for tick, after in enumerate(t.tolist()):
-        if after <= before:
-            raise FormatError(f"{file}: t[{tick}] is {after:g} s, behind {before:g} s; times must grow")
-        before = after
+    before = np.append(last, t[:-1])
+    if (late := t <= before).any():
+        tick = int(np.argmax(late))
+        raise FormatError(f"{file}: t[{tick}] is {t[tick]:g} s, behind {before[tick]:g} s; times must grow")

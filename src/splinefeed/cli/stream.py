@@ -93,7 +93,7 @@ def stream(say: Say, source: str, **given: Any) -> Page:
       splinefeed stream setpoints.h5 --machine router --to udp --port 5010 --override 50%
     """
     from splinefeed.live.motion import approach
-    from splinefeed.live.stream import play
+    from splinefeed.live.stream import BLIND, play
 
     operator, file = Operator(), given["state_file"]
     operator.obey({"override": given["override"]})
@@ -107,7 +107,9 @@ def stream(say: Say, source: str, **given: Any) -> Page:
         if given["resume"]:
             resume, stood = _resumed(file, motion)
             if given["to"] != "linuxcnc" and known is None:
-                known, resume = _at_rest(file, stood), None
+                if stood is None:
+                    raise InputError(f"{file}: {BLIND}")
+                known, resume = stood, None
         else:
             saved(None)  # a file that cannot be written is an error before anything moves
         to_start = partial(approach, axes=motion.axes, limits=limits, period=motion.period)
@@ -276,15 +278,6 @@ def _resumed(file: str, motion: Motion) -> tuple[tuple[float, float], Array | No
         raise InputError(f"{file}: that stream has reached its end; leave out --resume")
     motion.begin_at(tau)
     return (tau, min(max(sent, 0.0), motion.duration)), stood
-
-
-def _at_rest(file: str, stood: Array | None) -> Array:
-    """Where the axes rested when the stream ended; InputError where it was cut off instead."""
-    from splinefeed.live.stream import BLIND
-
-    if stood is None:
-        raise InputError(f"{file}: {BLIND}")
-    return stood
 
 
 def _position(text: str, motion: Motion) -> Array:

@@ -16,10 +16,10 @@ LEAST_PART = 0.005
 
 
 def unit_of_path(page: Page) -> str:
-    """The unit of arc length; a run by windows is along linear axes."""
+    """The unit of arc length."""
     from splinefeed.records import unit_along
 
-    return str(page.get("unit") or (unit_along(page["axes"]) if "axes" in page else "mm"))
+    return str(page.get("unit") or unit_along(page["axes"]))
 
 
 def motion_sentence(page: Page) -> str:
@@ -29,13 +29,13 @@ def motion_sentence(page: Page) -> str:
 
 
 def run(page: Page) -> list[Block]:
-    """The numbers of a run, from its page of numbers; one by windows has fewer of them."""
+    """The numbers of a run, from its page of numbers."""
     unit = unit_of_path(page)
     period = units.format_quantity(page["period_s"], "time")
     lines = [f"{motion_sentence(page)}, {page['ticks']} setpoints, one every {period}", law(page)]
     if found := measured(page, unit):
         lines.append(f"method    {page['method']}; {', '.join(found)}")
-    parts = sorted(page.get("bound_by", {}).items(), key=lambda each: (each[0] == "none", -each[1]))
+    parts = sorted(page["bound_by"].items(), key=lambda each: (each[0] == "none", -each[1]))
     binding = [f"{name} {part:.0%}" for name, part in parts if part >= LEAST_PART]
     if binding and binding[0] != "none 100%":
         lines.append(f"bound by  {', '.join(binding)} of the time")
@@ -46,7 +46,7 @@ def run(page: Page) -> list[Block]:
     return [
         [*lines, *notes(page["notes"])],
         limits(page),
-        axes(page) if "axes" in page else [],
+        axes(page),
         methods(page) if page.get("methods") else [],
         *(servo(page) if "machine" in page else []),
         verdict(page, ", ".join(over) or "see the problems above"),

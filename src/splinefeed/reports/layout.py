@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from splinefeed.analysis.thinning import envelope, runs
 from splinefeed.records import Array
@@ -190,12 +190,6 @@ def _envelope(mark: Line, x: _Scale, y: _Scale, edges: Array) -> tuple[Array, Ar
     return middle, least, most
 
 
-def _whole(there: NDArray[np.bool_]) -> list[slice]:
-    """The stretches in which all are there."""
-    ends = np.flatnonzero(np.diff(there.astype(np.int8), prepend=0, append=0)).reshape(-1, 2)
-    return [slice(*pair) for pair in ends.tolist()]
-
-
 def _panel(
     sheet: Sheet, panel: Panel, place: tuple[float, float, float], across: tuple[float, float], footed: bool
 ) -> float:
@@ -220,7 +214,8 @@ def _panel(
         if isinstance(mark, Line):
             if dense(mark, width):
                 middle, least, most = _envelope(mark, x, y, np.linspace(left, left + width, int(width)))
-                for part in _whole(np.isfinite(least)):
+                there = np.isfinite(least)
+                for part in (slice(first, last + 1) for first, last in runs(there) if there[first]):
                     edge = np.column_stack([np.tile(middle[part], 2), np.concatenate([least[part], most[part]])])
                     edge[len(edge) // 2 :] = edge[: len(edge) // 2 - 1 : -1]
                     sheet.stroke(edge, theme.paler(mark.colour, WHITE), 0.0, clip=box, fill=True)

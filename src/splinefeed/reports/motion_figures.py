@@ -149,10 +149,8 @@ def axis_panels(run: Run) -> list[Panel]:
                 line = _times(factor, over_time(run, quantity, k, name=f"{name} {quantity}", **how))
                 marks.append(line)
                 most = max(most, peak(line.values)[1])
-            label, note = (
-                PlotAxis(f"axis {quantity} {unit if unit.endswith(')') else f'({unit})'}"),
-                f"at most {theme.short(most)} {unit}",
-            )
+            label = PlotAxis(f"axis {quantity} {unit if unit.endswith(')') else f'({unit})'}")
+            note = f"at most {theme.short(most)} {unit}"
             if quantity == "position":
                 note = ""
                 marks += _travels(run, columns, factor, unit)

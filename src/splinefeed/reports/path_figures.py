@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.analysis.measures import BINDS, LimitUse
-from splinefeed.analysis.thinning import cells
+from splinefeed.analysis.thinning import cells, runs
 from splinefeed.checks.law import times_at
 from splinefeed.curves.differential import curvatures
 from splinefeed.errors import InputError, expect
@@ -146,12 +146,10 @@ def _with_rapids(path: Path, mark: Coloured, curve: IntArray) -> Coloured:
     if path.feeds is None or np.isinf(path.feeds).all() or np.isfinite(path.feeds).all():
         return mark
     rapid = np.isinf(path.feeds)
-    numbers = np.flatnonzero(rapid)
-    first = np.flatnonzero(np.diff(numbers, prepend=-2) != 1)
     parts: list[Array] = []
-    for run in np.split(numbers, first[1:]):
-        straight = all(path.joined[i].degree == 1 for i in run.tolist())
-        s = path.curve_starts[run[0] : run[-1] + 2]
+    for first, last in (each for each in runs(rapid) if rapid[each[0]]):
+        straight = all(path.joined[i].degree == 1 for i in range(first, last + 1))
+        s = path.curve_starts[first : last + 2]
         place = path(s if straight else np.linspace(s[0], s[-1], RAPID_POINTS))[:, : mark.place.shape[1]]
         parts += [place, np.full((1, place.shape[1]), np.nan)]
     place = np.where(rapid[curve, None], np.nan, mark.place)
