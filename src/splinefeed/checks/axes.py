@@ -33,8 +33,8 @@ TO_SERIES = (
 STEEPEST = np.array(
     [np.ones(TERMS), (n2 := np.arange(TERMS) ** 2.0), n2 * (n2 - 1.0) / 3.0, n2 * (n2 - 1.0) * (n2 - 4.0) / 15.0]
 )
-#: Terms up to this one may be hidden in the tail of a series that has fewer.
-FEWEST = 4
+#: Terms behind the last one above the tail that may be hidden in it.
+HIDDEN = 2
 #: Halving goes on while it makes last terms smaller by this factor, or they are more than this share of positions; to
 #: cells of this share of the track at least.
 GAIN, PLATEAU, LEAST, TINY = 0.5, 1e-10, 1e-9, 1e-300
@@ -118,8 +118,9 @@ class AxesCheck:
 class AxesByPlace:
     """Axes of a track by length, from its positions alone: Chebyshev series on cells between places where it may jump.
 
-    A cell is halved until the last terms of its series are rounding, or get no smaller: what is left of them is the
-    rounding of positions, and what differentiation makes of that the floor of each derivative,
+    A cell is halved until the last terms of its series are rounding, or get no smaller. What is left of them, and at
+    least 8 eps (X + |dx/ds| L), is the rounding of positions, and what differentiation makes of it the floor of each
+    derivative,
 
         tail sum_n max|T_n^(k)| / h^k      T_n', T_n'', T_n''' <= n^2, n^2 (n^2 - 1) / 3, n^2 (n^2 - 1) (n^2 - 4) / 15
 
@@ -134,21 +135,21 @@ class AxesByPlace:
 
     def __init__(self, track: Track, ends: Array) -> None:
         low, high = ends[:-1], ends[1:]
-        before, steep = np.full(len(low), np.inf), np.zeros(len(track.axes))
+        before, size = np.full(len(low), np.inf), np.zeros(len(track.axes))
         done: list[tuple[Array, ...]] = []
         for depth in range(HALVINGS + 1):
             middle, half = 0.5 * (low + high), 0.5 * (high - low)
             values = track((middle[:, None] + half[:, None] * NODES).ravel()).reshape(len(low), TERMS, -1)
             series = np.moveaxis(np.einsum("kn,cna->kca", TO_SERIES, values), 0, 1)
-            size = np.max(np.abs(values), axis=(0, 1), initial=0.0)
-            if not depth:
-                steep = np.max(np.abs(np.diff(values, axis=1)), axis=(1, 2)) / half
+            size = np.maximum(size, np.max(np.abs(values), axis=(0, 1)))
+            steep = np.max(np.abs(np.diff(values, axis=1)) / -np.diff(NODES)[:, None], axis=1) / half[:, None]
+            # of the numbers that a position is made of, and of its length along the track
+            rounding = ROUNDINGS * EPSILON * (size + steep * track.length)
             tail = np.max(np.abs(series[:, -TAIL:]), axis=1)
-            rounding = ROUNDINGS * EPSILON * (size + np.max(steep, initial=0.0) * track.length)
             worst = np.max(tail / np.maximum(rounding, TINY), axis=1, initial=0.0)
             stays = (worst > GAIN * before) & np.all(tail <= PLATEAU * np.maximum(size, TINY), axis=1)
             ready = (worst <= 1.0) | stays | (depth == HALVINGS) | (half < LEAST * track.length)
-            done.append((low[ready], high[ready], series[ready], np.maximum(tail[ready], EPSILON * size)))
+            done.append((low[ready], high[ready], series[ready], np.maximum(tail, rounding)[ready]))
             low, middle, high, worst = (each[~ready] for each in (low, middle, high, worst))
             if not len(low):
                 break
@@ -168,7 +169,7 @@ class AxesByPlace:
         for order in range(4):
             found = chebyshev.chebder(terms, order, axis=1) if order else terms
             self.series[order, : found.shape[1]] = np.moveaxis(found, 1, 0) / half[:, None] ** order
-        counts |= np.arange(TERMS)[:, None] <= FEWEST  # what is below the tail may be there
+        counts |= np.arange(TERMS)[:, None] < HIDDEN + np.maximum(np.sum(counts, axis=1, keepdims=True), 2)
         self.floor = tail * np.einsum("kn,cna->kca", STEEPEST, counts) / half[:, None] ** np.arange(4)[:, None, None]
 
     def at(self, s: Array, stretch: IntArray) -> tuple[Array, Array]:

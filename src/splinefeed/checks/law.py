@@ -89,7 +89,7 @@ def check_law(
         problems = [*wrong, *problems]
         notes.append(
             f"the law is judged by the positions of {', '.join(track.axes)} alone; what {track.name} says of their "
-            f"derivatives is within {apart:.2g} of what positions say"
+            f"derivatives is within {apart:.2g} of what positions say, rounding aside"
         )
     if motion.irregular:
         notes.append(
