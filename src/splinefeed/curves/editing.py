@@ -8,6 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from splinefeed.curves.flat import Flat
 from splinefeed.curves.spline import MAX_AXES, MAX_DEGREE, Spline
 from splinefeed.errors import CurveError, InputError
 from splinefeed.records import Array, IntArray, check_finite, frozen_array
@@ -147,13 +148,9 @@ def elevated(curve: Curve, times: int = 1) -> Curve:
 
 def reversed_curve(curve: Curve) -> Curve:
     """The same curve traversed from its end to its start, on the same domain."""
-    start, end = curve.domain
-    weights = None if curve.weights is None else frozen_array(curve.weights[::-1], "weights", 1)
-    # start + end - knots would move the ends by a rounding; measured from the nearer end they stay
-    knots = np.where(curve.knots < 0.5 * (start + end), end - (curve.knots - start), start + (end - curve.knots))
-    points = frozen_array(curve.control_points[::-1], "control_points", 2)
-    knots = frozen_array(knots[::-1], "knots", 1)
-    return curve.trusted(curve.degree, knots, points, weights, clamped=curve.clamped)
+    flat = Flat.of([curve]).reversed()
+    weights = None if curve.weights is None else flat.weights
+    return curve.trusted(curve.degree, flat.knots, flat.points, weights, clamped=curve.clamped)
 
 
 def transformed(curve: Curve, matrix: ArrayLike, offset: ArrayLike | None = None) -> Curve:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -78,6 +78,16 @@ class Flat:
             self.degrees[index], self.rational[index], counts, self.knots[knots], self.points[points], weights
         )
 
+    def changed(self, others: Mapping[int, Flat]) -> Flat:
+        """The curves, but for those at some numbers, in place of each of which stand others."""
+        counts, index = np.ones(len(self), dtype=np.int64), np.arange(len(self))
+        index[list(others)] = len(self)
+        counts[list(others)] = [len(each) for each in others.values()]
+        index = np.repeat(index, counts)
+        new = index == len(self)
+        index[new] += np.arange(np.count_nonzero(new))
+        return Flat.joined([self, *(others[i] for i in sorted(others))]).chosen(index)
+
     def part(self, low: int, high: int) -> Flat:
         """The curves from `low` to the one before `high`."""
         return self.chosen(np.arange(low, high))
@@ -130,8 +140,9 @@ class Flat:
         start, end = self.domains[owner].T
         # start + end - knots would move the ends by a rounding; measured from the nearer end they stay
         knots = np.where(self.knots < 0.5 * (start + end), end - (self.knots - start), start + (end - self.knots))
-        degrees, counts = self.degrees[::-1], np.diff(self.point_starts)[::-1]
-        return Flat.made(degrees, self.rational[::-1], counts, knots[::-1], self.points[::-1], self.weights[::-1])
+        each = (knots, self.points, self.weights)
+        back = (np.ascontiguousarray(array[::-1]) for array in each)
+        return Flat.made(self.degrees[::-1], self.rational[::-1], np.diff(self.point_starts)[::-1], *back)
 
 
 def _starts(counts: IntArray) -> IntArray:

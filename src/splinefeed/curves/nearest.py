@@ -5,15 +5,39 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from splinefeed.curves.piece_rows import PieceRows
-from splinefeed.curves.pieces import Pieces
+from splinefeed.curves.pieces import Pieces, arc, coefficients, taylor
 from splinefeed.curves.search import Search, on_rows
 from splinefeed.errors import InputError
-from splinefeed.kernels.layout import Shape
+from splinefeed.kernels import layout
 from splinefeed.records import Array, IntArray, check_finite
 
 #: A query coordinate beyond this, mm, has a square that is not a number.
 FARTHEST = 1e150
+
+
+class PieceRows:
+    """Rows of a table of pieces as columns, r of them; see `search.Rows` and `kernels.layout`."""
+
+    def __init__(self, pieces: Pieces) -> None:
+        self.degree, self.axes, self.linear, rational = pieces.shape
+        self.rational = bool(rational)
+        self._columns: Array = np.ascontiguousarray(pieces.table.T)
+        column: list[Array] = list(self._columns[: layout.ARC])
+        self.low, self.high, self.middle, self.scale, self.start = column
+        self.end: Array = self.start + pieces.lengths
+        self.origin: Array = self._columns[layout.ORIGIN : layout.ORIGIN + self.axes]
+        self.terms: Array = coefficients(self._columns, pieces.shape)
+
+    def __len__(self) -> int:
+        return len(self.low)
+
+    def arc_length(self, row: IntArray, t: Array) -> Array:
+        """S (n,), mm, at t (n,) of rows (n,)."""
+        return self.start[row] + arc(np.take(self._columns[: layout.ORIGIN], row, axis=1), t)
+
+    def taylor(self, terms: Array, rational: bool, t: Array, order: int) -> list[Array]:
+        """Columns of some terms, or A / w, and derivatives by t over k!, at t (n,)."""
+        return taylor(terms, int(rational), t, order)
 
 
 class Nearest:
@@ -22,7 +46,7 @@ class Nearest:
     table  (pieces, width) and shape as in `kernels.layout`: of a curve's `arc`, or of a `Path`
     """
 
-    def __init__(self, table: Array, shape: Shape) -> None:
+    def __init__(self, table: Array, shape: layout.Shape) -> None:
         self.rows = PieceRows(Pieces(table, shape, np.array([[0, len(table) - 1]])))
         self.search = Search(self.rows)
 

@@ -73,9 +73,7 @@ class Packed(Sequence[NurbsCurve]):
         """The same curves, but for others at some numbers."""
         if not others:
             return self
-        index = np.arange(len(self))
-        index[list(others)] = len(self) + np.arange(len(others))
-        flat = Flat.joined([self.flat, Flat.of(list(others.values()))]).chosen(index)
+        flat = self.flat.changed({i: Flat.of([curve]) for i, curve in others.items()})
         return Packed(flat, {**self._made, **others})
 
     def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> Packed:

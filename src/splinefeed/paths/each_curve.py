@@ -96,3 +96,9 @@ def of_curves(
         i = int(np.argmax(wrong))
         raise InputError(f"{name}[{i}] is {values[i]:g}; it must be {wanted}")
     return values
+
+
+def of_lines(given: ArrayLike | None, count: int) -> IntArray | None:
+    """The line of a program that each curve stands on, (count,), read-only; InputError for one below 0."""
+    lines = of_curves(given, count, "lines", "0 or more", lambda values: values >= 0.0)
+    return None if lines is None else read_only(lines.astype(np.int64))

@@ -49,24 +49,22 @@ def cut_at_corners(path: Path) -> tuple[Path, IntArray]:
     concerned = np.unique(np.concatenate([at, np.flatnonzero(polyline)])).tolist()
     if not concerned:
         return path, counts
-    made, done = list[Flat](), 0
+    made = {}
     for i in concerned:
-        made += [flat.part(done, i)] if i > done else []
         if polyline[i]:
             points = flat.points[flat.point_starts[i] : flat.point_starts[i + 1]]
             points = points[np.append(True, np.any(np.diff(points, axis=0) != 0.0, axis=1))]
-            made.append(Flat.beziers(np.stack([points[:-1], points[1:]], axis=1)))
+            made[i] = Flat.beziers(np.stack([points[:-1], points[1:]], axis=1))
         else:
-            made.append(Flat.of(split(path.joined[i], *places[at == i].tolist())))
-        counts[i], done = len(made[-1]), i + 1
-    made += [flat.part(done, len(flat))] if done < len(flat) else []
+            made[i] = Flat.of(split(path.joined[i], *places[at == i].tolist()))
+        counts[i] = len(made[i])
     starts = np.concatenate([[0], np.cumsum(counts)]).tolist()
     said = path._said()
     for name in ("feeds", "tolerances", "lines"):
         said[name] = None if said[name] is None else np.repeat(said[name], counts)
     said["times"] = None
     said["markers"] = [replace(marker, before=starts[marker.before]) for marker in path.markers]
-    return Path(Packed(Flat.joined(made)), path.axes, **said), counts
+    return Path(Packed(flat.changed(made)), path.axes, **said), counts
 
 
 def joined(parts: Sequence[Path]) -> Path:

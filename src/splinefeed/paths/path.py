@@ -16,7 +16,15 @@ from splinefeed.curves.metric import metric_of
 from splinefeed.curves.packed import Packed, lines_through, lines_with_length
 from splinefeed.errors import CurveError, InputError
 from splinefeed.paths.corners import Corners, find_corners, sharp_bends
-from splinefeed.paths.each_curve import Marker, checked_axes, chosen_of_each, default_axes, of_curves, of_times
+from splinefeed.paths.each_curve import (
+    Marker,
+    checked_axes,
+    chosen_of_each,
+    default_axes,
+    of_curves,
+    of_lines,
+    of_times,
+)
 from splinefeed.paths.gaps import begun_at, closed, open_joints, widths
 from splinefeed.paths.joined_curves import JoinedCurves
 from splinefeed.paths.resolution import RESOLUTION, long_curves, resolved
@@ -107,8 +115,7 @@ class Path(JoinedCurves):
         count = len(self.curves)
         self.feeds = of_curves(feeds, count, "feeds", "greater than 0", lambda values: values > 0.0)
         self.tolerances = of_curves(tolerances, count, "tolerances", "0 or more", lambda values: values >= 0.0)
-        of_each = of_curves(lines, count, "lines", "0 or more", lambda values: values >= 0.0)
-        self.lines = None if of_each is None else read_only(of_each.astype(np.int64))
+        self.lines = of_lines(lines, count)
         self.times = of_times(times, count)
         self.markers = tuple(sorted(markers, key=lambda marker: marker.before))
         for marker in self.markers:
@@ -305,28 +312,25 @@ class Path(JoinedCurves):
 
     def named(self, name: str) -> Path:
         """The same path under another name; what was computed of it is kept."""
-        new: Path = object.__new__(type(self))
-        new.__dict__.update(self.__dict__, name=name)
-        return new
+        return self._with(name=name)
 
     def with_feeds(self, feeds: ArrayLike | None) -> Path:
         """The same path under other feeds (curves,), mm/s, infinite for rapid moves; what was computed of it is kept.
 
         Raises InputError for feeds that are not positive, or another number of them.
         """
-        new: Path = object.__new__(type(self))
-        given = of_curves(feeds, len(self._joined), "feeds", "greater than 0", lambda f: f > 0.0)
-        new.__dict__.update(self.__dict__, feeds=given)
-        return new
+        return self._with(feeds=of_curves(feeds, len(self._joined), "feeds", "greater than 0", lambda f: f > 0.0))
 
     def with_lines(self, lines: ArrayLike | None) -> Path:
         """The same path with other lines of a program (curves,); what was computed of it is kept.
 
         Raises InputError for negative ones, or another number of them.
         """
+        return self._with(lines=of_lines(lines, len(self._joined)))
+
+    def _with(self, **said: Any) -> Path:
         new: Path = object.__new__(type(self))
-        given = of_curves(lines, len(self._joined), "lines", "0 or more", lambda values: values >= 0.0)
-        new.__dict__.update(self.__dict__, lines=None if given is None else read_only(given.astype(np.int64)))
+        new.__dict__.update(self.__dict__, **said)
         return new
 
     @property
