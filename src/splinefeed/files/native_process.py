@@ -10,7 +10,6 @@ with the bytes of the columns one after the other behind it.
 
 from __future__ import annotations
 
-import gc
 import json
 import math
 import os
@@ -60,7 +59,6 @@ def ask(
 
 def open_libraries(mail: Mail) -> Handler:
     """What answers requests; a library is loaded by the first that needs it."""
-    gc.disable()  # it would walk through the many small objects of an answer again and again
 
     def answer(request: dict[str, Any]) -> Answer:
         columns: dict[str, Any] = {}
@@ -77,7 +75,6 @@ def open_libraries(mail: Mail) -> Handler:
             head, columns = json.dumps({"refused": "needs more memory than a file may take; read it in chunks"}), {}
         except Exception as error:  # the libraries' own exceptions are of many kinds
             head, columns = json.dumps({"refused": f"is not valid: {in_brief(error)}"}), {}
-        gc.collect()
         return {}, b"".join([head.encode(), b"\n", *(each.tobytes() for each in columns.values())])
 
     return answer

@@ -10,6 +10,7 @@ which is removed here: a process that dies leaves them. The answer is {"units", 
 
 from __future__ import annotations
 
+import gc
 import itertools
 import math
 import os
@@ -102,7 +103,11 @@ def contents(file: pathlib.Path, **task: Any) -> tuple[dict[str, Any], dict[str,
     except ImportError as error:
         why = f"needs {title}, which cannot be loaded ({error}); run: pip install 'splinefeed[cad]'"
         raise InputError(why) from None
-    return read({**task, "file": os.fspath(file)}), {}
+    gc.disable()  # it would walk through the many small objects of an answer again and again
+    try:
+        return read({**task, "file": os.fspath(file)}), {}
+    finally:
+        gc.enable()
 
 
 class Gathered:
