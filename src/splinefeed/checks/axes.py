@@ -21,14 +21,12 @@ from splinefeed.records import Array, IntArray, Limits, Setpoints
 ROUNDINGS, OFF = 8.0, 64.0
 #: An axis' dx/ds counts where a step is longer than this share of the longest one: below is rounding.
 MOVING = 0.01
-#: Intervals between breaks at which derivatives are compared with differences, at most, and the places of each.
+#: Stretches between breaks on which derivatives of a track are compared, at most, and the places of each.
 COMPARED, PLACES = 256, np.array([0.1, 0.3, 0.5, 0.7, 0.9])
 #: Terms of a series of axes on a cell, at its Chebyshev nodes; the last ones, that tell its rounding; most halvings.
 TERMS, TAIL, HALVINGS = 16, 3, 30
-NODES = np.cos(np.pi * (np.arange(TERMS) + 0.5) / TERMS)
-TO_SERIES = (
-    np.cos(np.outer(np.arange(TERMS), np.arccos(NODES))) * np.where(np.arange(TERMS) > 0, 2.0, 1.0)[:, None] / TERMS
-)
+NODES = chebyshev.chebpts1(TERMS)
+TO_SERIES = np.linalg.inv(chebyshev.chebvander(NODES, TERMS - 1))
 #: Largest |T_n^(k)| for k = 0 to 3.
 STEEPEST = np.array(
     [np.ones(TERMS), (n2 := np.arange(TERMS) ** 2.0), n2 * (n2 - 1.0) / 3.0, n2 * (n2 - 1.0) * (n2 - 4.0) / 15.0]
@@ -38,10 +36,8 @@ HIDDEN = 2
 #: Halving goes on while it makes last terms smaller by this factor, or they are more than this share of positions; to
 #: cells of this share of the track at least.
 GAIN, PLATEAU, LEAST, TINY = 0.5, 1e-10, 1e-9, 1e-300
-#: A derivative that is further from the difference than this share of the largest one there is wrong.
+#: A derivative of a track that is further off than this share of the largest one there is wrong.
 WRONG = 1e-5
-#: ... but for so much of a derivative: what moves an axis along the whole interval by that share of itself.
-SMALL = 1e-6
 #: A track and the path of its tip are as long as each other but for this share.
 SAME_LENGTH = 1e-9
 #: Stretches of a track that are no longer than a few times this share of it are not compared.
@@ -142,7 +138,7 @@ class AxesByPlace:
             values = track((middle[:, None] + half[:, None] * NODES).ravel()).reshape(len(low), TERMS, -1)
             series = np.moveaxis(np.einsum("kn,cna->kca", TO_SERIES, values), 0, 1)
             size = np.maximum(size, np.max(np.abs(values), axis=(0, 1)))
-            steep = np.max(np.abs(np.diff(values, axis=1)) / -np.diff(NODES)[:, None], axis=1) / half[:, None]
+            steep = np.max(np.abs(np.diff(values, axis=1)) / np.diff(NODES)[:, None], axis=1) / half[:, None]
             # of the numbers that a position is made of, and of its length along the track
             rounding = ROUNDINGS * EPSILON * (size + steep * track.length)
             tail = np.max(np.abs(series[:, -TAIL:]), axis=1)
@@ -195,13 +191,7 @@ class AxesByPlace:
         # what roundings of the length make of each, by the next derivative
         moved = np.pad(np.abs(own[1:]), ((0, 1), (0, 0), (0, 0))) * OFF * EPSILON * track.length
         off = np.maximum(np.abs(said - own) - 2.0 * floor - moved, 0.0).reshape(shape)
-        # what moves an axis over the stretch by a rounding of the numbers that it is made of is no derivative
-        axis = np.arange(len(track.axes))
-        kinds = axis < track.linear, axis >= track.linear
-        size = np.sum([np.max(np.abs(own[0][:, each]), initial=0.0) * each for each in kinds], axis=0)
-        size[: track.linear] = np.maximum(size[: track.linear], track.length)
-        least = SMALL * size / width[:, None, None] ** np.arange(4)[:, None, None, None]
-        scale = np.maximum(np.max(np.abs(said.reshape(shape)), axis=2, keepdims=True), least)
+        scale = np.max((np.abs(said) + floor).reshape(shape), axis=2, keepdims=True)
         share = np.where(off > 0.0, off / scale, 0.0)
         problems = []
         for order in range(4):
