@@ -10,7 +10,8 @@ from splinefeed.errors import FormatError
 from splinefeed.files import json_values
 from splinefeed.files.source import toml_of
 from splinefeed.formats import svg_places
-from splinefeed.programs.gcode.expressions import LineError, mended
+from splinefeed.programs.gcode.expressions import mended
+from splinefeed.programs.gcode.faults import LineError
 
 LENGTH = 100_000
 HALF = LENGTH // 2

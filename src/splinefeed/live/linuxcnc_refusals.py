@@ -12,7 +12,7 @@ from splinefeed.errors import SplinefeedError
 from splinefeed.files.source import read_text
 from splinefeed.live.linuxcnc_curves import appears
 from splinefeed.live.linuxcnc_limits import Mill
-from splinefeed.programs.gcode.expressions import SpindleError
+from splinefeed.programs.gcode.faults import SpindleError
 from splinefeed.programs.gcode.moves import LETTERS, Flag
 from splinefeed.programs.gcode.to_path import Program
 

@@ -83,7 +83,7 @@ REFUSED = [
     ("o1 do\nG0 X1\no1 while", 3, "o1 while needs a value in brackets"),
     ("o1 call [1\nM2\no1 sub\no1 endsub", 1, "] is missing at the end of the line"),
     ("#<_x>=1", 1, "#<_x> is set by the machine and cannot be assigned"),
-    ("o1 what", 1, "o1: expected sub, call, if, while, repeat or the like, got 'what'"),
+    ("o1 what", 1, "o1: expected sub, call, if, while, repeat or the like, got 'WHAT'"),
 ]  # fmt: skip
 
 

@@ -183,7 +183,7 @@ def test_absolute_centres_hold_until_they_are_called_off(tmp_path: Path) -> None
         (["X1"], "line 1: axis words without G0, G1, G2 or G3 before them"),
         (["G1 X1 F1", "G80", "X2"], "line 3: axis words without G0, G1, G2 or G3 before them"),
         (["G1 X"], "line 1: X: a number is missing at the end of the line"),
-        (["G1 Xnan"], "line 1: X: a number is missing before 'nan'"),
+        (["G1 Xnan"], "line 1: X: a number is missing before 'NAN'"),
         (["G1 X1 (and) 0,5"], "line 1: expected a letter, got ',5'; a number has a decimal point, not a comma"),
         (["G92"], "line 1: G92 needs the axes whose places it gives"),
         (["G1 X1e9"], "line 1: E9 is used by no code of the line; a number has no exponent, and E is a"),

@@ -75,7 +75,7 @@ def test_directives_and_program_numbers_of_fanuc(tmp_path: Path) -> None:
     path = path_of(tmp_path, *lines)
     assert len(path.curves) == 2 and [wait for _, wait in path.dwells] == [0.25]
     assert any("lines that begin with //" in each and "line 3, 5" in each for each in path.findings)
-    assert refusal(tmp_path, "//x", "G1 X1", dialect="linuxcnc").startswith("line 1: expected a letter, got '/x'")
+    assert refusal(tmp_path, "//x", "G1 X1", dialect="linuxcnc").startswith("line 1: expected a letter, got '/X'")
 
 
 def test_printers(tmp_path: Path) -> None:

@@ -1,13 +1,13 @@
 """G-code: programs of machine tools, read to paths with feeds and markers, and written again.
 
 In comes a file; `dialects` recognizes its control, `reader` runs it into rows of `moves`, `to_path` makes a path of
-them. Lines: `lines` takes simple ones by arrays, `expressions` all others as words, `flow` says which comes next.
-`interpreter` knows what a line, its `line_words`, does to the `state`, by `codes`, `places` with `offsets`, `tools`,
-`cutter`, `cycles`, `corner_words`, `threads`, `spline_words` and `tool_tip`; other controls derive from it: `siemens`
-with `siemens_flow`, `heidenhain` with `klartext` and `klartext_cycles`, `printers`; `lathe` recognizes what is refused.
-Curves: `arcs`, `piece`, `tool_paths`; `overview` counts without making any. `writer` goes the other way, with
-`write_curves` and `fit_arcs`. docs/gcode-dialects.md says what each dialect holds, docs/programs.md what of a shop's
-program is modelled.
+them. Lines: `lines` takes simple ones by arrays, `expressions` all others as words, with `formulas`; `flow` says which
+comes next, `faults` what is wrong with one. `interpreter` knows what a line, its `line_words`, does to the `state`, by
+`codes`, `places` with `offsets`, `tools`, `cutter`, `cycles`, `corner_words`, `threads`, `spline_words` and `tool_tip`;
+other controls derive from it: `siemens` with `siemens_words` and `siemens_flow`, `heidenhain` with `klartext` and
+`klartext_cycles`, `printers`; `lathe` recognizes what is refused. Curves: `arcs`, `piece`, `tool_paths`; `overview`
+counts without making any. `writer` goes the other way, with `write_curves` and `fit_arcs`. docs/gcode-dialects.md says
+what each dialect holds, docs/programs.md what of a shop's program is modelled.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from splinefeed.curves.curve import NurbsCurve
-from splinefeed.programs.gcode.expressions import LineError
+from splinefeed.programs.gcode.faults import LineError
 from splinefeed.programs.gcode.moves import PLANES, Findings, Flag, MoveKind, Moves
 from splinefeed.records import Array, BoolArray, IntArray
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from splinefeed.programs.gcode.expressions import LineError, refuse
+from splinefeed.programs.gcode.faults import LineError, refuse
 from splinefeed.programs.gcode.moves import LINEAR, PLANES, Flag, MoveKind
 from splinefeed.programs.gcode.state import ProgramState
 from splinefeed.records import Array

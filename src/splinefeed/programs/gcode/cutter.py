@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 
 from splinefeed.programs.gcode.arcs import find_arcs
-from splinefeed.programs.gcode.expressions import LineError, refuse
+from splinefeed.programs.gcode.faults import LineError, refuse
 from splinefeed.programs.gcode.moves import LARGEST, PLANES, Flag, MoveKind, Moves
 from splinefeed.programs.gcode.state import ProgramState
 from splinefeed.records import Array

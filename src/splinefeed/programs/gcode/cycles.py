@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 
 from splinefeed.programs.gcode.codes import g_name
 from splinefeed.programs.gcode.dialects import Dialect
-from splinefeed.programs.gcode.expressions import LineError, refuse
+from splinefeed.programs.gcode.faults import LineError, refuse
 from splinefeed.programs.gcode.line_words import LineWords
 from splinefeed.programs.gcode.moves import LARGEST, LETTERS, POLAR, Findings, MoveKind
 from splinefeed.programs.gcode.state import UNSAID, ProgramState, check_size
@@ -264,18 +264,13 @@ class Cycles:
         return levels[:-1]
 
 
-def parameters(name: str, text: str) -> dict[str, float]:
-    """What stands in the brackets of Siemens' cycle, by name; LineError for too many values, or none that is one."""
+def parameters(name: str, values: Sequence[float | None]) -> dict[str, float]:
+    """What stands in the brackets of Siemens' cycle, by name; LineError for too many values, or too large ones."""
     names, given = SIEMENS[name][0], {}
-    for i, each in enumerate(text.split(",")):
-        if not each.strip():
-            continue
-        refuse(i >= len(names), f"{name}: parameter {i + 1} is not supported; leave out what follows {names[-1]}")
-        try:
-            given[names[i]] = float(each)
-        except ValueError:
-            raise LineError(f"{name}: {names[i]} is {each.strip()[:20]!r}, not a number") from None
-        check_size(names[i], given[names[i]])
+    for i, value in enumerate(values):
+        if value is not None:
+            refuse(i >= len(names), f"{name}: parameter {i + 1} is not supported; leave out what follows {names[-1]}")
+            given[names[i]] = check_size(names[i], value)
     return given
 
 

@@ -14,9 +14,9 @@ from typing import Any
 
 from splinefeed.numbers import within
 from splinefeed.programs.gcode.codes import GROUP_OF, M_GROUP_OF, g_name
+from splinefeed.programs.gcode.faults import LineError, refuse, shown
+from splinefeed.programs.gcode.formulas import ARITHMETIC, FUNCTIONS, Formula, Operations, computed
 
-#: Most brackets within brackets.
-MAX_DEPTH = 40
 #: All parameters up to this number exist, set or not (LinuxCNC).
 LAST_NUMBER = 5601
 #: Parameters that a sub gets from its call.
@@ -24,55 +24,45 @@ ARGUMENTS = range(1, 31)
 #: Two numbers this near each other are the same to EQ and NE, as in the standard.
 SAME = 1e-4
 
-#: What operators make of two values, and how tightly they bind; those of one rank count from left to right.
-_OPERATIONS: dict[str, tuple[int, Callable[[float, float], float]]] = {
+#: What operators make of two values, and how tightly they bind.
+_OPERATIONS: Operations = {
     "**": (5, math.pow),
-    "*": (4, lambda a, b: a * b),
-    "/": (4, lambda a, b: a / b),
+    "*": (4, ARITHMETIC["*"]),
+    "/": (4, ARITHMETIC["/"]),
     "MOD": (4, lambda a, b: a - b * math.floor(a / b)),
-    "+": (3, lambda a, b: a + b),
-    "-": (3, lambda a, b: a - b),
-    "EQ": (2, lambda a, b: float(abs(a - b) < SAME)),
-    "NE": (2, lambda a, b: float(abs(a - b) >= SAME)),
-    "GT": (2, lambda a, b: float(a > b)),
-    "GE": (2, lambda a, b: float(a >= b)),
-    "LT": (2, lambda a, b: float(a < b)),
-    "LE": (2, lambda a, b: float(a <= b)),
-    "AND": (1, lambda a, b: float(a != 0.0 and b != 0.0)),
-    "OR": (1, lambda a, b: float(a != 0.0 or b != 0.0)),
-    "XOR": (1, lambda a, b: float((a != 0.0) != (b != 0.0))),
+    "+": (3, ARITHMETIC["+"]),
+    "-": (3, ARITHMETIC["-"]),
+    "EQ": (2, lambda a, b: abs(a - b) < SAME),
+    "NE": (2, lambda a, b: abs(a - b) >= SAME),
+    "GT": (2, lambda a, b: a > b),
+    "GE": (2, lambda a, b: a >= b),
+    "LT": (2, lambda a, b: a < b),
+    "LE": (2, lambda a, b: a <= b),
+    "AND": (1, lambda a, b: a != 0.0 and b != 0.0),
+    "OR": (1, lambda a, b: a != 0.0 or b != 0.0),
+    "XOR": (1, lambda a, b: (a != 0.0) != (b != 0.0)),
 }
-_FUNCTIONS: dict[str, Callable[[float], float]] = {
-    "ABS": abs,
-    "ACOS": lambda x: math.degrees(math.acos(x)),
-    "ASIN": lambda x: math.degrees(math.asin(x)),
-    "COS": lambda x: math.cos(math.radians(x)),
-    "EXP": math.exp,
-    "FIX": lambda x: float(math.floor(x)),
-    "FUP": lambda x: float(math.ceil(x)),
-    "LN": math.log,
+_FUNCTIONS: dict[str, Callable[[float], float]] = FUNCTIONS | {
+    "FIX": math.floor,
+    "FUP": math.ceil,
     "ROUND": lambda x: math.copysign(math.floor(abs(x) + 0.5), x),
-    "SIN": lambda x: math.sin(math.radians(x)),
-    "SQRT": math.sqrt,
-    "TAN": lambda x: math.tan(math.radians(x)),
 }
 #: Fanuc's macros (B-64484EN, "Custom macro", arithmetic and logic): what rounds towards zero and away from it, names of
 #: their own, and logic bit by bit.
 _OF_MACROS: dict[str, Callable[[float], float]] = {
-    "FIX": lambda x: float(math.trunc(x)),
+    "FIX": math.trunc,
     "FUP": lambda x: math.copysign(math.ceil(abs(x)), x),
-    "RND": lambda x: math.copysign(math.floor(abs(x) + 0.5), x),
+    "RND": _FUNCTIONS["ROUND"],
     "SQR": math.sqrt,
 }
 _BITS: dict[str, Callable[[int, int], int]] = {
     "AND": lambda a, b: a & b, "OR": lambda a, b: a | b, "XOR": lambda a, b: a ^ b,
 }  # fmt: skip
 _NUMBER = re.compile(r"[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)")
-_SIMPLE = re.compile(rf"(?:[A-MP-Z]{_NUMBER.pattern}|N(?![+-]){_NUMBER.pattern})++", re.IGNORECASE)
-_SIMPLE_WORD = re.compile(rf"([A-Z])({_NUMBER.pattern})", re.IGNORECASE)
-_OPERATOR = re.compile("|".join(map(re.escape, _OPERATIONS)), re.IGNORECASE)
-_FUNCTION = re.compile("|".join(["ATAN", "EXISTS", *_FUNCTIONS]), re.IGNORECASE)
-_MACRO_FUNCTION = re.compile("|".join(["ATAN", *_FUNCTIONS, "RND", "SQR"]), re.IGNORECASE)
+_SIMPLE = re.compile(rf"(?:[A-MP-Z]{_NUMBER.pattern}|N(?![+-]){_NUMBER.pattern})++")
+_SIMPLE_WORD = re.compile(rf"([A-Z])({_NUMBER.pattern})")
+_FUNCTION = re.compile("|".join(["ATAN", "EXISTS", *_FUNCTIONS]))
+_MACRO_FUNCTION = re.compile("|".join(["ATAN", *_FUNCTIONS, "RND", "SQR"]))
 _PLAIN_PARAMETER = re.compile(r"#([1-9][0-9]{0,4})(?![0-9.])")
 _NAME = re.compile(r"<([^<>\[\]#]*)>")
 
@@ -86,29 +76,7 @@ _CODE_SLACK = 1e-4
 _COMMENT = re.compile(r"\([^)]*+(?:\)|$)|;.*", re.DOTALL)
 _BLANKS = re.compile(r"\s+")
 _EXPONENT = re.compile(r"(?<![0-9])(?:[0-9]++\.?[0-9]*+|\.[0-9]++)[eE][+-]?[0-9]{1,3}(?![0-9])")
-_MACRO = re.compile(r"(?:N[0-9]+)?(IF|WHILE|GOTO|END|THEN|DO|SETVN|POPEN|DPRNT)[\[0-9#]", re.IGNORECASE)
-
-
-class LineError(Exception):
-    """What is wrong with a line, without its number; the reader adds that unless `line` says another one."""
-
-    line = 0
-
-
-class SpindleError(LineError):
-    """A motion that goes with a spindle which does not turn, as far as the program says."""
-
-
-def refuse(wrong: object, reason: str) -> None:
-    """LineError with the reason for what is wrong."""
-    if wrong:
-        raise LineError(reason)
-
-
-def shown(rest: str) -> str:
-    """What is left of a line that cannot be read, with a hint for a comma that stands for a decimal point."""
-    hint = "; a number has a decimal point, not a comma" if re.match(r",[0-9]", rest) else ""
-    return f"{rest[:20].strip()!r}{hint}"
+_MACRO = re.compile(r"(?:N[0-9]+)?(IF|WHILE|GOTO|END|THEN|DO|SETVN|POPEN|DPRNT)[\[0-9#]")
 
 
 class Vacant(float):
@@ -190,54 +158,46 @@ class Parameters:
             self._store(key)[key] = value
 
 
-class Scanner:
-    """Reads one line without blanks from left to right; `at` is the place reached."""
+class Scanner(Formula):
+    """Reads one line without blanks, in capitals, from left to right; a token is one character."""
+
+    operations = _OPERATIONS
+    operator = re.compile(f"({'|'.join(map(re.escape, _OPERATIONS))})")
+    token = re.compile(r"(.)", re.DOTALL)
 
     def __init__(self, text: str, parameters: Parameters) -> None:
-        self.text, self.parameters = text, parameters
-        self.at = 0
-        self._depth = 0
+        super().__init__(text)
+        self.parameters = parameters
         self._functions = _MACRO_FUNCTION if parameters.macros else _FUNCTION
 
     def peek(self) -> str:
         """The next character, or nothing."""
         return self.text[self.at : self.at + 1]
 
-    def take(self, wanted: str, reason: str = "") -> None:
-        """Pass over a character; LineError with the reason, or what is missing and where, for another one."""
-        if self.peek() != wanted:
-            rest = self.text[self.at : self.at + 12]
-            where = f"before {rest!r}" if rest else "at the end of the line"
-            raise LineError(reason or f"{wanted} is missing {where}")
-        self.at += 1
-
-    def value(self) -> float:
+    def _one(self) -> float:
         """A real value: a number, an expression in brackets, a parameter or a function."""
-        self._depth += 1
-        if self._depth > MAX_DEPTH:
-            raise LineError(f"more than {MAX_DEPTH} brackets within brackets")
-        value, c = 0.0, self.peek()
-        if c == "#" and (match := _PLAIN_PARAMETER.match(self.text, self.at)) is not None:
+        c = self.peek()
+        if c == "#":
+            if (match := _PLAIN_PARAMETER.match(self.text, self.at)) is None:
+                return self.parameters.get(self.parameter())
             self.at = match.end()  # the usual case, without looking for its number as a value
-            value = self.parameters.get(int(match[1]))
-        elif (match := _NUMBER.match(self.text, self.at)) is not None:
+            return self.parameters.get(int(match[1]))
+        if (match := _NUMBER.match(self.text, self.at)) is not None:
             self.at = match.end()
             value = float(match[0])
             refuse(not within(value), f"{match[0][:20]}... is too large for a number")
-        elif c and c in "+-":
+            return value
+        if c and c in "+-":
             self.at += 1
-            value = -self.value() if c == "-" else self.value()
-        elif c == "[":
-            value = self._bracket()
-        elif c == "#":
-            value = self.parameters.get(self.parameter())
-        elif (match := self._functions.match(self.text, self.at)) is not None:
-            self.at = match.end()
-            value = self._function(match[0].upper())
-        else:
+            return -self.value() if c == "-" else self.value()
+        if c == "[":
+            return self._bracket()
+        if (match := self._functions.match(self.text, self.at)) is None:
             self.take("a number")
-        self._depth -= 1
-        return value
+        else:
+            self.at = match.end()
+            return self._function(match[0])
+        return 0.0
 
     def parameter(self, missing: str = "") -> int | str:
         """The number or name of a parameter, with the # before it."""
@@ -245,8 +205,10 @@ class Scanner:
         if self.peek() == "<":
             match = _NAME.match(self.text, self.at)
             if match is None:
-                own = re.match(r"<_(?:hal|ini)\[[^>]*>", self.text[self.at :], re.IGNORECASE)
-                refuse(own, f"#{own[0] if own else ''} is a value of the machine's own, which is not known here")
+                own = re.match(r"<_(?:HAL|INI)\[[^>]*>", self.text[self.at :])
+                refuse(
+                    own, f"#{own[0].lower() if own else ''} is a value of the machine's own, which is not known here"
+                )
                 raise LineError("a parameter's name needs < and >")
             self.at = match.end()
             return match[1].lower()
@@ -258,31 +220,17 @@ class Scanner:
 
     def _bracket(self) -> float:
         self.take("[")
-        value = self._chain(0)
+        value = self.chain()
         self.take("]")
         return value
 
-    def chain(self) -> float:
-        """Values joined by operators, up to what is none."""
-        return self._chain(0)
-
-    def _chain(self, least: int) -> float:
-        """Values joined by operators of at least the rank `least`, those of one rank from left to right."""
-        left = self.value()
-        while (match := _OPERATOR.match(self.text, self.at)) is not None:
-            name = match[0].upper()
-            rank, compute = _OPERATIONS[name]
-            if rank < least:
-                break
-            self.at = match.end()
-            right = self._chain(rank + 1)
-            if self.parameters.macros and name in _BITS:
-                left = float(_BITS[name](round(left), round(right)))
-            elif name in ("EQ", "NE") and (left is VACANT or right is VACANT):
-                left = float((left is right) == (name == "EQ"))
-            else:
-                left = _finite(f"{left:g} {name} {right:g}", compute, left, right)
-        return left
+    def joined(self, name: str, left: float, right: float) -> float:
+        """What an operator makes of two values."""
+        if self.parameters.macros and name in _BITS:
+            return float(_BITS[name](round(left), round(right)))
+        if name in ("EQ", "NE") and (left is VACANT or right is VACANT):
+            return float((left is right) == (name == "EQ"))
+        return super().joined(name, left, right)
 
     def _function(self, name: str) -> float:
         if name == "EXISTS":
@@ -299,17 +247,7 @@ class Scanner:
             self.take("/", "ATAN needs two values: ATAN[y]/[x]")
             return math.degrees(math.atan2(value, self._bracket()))
         compute = _OF_MACROS[name] if macros and name in _OF_MACROS else _FUNCTIONS[name]
-        return _finite(f"{name}[{value:g}]", compute, value)
-
-
-def _finite(said: str, compute: Callable[..., float], *values: float) -> float:
-    try:
-        value = compute(*values)
-    except (ZeroDivisionError, ValueError, OverflowError):
-        value = math.nan
-    if not math.isfinite(value):
-        raise LineError(f"{said} has no value")
-    return value
+        return computed(f"{name}[{{:g}}]", compute, value)
 
 
 @dataclass
@@ -327,6 +265,28 @@ class Block:
     deletable: bool = False
     percent: bool = False
 
+    def add(self, letter: str, value: float, text: str = "") -> None:
+        """Add a letter with its value, which stands there as `text`; LineError for one twice and for unknown codes."""
+        if text.lstrip("+-").isdigit():
+            self.whole.add(letter)
+        if letter in "GM":
+            code = round(value * (10 if letter == "G" else 1)) if abs(value) <= MAX_CODE else -1
+            if code < 0 or abs(value * (10 if letter == "G" else 1) - code) > _CODE_SLACK:
+                raise LineError(f"{letter}{value:g} is not known")
+            (self.g if letter == "G" else self.m).append(code)
+        elif letter in self.words:
+            raise LineError(f"{letter} appears twice")
+        elif letter != "N":
+            self.words[letter] = value
+
+    def checked(self) -> Block:
+        """The block; LineError for two codes of one group."""
+        if len(self.g) > 1:
+            _check_groups(self.g, GROUP_OF, g_name)
+        if len(self.m) > 1:
+            _check_groups(self.m, M_GROUP_OF, "M{}".format)
+        return self
+
 
 def parse(text: str, parameters: Parameters, *, bare: bool = False, corners: bool = False) -> Block:
     """The words of the line `text`; LineError for what is none, for words twice and for codes that exclude each other.
@@ -335,15 +295,15 @@ def parse(text: str, parameters: Parameters, *, bare: bool = False, corners: boo
     brackets, #1=#2+5, as in Fanuc's macros. With `corners` ,R and ,C (and ,L for Siemens' CHF) are words.
     """
     block = Block()
-    plain = _without_blanks(text)
+    plain = capitals(text)
     if _SIMPLE.fullmatch(plain):  # the usual line: letters and numbers
         words = _SIMPLE_WORD.findall(plain)
         refuse(len(words) > MAX_WORDS, f"more than {MAX_WORDS} words")
         for letter, number in words:
             value = float(number)
             refuse(not within(value), f"{letter}: {number[:20]}... is too large for a number")
-            _add_word(block, letter.upper(), value, number)
-        return _checked(block)
+            block.add(letter, value, number)
+        return block.checked()
     scanner = Scanner(plain, parameters)
     if scanner.peek() == "/":
         block.deletable = True
@@ -354,19 +314,19 @@ def parse(text: str, parameters: Parameters, *, bare: bool = False, corners: boo
         block.percent = True
         return block
     if macro := _MACRO.match(scanner.text):
-        raise LineError(f"{macro[1].upper()}: jumps and loops of macros are not supported here; write plain lines")
+        raise LineError(f"{macro[1]}: jumps and loops of macros are not supported here; write plain lines")
     for _ in range(MAX_WORDS + 1):
-        if not (c := scanner.peek().upper()):
+        if not (c := scanner.peek()):
             break
         if c == "#":
             key = scanner.parameter()
             scanner.take("=", "= is missing behind the parameter that the line sets")
             block.settings.append((key, scanner.chain() if bare else scanner.value()))
             continue
-        if c == "," and (corner := scanner.text[scanner.at + 1 :][:1].upper()) in ("R", "C", "A"):
+        if c == "," and (corner := scanner.text[scanner.at + 1 :][:1]) in ("R", "C", "A"):
             what = {"R": "a rounded corner", "C": "a chamfer", "A": "the angle of a line"}[corner]
             refuse(not corners or corner == "A", f",{corner} is {what}, which is not supported; write its moves")
-        if c == "," and corners and (corner := scanner.text[scanner.at + 1 :][:1].upper()) in ("R", "C", "L"):
+        if c == "," and corners and (corner := scanner.text[scanner.at + 1 :][:1]) in ("R", "C", "L"):
             scanner.at += 2
             refuse(f",{corner}" in block.words, f",{corner} appears twice")
             block.words[f",{corner}"] = scanner.value()
@@ -379,7 +339,7 @@ def parse(text: str, parameters: Parameters, *, bare: bool = False, corners: boo
                 said = scanner.text[: scanner.at][-8:] + scanner.text[scanner.at : scanner.at + 6]
                 raise LineError(f"{said!r}: a letter O within a line; is it the digit 0?")
             # the number of a program alone is only its name
-            if re.fullmatch(r"(O|:O?)[0-9]+|O<[^<>]*>", scanner.text[scanner.at - 1 :], re.IGNORECASE):
+            if re.fullmatch(r"(O|:O?)[0-9]+|O<[^<>]*>", scanner.text[scanner.at - 1 :]):
                 return block
             raise LineError(f"{text.strip()[:20]}: subprograms, loops and jumps are not read here; write plain lines")
         if c == "N" and not re.match(r"[0-9.]", scanner.peek()):
@@ -392,39 +352,16 @@ def parse(text: str, parameters: Parameters, *, bare: bool = False, corners: boo
         if value is VACANT:
             refuse(c in "GMNOP", f"{c}: its variable has no value")
             continue
-        _add_word(block, c, value, scanner.text[begin : scanner.at])
+        block.add(c, value, scanner.text[begin : scanner.at])
     else:
         raise LineError(f"more than {MAX_WORDS} words")
-    return _checked(block)
-
-
-def _add_word(block: Block, letter: str, value: float, text: str) -> None:
-    """A letter with its value, which stands there as `text`."""
-    if text.lstrip("+-").isdigit():
-        block.whole.add(letter)
-    if letter in "GM":
-        code = round(value * (10 if letter == "G" else 1)) if abs(value) <= MAX_CODE else -1
-        if code < 0 or abs(value * (10 if letter == "G" else 1) - code) > _CODE_SLACK:
-            raise LineError(f"{letter}{value:g} is not known")
-        (block.g if letter == "G" else block.m).append(code)
-    elif letter in block.words:
-        raise LineError(f"{letter} appears twice")
-    elif letter != "N":
-        block.words[letter] = value
-
-
-def _checked(block: Block) -> Block:
-    """The block; LineError for two codes of one group."""
-    if len(block.g) > 1:
-        _check_groups(block.g, GROUP_OF, g_name)
-    if len(block.m) > 1:
-        _check_groups(block.m, M_GROUP_OF, "M{}".format)
-    return block
+    return block.checked()
 
 
 @lru_cache(maxsize=1024)  # lines of loops come again
-def _without_blanks(text: str) -> str:
-    return _BLANKS.sub("", without_comments(text))
+def capitals(text: str) -> str:
+    """The line in capitals, without comments and blanks."""
+    return _BLANKS.sub("", without_comments(text)).upper()
 
 
 def without_comments(text: str) -> str:

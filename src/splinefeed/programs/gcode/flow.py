@@ -18,7 +18,8 @@ import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.files.source import check_file, check_size, read_bytes
-from splinefeed.programs.gcode.expressions import VACANT, LineError, Scanner, refuse, without_comments
+from splinefeed.programs.gcode.expressions import VACANT, Scanner, capitals
+from splinefeed.programs.gcode.faults import LineError, refuse
 from splinefeed.programs.gcode.interpreter import Interpreter
 from splinefeed.programs.gcode.moves import MAX_LINE
 from splinefeed.records import IntArray
@@ -34,22 +35,19 @@ _ENDINGS = (".nc", ".NC", ".cnc", ".CNC", ".tap", ".TAP", "")
 #: Bytes without an end of line that are no program.
 LONGEST = 2**21
 
-_SAID = "endrepeat|endwhile|continue|elseif|endsub|repeat|return|break|endif|while|call|else|sub|if|do"
+_SAID = "ENDREPEAT|ENDWHILE|CONTINUE|ELSEIF|ENDSUB|REPEAT|RETURN|BREAK|ENDIF|WHILE|CALL|ELSE|SUB|IF|DO"
 _OWORD = re.compile(
-    rf"(?:/[0-9]?)?(?:N[0-9.]+)?(?:O|:O?)(?:(?P<number>[0-9]+)|(?P<name><[^<>]*>)|(?=[#\[]))(?P<word>{_SAID})?",
-    re.IGNORECASE,
+    rf"(?:/[0-9]?)?(?:N[0-9.]+)?(?:O|:O?)(?:(?P<number>[0-9]+)|(?P<name><[^<>]*>)|(?=[#\[]))(?P<word>{_SAID})?"
 )
-_CALL = re.compile(r"M0*9[789](?![0-9.])", re.IGNORECASE)
+_CALL = re.compile(r"M0*9[789](?![0-9.])")
 #: What every line that jumps has: one of these characters, and more than that.
 _LIKELY, _MORE = bytes(each in b"oO:mM" for each in range(256)), re.compile(rb"[oO:]|[mM][ \t0]*9[ \t]*[789]")
 #: Lines of Fanuc's macros that jump: IF[..]GOTO 10, IF[..]THEN #1=2, WHILE[..]DO1 to END1, GOTO 10.
-_MACRO = re.compile(
-    r"(?:/[0-9]?)?(?:N[0-9]+)?(?P<word>IF(?=\[)|WHILE(?=\[)|GOTO|DO(?=[0-9])|END(?=[0-9]))", re.IGNORECASE
-)
+_MACRO = re.compile(r"(?:/[0-9]?)?(?:N[0-9]+)?(?P<word>IF(?=\[)|WHILE(?=\[)|GOTO|DO(?=[0-9])|END(?=[0-9]))")
 _MACRO_LIKELY = re.compile(
     rb"IF[ \t]*\[|WHILE[ \t]*\[|GOTO|DO[ \t]*[0-9]|END[ \t]*[0-9]|G[ \t]*0*65(?![0-9.])", re.IGNORECASE
 )
-_MACRO_CALL = re.compile(r"G0*65(?![0-9.])", re.IGNORECASE)
+_MACRO_CALL = re.compile(r"G0*65(?![0-9.])")
 #: The variables of a macro that letters of G65 set; I J K may be said up to ten times, and set #4 to #33 in turn.
 _VARIABLES = {
     "A": 1, "B": 2, "C": 3, "D": 7, "E": 8, "F": 9, "H": 11, "M": 13, "Q": 17, "R": 18, "S": 19, "T": 20, "U": 21,
@@ -95,13 +93,13 @@ def _jump_of(text: str, at: int, macros: bool) -> Jump | None:
     if (aborts := _ABORT.match(text)) is not None:
         return Jump(at, "abort", "", "", text, f"the program ends itself: {aborts[1].strip()}")
     try:
-        plain = re.sub(r"\s+", "", without_comments(text))
+        plain = capitals(text)
     except LineError:
         return None  # the interpreter says what is wrong
     if macros and _MACRO_CALL.search(plain):
         return Jump(at, "G65", "", "", text)
     if macros and (macro := _MACRO.match(plain)):
-        return Jump(at, "macro", macro["word"].upper(), plain[macro.end() :], text)
+        return Jump(at, "macro", macro["word"], plain[macro.end() :], text)
     match = _OWORD.match(plain)
     if match is None:
         return Jump(at, "M", "", "", text) if _CALL.search(plain) else None
@@ -148,7 +146,7 @@ class ProgramText:
         """Find the lines of each DO and its END, which have one number, and may be used again behind it."""
         opened: dict[str, Jump] = {}
         for jump in (each for each in self.jumps.values() if each.word == "macro"):
-            begins = re.search(r"DO([0-9]+)$", jump.name + jump.rest, re.IGNORECASE)
+            begins = re.search(r"DO([0-9]+)$", jump.name + jump.rest)
             if jump.name in ("WHILE", "DO") and begins is None:
                 jump.fault = f"{jump.name} needs DO1, DO2 or DO3 at the end of its line"
             elif jump.name in ("WHILE", "DO") and begins is not None:
@@ -381,7 +379,7 @@ class Flow:
             self._go_to(scanner, jump)
         elif jump.name == "IF":
             holds = scanner.value()
-            then = scanner.text[scanner.at :][:4].upper()
+            then = scanner.text[scanner.at :][:4]
             refuse(
                 then not in ("GOTO", "THEN"), f"IF[..]: expected GOTO or THEN, got {scanner.text[scanner.at :][:12]!r}"
             )
@@ -393,7 +391,7 @@ class Flow:
 
     def _macro_call(self, jump: Jump) -> None:
         """G65 P, L times, with the variables that its letters set."""
-        plain = re.sub(r"^/[0-9]?", "", re.sub(r"\s+", "", without_comments(jump.text)).upper())
+        plain = re.sub(r"^/[0-9]?", "", capitals(jump.text))
         scanner = Scanner(plain, self._parameters)
         once, arguments = dict[str, float](), dict[int, float]()
         rounds, last = 0, len(_CENTRES)
@@ -446,7 +444,7 @@ class Flow:
             scanner = Scanner(jump.rest, self._parameters)
             value = scanner.value()
             rest = scanner.text[scanner.at :]
-            if not (abs(value) < 1e6 and abs(value - round(value)) < 1e-4) or rest[:4].lower() != "call":
+            if not (abs(value) < 1e6 and abs(value - round(value)) < 1e-4) or rest[:4] != "CALL":
                 raise LineError(f"o{value:g}: only a call may have a computed number, which is whole")
             jump = Jump(jump.at, "call", str(round(value)), rest[4:], jump.text)
         arguments = self._values(jump, MAX_ARGUMENTS)

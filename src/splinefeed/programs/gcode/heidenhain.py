@@ -15,7 +15,8 @@ import re
 
 import numpy as np
 
-from splinefeed.programs.gcode.expressions import Block, LineError, refuse
+from splinefeed.programs.gcode.expressions import Block
+from splinefeed.programs.gcode.faults import LineError, refuse
 from splinefeed.programs.gcode.interpreter import Interpreter
 from splinefeed.programs.gcode.klartext import BLOCK, Quantities
 from splinefeed.programs.gcode.klartext_cycles import STEPS as CYCLES

@@ -22,14 +22,8 @@ from splinefeed.programs.gcode.corner_words import CornerWords
 from splinefeed.programs.gcode.cutter import Cutter
 from splinefeed.programs.gcode.cycles import Cycles
 from splinefeed.programs.gcode.dialects import DIALECTS, IN_MILLISECONDS, IN_SECONDS, UNSURE_FROM, Dialect
-from splinefeed.programs.gcode.expressions import (
-    Block,
-    LineError,
-    Parameters,
-    mended,
-    parse,
-    refuse,
-)
+from splinefeed.programs.gcode.expressions import Block, Parameters, mended, parse
+from splinefeed.programs.gcode.faults import LineError, refuse
 from splinefeed.programs.gcode.line_words import LineWords
 from splinefeed.programs.gcode.moves import LARGEST, LETTERS, POLAR, STATED, Findings, Flag, MoveKind
 from splinefeed.programs.gcode.places import Places
@@ -100,8 +94,6 @@ class Interpreter:
     def run(self, text: str, line: int) -> None:
         """Do what the line `text` says; LineError, without the line's number, for what cannot be done."""
         self.line = line
-        if self._modal not in self.cycles.known:
-            self.cycles.forget()
         fanuc = self.dialect.of_fanuc
         block = parse(self._plain(text), self.parameters, bare=fanuc, corners=bool(self.dialect.corners))
         if block.deletable:
@@ -109,13 +101,19 @@ class Interpreter:
         if block.percent:  # the first one, in front of the program, begins it; any other ends it
             self.ended = self._begun or self._modal >= 0
             self._begun = True
-        if block.words or block.g or block.m:
-            self._do(block)
+        self.carry_out(block)
         for key, value in block.settings:
             self.parameters.set(key, value)
             if fanuc and key in (_ALARM, _MESSAGE) and value:
                 refuse(key == _ALARM, f"the program raises alarm #3000={value:g}: {text.strip()[:60]}")
                 self.state.say(line, f"#3006={value:g}")
+
+    def carry_out(self, block: Block) -> None:
+        """Do what the words of a line say, if there are any."""
+        if self._modal not in self.cycles.known:
+            self.cycles.forget()
+        if block.words or block.g or block.m:
+            self._do(block)
 
     @property
     def busy(self) -> bool:

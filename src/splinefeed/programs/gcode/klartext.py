@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from splinefeed.programs.gcode.expressions import LineError, refuse
+from splinefeed.programs.gcode.faults import LineError, refuse
 from splinefeed.programs.gcode.flow import ProgramText, Walk
 
 _NUMBER = r"(?:[0-9]++[.,]?[0-9]*+|[.,][0-9]++)"

@@ -13,7 +13,7 @@ import math
 from collections.abc import Mapping
 
 from splinefeed.programs.gcode.cycles import MAX_MOVES, SAME_LEVEL, Hole
-from splinefeed.programs.gcode.expressions import LineError, refuse
+from splinefeed.programs.gcode.faults import LineError, refuse
 from splinefeed.programs.gcode.moves import Findings
 from splinefeed.programs.gcode.state import ProgramState
 from splinefeed.programs.gcode.threads import TIED

@@ -12,7 +12,8 @@ import numpy as np
 
 from splinefeed.programs.gcode.codes import g_name
 from splinefeed.programs.gcode.dialects import Dialect
-from splinefeed.programs.gcode.expressions import LineError, Parameters, refuse
+from splinefeed.programs.gcode.expressions import Parameters
+from splinefeed.programs.gcode.faults import LineError, refuse
 from splinefeed.programs.gcode.line_words import LineWords
 from splinefeed.programs.gcode.moves import AXES, LETTERS, POLAR, STATED, Findings, MoveKind
 from splinefeed.programs.gcode.offsets import MORE_SYSTEMS, MOST_SYSTEMS, REFERENCE_PARAMETERS, SYSTEMS, system_name

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from splinefeed.programs.gcode.codes import g_name
-from splinefeed.programs.gcode.expressions import LineError, refuse, shown
+from splinefeed.programs.gcode.faults import LineError, refuse, shown
 from splinefeed.programs.gcode.interpreter import Interpreter
 from splinefeed.programs.gcode.moves import LETTERS, MoveKind
 from splinefeed.records import Array

@@ -22,7 +22,7 @@ from splinefeed.programs.gcode.dialects import (
     whole_numbers,
     without_leader,
 )
-from splinefeed.programs.gcode.expressions import LineError, refuse
+from splinefeed.programs.gcode.faults import LineError, refuse
 from splinefeed.programs.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
 from splinefeed.programs.gcode.flow import PLAIN, Flow, ProgramText, blocks_of, too_long
 from splinefeed.programs.gcode.heidenhain import Heidenhain

@@ -13,12 +13,14 @@ import re
 
 import numpy as np
 
-from splinefeed.programs.gcode.cycles import SIEMENS, parameters, siemens
-from splinefeed.programs.gcode.expressions import Block, LineError, refuse, shown
+from splinefeed.programs.gcode.cycles import siemens
+from splinefeed.programs.gcode.expressions import Block
+from splinefeed.programs.gcode.faults import LineError, refuse
 from splinefeed.programs.gcode.interpreter import Interpreter
 from splinefeed.programs.gcode.lines import UNKNOWN
 from splinefeed.programs.gcode.moves import AXES, LETTERS
-from splinefeed.programs.gcode.siemens_flow import HEAD, Values, without_remarks
+from splinefeed.programs.gcode.siemens_flow import HEAD, without_remarks
+from splinefeed.programs.gcode.siemens_words import IGNORED, TOOL_AXIS, SiemensWords, Values
 from splinefeed.programs.gcode.spline_words import BSPLINE, order_of
 
 DEFAULT_DEGREE = 3
@@ -27,46 +29,19 @@ _MARK = b"\x02"
 _NOT_PLAIN = bytes.maketrans(b"(Rr" + _MARK, 3 * UNKNOWN + b"R")
 _RADIUS = re.compile(rb"(?<![A-Z0-9_$])CR[ \t]*+=[ \t]*+(?=[-+.0-9])", re.IGNORECASE)
 _EQUAL = re.compile(rb"(?<![A-Z0-9_$])([XYZABCIJKF])[ \t]*+=[ \t]*+(?=[-+.0-9])", re.IGNORECASE)
-#: Components of the tool axis, from the tip to the spindle.
-_TOOL_AXIS = ("A3", "B3", "C3")
-#: What LinuxCNC calls what Siemens calls otherwise: exact stop, continuous path, cancelled offsets, units with feeds.
-_CODES = {
-    **dict.fromkeys(("G601", "G602", "G603", "G9", "G450", "G451"), ""),
-    **dict.fromkeys(("G641", "G642", "G643", "G644", "G645"), "G64"),
-    **{"G60": "G61", "G710": "G21", "G700": "G20"},  # G70 and G71 are of places alone, and leave F as it is
-}
-#: Words and calls that switch functions of the control, or set it up, and move nothing.
-_IGNORED = frozenset(
-    ("SOFT", "BRISK", "DRIVE", "FFWON", "FFWOF", "COMPOF", "COMPON", "COMPCURV", "COMPCAD", "UPATH", "SPATH", "STOPRE",
-     "CUT2D", "CFIN", "CFTCP", "CFC", "FNORM", "FLIN", "ORIAXES", "ORIVECT", "ORIMKS", "ORIWKS", "RTLION", "RTLIOF",
-     "CYCLE832", "MSG", "WORKPIECE", "FGROUP", "DISPLOF", "SETMS", "DIAMOF")
-)  # fmt: skip
+_MESSAGE = re.compile(r"%|MSG\s*\(")
+#: Exact stops of their own and corners of compensation, which change nothing; what LinuxCNC calls what Siemens calls
+#: otherwise: exact stop, continuous path, units of feeds too (G70 and G71 are of places alone).
+_LEFT_OUT = frozenset((90, 4500, 4510, 6010, 6020, 6030))
+_CODES = {600: 610, **dict.fromkeys(range(6410, 6460, 10), 640), 7000: 200, 7100: 210}
+
+
 #: Words that shift the zero point.
 _FRAMES = {"TRANS", "ATRANS"}
-#: Values that a line has beside its words, and values that say nothing here: tools by name, corrections, tolerances.
-_COLLECTED, _SILENT = ("SD", "PL", "PW", "LIMS", *_TOOL_AXIS), ("T", "D", "ADIS", "ADISPOS", "CTOL", "OTOL")
-_CORNERS = {"RND": ",R", "CHR": ",C", "CHF": ",L"}
-#: A cycle, and its parameters.
-_Call = tuple[str, dict[str, float]]
-#: Coordinates that say by themselves whether they are absolute or steps.
-_NUMBER = r"[-+]?+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++)"
-_OWN_WAY = re.compile(rf"([A-Z])\s*=\s*(AC|IC)\s*\(\s*({_NUMBER})\s*+\)")
-#: A line that only moves, the usual one: G0 to G3, and words of axes, centres, feed and tool axis, which are numbers.
-_MOVE = re.compile(
-    rf"(?:N[0-9]++(?![0-9.])\s*+)?+(?:G0*(?P<g>[0-3])(?![0-9.])\s*+)?+(?P<words>(?:(?:[ABC]3\s*+=\s*+{_NUMBER}"
-    rf"|[XYZABCIJK]\s*+=\s*+(?:AC|IC)\s*+\(\s*+{_NUMBER}\s*+\)|[XYZABCIJKF]\s*+=?+\s*+{_NUMBER})\s*+)++)"
-)
-_OF_MOVE = re.compile(rf"([ABC]3(?=\s*+=)|[A-Z])\s*+=?+\s*+(?:(AC|IC)\s*+\(\s*+)?+({_NUMBER})")
-_DISTANCES = re.compile(r"(?<![A-Z0-9.])G9([01])(?![0-9.])")
-_WORD = re.compile(
-    r"\s*(?:(?P<name>[A-Z_]++[0-9]*+)\s*+=\s*+(?P<text>\"[^\"]*\"|[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:EX[-+]?[0-9]+)?)"
-    r"|(?P<letter>[A-Z])\s*(?P<number>[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++))"
-    r"|(?P<key>[A-Z_][A-Z_0-9]*)(?:\s*\((?P<inside>[^)]*)(?P<closed>\)?))?)"
-)
 
 
 class Siemens(Interpreter):
-    """Turns every line into words of LinuxCNC, but for splines, which it collects itself."""
+    """Makes every line one of LinuxCNC's words, but for splines, which it collects itself."""
 
     def __init__(self, *arguments: object, **options: bool) -> None:
         super().__init__(*arguments, **options)  # type: ignore[arg-type]
@@ -74,75 +49,50 @@ class Siemens(Interpreter):
         self._shift, self._fine_shift = np.zeros(AXES), np.zeros(AXES)  # of TRANS and G58, of G59
         self._degree = DEFAULT_DEGREE
         self.values = Values()
-        self._modal_call: _Call | None = None  # of MCALL: behind each line that moves
+        self._modal_call: tuple[str, dict[str, float]] | None = None  # of MCALL: behind each line that moves
 
     def run(self, text: str, line: int) -> None:
-        """One line: translated, or taken as a control point."""
+        """One line: its words, a control point, or what is behind a label."""
         self.line = line
         text = without_remarks(text).strip().upper()
-        move = None if self.splines.open or self._modal_call else _MOVE.fullmatch(text)
-        if move is not None and self._only_moves(move):
-            return
         head = HEAD.match(text)
         text = text[head.end() :] if head else text
-        if text.startswith("%") or re.match(r"MSG\s*\(", text) or self.values.declare(text):
-            text = ""
-        text = self.values.filled(text)
-        said = _DISTANCES.findall(text)
-        relative = said[-1] == "1" if said else self.state.relative
-        text = _OWN_WAY.sub(lambda match: self._in_force(match, relative), text).rstrip()
-        words, extra, keys, call = _translated(text)
-        self._frame(words, keys)
-        for key in sorted(keys - _IGNORED - _FRAMES - {"BSPLINE", "MCALL"}):
+        said = SiemensWords("" if _MESSAGE.match(text) or self.values.declare(text) else text, self.values)
+        said.read()
+        block, extra, keys = said.block, said.extra, said.keys
+        block.g[:] = [_CODES.get(code, code) for code in block.g if code not in _LEFT_OUT]
+        relative = 910 in block.g or (self.state.relative and 900 not in block.g)
+        for letter, absolute in said.ways.items():
+            block.words[letter] = self._by_mode(letter, absolute, block.words[letter], relative)
+        if keys or {580, 590}.intersection(block.g):
+            self._frame(block, keys)
+        for key in sorted(keys - IGNORED - _FRAMES - {"BSPLINE", "MCALL"}):
             if key == "TRAORI":
                 self.tool_tip.begin(key, line)
             elif key == "TRAFOOF":
                 self.tool_tip.end(line)
             elif key == "SUPA":
-                words.append("G53")
+                block.g.append(530)
             else:
                 raise LineError(f"{key} is not supported in a Siemens program; write plain lines")
         self.state.top_speed = extra.get("LIMS", self.state.top_speed)
-        self._splines(words, extra, "BSPLINE" in keys)
-        if extra.keys() & set(_TOOL_AXIS):
-            x, y, z = (extra.get(name, 0.0) for name in _TOOL_AXIS)
+        self._splines(block, extra, "BSPLINE" in keys)
+        if extra.keys() & set(TOOL_AXIS):
+            x, y, z = (extra.get(name, 0.0) for name in TOOL_AXIS)
             self.tool_tip.given = x, y, z
-        super().run(" ".join(words), line)
-        if not words and self.tool_tip.given is not None:
+        self.carry_out(block.checked())
+        if self.tool_tip.given is not None:
             self._do(Block())  # the tool turns about its tip
-        self._check_axis_used()
-        if "MCALL" in keys:
-            self._modal_call = call
-        elif any(word[0] in LETTERS for word in words):
-            call = call or self._modal_call
-        if call is not None and "MCALL" not in keys:
-            siemens(*call, self.state, line, self.findings)
-
-    def _only_moves(self, line: re.Match[str]) -> bool:
-        """Do the usual line, word by word; False where a word comes twice, which is said elsewhere."""
-        words: dict[str, float] = {}
-        axis: dict[str, float] = {}
-        for name, way, value in _OF_MOVE.findall(line["words"]):
-            if name in words or name in axis:
-                return False
-            if len(name) > 1:
-                axis[name] = float(value)
-            else:
-                number = float(value)
-                words[name] = self._by_mode(name, way == "AC", number, self.state.relative) if way else number
-        if self._modal not in self.cycles.known:
-            self.cycles.forget()
-        if axis:
-            x, y, z = (axis.get(name, 0.0) for name in _TOOL_AXIS)
-            self.tool_tip.given = x, y, z
-        self._do(Block(words, [10 * int(line["g"])] if line["g"] else []))
-        self._check_axis_used()
-        return True
-
-    def _check_axis_used(self) -> None:
         if self.tool_tip.given is not None:
             self.tool_tip.given = None
             raise LineError("A3= B3= C3= need a G0 or G1 on the line")
+        call = said.call
+        if "MCALL" in keys:
+            self._modal_call, call = call, None
+        elif self._modal_call and block.words.keys() & set(LETTERS):
+            call = call or self._modal_call
+        if call is not None:
+            siemens(*call, self.state, line, self.findings)
 
     @property
     def busy(self) -> bool:
@@ -169,29 +119,27 @@ class Siemens(Interpreter):
         self._close()
         super().end()
 
-    def _frame(self, words: list[str], keys: set[str]) -> None:
+    def _frame(self, block: Block, keys: set[str]) -> None:
         """TRANS and G58 shift the zero point by their words, ATRANS and G59 beside that; the words are done with.
 
         Without words TRANS ends all of it, and G58 and G59 are systems whose offsets the control has.
         """
-        values = {LETTERS.index(word[0]): float(word[1:]) for word in words if word[0] in LETTERS}
-        name = next(iter(sorted(keys & _FRAMES)), "") or next((w for w in words if w in ("G58", "G59") and values), "")
-        if not name:
+        axes = [letter for letter in LETTERS if letter in block.words]
+        code = next((code for code in block.g if code in (580, 590) and axes), 0)
+        name = next(iter(sorted(keys & _FRAMES)), "")
+        if not (name or code):
             return
         self._close()
-        shift = self._fine_shift if name == "G59" else self._shift
+        shift = self._fine_shift if code == 590 and not name else self._shift
         if name == "TRANS":
             self._shift[:] = self._fine_shift[:] = 0.0
-        for axis, value in values.items():
-            shift[axis] = self.state.scaled(axis, value) + (shift[axis] if name == "ATRANS" else 0.0)
+        for letter in axes:
+            axis = LETTERS.index(letter)
+            shift[axis] = self.state.scaled(axis, block.words.pop(letter)) + (shift[axis] if name == "ATRANS" else 0.0)
         self.state.offsets.shift(dict(enumerate((self._shift + self._fine_shift).tolist())))
         self.state.set_offsets()
-        words[:] = [word for word in words if word[0] not in LETTERS and word != name]
-
-    def _in_force(self, match: re.Match[str], relative: bool) -> str:
-        """X=IC(5) or I=AC(5) as the word that means the same by the modes in force."""
-        refuse(match[1] not in LETTERS + "IJK", f"{match[1]}={match[2]}( is not supported in a Siemens program")
-        return f"{match[1]}={self._by_mode(match[1], match[2] == 'AC', float(match[3]), relative):.17f} "
+        if code and not name:
+            block.g.remove(code)
 
     def _by_mode(self, letter: str, absolute: bool, value: float, relative: bool) -> float:
         """A word that says itself whether it is absolute or a step, as G90 and G91 have it."""
@@ -202,14 +150,14 @@ class Siemens(Interpreter):
         place = (place - self.state.offset[axis]) / self.state.scale[axis]
         return value + (0.0 if absolute != steps else float(-place if absolute else place))
 
-    def _splines(self, words: list[str], extra: dict[str, float], begins: bool) -> None:
+    def _splines(self, block: Block, extra: dict[str, float], begins: bool) -> None:
         """Open or close a BSPLINE, and take the axis words of the line as a control point."""
         splines, line = self.splines, self.line
         if begins:
             self._close()
             splines.begin(BSPLINE, line)
             splines.here(1.0)
-        elif splines.open and any(re.fullmatch(r"G0*[0123]|M(0*2|30|17)", word) for word in words):
+        elif splines.open and ({0, 10, 20, 30}.intersection(block.g) or {2, 17, 30}.intersection(block.m)):
             self._close()
         if "SD" in extra:
             self._degree = order_of(extra["SD"] + 1.0) - 1
@@ -217,7 +165,7 @@ class Siemens(Interpreter):
         if not splines.open:
             refuse(extra.keys() & {"PL", "PW"}, "PL and PW belong to BSPLINE")
             return
-        axes = {word[0]: float(word[1:]) for word in words if word[0] in LETTERS}
+        axes = {letter: block.words.pop(letter) for letter in LETTERS if letter in block.words}
         interval = extra.get("PL")
         if not axes:
             return
@@ -226,7 +174,6 @@ class Siemens(Interpreter):
             del splines.points[1], splines.weights[0]  # the place of the tool, said again
         else:
             splines.steps.append(interval)
-        words[:] = [word for word in words if word[0] not in LETTERS]
 
     def _close(self) -> None:
         """The spline that is open is complete."""
@@ -237,50 +184,3 @@ class Siemens(Interpreter):
             self.findings.say("BSPLINE is read as the manual describes it; it was not checked on a control")
             splines.end()
         self._degree = DEFAULT_DEGREE
-
-
-def _translated(text: str) -> tuple[list[str], dict[str, float], set[str], _Call | None]:
-    """Words of LinuxCNC, values of SD, PL and PW, words without a value, and a cycle; LineError for what is none."""
-    words: list[str] = []
-    extra: dict[str, float] = {}
-    keys: set[str] = set()
-    call: _Call | None = None
-    at = 0
-    while at < len(text):
-        match = _WORD.match(text, at)
-        if match is None:
-            raise LineError(f"expected a word of a Siemens program, got {shown(text[at:])}")
-        at = match.end()
-        name, value, key, inside = match["name"], match["text"], match["key"], match["inside"]
-        if match["letter"]:
-            word = match["letter"] + match["number"]
-            refuse(word[0] == "L", f"{word} calls a subprogram, which is not read; write the program in one piece")
-            if word[0] == "G":
-                word = _CODES.get(f"G{word[1:].lstrip('0') or '0'}", word)
-            words += [word] if word and word[0] != "D" else []
-        elif name:
-            if name in _SILENT or value.startswith('"'):
-                continue
-            number = float(value.replace("EX", "E"))
-            refuse(name == "RNDM", "RNDM= rounds all corners, which is not supported; write RND= on each line")
-            if name in _CORNERS:
-                words.append(f"{_CORNERS[name]}{number:.17f}")
-            elif name in _COLLECTED:
-                extra[name] = number
-            elif name in ("CR", "TURN") or (len(name) == 1 and name not in "RN"):
-                words.append(f"{ {'CR': 'R', 'TURN': 'P'}.get(name, name) }{number + (name == 'TURN'):.17f}")
-            else:
-                raise LineError(f"{name}= is not supported in a Siemens program")
-        elif inside is None or key in _IGNORED or key == "TRAORI":
-            keys.add(key)
-        elif key == "CYCLE800" and not inside.strip():
-            continue  # ends a turned plane
-        elif key not in SIEMENS:
-            raise LineError(f"{key}( is a call, which is not supported; write plain lines")
-        elif not match["closed"]:
-            raise LineError(f"{key}( is not closed by )")
-        else:
-            call = key, parameters(key, inside)
-    if "G4" in words or "G04" in words:  # F is in seconds there, S in turns of the spindle
-        words = [{"F": "P", "S": "U"}.get(word[0], word[0]) + word[1:] for word in words]
-    return words, extra, keys, call

@@ -18,7 +18,7 @@ import numpy as np
 from splinefeed.curves.curve import MAX_DEGREE, NurbsCurve
 from splinefeed.errors import CurveError
 from splinefeed.programs.gcode.codes import g_name
-from splinefeed.programs.gcode.expressions import LineError, refuse
+from splinefeed.programs.gcode.faults import LineError, refuse
 from splinefeed.programs.gcode.moves import LARGEST, LETTERS, PLANES, Findings, Flag, SplineMove
 from splinefeed.programs.gcode.state import ProgramState
 from splinefeed.records import Array

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from splinefeed.programs.gcode.expressions import LineError, SpindleError, refuse
+from splinefeed.programs.gcode.faults import LineError, SpindleError, refuse
 from splinefeed.programs.gcode.moves import (
     AXES,
     LARGEST,

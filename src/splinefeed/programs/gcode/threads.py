@@ -13,7 +13,7 @@ from itertools import count, takewhile
 import numpy as np
 
 from splinefeed.programs.gcode.codes import g_name
-from splinefeed.programs.gcode.expressions import LineError, SpindleError, refuse
+from splinefeed.programs.gcode.faults import LineError, SpindleError, refuse
 from splinefeed.programs.gcode.moves import LETTERS, STATED, Findings, Flag, MoveKind
 from splinefeed.programs.gcode.state import ProgramState, check_size
 from splinefeed.records import Array

@@ -8,7 +8,7 @@ configurations of switchable kinematics (xyzbc-trt.txt): M428 is the machine's o
 
 from __future__ import annotations
 
-from splinefeed.programs.gcode.expressions import LineError, refuse
+from splinefeed.programs.gcode.faults import LineError, refuse
 from splinefeed.programs.gcode.moves import AXES, LARGEST, Findings
 from splinefeed.programs.gcode.state import ProgramState
 

@@ -15,7 +15,7 @@ import numpy as np
 from splinefeed.errors import FormatError
 from splinefeed.files.source import read_text
 from splinefeed.numbers import within
-from splinefeed.programs.gcode.expressions import LineError
+from splinefeed.programs.gcode.faults import LineError
 from splinefeed.programs.gcode.moves import AXES, LARGEST, LETTERS, ROTARY
 from splinefeed.records import Array
 
