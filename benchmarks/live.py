@@ -97,7 +97,7 @@ def throughput(text: bool) -> dict[str, float]:
     while rows < ROWS and not motion.done:
         points = motion.take(256, rng.uniform(0.3, 2.0))
         if text:
-            SetpointRows(rows + 1, points.position, motion.axes).text()
+            SetpointRows(rows + 1, points, motion.axes).text()
         rows += len(points)
     return {"rows": rows, "seconds": time.process_time() - start}
 

@@ -45,9 +45,9 @@ def test_it_takes_as_long_as_the_motion_and_gets_each_row_of_it() -> None:
     assert state.row == state.confirmed == len(np.concatenate(sink.kept))
     assert took >= made.duration - PERIOD
     again = motion()
-    rows = [again.take(1, 1.0).position]
+    rows = [again.take(1, 1.0)]
     while not again.done:
-        rows.append(again.take(64, 1.0).position)
+        rows.append(again.take(64, 1.0))
     expected = np.concatenate(rows)
     assert np.array_equal(np.concatenate(sink.kept)[:-1], expected)
     assert np.array_equal(sink.now()[1], expected[-1])

@@ -12,7 +12,7 @@ from benchmarks import curves
 
 import splinefeed as sf
 from splinefeed.errors import LimitsError
-from splinefeed.interpolation.arc_length import Instants
+from splinefeed.interpolation.arc_length import fill
 from splinefeed.planner.override.override import Override
 from splinefeed.planner.override.reserve import with_reserve
 from splinefeed.planner.override.source import LawSource
@@ -116,8 +116,10 @@ def sent(name: str, wanted: Array) -> tuple[Override, Setpoints]:
     override = Override(LawSource(path, law), limits, rate=wanted[0])
     begin = override.rate
     ticks = override.run(wanted)
-    points = Instants(path, law, PERIOD)
-    return override, points.block(np.append(0.0, ticks.tau), np.append(begin, ticks.rate))
+    curve, u, s, feed, position = fill(path, law, np.append(0.0, ticks.tau))
+    motion = {"t": PERIOD * np.arange(len(s)), "feed": feed * np.append(begin, ticks.rate), "position": position}
+    how = {"axes": path.axes, "period": PERIOD, "method": "arc-length", "settings": law.settings}
+    return override, Setpoints(curve=curve, u=u, s=s, **motion, **how)
 
 
 def assert_kept(name: str, seed: int) -> float:

@@ -35,7 +35,7 @@ def test_at_100_percent_the_rows_come_out_as_they_are_but_for_a_sixth_of_their_s
     course = SetpointSource(rows(True), 2)
     override = Override(course, LIMITS)
     ticks = override.run(np.ones(5000))
-    played = course.block(np.append(0.0, ticks.tau), np.append(1.0, ticks.rate)).position
+    played = course.positions(np.append(0.0, ticks.tau))
     given = rows(True).position
     assert len(played) == len(given) + 2  # a period earlier and a period later
     np.testing.assert_allclose(played[[0, -1]], given[[0, -1]], atol=1e-12)
@@ -54,7 +54,7 @@ def test_no_script_takes_rows_over_a_limit_of_the_axes(seed: int) -> None:
     wanted = np.repeat(rng.uniform(-1 if seed % 2 else 0, 2, 60), rng.integers(10, 90))
     ticks = override.run(np.concatenate([wanted, np.ones(20000)]))
     assert override.done
-    played = course.block(np.append(0.0, ticks.tau), np.append(0.5, ticks.rate)).position
+    played = course.positions(np.append(0.0, ticks.tau))
     _, acceleration, jerk = differences(played)
     assert acceleration <= 500 * (1 + 1e-9)
     assert jerk <= 20000 * (1 + 1e-5)  # the rounding of positions of 16 mm is 1e-5 of this jerk
@@ -71,7 +71,7 @@ def test_no_script_takes_rows_over_a_limit_of_a_combination(seed: int) -> None:
     wanted = np.repeat(rng.uniform(0, 2, 60), rng.integers(10, 90))
     ticks = override.run(np.concatenate([wanted, np.ones(20000)]))
     assert override.done
-    played = course.block(np.append(0.0, ticks.tau), np.append(0.5, ticks.rate)).position
+    played = course.positions(np.append(0.0, ticks.tau))
     velocity, acceleration, jerk = differences(played @ [[1.0], [1.0]])
     assert velocity <= 75.0 * (1 + 1e-9)
     assert acceleration <= 760.0 * (1 + 1e-9)
@@ -88,7 +88,7 @@ def test_rows_that_use_all_of_a_limit_are_refused_and_the_override_is_told_that_
     override = Override(course, LIMITS, highest=0.8)
     ticks = override.run(np.r_[np.ones(500), np.zeros(500), np.ones(9000)])
     assert override.done
-    played = course.block(ticks.tau, ticks.rate).position
+    played = course.positions(ticks.tau)
     assert differences(played)[1] <= 500 * (1 + 1e-9)
     assert np.max(ticks.rate) == 0.8
     assert np.min(ticks.rate) == 0.0

@@ -56,13 +56,8 @@ def differences(position: Array, order: int) -> Array:
 def test_rows_are_the_control_points_of_a_b_spline():
     course = SetpointSource(rows(), 2)
     tau = np.linspace(0.0, course.duration, 997)
-    block = course.block(tau, np.full(len(tau), 0.5))
     curve = spline()
-    assert block.position == pytest.approx(curve(tau), abs=1e-14)
-    feed = np.linalg.norm(curve.derivative()(tau)[:, :2], axis=1)
-    assert block.feed == pytest.approx(0.5 * feed, rel=1e-9, abs=1e-10)
-    assert block.t == pytest.approx(PERIOD * np.arange(997), rel=1e-15)
-    assert course.block(tau[:1], np.ones(1)).t[0] == pytest.approx(997 * PERIOD, rel=1e-15)  # it goes on
+    assert course.positions(tau) == pytest.approx(curve(tau), abs=1e-14)
     # beside a row by a sixth of the second difference
     at_rows = curve(PERIOD * (1.0 + np.arange(TICKS + 1)))
     assert np.max(np.abs(at_rows - rows().position)) == pytest.approx(course.beside, rel=1e-9)
@@ -91,7 +86,7 @@ def test_at_100_percent_rows_come_out_as_they_are_and_ask_for_no_more():
     override = Override(course, LIMITS)
     ticks = override.run(np.ones(1000))
     assert override.done
-    played = course.block(np.append(0.0, ticks.tau), np.append(1.0, ticks.rate)).position
+    played = course.positions(np.append(0.0, ticks.tau))
     given = rows().position
     assert len(played) == len(given) + 2  # a period earlier and a period later
     assert np.max(np.abs(played[1:-1] - given)) <= course.beside * (1 + 1e-9)
@@ -108,7 +103,7 @@ def test_no_script_takes_rows_over_a_limit_of_the_axes(seed: int):
     wanted = np.repeat(random.uniform(-1.0 if seed % 2 else 0.0, 2.0, 12), random.integers(10, 60))
     ticks = override.run(np.concatenate([wanted, np.ones(2000)]))
     assert override.done
-    played = course.block(np.append(0.0, ticks.tau), np.append(0.5, ticks.rate)).position
+    played = course.positions(np.append(0.0, ticks.tau))
     assert np.max(differences(played, 2)) <= 200.0 * (1 + 1e-9)
     assert np.max(differences(played, 3)) <= 16000.0 * (1 + 1e-6)  # 1 mm is told to 2e-16: 1e-7 of this jerk
     assert played[-1] == pytest.approx(rows().position[-1], abs=1e-15)
@@ -123,7 +118,7 @@ def test_rows_at_their_limits_are_refused_with_the_rate_that_can_be_held():
     assert override.done
     assert np.max(ticks.rate) == 0.85
     assert np.min(ticks.rate) == 0.0
-    assert np.max(differences(SetpointSource(rows(), 2).block(ticks.tau, ticks.rate).position, 2)) <= 138.0 * (1 + 1e-9)
+    assert np.max(differences(SetpointSource(rows(), 2).positions(ticks.tau), 2)) <= 138.0 * (1 + 1e-9)
 
 
 def test_what_rows_cannot_promise_is_refused():

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from splinefeed.curves.pieces import arc, columns, derivatives, place_on
 from splinefeed.kernels.layout import HIGH, MIDDLE, SCALE, START
 from splinefeed.paths.path import Path
 from splinefeed.paths.track import Track
-from splinefeed.records import Array, IntArray, Setpoints, TimeLaw
+from splinefeed.records import Array, IntArray, TimeLaw
 from splinefeed.records.arrays import chunks
 from splinefeed.records.motion import derivative
 
@@ -68,24 +66,3 @@ def motion(law: TimeLaw, time: Array) -> tuple[Array, Array]:
     piece = np.minimum(np.searchsorted(law.breaks, time, side="right") - 1, len(law.coefficients) - 1)
     c, tau = columns(law.coefficients, piece).T, time - law.breaks[piece]
     return derivative(c, tau, 0), np.maximum(derivative(c, tau, 1), 0.0)
-
-
-class Instants:
-    """Points of one motion at instants of its law, block by block."""
-
-    def __init__(self, path: Track, law: TimeLaw, period: float) -> None:
-        self.path, self.law, self.period, self.tick = path, law, period, 0
-        self.settings = {**law.settings, "path": path.name, "period": period, "method": "arc-length"}
-
-    def block(self, tau: Array, rate: Array) -> Setpoints:
-        """Setpoints at plan times tau (n,), s, one period apart; rate (n,) of plan time to time, for the feed."""
-        curve, u, s, feed, position = fill(self.path, self.law, tau)
-        t = np.arange(self.tick, self.tick + len(tau), dtype=np.float64) * self.period
-        self.tick += len(tau)
-        return record(t, (curve, u, s, feed * rate, position), self.path.axes, self.settings)
-
-
-def record(t: Array, filled: tuple[Any, ...], axes: tuple[str, ...], settings: dict[str, Any]) -> Setpoints:
-    """Setpoints of what `fill` gives at times t (n,), s; their period and method are those of the settings."""
-    named = dict(zip(("curve", "u", "s", "feed", "position"), filled, strict=True))
-    return Setpoints(t=t, **named, axes=axes, period=settings["period"], method=settings["method"], settings=settings)

@@ -11,7 +11,7 @@ import numpy as np
 
 from splinefeed.errors import InputError, LimitsError, MethodError, expect
 from splinefeed.interpolation import registry
-from splinefeed.interpolation.arc_length import of_tip, record
+from splinefeed.interpolation.arc_length import of_tip
 from splinefeed.interpolation.loop import OVERRUN, REPLACED, STATE_FLOATS, STATE_INTEGERS
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.paths.path import Path
@@ -142,7 +142,19 @@ class Interpolator:
         """The next `count` setpoints, or all that are left; fewer, or none, at the end."""
         left = self.ticks - self.tick
         count = left if count is None else max(0, min(count, left))
-        found = record(self._times(count), self._filled(count), self.path.axes, self.settings)
+        curve, u, s, feed, position = self._filled(count)
+        found = Setpoints(
+            t=self._times(count),
+            curve=curve,
+            u=u,
+            s=s,
+            feed=feed,
+            position=position,
+            axes=self.path.axes,
+            period=self.period,
+            method=self.settings["method"],
+            settings=self.settings,
+        )
         self.tick += count
         return found
 

@@ -1,4 +1,4 @@
-"""Rows of a motion under feedrate override: plan time, override and setpoints together, some ticks at a time."""
+"""Rows of a motion under feedrate override: plan time, override and positions together, some ticks at a time."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinefeed.interpolation.arc_length import Instants
+from splinefeed.interpolation.arc_length import fill
 from splinefeed.paths.path import Path
 from splinefeed.paths.track import Track
 from splinefeed.planner.override.override import Override
@@ -25,17 +25,17 @@ LOOKS, ROUNDS, CLOSE = 2, 12, 16
 
 
 class Motion:
-    """An override and the setpoints that it needs, from plan time `tau` of the override on, where the axes are at rest.
+    """An override and the rows that it needs, from plan time `tau` of the override on, where the axes are at rest.
 
-    setpoints  setpoints at plan times (n,), s, run at rates (n,)
+    positions  (n, axes), mm and rad, at plan times (n,), s
     """
 
-    def __init__(self, override: Override, setpoints: Callable[[Array, Array], Setpoints]) -> None:
+    def __init__(self, override: Override, positions: Callable[[Array], Array]) -> None:
         self.override, self.period, self.axes = override, override.period, override.source.axes
         self.duration = override.source.duration
-        self._points = setpoints
+        self._positions = positions
         #: Where it begins at plan time 0, (axes,).
-        self.origin: Array = setpoints(np.zeros(1), np.zeros(1)).position[0]
+        self.origin: Array = positions(np.zeros(1))[0]
         self._begin(override.tau)
 
     def begin_at(self, tau: float) -> None:
@@ -44,34 +44,31 @@ class Motion:
         self._begin(tau)
 
     def _begin(self, tau: float) -> None:
-        first = self._points(np.array([tau]), np.zeros(1))
-        self._first: Setpoints | None = first
-        self.start: Array = first.position[0]
+        self.start: Array = self._positions(np.array([tau]))[0]
         self._taus = deque([tau], maxlen=REMEMBERED)
-        #: How many rows were given.
+        #: How many rows were given: none but the first where it has not begun.
         self.rows = 0
         self.override.prepare()
 
     @property
     def done(self) -> bool:
         """Whether the end is reached."""
-        return self.override.done and self._first is None
+        return self.override.done and self.rows > 0
 
     def rests(self, wanted: float) -> bool:
         """Whether the axes stand where a feed hold stopped them, and stay there while `wanted` is the rate."""
         back = wanted < 0.0 and self.override.tau == 0.0
-        return self.override.held and self._first is None and (wanted == 0.0 or back)
+        return self.override.held and self.rows > 0 and (wanted == 0.0 or back)
 
-    def take(self, count: int, wanted: float) -> Setpoints:
-        """The next `count` setpoints, fewer at the end; the first of all is where the motion begins."""
-        if self._first is not None:
-            setpoints, self._first = self._first, None
+    def take(self, count: int, wanted: float) -> Array:
+        """The next `count` rows (n, axes), mm and rad, fewer at the end; the first one is where the motion begins."""
+        if not self.rows:
             self.rows = 1
-            return setpoints
+            return self.start[None]
         ticks = self.override.run(np.full(count, wanted))
         self._taus.extend(ticks.tau.tolist())
         self.rows += len(ticks)
-        return self._points(ticks.tau, ticks.rate)
+        return self._positions(ticks.tau)
 
     def tau_of(self, row: int) -> float:
         """Plan time of a row that was given, from 1; of the oldest that is remembered if it is older, s."""
@@ -92,7 +89,7 @@ class Motion:
         count, best = max(round(LOOKS * (high - low) / self.period), 1) + 1, low
         for _ in range(ROUNDS):
             taus = np.append(np.linspace(low, high, count), best)  # a row that was sent is reproduced exactly
-            away = np.max(np.abs(self._points(taus, np.zeros(len(taus))).position - position), axis=1)
+            away = np.max(np.abs(self._positions(taus) - position), axis=1)
             best, step = float(taus[np.argmin(away)]), (high - low) / (count - 1)
             low, high, count = max(best - step, low), min(best + step, high), CLOSE + 1
         self.begin_at(best)
@@ -108,10 +105,8 @@ def along(
     highest: float = HIGHEST,
 ) -> Motion:
     """A law along a path; limits hold for the rows sent; the law is planned under a reserve of them."""
-    source = LawSource(path, law)
-    return Motion(
-        Override(source, limits, rate=rate, tau=tau, highest=highest), Instants(path, law, source.period).block
-    )
+    override = Override(LawSource(path, law), limits, rate=rate, tau=tau, highest=highest)
+    return Motion(override, lambda tau: fill(path, law, tau)[-1])
 
 
 def planned(
@@ -130,7 +125,7 @@ def planned(
 def through(rows: Setpoints, limits: Limits, *, highest: float = HIGHEST) -> Motion:
     """Setpoints without their path."""
     source = SetpointSource(rows, sum(axis not in ROTARY_AXES for axis in rows.axes))
-    return Motion(Override(source, limits, highest=highest), source.block)
+    return Motion(Override(source, limits, highest=highest), source.positions)
 
 
 def approach(start: Array, end: Array, axes: tuple[str, ...], limits: Limits, period: float) -> Motion:

@@ -215,7 +215,7 @@ class _Stream:
             if part.done:
                 self._write(np.repeat(self.position[-1:], count, axis=0), last=False)
             else:
-                position = part.take(count, wanted).position + self.offset
+                position = part.take(count, wanted) + self.offset
                 self._write(position, last=last and part.done)
             moved = time.monotonic()
             self.seen(self.state())

@@ -18,7 +18,6 @@ from splinefeed.limit_table import PATH, PLACES, TICKS
 from splinefeed.planner.override.source import NO_SUMS, with_sums
 from splinefeed.records import Array, IntArray, Limits, Setpoints, check_finite
 
-METHOD = "rows"
 #: Largest step at the ends, in steps of the fastest: more is a motion that does not rest there.
 RESTS = 0.1
 
@@ -36,7 +35,6 @@ class SetpointSource:
         self.axes, self.period, self.linear = rows.axes, rows.period, linear
         self.duration = (len(rows) + 1) * rows.period
         self.begin, self.moving = 0.0, False
-        self.tick = 0
         self._q = rows.position
         steps = np.max(np.abs(np.diff(self._q, axis=0)), axis=1)
         if max(steps[0], steps[-1]) > RESTS * float(np.max(steps)):
@@ -83,25 +81,10 @@ class SetpointSource:
             )
         return 0.0
 
-    def block(self, tau: Array, rate: Array) -> Setpoints:
-        """Setpoints at plan times tau (n,), s, one period apart; rate (n,) of plan time to time, for the feed."""
+    def positions(self, tau: Array) -> Array:
+        """Positions (n, axes), mm or rad, at plan times tau (n,), s."""
         place = np.asarray(tau) / self.period
         piece = np.clip(np.floor(place), 0, len(self._q)).astype(np.int64)
         c0, c1, c2, c3 = self._pieces(piece)
         x = (place - piece)[:, None]
-        velocity = (c1 + x * (2.0 * c2 + x * 3.0 * c3)) / self.period
-        count = len(place)
-        t = np.arange(self.tick, self.tick + count, dtype=np.float64) * self.period
-        self.tick += count
-        unknown = np.full(count, np.nan)
-        return Setpoints(
-            t=t,
-            curve=np.zeros(count, dtype=np.int64),
-            u=unknown,
-            s=unknown,
-            feed=np.linalg.norm(velocity[:, : self.linear], axis=1) * rate,
-            position=c0 + x * (c1 + x * (c2 + x * c3)),
-            axes=self.axes,
-            period=self.period,
-            method=METHOD,
-        )
+        return c0 + x * (c1 + x * (c2 + x * c3))
