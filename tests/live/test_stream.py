@@ -83,7 +83,8 @@ def test_a_stop_rests_on_the_path_and_a_resume_goes_on_to_the_end() -> None:
     state = play(first, sink, operator, 300)
     assert not state.done
     assert 0.2 < state.tau < first.duration
-    second = along(*planned(), tau=state.confirmed_tau)
+    second = along(*planned())
+    second.begin_at(state.confirmed_tau)
     more = Keeper()
     assert play(second, more, Operator(), 300).done
     stopped, went_on = (np.concatenate([rows.position for rows in each.rows]) for each in (sink, more))

@@ -100,12 +100,11 @@ def along(
     law: TimeLaw,
     limits: Limits,
     *,
-    tau: float = 0.0,
     rate: float = 1.0,
     highest: float = HIGHEST,
 ) -> Motion:
     """A law along a path; limits hold for the rows sent; the law is planned under a reserve of them."""
-    override = Override(LawSource(path, law), limits, rate=rate, tau=tau, highest=highest)
+    override = Override(LawSource(path, law), limits, rate=rate, highest=highest)
     return Motion(override, lambda tau: fill(path, law, tau)[-1])
 
 
