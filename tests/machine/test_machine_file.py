@@ -227,8 +227,8 @@ def test_a_machine_is_told_in_words() -> None:
             "axis.x.controller.kp: not used by controller.kind 'p-pi'",
         ),
         ("title = ", "titel = ", "titel: unknown key; did you mean 'title'?"),
-        ('title = "one axis"', "title = 3", "title, notes: must be text and a list of texts"),
-        ('title = "one axis"', "notes = 3", "title, notes: must be text and a list of texts"),
+        ('title = "one axis"', "title = 3", "title: 3; must be text"),
+        ('title = "one axis"', "notes = 3", "notes: 3; must be a list of texts"),
         (
             'title = "one axis"',
             '[axis.x]\nmotion = "rotary"',

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from splinefeed.errors import InputError
-from splinefeed.machine.parts import _finite, _kept, _Part, choice, count, number, part, quantity, words
+from splinefeed.machine.parts import _finite, _Part, choice, count, listed, number, part, quantity, words
 
 #: How a control is modelled: in general, fitted to runs, or by the published rules of open firmware.
 MODELS = ("general", "grbl", "klipper", "linuxcnc", "marlin")
@@ -53,11 +53,6 @@ class Place(_Part):
     z: float | None = quantity("position", "any", None)
 
 
-def _listed(rule: str, holds: Callable[[Any], bool]) -> Any:
-    """A field that holds a list."""
-    return _kept((), rule, lambda value: isinstance(value, list | tuple) and all(map(holds, value)))
-
-
 @dataclass(frozen=True, kw_only=True)
 class ControlFit(_Part):
     """How well the numbers of a control are known, from the runs that they were fitted to.
@@ -68,9 +63,9 @@ class ControlFit(_Part):
     """
 
     spread: float = number("not negative", 0.0)
-    numbers: Sequence[str] = _listed("must be a list of names", lambda each: isinstance(each, str))
-    deviation: Sequence[float] = _listed("must be a list of numbers", _finite)
-    correlation: Sequence[Sequence[float]] = _listed(
+    numbers: Sequence[str] = listed("must be a list of names", lambda each: isinstance(each, str))
+    deviation: Sequence[float] = listed("must be a list of numbers", _finite)
+    correlation: Sequence[Sequence[float]] = listed(
         "must be a list of rows", lambda row: isinstance(row, list | tuple) and all(map(_finite, row))
     )
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, dataclass, fields
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -19,7 +19,8 @@ from splinefeed.machine.limits_toml import KINDS as LIMITS
 from splinefeed.records import ROTARY_AXES
 
 #: Keys beside the axes at the top of a file.
-_TOP = ("title", "notes", "clearance", "kinematics", "control", "axis")
+_OWN = ("title", "notes", "clearance", "control")
+_TOP = (*_OWN, "kinematics", "axis")
 #: Sections that describe the servo loop of an axis, and those of them that it needs.
 _SERVO_NEEDS = ("motor", "drive", "transmission", "load", "controller")
 _SERVO = (*_SERVO_NEEDS, "friction", "encoder", "scale")
@@ -46,11 +47,11 @@ class Machine:
 
     name: str
     axes: Mapping[str, Any]  # Axis, or ServoAxis where more than limits is known
-    title: str = ""
-    notes: tuple[str, ...] = ()
+    title: str = parts.words()
+    notes: Sequence[str] = parts.listed("must be a list of texts", lambda each: isinstance(each, str))
     kinematics: Kinematics | None = None
-    control: Control | None = None
-    clearance: float | None = None
+    control: Control | None = field(default=None, metadata=parts.part(Control))
+    clearance: float | None = parts.quantity("position", "any", None)
 
     def __repr__(self) -> str:
         return f"Machine({self.name!r}, axes {' '.join(self.axes)})"
@@ -84,21 +85,18 @@ class Machine:
         if "axis" not in content and "control" not in content and any(key in LIMITS for key in content):
             raise FormatError(f"{source}: holds limits of a motion, not a machine; give it by --limits {source}")
         _unknown_keys(content, _TOP, "", problems)
-        title, notes = content.get("title", ""), content.get("notes", [])
-        if not isinstance(notes, list) or not all(isinstance(each, str) for each in (title, *notes)):
-            problems.append("title, notes: must be text and a list of texts")
         given = _table(content.get("axis", {}), "axis", problems)
         if not given and "control" not in content and not problems:
             problems.append("axis: missing; a machine needs at least one [axis.NAME]")
         axes = {axis: _axis(axis, section, problems) for axis, section in given.items()}
         moves = _kinematics(content["kinematics"], given, problems) if "kinematics" in content else None
-        plans = _part(content["control"], Control, "control", problems) if "control" in content else None
-        clearance = _clearance(content["clearance"], given, problems) if "clearance" in content else None
-        if problems:
+        own = {key: value for key, value in content.items() if key in _OWN}
+        made: Machine | None = _part(own, Machine, "", problems, name=name, axes=axes, kinematics=moves)
+        if "clearance" in own and "z" not in given:
+            problems.append("clearance: is a height of the axis z, which the machine does not have; give an [axis.z]")
+        if made is None or problems:
             raise MachineError(source, problems)
-        return Machine(
-            name=name, axes=axes, title=title, notes=tuple(notes), kinematics=moves, control=plans, clearance=clearance
-        )
+        return replace(made, notes=tuple(made.notes))
 
     def limits(self, axes: Iterable[str]) -> dict[str, dict[str, float]]:
         """Limits of those `axes` that the machine has, as `Limits(feed=..., **machine.limits(path.axes))` takes them.
@@ -224,18 +222,6 @@ def _unknown_keys(given: Mapping[str, Any], known: Iterable[str], place: str, pr
             problems.append(f"{place}{key}: unknown key; {nearest(key, known)}")
 
 
-def _clearance(text: Any, axes: Mapping[str, Any], problems: list[str]) -> float | None:
-    """The height of rapid moves, or None after adding what is wrong with it to `problems`."""
-    try:
-        height = quantities.parse(text, "position", False)
-    except UnitError as error:
-        problems.append(f"clearance: {error}")
-        return None
-    if "z" not in axes:
-        problems.append("clearance: is a height of the axis z, which the machine does not have; give an [axis.z]")
-    return height
-
-
 def _kinematics(content: Any, axes: Mapping[str, Any], problems: list[str]) -> Kinematics | None:
     """The kinematics of the file, or None after adding what is wrong with them to `problems`."""
     content = _table(content, "kinematics", problems)
@@ -301,7 +287,7 @@ def _part(
     _unknown_keys(content, described, f"{place}.", problems)
     for key, one in described.items():
         kind, rotary = one.metadata.get("kind"), turns[bool(one.metadata.get("motor"))]
-        part, where = one.metadata.get("part"), f"{place}.{key}"
+        part, where = one.metadata.get("part"), f"{place}.{key}".removeprefix(".")
         if key not in content:
             if one.default is MISSING and one.default_factory is MISSING:
                 wanted = f"; such as {quantities.KINDS[kind][rotary].example}" if kind in quantities.KINDS else ""

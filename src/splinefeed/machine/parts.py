@@ -78,6 +78,11 @@ def words(default: Any = "") -> Any:
     return _kept(default, "must be text", lambda value: isinstance(value, str))
 
 
+def listed(rule: str, holds: Callable[[Any], bool]) -> Any:
+    """A field that holds a list."""
+    return _kept((), rule, lambda value: isinstance(value, list | tuple) and all(map(holds, value)))
+
+
 def part(of: type[Any], key: str = "") -> dict[str, Any]:
     """What a field says that holds the record of a table; with `key`, those of all tables in [key], by axis."""
     return {"part": of, "key": key}

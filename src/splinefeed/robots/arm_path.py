@@ -199,17 +199,20 @@ class ArmPath(JointPath):
     def _table(self, s: Array, q: Array) -> tuple[Array, Array]:
         """Places (k,), mm, and joints there (k, joints), so near to each other that lines between them are guesses."""
         unit = self._inverse.units
+        cells = np.arange(len(s) - 1)  # whose guesses are not known to be good
         for _ in range(HALVINGS):
-            middle, guess = 0.5 * (s[:-1] + s[1:]), 0.5 * (q[:-1] + q[1:])
+            middle, guess = 0.5 * (s[cells] + s[cells + 1]), 0.5 * (q[cells] + q[cells + 1])
             known, _ = self._inverse.newton(guess, *self._pose(middle))
             off = np.max(np.abs(guess - known) * unit, axis=1)
             if not np.all(np.isfinite(off)):
-                k = int(np.argmin(np.isfinite(off)))
+                k = int(cells[np.argmin(np.isfinite(off))])
                 self._refuse(float(s[k]), q[k : k + 1])
-            coarse = np.flatnonzero((off > GOOD_GUESS) & (np.diff(s) > LEAST_STEP * self.length))
-            if not len(coarse):
+            coarse = (off > GOOD_GUESS) & (s[cells + 1] - s[cells] > LEAST_STEP * self.length)
+            if not np.any(coarse):
                 break
-            s, q = np.insert(s, coarse + 1, middle[coarse]), np.insert(q, coarse + 1, known[coarse], axis=0)
+            cells = cells[coarse]
+            s, q = np.insert(s, cells + 1, middle[coarse]), np.insert(q, cells + 1, known[coarse], axis=0)
+            cells = np.repeat(cells + np.arange(len(cells)), 2) + np.tile([0, 1], len(cells))
         singular = self._inverse.smallest(q)
         if np.min(singular) < SINGULAR:
             k = int(np.argmin(singular))
