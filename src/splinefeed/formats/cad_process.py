@@ -27,7 +27,6 @@ from splinefeed.curves.arcs import arc
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.editing import unbroken
 from splinefeed.errors import CurveError, InputError
-from splinefeed.files.metadata import naming
 from splinefeed.files.native_process import ask
 from splinefeed.formats.drawing import BROKEN, Drawing
 from splinefeed.paths.contents import Contents
@@ -50,36 +49,35 @@ Curve = dict[str, Any]
 def read(drawing: Drawing, kind: str, faults: list[str], *, edges: bool) -> Contents:
     """The paths in the file of `drawing`, whose own check has found `faults`; with `edges` those of bodies too.
 
-    With `repair` a fault or a curve that cannot be is a finding. Raises FormatError for all else, and where the library
+    With `repair` a fault or a curve that cannot be is a finding. Raises InputError for all else, and where the library
     is not installed.
     """
     file = drawing.file
-    with naming(file):
-        for fault in faults:
-            drawing.fault(fault, "")
-        task = {"kind": kind, "layers": drawing.layers, "repair": drawing.repair, "hidden": drawing.hidden}
-        with tempfile.TemporaryDirectory(prefix="splinefeed-") as folder:
-            task |= {"folder": folder, "edges": edges}
-            answer = ask("formats.cad_process", "contents", file, SECONDS_PER_MB, **task)[0]
-        drawing.findings += answer["findings"]
-        drawing.unshown.update(answer["unshown"])
-        numbers = itertools.count(1)
-        for group in answer["groups"]:
-            curves: list[NurbsCurve] = []
-            for said, number in zip(group["curves"], numbers, strict=False):
-                try:
-                    made = _curves(said)
-                except CurveError as error:
-                    drawing.fault(f"curve {number}: {error}")
-                    continue
-                if not made:
-                    drawing.left_out["curve of no length"] += 1
-                elif len(made) > 1:
-                    drawing.notes[BROKEN] += 1
-                curves += made
-            drawing.add_runs(curves, group["name"] or file.stem)
-        unit = answer["units"].lower()
-        return drawing.contents(_UNITS.get(unit, unit) or "mm")
+    for fault in faults:
+        drawing.fault(fault, "")
+    task = {"kind": kind, "layers": drawing.layers, "repair": drawing.repair, "hidden": drawing.hidden}
+    with tempfile.TemporaryDirectory(prefix="splinefeed-") as folder:
+        task |= {"folder": folder, "edges": edges}
+        answer = ask("formats.cad_process", "contents", file, SECONDS_PER_MB, **task)[0]
+    drawing.findings += answer["findings"]
+    drawing.unshown.update(answer["unshown"])
+    numbers = itertools.count(1)
+    for group in answer["groups"]:
+        curves: list[NurbsCurve] = []
+        for said, number in zip(group["curves"], numbers, strict=False):
+            try:
+                made = _curves(said)
+            except CurveError as error:
+                drawing.fault(f"curve {number}: {error}")
+                continue
+            if not made:
+                drawing.left_out["curve of no length"] += 1
+            elif len(made) > 1:
+                drawing.notes[BROKEN] += 1
+            curves += made
+        drawing.add_runs(curves, group["name"] or file.stem)
+    unit = answer["units"].lower()
+    return drawing.contents(_UNITS.get(unit, unit) or "mm")
 
 
 def _curves(said: dict[str, Any]) -> list[NurbsCurve]:

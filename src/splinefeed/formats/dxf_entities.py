@@ -7,7 +7,6 @@ draws arcs by Bezier curves. Source: Autodesk, DXF Reference, "Object Coordinate
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -84,7 +83,7 @@ class EntityReader:
         self.drawing = drawing
         self.blocks: dict[str, DxfBlock] = {}
         self.visits = self.inserts = self.fitted = 0
-        self.seen_layers: Counter[str] = Counter()
+        self.seen_layers: dict[str, None] = {}  # in the order of the file
         self.states: dict[str, str] = {}  # of layers by their names in small letters: frozen, off or ""
         self.line_types: dict[str, str] = {}  # of layers; and those that have gaps, all in small letters
         self.dashed = set[str]()
@@ -190,7 +189,7 @@ class EntityReader:
         if inherited and layer == "0":
             layer = inherited
         if self.drawing.wanted and layer.casefold() not in self.drawing.wanted:
-            self.seen_layers[layer] += 0
+            self.seen_layers[layer] = None
             return None
         return layer
 
@@ -199,7 +198,7 @@ class EntityReader:
             return
         if place is not None:
             curves = [moved(curve, *place) for curve in curves]
-        self.seen_layers[layer] += len(curves)
+        self.seen_layers[layer] = None
         if kind == "SPLINE" and len(curves) > 1:  # it may jump
             self.drawing.add_runs(curves, layer)
         else:
