@@ -151,27 +151,17 @@ def limit_use(setpoints: Setpoints, path: Track, law: TimeLaw, limits: Limits) -
     """
     t = setpoints.t
     v, a, j = law.feed(t), law.acceleration(t), law.jerk(t)
-    reach = (v * setpoints.period) ** 2 / 8.0  # a chord over 1/mm of curvature is off by that
-    turned, tip = np.zeros(len(t)), (np.ones(len(t)), np.zeros(len(t)), np.zeros(len(t)))
     own: Path = path.tip_path
     rows = spans_of(own)
     row, u = rows.find(setpoints.curve, setpoints.u)
     places = SpanPlaces(rows, row)
     exact_at = places.along(places.t(u), 3)
     at, feed = TipPlaces(places, exact_at[0]), feed_limit(setpoints, own, limits)
-    if not path.carries_tip:
-        d = path.derivatives(own.lengths_of(setpoints))
-        along = path.tip(d)
-        tip = along[0], along[1], along[2]
-        chord, axis_chord = path.between_ticks(d)
-        chord, axis_chord = at.curvature if chord is None else chord, turned if axis_chord is None else axis_chord
-        d = d[:, :, : len(path.axes)]
-        sagitta, turned = chord * reach, axis_chord * reach
-    else:
-        chord, tip = at.curvature, places.tip(exact_at[1])
-        d, sagitta = np.stack(exact_at[1], axis=1).T, np.zeros(len(t))
-        if limits.chord_error is not None and len(t) > 1:
-            sagitta = np.pad(chord_errors(setpoints, own), (0, 1), mode="edge")
+    chord, tip = at.curvature, places.tip(exact_at[1])
+    d = np.stack(exact_at[1], axis=1).T if path.carries_tip else path.derivatives(own.lengths_of(setpoints))
+    if limits.chord_error is not None and (left := path.between_ticks(d)[0]) is not None:
+        chord = left
+    d = d[:, :, : len(path.axes)]
     with np.errstate(invalid="ignore", over="ignore"):
         exact = [each.T for each in by_time([d[:, k].T for k in (1, 2, 3)], v, a, j)]
         along_v, along_a, along_j = by_time(tip, v, a, j)
@@ -189,8 +179,7 @@ def limit_use(setpoints: Setpoints, path: Track, law: TimeLaw, limits: Limits) -
         ("deceleration", np.minimum(along_a, 0.0), limits.deceleration),
         ("jerk", along_j, np.where(along_a < 0.0, slowing, limits.jerk)),
         *((name, values, getattr(limits, name)) for name, values in of_places.items()),
-        ("chord_error", sagitta, limits.chord_error),
-        ("orientation_error", turned, limits.orientation_error),
+        *_between(setpoints, path, limits),
     ]
     # whether a limit is there is said by the limits, not by the ticks: a chunk may be rapid moves alone
     limited = {"feed"} if own.feeds is not None else set()
@@ -212,6 +201,23 @@ def limit_use(setpoints: Setpoints, path: Track, law: TimeLaw, limits: Limits) -
     use = LimitUse(called, t, setpoints.s, share, top, np.zeros(0, dtype=np.int64))
     use = replace(use, counts=np.bincount(use.binding + 1, minlength=len(called) + 1))
     return motion, use
+
+
+def _between(setpoints: Setpoints, path: Track, limits: Limits) -> list[Measure]:
+    """Errors of the tip, mm, and of a tool axis, rad, from each tick to the next; of the last one as before it."""
+    if (limits.chord_error is None and limits.orientation_error is None) or len(setpoints) < 2:
+        return []
+    tip, axis = np.zeros((2, len(setpoints)))
+    if path.carries_tip:
+        tip[:-1] = chord_errors(setpoints, path.tip_path)
+    else:
+        s = path.tip_path.lengths_of(setpoints)
+        step, *found = path.chords(s, setpoints.position, path.breaks)
+        for worst, each in zip((tip, axis), found, strict=True):
+            if each is not None:
+                np.maximum.at(worst, step, each)
+    tip[-1], axis[-1] = tip[-2], axis[-2]
+    return [("chord_error", tip, limits.chord_error), ("orientation_error", axis, limits.orientation_error)]
 
 
 def _models(setpoints: Setpoints, motion: list[Array], axes: tuple[str, ...], limits: Limits) -> list[Measure]:
