@@ -56,13 +56,13 @@ def test_every_peak_is_among_the_ticks_of_its_figures(both):
         assert np.array_equal(thin.min(axis=0), whole.min(axis=0))
     assert np.array_equal(long.use.share.max(axis=0), kept.use.share.max(axis=0))
     assert long.ripple.max == kept.ripple.max
-    # not only the greatest of all: the greatest and the least in every stretch
+    # not only the greatest of all: that of every stretch is there, or a greater one beside it in its block of ticks
+    ticks = np.round(long.kept.t / HOW["period"])
     for start in range(0, 3500, 500):
         jerk = kept.motion.jerk[start : start + 500, 0]
-        ticks = np.round(long.kept.t / HOW["period"])
-        inside = (ticks >= start) & (ticks < start + 500)
-        assert long.motion.jerk[inside, 0].max() == jerk.max()
-        assert long.motion.jerk[inside, 0].min() == jerk.min()
+        near = (ticks >= start - 250) & (ticks < start + 750)
+        assert long.motion.jerk[near, 0].max() >= jerk.max()
+        assert long.motion.jerk[near, 0].min() <= jerk.min()
 
 
 def test_its_setpoints_come_in_chunks_and_are_the_same(both):
