@@ -431,10 +431,7 @@ def reader(kind: str, folder: Path) -> Callable[[Path, bool], Any]:
         module, _, name = OTHERS[kind].partition(":")
         function = attrgetter(name)(import_module(f"splinefeed.{module}"))
         return lambda file, repair: function(file)
-    if kind in CAD:
-        from splinefeed.files import native_process
-
-        native_process._worker = cast("Worker", Forks(kind))
+    forks = Forks(kind) if kind in CAD else None
     modules = {"json": "json_curve", "3dm": "threedm"}
     name = "programs.gcode" if kind in (*DIALECTS, "gcode") else f"formats.{modules.get(kind, kind)}"
     module = next(each for each in FORMATS if each.module == name)
@@ -443,9 +440,22 @@ def reader(kind: str, folder: Path) -> Callable[[Path, bool], Any]:
     def read(file: Path, repair: bool) -> Any:
         made = file.with_suffix(SUFFIXES[kind] if kind in DIALECTS else module.suffixes[0])
         made.write_bytes(file.read_bytes())
-        return read_all(made, repair=repair) if takes_repair else read_all(made)
+        with in_place(forks) if forks else contextlib.nullcontext():
+            return read_all(made, repair=repair) if takes_repair else read_all(made)
 
     return read
+
+
+@contextlib.contextmanager
+def in_place(forks: Forks) -> Iterator[None]:
+    """Have native readers work in forks of this process."""
+    from splinefeed.files import native_process
+
+    kept, native_process._worker = native_process._worker, cast("Worker", forks)
+    try:
+        yield
+    finally:
+        native_process._worker = kept
 
 
 class Coverage:
