@@ -229,55 +229,62 @@ class ProgramText:
         return self.text[self.begins[low] : self.begins[high]]
 
 
-class LineBudget:
-    """Lines and jumps that a program may still carry out; LineError where it goes on for ever, or nearly so.
+class Walk:
+    """A way through a program, of whose lines some lead elsewhere: the line `at` of `text`.
 
-    lines  that it has: one that goes through it once does not run short
+    Once from its beginning to its end, and MAX_STEPS lines and MAX_JUMPS jumps beside that: an endless loop is refused.
+    `arrives` is called with the number of a line before it jumps.
     """
 
-    def __init__(self, lines: int = 0) -> None:
-        self._lines, self._jumps = MAX_STEPS + lines, MAX_JUMPS + lines
+    def __init__(self, text: ProgramText, run: Interpreter, arrives: Callable[[int], None]) -> None:
+        self.text, self.at = text, 0
+        self._run, self._arrives = run, arrives
+        self._lines, self._jumps = MAX_STEPS + text.count, MAX_JUMPS + text.count  # that may still be carried out
 
-    def spend(self, lines: int) -> None:
-        """Take lines off."""
-        self._lines -= lines
-        self._check(self._lines, MAX_STEPS, "lines")
+    @property
+    def shown(self) -> int:
+        """Line of the program itself that moves are said to be of where a sub stands in another file, else 0."""
+        return 0
 
-    def jump(self) -> None:
-        """Take a line that jumps off."""
-        self.spend(1)
-        self._jumps -= 1
-        self._check(self._jumps, MAX_JUMPS, "jumps")
+    def blocks(self, size: int) -> Iterator[tuple[bytes, int]]:
+        """Lines in the order in which they are carried out, without those that jump, and the number before each."""
+        while not self._run.ended:
+            text, low, high = self.text, self.at, self._until()
+            self._spend((high - low) // PLAIN if high - low >= PLAIN and not self.shown else high - low)
+            while low < high:
+                end = max(low + 1, min(high, int(np.searchsorted(text.begins, text.begins[low] + size, "right")) - 1))
+                yield text.between(low, end), low
+                low = end
+            self.at = high
+            if self._run.ended or self._over():
+                break
+            self._next()
 
-    def expect(self, turns: int) -> None:
+    def _until(self) -> int:
+        """The next line that jumps, or the number of lines."""
+        return self.text.order[bisect_left(self.text.order, self.at)]
+
+    def _over(self) -> bool:
+        return self.at == self.text.count
+
+    def _next(self) -> None:
+        """Carry out a line that jumps."""
+        self._arrives(self.at + 1)
+        self._spend(1, jumps=1)
+        self._jump(self.at)
+
+    def _jump(self, at: int) -> None:
+        raise NotImplementedError
+
+    def _spend(self, lines: int, jumps: int = 0) -> None:
+        """Take lines and jumps off what may still be carried out; LineError where the program goes on for ever."""
+        self._lines, self._jumps = self._lines - lines, self._jumps - jumps
+        for left, most, what in ((self._lines, MAX_STEPS, "lines"), (self._jumps, MAX_JUMPS, "jumps")):
+            refuse(left < 0, f"more than {most} {what} are executed; is there an endless loop near here?")
+
+    def _expect(self, turns: int) -> None:
         """Look at so many turns before they begin: each takes a jump at least."""
         refuse(turns > self._jumps, f"repeats {turns} times, and at most {MAX_JUMPS} jumps are executed; leave L out")
-
-    def _check(self, left: int, most: int, what: str) -> None:
-        if left < 0:
-            raise LineError(f"more than {most} {what} are executed; is there an endless loop near here?")
-
-
-class Walk:
-    """A way through a file of lines, of which some lead elsewhere; `arrives` is called with the number of one of them.
-
-    Once from its beginning to its end, and what LineBudget allows beside that: an endless loop is refused.
-    """
-
-    shown = 0
-
-    def __init__(self, text: ProgramText, ended: Callable[[], bool], arrives: Callable[[int], None]) -> None:
-        self.text, self._ended, self._arrives = text, ended, arrives
-        self._budget = LineBudget(text.count)
-
-    def plain(self, low: int, high: int, size: int) -> Iterator[tuple[bytes, int]]:
-        """Lines that do not jump, `size` bytes or so at a time, and the number before each part."""
-        self._budget.spend(high - low)
-        begins = self.text.begins
-        while low < high:
-            end = max(low + 1, min(high, int(np.searchsorted(begins, begins[low] + size, "right")) - 1))
-            yield self.text.between(low, end), low
-            low = end
 
 
 @dataclass
@@ -293,16 +300,15 @@ class _Call:
     left: dict[str, int] = field(default_factory=dict)
 
 
-class Flow:
-    """Where a program is: the line `at` of `text`; `arrives` is called with the number of a line before it jumps."""
+class Flow(Walk):
+    """Where a program of O-words, M98 and Fanuc's macros is."""
 
     def __init__(
         self, text: ProgramText, run: Interpreter, folder: pathlib.Path, arrives: Callable[[int], None]
     ) -> None:
-        self.main = self.text = text
-        self.at = 0
-        self._run, self._parameters, self._folder, self._arrives = run, run.parameters, folder, arrives
-        self._budget = LineBudget()
+        super().__init__(text, run, arrives)
+        self.main = text
+        self._parameters, self._folder = run.parameters, folder
         self._calls = [_Call(Jump(-1, "", "", "", ""), text, (text, 0))]  # the first one is the program itself
         self._files: dict[str, ProgramText] = {}
 
@@ -313,28 +319,15 @@ class Flow:
 
     def blocks(self, size: int) -> Iterator[tuple[bytes, int]]:
         """Lines in the order in which they are carried out, without those that jump, and the number before each."""
-        while not self._run.ended:
-            text, low = self.text, self.at
-            high = text.order[bisect_left(text.order, low)]
-            plain = text is self.main and high - low >= PLAIN
-            self._budget.spend((high - low) // PLAIN if plain else high - low)
-            while low < high:
-                end = max(low + 1, min(high, int(np.searchsorted(text.begins, text.begins[low] + size, "right")) - 1))
-                yield text.between(low, end), low
-                low = end
-            self.at = high
-            if high == text.count or self._run.ended:
-                break
-            self._arrives(high + 1)
-            self._budget.jump()
-            self._jump(text.jumps[high])
+        yield from super().blocks(size)
         if len(self._calls) > 1 and not self._run.ended:
             call = self._calls[-1].jump
             self._arrives(self.text.count)
             raise LineError(f"the file ends within o{call.name}, which has no {'endsub' if call.word else 'M99'}")
 
-    def _jump(self, jump: Jump) -> None:
+    def _jump(self, at: int) -> None:
         """Carry out the line, which is a jump."""
+        jump = self.text.jumps[at]
         refuse(jump.fault, jump.fault)
         left = self._calls[-1].left
         self.at += 1
@@ -416,7 +409,7 @@ class Flow:
                 arguments[key] = value
         refuse("P" not in once, "G65 needs P, the number of a program")
         number, repeats = (_whole_of(once.get(letter, 1.0), f"{letter} of G65") for letter in "PL")
-        self._budget.expect(repeats)
+        self._expect(repeats)
         if repeats > 0:
             self._enter("", str(number), f"begin it with O{number}", repeats)
             self._calls[-1].arguments = arguments
@@ -505,7 +498,7 @@ class Flow:
         run.run(jump.text, self.shown or self.at)
         if run.call is not None and run.call[1] > 0:
             number, repeats = run.call
-            self._budget.expect(repeats)
+            self._expect(repeats)
             if run.calls_line:
                 self._enter_lines(number, repeats, jump)
             else:

@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import math
 import re
-from bisect import bisect_left
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 
 from splinefeed.programs.gcode.faults import LineError, refuse
 from splinefeed.programs.gcode.flow import ProgramText, Walk
+from splinefeed.programs.gcode.formulas import ARITHMETIC, FUNCTIONS, Formula, Operations, computed
+from splinefeed.programs.gcode.interpreter import Interpreter
 
 _NUMBER = r"(?:[0-9]++[.,]?[0-9]*+|[.,][0-9]++)"
 _LABEL = r"(?:\"(?P<{0}>[^\"]+)\"|(?P<{1}>[0-9]+))"
@@ -35,28 +36,20 @@ _LIKELY = re.compile(
 BLOCK = re.compile(r"\s*(?P<skip>/?)\s*(?:[0-9]+\s+|[0-9]+$)?(?P<plain>.*)", re.DOTALL)
 _SET = re.compile(r"(?:FN\s*(?P<fn>[0-9]+)\s*:\s*)?(?P<name>Q[LR]?[0-9]+)\s*=\s*(?P<value>.*)")
 _SIGNED = re.compile(r"([-+]?)(?<!\s)\s*+(Q[LR]?[0-9]+)")
-_TOKEN = re.compile(rf"\s*({_NUMBER}|Q[LR]?[0-9]+|PI|DIV|LEN|ANG|[A-Z]+|[-+*/^()])")
-#: Subprograms within subprograms, and brackets within brackets.
-MAX_CALLS, MAX_DEPTH = 19, 50
+#: Subprograms within subprograms.
+MAX_CALLS = 19
 _COMPUTES = (0, 1, 2, 3, 4, 5, 6, 7, 8, 13)
 
 
-def _inverse(function: Callable[[float], float]) -> Callable[[float], float]:
-    return lambda value: math.degrees(function(value))
-
-
-_FUNCTION: dict[str, Callable[[float], float]] = {
-    "SIN": lambda v: math.sin(math.radians(v)), "COS": lambda v: math.cos(math.radians(v)),
-    "TAN": lambda v: math.tan(math.radians(v)), "ASIN": _inverse(math.asin), "ACOS": _inverse(math.acos),
-    "ATAN": _inverse(math.atan), "SQ": lambda v: v * v, "SQRT": math.sqrt, "NEG": lambda v: -v, "ABS": abs,
-    "INT": math.trunc, "FRAC": lambda v: v - math.trunc(v), "LN": math.log, "LOG": math.log10, "EXP": math.exp,
+_FUNCTION: dict[str, Callable[[float], float]] = FUNCTIONS | {
+    "ATAN": lambda v: math.degrees(math.atan(v)), "SQ": lambda v: v * v, "NEG": lambda v: -v, "INT": math.trunc,
+    "FRAC": lambda v: v - math.trunc(v), "LOG": math.log10,
 }  # fmt: skip
-_OPERATOR: dict[str, Callable[[float, float], float]] = {
-    "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": lambda a, b: a / b,
-    "DIV": lambda a, b: a / b, "LEN": math.hypot, "ANG": lambda a, b: math.degrees(math.atan2(a, b)) % 360.0,
-    "^": lambda a, b: a**b,
+_OPERATIONS: Operations = {
+    "+": (1, ARITHMETIC["+"]), "-": (1, ARITHMETIC["-"]), "*": (2, ARITHMETIC["*"]), "/": (2, ARITHMETIC["/"]),
+    "DIV": (2, ARITHMETIC["/"]), "LEN": (2, math.hypot), "^": (3, math.pow),
+    "ANG": (2, lambda a, b: math.degrees(math.atan2(a, b)) % 360.0),
 }  # fmt: skip
-_LEVELS = (("+", "-"), ("*", "/", "DIV", "LEN", "ANG"), ("^",))
 _HOLDS: dict[str, Callable[[float, float], bool]] = {
     "EQU": lambda a, b: a == b, "NE": lambda a, b: a != b, "GT": lambda a, b: a > b, "LT": lambda a, b: a < b,
 }  # fmt: skip
@@ -88,61 +81,48 @@ class Quantities:
 
     def value(self, text: str) -> float:
         """A formula, or the two values of FN 0 to FN 13."""
-        tokens, at = list[str](), 0
-        while at < len(text.rstrip()):
-            token = _TOKEN.match(text, at)
-            if token is None:
-                raise LineError(f"expected a formula, got {text[at : at + 20].strip()!r}")
-            tokens.append(token[1])
-            at = token.end()
-        tokens.reverse()
-        try:
-            value = self._part(tokens, 0, 0)
-        except (ValueError, ZeroDivisionError, OverflowError, TypeError):
-            raise LineError(f"{text.strip()[:40]} has no value") from None
-        refuse(tokens, f"expected a formula, got {' '.join(reversed(tokens))[:20]!r}")
-        refuse(not math.isfinite(value), f"{text.strip()[:40]} is too large")
+        formula = _KlartextFormula(text, self)
+        value = formula.chain()
+        refuse(formula.peek(), f"expected a formula, got {text[formula.at :].strip()[:20]!r}")
         return value
 
-    def _part(self, tokens: list[str], level: int, depth: int) -> float:
-        """What binds as `level` says, or stronger."""
-        if level == len(_LEVELS):
-            return self._one(tokens, depth)
-        value = self._part(tokens, level + 1, depth)
-        while tokens and tokens[-1] in _LEVELS[level]:
-            operator = _OPERATOR[tokens.pop()]
-            value = float(operator(value, self._part(tokens, level + 1, depth)))
-        return value
 
-    def _one(self, tokens: list[str], depth: int) -> float:
-        refuse(depth > MAX_DEPTH, f"a formula goes more than {MAX_DEPTH} brackets or signs deep")
-        refuse(not tokens, "the formula ends where a value is due")
-        token = tokens.pop()
+class _KlartextFormula(Formula):
+    operations = _OPERATIONS
+    operator = re.compile(r"\s*+([-+*/^]|(?:DIV|LEN|ANG)(?![A-Z]))")
+    token = re.compile(rf"\s*+({_NUMBER}|Q[LR]?[0-9]+|[A-Z]+|[-+*/^()])")
+
+    def __init__(self, text: str, quantities: Quantities) -> None:
+        super().__init__(text)
+        self._quantities = quantities
+
+    def _one(self) -> float:
+        token = self.take()
         if token in ("+", "-"):
-            return (-1.0 if token == "-" else 1.0) * self._one(tokens, depth + 1)
+            return (-1.0 if token == "-" else 1.0) * self.value()
         if token == "(":
-            value = self._part(tokens, 0, depth + 1)
-            refuse(not tokens or tokens.pop() != ")", "a bracket of the formula is not closed")
+            value = self.chain()
+            self.take(")", "a bracket of the formula is not closed")
             return value
         if token in _FUNCTION:
-            return float(_FUNCTION[token](self._one(tokens, depth + 1)))
+            return computed(f"{token} {{:g}}", _FUNCTION[token], self.value())
         if token == "PI":
             return math.pi
-        if token[0] == "Q":
-            return self.get(token)
+        if re.fullmatch("Q[LR]?[0-9]+", token):
+            return self._quantities.get(token)
         refuse(token[0] not in "0123456789.,", f"{token!r} is not known in a formula")
-        return float(token.replace(",", "."))
+        return computed(token, float, float(token.replace(",", ".")))
 
 
 class KlartextFlow(Walk):
     """Where a program is; `arrives` is called with the number of a line before it jumps."""
 
     def __init__(
-        self, text: ProgramText, quantities: Quantities, ended: Callable[[], bool], arrives: Callable[[int], None]
-    ):
-        super().__init__(text, ended, arrives)
+        self, text: ProgramText, run: Interpreter, quantities: Quantities, arrives: Callable[[int], None]
+    ) -> None:
+        super().__init__(text, run, arrives)
         self._quantities = quantities
-        self._jumps: dict[int, re.Match[str] | None] = {}
+        self._said: dict[int, re.Match[str] | None] = {}
         self._labels: dict[str, int] = {}
         self._ends = set[int]()
         for found in _LIKELY.finditer(text.text):
@@ -150,36 +130,27 @@ class KlartextFlow(Walk):
             plain = BLOCK.match(text.jumping(at).decode("utf-8-sig", errors="replace").partition(";")[0])
             said = (plain["plain"] if plain else "").strip().upper()
             jump = _JUMP.match(said)
-            self._jumps[at] = jump
+            self._said[at] = jump
             if said.startswith("END"):
                 self._ends.add(at)
             if jump and (label := jump["name"] or jump["number"]):
                 self._labels.setdefault(_plain(label), at)
-        self._order = [*sorted(self._jumps), text.count]
+        text.order = [*sorted(self._said), text.count]
         self._returns: list[tuple[int, str]] = []
         self._left: dict[int, int] = {}
 
-    def blocks(self, size: int) -> Iterator[tuple[bytes, int]]:
-        """Lines in the order in which they are carried out, without those that jump, and the number before each."""
-        text, at = self.text, 0
-        while not self._ended():
-            high = self._order[bisect_left(self._order, at)]
-            yield from self.plain(at, high, size)
-            if high == text.count or self._ended():
-                break
-            if high in self._ends:
-                at = text.count  # what follows it is no part of the program
-                if self._returns:
-                    raise LineError(f"the program ends within LBL {self._returns[-1][1]}, which has no LBL 0")
-                yield text.between(high, high + 1), high
-                continue
-            self._arrives(high + 1)
-            self._budget.jump()
-            at = self._jump(high)
+    def _jump(self, at: int) -> None:
+        if at in self._ends:  # what follows it is no part of the program
+            within = self._returns[-1][1] if self._returns else ""
+            refuse(self._returns, f"the program ends within LBL {within}, which has no LBL 0")
+            self._run.run(self.text.jumping(at).decode("utf-8-sig", errors="replace"), at + 1)
+            self.at = self.text.count
+        else:
+            self.at = self._behind(at)
 
-    def _jump(self, at: int) -> int:
+    def _behind(self, at: int) -> int:
         """The line that follows a line that jumps."""
-        jump = self._jumps[at]
+        jump = self._said[at]
         if jump is None:
             raise LineError("LBL, CALL LBL and IF need the number of a label, or its name in quotes")
         if (label := jump["name"] or jump["number"]) is not None:

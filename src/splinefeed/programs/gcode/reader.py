@@ -24,7 +24,7 @@ from splinefeed.programs.gcode.dialects import (
 )
 from splinefeed.programs.gcode.faults import LineError, refuse
 from splinefeed.programs.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
-from splinefeed.programs.gcode.flow import PLAIN, Flow, ProgramText, blocks_of, too_long
+from splinefeed.programs.gcode.flow import PLAIN, Flow, ProgramText, Walk, blocks_of, too_long
 from splinefeed.programs.gcode.heidenhain import Heidenhain
 from splinefeed.programs.gcode.interpreter import Interpreter
 from splinefeed.programs.gcode.klartext import KlartextFlow
@@ -39,8 +39,6 @@ from splinefeed.programs.gcode.state import ProgramState
 from splinefeed.programs.gcode.tools import Tools
 from splinefeed.records import Array
 
-AnyFlow = Flow | KlartextFlow | SiemensFlow
-"""What says which line of a program comes next."""
 #: Largest program, bytes.
 MAX_BYTES = 2 * 2**30
 #: Bytes that are read at once: what is made of them stays in the processor's cache.
@@ -90,7 +88,7 @@ class Reading:
     fault: LineError | None = None  # what ended it
     _resumed: bool = False  # or there is nothing to resume
     _line: int = 0  # of the file, that is carried out
-    _flow: AnyFlow | None = None
+    _flow: Walk | None = None
 
     def moves(self, file: str | os.PathLike[str]) -> Iterator[Moves]:
         """The moves of a program, in the order of the file; FormatError that names file and line."""
@@ -251,7 +249,7 @@ class Language(NamedTuple):
     """
 
     run: type[Interpreter]
-    flow: Callable[[bytes, pathlib.Path, Any, Callable[[int], None]], AnyFlow]
+    flow: Callable[[bytes, pathlib.Path, Any, Callable[[int], None]], Walk]
 
 
 def _flow(content: bytes, file: pathlib.Path, run: Interpreter, arrives: Callable[[int], None]) -> Flow:
@@ -260,11 +258,11 @@ def _flow(content: bytes, file: pathlib.Path, run: Interpreter, arrives: Callabl
 
 
 def _klartext(content: bytes, file: pathlib.Path, run: Heidenhain, arrives: Callable[[int], None]) -> KlartextFlow:
-    return KlartextFlow(ProgramText(content, file, False), run.quantities, lambda: run.ended, arrives)
+    return KlartextFlow(ProgramText(content, file, False), run, run.quantities, arrives)
 
 
 def _siemens(content: bytes, file: pathlib.Path, run: Siemens, arrives: Callable[[int], None]) -> SiemensFlow:
-    return SiemensFlow(ProgramText(content, file, False), run.values, lambda: run.ended, arrives)
+    return SiemensFlow(ProgramText(content, file, False), run, run.values, arrives)
 
 
 #: The languages, as `Dialect.language` calls them.

@@ -7,14 +7,14 @@ programming": program jumps, check structures, repetition of program sections.
 from __future__ import annotations
 
 import re
-from bisect import bisect_left
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from splinefeed.programs.gcode.faults import LineError, refuse
 from splinefeed.programs.gcode.flow import ProgramText, Walk
+from splinefeed.programs.gcode.interpreter import Interpreter
 from splinefeed.programs.gcode.siemens_words import Values
 
 #: Sections that are repeated within each other.
@@ -67,10 +67,8 @@ class _Repeat:
 class SiemensFlow(Walk):
     """Where a program is; `arrives` is called with the number of a line before it jumps."""
 
-    def __init__(
-        self, text: ProgramText, values: Values, ended: Callable[[], bool], arrives: Callable[[int], None]
-    ) -> None:
-        super().__init__(text, ended, arrives)
+    def __init__(self, text: ProgramText, run: Interpreter, values: Values, arrives: Callable[[int], None]) -> None:
+        super().__init__(text, run, arrives)
         self._values = values
         self._steps_at: dict[int, _Step] = {}
         self._labels: dict[str, list[int]] = {}
@@ -87,7 +85,7 @@ class SiemensFlow(Walk):
                 fault = f"{plain[jump.start() :][:20]!r}: a jump must be alone on its line, or behind IF"
                 self._steps_at[at] = _Step(at, "GOTO", plain, fault=fault)
         self._link()
-        self._order = [*sorted(self._steps_at), text.count]
+        text.order = [*sorted(self._steps_at), text.count]
         self._repeats: list[_Repeat] = []
 
     def _link(self) -> None:
@@ -112,28 +110,26 @@ class SiemensFlow(Walk):
                     step.fault = "ELSE has no ENDIF after it"
                     opened.append(step)
 
-    def blocks(self, size: int) -> Iterator[tuple[bytes, int]]:
-        """Lines in the order in which they are carried out, without those that jump, and the number before each."""
-        at = 0
-        while not self._ended():
-            if self._repeats and at == self._repeats[-1].stop:
-                section = self._repeats[-1]
-                section.left -= 1
-                at = section.begin if section.left > 0 else self._repeats.pop().back
-                continue
-            high = self._order[bisect_left(self._order, at)]
-            if self._repeats and at < self._repeats[-1].stop:
-                high = min(high, self._repeats[-1].stop)
-            yield from self.plain(at, high, size)
-            at = high
-            if self._ended() or (at == self.text.count and not self._repeats):
-                break
-            if high in self._steps_at and not (self._repeats and at == self._repeats[-1].stop):
-                self._arrives(high + 1)
-                self._budget.jump()
-                at = self._next(self._steps_at[high])
+    def _until(self) -> int:
+        """The next line that jumps, or the end of the section that is repeated."""
+        return min([super()._until(), *[each.stop for each in self._repeats[-1:]]])
 
-    def _next(self, step: _Step) -> int:
+    def _over(self) -> bool:
+        return super()._over() and not self._repeats
+
+    def _next(self) -> None:
+        """Begin a section again or leave it at its end; else carry out a line that jumps."""
+        if not self._repeats or self.at != self._repeats[-1].stop:
+            super()._next()
+            return
+        section = self._repeats[-1]
+        section.left -= 1
+        self.at = section.begin if section.left > 0 else self._repeats.pop().back
+
+    def _jump(self, at: int) -> None:
+        self.at = self._behind(self._steps_at[at])
+
+    def _behind(self, step: _Step) -> int:
         """The line that follows a line that jumps."""
         refuse(step.fault, step.fault)
         word, behind = step.word, step.at + 1
