@@ -35,7 +35,7 @@ def files_that_get(path: sf.Path, limits: sf.Limits) -> list[str]:
         if event != "call" or made or not File(code.co_filename).is_relative_to(ROOT):
             return
         file = File(code.co_filename).relative_to(ROOT)
-        made = made or code.co_name == "record"
+        made = made or isinstance(frame.f_locals.get("self"), sf.Setpoints)
         given = [frame.f_locals.get(name) for name in code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]]
         if file.parts[0] in ROOMS and any(each is path for each in given) and str(file) not in files[-1:]:
             files.append(str(file))
