@@ -2,8 +2,8 @@
 
 In comes a program in one of the dialects, or a machine's control; out come paths with feeds and markers, or a
 CycleTime. `gcode/` reads and writes; `blocks` makes arrays of a program, `control_planning` plans them as a control
-does (`firmware` and `linuxcnc_times` hold the rules of open ones), `cycle_time` adds what is not motion, `calibration`
-fits a control's numbers to recorded runs (`run_log` reads them).
+does (`firmware` and `linuxcnc_times` hold the rules of open ones, `bounds` what they share), `cycle_time` adds what is
+not motion, `calibration` fits a control's numbers to recorded runs (`run_log` reads them).
 """
 
 from __future__ import annotations

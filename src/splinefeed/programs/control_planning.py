@@ -20,6 +20,7 @@ from splinefeed.machine.quantities import KINDS as QUANTITIES
 from splinefeed.programs import firmware as rules
 from splinefeed.programs import linuxcnc_times
 from splinefeed.programs.blocks import Blocks
+from splinefeed.programs.bounds import axis_bounds, reached
 from splinefeed.programs.gcode.moves import AXES, LETTERS, ROTARY
 from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray
 
@@ -87,17 +88,17 @@ def block_times(blocks: Blocks, machine: Machine) -> BlockTimes:
         energy = np.minimum(energy, seen[ahead] - seen)
     if control.cruise_ratio:
         soft = (1.0 - control.cruise_ratio) * gain
-        smooth = _reached(_reached(energy, soft)[::-1], soft[::-1])[::-1]
+        smooth = reached(reached(energy, soft)[::-1], soft[::-1])[::-1]
         speed = np.minimum(speed, rules.smoothed_tops(smooth, soft, speed))
         inner = np.minimum(speed[:-1], speed[1:])
         energy[1:-1] = np.minimum(energy[1:-1], inner * inner)
-    energy = _reached(energy[::-1], gain[::-1])[::-1]
+    energy = reached(energy[::-1], gain[::-1])[::-1]
     start = np.zeros(len(blocks))
     if control.model == "marlin":  # a block may begin at once at a speed from which it can still slow down to its end
         from_rest = np.concatenate([[True], stop[:-1]])
         start[from_rest] = np.minimum(rules.start_speeds(blocks, control), speed)[from_rest] ** 2
         start = np.minimum(start, energy[1:] + gain)
-    energy = _reached(energy, gain + start)
+    energy = reached(energy, gain + start)
     before, after = energy[:-1] + start, energy[1:]
     begin, end = np.sqrt(before), np.sqrt(after)
     peak = np.sqrt(np.minimum(speed * speed, 0.5 * (gain + before + after)))
@@ -131,7 +132,7 @@ def _linuxcnc(blocks: Blocks, machine: Machine, control: Control, bounds: _Bound
         first[rows] = last[rows] = 0.0
         first[rows, :3] = last[rows, :3] = chord[rows, :3] / size[rows]
         length[rows] = size[rows]
-    allowed = np.array([_own(machine, control, name) for name in LETTERS.lower()])
+    allowed = axis_bounds(control, "acceleration", machine, "acceleration")
     allowed[list(ROTARY)] = np.inf
     box = np.min(np.where(blocks.moved, allowed, np.inf), axis=1)
     box = np.where(np.isfinite(box), box, bounds.acceleration)
@@ -156,26 +157,12 @@ def _turning(blocks: Blocks) -> BoolArray:
     return out
 
 
-def _own(machine: Machine, control: Control, axis: str) -> float:
-    """The acceleration that an axis allows, inf where nothing says."""
-    own = control.axes.get(axis)
-    value = None if own is None else own.acceleration
-    if value is None and axis in machine.axes:
-        value = machine.axes[axis].limits.acceleration
-    return np.inf if value is None else value
-
-
 def _along(blocks: Blocks, machine: Machine, control: Control, key: str, limit: str) -> tuple[Array, IntArray]:
     """What the bounds of axes allow along each straight block (n,), and which axis binds; arcs turn through all.
 
     The bound of an axis is that of the control, `key`, else its own `limit`, else there is none.
     """
-    bound = np.full(AXES, np.inf)
-    for axis, name in enumerate(LETTERS.lower()):
-        value = getattr(control.axes.get(name), key, None)
-        if value is None and name in machine.axes:
-            value = getattr(machine.axes[name].limits, limit)
-        bound[axis] = np.inf if value is None else value
+    bound = axis_bounds(control, key, machine, limit)
     with np.errstate(divide="ignore", invalid="ignore"):
         allowed = np.where(blocks.step != 0.0, bound * blocks.length[:, None] / np.abs(blocks.step), np.inf)
     allowed = np.where(np.isfinite(blocks.radius)[:, None], np.where(blocks.moved, bound, np.inf), allowed)
@@ -270,18 +257,6 @@ def _junctions(blocks: Blocks, control: Control, bounds: _Bounds) -> tuple[BoolA
         row = 0.5 * (blocks.length[:-1] + blocks.length[1:]) / turn
         bound = np.minimum(bound, _arc_speed(arc, row, control.arc_growth))
     return stop, np.where(turn > SMOOTH, np.minimum(speed, bound), speed)
-
-
-def _reached(energy: Array, gain: Array) -> Array:
-    """Squares of speeds at the ends of blocks (n + 1,), lowered to what they may grow by, one behind the other."""
-    found = energy.tolist()
-    here = found[0]
-    for k, more in enumerate(gain.tolist(), 1):
-        here += more
-        if found[k] > here:
-            found[k] = here
-        here = found[k]
-    return np.array(found)
 
 
 def _changes(begin: Array, end: Array, peak: Array, a: Array, j: Array) -> tuple[Array, Array]:

@@ -19,7 +19,7 @@ import numpy as np
 from splinefeed.machine.control import Control
 from splinefeed.machine.machine import Machine
 from splinefeed.programs.blocks import Blocks
-from splinefeed.programs.gcode.moves import LETTERS
+from splinefeed.programs.bounds import axis_bounds
 from splinefeed.records import Array, BoolArray
 
 #: Directions that differ by less are one, rad.
@@ -44,7 +44,7 @@ def corner_speeds(blocks: Blocks, machine: Machine, control: Control, accelerati
     bounds = [np.where(turn > SMOOTH, 0.0, np.inf)]
     with np.errstate(divide="ignore", invalid="ignore"):
         if (deviates := deviation(control)) is not None:
-            around = along if control.model == "klipper" else np.minimum(_across(step, machine, control), np.inf)
+            around = along if control.model == "klipper" else _across(step, machine, control)
             around = np.where(np.isfinite(around), around, along)
             bounds = [around * deviates * half / (1.0 - half)]
             if control.model == "klipper":
@@ -52,8 +52,7 @@ def corner_speeds(blocks: Blocks, machine: Machine, control: Control, accelerati
                 bounds += [0.5 * a * length * tangent for a, length in (
                     (acceleration[:-1], blocks.length[:-1]), (acceleration[1:], blocks.length[1:]))]  # fmt: skip
         elif control.velocity_step is not None or any(each.velocity_step for each in control.axes.values()):
-            allowed = np.array([_step_of(control, letter) for letter in LETTERS.lower()])[list(_LINEAR)]
-            bounds = [np.min(allowed / np.abs(step), axis=1) ** 2]
+            bounds = [np.min(_steps(control) / np.abs(step), axis=1) ** 2]
         speed = np.sqrt(np.min(bounds, axis=0))
     return np.where(turn > SMOOTH, speed, np.inf)
 
@@ -62,9 +61,8 @@ def start_speeds(blocks: Blocks, control: Control) -> Array:
     """The speed (n,), mm/s, at which each block may begin from rest: a step of each axis by its jerk, or rest."""
     if deviation(control) is not None:
         return np.zeros(len(blocks))
-    allowed = np.array([_step_of(control, letter) for letter in LETTERS.lower()])[list(_LINEAR)]
     with np.errstate(divide="ignore", invalid="ignore"):
-        speed = np.min(allowed / np.abs(blocks.first), axis=1)
+        speed = np.min(_steps(control) / np.abs(blocks.first), axis=1)
     return np.where(np.isfinite(speed), speed, 0.0)
 
 
@@ -128,21 +126,17 @@ def stops(blocks: Blocks) -> BoolArray:
     return stop
 
 
-def _step_of(control: Control, axis: str) -> float:
-    own = control.axes.get(axis)
-    value = control.velocity_step if own is None or own.velocity_step is None else own.velocity_step
-    return math.inf if value is None else value
+def _steps(control: Control) -> Array:
+    """The steps of velocity (6,), mm/s, of the linear axes under Marlin's jerk."""
+    own = axis_bounds(control, "velocity_step")
+    others = math.inf if control.velocity_step is None else control.velocity_step
+    steps: Array = np.where(np.isfinite(own), own, others)[list(_LINEAR)]
+    return steps
 
 
 def _across(step: Array, machine: Machine, control: Control) -> Array:
     """The acceleration (n - 1,) that the axes allow along each change of direction."""
-    allowed = []
-    for letter in (LETTERS.lower()[k] for k in _LINEAR):
-        own = control.axes.get(letter)
-        value = None if own is None else own.acceleration
-        if value is None and letter in machine.axes:
-            value = machine.axes[letter].limits.acceleration
-        allowed.append(math.inf if value is None else value)
+    allowed = axis_bounds(control, "acceleration", machine, "acceleration")[list(_LINEAR)]
     size = np.linalg.norm(step, axis=1)[:, None]
-    out: Array = np.min(np.array(allowed) * size / np.abs(step), axis=1)
+    out: Array = np.min(allowed * size / np.abs(step), axis=1)
     return np.minimum(out, math.inf if control.acceleration is None else control.acceleration)

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.programs.blocks import Blocks
+from splinefeed.programs.bounds import reached
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: Shares of the axes' acceleration: normal on arcs, along the arcs of corners and a last arc, along lines beside a
@@ -84,7 +85,7 @@ def seconds_of(blocks: Blocks, lines: TimedLines) -> tuple[Array, Array]:
     energy = np.zeros(2 * count)
     energy[1:-1] = np.repeat(through, 2) ** 2
     gain = 2.0 * a * length
-    energy = _reached(_reached(energy, gain)[::-1], gain[::-1])[::-1]
+    energy = reached(reached(energy, gain)[::-1], gain[::-1])[::-1]
     low, high = np.sqrt(energy[:-1]), np.sqrt(energy[1:])
     peak = np.sqrt(np.minimum(top * top, 0.5 * (gain + energy[:-1] + energy[1:])))
     peak = np.where(length > 0.0, peak, 1.0)
@@ -135,13 +136,3 @@ def _within(points: Array, tolerance: float) -> bool:
     along = (points - points[0]) @ chord / size
     off = np.linalg.norm(points - points[0] - along[:, None] * chord / size, axis=1)
     return bool(np.all(off <= tolerance) and np.all(np.diff(along) > 0.0))
-
-
-def _reached(energy: Array, gain: Array) -> Array:
-    """Squares of speeds at the ends of pieces (n + 1,), lowered to what they may grow by, one behind the other."""
-    found = energy.tolist()
-    here = found[0]
-    for k, more in enumerate(gain.tolist(), 1):
-        here = min(found[k], here + more)
-        found[k] = here
-    return np.array(found)

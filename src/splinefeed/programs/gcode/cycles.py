@@ -329,10 +329,14 @@ def _less_by_less(
         elif less < 0.0:
             stroke = max(-less * stroke, _LEAST)
         depths.append(depths[-1] + min(stroke, rest))
-    ahead = _AHEAD if total <= _AHEAD_TO else min(total * _AHEAD_PART, _AHEAD_MOST)
     levels = [surface - depth for depth in depths[:-1]]
-    hole.pecks = [(level, min(level + (_LIFT if breaking else ahead), begin)) for level in levels]
+    hole.pecks = [(level, min(level + (_LIFT if breaking else ahead(total)), begin)) for level in levels]
     hole.feeds = {"L" if levels else "Z": hole.state.feed * part}
+
+
+def ahead(depth: float) -> float:
+    """How far above the last depth feed begins again in a hole of that depth, mm."""
+    return _AHEAD if depth <= _AHEAD_TO else min(depth * _AHEAD_PART, _AHEAD_MOST)
 
 
 def _tap(hole: Hole, given: Mapping[str, float]) -> int:

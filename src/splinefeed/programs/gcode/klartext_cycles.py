@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from splinefeed.programs.gcode.cycles import MAX_MOVES, SAME_LEVEL, Hole
+from splinefeed.programs.gcode.cycles import MAX_MOVES, SAME_LEVEL, Hole, ahead
 from splinefeed.programs.gcode.faults import LineError, refuse
 from splinefeed.programs.gcode.moves import Findings
 from splinefeed.programs.gcode.state import ProgramState
@@ -36,8 +36,6 @@ _OLD = {
     2: {1: "Q200", 2: "Q201", 3: "Q211", 4: "Q206"},
     17: {1: "Q200", 2: "Q201", 3: "Q239"},
 }
-#: How far above the last depth cycle 1 feeds again, mm, in holes to so deep, mm, as a part of deeper ones, at most, mm.
-_AHEAD, _AHEAD_TO, _AHEAD_PART, _AHEAD_MOST = 0.6, 30.0, 1.0 / 50.0, 7.0
 
 
 def old_name(number: int, part: int) -> str:
@@ -94,9 +92,7 @@ def _pecks(
     less, least = given.get("Q212", 0.0), given.get("Q205", 0.0)
     refuse(number == 203 and given.get("Q213") and step < total, f"{name} with chip breaking (Q213) is not read")
     refuse(less < 0.0 or (less and not least > 0.0), f"{name}: Q212 needs Q205, the least depth of a peck")
-    setup = abs(given["Q200"])
-    if number == 1:
-        setup = _AHEAD if total <= _AHEAD_TO else min(total * _AHEAD_PART, _AHEAD_MOST)
+    setup = ahead(total) if number == 1 else abs(given["Q200"])
     pecks, done = list[tuple[float, float]](), 0.0
     while (done := done + step) < total - SAME_LEVEL:
         if len(pecks) > MAX_MOVES // 4:
