@@ -35,6 +35,9 @@ RIDGES = (0.0, SAME, ALMOST, 1e-6)
 #: first as a share of that of now, or what a short step left of its way. The second is the slack, too, of a row that is
 #: over its limit then, as a share of the limit, and what a step leaves of slacks, multipliers and q.
 FAR, NEAR = 0.1, 0.02
+#: ... and at least this share of what the last step gained: while the time still falls fast, steps jam at rows that a
+#: small complementarity lets come close.
+GAINED = 0.3
 
 
 @dataclass(frozen=True)
@@ -294,7 +297,7 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Sol
         settled = least > 0.5 and fall * abs(fall) <= gap * time * (fell - fall)
         if settled and np.max(g) < 0.0 and complementary < gap * time:
             break
-        mu = max(max(FAR, 1.0 - least) * complementary, 0.1 * gap * time) / problem.count
+        mu = max(max(FAR, 1.0 - least) * complementary, GAINED * fall, 0.1 * gap * time) / problem.count
     return Solution(problem.complete(c), time, z, bool(np.max(g) < 0.0))
 
 
