@@ -230,7 +230,7 @@ def _late(*_: object) -> None:
 def test_time_is_in_proportion_to_the_text(file: Path) -> None:
     short = ".".join(file.relative_to(SOURCE).with_suffix("").parts)
     found = list(dict.fromkeys(patterns(file)))
-    assert found
+    assert found or not [*calls_of_re(file, inside=True), *calls_of_re(file, inside=False)]
     for pattern, flags, anywhere in found:
         compiled = re.compile(pattern, flags)
         shown = pattern if isinstance(pattern, str) else pattern.decode("latin-1")

@@ -301,8 +301,9 @@ class Judge:
         missing = max(float(np.linalg.norm(apart[: path.linear])), short)
         turned = float(np.max(np.abs(apart[path.linear :]), initial=0.0))
         setattr(self, f"{kind}_error", missing)
-        if not (missing <= self.allowed + 16.0 * EPSILON * self.scale and turned <= self.allowed):
-            also = f" and {np.degrees(turned):.6g} deg" if turned > self.allowed else ""
+        room = self.allowed + 16.0 * EPSILON * self.scale
+        if not (missing <= room and turned <= room):
+            also = f" and {np.degrees(turned):.6g} deg" if turned > room else ""
             detail = f"{missing:.6g} {unit_along(path.axes)}{also}"
             at, tick = slice(k, None if k else 1), 0 if kind == "start" else max(self.ticks - 1, 0)
             self._fault(kind, np.ones(1, bool), np.array([missing]), place.t[at], place.s[at], detail, tick=tick)

@@ -76,6 +76,8 @@ _CODE_SLACK = 1e-4
 _COMMENT = re.compile(r"\([^)]*+(?:\)|$)|;.*", re.DOTALL)
 _BLANKS = re.compile(r"\s+")
 _EXPONENT = re.compile(r"(?<![0-9])(?:[0-9]++\.?[0-9]*+|\.[0-9]++)[eE][+-]?[0-9]{1,3}(?![0-9])")
+_OPERATOR = re.compile(f"({'|'.join(map(re.escape, _OPERATIONS))})")
+_CHARACTER = re.compile(r"(.)", re.DOTALL)
 _MACRO = re.compile(r"(?:N[0-9]+)?(IF|WHILE|GOTO|END|THEN|DO|SETVN|POPEN|DPRNT)[\[0-9#]")
 
 
@@ -162,8 +164,7 @@ class Scanner(Formula):
     """Reads one line without blanks, in capitals, from left to right; a token is one character."""
 
     operations = _OPERATIONS
-    operator = re.compile(f"({'|'.join(map(re.escape, _OPERATIONS))})")
-    token = re.compile(r"(.)", re.DOTALL)
+    operator, token = _OPERATOR, _CHARACTER
 
     def __init__(self, text: str, parameters: Parameters) -> None:
         super().__init__(text)
