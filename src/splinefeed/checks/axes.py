@@ -191,8 +191,11 @@ class AxesByPlace:
         # what roundings of the length make of each, by the next derivative
         moved = np.pad(np.abs(own[1:]), ((0, 1), (0, 0), (0, 0))) * OFF * EPSILON * track.length
         off = np.maximum(np.abs(said - own) - 2.0 * floor - moved, 0.0).reshape(shape)
-        scale = np.max((np.abs(said) + floor).reshape(shape), axis=2, keepdims=True)
-        share = np.where(off > 0.0, off / scale, 0.0)
+        # an axis that hardly moves has nothing but rounding: it counts by a little of how the others go over a stretch
+        scale = np.max((np.abs(said) + floor).reshape(shape), axis=(1, 2), keepdims=True)
+        going = WRONG * np.max(np.abs(said[1])) / width ** (np.arange(4)[:, None] - 1.0)
+        scale = np.maximum(scale, going[:, :, None, None])
+        share = np.divide(off, scale, out=np.zeros_like(off), where=off > 0.0)
         problems = []
         for order in range(4):
             worst = np.unravel_index(int(np.argmax(np.nan_to_num(share[order], nan=np.inf))), share[order].shape)

@@ -17,7 +17,7 @@ from splinefeed.records import Array
 from splinefeed.records.modelled import ModelRows
 
 #: Places before and behind that are looked at, at most, for being within one step of the servo.
-NEIGHBOURS = 64
+NEIGHBOURS = 512
 #: Of q that chords allow a motion takes this share: curvature that changes within a step leaves up to 4e-5 more.
 ROOM = 1.0 - 1e-4
 
