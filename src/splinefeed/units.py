@@ -73,7 +73,7 @@ _LONGEST_TEXT = 64
 _NUMBER = r"[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:e[+-]?[0-9]++)?"
 _FACTOR = r"[a-z]++(?:\^-?[1-9])?"
 _TERM = re.compile(r"([*/]?)(?<!\s)\s*+([a-z]++)(?:\^(-?[1-9]))?")
-_QUANTITY = re.compile(rf"({_NUMBER})\s*+((?:1?\s*+/\s*+)?{_FACTOR}(?:(?:\s*+[*/]\s*+|\s++){_FACTOR})*+)?")
+_QUANTITY = re.compile(rf"({_NUMBER})\s*+((?:1?\s*+/\s*+)?{_FACTOR}(?:(?:\s*+[*/]\s*+|\s++){_FACTOR})*)?")
 _SIGNS = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "³": "^3", "°": "deg", '"': "in", "·": "*"})
 
 

@@ -59,7 +59,7 @@ _BITS: dict[str, Callable[[int, int], int]] = {
     "AND": lambda a, b: a & b, "OR": lambda a, b: a | b, "XOR": lambda a, b: a ^ b,
 }  # fmt: skip
 _NUMBER = re.compile(r"[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)")
-_SIMPLE = re.compile(rf"(?:[A-MP-Z]{_NUMBER.pattern}|N(?![+-]){_NUMBER.pattern})++")
+_SIMPLE = re.compile(rf"(?:[A-MP-Z]{_NUMBER.pattern}|N(?![+-]){_NUMBER.pattern})+")
 _SIMPLE_WORD = re.compile(rf"([A-Z])({_NUMBER.pattern})")
 _FUNCTION = re.compile("|".join(["ATAN", "EXISTS", *_FUNCTIONS]))
 _MACRO_FUNCTION = re.compile("|".join(["ATAN", *_FUNCTIONS, "RND", "SQR"]))

@@ -53,10 +53,10 @@ _TOOL = re.compile(r"TOOL\s+CALL\s*(?P<name>[0-9]+|\"[^\"]*\")?\s*(?P<axis>[XYZU
 #: Cycles that are in force without a call (mirror, turn, scale, plane), and the value that ends them.
 _AT_ONCE = {8: 0.0, 10: 0.0, 11: 1.0, 19: 0.0, 26: 1.0}
 #: A line of L that says all of itself: places, R0, F or FMAX.
-_PLACES = rb"(?P<places>(?:[ \t]*+[XYZABC][-+]?+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++))++)"
+_PLACES = rb"(?P<places>(?:[ \t]*+[XYZABC][-+]?+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++))+)"
 _LINE = re.compile(
-    rb"[ \t]*+(?:[0-9]++[ \t]++)?+L" + _PLACES + rb"(?:[ \t]++R0)?+"
-    rb"(?:[ \t]++F(?:(?P<max>MAX)|(?P<feed>[0-9]++\.?+[0-9]*+)))?+[ \t\r]*+"
+    rb"[ \t]*+(?:[0-9]++[ \t]++)?L" + _PLACES + rb"(?:[ \t]++R0)?"
+    rb"(?:[ \t]++F(?:(?P<max>MAX)|(?P<feed>[0-9]++\.?+[0-9]*+)))?[ \t\r]*+"
 )
 #: M codes that change nothing of the path, and those of planes and tips, which do.
 _NO_PLACE, _TURNED = 91, frozenset((92, 114, 120, 128, 136, 138, 144))

@@ -22,7 +22,7 @@ MAX_CALLS = 19
 
 #: What stands before a block: `/` of a block that may be skipped, N, and a label.
 HEAD = re.compile(
-    r"\s*+(?:/\s*+[0-9]?+\s*+)?+(?:N\s*+[0-9]++(?![0-9.])\s*+)?(?:(?P<label>[A-Z_][A-Z0-9_]++)\s*+:(?!=)\s*+)?"
+    r"\s*+(?:/\s*+[0-9]?+\s*+)?(?:N\s*+[0-9]++(?![0-9.])\s*+)?(?:(?P<label>[A-Z_][A-Z0-9_]++)\s*+:(?!=)\s*+)?"
 )
 _LIKELY = re.compile(
     rb"^[^;\n]*?(?<![A-Z0-9_])(?:(?:IF|ELSE|ENDIF|GOTO[FBCS]?|WHILE|ENDWHILE|FOR|ENDFOR|LOOP|ENDLOOP|REPEATB?|UNTIL|ENDLABEL)\b"
@@ -239,4 +239,4 @@ def without_remarks(text: str) -> str:
     """The line up to a semicolon outside of a text."""
     if ";" not in text:
         return text
-    return re.match(r"(?:[^\";]|\"[^\"]*+\"|\")*+", text)[0]  # type: ignore[index]
+    return re.match(r"(?:[^\";]|\"[^\"]*+\"|\")*", text)[0]  # type: ignore[index]

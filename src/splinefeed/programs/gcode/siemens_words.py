@@ -29,7 +29,7 @@ _LETTER = re.compile(rf"\s*+([A-Z])\s*+([-+]?+{_NUMBER})")
 #: A number that no operator follows, and a letter or an axis with such a one: most words of most programs.
 _ALONE = rf"([-+]?+{_NUMBER})(?=\)|\s*+$|\s++[A-Z][0-9]?+[-+.0-9=])"
 _PLAIN, _USUAL = re.compile(rf"\s*+{_ALONE}"), re.compile(rf"\s*+(?:([FGIJKNXYZ])|([ABC]3)=){_ALONE}")
-_KEY = re.compile(r"\s*+([A-Z_][A-Z_0-9]*+)(?:\s*+\()?+")
+_KEY = re.compile(r"\s*+([A-Z_][A-Z_0-9]*+)(?:\s*+\()?")
 _WORD, _TEXT = re.compile(r"[A-Z_]+[0-9]*"), re.compile(r"\s*+\"[^\"]*+\"")
 _OWN_WAY, _INSIDE = re.compile(r"\s*+(AC|IC|DC|ACP|ACN)\s*+\("), re.compile(r"([^)]*+)(\)?)")
 _DECLARED = re.compile(r"DEF\s++(REAL|INT|BOOL|STRING\s*+\[\s*+[0-9]++\s*+\])\s++")
@@ -158,7 +158,7 @@ class SiemensWords(Formula):
 
     operations = _OPERATIONS
     operator = re.compile(r"\s*+(==|<>|<=|>=|<<|[-+*/<>]|(?:B_AND|B_X?OR|AND|X?OR|DIV|MOD)(?![A-Z0-9_]))")
-    token = re.compile(rf"\s*+({_NUMBER}(?:EX[-+]?+[0-9]++)?+|\$?[A-Z_][A-Z0-9_]*+|[-+=()\[\],])")
+    token = re.compile(rf"\s*+({_NUMBER}(?:EX[-+]?+[0-9]++)?|\$?[A-Z_][A-Z0-9_]*+|[-+=()\[\],])")
 
     def __init__(self, text: str, values: Values, at: int = 0) -> None:
         super().__init__(text, at)
