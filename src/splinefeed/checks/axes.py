@@ -36,6 +36,8 @@ HIDDEN = 2
 #: Halving goes on while it makes last terms smaller by this factor, or they are more than this share of positions; to
 #: cells of this share of the track at least.
 GAIN, PLATEAU, LEAST, TINY = 0.5, 1e-10, 1e-9, 1e-300
+#: Of more cells none is halved further: what their last terms are is their floor.
+MOST = 20_000
 #: A derivative of a track that is further off than this share of the largest one there is wrong.
 WRONG = 1e-5
 #: A track and the path of its tip are as long as each other but for this share.
@@ -144,7 +146,7 @@ class AxesByPlace:
             tail = np.max(np.abs(series[:, -TAIL:]), axis=1)
             worst = np.max(tail / np.maximum(rounding, TINY), axis=1, initial=0.0)
             stays = (worst > GAIN * before) & np.all(tail <= PLATEAU * np.maximum(size, TINY), axis=1)
-            ready = (worst <= 1.0) | stays | (depth == HALVINGS) | (half < LEAST * track.length)
+            ready = (worst <= 1.0) | stays | (depth == HALVINGS) | (half < LEAST * track.length) | (len(low) > MOST)
             done.append((low[ready], high[ready], series[ready], np.maximum(tail, rounding)[ready]))
             low, middle, high, worst = (each[~ready] for each in (low, middle, high, worst))
             if not len(low):
