@@ -36,7 +36,7 @@ HIDDEN = 2
 #: Halving goes on while it makes last terms smaller by this factor, or they are more than this share of positions; to
 #: cells of this share of the track at least.
 GAIN, PLATEAU, LEAST, TINY = 0.5, 1e-10, 1e-9, 1e-300
-#: Of more cells none is halved further: what their last terms are is their floor.
+#: Of more cells, or two a stretch, none is halved further: what their last terms are is their floor.
 MOST = 20_000
 #: A derivative of a track that is further off than this share of the largest one there is wrong.
 WRONG = 1e-5
@@ -135,6 +135,7 @@ class AxesByPlace:
         low, high = ends[:-1], ends[1:]
         before, size = np.full(len(low), np.inf), np.zeros(len(track.axes))
         done: list[tuple[Array, ...]] = []
+        most = max(MOST, 2 * len(low))
         for depth in range(HALVINGS + 1):
             middle, half = 0.5 * (low + high), 0.5 * (high - low)
             values = track((middle[:, None] + half[:, None] * NODES).ravel()).reshape(len(low), TERMS, -1)
@@ -146,7 +147,7 @@ class AxesByPlace:
             tail = np.max(np.abs(series[:, -TAIL:]), axis=1)
             worst = np.max(tail / np.maximum(rounding, TINY), axis=1, initial=0.0)
             stays = (worst > GAIN * before) & np.all(tail <= PLATEAU * np.maximum(size, TINY), axis=1)
-            ready = (worst <= 1.0) | stays | (depth == HALVINGS) | (half < LEAST * track.length) | (len(low) > MOST)
+            ready = (worst <= 1.0) | stays | (depth == HALVINGS) | (half < LEAST * track.length) | (len(low) > most)
             done.append((low[ready], high[ready], series[ready], np.maximum(tail, rounding)[ready]))
             low, middle, high, worst = (each[~ready] for each in (low, middle, high, worst))
             if not len(low):

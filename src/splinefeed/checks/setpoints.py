@@ -145,12 +145,10 @@ class Judge:
         new = CheckedTicks(**vars(place), t=t, dt=dt, still=still, values=values)
         if not self.ticks:
             self._start = float(t[0])
+            self._check_end("start", new)
             if self.start.feed == 0.0:  # what came before is a stand
                 self._tail = new.part(0, 1).stand(self.period)
-        first = self.ticks == 0
         self._measure(new, last)
-        if first:  # how much a place rounds is measured
-            self._check_end("start", new)
         if last:
             self._check_end("end", new)
             crept = np.abs(self.duration - (self.ticks - 2) * self.period - dt[-1:])
@@ -281,7 +279,6 @@ class Judge:
         known = along + digit * np.sqrt(path.linear)
         if not self.placed:  # as good as the positions by which they were placed
             known = known + np.max(EPSILON * rows.sizes[: path.linear or None, place.row], axis=0)
-        self.scale = max(self.scale, float(np.fmax.reduce(along, initial=0.0)) / EPSILON)
         each = share * along + of_axes if self.own is None else self.own.rounding(place.values, travelled)
         feeds = np.abs(np.concatenate([travelled[None], moved])) / place.dt[1:]
         beside = np.pad(feeds, ((0, 0), (1, 1)))
@@ -301,11 +298,12 @@ class Judge:
         missing = max(float(np.linalg.norm(apart[: path.linear])), short)
         turned = float(np.max(np.abs(apart[path.linear :]), initial=0.0))
         setattr(self, f"{kind}_error", missing)
-        room = self.allowed + 16.0 * EPSILON * self.scale
+        own = float(self.rows.parameters[place.row[k]] * place.speed[k])  # what u rounds by is that much of length
+        room = self.allowed + 16.0 * EPSILON * np.fmax(self.scale, own)
         if not (missing <= room and turned <= room):
             also = f" and {np.degrees(turned):.6g} deg" if turned > room else ""
             detail = f"{missing:.6g} {unit_along(path.axes)}{also}"
-            at, tick = slice(k, None if k else 1), 0 if kind == "start" else max(self.ticks - 1, 0)
+            at, tick = slice(k, None if k else 1), max(self.ticks - 1, 0)
             self._fault(kind, np.ones(1, bool), np.array([missing]), place.t[at], place.s[at], detail, tick=tick)
 
     # --- steps -------------------------------------------------------------------------------------------------------
