@@ -80,7 +80,8 @@ def test_the_later_and_the_nearer_rule_decides(rules: str, own: str, value: str 
 def test_rules_that_are_not_understood_are_findings_where_they_matter(selector: str) -> None:
     assert styled(f"{selector}{{color:red}}", TREE)[1].findings == []
     assert styled(f"{selector}{{x:1}}", TREE)[1].findings == [
-        f"1 rules of the style sheet are not read here, such as {selector.strip()[:40]!r}"
+        "1 rule of the style sheet not followed; what such a rule hides, moves or sizes is read as it stands: "
+        f"{selector.strip()[:40]!r}"
     ]
 
 
@@ -91,7 +92,8 @@ def test_at_rules_are_findings_where_they_matter(tmp_path: Path) -> None:
     )
     file.write_text(drawing(f"<style><![CDATA[{rules}]]></style><path d='M0 0H9'/>"))
     assert read(file).findings == (
-        "3 rules of the style sheet are not read here, such as 'a b', '@import url(x.css)', '@media (width>9px)'",
+        "3 rules of the style sheet not followed; what such a rule hides, moves or sizes is read as it stands: "
+        "'a b', '@import url(x.css)', '@media (width>9px)'",
     )
 
 

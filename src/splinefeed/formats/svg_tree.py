@@ -155,7 +155,9 @@ class Styles:
             if node.tag == "style" and node.get("type", "text/css").strip() in ("", "text/css"):
                 self._read(_COMMENT.sub("", node.text))
         named = ", ".join(repr(each[:40]) for each in self._unread[:3])
-        said = f"{len(self._unread)} rules of the style sheet are not read here, such as {named}"
+        many = f"{len(self._unread)} rules" if len(self._unread) > 1 else "1 rule"
+        what = "not followed; what such a rule hides, moves or sizes is read as it stands"
+        said = f"{many} of the style sheet {what}: {named}"
         self.findings = [said] if self._unread else []
 
     def of(self, node: Node) -> Mapping[str, str]:
