@@ -29,7 +29,7 @@ class Joint(str):
     unit : str
         "rad" or "mm": names of axes (k,) that are Joints have figures, files and messages say it.
 
-    Notes:
+    Notes
     -----
     Raises nothing. Source: docs/readers/robots.md. Example: `sf.records.Joint("elbow", "rad").unit`
     """

@@ -29,7 +29,7 @@ def finite(given: object, name: str = "") -> float:
     name
         What the message calls it.
 
-    Raises:
+    Raises
     ------
     InputError
         For anything else: it names the value and says what is expected.

@@ -35,7 +35,7 @@ class Affine(NamedTuple):
     f: float = 0.0
 
     def after(self, inner: Affine) -> Affine:
-        """This map of what `inner` maps to."""
+        """The map of what `inner` maps to."""
         a, b, c, d, e, f = self
         p, q, r, s, t, u = inner
         return Affine(a * p + c * q, b * p + d * q, a * r + c * s, b * r + d * s, a * t + c * u + e, b * t + d * u + f)

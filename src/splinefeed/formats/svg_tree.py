@@ -61,7 +61,7 @@ class Node:
         return self.attrib.get(name, otherwise)
 
     def walk(self) -> Iterator[Node]:
-        """This node and all below it, in the order of the file."""
+        """The node itself and all below it, in the order of the file."""
         yield self
         for child in self.children:
             yield from child.walk()

@@ -34,7 +34,7 @@ class PathParts:
 
     @property
     def in_parts(self) -> PathParts:
-        """This path: its parts come one after the other."""
+        """The path itself: its parts come one after the other."""
         return self
 
     @property

@@ -78,16 +78,16 @@ class Combination:
     velocity, acceleration, jerk : float, optional
         Bounds of the derivatives of w . r, in mm/s, mm/s^2 and mm/s^3 for weights without unit; default none.
 
-    Raises:
+    Raises
     ------
     LimitsError
         For no weights, weights that are all 0 or not finite, and without any bound.
 
-    Notes:
+    Notes
     -----
     Source: docs/math/planner.md.
 
-    Examples:
+    Examples
     --------
     >>> import splinefeed as sf
     >>> left = sf.records.Combination(weights={"y": 1.0, "c": 400.0}, acceleration=5000.0, jerk=100000.0)
@@ -171,13 +171,13 @@ class Limits(LimitFields):
     modelled : sequence of Modelled, optional
         More limits that a model gives: a `TorqueRate`, a `VelocityByPosition`, an `Approach`.
 
-    Raises:
+    Raises
     ------
     LimitsError
         For a limit that is not a positive number, for an end feed outside [0, feed], for empty travel, and if neither
         feed nor axis_velocity is given.
 
-    Notes:
+    Notes
     -----
     A number in mm/s is none in rad/s: on a path of linear and rotary axes it is for the linear ones, and the notes of
     law and verdict name the others that move; a path of rotary axes alone refuses it. A Series whose index has names

@@ -53,7 +53,7 @@ class ModelRows:
 class Modelled(ABC):
     """Bound quantities that a model gives for axes.
 
-    Attributes:
+    Attributes
     ----------
     kind : str
         Its row of the table of limits.

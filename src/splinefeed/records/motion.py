@@ -41,12 +41,12 @@ class TimeLaw:
     settings : mapping, optional
         What it was planned with, for the records of a run.
 
-    Raises:
+    Raises
     ------
     InputError
         For arrays of other shapes, that are not finite, or breaks that do not begin at 0 and increase.
 
-    Notes:
+    Notes
     -----
     Where linear and rotary axes move, the length counts both, see `Path`; `Path.of_tip` makes the tip's feed of it.
     Source: docs/math/planner.md. Example: `law.feed(np.linspace(0, law.duration, 100))`
@@ -190,12 +190,12 @@ class Setpoints(_Columns):
     settings : mapping, optional
         All that is needed to repeat them.
 
-    Raises:
+    Raises
     ------
     InputError
         For arrays of other shapes.
 
-    Notes:
+    Notes
     -----
     Source: docs/setpoint-files.md. Example: `sf.interpolate(path, law).position[:, 0]`
     """
@@ -267,12 +267,12 @@ class Response(_Columns):
     settings : mapping, optional
         All that is needed to repeat it.
 
-    Raises:
+    Raises
     ------
     InputError
         For arrays of other shapes.
 
-    Notes:
+    Notes
     -----
     Source: docs/machines.md. Example: `sf.runs.follow(setpoints, machine, path=path).contour_error.max()`
     """

@@ -23,12 +23,12 @@ class State:
     s : float
         Length from the start of the path, mm (rad).
 
-    Raises:
+    Raises
     ------
     InputError
         For values that are not finite, s or feed below 0, and an acceleration at rest.
 
-    Notes:
+    Notes
     -----
     Source: docs/math/planner.md.
     Example: `sf.plan(path, limits, strategy="time-optimal", start=sf.planner.State(feed=20.0))`

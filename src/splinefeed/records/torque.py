@@ -79,18 +79,18 @@ class Torque(OfTorques):
     share : float, optional
         How much of what weight and friction leave motion may take: a reserve to slow down with.
 
-    Raises:
+    Raises
     ------
     LimitsError
         For a model that cannot be called, and for bounds that are not positive or all infinite.
 
-    Notes:
+    Notes
     -----
     Along a path r(s) the torques are a(s) s'' + b(s) s'^2 + c(s), with a = M r', b = M r'' + C(r, r') r' and c = g; see
     Bobrow, Dubowsky and Gibson, Int. J. Robotics Research 4(3), 1985, https://doi.org/10.1177/027836498500400301.
     Friction adds coulomb sign(r') + viscous r' s', in the direction in which each joint moves along the path.
 
-    Examples:
+    Examples
     --------
     >>> import splinefeed as sf
     >>> sf.records.Torque(lambda q, v, a: 0.02 * a, {"a": 1.5}).most["a"]  # a turntable of 0.02 kg m^2

@@ -25,18 +25,18 @@ class TorqueRate(OfTorques):
     most : mapping of str to float
         The largest rate of every joint by axis name, in the order of the model's columns.
 
-    Raises:
+    Raises
     ------
     LimitsError
         For a model that cannot be called, and for bounds that are not positive or all infinite.
 
-    Notes:
+    Notes
     -----
     d/dt (a q'/2 + b q + c) = sqrt(q) (a q''/2 + (a'/2 + b) q' + b' q + c'), so it is a row of jerk with a rest. By
     setpoints it is what torques (n, joints) by differences change by from tick to tick, over the period.
     Source: docs/math/planner.md.
 
-    Examples:
+    Examples
     --------
     >>> import splinefeed as sf
     >>> sf.records.TorqueRate(lambda q, v, a: 0.02 * a, {"a": 1000.0}).kind

@@ -30,17 +30,17 @@ class VelocityByPosition(Modelled):
     laws : mapping of str to callable
         By axis name: of positions (n,), rad or mm, the least velocity, below 0, and the greatest, above 0, (n,) each.
 
-    Raises:
+    Raises
     ------
     LimitsError
         For a law that cannot be called or gives something else.
 
-    Notes:
+    Notes
     -----
     By setpoints the velocity of a step counts against the mean of the law over the step, by Simpson's rule.
     Source: docs/math/planner.md.
 
-    Examples:
+    Examples
     --------
     >>> import numpy as np
     >>> import splinefeed as sf
@@ -109,18 +109,18 @@ class Approach(Modelled):
     rate : mapping of str to float
         By axis name, 1/s: that of libfranka is its limit of jerk over that of acceleration.
 
-    Raises:
+    Raises
     ------
     LimitsError
         For rates that are not positive, or of joints without a law.
 
-    Notes:
+    Notes
     -----
     So the acceleration can end, within the limit of jerk, before the velocity is reached. By setpoints the second
     difference of positions (n, axes), rad or mm, counts against the velocity of the step before it and the law where
     that begins, as libfranka's limiter sees them. Source: docs/math/planner.md.
 
-    Examples:
+    Examples
     --------
     >>> import splinefeed as sf
     >>> law = sf.records.VelocityByPosition({"a": lambda q: (0 * q - 2, 0 * q + 2)})

@@ -34,7 +34,7 @@ class LimitResult:
     over : int
         How many ticks, or instants of the law, are over the limit.
 
-    Notes:
+    Notes
     -----
     Source: docs/check.md. Example: `sf.check(setpoints, path, limits).limits["feed"].share`
     """
@@ -76,7 +76,7 @@ class Verdict:
     along : str, optional
         The unit of s for people: mm, or deg where only rotary axes move.
 
-    Notes:
+    Notes
     -----
     Limits and worst values are in mm, s and rad; `as_dict` gives rotary axes in degrees, and `print(verdict)` says all
     of it with units, and what a check allows: 1e-6 of a limit and the rounding of a position.

@@ -37,7 +37,7 @@ class Arm:
 
     Joints q are (..., joints), as are the torques of `torque`, N m (sliding joints: N).
 
-    Attributes:
+    Attributes
     ----------
     joints : tuple of str
         Their names, from the base on.
@@ -54,16 +54,16 @@ class Arm:
     notes : tuple of str
         What of the files was left out or assumed.
 
-    Raises:
+    Raises
     ------
     InputError
         By methods, for joints of another number.
 
-    Notes:
+    Notes
     -----
     Source: wiki.ros.org/urdf/XML.
 
-    Examples:
+    Examples
     --------
     >>> import splinefeed as sf
     >>> text = '''<robot name="turntable"><link name="base"/><link name="table"/><joint
@@ -145,20 +145,20 @@ class Arm:
         name : str, optional
             In files and figures.
 
-        Returns:
+        Returns
         -------
         Path
             The natural spline of degree 5, which bends least and hardly swings beyond waypoints: a curve from each to
             the next.
 
-        Raises:
+        Raises
         ------
         CurveError
             For waypoints that are the same or out of limits.
         PlanError
             By `sf.plan`, for times that are too short, with the shortest.
 
-        Notes:
+        Notes
         -----
         Source: E. T. Y. Lee, Computer-Aided Design 21(6), 1989.
         """
@@ -195,12 +195,12 @@ class Arm:
         feed : float, optional
             Of the tip, mm/s, a limit like any.
 
-        Returns:
+        Returns
         -------
         ArmPath
             `sf.plan` and all else takes it as it takes a path.
 
-        Raises:
+        Raises
         ------
         InputError
             For a start that is not on the curve.
@@ -232,7 +232,7 @@ class Arm:
         hold : str or sequence of str, optional
             Joints that stay as they start.
 
-        Raises:
+        Raises
         ------
         InputError
             For what is not reached, with how far it is off.
@@ -360,24 +360,24 @@ def robot(
     gravity : array (3,), optional
         In the frame of the base, m/s^2.
 
-    Returns:
+    Returns
     -------
     Arm
         Joints beside the way to the tip (fingers) hang on it at 0; `notes` names them. Links are rigid: motors' rotors,
         and friction that is not given, are not counted.
 
-    Raises:
+    Raises
     ------
     FormatError
         For a file that is no URDF of a serial arm, with line, value and mend.
     LimitsError
         For limits that are missing: it names every one.
 
-    Notes:
+    Notes
     -----
     Source: wiki.ros.org/urdf/XML.
 
-    Examples:
+    Examples
     --------
     >>> import splinefeed as sf
     >>> text = '''<robot name="turntable"><link name="base"/><link name="table"/><joint

@@ -39,12 +39,12 @@ class Payload:
     inertia : array (3, 3), optional
         About the centre, in that frame, kg m^2.
 
-    Raises:
+    Raises
     ------
     InputError
         For a mass that is negative, and for an inertia that no body can have.
 
-    Notes:
+    Notes
     -----
     Source: wiki.ros.org/urdf/XML, <inertial>.
     Example: `sf.robots.Payload(3.0, center=(0, 0, 50))`

@@ -64,17 +64,17 @@ def motion_at(path: Track, law: TimeLaw, t: ArrayLike) -> tuple[Array, Array, Ar
     t : array (n,)
         Times, s.
 
-    Returns:
+    Returns
     -------
     tuple of array (n, axes)
         rad or mm by s, exact.
 
-    Raises:
+    Raises
     ------
     InputError
         For times outside the law.
 
-    Notes:
+    Notes
     -----
     q' = r' v, q'' = r'' v^2 + r' a, q''' = r''' v^3 + 3 r'' v a + r' j (the chain rule).
     Source: docs/readers/robots.md.
@@ -95,7 +95,7 @@ def motion_at(path: Track, law: TimeLaw, t: ArrayLike) -> tuple[Array, Array, Ar
 class JointTrajectory:
     """Points of a motion, as trajectory_msgs/JointTrajectory has them; `joint_trajectory` makes it.
 
-    Attributes:
+    Attributes
     ----------
     joints : tuple of str
         Their names.
@@ -112,12 +112,12 @@ class JointTrajectory:
     notes : tuple of str
         Which limits they do not keep, and by how much; empty where they keep all.
 
-    Raises:
+    Raises
     ------
     FormatError
         By `save`, for a file that cannot be written.
 
-    Notes:
+    Notes
     -----
     Source: ros2_controllers, trajectory.rst.
     Example: `sf.robots.joint_trajectory(path, law, limits).save("move.yaml")`
@@ -190,17 +190,17 @@ def joint_trajectory(
         Time between points that the receiver takes, s: ros2_controllers takes any, and samples at its ticks; a
         controller that needs a tick for each point, its period.
 
-    Returns:
+    Returns
     -------
     JointTrajectory
         Positions are (n, joints).
 
-    Raises:
+    Raises
     ------
     InputError
         For a tolerance that is not positive, a shortest time below 2e-5 s, and for motions of too many points.
 
-    Notes:
+    Notes
     -----
     Points stand where the jerk jumps, and closer where a quintic would leave the motion, or be over a limit (velocity,
     acceleration, jerk, torque and what else models give) and the motion is not. Where `shortest` is not close enough,

@@ -46,7 +46,7 @@ SAME = 0.05
 class MethodResult:
     """What one interpolation method did.
 
-    Attributes:
+    Attributes
     ----------
     method, title : str
         Its name, and in words.
@@ -63,7 +63,7 @@ class MethodResult:
     replaced : int
         Steps without a finite result.
 
-    Notes:
+    Notes
     -----
     Source: docs/math/interpolators.md.
     Example: `next(sf.runs.compare(path, law, methods=["taylor-2"], timed=False)).result.as_dict()`
@@ -89,14 +89,14 @@ class MethodResult:
 class MethodTrace:
     """A result with its ripple over time.
 
-    Attributes:
+    Attributes
     ----------
     result : MethodResult
         What the method did.
     t, relative : array (m,)
         Start of each step, s, and the relative error of its feed.
 
-    Notes:
+    Notes
     -----
     Source: docs/math/interpolators.md.
     Example: `next(sf.runs.compare(path, law, methods=["taylor-2"], timed=False)).result.ripple_max`
@@ -142,17 +142,17 @@ def compare(
     timed : bool, optional
         Whether the time of a setpoint is measured: each method is compiled for it, and run again and again.
 
-    Returns:
+    Returns
     -------
     iterator of MethodTrace
         One at a time, in the given order; errors in mm, times in ns.
 
-    Raises:
+    Raises
     ------
     LimitsError
         For more than MOST_TICKS ticks; and what `Interpolator` raises, before the first method runs.
 
-    Notes:
+    Notes
     -----
     Source: docs/math/interpolators.md names the papers.
     Example: `[trace.result for trace in sf.runs.compare(path, law, methods=["taylor-2", "arc-length"], timed=False)]`

@@ -199,17 +199,17 @@ def follow(setpoints: Setpoints, machine: Machine | str, *, path: Path | None = 
     linear : bool, optional
         Whether friction, backlash, counts, converter codes and limits are left out.
 
-    Returns:
+    Returns
     -------
     Response
         Of n ticks, (n, axes): mm, rotary axes rad, V. If an axis runs away it ends there, with the reason in `stopped`.
 
-    Raises:
+    Raises
     ------
     InputError
         For no setpoints, ones that are not finite, and axes that machine or setpoints lack (see `Servo`).
 
-    Notes:
+    Notes
     -----
     For jobs that do not fit in memory there is `follow_chunks`. Source: docs/machines.md has the model.
     Example: `sf.runs.follow(setpoints, machine, path=path).tracking_error`

@@ -61,17 +61,17 @@ def stream_setpoints(
     chunk : int, optional
         Ticks of each record but the last.
 
-    Returns:
+    Returns
     -------
     iterator of Setpoints
         Positions (n, axes), mm, rotary axes rad; `curve` and `s` count from the start of the first part.
 
-    Raises:
+    Raises
     ------
     InputError
         For no parts; and what `LookAhead` raises.
 
-    Notes:
+    Notes
     -----
     The motion is that of the `look-ahead` strategy and keeps all limits; each setpoint is where the law puts it
     (`arc-length`). Source: docs/scale.md.

@@ -33,7 +33,7 @@ MOST_TICKS = 4_000_000
 class Run:
     """The result of one run; `numbers()` is what `--json` prints.
 
-    Attributes:
+    Attributes
     ----------
     path : Path
         Of the tool tip; of a path that came in parts the line through the ticks that are kept.
@@ -62,7 +62,7 @@ class Run:
     bands : mapping of str to Band
         The least and the greatest of what figures show over time where ticks are left out; see `UseMeter`.
 
-    Notes:
+    Notes
     -----
     Lengths in mm, times in s, arrays (n,) or (n, axes) of n ticks. Source: docs/code-overview.md.
     Example: `sf.run(path, limits).numbers()["duration_s"]`

@@ -112,19 +112,19 @@ def run(
     on_progress : callable, optional
         Called with what is done ("planning", "measuring", ...), how much of it is there, and of how much.
 
-    Returns:
+    Returns
     -------
     Run
         With setpoints (n, axes), mm, rotary axes rad.
 
-    Raises:
+    Raises
     ------
     InputError
         For a machine that cannot follow a tool path.
     LimitsError
         For more than MOST_IN_CHUNKS ticks; and what `plan`, `interpolate` and `follow` raise.
 
-    Notes:
+    Notes
     -----
     Setpoints are made and measured in chunks, once. Of more than 250,000 ticks those that figures need are kept, and
     `setpoints()` of the run makes all of them again.

@@ -60,7 +60,7 @@ CALMER = (math.log(1.0 / 2.2 / 0.6), math.log(1.0 / 2.2 / 2.2 / 1.2), math.log(1
 class AxisTuning(tuning.TunedAxis):
     """One axis before and after.
 
-    Attributes:
+    Attributes
     ----------
     rule : str
         By which its gains were found.
@@ -71,7 +71,7 @@ class AxisTuning(tuning.TunedAxis):
     tracking_before, tracking : float
         Largest |error| on the path, mm or rad, infinite if it ran away.
 
-    Notes:
+    Notes
     -----
     Source: docs/tune.md. Example: `sf.runs.AxisTuning.__annotations__["tracking"]`
     """
@@ -103,7 +103,7 @@ class TunedMachine:
 class PathTuning(TunedMachine):
     """Gains found on a path.
 
-    Attributes:
+    Attributes
     ----------
     machine : Machine
         With the new gains.
@@ -120,7 +120,7 @@ class PathTuning(TunedMachine):
     evaluations : int
         Runs of the path that were made.
 
-    Notes:
+    Notes
     -----
     Source: docs/tune.md.
     Example: `sf.runs.tune(machine, setpoints=setpoints, path=path, evaluations=2).contour.max`
@@ -163,17 +163,17 @@ def tune(what: ServoAxis | Machine, rule: str | None = None, **options: Any) -> 
         Of an axis those of `simulation.tuning.tune`: `period` in s, `kind`, `bound`; of a Machine those of
         `tune_on_path`, of which `setpoints` and `path` are needed.
 
-    Returns:
+    Returns
     -------
     Tuning or PathTuning
         Gains in V/mm (rotary axes V/rad), margins in dB and deg.
 
-    Raises:
+    Raises
     ------
     InputError
         For anything but an axis or a Machine, a rule that does not fit it, and what the two raise.
 
-    Notes:
+    Notes
     -----
     Source: J. G. Ziegler and N. B. Nichols, Trans. ASME 64 (1942) 759-768; the search on a path, see `tune_on_path`.
     Example: `sf.runs.tune(sf.Machine.load("xytheta").axes["x"], "tyreus-luyben").controller.kp`
@@ -223,17 +223,17 @@ def tune_on_path(
     on_progress : callable, optional
         Called with the runs made and allowed.
 
-    Returns:
+    Returns
     -------
     PathTuning
         The old gains where nothing better keeps the bound.
 
-    Raises:
+    Raises
     ------
     InputError
         Where nothing keeps it.
 
-    Notes:
+    Notes
     -----
     Gains with which an axis of the full model does not come to rest (`simulation.curves.rest_swing`) are rejected too.
     Gains are drawn around those of Ziegler and Nichols, or the machine's where that rule has none; those outside the
