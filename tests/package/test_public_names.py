@@ -169,12 +169,14 @@ def test_all_behind_the_chain_is_keyword_only(name, first):
     assert [each for each, p in parameters.items() if p.kind is not p.KEYWORD_ONLY] == first
 
 
-#: Public names that are neither room nor number, and their values.
+#: Public names that are neither room nor number, and their values; tests/package/test_docstrings.py has those of DONE.
 SAID = {
     f"{room}.{name}".removeprefix("splinefeed."): getattr(module(room), name)
     for room, names in PUBLIC.items()
     for name in names.split()
-    if not isinstance(getattr(module(room), name), ModuleType | str) and name != "SplinefeedError"
+    if not isinstance(getattr(module(room), name), ModuleType | str)
+    and name != "SplinefeedError"
+    and "\nExamples\n--------\n" not in (inspect.getdoc(getattr(module(room), name)) or "")
 }
 #: What has no numbers of its own has no shapes; names, files, and settings; a record of single numbers.
 NO_SHAPES = re.compile(

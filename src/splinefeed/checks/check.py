@@ -56,8 +56,40 @@ def check(
     tolerance: float = TOLERANCE,
     resolution: float = 0.0,
 ) -> Verdict:
-    """Check that setpoints, whole or in chunks, lie on `path`, cover it, keep their period, and hold every limit.
+    """Check that setpoints lie on a path, cover it, keep their period, and hold every limit.
 
+    Parameters
+    ----------
+    setpoints : Setpoints or iterable of Setpoints
+        Positions (n, axes), mm, rotary axes rad, whole or in chunks.
+    path : Track
+        What they should follow: a Path, ToolPath or JointPath, or a Track of one's own.
+    limits : Limits
+        What they must keep.
+    law : TimeLaw, optional
+        The law that they were made from; the exact derivatives of r(s(t)) are then held to the limits, too.
+    start : State, optional
+        Where on the path the motion begins, and how, as `plan` takes it; without it, as the law or else the setpoints
+        say in their settings, which the verdict notes, or where the path does.
+    tolerance : float, optional
+        How far a setpoint may be off the curve, and an end off the path's end, mm (rotary axes rad).
+    resolution : float, optional
+        Step of the last digit of the positions, mm or rad, if they come from a text with few digits.
+
+    Returns
+    -------
+    Verdict
+        Worst value of each limit, and problems. A fault in the setpoints is a problem, not an error.
+
+    Raises
+    ------
+    InputError
+        For setpoints of other axes than the path's, for no setpoints, and for an invalid tolerance.
+    LimitsError
+        For limits of axes that the path lacks.
+
+    Notes
+    -----
     A limit holds if worst <= limit (1 + 1e-6) + floor at every place. Of a difference the floor is what the rounding of
     its own setpoints makes of it: up to 2^k r / T^k at order k,
 
@@ -66,15 +98,11 @@ def check(
 
     What the limits bound is measured as k! times the divided difference of the setpoints: a mean of the derivative over
     k periods, and so never above a bound that the derivative holds. Before a start and behind an end at rest the
-    setpoints count as at rest. With `law` the exact derivatives of r(s(t)) are held to the limits, too.
+    setpoints count as at rest.
 
-    start       where on the path the motion begins, and how, as `plan` takes it; without it, as the law or else the
-                setpoints say in their settings, which the verdict notes, or where the path does
-    tolerance   mm (rotary axes rad) that a setpoint may be off the curve, and an end off the path's end
-    resolution  step of the last digit of the positions, mm or rad, if they come from a text with few digits
     At a corner that is passed in motion under axis_velocity_step, the step of each axis' velocity counts, and the
-    differences of axes that straddle it do not.
-    Of soft limits (travel) limit and worst value are distances from the middle of the travel.
+    differences of axes that straddle it do not. Of soft limits (travel) limit and worst value are distances from the
+    middle of the travel.
 
     On a JointPath the setpoints are joints: tip and tool axis come from them by the forward kinematics, the chord error
     is that of the tip while joints move straight.
@@ -85,11 +113,20 @@ def check(
     which it is planned, differs from these, that is a problem; a note says how near they are.
 
     Where u is NaN throughout, as in a file of another program, setpoints are placed on the path by nearest points.
-    Returns a Verdict. A fault in the setpoints is a problem of the verdict, not an error. Raises InputError for
-    setpoints of other axes than the path's, for no setpoints, and for an invalid tolerance; LimitsError for limits of
-    axes that it lacks. Setpoints hold (n, axes) positions, mm, rotary axes rad. Source: docs/check.md has the
-    derivations.
-    Example: `sf.check(setpoints, path, limits, law=law).problems`
+
+    References
+    ----------
+    docs/check.md has the derivations.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.shapes.circle(radius=10)
+    >>> limits = sf.Limits(feed=50, acceleration=1000, jerk=50000)
+    >>> setpoints = sf.interpolate(path, sf.plan(path, limits, period=1e-3))
+    >>> verdict = sf.check(setpoints, path, limits)
+    >>> verdict.ok, verdict.problems
+    (True, ())
     """
     expect(
         "check(setpoints, path, limits)",
