@@ -102,7 +102,7 @@ def pieces_of(spline: Spline, c: Array, ends: tuple[End, End]) -> MotionPieces:
     cell = np.repeat(np.arange(n), len(GAUSS))
     q = spline.combine(spline.basis(cell, (nodes[:-1, None] + h[:, None] * GAUSS).ravel()), cell, c)[0]
     q = np.maximum(q, SAME * np.max(q))  # between places that are above 0 it may not be: the audit sees that
-    spans = h * ((1.0 / np.sqrt(q)).reshape(n, -1) @ WEIGHTS)
+    spans = h * np.einsum("nk,k->n", (1.0 / np.sqrt(q)).reshape(n, -1), WEIGHTS)
     at = np.minimum(np.arange(n + 1), n - 1)
     y = spline.combine(spline.basis(at, nodes), at, c)
     v, a = np.sqrt(np.maximum(y[0], SAME * np.max(y[0]))), 0.5 * y[1]

@@ -247,7 +247,7 @@ class Problem:
 
     def time(self, r: Array) -> float:
         """Sum of weight / sqrt(q), s."""
-        return float(self.weight @ r)
+        return float(np.sum(self.weight * r))
 
 
 def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Solution:
