@@ -5,15 +5,20 @@ from __future__ import annotations
 import math
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from benchmarks import child
 from benchmarks.stream import peak_memory
 from benchmarks.tables import Column, Headline, Report, Table
+
+if TYPE_CHECKING:
+    from splinefeed.records import Verdict
+    from splinefeed.runs.meters import Meter
+    from splinefeed.runs.run import MotionJob
 
 #: Pieces of the paths; the last one moves for a hundred hours.
 PIECES = (1_000, 10_000, 100_000, 1_000_000)
@@ -85,8 +90,9 @@ def _files() -> Table:
             file = str(Path(folder, "lines.nc"))
             child.outcome("long", "write_program", file, count)
             each = child.outcome("long", "by_windows", file)
+            measured = child.outcome("long", "measured", file)["seconds"]
         seconds, peak, size = each["seconds"], each["peak"] / 1e6, each["size"] / 1e6
-        rows.append((count, each["ticks"], seconds, 1e6 * seconds / count, peak, size))
+        rows.append((count, each["ticks"], seconds, 1e6 * seconds / count, peak, size, measured))
     columns = (
         Column("lines", ",d"),
         Column("ticks", ",d"),
@@ -94,11 +100,13 @@ def _files() -> Table:
         Column("us a line", ".1f"),
         Column("peak memory, MB", ",.0f"),
         Column("setpoints on the disk, MB", ",.0f"),
+        Column("measured too, s", ".1f"),
     )
     notes = (
         f"G-code of lines of {LINE:g} mm along a winding curve, F{60 * LINE_FEED:g}, smoothed by 0.01 mm, as "
         "`splinefeed run` does it above a million lines: looked through, read, smoothed, planned by `look-ahead` on "
-        "the axes' acceleration and jerk, placed, checked and written as HDF5, 1 ms, each in a process of its own.",
+        "the axes' acceleration and jerk, placed, checked and written as HDF5, 1 ms, each in a process of its own. "
+        "Measured too: with the use of limits, ripple, chord errors and what figures need, as a whole run has them.",
     )
     return Table("A file of any length, by windows.", columns, tuple(rows), notes)
 
@@ -117,25 +125,51 @@ def write_program(file: str, count: int) -> None:
 
 def by_windows(file: str) -> dict[str, Any]:
     """From a program to checked setpoints beside it; called in a process of its own."""
+    from splinefeed.checks.check import Check
+    from splinefeed.runs.fold import fold
+    from splinefeed.runs.long_path import PartReader, windows
+    from splinefeed.runs.meters import CheckMeter
+
+    def made(job: MotionJob, writer: Meter) -> Verdict:
+        check = Check(job.limits)
+        source = job.path.in_parts
+        assert source is not None
+        checked = CheckMeter(check)
+        reading = PartReader(source, job.reading, check.part)
+        fold(windows(reading, job.limits, job.period), [checked, writer])
+        return checked.verdict
+
+    return _timed(file, made)
+
+
+def measured(file: str) -> dict[str, Any]:
+    """The same with all that a run measures; called in a process of its own."""
+    from splinefeed.runs.run import carry_out
+
+    return _timed(file, lambda job, writer: carry_out(job, meters=[writer]).verdict)
+
+
+def _timed(file: str, made: Callable[[MotionJob, Meter], Verdict]) -> dict[str, Any]:
+    """Time, memory and size of what makes a verdict of a job and writes its setpoints."""
     import splinefeed as sf
     from splinefeed.formats.setpoints import Writer
     from splinefeed.runs.meters import FileMeter
-    from splinefeed.runs.run import MotionJob, carry_out
+    from splinefeed.runs.run import MotionJob
 
     limits = sf.Limits(feed=LINE_FEED, axis_acceleration=1500, axis_jerk=5e4)
-    seconds, made = 0.0, None
+    seconds, verdict = 0.0, None
     write_program(f"{file}.nc", 2_000)
     for source in (f"{file}.nc", file):  # the first one compiles
         start = time.process_time()
         job = MotionJob(sf.formats.read_parts(source), limits, period=PERIOD, reading={"smooth": "program"})
         with Writer(f"{file}.h5") as writer:
-            made = carry_out(job, meters=[FileMeter(writer)])
+            verdict = made(job, FileMeter(writer))
         seconds = time.process_time() - start
-        if not made.verdict.ok:
-            raise AssertionError(made.verdict.problems)
-    assert made is not None
+        if not verdict.ok:
+            raise AssertionError(verdict.problems)
+    assert verdict is not None
     size = Path(f"{file}.h5").stat().st_size
-    return {"ticks": made.verdict.numbers["ticks"], "seconds": seconds, "peak": peak_memory(), "size": size}
+    return {"ticks": verdict.numbers["ticks"], "seconds": seconds, "peak": peak_memory(), "size": size}
 
 
 def arcs(pieces: int) -> Iterator[Any]:
