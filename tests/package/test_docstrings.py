@@ -16,7 +16,10 @@ import splinefeed as sf
 from docs_pages import ROOT
 
 #: Rooms whose docstrings are in this form; a room joins when its last public name is.
-DONE = ("checks",)
+DONE = (
+    "checks",
+    "runs",
+)
 #: Sections in their order.
 SECTIONS = ["Parameters", "Attributes", "Returns", "Yields", "Raises", "Notes", "References", "Examples"]
 #: With what the sentence of a function begins.

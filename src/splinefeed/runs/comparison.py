@@ -63,10 +63,18 @@ class MethodResult:
     replaced : int
         Steps without a finite result.
 
-    Notes
-    -----
-    Source: docs/math/interpolators.md.
-    Example: `next(sf.runs.compare(path, law, methods=["taylor-2"], timed=False)).result.as_dict()`
+    References
+    ----------
+    .. [1] docs/math/interpolators.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.shapes.circle(radius=10)
+    >>> law = sf.plan(path, sf.Limits(feed=50, acceleration=1000, jerk=50000), period=1e-3)
+    >>> result = next(sf.runs.compare(path, law, methods="taylor-1", timed=False)).result
+    >>> result.title, result.replaced
+    ('Taylor, first order', 0)
     """
 
     method: str
@@ -94,12 +102,20 @@ class MethodTrace:
     result : MethodResult
         What the method did.
     t, relative : array (m,)
-        Start of each step, s, and the relative error of its feed.
+        Start of each step, s, and the relative error of its feed: |step / planned step - 1|.
 
-    Notes
-    -----
-    Source: docs/math/interpolators.md.
-    Example: `next(sf.runs.compare(path, law, methods=["taylor-2"], timed=False)).result.ripple_max`
+    References
+    ----------
+    .. [1] docs/math/interpolators.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.shapes.circle(radius=10)
+    >>> law = sf.plan(path, sf.Limits(feed=50, acceleration=1000, jerk=50000), period=1e-3)
+    >>> trace = next(sf.runs.compare(path, law, methods="taylor-1", timed=False))
+    >>> bool(trace.relative.max() == trace.result.ripple_max)
+    True
     """
 
     result: MethodResult
@@ -142,9 +158,9 @@ def compare(
     timed : bool, optional
         Whether the time of a setpoint is measured: each method is compiled for it, and run again and again.
 
-    Returns
-    -------
-    iterator of MethodTrace
+    Yields
+    ------
+    MethodTrace
         One at a time, in the given order; errors in mm, times in ns.
 
     Raises
@@ -152,10 +168,19 @@ def compare(
     LimitsError
         For more than MOST_TICKS ticks; and what `Interpolator` raises, before the first method runs.
 
-    Notes
-    -----
-    Source: docs/math/interpolators.md names the papers.
-    Example: `[trace.result for trace in sf.runs.compare(path, law, methods=["taylor-2", "arc-length"], timed=False)]`
+    References
+    ----------
+    .. [1] docs/math/interpolators.md names the papers of the methods.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.shapes.circle(radius=10)
+    >>> law = sf.plan(path, sf.Limits(feed=50, acceleration=1000, jerk=50000), period=1e-3)
+    >>> for trace in sf.runs.compare(path, law, methods=["taylor-1", "arc-length"], timed=False):
+    ...     print(trace.result.method, trace.result.ripple_max < 1e-9)
+    taylor-1 False
+    arc-length True
     """
     if period is not None or law.period is not None:
         check_ticks(law, positive(law.period if period is None else period, "period"))

@@ -31,9 +31,24 @@ _FEEDS = ("feed", "start_feed", "end_feed")
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """One simulated run under limits scaled by `scale`; feed is the highest of its law, mm/s.
+    """One simulated run under limits that are scaled.
 
-    error, rms  contour error, mm; at_s  where it is largest, mm; stopped  why an axis ran away, or None
+    Parameters
+    ----------
+    scale : float
+        Of the limits, 1 as they are given.
+    limits, law : Limits, TimeLaw
+        Of this run.
+    feed : float
+        The highest of its law, mm/s.
+    duration : float
+        In s.
+    error, rms : float
+        Contour error, the largest and the root mean square, mm.
+    at_s : float or None
+        Where it is largest, mm.
+    stopped : str or None
+        Why an axis ran away, or None.
     """
 
     scale: float
@@ -66,9 +81,20 @@ class Trial:
 
 @dataclass(frozen=True, eq=False)
 class FeedTuning:
-    """Trials by increasing scale, and the best that keeps the tolerance, mm, its setpoints and the machine's response.
+    """Trials of a search for the fastest motion, and the best.
 
-    notes  what the search found that is unusual, and those of the law, one sentence each
+    Parameters
+    ----------
+    tolerance : float
+        Of the contour error, mm.
+    trials : tuple of Trial
+        By increasing scale.
+    best : Trial or None
+        The one with the highest scale that keeps the tolerance; None where none does.
+    setpoints, served : Setpoints, Servo, or None
+        Of the best one, and what the machine did.
+    notes : tuple of str
+        What the search found that is unusual, and those of the law, one sentence each.
     """
 
     tolerance: float
@@ -97,9 +123,27 @@ class FeedTuning:
 
 
 def scaled(limits: Limits, scale: float, vary: str = "all") -> Limits:
-    """The limits of the same motion in 1 / scale of its time: velocities by scale, accelerations by scale^2, jerks ^3.
+    """Scale limits so that the same motion takes 1 / scale of its time.
 
-    vary="feed": the feed along the path alone. Chord error and travel are lengths, and stay.
+    Parameters
+    ----------
+    limits : Limits
+        To be scaled.
+    scale : float
+        Of time: velocities are multiplied by it, accelerations by its square, jerks by its cube. Chord error and travel
+        are lengths, and stay.
+    vary : str, optional
+        "all", or "feed": the feed along the path alone.
+
+    Returns
+    -------
+    Limits
+        The scaled ones.
+
+    Raises
+    ------
+    InputError
+        For another `vary`, and for "feed" without a feed.
     """
     if vary not in VARY:
         raise InputError(f"vary is {vary!r}; choose one of {', '.join(VARY)}")
@@ -117,13 +161,45 @@ def tune_feed(
     method: str = DEFAULT_METHOD, corrections: int = 1, vary: str = "all",
     on_progress: Callable[[str], None] | None = None,
 ) -> FeedTuning:  # fmt: skip
-    """The fastest motion along `path`, of those under `limits` scaled down, whose contour error keeps `tolerance`, mm.
+    """Find the fastest motion along a path, of those under scaled limits, whose contour error keeps a tolerance.
 
+    Parameters
+    ----------
+    path : Path
+        To drive along.
+    limits : Limits
+        Of the motion at scale 1.
+    machine : Machine
+        That follows it, simulated.
+    tolerance : float
+        Of the contour error, mm.
+    period : float
+        Of the servo, s.
+    strategy : str, optional
+        As for `plan`.
+    method, corrections : str, int, optional
+        As for `interpolate`.
+    vary : str, optional
+        As for `scaled`.
+    on_progress : callable, optional
+        Called with what is being tried, in words.
+
+    Returns
+    -------
+    FeedTuning
+        With every trial, and the best.
+
+    Raises
+    ------
+    LimitsError
+        For a tolerance that is not positive, and for too many ticks; and what `plan`, `interpolate` and `follow` raise.
+
+    Notes
+    -----
     Each trial plans, interpolates, and lets the machine follow. Friction, counts and saturation make the error a
     non-monotone function of the feed. So scales from 1 to LOWEST in equal ratios come first; the highest that keeps the
     tolerance is bracketed by the next one above, which does not, and the boundary between them is halved until it is
     known within CLOSE_ENOUGH. The result is a trial that was simulated, never interpolated between two.
-    Raises what `plan`, `interpolate` and `follow` raise, and LimitsError for a tolerance that is not positive.
     """
     allowed = positive(tolerance, "contour tolerance")
     for axis in path.axes:

@@ -29,12 +29,35 @@ def convert(
     tolerance: float | str | None = None,
     writing: Mapping[str, Any] | None = None,
 ) -> tuple[tuple[str, ...], int | None, float | None]:
-    """Write `paths` to the file `target`, whose suffix says the format, read it back, and measure.
+    """Write paths to a file, read it back, and measure how far it is from them.
 
-    `tolerance`, mm, is for what the format cannot hold exactly; `writing` are options of the format's writer. Returns
-    what was approximated and what is lost, one sentence each, the number of curves in the file as it was read back, and
-    the largest distance, mm, of points on the paths from them over the linear axes that both have; None where that is
-    not possible. Raises FormatError for what cannot be written, InputError for an option that the format does not have.
+    Parameters
+    ----------
+    paths : sequence of Path
+        To be written.
+    target : str or PathLike
+        The file; its suffix says the format.
+    tolerance : float or str, optional
+        For what the format cannot hold exactly, mm.
+    writing : mapping of str to object, optional
+        Options of the format's writer.
+
+    Returns
+    -------
+    notes : tuple of str
+        What was approximated and what is lost, one sentence each.
+    curves : int or None
+        How many the file has, as it was read back; None where it cannot be, and of more than MOST_CURVES curves.
+    distance : float or None
+        The largest of points on the paths from the curves of the file, mm, over the linear axes that both have; None
+        where it cannot be measured.
+
+    Raises
+    ------
+    FormatError
+        For what cannot be written.
+    InputError
+        For an option that the format does not have.
     """
     found = registry.format_to_write(target)
     options = {} if tolerance is None or "tolerance" not in found.writing_options else {"tolerance": tolerance}

@@ -20,10 +20,18 @@ NEIGHBOURS = 2
 class Chunk:
     """Setpoints that follow each other, with the path and the law that they are measured by.
 
-    own     the setpoints; t, s and curve count from the start of the motion
-    around  they and up to NEIGHBOURS ticks on both sides, on `path` by `law`: t, s and curve count from their starts
-    first   index in `around` at which `own` begins
-    path    the whole path, or the parts of it that `around` lies on; law  its time law, or that over these parts
+    Parameters
+    ----------
+    own : Setpoints
+        The setpoints; t, s and curve count from the start of the motion.
+    around : Setpoints
+        They and up to NEIGHBOURS ticks on both sides, on `path` by `law`: t, s and curve count from their starts.
+    first : int
+        Index in `around` at which `own` begins.
+    path : Track
+        The whole path, or the parts of it that `around` lies on.
+    law : TimeLaw
+        Its time law, or that over these parts.
     """
 
     own: Setpoints
@@ -57,7 +65,25 @@ class Meter(Protocol):
 
 
 def fold(chunks: Iterable[Chunk], meters: Sequence[Meter]) -> int:
-    """Show every chunk to every meter, and count the ticks; InputError where there are none."""
+    """Show every chunk to every meter, and count the ticks.
+
+    Parameters
+    ----------
+    chunks : iterable of Chunk
+        Of a motion, in order.
+    meters : sequence of Meter
+        Each sees `start` before the first chunk, `feed` each, and `finish` at the end.
+
+    Returns
+    -------
+    int
+        Ticks of all chunks.
+
+    Raises
+    ------
+    InputError
+        Where there are no setpoints.
+    """
     count = 0
     for chunk in chunks:
         for meter in meters:
@@ -73,13 +99,41 @@ def fold(chunks: Iterable[Chunk], meters: Sequence[Meter]) -> int:
 
 
 def on_one_path(setpoints: Iterable[Setpoints], path: Track, law: TimeLaw) -> Iterator[Chunk]:
-    """Setpoints of a path that is there as a whole, each chunk with the ticks before and behind it."""
+    """Pair setpoints of a path that is there as a whole with the ticks before and behind them.
+
+    Parameters
+    ----------
+    setpoints : iterable of Setpoints
+        Chunks, in order.
+    path, law : Track, TimeLaw
+        What they were made from.
+
+    Yields
+    ------
+    Chunk
+        For each chunk that has ticks.
+    """
     for around, first, own in with_neighbours(setpoints):
         yield Chunk(own, around, first, path, law)
 
 
 def with_neighbours(chunks: Iterable[Setpoints]) -> Iterator[tuple[Setpoints, int, Setpoints]]:
-    """Each chunk that has ticks with those before and behind it, where it begins in that, and by itself."""
+    """Pair each chunk that has ticks with those before and behind it.
+
+    Parameters
+    ----------
+    chunks : iterable of Setpoints
+        In order.
+
+    Yields
+    ------
+    around : Setpoints
+        The chunk with up to NEIGHBOURS ticks on both sides.
+    first : int
+        Index in `around` at which the chunk begins.
+    chunk : Setpoints
+        By itself.
+    """
     before: list[Setpoints] = []
     held: Setpoints | None = None
     for chunk in chunks:

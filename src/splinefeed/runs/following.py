@@ -37,15 +37,33 @@ class Deviation:
 class Servo:
     """A machine that follows setpoints piece by piece, and the tally of its errors; the same bits as in one run.
 
-    first    the first setpoints: they have the axes, the period, and the places of axes that rest
-    path     the contour error is measured against it, near the commanded points; without it there is none
-    law      how far setpoints are off it is measured, too: `off_law`, mm over the linear axes
-    linear   as `simulation.follow.Follower` takes it
-    keep     keeps the response for `response` and `deviation`: all of it, or the samples with its peaks
-    tally    the largest errors so far, where, and root mean squares; notes  what is left out, one sentence each
+    Parameters
+    ----------
+    machine : Machine
+        Whose axes follow.
+    first : Setpoints
+        The first ones: they have the axes, the period, and the places of axes that rest.
+    path : Path, optional
+        The contour error is measured against it, near the commanded points; without it there is none.
+    law : TimeLaw, optional
+        How far setpoints are off it is measured, too: `off_law`, mm over the linear axes.
+    linear : bool, optional
+        As `simulation.follow.Follower` takes it.
+    keep : Kept, optional
+        Keeps the response for `response` and `deviation`: all of it, or the samples with its peaks.
 
-    An axis of the setpoints that the machine lacks is left out as long as it does not move; one that moves is an
-    InputError, and so is a linear axis of the path that the setpoints lack.
+    Attributes
+    ----------
+    tally : ErrorTally
+        The largest errors so far, where, and root mean squares.
+    notes : list of str
+        What is left out, one sentence each.
+
+    Raises
+    ------
+    InputError
+        For no setpoints, a linear axis of the path that they lack, and an axis that moves and that the machine lacks;
+        one that does not move is left out.
     """
 
     def __init__(
@@ -104,9 +122,24 @@ class Servo:
         return 0.0 if self._placer is None else self._placer.apart
 
     def follow(self, setpoints: Setpoints, on_path: Setpoints | None = None) -> Response:
-        """The response to the next setpoints; shorter than they are if an axis runs away.
+        """Follow the next setpoints.
 
-        on_path  the same with t, s and curve from the start of the part of the path that they lie on, where it is one
+        Parameters
+        ----------
+        setpoints : Setpoints
+            The next ones.
+        on_path : Setpoints, optional
+            The same with t, s and curve from the start of the part of the path that they lie on, where it is one.
+
+        Returns
+        -------
+        Response
+            Shorter than the setpoints if an axis runs away.
+
+        Raises
+        ------
+        InputError
+            For other axes than the first setpoints have, and for one that moves and that the machine lacks.
         """
         here = on_path or setpoints
         if setpoints.axes != self.axes:
@@ -185,7 +218,7 @@ class Servo:
 
 
 def follow(setpoints: Setpoints, machine: Machine | str, *, path: Path | None = None, linear: bool = False) -> Response:
-    """Simulate the axes of `machine` as they follow `setpoints`, from rest at the first one.
+    """Simulate the axes of a machine as they follow setpoints, from rest at the first one.
 
     Parameters
     ----------
@@ -211,8 +244,20 @@ def follow(setpoints: Setpoints, machine: Machine | str, *, path: Path | None = 
 
     Notes
     -----
-    For jobs that do not fit in memory there is `follow_chunks`. Source: docs/machines.md has the model.
-    Example: `sf.runs.follow(setpoints, machine, path=path).tracking_error`
+    For jobs that do not fit in memory there is `splinefeed.runs.following.follow_chunks`.
+
+    References
+    ----------
+    .. [1] docs/machines.md has the model.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.shapes.circle(radius=10)
+    >>> setpoints = sf.interpolate(path, sf.plan(path, sf.Limits(feed=20, acceleration=200, jerk=5000), period=1e-3))
+    >>> response = sf.runs.follow(setpoints, "xytheta", path=path)
+    >>> response.stopped is None, 0.0 < response.contour_error_max < 0.1
+    (True, True)
     """
     machine = Machine.load(machine) if isinstance(machine, str) else machine
     expect("follow(setpoints, machine)", (setpoints, Setpoints), (machine, Machine))
@@ -227,7 +272,20 @@ def serve(path: Path, law: TimeLaw, setpoints: Setpoints, machine: Machine) -> S
 
 
 def follow_chunks(chunks: Iterable[Setpoints], servo: Servo) -> Iterator[Response]:
-    """The response piece by piece, for jobs that do not fit in memory; ends with the piece that has a run-away."""
+    """Follow setpoints chunk by chunk, for jobs that do not fit in memory.
+
+    Parameters
+    ----------
+    chunks : iterable of Setpoints
+        That follow each other.
+    servo : Servo
+        The machine that follows them.
+
+    Yields
+    ------
+    Response
+        To each chunk; the last one is that in which an axis runs away.
+    """
     for setpoints in chunks:
         yield servo.follow(setpoints)
         if servo.stopped is not None:

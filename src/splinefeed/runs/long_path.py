@@ -69,13 +69,25 @@ def stream_setpoints(
     Raises
     ------
     InputError
-        For no parts; and what `LookAhead` raises.
+        For no parts, and for a chunk that is no whole number of ticks; and what `LookAhead` raises.
 
     Notes
     -----
     The motion is that of the `look-ahead` strategy and keeps all limits; each setpoint is where the law puts it
-    (`arc-length`). Source: docs/scale.md.
-    Example: `next(sf.runs.stream_setpoints(path, limits, period=1e-3, chunk=100)).position`
+    (`arc-length`).
+
+    References
+    ----------
+    .. [1] docs/scale.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> line = sf.Path.polyline([[0, 0], [30, 0]])
+    >>> limits = sf.Limits(feed=60, acceleration=500, jerk=20000)
+    >>> first = next(sf.runs.stream_setpoints(line, limits, period=1e-3, chunk=100))
+    >>> first.position.shape
+    (100, 2)
     """
     if isinstance(chunk, bool) or int(chunk) != chunk or chunk < 1:
         raise InputError(f"chunk is {chunk!r}; expected a whole number of ticks from 1 up")
@@ -252,9 +264,19 @@ def windows(paths: Iterable[Path], limits: Limits, period: float) -> Iterator[Ch
 class PartReader:
     """A file that is read part by part, each smoothed as it comes, and how far that is.
 
-    how       `smooth`, the tolerance, mm, or PROGRAM; without it the path stays; `corners`; `corner_angle`, degrees
-    on_part   is called with each part of the path before it is planned
-    read      moves or points so far
+    Parameters
+    ----------
+    source : PathParts
+        The file.
+    how : mapping of str to object
+        `smooth`, the tolerance, mm, or PROGRAM, without which the path stays; `corners`; `corner_angle`, degrees.
+    on_part : callable
+        Called with each part of the path before it is planned.
+
+    Attributes
+    ----------
+    read : int
+        Moves or points so far.
     """
 
     def __init__(self, source: PathParts, how: Mapping[str, Any], on_part: Callable[[Path], None]) -> None:

@@ -19,12 +19,27 @@ from splinefeed.records import ROTARY_AXES, Setpoints
 def pulse_words(
     points: Setpoints, pulses_per_unit: Mapping[str, float], slots: int | None = None, *, rotary: str = "rad"
 ) -> tuple[BitPattern, dict[str, Any]]:
-    """The words, and their numbers as `splinefeed pulses --json` has them; see `formats.bit_pattern.encode`.
+    """Encode setpoints as pulse words of a motion card, and count what they hold.
 
-    slots    of a period; None takes the fewest that are enough
-    fastest  most pulses of one axis in one period, its rate in Hz, and its tick (the period after it)
-    pulses_plus, pulses_minus  sent each way by axis;  off_max_pulses  largest distance of a setpoint from what the
-             words lead to
+    Parameters
+    ----------
+    points : Setpoints
+        Of n ticks, mm, rotary axes rad.
+    pulses_per_unit : mapping of str to float
+        By axis.
+    slots : int, optional
+        Of a period; the fewest that are enough by default.
+    rotary : str, optional
+        "rad" or "deg": the unit of `pulses_per_unit` of rotary axes.
+
+    Returns
+    -------
+    pattern : BitPattern
+        The words, as `formats.bit_pattern.encode` makes them.
+    numbers : dict of str to object
+        As `splinefeed pulses --json` has them: `fastest`, most pulses of one axis in one period, its rate in Hz, and
+        its tick (the period after it); `pulses_plus` and `pulses_minus`, sent each way by axis; `off_max_pulses`, the
+        largest distance of a setpoint from what the words lead to.
     """
     counts, scales = bit_pattern.counts_of(points, pulses_per_unit, rotary)
     steps = np.abs(np.diff(counts, axis=0))

@@ -27,11 +27,28 @@ ZERO = (
 
 
 def at_corners(path: Path | PathParts, limits: Limits, machine: Machine | None, how: Mapping[str, Any]) -> list[str]:
-    """What to say of the corners at which the tool stops: how many, what else would pass them, and how to smooth them.
+    """Say at how many corners the tool stops, what else would pass them, and how to smooth them.
 
+    Parameters
+    ----------
+    path : Path or PathParts
+        To be driven.
+    limits : Limits
+        That hold.
+    machine : Machine or None
+        Whose control passes corners, or not.
+    how : mapping of str to object
+        How the path was smoothed, as `settings.smooth` takes it.
+
+    Returns
+    -------
+    list of str
+        One sentence each.
+
+    Notes
+    -----
     Corners where nothing but the direction stops the tool count: those beside rapid moves, and where a program waits,
-    are stops whatever is smoothed. Of a path in parts their number is not known. how  it was smoothed, as
-    `settings.smooth` has it
+    are stops whatever is smoothed. Of a path in parts their number is not known.
     """
     if limits.axis_velocity_step is not None:
         return []
@@ -56,7 +73,22 @@ def at_corners(path: Path | PathParts, limits: Limits, machine: Machine | None, 
 
 
 def at_zero(path: Path | PathParts, limits: Limits, how: Mapping[str, Any]) -> list[str]:
-    """What to say of a program in a machine's travel, where nobody said where its zero lies; how  it was read."""
+    """Say where a program's zero is taken to lie in a machine's travel, if nobody said it.
+
+    Parameters
+    ----------
+    path : Path or PathParts
+        Of a program, or not.
+    limits : Limits
+        With travel, or without.
+    how : mapping of str to object
+        How the program was read: `offsets` say where its zero lies.
+
+    Returns
+    -------
+    list of str
+        One sentence, or none.
+    """
     programmed = path.in_parts.unit == MOVES if path.in_parts is not None else path.tip_path.lines is not None
     return [ZERO] if limits.travel and programmed and "offsets" not in how else []
 

@@ -31,7 +31,7 @@ MOST_TICKS = 4_000_000
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """The result of one run; `numbers()` is what `--json` prints.
+    """Hold what a run made and what was measured of it; `numbers()` is what `--json` prints.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Run:
     limits : Limits
         That it was planned and checked with.
     ticks : int
-        Number of setpoints.
+        Number of setpoints n.
     kept : Setpoints
         All of them, or of a long motion those that figures need, every peak among them.
     motion, use, tip : AxisMotion, LimitUse, TipMotion
@@ -64,8 +64,21 @@ class Run:
 
     Notes
     -----
-    Lengths in mm, times in s, arrays (n,) or (n, axes) of n ticks. Source: docs/code-overview.md.
-    Example: `sf.run(path, limits).numbers()["duration_s"]`
+    Lengths in mm, times in s, arrays (n,) or (n, axes) of n ticks.
+
+    References
+    ----------
+    .. [1] docs/code-overview.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> line = sf.Path.polyline([[0, 0], [30, 0]])
+    >>> run = sf.run(line, sf.Limits(feed=60, acceleration=500, jerk=20000))
+    >>> run
+    Run(Path('path', 1 curve(s), axes x y, 30 mm), seven-phase, 0.645 s, 646 setpoints, ok=True)
+    >>> run.points.position.shape
+    (646, 2)
     """
 
     path: Path
@@ -171,14 +184,37 @@ class Run:
         return line if held is None else np.concatenate([line, _broken(held)])
 
     def poses(self, most: int) -> tuple[Array, Array] | None:
-        """Times (k,), s, evenly apart, and the arm then as lines (k, points, 3), mm; None of what is no arm."""
+        """Give the lines of an arm at some times of the motion.
+
+        Parameters
+        ----------
+        most : int
+            How many times there are at the most.
+
+        Returns
+        -------
+        tuple of array or None
+            Times (k,), s, evenly apart, and the arm then as lines (k, points, 3), mm, from base to tip; None where what
+            moves is no arm.
+        """
         kept, moved = self.kept, self.path if self.joints is None else self.joints
         at = np.unique(np.searchsorted(kept.t, np.linspace(kept.t[0], kept.t[-1], most)).clip(0, len(kept.t) - 1))
         arm = moved.sticks(kept.position[at])
         return None if arm is None else (kept.t[at], arm)
 
     def setpoints(self) -> Setpoints | Iterator[Setpoints]:
-        """All setpoints, whole or in chunks; LimitsError for a path that came in parts, whose setpoints are written."""
+        """Give all setpoints, whole or in chunks.
+
+        Returns
+        -------
+        Setpoints or iterator of Setpoints
+            The whole where it is kept, else chunks, made again: positions (n, axes), mm, rotary axes rad.
+
+        Raises
+        ------
+        LimitsError
+            For a path that came in parts, whose setpoints were made once, and written.
+        """
         settings, made = self.kept.settings, self.chunks
         if self.whole:
             return self.kept
@@ -227,9 +263,13 @@ class Run:
         return float(self.measured()["chord_error_max_mm"])
 
     def numbers(self) -> dict[str, Any]:
-        """Durations in s, lengths in mm, limits with their worst value, share and place; rotary axes in degrees.
+        """Give the numbers of the run, as `--json` prints them.
 
-        Lengths along a path of joints are in its `unit`, rad, also those whose keys end in _mm.
+        Returns
+        -------
+        dict of str to object
+            Durations in s, lengths in mm, limits with their worst value, share and place; rotary axes in degrees.
+            Lengths along a path of joints are in its `unit`, rad, also those whose keys end in _mm.
         """
         setpoints, notes = self.kept, () if self.planned is None else self.planned.notes
         return {
@@ -254,9 +294,13 @@ class Run:
         }
 
     def axis_peaks(self) -> dict[str, dict[str, float | str]]:
-        """Largest |velocity|, |acceleration| and |jerk| of each axis, in mm or degrees, with the unit.
+        """Give the largest |velocity|, |acceleration| and |jerk| of each axis.
 
-        For linear axes their shares of the path's own acceleration and jerk, too, which they need not keep.
+        Returns
+        -------
+        dict of str to dict
+            By axis, in mm or degrees, with the unit. Linear axes also have their shares of the path's own acceleration
+            and jerk, which they need not keep.
         """
         own = self.own_limits()
         peaks: dict[str, dict[str, float | str]] = {}
@@ -269,7 +313,13 @@ class Run:
         return peaks
 
     def own_limits(self) -> dict[str, float]:
-        """Acceleration and jerk that the path was planned with, the larger of speeding up and down; none left out."""
+        """Give the acceleration and the jerk along the path that it was planned with.
+
+        Returns
+        -------
+        dict of str to float
+            By name, mm/s^2 and mm/s^3, the larger of speeding up and slowing down; without those that have no limit.
+        """
         limits = self.limits.as_dict()
         both = (("acceleration", "deceleration"), ("jerk", "deceleration_jerk"))
         return {name: max(limits[name], limits[other]) for name, other in both if {name, other} <= limits.keys()}

@@ -48,13 +48,28 @@ Read = Callable[[int, int], None]
 class MotionJob:
     """A motion that is wanted: where, within which limits, on which machine, planned how.
 
-    path        to drive along; one of a file too long to be held comes in parts
-    limits      complete
-    machine     whose axes follow the setpoints, or whose joints a tool path is planned in; None for none
-    period      of the servo, s; strategy  None chooses one that keeps the limits; method, corrections  of the setpoints
-    start       where on the path it begins, and how; None for its start
-    source      what the user calls the path; reading  how it was read, as options of the command line say it
-    notes       what was assumed, one sentence each
+    Parameters
+    ----------
+    path : Track or PathParts
+        To drive along; a file too long to be held comes in parts.
+    limits : Limits
+        Complete: of all that the motion has to keep.
+    machine : Machine, optional
+        Whose axes follow the setpoints, or in whose joints a tool path is planned; None for none.
+    period : float, optional
+        Of the servo, s.
+    strategy : str, optional
+        As for `plan`; None chooses one that keeps the limits.
+    method, corrections, tolerance : str, int, float, optional
+        As for `interpolate`.
+    start : State, optional
+        Where on the path the motion begins, and how; None for its start, at rest.
+    source : str, optional
+        What the user calls the path.
+    reading : mapping of str to object, optional
+        How the path was read, as options of the command line say it.
+    notes : tuple of str, optional
+        What was assumed, one sentence each.
     """
 
     path: Track | PathParts
@@ -86,7 +101,9 @@ def run(
     meters: Sequence[Meter] = (),
     on_progress: Listener | None = None,
 ) -> Run:
-    """Plan, interpolate and measure one path; defaults are the paper's limits and period.
+    """Plan a motion along a path, interpolate it, and measure it.
+
+    The limits and the period that are left out are those of the paper [1]_.
 
     Parameters
     ----------
@@ -106,7 +123,7 @@ def run(
     start : State, optional
         Where on the path the motion begins, and how, as `plan` takes it.
     law : TimeLaw, optional
-        If it is planned already, which knows its start.
+        If it is planned already; it knows its start.
     meters : sequence of Meter, optional
         Further ones of the chunks, such as writers of files (`splinefeed.runs.fold`).
     on_progress : callable, optional
@@ -120,16 +137,26 @@ def run(
     Raises
     ------
     InputError
-        For a machine that cannot follow a tool path.
+        For a machine that cannot follow a tool path, and for a start beside a law.
     LimitsError
         For more than MOST_IN_CHUNKS ticks; and what `plan`, `interpolate` and `follow` raise.
 
     Notes
     -----
     Setpoints are made and measured in chunks, once. Of more than 250,000 ticks those that figures need are kept, and
-    `setpoints()` of the run makes all of them again.
-    Source: docs/code-overview.md walks through it.
-    Example: `sf.run(path, sf.Limits(feed=60, axis_jerk=20000)).numbers()["duration_s"]`
+    `setpoints()` of the run makes all of them again. docs/code-overview.md walks through this function.
+
+    References
+    ----------
+    .. [1] S. Alimohammadi and B. Motakef Imani, Modares Mechanical Engineering 15(13) (2015) 158-162; docs/paper.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> line = sf.Path.polyline([[0, 0], [30, 0]])
+    >>> run = sf.run(line, sf.Limits(feed=60, acceleration=500, jerk=20000))
+    >>> run.ok, run.ticks, round(run.duration, 6)  # 30/60 + 60/500 + 500/20000
+    (True, 646, 0.645)
     """
     expect("run(path, limits)", (path, (Path, Track)), (limits, Limits))
     model = Machine.load(machine) if isinstance(machine, str) else machine
@@ -149,13 +176,32 @@ def carry_out(
     responses: Writer | None = None,
     on_read: Read | None = None,
 ) -> Run:
-    """Plan, interpolate and measure a job in one pass; further `meters` see every chunk, too.
+    """Plan, interpolate and measure a job in one pass.
 
-    law        if it is planned already
-    responses  writes what the machine does
-    on_read    is called with how far a path that comes in parts is
-    Raises what `plan`, `interpolate` and `follow` raise, InputError for a machine that cannot follow a tool path, or
-    for a path in parts and what needs a whole one, and LimitsError for more than MOST_IN_CHUNKS ticks.
+    Parameters
+    ----------
+    job : MotionJob
+        What to do.
+    law : TimeLaw, optional
+        If it is planned already.
+    meters : sequence of Meter, optional
+        Further ones, which see every chunk, too.
+    responses : Writer, optional
+        Writes what the machine does.
+    on_read : callable, optional
+        Called with how many moves of a path in parts are planned, and how many setpoints are made.
+
+    Returns
+    -------
+    Run
+        With setpoints (n, axes), mm, rotary axes rad.
+
+    Raises
+    ------
+    InputError
+        For a machine that cannot follow a tool path, and for a path in parts with what needs a whole one.
+    LimitsError
+        For more than MOST_IN_CHUNKS ticks; and what `plan`, `interpolate` and `follow` raise.
     """
     if job.path.in_parts is not None:
         return _in_parts(job, job.path.in_parts, meters, responses, on_read or (lambda read, ticks: None))
@@ -219,9 +265,27 @@ def measured(
     meters: Sequence[Meter] = (),
     responses: Writer | None = None,
 ) -> Run:
-    """Setpoints that can be made, or read, again, at most `ticks` of them, measured and checked as a run in one pass.
+    """Measure and check setpoints that can be made, or read, again, in one pass.
 
-    meters  further ones, which see every chunk, too; responses  writes what the machine does
+    Parameters
+    ----------
+    path, limits, law : Track, Limits, TimeLaw
+        What the setpoints were made from.
+    chunks : callable
+        Makes the setpoints again, in chunks of so many ticks, each time that it is called.
+    ticks : int
+        Most of them that there are.
+    machine : Machine, optional
+        Whose axes follow them.
+    meters : sequence of Meter, optional
+        Further ones, which see every chunk, too.
+    responses : Writer, optional
+        Writes what the machine does.
+
+    Returns
+    -------
+    Run
+        As `run` gives it.
     """
     again = partial(chunks, CHUNK)
     check = Check(limits, law=law)
@@ -308,9 +372,26 @@ def check_axes(path: Path, machine: Machine) -> None:
 
 
 def on_machine(path: Track, machine: str | Machine | None, limits: Limits) -> Track:
-    """A tool path as joints of a machine; any other path as it is.
+    """Express a tool path as joints of a machine; leave any other path as it is.
 
-    Raises InputError for a tool path without a machine, a machine without kinematics, and a machine for another path.
+    Parameters
+    ----------
+    path : Track
+        A ToolPath, or any other.
+    machine : str or Machine or None
+        With kinematics, for a tool path; None for any other.
+    limits : Limits
+        Of which the travel of the joints is taken, mm and rad.
+
+    Returns
+    -------
+    Track
+        The JointPath, or `path`.
+
+    Raises
+    ------
+    InputError
+        For a tool path without a machine, a machine without kinematics, and a machine for another path.
     """
     if not path.needs_machine:
         if machine is not None:
@@ -332,7 +413,27 @@ def on_machine(path: Track, machine: str | Machine | None, limits: Limits) -> Tr
 
 
 def check_ticks(law: TimeLaw, period: float, most: int = MOST_TICKS) -> int:
-    """Ticks of `period` s in a motion at the most; LimitsError if they are more than `most`."""
+    """Count the ticks of a motion, and refuse too many.
+
+    Parameters
+    ----------
+    law : TimeLaw
+        Of the motion.
+    period : float
+        Of the servo, s.
+    most : int, optional
+        That are possible.
+
+    Returns
+    -------
+    int
+        The ticks at the most: ceil(duration / period) + 1.
+
+    Raises
+    ------
+    LimitsError
+        For more than `most` periods.
+    """
     ticks = law.duration / period
     if ticks > most:
         raise LimitsError(

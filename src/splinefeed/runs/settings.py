@@ -34,19 +34,49 @@ MISSING = {
 
 
 def planned_axes(path: Track | PathParts, machine: Machine | None) -> tuple[str, ...]:
-    """The axes that limits are for: those of a path, joints of the machine for a path with a tool axis."""
+    """Give the names that limits are for.
+
+    Parameters
+    ----------
+    path : Track or PathParts
+        To be planned.
+    machine : Machine or None
+        With kinematics, for a path with a tool axis.
+
+    Returns
+    -------
+    tuple of str
+        Axes of the path, or joints of the machine that a tool path is planned in.
+    """
     if path.needs_machine and machine is not None and machine.kinematics is not None:
         return machine.kinematics.joints
     return path.axes
 
 
 def completed(flat: Mapping[str, Any], machine: Machine | None, axes: Sequence[str], *, assume: bool = True) -> Limits:
-    """Limits from those that are given, over those that a machine has for the axes.
+    """Make limits of those that are given, over those that a machine has for the axes.
 
-    flat    limits as `Limits.as_dict` has them, or lists of quantities in the order of the axes, as files have them
-    assume  whether the paper's stand in along the path where none are said, those of acceleration and jerk only without
-            such limits of the axes
-    Raises LimitsError for a list that does not fit the axes, and for a number over a machine's where all of them turn.
+    Parameters
+    ----------
+    flat : mapping of str to object
+        Limits as `Limits.as_dict` has them, or lists of quantities in the order of the axes, as files have them.
+    machine : Machine or None
+        Whose limits hold where none are given.
+    axes : sequence of str
+        Of the path, or joints.
+    assume : bool, optional
+        Whether the paper's stand in along the path where none are said, those of acceleration and jerk only without
+        such limits of the axes.
+
+    Returns
+    -------
+    Limits
+        mm, rad and s.
+
+    Raises
+    ------
+    LimitsError
+        For a list that does not fit the axes, and for a number over a machine's where all of them turn.
     """
     out: dict[str, float] = {}
     own = {} if machine is None else machine.limits(axes)
@@ -71,11 +101,39 @@ def limited(
     assume: bool = True,
     rapids_too: bool = False,
 ) -> tuple[Any, Limits, tuple[str, ...]]:
-    """The path with its feeds as they are to be, limits for it from those that are given, and notes on them.
+    """Give a path the feeds that hold, and limits of those that are given.
 
-    Those of the machine's axes hold where none are given; feeds of a program where no feed is; and where `assume`, the
-    paper's. A feed that is given is the most of feed moves; rapid moves are as fast as the velocities of the axes allow
-    where each axis has one, unless the feed is for these, too (`rapids_too`). flat, and what is raised: as `completed`.
+    Parameters
+    ----------
+    path : Path or PathParts
+        With the feeds of its program, where it has some.
+    flat : mapping of str to object
+        As `completed` takes it.
+    machine : Machine or None
+        Whose limits hold where none are given.
+    assume : bool, optional
+        Whether the paper's stand in where neither the program nor the machine says a limit.
+    rapids_too : bool, optional
+        Whether a feed that is given is for rapid moves, too.
+
+    Returns
+    -------
+    path : Path or PathParts
+        With its feeds as they are to be, mm/s.
+    limits : Limits
+        For it.
+    notes : tuple of str
+        On them, one sentence each.
+
+    Raises
+    ------
+    LimitsError
+        As `completed` raises it.
+
+    Notes
+    -----
+    A feed that is given is the most of feed moves. Rapid moves are as fast as the velocities of the axes allow where
+    each axis has one.
     """
     axes = planned_axes(path, machine)
     said = path.feed_range
@@ -96,7 +154,20 @@ def limited(
 
 
 def fed(path: Any, feed: float) -> Any:
-    """A path, or one in parts, whose feed moves have this feed, mm/s, at most; rapid ones, of infinite feed, stay."""
+    """Bound the feeds of a path; rapid moves, of infinite feed, stay.
+
+    Parameters
+    ----------
+    path : Path or PathParts
+        To be driven.
+    feed : float
+        Of feed moves at the most, mm/s.
+
+    Returns
+    -------
+    Path or PathParts
+        The same where it has no feeds.
+    """
     if path.in_parts is not None:
         top, rapids = path.feeds
         return replace(path, feeds=(min(top, feed), rapids), make=lambda: (fed(part, feed) for part in path))
@@ -144,10 +215,22 @@ def missing(limits: Limits) -> list[str]:
 
 
 def at_programmed_feeds(limits: Limits, path: Path | PathParts) -> tuple[Limits, list[str]]:
-    """The limits for a path whose curves carry the feeds of a program, where no feed is given, and a note of it.
+    """Complete limits, where no feed is given, for a path whose curves carry the feeds of a program.
 
-    The programmed feeds then hold. Rapid moves run as fast as the axes can where their velocities are limited, else at
-    the highest programmed feed or the paper's, whichever is more. Limits stay as they are for a path without feeds.
+    Parameters
+    ----------
+    limits : Limits
+        Of all else.
+    path : Path or PathParts
+        With the programmed feeds, or none.
+
+    Returns
+    -------
+    limits : Limits
+        The programmed feeds hold. Rapid moves run as fast as the axes can where their velocities are limited, else at
+        the highest programmed feed or the paper's, whichever is more. The same for a path without feeds.
+    notes : list of str
+        What is said of it, one sentence.
     """
     if path.feed_range is None:
         return limits, []
@@ -165,13 +248,27 @@ def at_programmed_feeds(limits: Limits, path: Path | PathParts) -> tuple[Limits,
 
 
 def smooth(path: Path, how: Mapping[str, Any]) -> Path:
-    """The path smoothed by these settings; its findings state the proof.
+    """Smooth a path by a user's settings; its findings state the proof.
 
-    how  `smooth`, the tolerance, mm, or PROGRAM; without it the path stays; `corners`, `corner_angle`, degrees, and
-         `angle_tolerance`, of the tool axis or of rotary axes, rad
+    Parameters
+    ----------
+    path : Path
+        To be smoothed.
+    how : mapping of str to object
+        `smooth`, the tolerance, mm, or PROGRAM, without which the path stays; `corners`; `corner_angle`, degrees;
+        `angle_tolerance`, of the tool axis or of rotary axes, rad.
 
-    Raises InputError where a program has no tolerance, and CurveError if the path exceeds it, which is not known to
-    happen.
+    Returns
+    -------
+    Path
+        Within the tolerance of `path`.
+
+    Raises
+    ------
+    InputError
+        Where a program has no tolerance.
+    CurveError
+        If the path exceeds it, which is not known to happen.
     """
     if how.get("smooth") is None:
         return path

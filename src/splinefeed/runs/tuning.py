@@ -60,7 +60,7 @@ CALMER = (math.log(1.0 / 2.2 / 0.6), math.log(1.0 / 2.2 / 2.2 / 1.2), math.log(1
 class AxisTuning(tuning.TunedAxis):
     """One axis before and after.
 
-    Attributes
+    Parameters
     ----------
     rule : str
         By which its gains were found.
@@ -71,9 +71,19 @@ class AxisTuning(tuning.TunedAxis):
     tracking_before, tracking : float
         Largest |error| on the path, mm or rad, infinite if it ran away.
 
-    Notes
-    -----
-    Source: docs/tune.md. Example: `sf.runs.AxisTuning.__annotations__["tracking"]`
+    References
+    ----------
+    .. [1] docs/tune.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.shapes.circle(radius=10)
+    >>> setpoints = sf.interpolate(path, sf.plan(path, sf.Limits(feed=20, acceleration=200, jerk=5000), period=1e-3))
+    >>> tuned = sf.runs.tune_on_path(sf.Machine.load("xytheta"), setpoints, path, evaluations=2)
+    >>> x = tuned.axes["x"]
+    >>> x.tracking <= x.tracking_before, x.numbers()["tracking_unit"]
+    (True, 'mm')
     """
 
     tracking_before: float
@@ -88,7 +98,17 @@ class AxisTuning(tuning.TunedAxis):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TunedMachine:
-    """A machine with new gains; axes: each tuned axis, before and after."""
+    """A machine with new gains.
+
+    Parameters
+    ----------
+    machine : Machine
+        With the new gains.
+    period : float
+        Of the servo, s.
+    axes : mapping of str to TunedAxis
+        Each tuned axis, before and after.
+    """
 
     machine: Machine
     period: float
@@ -103,7 +123,7 @@ class TunedMachine:
 class PathTuning(TunedMachine):
     """Gains found on a path.
 
-    Attributes
+    Parameters
     ----------
     machine : Machine
         With the new gains.
@@ -120,10 +140,18 @@ class PathTuning(TunedMachine):
     evaluations : int
         Runs of the path that were made.
 
-    Notes
-    -----
-    Source: docs/tune.md.
-    Example: `sf.runs.tune(machine, setpoints=setpoints, path=path, evaluations=2).contour.max`
+    References
+    ----------
+    .. [1] docs/tune.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.shapes.circle(radius=10)
+    >>> setpoints = sf.interpolate(path, sf.plan(path, sf.Limits(feed=20, acceleration=200, jerk=5000), period=1e-3))
+    >>> tuned = sf.runs.tune(sf.Machine.load("xytheta"), setpoints=setpoints, path=path, evaluations=2)
+    >>> tuned.evaluations, tuned.contour.max <= tuned.before.max
+    (2, True)
     """
 
     axes: Mapping[str, AxisTuning]
@@ -159,7 +187,7 @@ def tune(what: ServoAxis | Machine, rule: str | None = None, **options: Any) -> 
         Whose gains are tuned.
     rule : str, optional
         Of an axis "margins" (the default) or one of `simulation.tuning.RULES`; of a Machine "path".
-    **options
+    **options : object
         Of an axis those of `simulation.tuning.tune`: `period` in s, `kind`, `bound`; of a Machine those of
         `tune_on_path`, of which `setpoints` and `path` are needed.
 
@@ -173,10 +201,19 @@ def tune(what: ServoAxis | Machine, rule: str | None = None, **options: Any) -> 
     InputError
         For anything but an axis or a Machine, a rule that does not fit it, and what the two raise.
 
-    Notes
-    -----
-    Source: J. G. Ziegler and N. B. Nichols, Trans. ASME 64 (1942) 759-768; the search on a path, see `tune_on_path`.
-    Example: `sf.runs.tune(sf.Machine.load("xytheta").axes["x"], "tyreus-luyben").controller.kp`
+    References
+    ----------
+    .. [1] J. G. Ziegler and N. B. Nichols, Trans. ASME 64 (1942) 759-768.
+    .. [2] B. D. Tyreus and W. L. Luyben, Ind. Eng. Chem. Res. 31 (1992) 2625-2628, doi:10.1021/ie00011a029.
+    .. [3] docs/tune.md; for the search on a path see `tune_on_path`.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> axis = sf.Machine.load("xytheta").axes["x"]
+    >>> tuned = sf.runs.tune(axis, "tyreus-luyben")
+    >>> round(tuned.controller.kp / tuned.ultimate.gain, 6)  # the rule's 1 / 2.2
+    0.454545
     """
     if isinstance(what, Machine) and rule in (None, PATH_RULE) and {"setpoints", "path"} <= options.keys():
         return tune_on_path(what, **options)
@@ -235,13 +272,27 @@ def tune_on_path(
 
     Notes
     -----
+    Gains are drawn around those of Ziegler and Nichols [1]_, or the machine's where that rule has none; those outside
+    the bound are rejected without simulation, and the best is improved by COBYLA [2]_ on the logarithms of the gains.
     Gains with which an axis of the full model does not come to rest (`simulation.curves.rest_swing`) are rejected too.
-    Gains are drawn around those of Ziegler and Nichols, or the machine's where that rule has none; those outside the
-    bound are rejected without simulation, and the best is improved by COBYLA (M. J. D. Powell, in Advances in
-    Optimization and Numerical Analysis, Kluwer 1994, 51-67, doi:10.1007/978-94-015-8330-5_4) on the logarithms of the
-    gains. Linear axes are tuned together for contour error; a rotary axis has no part in it and is tuned for its own
-    following error. Source: as named, and docs/tune.md.
-    Example: `sf.runs.tune_on_path(machine, setpoints, path, evaluations=2).machine`
+    Linear axes are tuned together for contour error; a rotary axis has no part in it and is tuned for its own following
+    error.
+
+    References
+    ----------
+    .. [1] J. G. Ziegler and N. B. Nichols, Trans. ASME 64 (1942) 759-768.
+    .. [2] M. J. D. Powell, in Advances in Optimization and Numerical Analysis, Kluwer 1994, 51-67,
+           doi:10.1007/978-94-015-8330-5_4.
+    .. [3] docs/tune.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.shapes.circle(radius=10)
+    >>> setpoints = sf.interpolate(path, sf.plan(path, sf.Limits(feed=20, acceleration=200, jerk=5000), period=1e-3))
+    >>> tuned = sf.runs.tune_on_path(sf.Machine.load("xytheta"), setpoints, path, evaluations=2)
+    >>> tuned.contour.max <= tuned.before.max
+    True
     """
     bound = bound or REQUIRED
     if isinstance(evaluations, bool) or not isinstance(evaluations, int) or not 1 <= evaluations <= MOST_EVALUATIONS:
@@ -299,7 +350,28 @@ def by_rule(
     machine: Machine, names: Sequence[str], rule: str, *, period: float, kind: str | None = None,
     bound: Bound | None = None, say: Callable[[str], None] = lambda words: None,
 ) -> TunedMachine:  # fmt: skip
-    """Gains of single axes by a rule; see `simulation.tuning.tune`."""
+    """Tune single axes of a machine by a rule, each by `simulation.tuning.tune`.
+
+    Parameters
+    ----------
+    machine : Machine
+        Whose gains are tuned.
+    names : sequence of str
+        Axes to tune.
+    rule : str
+        One of `simulation.tuning.RULES`.
+    period : float
+        Of the servo, s.
+    kind, bound : str, Bound, optional
+        As `simulation.tuning.tune` takes them.
+    say : callable, optional
+        Called with what is being done, in words.
+
+    Returns
+    -------
+    TunedMachine
+        With the new gains.
+    """
     tuned = {}
     for name in names:
         say(f"tuning axis {name}")
