@@ -122,9 +122,10 @@ def methods(say: Say) -> Page:
     from splinefeed.interpolation import registry
 
     def source(step: Any) -> str:
-        """What stands behind "Source:" in the docstring of a step."""
+        """Return the References of a step's docstring as one line."""
         words = inspect.getdoc(getattr(step, "py_func", step)) or ""
-        return " ".join(words.split()).partition("Source: ")[2]
+        listed = words.partition("References\n----------\n")[2].partition("\n\n")[0]
+        return " ".join(listed.removeprefix(".. [1] ").replace(".. ", "").split())
 
     listed = [
         {

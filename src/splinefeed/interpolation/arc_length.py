@@ -17,11 +17,39 @@ AT_END = 64.0 * 2.0**-52
 
 
 def fill(track: Track, law: TimeLaw, time: Array) -> tuple[IntArray, Array, Array, Array, Array]:
-    """Curve (n,), u (n,), s (n,), mm, feed (n,), mm/s, and position (n, axes) at times (n,), s, of a law, in any order.
+    """Solve S(u) = l(t) at any times of a law.
 
-    u solves S(u) = l(t); S is a piecewise polynomial of degree 10. The bits of a tick do not depend on the others.
-    Source: the idea of an arc-length table is B. Guenter, R. Parent, "Computing the arc length of parametric curves",
-    IEEE Computer Graphics and Applications 10(3), 1990, doi 10.1109/38.55155; the table is `kernels.layout`.
+    Parameters
+    ----------
+    track : Track
+        To move along.
+    law : TimeLaw
+        Planned for this path.
+    time : (n,) array
+        Times t, s, in any order.
+
+    Returns
+    -------
+    curve : (n,) array of int
+        Index of the curve.
+    u : (n,) array
+        Its parameter.
+    s : (n,) array
+        Arc length of the tip, mm.
+    feed : (n,) array
+        Of the tip, mm/s.
+    position : (n, axes) array
+        mm, rotary axes rad.
+
+    Notes
+    -----
+    S is a piecewise polynomial of degree 10, see `kernels.layout`. Newton's method runs over all times at once; the
+    bits of a tick do not depend on the others. The idea of an arc-length table is that of [1]_.
+
+    References
+    ----------
+    .. [1] B. Guenter, R. Parent, "Computing the arc length of parametric curves", IEEE Computer Graphics and
+       Applications 10(3), 1990, doi 10.1109/38.55155.
     """
     path: Path = track.tip_path
     pieces, length, ends = path.arc_pieces, path.length, path.curve_starts[1:-1]
@@ -48,9 +76,27 @@ def fill(track: Track, law: TimeLaw, time: Array) -> tuple[IntArray, Array, Arra
 
 
 def of_tip(path: Path, s: Array, feed: Array, position: Array) -> tuple[Array, Array, Array]:
-    """Arc lengths (n,), mm, and feeds (n,), mm/s, of the tip, and positions (n, axes), mm or rad.
+    """Convert what is found along the path into arc lengths and feeds of the tip, and positions.
 
-    From lengths s along the path, rates of it, and positions times the metric.
+    Parameters
+    ----------
+    path : Path
+        With its metric.
+    s : (n,) array
+        Lengths along the path, mm.
+    feed : (n,) array
+        Rates of them, mm/s.
+    position : (n, axes) array
+        Positions times the metric.
+
+    Returns
+    -------
+    s : (n,) array
+        Arc lengths of the tip, mm.
+    feed : (n,) array
+        Feeds of the tip, mm/s.
+    position : (n, axes) array
+        mm, rotary axes rad.
     """
     none = np.zeros(len(s))
     s, feed, _, _ = path.of_tip(s, feed, none, none)
@@ -58,9 +104,21 @@ def of_tip(path: Path, s: Array, feed: Array, position: Array) -> tuple[Array, A
 
 
 def motion(law: TimeLaw, time: Array) -> tuple[Array, Array]:
-    """s (n,), mm, and feed (n,), mm/s, not below 0, of a law at times (n,), s; beyond its ends the end holds.
+    """Evaluate a law: s = sum_k c_k tau^k, tau = t - breaks[piece], and ds/dt.
 
-    s = sum_k c_k tau^k, tau = t - breaks[piece]
+    Parameters
+    ----------
+    law : TimeLaw
+        Beyond its ends the end holds.
+    time : (n,) array
+        Times t, s.
+
+    Returns
+    -------
+    s : (n,) array
+        mm.
+    feed : (n,) array
+        mm/s, not below 0.
     """
     time = np.minimum(np.maximum(time, 0.0), law.duration)
     piece = np.minimum(np.searchsorted(law.breaks, time, side="right") - 1, len(law.coefficients) - 1)

@@ -29,16 +29,58 @@ MAX_CORRECTIONS = 100
 
 
 class Interpolator:
-    """Setpoints of one motion in order, one or many at a time, with memory that does not grow.
+    """Make the setpoints of one motion in order, one or many at a time, with memory that does not grow.
 
-    path, law    the path and its time law; period  servo period, s. Of a JointPath the setpoints are joints
-    method       name of a registered method; corrections, tolerance  passes of its corrector (0 to 100), and the
-                 change of u that ends them early
+    Parameters
+    ----------
+    path : Track
+        To move along. Of a `JointPath` the setpoints are joints.
+    law : TimeLaw
+        Planned for this path.
+    period : float, optional
+        Servo period T, s; by default that of the law.
+    method : str, optional
+        Name of a registered method, see `methods`.
+    corrections : int, optional
+        Passes of a corrector, 0 to 100.
+    tolerance : float, optional
+        Change of the parameter u that ends the passes early, in the unit of u.
+    compiled : bool, optional
+        Whether the loop of a method that steps is compiled before the first tick. By default it is compiled once that
+        is worth its time; the setpoints are the same, bit for bit.
 
-    Raises MethodError for an unknown method, LimitsError for a period that is not positive or longer than the motion,
-    InputError for a law of another path.
-    A position is (axes,), mm, rotary axes rad. Source: docs/math/interpolators.md names the paper of each method.
-    Example: `sf.interpolation.Interpolator(path, law).step()`
+    Attributes
+    ----------
+    ticks : int
+        Setpoints of the whole motion, the first one at t = 0 included.
+    tick : int
+        The next tick.
+    settings : dict
+        Those of the law, and path, period, method, corrections and tolerance.
+
+    Raises
+    ------
+    MethodError
+        For an unknown method, and for one other than "arc-length" on a JointPath.
+    LimitsError
+        For a period that is not positive or longer than the motion, and where neither law nor call has one.
+    InputError
+        For a law of another path, and for corrections or a tolerance out of range.
+
+    References
+    ----------
+    .. [1] docs/math/interpolators.md, which names the paper of each method.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.Path.polyline([[0, 0], [10, 0]])
+    >>> law = sf.plan(path, sf.Limits(feed=10, acceleration=100, jerk=1000), period=1e-3)
+    >>> source = sf.interpolation.Interpolator(path, law)
+    >>> source.step()
+    array([0., 0.])
+    >>> len(source.block(100)), source.tick
+    (100, 101)
     """
 
     def __init__(
@@ -107,8 +149,20 @@ class Interpolator:
         return float(self._floats[OVERRUN])
 
     def step(self) -> Array:
-        """Position at the next tick, (axes,), mm, rotary axes rad; StopIteration after the last one.
+        """Return the position at the next tick.
 
+        Returns
+        -------
+        (axes,) array
+            Position, mm, rotary axes rad.
+
+        Raises
+        ------
+        StopIteration
+            After the last tick.
+
+        Notes
+        -----
         A method whose ticks do not need each other makes AHEAD of them at once, so that one call of so many takes some
         tenths of a millisecond.
         """
@@ -139,7 +193,18 @@ class Interpolator:
         return out
 
     def block(self, count: int | None = None) -> Setpoints:
-        """The next `count` setpoints, or all that are left; fewer, or none, at the end."""
+        """Return the next setpoints.
+
+        Parameters
+        ----------
+        count : int, optional
+            How many ticks; by default all that are left.
+
+        Returns
+        -------
+        Setpoints
+            Of `count` ticks; fewer, or none, at the end.
+        """
         left = self.ticks - self.tick
         count = left if count is None else max(0, min(count, left))
         curve, u, s, feed, position = self._filled(count)
@@ -197,14 +262,51 @@ def interpolate(
 ) -> Setpoints | Iterator[Setpoints]:
     """Compute where every axis must be at each tick k T, from t = 0 to the end of the law.
 
-    period  servo period T, s (default: the law's); method  name of a registered method, see `methods()`
-    corrections, tolerance  passes of a corrector, and the change of u that ends them early
-    chunk   None: all setpoints in one record; a number: an iterator of records of that many ticks, for jobs that do not
-            fit in memory. The ticks are the same, bit for bit.
+    Parameters
+    ----------
+    path : Track
+        To move along. Of a `JointPath` the setpoints are joints.
+    law : TimeLaw
+        Planned for this path.
+    period : float, optional
+        Servo period T, s; by default that of the law.
+    method : str, optional
+        Name of a registered method, see `methods`.
+    corrections : int, optional
+        Passes of a corrector, 0 to 100.
+    tolerance : float, optional
+        Change of the parameter u that ends the passes early, in the unit of u.
+    chunk : int, optional
+        Ticks of each record where the motion comes in several, for jobs that do not fit in memory. The ticks are the
+        same, bit for bit.
 
-    Raises what `Interpolator` raises.
-    Returns Setpoints of n ticks, (n,) and (n, axes), mm, rotary axes rad. Source: docs/math/interpolators.md names the
-    paper of each method. Example: `sf.interpolate(path, law, method="milne-simpson").position.shape`
+    Returns
+    -------
+    Setpoints or iterator of Setpoints
+        Of n ticks: t, u, s and feed (n,), position (n, axes), mm, rotary axes rad. With `chunk` an iterator of parts.
+
+    Raises
+    ------
+    InputError
+        For a chunk that is no whole number from 1 up; and what `Interpolator` raises.
+
+    Notes
+    -----
+    The default method solves S(u) = l(t) at each tick, S the arc length of the path and l the law.
+
+    References
+    ----------
+    .. [1] docs/math/interpolators.md, which names the paper of each method.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.Path.polyline([[0, 0], [10, 0]])
+    >>> law = sf.plan(path, sf.Limits(feed=10, acceleration=100, jerk=1000), period=1e-3)
+    >>> sf.interpolate(path, law, method="milne-simpson").position.shape
+    (1201, 2)
+    >>> [len(part) for part in sf.interpolate(path, law, chunk=500)]
+    [500, 500, 201]
     """
     expect("interpolate(path, law)", (path, (Path, Track)), (law, TimeLaw))
     source = Interpolator(path, law, period=period, method=method, corrections=corrections, tolerance=tolerance)

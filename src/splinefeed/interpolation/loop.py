@@ -39,9 +39,25 @@ STARTING_STEPS = 3
 
 @hot_kernel
 def law_at(breaks: Array, coefficients: Array, piece: int, time: float) -> tuple[int, float, float, float]:
-    """Piece, s, feed and acceleration at `time`, s; the piece is found by walking on from `piece`.
+    """Evaluate a law at one time: s = sum_k c_k tau^k, tau = time - breaks[piece].
 
-    s = sum_k c_k tau^k,  tau = time - breaks[piece], coefficients (m, 6) in mm/s^k. Beyond the ends the end holds.
+    Parameters
+    ----------
+    breaks : (m + 1,) array
+        s. Beyond the ends the end holds.
+    coefficients : (m, 6) array
+        c_k, mm/s^k.
+    piece : int
+        From which the piece is found by walking on.
+    time : float
+        s.
+
+    Returns
+    -------
+    piece : int
+        That holds `time`.
+    s, feed, acceleration : float
+        mm, mm/s, mm/s^2.
     """
     last = coefficients.shape[0] - 1
     while piece < last and time >= breaks[piece + 1]:
@@ -92,9 +108,33 @@ def _loop(
 ) -> None:
     """Fill ticks first_tick ... first_tick + n - 1 of a motion; state in `integers` and `floats` is carried on.
 
-    breaks (m+1,), coefficients (m, 6): the time law; table, curve_rows (curves, 2): the path; history: earlier steps
-    that the method needs; half: whether it asks for the feed at half a period; anchor: whether its points lie on the
-    law's arc length, so that its starting steps must too; outputs (n,), position (n, axes).
+    Parameters
+    ----------
+    breaks, coefficients : (m + 1,) and (m, 6) array
+        The time law, s and mm/s^k.
+    table, curve_rows : array and (curves, 2) array
+        The path; see `kernels.layout`.
+    length : float
+        Of the path, mm.
+    period : float
+        s.
+    first_tick : int
+        The first one to fill.
+    integers, floats : (STATE_INTEGERS,) and (STATE_FLOATS,) array
+        State, read and written.
+    history : int
+        Earlier steps that the method needs.
+    half : bool
+        Whether it asks for the feed at half a period.
+    anchor : bool
+        Whether its points lie on the law's arc length, so that its starting steps must too.
+    corrections, tolerance : int, float
+        The user's settings of a predictor-corrector.
+    curve, u_out, s_out, feed_out, position : (n,) and (n, axes) array
+        Filled.
+
+    Notes
+    -----
     A curve's first step lands where the law's arc length says: a joint is a fresh start for every method.
     """
     cursor = integers[: LAST_ROW + 1]
@@ -184,10 +224,26 @@ WORTH = 100_000
 
 @cache
 def loop_for(method_step: Callable[..., float], name: str, shape: Shape) -> Leaf[Callable[..., None]]:
-    """The loop with `method_step` in the place of `step`, for paths of a shape.
+    """Return the loop with a method's step in the place of `step`, for paths of a shape.
 
-    Handing a compiled function to a compiled loop as an argument would work too, but then no loop could be found in
-    the disk cache. A function of its own name, whose global `step` is the method, can.
+    Parameters
+    ----------
+    method_step : callable
+        The step.
+    name : str
+        Of the method.
+    shape : Shape
+        Of the path; see `kernels.layout`.
+
+    Returns
+    -------
+    Leaf
+        The loop, plain or compiled; its parameters are those of `_loop`.
+
+    Notes
+    -----
+    Handing a compiled function to a compiled loop as an argument would work too, but then no loop could be found in the
+    disk cache. A function of its own name, whose global `step` is the method, can.
     """
     function = types.FunctionType(_loop.__code__, {**globals(), "step": method_step, "SHAPE": shape}, "_loop")
     function.__qualname__ = "_".join(["_loop", name.replace("-", "_"), *(str(number) for number in shape)])

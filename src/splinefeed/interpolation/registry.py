@@ -24,12 +24,24 @@ DEFAULT_METHOD = "arc-length"
 class Method:
     """One interpolation method: its step, its name, and what the shared loop must know of it.
 
-    title    a few words for tables
-    order    observed order of convergence; None if the error does not depend on the period: that of rounding or a fit
-    history  earlier steps that the step reads: 0 for one-step methods, 3 for the predictor-correctors
-    half     whether it reads the feed at half a period
-    anchor   whether its points lie on the law's arc length: its starting steps then do, too
-    fill     in place of the step, where no tick needs the one before: `arc_length.fill`, many ticks at once
+    Parameters
+    ----------
+    name : str
+        By which it is chosen.
+    title : str
+        A few words for tables.
+    step : callable or None
+        A function of STEP_PARAMETERS, see `register`; None for a method with `fill`.
+    order : int or None
+        Observed order of convergence; None if the error does not depend on the period: that of rounding or a fit.
+    history : int, optional
+        Earlier steps that the step reads: 0 for one-step methods, 3 for the predictor-correctors.
+    half : bool, optional
+        Whether the step reads the feed at half a period.
+    anchor : bool, optional
+        Whether its points lie on the law's arc length: its starting steps then do, too.
+    fill : callable, optional
+        In place of the step, where no tick needs the one before: `arc_length.fill`, many ticks at once.
     """
 
     name: str
@@ -42,7 +54,23 @@ class Method:
     fill: Callable[..., tuple[IntArray, Array, Array, Array, Array]] | None = field(default=None, repr=False)
 
     def loop(self, shape: Shape) -> Leaf[Callable[..., None]]:
-        """The shared loop around this step for paths of `shape`."""
+        """Return the shared loop around this step.
+
+        Parameters
+        ----------
+        shape : Shape
+            Of the path; see `kernels.layout`.
+
+        Returns
+        -------
+        Leaf
+            The loop; see `loop.loop_for`.
+
+        Raises
+        ------
+        MethodError
+            For a method without a step.
+        """
         if self.step is None:
             raise MethodError(f"method {self.name!r} has no step from tick to tick; it takes many ticks at once")
         return loop_for(self.step, self.name, shape)
@@ -82,13 +110,42 @@ _methods: dict[str, Method] = {each.name: each for each in _BUILT_IN}
 def methods() -> tuple[str, ...]:
     """Return the names of all interpolation methods, built-in ones first.
 
-    Source: docs/math/interpolators.md. Example: `"milne-simpson" in sf.interpolation.methods()`
+    Returns
+    -------
+    tuple of str
+        Names as `interpolate` takes them.
+
+    References
+    ----------
+    .. [1] docs/math/interpolators.md, which names the paper of each method.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> "milne-simpson" in sf.interpolation.methods()
+    True
     """
     return tuple(_methods)
 
 
 def method(name: str) -> Method:
-    """The method registered as `name`; MethodError names the nearest one if there is none."""
+    """Return the method of a name.
+
+    Parameters
+    ----------
+    name : str
+        As it was registered.
+
+    Returns
+    -------
+    Method
+        Its step, and what the loop must know of it.
+
+    Raises
+    ------
+    MethodError
+        For a name that no method has, with the nearest one.
+    """
     if name not in _methods:
         raise MethodError(f"unknown interpolation method {name!r}; {nearest(name, methods(), 'choose one of {}')}")
     return _methods[name]
@@ -104,15 +161,49 @@ def register(
     half: bool = False,
     anchor: bool = False,
 ) -> Method:
-    """Add a method of your own: `step` is a function of STEP_PARAMETERS that Numba can compile, see `Method`.
+    """Add an interpolation method of your own.
 
-    title    a few words for tables; order  observed order of convergence, None if the error is not one of the period
-    history  earlier steps that the step reads, 0 to 3; half  whether it reads the feed at half a period
-    anchor   whether its points lie on the law's arc length: its starting steps then do, too
+    Parameters
+    ----------
+    name : str
+        Of lower-case letters, digits and hyphens.
+    step : callable
+        step(u, rate, law, period, curve, corrections, tolerance, memory) -> the next u, as Numba can compile it. u and
+        rate (4,) are the last four parameters and du/dt there, newest first, in units of u and of u per s; law (5,) has
+        s at the next tick, mm, the feeds now, half-way and at the next tick, mm/s, and the acceleration now, mm/s^2;
+        period is in s; memory (12,) is the method's own. `interpolation.stepping` has what a curve is handed to.
+    title : str, optional
+        A few words for tables; by default the name.
+    order : int, optional
+        Observed order of convergence; None if the error does not depend on the period.
+    history : int, optional
+        Earlier steps that the step reads, 0 to 3.
+    half : bool, optional
+        Whether the step reads the feed at half a period.
+    anchor : bool, optional
+        Whether its points lie on the law's arc length: its starting steps then do, too.
 
-    Returns the Method. Raises MethodError for a name that is taken or not of lower-case letters, digits and hyphens,
-    for a step with other parameters, and for a history that is neither 0 nor at most 3.
-    Source: docs/add-a-method.md has one to copy.
+    Returns
+    -------
+    Method
+        As the table of methods has it now.
+
+    Raises
+    ------
+    MethodError
+        For a name that is taken or has other letters, a step with other parameters, and a history out of range.
+
+    References
+    ----------
+    .. [1] docs/add-a-method.md, which has one to copy.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> def step(u, rate, law, period, curve, corrections, tolerance, memory):
+    ...     return u[0] + 0.5 * period * (3.0 * rate[0] - rate[1])
+    >>> sf.interpolation.register("adams-bashforth-2", step, order=2, history=1).title
+    'adams-bashforth-2'
     """
     if not re.fullmatch(r"[a-z][a-z0-9-]*", name):
         raise MethodError(f"method name {name!r}: use lower-case letters, digits and hyphens, as in 'my-method'")

@@ -28,13 +28,15 @@ NEXT_S, FEED, HALF_FEED, NEXT_FEED, ACCELERATION = 0, 1, 2, 3, 4
 FAR_OFF = 1.5
 #: Table of pieces, (3,) row and the first and the last one it can be, and shape; see `kernels.layout`.
 Curve = tuple[Array, IntArray, Shape]
+#: Docstring of a step that is made of coefficients.
+_DOC = "{}.\n\nReferences\n----------\n.. [1] {}"
 #: Weights of four values, newest first.
 Four = tuple[float, float, float, float]
 
 
 @hot_kernel
 def rate_in_row(t: float, feed: float, table: Array, row: int, shape: Shape) -> float:
-    """du/dt = V / |C'(u)| at feed V, mm/s, at t of one row: the f of eq. (23) and (24). At rest it is 0."""
+    """Return du/dt = V / |C'(u)|, the f of eq. (23) and (24), at feed V, mm/s, at t of one row; 0 at rest."""
     if feed == 0.0:
         return 0.0
     size = speed(table, row, shape, t)
@@ -43,7 +45,7 @@ def rate_in_row(t: float, feed: float, table: Array, row: int, shape: Shape) -> 
 
 @hot_kernel
 def rate_at(u: float, feed: float, curve: Curve) -> float:
-    """du/dt at parameter u: `rate_in_row` in the row that holds it."""
+    """Return du/dt at parameter u and feed, mm/s: `rate_in_row` in the row that holds it."""
     table, cursor, shape = curve
     row = walk_to(table, cursor, LOW, u)
     return rate_in_row((u - table[row, MIDDLE]) * table[row, SCALE], feed, table, row, shape)
@@ -51,13 +53,16 @@ def rate_at(u: float, feed: float, curve: Curve) -> float:
 
 @hot_kernel
 def step_length(law: Array, period: float) -> float:
-    """The law's way from tick k to k+1, mm, by Simpson's rule on the feed: exact on pieces of constant jerk."""
+    """Return the law's way from tick k to k+1, mm, by Simpson's rule on the feed: exact on pieces of constant jerk."""
     return period / 6.0 * (law[FEED] + 4.0 * law[HALF_FEED] + law[NEXT_FEED])
 
 
 @hot_kernel
 def anchored(u: float, s: float, curve: Curve) -> float:
-    """The parameter whose arc length is s, mm: Newton on S(u) = s from the guess u. Leaves its row in the cursor."""
+    """Return the parameter whose arc length is s, mm: Newton on S(u) = s from the guess u.
+
+    The row where it lies stays in the cursor of `curve`.
+    """
     table, cursor, _ = curve
     row = walk_to(table, cursor, START, s)
     guess = (u - table[row, MIDDLE]) * table[row, SCALE]
@@ -71,9 +76,25 @@ def placed(u: float, s: float, curve: Curve) -> float:
 
 
 def taylor(order: int, source: str) -> Callable[..., float]:
-    """The step by the first `order` terms, 1 to 3, of u_{k+1} = u_k + T u' + T^2 u'' / 2 + T^3 u''' / 6.
+    """Make the step by the first terms of u_{k+1} = u_k + T u' + T^2 u'' / 2 + T^3 u''' / 6.
 
-    u' = V / g,  u'' = A / g - V^2 g' / g^3,  u''' = J / g - 3 A V g' / g^3 - V^3 g'' / g^4 + 3 V^3 g'^2 / g^5
+    Parameters
+    ----------
+    order : int
+        How many terms, 1 to 3.
+    source : str
+        The paper, for the step's docstring.
+
+    Returns
+    -------
+    callable
+        The step.
+
+    Notes
+    -----
+    ::
+
+        u' = V / g,  u'' = A / g - V^2 g' / g^3,  u''' = J / g - 3 A V g' / g^3 - V^3 g'' / g^4 + 3 V^3 g'^2 / g^5
 
     g = |C'| and its derivatives by u are those of the arc-length table; V, A and J the feed and its derivatives. J is
     2 (V_{k+1} - V_k - A T) / T^2, exact where the jerk is constant, of order T elsewhere: the order stays 3. Eq. (3) of
@@ -110,17 +131,37 @@ def taylor(order: int, source: str) -> Callable[..., float]:
             terms += period / 6.0 * inverse * third
         return u[0] + period * (rate[0] + period * terms)
 
-    step.__doc__ = f"Source: {source}"
+    step.__doc__ = _DOC.format(f"Step by {order} term(s) of the Taylor series", source)
     return hot_kernel(step)
 
 
 def predictor_corrector(
     before: Four, weights: Four, corrected: Four, new: float, old: Four, source: str
 ) -> Callable[..., float]:
-    """The step that predicts by four past values, and corrects `corrections` times or until u moves by `tolerance`.
+    """Make the step that predicts by four past values, then corrects.
 
-    u_{k+1} = sum_i before_i u_{k-i} + T sum_i weights_i f_{k-i}
-    u_{k+1} = sum_i corrected_i u_{k-i} + T (new f_{k+1} + sum_i old_i f_{k-i})
+    Parameters
+    ----------
+    before, weights, corrected, old : tuple of 4 floats
+        Coefficients of past values and rates, newest first.
+    new : float
+        Coefficient of the new rate.
+    source : str
+        The paper, for the step's docstring.
+
+    Returns
+    -------
+    callable
+        The step.
+
+    Notes
+    -----
+    ::
+
+        u_{k+1} = sum_i before_i u_{k-i} + T sum_i weights_i f_{k-i}
+        u_{k+1} = sum_i corrected_i u_{k-i} + T (new f_{k+1} + sum_i old_i f_{k-i})
+
+    The step corrects `corrections` times, or until u moves by at most `tolerance`.
     """
     (a0, a1, a2, a3), (b0, b1, b2, b3) = before, weights
     (c0, c1, c2, c3), (d0, d1, d2, d3) = corrected, old
@@ -146,7 +187,7 @@ def predictor_corrector(
                 break
         return after
 
-    step.__doc__ = f"Source: {source}"
+    step.__doc__ = _DOC.format("Predict by past values, then correct", source)
     return hot_kernel(step)
 
 
@@ -177,10 +218,16 @@ adams_bashforth_moulton = predictor_corrector(
 def milne_simpson_anchored(
     u: Array, rate: Array, law: Array, period: float, curve: Curve, corrections: int, tolerance: float, memory: Array
 ) -> float:
-    """Eq. (23) and (24), then Newton steps on S(u) = l(t_{k+1}) from there: drift and ripple go to rounding.
+    """Step by eq. (23) and (24), then by Newton on S(u) = l(t_{k+1}) from there: drift and ripple go to rounding.
 
-    The history that the next step reads is that of the anchored points. Source: S. Alimohammadi, B. Motakef Imani,
-    Modares Mechanical Engineering 15(13), 2015, p. 158-162; the correction by the arc length is this project's.
+    Notes
+    -----
+    The history that the next step reads is that of the anchored points.
+
+    References
+    ----------
+    .. [1] S. Alimohammadi, B. Motakef Imani, Modares Mechanical Engineering 15(13), 2015, p. 158-162; the
+       correction by the arc length is this project's.
     """
     guess = milne_simpson(u, rate, law, period, curve, corrections, tolerance, memory)
     return anchored(guess, law[NEXT_S], curve)
@@ -190,10 +237,15 @@ def milne_simpson_anchored(
 def runge_kutta_4(
     u: Array, rate: Array, law: Array, period: float, curve: Curve, corrections: int, tolerance: float, memory: Array
 ) -> float:
-    """One classical step of order 4 for du/dt = V(t) / |C'(u)|; it also starts the multistep methods.
+    """Step by the classical method of order 4 for du/dt = V(t) / |C'(u)|; it also starts the multistep methods.
 
+    Notes
+    -----
     u_{k+1} = u_k + (T / 6) (k_1 + 2 k_2 + 2 k_3 + k_4), with the feed taken at half a period.
-    Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., table 1.2.
+
+    References
+    ----------
+    .. [1] Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., table 1.2.
     """
     k1 = rate[0]
     k2 = rate_at(u[0] + 0.5 * period * k1, law[HALF_FEED], curve)
@@ -208,16 +260,23 @@ def tsai_cheng(
 ) -> float:
     """Predict by differences, then compensate the parameter `corrections` times by the feed that its chord has.
 
-    u_{k+1} = 3 u_k - 3 u_{k-1} + u_{k-2}
-    u_{k+1} = u_{k+1} + (1 - r) (u_{k+1} - u_k),  r = |C(u_{k+1}) - C(u_k)| / (V T)
+    Notes
+    -----
+    ::
+
+        u_{k+1} = 3 u_k - 3 u_{k-1} + u_{k-2}
+        u_{k+1} = u_{k+1} + (1 - r) (u_{k+1} - u_k),  r = |C(u_{k+1}) - C(u_k)| / (V T)
 
     r = V_i / V is the feed of the last pass over the feed wanted, V T the law's way from tick to tick. A prediction
     that is not ahead is replaced by u_k + V T / |C'(u_k)|, and a step more than half too long is divided by r. As the
     chord is shorter than its arc, the tool runs ahead by kappa^2 (V T)^3 / 24 each tick: order 2. This is a reading
     of the published scheme: the paper's own predictor has settings that are not used here.
-    Source: M.-C. Tsai, C.-W. Cheng, "A real-time predictor-corrector interpolator for CNC machining", ASME Journal of
-    Manufacturing Science and Engineering 125(3), 2003, p. 449-460, doi 10.1115/1.1578670 (the
-    journal's page was seen, the DOI itself was not).
+
+    References
+    ----------
+    .. [1] M.-C. Tsai, C.-W. Cheng, "A real-time predictor-corrector interpolator for CNC machining", ASME Journal of
+       Manufacturing Science and Engineering 125(3), 2003, p. 449-460, doi 10.1115/1.1578670 (the
+       journal's page was seen, the DOI itself was not).
     """
     table, cursor, shape = curve
     wanted = step_length(law, period)
@@ -246,16 +305,24 @@ def runge_kutta_2_compensated(
 ) -> float:
     """Predict by Runge-Kutta 2, then move u, `corrections` times, so that the chord of the step is V T.
 
-    u_{k+1} = u_k + (T / 2) (f(u_k) + f(u_k + T f(u_k)))
-    u_{k+1} = u_{k+1} + (-D.C' + sqrt((D.C')^2 - C'.C' (D.D - (V T)^2))) / C'.C'
+    Notes
+    -----
+    ::
+
+        u_{k+1} = u_k + (T / 2) (f(u_k) + f(u_k + T f(u_k)))
+        u_{k+1} = u_{k+1} + (-D.C' + sqrt((D.C')^2 - C'.C' (D.D - (V T)^2))) / C'.C'
 
     D = C(u_{k+1}) - C(u_k), C' at u_{k+1}: the place where the tangent there cuts the circle of radius V T about the
     last point; V T is the law's way from tick to tick. As the chord is shorter than its arc, the tool runs ahead by
-    kappa^2 (V T)^3 / 24 each tick: order 2. The compensation is that of S.-S. Yeh, P.-L. Hsu, "The speed-controlled
-    interpolator for machining parametric curves", Computer-Aided Design 31(5), 1999, p. 349-357. Source: K. Erwinski,
-    A. Wawrzak, M. Paprocki, "Real-time jerk limited feedrate profiling and interpolation for linear motor multiaxis
-    machines using NURBS toolpaths", IEEE Transactions on Industrial Informatics 18(11), 2022, p. 7560-7571, doi
-    10.1109/TII.2022.3147806.
+    kappa^2 (V T)^3 / 24 each tick: order 2. The compensation is that of [2]_.
+
+    References
+    ----------
+    .. [1] K. Erwinski, A. Wawrzak, M. Paprocki, "Real-time jerk limited feedrate profiling and interpolation for linear
+       motor multiaxis machines using NURBS toolpaths", IEEE Transactions on Industrial Informatics 18(11), 2022,
+       p. 7560-7571, doi 10.1109/TII.2022.3147806.
+    .. [2] S.-S. Yeh, P.-L. Hsu, "The speed-controlled interpolator for machining parametric curves", Computer-Aided
+       Design 31(5), 1999, p. 349-357.
     """
     table, cursor, shape = curve
     wanted = step_length(law, period)
@@ -285,8 +352,24 @@ FITTED, LENGTH = TERMS, TERMS + 1
 
 @kernel
 def fit_feed_correction(table: Array, row: int, out: Array) -> float:
-    """Coefficients of t(x) = sum_k c_k x^k, x = (s - START) / L in [0, 1], of one row into out (8,); returns L, mm.
+    """Fit the coefficients of t(x) = sum_k c_k x^k, x = (s - START) / L in [0, 1], of one row.
 
+    Parameters
+    ----------
+    table : array
+        Of pieces; see `kernels.layout`.
+    row : int
+        The row.
+    out : (8,) array
+        Filled with the coefficients.
+
+    Returns
+    -------
+    float
+        Length L of the row, mm.
+
+    Notes
+    -----
     Value, slope and second derivative are those of the inverse of S at both ends, dt/dx = L / S' and d2t/dx2 =
     -L^2 S'' / S'^3: a quintic q. What is left, x^3 (1 - x)^3 (a + b x), goes by least squares through the places
     t_i, x_i = (S(t_i) - START) / L. Where S' = 0 at an end the numbers are not finite.
@@ -341,13 +424,19 @@ def fit_feed_correction(table: Array, row: int, out: Array) -> float:
 def feed_correction(
     u: Array, rate: Array, law: Array, period: float, curve: Curve, corrections: int, tolerance: float, memory: Array
 ) -> float:
-    """u_{k+1} = p(l(t_{k+1})), p of degree 7, with value, slope and bend of the inverse of S at both ends of a piece.
+    """Step by u_{k+1} = p(l(t_{k+1})), p of degree 7, the inverse of S.
 
+    Notes
+    -----
+    p has value, slope and second derivative of the inverse of S at both ends of a piece.
     The published method fits one polynomial a spline segment and splits those that are too far off; here it is one a
     piece of the arc-length table, when a tick first meets it.
-    Source: K. Erkorkmaz, Y. Altintas, "Quintic spline interpolation with minimal feed fluctuation", ASME Journal of
-    Manufacturing Science and Engineering 127(2), 2005, p. 339-349, doi 10.1115/1.1830493 (the
-    journal's page was seen, the DOI itself was not).
+
+    References
+    ----------
+    .. [1] K. Erkorkmaz, Y. Altintas, "Quintic spline interpolation with minimal feed fluctuation", ASME Journal of
+       Manufacturing Science and Engineering 127(2), 2005, p. 339-349, doi 10.1115/1.1830493 (the
+       journal's page was seen, the DOI itself was not).
     """
     table, cursor, _ = curve
     s = law[NEXT_S]
