@@ -19,7 +19,7 @@ author = "The splinefeed authors"
 copyright = "The splinefeed authors, MIT licence"
 release = version = __version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 source_suffix = {".md": "markdown"}
 myst_enable_extensions = ["dollarmath"]
 myst_dmath_allow_digits = myst_dmath_allow_space = False
@@ -38,17 +38,59 @@ autodoc_typehints = "none"  # docstrings say shapes and units, which types do no
 autodoc_preserve_defaults = True
 autodoc_member_order = "bysource"
 autodoc_class_signature = "separated"
+napoleon_google_docstring = False
+napoleon_use_param = napoleon_use_rtype = False  # names that share a line stay together
+napoleon_use_ivar = True
 
 
 def as_written(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
-    """Show a docstring as it is in the code: its sentence, then formulas, columns and errors letter by letter."""
+    """Docstrings for napoleon, formulas letter by letter: sentences are escaped, and what is indented stands alone.
+
+    Napoleon makes lists of the sections of NumPy's convention. A docstring that has none is shown as it is in the code.
+    """
     if not any(line.strip() for line in lines):
         return
-    end = next((i for i, line in enumerate(lines) if not line.strip()), len(lines))
-    sentence, rest = lines[:end], lines[end:]
-    lines[:] = [_escaped(line.strip()) for line in sentence]
-    if any(line.strip() for line in rest):
-        lines += ["", "::", "", *(f"   {line}".rstrip() for line in rest), ""]
+    if not any(_underlines(lines, i) for i in range(len(lines))):
+        end = next((i for i, line in enumerate(lines) if not line.strip()), len(lines))
+        lines[:] = [*(_escaped(line.strip()) for line in lines[:end]), *_literal(lines[end:])]
+        return
+    shown: list[str] = []
+    section, i = "", 0
+    while i < len(lines):
+        line = lines[i]
+        inside = 4 if section in ENTRIES else 0
+        depth = len(line) - len(line.lstrip())
+        if _underlines(lines, i + 1):
+            section = line
+            shown += lines[i : i + 2]
+            i += 2
+        elif line.startswith(">>>"):
+            end = next((k for k in range(i, len(lines)) if not lines[k].strip()), len(lines))
+            shown += lines[i:end]
+            i = end
+        elif line.strip() and depth > inside:
+            end = next((k for k in range(i, len(lines)) if lines[k][: inside + 1].strip()), len(lines))
+            shown += [" " * inside + each for each in _literal([each[inside:] for each in lines[i:end]])]
+            i = end
+        else:
+            name, colon, kind = line.partition(" : ") if section in ENTRIES and not depth else ("", "", line)
+            shown.append(f"{name}{colon}{' ' * depth}{_escaped(kind.strip())}")
+            i += 1
+    lines[:] = shown
+
+
+#: Sections whose lines are names or types, each with sentences indented below it.
+ENTRIES = ("Parameters", "Attributes", "Returns", "Yields", "Raises")
+
+
+def _underlines(lines: list[str], i: int) -> bool:
+    """Whether line `i` underlines a section's name."""
+    return 0 < i < len(lines) and bool(lines[i]) and lines[i] == "-" * len(lines[i - 1])
+
+
+def _literal(lines: list[str]) -> list[str]:
+    """A block of text that is shown letter by letter; nothing for no text."""
+    return ["", "::", "", *(f"   {line}".rstrip() for line in lines), ""] if any(map(str.strip, lines)) else []
 
 
 def _escaped(text: str) -> str:
@@ -105,5 +147,5 @@ def wear(app: Any, error: Exception | None) -> None:
 def setup(app: Any) -> None:
     """Tell Sphinx of the three above."""
     app.connect("build-finished", wear)
-    app.connect("autodoc-process-docstring", as_written)
+    app.connect("autodoc-process-docstring", as_written, priority=400)  # before napoleon, which has 500
     app.add_html_math_renderer("mathml", (formula, None), (formula, None))
