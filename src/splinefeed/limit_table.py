@@ -20,18 +20,24 @@ ROTARY_AXES = ("a", "b", "c", "theta")
 
 
 class Joint(str):
-    """Name a joint of an arm, which knows its unit: rad, or mm of one that slides. It is equal to its text.
+    """Name a joint of an arm, which knows its unit: rad, or mm of one that slides; it is equal to its text.
 
     Parameters
     ----------
     name : str
-        Its name.
+        Of the joint.
     unit : str
         "rad" or "mm": names of axes (k,) that are Joints have figures, files and messages say it.
 
-    Notes
-    -----
-    Raises nothing. Source: docs/readers/robots.md. Example: `sf.records.Joint("elbow", "rad").unit`
+    References
+    ----------
+    docs/readers/robots.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> sf.records.Joint("elbow", "rad").unit
+    'rad'
     """
 
     unit: str

@@ -20,6 +20,8 @@ from splinefeed.interpolation import registry
 DONE = (
     "checks",
     "interpolation",
+    "limit_table",
+    "records",
     "runs",
 )
 #: Sections in their order.
@@ -43,7 +45,7 @@ SHAPE = re.compile(r"\((\.\.\.|[\w(][\w +*/()-]*)(, ?(\.\.\.|[\w +*/-]+))*,?\)|a
 UNIT = re.compile(r"\b(mm|s|ms|us|rad|deg|dB|V|N|px|Hz|ticks?|share|bytes?)\b")
 #: What only this package makes checks nothing.
 NO_ERRORS = re.compile(
-    r"AxisMotion|AxisTuning|Bound|Contour|Fit|LimitResult|LimitUse|Margins|MethodResult|MethodTrace|MotionBlock"
+    r"AxisMotion|AxisTuning|Bound|Contour|Fit|Joint|LimitResult|LimitUse|Margins|MethodResult|MethodTrace|MotionBlock"
     r"|OverrideTicks|PathParts|PathTuning|Ripple|Run|Tuning|UltimatePoint|Verdict|butterfly|margins|methods"
 )
 #: A name of a method, and text.

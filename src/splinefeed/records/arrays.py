@@ -21,7 +21,27 @@ Points: TypeAlias = NDArray[Any] | Sequence[Sequence[float | np.floating[Any] | 
 
 
 def frozen_array(values: ArrayLike | Points, name: str, ndim: int) -> Array:
-    """Copy to a read-only contiguous float64 array of `ndim` dimensions; InputError names what is wrong."""
+    """Copy values to a read-only contiguous array of float64.
+
+    Parameters
+    ----------
+    values : array_like
+        Of any shape: (...).
+    name : str
+        What they are, for the message.
+    ndim : int
+        How many dimensions they must have.
+
+    Returns
+    -------
+    (...) array
+        Of `ndim` dimensions.
+
+    Raises
+    ------
+    InputError
+        For values that are no numbers, of another shape, or not finite.
+    """
     try:
         array = np.array(values, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
@@ -35,7 +55,20 @@ def frozen_array(values: ArrayLike | Points, name: str, ndim: int) -> Array:
 
 
 def check_finite(array: Array, name: str) -> None:
-    """Raise InputError naming the first element of `array` that is NaN or infinite."""
+    """Refuse an array with an element that is not finite.
+
+    Parameters
+    ----------
+    array : (...) array
+        The values.
+    name : str
+        What they are, for the message.
+
+    Raises
+    ------
+    InputError
+        Names the first element that is NaN or infinite.
+    """
     finite = np.isfinite(array)
     if not finite.all():
         place = np.unravel_index(int(np.argmin(finite)), array.shape)

@@ -37,16 +37,43 @@ MOVE_ROUNDINGS = 64.0
 
 
 def check_axes(name: str, given: Iterable[str], axes: Sequence[str]) -> None:
-    """LimitsError for an axis of the limit `name` that is not among those of the path."""
+    """Refuse a limit of an axis that a path does not have.
+
+    Parameters
+    ----------
+    name : str
+        Of the limit.
+    given : iterable of str
+        Axes that have it.
+    axes : sequence of str
+        Names of the path's axes.
+
+    Raises
+    ------
+    LimitsError
+        Names the axis.
+    """
     for axis in given:
         if axis not in axes:
             raise LimitsError(f"{name}.{axis}: the path has no axis {axis!r}; its axes are {', '.join(axes)}")
 
 
 def axes_without_limits(limits: Limits, axes: Sequence[str], low: Array, high: Array) -> list[str]:
-    """A sentence for each kind of limit that some axes have, or limits along the path, and others that move do not.
+    """Say which axes move without a limit that others have.
 
-    low, high  (axes,) where each axis is at least and at most, mm or rad: what is rounding of these is no motion
+    Parameters
+    ----------
+    limits : Limits
+        Of the motion.
+    axes : sequence of str
+        Names of the axes.
+    low, high : (axes,) array
+        Where each axis is at least and at most, mm or rad; what is rounding of these is no motion.
+
+    Returns
+    -------
+    list of str
+        A sentence for each kind of limit that some axes, or the path, have and others that move do not.
     """
     size = np.maximum(np.abs(low), np.abs(high))
     moves = high - low > MOVE_ROUNDINGS * np.finfo(float).eps * size
@@ -83,9 +110,9 @@ class Combination:
     LimitsError
         For no weights, weights that are all 0 or not finite, and without any bound.
 
-    Notes
-    -----
-    Source: docs/math/planner.md.
+    References
+    ----------
+    docs/math/planner.md.
 
     Examples
     --------
@@ -108,7 +135,23 @@ class Combination:
         check_bounds("bounds of a combination", {name: float(getattr(self, name)) for name in BOUNDED})
 
     def on(self, axes: Sequence[str]) -> Array:
-        """The weights of `axes`, (axes,); LimitsError for an axis that is not among them."""
+        """Give the weights of axes in their order.
+
+        Parameters
+        ----------
+        axes : sequence of str
+            Names of the axes of a path.
+
+        Returns
+        -------
+        (axes,) array
+            What 1 mm (rotary axes: 1 rad) of each counts.
+
+        Raises
+        ------
+        LimitsError
+            For a weight of an axis that is not among them.
+        """
         check_axes("combinations", self.weights, axes)
         return np.array([self.weights.get(axis, 0.0) for axis in axes])
 
@@ -132,7 +175,18 @@ class AxisBounds:
     bounds: Array
 
     def of(self, values: Array) -> Array:
-        """Values of the axes, (n, axes), as those of axes and sums, (n, axes + sums)."""
+        """Add weighted sums of the axes to their values.
+
+        Parameters
+        ----------
+        values : (n, axes) array
+            Positions or derivatives of the axes.
+
+        Returns
+        -------
+        (n, axes + sums) array
+            Those of axes and sums.
+        """
         return np.concatenate([values, values @ self.weights.T], axis=1) if len(self.weights) else values
 
 
@@ -182,8 +236,17 @@ class Limits(LimitFields):
     A number in mm/s is none in rad/s: on a path of linear and rotary axes it is for the linear ones, and the notes of
     law and verdict name the others that move; a path of rotary axes alone refuses it. A Series whose index has names
     goes by these. Each list is as long as the path has axes.
-    Source: docs/check.md defines each by the setpoints.
-    Example: `sf.Limits(feed=60, axis_acceleration={"x": 500, "y": 800}, axis_jerk=[20000, 30000])`
+
+    References
+    ----------
+    docs/check.md defines each by the setpoints.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> limits = sf.Limits(feed=60, axis_acceleration={"x": 500, "y": 800}, axis_jerk=[20000, 30000])
+    >>> limits.as_dict()["axis_acceleration.y"]
+    800.0
     """
 
     combinations: Mapping[str, Combination] | None = None
@@ -231,7 +294,18 @@ class Limits(LimitFields):
                 )
 
     def given(self, bounds: str) -> dict[str, float]:
-        """Limits that are one number and bound this, such as PLACES, by name in the order of the table; if finite."""
+        """List the limits that are one number and bound the same, such as places.
+
+        Parameters
+        ----------
+        bounds : str
+            What they bound, a word of the table of limits: PLACES, TICKS, ...
+
+        Returns
+        -------
+        dict of str to float
+            Those that are finite, by name in the order of the table.
+        """
         values = {each.name: getattr(self, each.name) for each in TABLE if each.bounds == bounds}
         return {name: value for name, value in values.items() if value is not None and value < math.inf}
 
@@ -249,22 +323,66 @@ class Limits(LimitFields):
         return {axis: (least, high[axis]) for axis, least in low.items()}
 
     def travel_of(self, axes: Sequence[str]) -> dict[str, tuple[float, float]]:
-        """Least and greatest position, mm or rad, of each of `axes` that has soft limits.
+        """List the travel of axes.
 
-        Raises LimitsError for the travel of an axis that is not among `axes`.
+        Parameters
+        ----------
+        axes : sequence of str
+            Names of the axes of a path.
+
+        Returns
+        -------
+        dict of str to (float, float)
+            Least and greatest position, mm or rad, of each of them that has soft limits.
+
+        Raises
+        ------
+        LimitsError
+            For the travel of an axis that is not among `axes`.
         """
         low, high = (by_name("travel", getattr(self, name), axes) for name in TRAVEL_ENDS)
         return {axis: (least, high[axis]) for axis, least in low.items()}
 
     def of_axes(self, name: str, axes: Sequence[str]) -> Array:
-        """One of BY_AXIS for each of `axes`, (axes,), infinite where there is none; LimitsError as `by_name` has it."""
+        """List one of the limits of axes.
+
+        Parameters
+        ----------
+        name : str
+            One of BY_AXIS, such as axis_jerk.
+        axes : sequence of str
+            Names of the axes of a path.
+
+        Returns
+        -------
+        (axes,) array
+            mm/s^k or rad/s^k, infinite where there is none.
+
+        Raises
+        ------
+        LimitsError
+            For a limit that does not fit the axes, as `by_name` has it.
+        """
         found = by_name(name, getattr(self, name), axes)
         return np.array([found.get(axis, math.inf) for axis in axes])
 
     def axis_bounds(self, axes: Sequence[str]) -> AxisBounds:
-        """What has limits of velocity, acceleration and jerk: `axes`, and combinations of them.
+        """Collect what has limits of velocity, acceleration and jerk: axes, and combinations of them.
 
-        Raises LimitsError for a limit that does not fit the axes.
+        Parameters
+        ----------
+        axes : sequence of str
+            Names of the axes of a path.
+
+        Returns
+        -------
+        AxisBounds
+            Names, weights and bounds.
+
+        Raises
+        ------
+        LimitsError
+            For a limit that does not fit the axes.
         """
         sums = self.combinations or {}
         names = tuple(
@@ -279,7 +397,23 @@ class Limits(LimitFields):
         return AxisBounds(names, weights, np.array(bounds))
 
     def on(self, axes: Sequence[str]) -> Limits:
-        """These limits with lists of values by the names of `axes`; LimitsError for a limit that does not fit them."""
+        """Name the values of limits that are lists.
+
+        Parameters
+        ----------
+        axes : sequence of str
+            Names of the axes of a path, in its order.
+
+        Returns
+        -------
+        Limits
+            The same limits by the names of the axes.
+
+        Raises
+        ------
+        LimitsError
+            For a limit that does not fit the axes.
+        """
         said = dict.fromkeys(TRAVEL_ENDS, "travel")
         given = {name: getattr(self, name) for name in (*BY_AXIS, *TRAVEL_ENDS)}
         found: dict[str, Any] = {name: by_name(said.get(name, name), value, axes) for name, value in given.items()}
@@ -311,7 +445,23 @@ class Limits(LimitFields):
 
     @classmethod
     def from_dict(cls, flat: Mapping[str, float]) -> Limits:
-        """The limits that `as_dict` wrote; LimitsError for an unknown name."""
+        """Make the limits that `as_dict` wrote.
+
+        Parameters
+        ----------
+        flat : mapping of str to float
+            Names and values in base units: mm, s and rad.
+
+        Returns
+        -------
+        Limits
+            The same limits.
+
+        Raises
+        ------
+        LimitsError
+            For an unknown name.
+        """
         values: dict[str, Any] = {}
         for key, value in flat.items():
             listed = IN_ORDER.fullmatch(key)
@@ -361,11 +511,26 @@ def _flat(name: str, value: Any) -> dict[str, float]:
 
 
 def by_name(name: str, given: Any, axes: Sequence[str]) -> dict[str, Any]:
-    """What is given for a limit of axes, by the names of `axes`, in their order: the one place that reads its forms.
+    """Read what is given for a limit of axes: the one place that knows its forms.
 
-    given  by name, X for x too; one value each in the order of `axes`; a number for every linear axis; or None
+    Parameters
+    ----------
+    name : str
+        Of the limit.
+    given : float, sequence, mapping or None
+        By name, X for x too; one value each in the order of `axes`; a number for every linear axis; or None.
+    axes : sequence of str
+        Names of the axes of a path.
 
-    Raises LimitsError for an axis that is not there, another number of values, and a number where no axis is linear.
+    Returns
+    -------
+    dict of str to float
+        Values by name, in the order of `axes`.
+
+    Raises
+    ------
+    LimitsError
+        For an axis that is not there, another number of values, and a number where no axis is linear.
     """
     if given is None:
         return {}
@@ -390,13 +555,44 @@ def by_name(name: str, given: Any, axes: Sequence[str]) -> dict[str, Any]:
 
 
 def refuse_orientation(limits: Limits, name: str) -> None:
-    """LimitsError for an orientation error on a path, of this name, that has no tool axis."""
+    """Refuse an orientation error on a path that has no tool axis.
+
+    Parameters
+    ----------
+    limits : Limits
+        Of the motion.
+    name : str
+        Of the path.
+
+    Raises
+    ------
+    LimitsError
+        Where `limits` has an orientation error.
+    """
     if limits.orientation_error is not None:
         raise LimitsError(f"orientation_error: {name} has no tool axis; leave it out")
 
 
 def number(value: object, name: str) -> float:
-    """`value` as a finite float; LimitsError names it otherwise."""
+    """Read a value as a finite number.
+
+    Parameters
+    ----------
+    value : object
+        What was given.
+    name : str
+        What it is, for the message.
+
+    Returns
+    -------
+    float
+        The number.
+
+    Raises
+    ------
+    LimitsError
+        For anything else.
+    """
     try:
         result = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):
@@ -407,7 +603,27 @@ def number(value: object, name: str) -> float:
 
 
 def positive(value: object, name: str, at_least: float = LEAST) -> float:
-    """`value` as a finite float > 0 of at least `at_least`; LimitsError names it otherwise."""
+    """Read a value as a positive number.
+
+    Parameters
+    ----------
+    value : object
+        What was given.
+    name : str
+        What it is, for the message.
+    at_least : float, optional
+        The least that it may be.
+
+    Returns
+    -------
+    float
+        The number.
+
+    Raises
+    ------
+    LimitsError
+        For a value that is not finite or less than `at_least`.
+    """
     result = number(value, name)
     if result < at_least:
         least = "greater than 0" if result <= 0.0 else f"at least {at_least:g}"

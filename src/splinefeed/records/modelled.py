@@ -63,6 +63,26 @@ class Modelled(ABC):
         Setpoints that one value by differences needs.
     power : int
         How a value grows with the rate of the motion: by its k-th power.
+
+    Raises
+    ------
+    LimitsError
+        For bounds that are not positive or all infinite.
+
+    Notes
+    -----
+    Units are those of the quantity: N m, N m/s, or rad/s and mm/s.
+
+    References
+    ----------
+    docs/math/planner.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> torque = sf.records.Torque(lambda q, v, a: 0.02 * a, {"a": 1.5})
+    >>> isinstance(torque, sf.records.Modelled), torque.span, torque.power
+    (True, 3, 2)
     """
 
     kind: str
@@ -76,18 +96,71 @@ class Modelled(ABC):
 
     @abstractmethod
     def seen(self, position: Array, period: float) -> tuple[Array, Array]:
-        """Values and their limits, (n - span + 1, axes) each, at setpoints (n, axes), by differences."""
+        """Compute values by differences of setpoints, and their limits.
+
+        Parameters
+        ----------
+        position : (n, axes) array
+            Setpoints, mm or rad, in the order of the model's columns.
+        period : float
+            Servo period, s.
+
+        Returns
+        -------
+        values, limits : (n - span + 1, axes) array
+            In units of the quantity.
+        """
 
     @abstractmethod
     def along(self, position: Array, velocity: Array, acceleration: Array, jerk: Array) -> tuple[Array, Array]:
-        """Values and their limits, (n, axes) each, of a motion (n, axes)."""
+        """Compute values along a motion, and their limits.
+
+        Parameters
+        ----------
+        position, velocity, acceleration, jerk : (n, axes) array
+            At instants, mm or rad, and by s.
+
+        Returns
+        -------
+        values, limits : (n, axes) array
+            In units of the quantity.
+        """
 
     @abstractmethod
     def rows(self, s: Array, d: Array) -> ModelRows:
-        """Rows of the planner at places s (n,), mm, from the axes and their derivatives by the length, (n, 4, axes)."""
+        """Make rows of the planner.
+
+        Parameters
+        ----------
+        s : (n,) array
+            Places, mm.
+        d : (n, 4, axes) array
+            The axes there and their derivatives by the length.
+
+        Returns
+        -------
+        ModelRows
+            What bounds q, q' and q'' at these places.
+        """
 
     def columns(self, axes: Sequence[str]) -> list[int]:
-        """Where its axes are among `axes`; LimitsError for one that is not."""
+        """Find its axes among those of a path.
+
+        Parameters
+        ----------
+        axes : sequence of str
+            Names of the path's axes.
+
+        Returns
+        -------
+        list of int
+            Where each is.
+
+        Raises
+        ------
+        LimitsError
+            For one that is not there.
+        """
         for axis in self.axes:
             if axis not in axes:
                 raise LimitsError(f"{self.kind}.{axis}: the path has no axis {axis!r}; its axes are {', '.join(axes)}")
@@ -98,7 +171,22 @@ class Modelled(ABC):
         return [named(self.kind, axis) for axis in self.axes]
 
     def rounding(self, position: Array, period: float, each: Array) -> Array:
-        """What roundings of setpoints, (axes,), can make of each value by differences, (n - span + 1, axes)."""
+        """Bound what roundings of setpoints make of values by differences.
+
+        Parameters
+        ----------
+        position : (n, axes) array
+            Setpoints, mm or rad.
+        period : float
+            Servo period, s.
+        each : (axes,) array
+            The rounding of each axis, mm or rad.
+
+        Returns
+        -------
+        (n - span + 1, axes) array
+            What each value may be off, in units of the quantity.
+        """
         found, _ = self.seen(position, period)
         total = np.zeros_like(found)
         sign = np.where(np.arange(len(position)) % 2, -1.0, 1.0)
@@ -109,7 +197,18 @@ class Modelled(ABC):
         return np.asarray(total)
 
     def still(self, position: Array) -> Array:
-        """Its values at rest, (n, axes)."""
+        """Compute values at rest.
+
+        Parameters
+        ----------
+        position : (n, axes) array
+            Where the axes stand, mm or rad.
+
+        Returns
+        -------
+        (n, axes) array
+            In units of the quantity.
+        """
         none = np.zeros_like(position)
         return self.along(position, none, none, none)[0]
 
@@ -119,7 +218,20 @@ class Modelled(ABC):
 
 
 def check_bounds(what: str, bounds: Mapping[str, float]) -> None:
-    """LimitsError for bounds that are not all positive, or all infinite."""
+    """Refuse bounds that are not all positive, or all infinite.
+
+    Parameters
+    ----------
+    what : str
+        What they bound, for the message.
+    bounds : mapping of str to float
+        By axis name.
+
+    Raises
+    ------
+    LimitsError
+        Names the axis.
+    """
     if not all(bound > 0.0 for bound in bounds.values()) or min(bounds.values(), default=math.inf) == math.inf:
         raise LimitsError(f"{what} are {dict(bounds)}; one at least is needed, and all must be positive")
 

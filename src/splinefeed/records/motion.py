@@ -49,7 +49,18 @@ class TimeLaw:
     Notes
     -----
     Where linear and rotary axes move, the length counts both, see `Path`; `Path.of_tip` makes the tip's feed of it.
-    Source: docs/math/planner.md. Example: `law.feed(np.linspace(0, law.duration, 100))`
+
+    References
+    ----------
+    docs/math/planner.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.Path.polyline([[0, 0], [30, 0]])
+    >>> law = sf.plan(path, sf.Limits(feed=10, acceleration=100, jerk=1000))
+    >>> print(f"{law.duration:.3f} s, {law.feed(1.0):.1f} mm/s")
+    3.200 s, 10.0 mm/s
     """
 
     breaks: Array
@@ -82,19 +93,63 @@ class TimeLaw:
         return float(self(self.duration))
 
     def __call__(self, t: ArrayLike) -> Array:
-        """Arc length s(t), mm; t in s, any shape, clamped to [0, duration]."""
+        """Compute the length s(t).
+
+        Parameters
+        ----------
+        t : array_like
+            Times (...), s, clamped to [0, duration].
+
+        Returns
+        -------
+        (...) array
+            Arc length, mm.
+        """
         return self._derivative(t, 0)
 
     def feed(self, t: ArrayLike) -> Array:
-        """Feed ds/dt, mm/s; t in s, any shape, clamped to [0, duration]."""
+        """Compute the feed ds/dt.
+
+        Parameters
+        ----------
+        t : array_like
+            Times (...), s, clamped to [0, duration].
+
+        Returns
+        -------
+        (...) array
+            mm/s.
+        """
         return self._derivative(t, 1)
 
     def acceleration(self, t: ArrayLike) -> Array:
-        """Tangential acceleration, mm/s^2; t in s, any shape, clamped to [0, duration]."""
+        """Compute the tangential acceleration.
+
+        Parameters
+        ----------
+        t : array_like
+            Times (...), s, clamped to [0, duration].
+
+        Returns
+        -------
+        (...) array
+            mm/s^2.
+        """
         return self._derivative(t, 2)
 
     def jerk(self, t: ArrayLike) -> Array:
-        """Tangential jerk, mm/s^3, from the right at breaks; t in s, any shape, clamped to [0, duration]."""
+        """Compute the tangential jerk; at breaks that from the right.
+
+        Parameters
+        ----------
+        t : array_like
+            Times (...), s, clamped to [0, duration].
+
+        Returns
+        -------
+        (...) array
+            mm/s^3.
+        """
         return self._derivative(t, 3)
 
     def __repr__(self) -> str:
@@ -112,7 +167,22 @@ class TimeLaw:
 
 
 def derivative(c: Array, tau: Array, order: int) -> Array:
-    """The derivative of this order of sum_k c_k tau^k, (..., n), at tau (..., n); c (n, 6)."""
+    """Evaluate a derivative of the polynomials sum_k c_k tau^k.
+
+    Parameters
+    ----------
+    c : (n, 6) array
+        Their coefficients.
+    tau : (..., n) array
+        Where.
+    order : int
+        Of the derivative, from 0.
+
+    Returns
+    -------
+    (..., n) array
+        Its values.
+    """
     value = np.zeros_like(tau)
     for k in range(LAW_COEFFICIENTS - 1, order - 1, -1):  # Horner: planners end a piece at its feed to the bit
         value *= tau
@@ -195,9 +265,18 @@ class Setpoints(_Columns):
     InputError
         For arrays of other shapes.
 
-    Notes
-    -----
-    Source: docs/setpoint-files.md. Example: `sf.interpolate(path, law).position[:, 0]`
+    References
+    ----------
+    docs/setpoint-files.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.Path.polyline([[0, 0], [30, 0]])
+    >>> law = sf.plan(path, sf.Limits(feed=10, acceleration=100, jerk=1000), period=1e-3)
+    >>> setpoints = sf.interpolate(path, law)
+    >>> setpoints.position.shape, setpoints.axes, setpoints.period
+    ((3201, 2), ('x', 'y'), 0.001)
     """
 
     _flat: ClassVar[Mapping[str, type]] = {"t": float, "curve": np.int64, "u": float, "s": float, "feed": float}
@@ -215,12 +294,34 @@ class Setpoints(_Columns):
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def part(self, start: int, stop: int) -> Setpoints:
-        """Setpoints start ... stop - 1, as views of these."""
+        """Take some of the setpoints, without a copy.
+
+        Parameters
+        ----------
+        start, stop : int
+            Numbers of the first one, and of the one behind the last.
+
+        Returns
+        -------
+        Setpoints
+            Views of these.
+        """
         return replace(self, **{name: values[start:stop] for name, values in self.columns.items()})
 
     @staticmethod
     def joined(parts: Sequence[Setpoints]) -> Setpoints:
-        """Setpoints that follow each other, at least one, in one record."""
+        """Join setpoints that follow each other.
+
+        Parameters
+        ----------
+        parts : sequence of Setpoints
+            At least one.
+
+        Returns
+        -------
+        Setpoints
+            All in one record.
+        """
         if len(parts) == 1:
             return parts[0]
         columns: dict[str, Any] = {
@@ -259,7 +360,7 @@ class Response(_Columns):
         Servo period, s.
     contour_error : (n,) array, optional
         Distance of `position` from the true path over the linear axes, mm; None if no path was given.
-    row, depth, underruns : (n,) arrays of int, optional
+    row, depth, underruns : (n,) array of int, optional
         Of a stream to a controller: number of its row, rows that it still had, and periods in which it had none so far;
         None where nothing was streamed.
     stopped : str, optional
@@ -272,9 +373,18 @@ class Response(_Columns):
     InputError
         For arrays of other shapes.
 
-    Notes
-    -----
-    Source: docs/machines.md. Example: `sf.runs.follow(setpoints, machine, path=path).contour_error.max()`
+    References
+    ----------
+    docs/machines.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.Path.polyline([[0, 0], [5, 0]])
+    >>> law = sf.plan(path, sf.Limits(feed=10, acceleration=100, jerk=1000), period=1e-3)
+    >>> response = sf.runs.follow(sf.interpolate(path, law), "router", path=path)
+    >>> response.axes, response.contour_error.shape == response.t.shape
+    (('x', 'y'), True)
     """
 
     _flat: ClassVar[Mapping[str, type]] = {

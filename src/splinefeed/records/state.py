@@ -28,10 +28,17 @@ class State:
     InputError
         For values that are not finite, s or feed below 0, and an acceleration at rest.
 
-    Notes
-    -----
-    Source: docs/math/planner.md.
-    Example: `sf.plan(path, limits, strategy="time-optimal", start=sf.planner.State(feed=20.0))`
+    References
+    ----------
+    docs/math/planner.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path, limits = sf.shapes.circle(radius=10), sf.Limits(feed=50, acceleration=1000, jerk=50000)
+    >>> law = sf.plan(path, limits, strategy="time-optimal", start=sf.planner.State(feed=20.0))
+    >>> print(f"{law.feed(0.0):.3f} mm/s")
+    20.000 mm/s
     """
 
     feed: float = 0.0
@@ -54,7 +61,18 @@ class State:
 
     @staticmethod
     def said(settings: Mapping[str, Any]) -> State | None:
-        """The state in which a motion of these settings begins, or None for the start of its path."""
+        """Read the state in which a motion begins from its settings.
+
+        Parameters
+        ----------
+        settings : mapping
+            Those of a law or of setpoints.
+
+        Returns
+        -------
+        State or None
+            The state; None for the start of the path.
+        """
         given = settings.get("start")
         if given is None:
             return None
@@ -63,7 +81,18 @@ class State:
         return State(**{name: finite(value, f"start: {name}") for name, value in given.items()})
 
     def slower(self, share: float) -> State:
-        """The state there of the same motion made slower: feed by the share, acceleration by its square."""
+        """Give the state there of the same motion made slower.
+
+        Parameters
+        ----------
+        share : float
+            Of the feed; the acceleration changes by its square.
+
+        Returns
+        -------
+        State
+            At the same place.
+        """
         return State(self.feed * share, self.acceleration * share**2, self.s)
 
 

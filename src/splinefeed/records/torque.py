@@ -50,7 +50,23 @@ class OfTorques(Modelled):
         return dict(self.most)
 
     def of(self, position: Array, velocity: Array, acceleration: Array) -> Array:
-        """Torques (n, joints) of rigid bodies; LimitsError where the model returns something else."""
+        """Compute the torques of rigid bodies by the model.
+
+        Parameters
+        ----------
+        position, velocity, acceleration : (n, joints) array
+            rad (linear joints mm), and by s.
+
+        Returns
+        -------
+        (n, joints) array
+            N m (N), without friction.
+
+        Raises
+        ------
+        LimitsError
+            Where the model returns something else.
+        """
         try:
             found = np.asarray(self.model(position, velocity, acceleration), dtype=np.float64)
         except (TypeError, ValueError) as error:
@@ -86,9 +102,15 @@ class Torque(OfTorques):
 
     Notes
     -----
-    Along a path r(s) the torques are a(s) s'' + b(s) s'^2 + c(s), with a = M r', b = M r'' + C(r, r') r' and c = g; see
-    Bobrow, Dubowsky and Gibson, Int. J. Robotics Research 4(3), 1985, https://doi.org/10.1177/027836498500400301.
+    Along a path r(s) the torques are a(s) s'' + b(s) s'^2 + c(s), with
+
+        a = M r',   b = M r'' + C(r, r') r',   c = g
+
     Friction adds coulomb sign(r') + viscous r' s', in the direction in which each joint moves along the path.
+
+    References
+    ----------
+    Bobrow, Dubowsky and Gibson, Int. J. Robotics Research 4(3), 1985, https://doi.org/10.1177/027836498500400301.
 
     Examples
     --------
@@ -113,7 +135,18 @@ class Torque(OfTorques):
             object.__setattr__(self, name, MappingProxyType(own))
 
     def reserved(self, share: float) -> Torque:
-        """The same limits, of which motion takes no more than this share of what weight and friction leave."""
+        """Keep a reserve of torque.
+
+        Parameters
+        ----------
+        share : float
+            Of what weight and friction leave, how much motion may take.
+
+        Returns
+        -------
+        Torque
+            The same limits with this share.
+        """
         return replace(self, share=share * self.share)
 
     def _each(self, of: Mapping[str, float] | None) -> Array:
@@ -125,7 +158,18 @@ class Torque(OfTorques):
         return self._each(self.coulomb), self._each(self.viscous)
 
     def whole(self, position: Array, velocity: Array, acceleration: Array) -> Array:
-        """Torques (n, joints) with friction."""
+        """Compute torques with friction.
+
+        Parameters
+        ----------
+        position, velocity, acceleration : (n, joints) array
+            rad (linear joints mm), and by s.
+
+        Returns
+        -------
+        (n, joints) array
+            N m (N).
+        """
         coulomb, viscous = self.dry
         return np.asarray(self.of(position, velocity, acceleration) + coulomb * np.sign(velocity) + viscous * velocity)
 

@@ -32,9 +32,16 @@ class TorqueRate(OfTorques):
 
     Notes
     -----
-    d/dt (a q'/2 + b q + c) = sqrt(q) (a q''/2 + (a'/2 + b) q' + b' q + c'), so it is a row of jerk with a rest. By
-    setpoints it is what torques (n, joints) by differences change by from tick to tick, over the period.
-    Source: docs/math/planner.md.
+    With the torques a q'/2 + b q + c along the path,
+
+        d/dt (a q'/2 + b q + c) = sqrt(q) (a q''/2 + (a'/2 + b) q' + b' q + c')
+
+    so it is a row of jerk with a rest. By setpoints it is what torques (n, joints) by differences change by from tick
+    to tick, over the period.
+
+    References
+    ----------
+    docs/math/planner.md.
 
     Examples
     --------

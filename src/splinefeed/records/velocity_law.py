@@ -38,7 +38,10 @@ class VelocityByPosition(Modelled):
     Notes
     -----
     By setpoints the velocity of a step counts against the mean of the law over the step, by Simpson's rule.
-    Source: docs/math/planner.md.
+
+    References
+    ----------
+    docs/math/planner.md.
 
     Examples
     --------
@@ -64,7 +67,20 @@ class VelocityByPosition(Modelled):
         return tuple(self.laws)
 
     def of(self, position: Array, ahead: Array) -> Array:
-        """The largest |velocity| (n, axes) at positions (n, axes) in the direction of `ahead` (n, axes)."""
+        """Evaluate the law in the direction of motion.
+
+        Parameters
+        ----------
+        position : (n, axes) array
+            Where the joints are, rad or mm.
+        ahead : (n, axes) array
+            The direction, by its sign.
+
+        Returns
+        -------
+        (n, axes) array
+            The largest |velocity|, rad/s or mm/s.
+        """
         found = np.empty(position.shape)
         for k, (axis, law) in enumerate(self.laws.items()):
             low, high = (np.asarray(each, dtype=np.float64) for each in law(position[:, k]))
@@ -118,7 +134,11 @@ class Approach(Modelled):
     -----
     So the acceleration can end, within the limit of jerk, before the velocity is reached. By setpoints the second
     difference of positions (n, axes), rad or mm, counts against the velocity of the step before it and the law where
-    that begins, as libfranka's limiter sees them. Source: docs/math/planner.md.
+    that begins, as libfranka's limiter sees them.
+
+    References
+    ----------
+    docs/math/planner.md.
 
     Examples
     --------

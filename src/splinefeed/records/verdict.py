@@ -34,9 +34,16 @@ class LimitResult:
     over : int
         How many ticks, or instants of the law, are over the limit.
 
-    Notes
-    -----
-    Source: docs/check.md. Example: `sf.check(setpoints, path, limits).limits["feed"].share`
+    References
+    ----------
+    docs/check.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> result = sf.records.LimitResult(limit=50.0, worst=49.0, at_s=3.0, at_t=0.1)
+    >>> result.share, result.holds
+    (0.98, True)
     """
 
     limit: float
@@ -80,7 +87,17 @@ class Verdict:
     -----
     Limits and worst values are in mm, s and rad; `as_dict` gives rotary axes in degrees, and `print(verdict)` says all
     of it with units, and what a check allows: 1e-6 of a limit and the rounding of a position.
-    Source: docs/check.md. Example: `sf.check(setpoints, path, limits).ok`
+
+    References
+    ----------
+    docs/check.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> verdict = sf.run(sf.shapes.circle(radius=10), sf.Limits(feed=50, acceleration=1000, jerk=50000)).verdict
+    >>> verdict.ok, list(verdict.limits)
+    (True, ['feed', 'acceleration', 'deceleration', 'jerk'])
     """
 
     limits: Mapping[str, LimitResult]
