@@ -21,6 +21,7 @@ DONE = (
     "checks",
     "interpolation",
     "limit_table",
+    "planner",
     "records",
     "runs",
 )

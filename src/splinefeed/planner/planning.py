@@ -50,10 +50,15 @@ EVERY_LIMIT = frozenset(each.name for each in TABLE)
 class Strategy:
     """One way to plan.
 
-    make   makes a law for a path whose stops and length were checked, under limits, for a period in s or none; what
-           else it asks of the path is its own affair; with `start`, a State, if it is not "seven-phase"
-    holds  fields of Limits that its laws keep: any other that is given is refused
-    needs  fields of Limits without which it makes no law
+    Parameters
+    ----------
+    make : callable
+        Makes a law for a path whose stops and length were checked, under limits, for a period in s or none; what else
+        it asks of the path is its own affair; with `start`, a State, if it is not "seven-phase".
+    holds : frozenset of str
+        Fields of Limits that its laws keep: any other that is given is refused.
+    needs : frozenset of str
+        Fields of Limits without which it makes no law.
     """
 
     make: Callable[..., TimeLaw]
@@ -70,10 +75,27 @@ STRATEGIES: dict[str, Strategy] = {
 
 
 def strategy_for(limits: Limits, strategy: str | None = None) -> str:
-    """The name of the strategy that plans under `limits`: the one named, which must hold every limit given.
+    """Choose the strategy that plans under limits.
 
-    None chooses "seven-phase" where feed, acceleration and jerk along the path are given and nothing but what it holds,
-    else "time-optimal". Raises InputError (unknown strategy), LimitsError (the strategy named does not hold a limit).
+    Parameters
+    ----------
+    limits : Limits
+        Of the motion.
+    strategy : str, optional
+        The one named, which must hold every limit given. None chooses "seven-phase" where feed, acceleration and jerk
+        along the path are given and nothing but what it holds, else "time-optimal".
+
+    Returns
+    -------
+    str
+        Its name in STRATEGIES.
+
+    Raises
+    ------
+    InputError
+        For an unknown strategy.
+    LimitsError
+        Where the strategy named does not hold a limit.
     """
     given = dict.fromkeys([*map(field_of, limits.as_dict()), *(model.kind for model in limits.models)])
     if strategy is None:
@@ -103,29 +125,66 @@ def plan(
     back: bool = False,
     bound: bool = False,
 ) -> TimeLaw:
-    """Plan the time law s(t) of a motion along `path` that obeys `limits` and rests at the path's stops.
+    """Plan the time law s(t) of a motion along a path that obeys limits and rests at the path's stops.
 
-    path      a Path, whose feeds and dwells count, too, or a JointPath, whose axes are joints
-    strategy  a name in STRATEGIES; None chooses one that holds every limit given, see `strategy_for`
-    period    servo period in s: stops and end are made to fall on ticks; None leaves the law as fast as it can be
-    start     where on the path the motion begins, and its feed and acceleration there: the law begins at start.s, and
-              has it in its settings, from which setpoints, files and `check` know it;
-              None begins at its start with the start_feed of the limits. Not for "seven-phase"
-    back      whether the law begins at rest at the start of the path, too, and passes `start` on its way, at the law's
-              `settings["start_s"]`: an override begins there, and can run back behind it
-    bound     whether to find, too, a time that no motion within the limits falls below: with "time-optimal" the law's
-              `settings["lower_bound_s"]`, from `start` on. It takes as long as the plan for two axes, ten times that
-              for seven joints
+    Parameters
+    ----------
+    path : Track
+        A Path, whose feeds and dwells count, too, or a JointPath, whose axes are joints.
+    limits : Limits
+        What the motion must never exceed.
+    strategy : str, optional
+        A name in STRATEGIES; None chooses one that holds every limit given: "seven-phase" for feed, acceleration and
+        jerk along the path alone, else "time-optimal".
+    period : float, optional
+        Servo period, s: stops and end are made to fall on ticks; None leaves the law as fast as it can be.
+    start : State, optional
+        Where on the path the motion begins, and its feed and acceleration there: the law begins at start.s, and has it
+        in its settings, from which setpoints, files and `check` know it. None begins at the start of the path with the
+        start_feed of the limits. Not for "seven-phase".
+    back : bool, optional
+        Whether the law begins at rest at the start of the path, too, and passes `start` on its way, at the law's
+        `settings["start_s"]`: an override begins there, and can run back behind it.
+    bound : bool, optional
+        Whether to find, too, a time that no motion within the limits falls below: with "time-optimal" the law's
+        `settings["lower_bound_s"]`, from `start` on. It takes as long as the plan for two axes, ten times that for
+        seven joints.
 
-    Returns a TimeLaw, which, called with t (...), s, gives arc lengths (...), mm.
+    Returns
+    -------
+    TimeLaw
+        Called with t (...), s, it gives arc lengths (...), mm.
+
+    Raises
+    ------
+    CurveError
+        For no length, and stops that are not inside.
+    InputError
+        For an unknown strategy.
+    LimitsError
+        For a limit that the strategy named does not hold, a chord error without a period, a period that is not positive
+        or longer than the motion, a path that leaves the travel of an axis, and feeds at the ends that the path
+        contradicts.
+    PlanError
+        For a stretch too short for its change of feed, and a start from which the limits cannot be kept, with the
+        nearest from which they can.
+
+    Notes
+    -----
     Where a tick cannot be met (start_feed = end_feed = feed), the law's `notes` say so; they name each axis that moves
     without a limit that others have. Where the path waits, the law has a piece of constant s, whole periods long.
-    Raises CurveError (no length, stops not inside), InputError (unknown strategy), LimitsError (a limit that the
-    strategy named does not hold; a chord error without a period; period not positive, or longer than the motion; the
-    path leaves the travel of an axis; feeds at the ends that the path contradicts), PlanError (a stretch too short for
-    its change of feed; a start from which the limits cannot be kept, with the nearest from which they can).
-    Source: docs/math/planner.md, docs/math/seven-phase.md.
-    Example: `sf.plan(path, limits, period=1e-3).duration`
+
+    References
+    ----------
+    docs/math/planner.md, docs/math/seven-phase.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.Path.polyline([[0, 0], [30, 0]])
+    >>> law = sf.plan(path, sf.Limits(feed=10, acceleration=100, jerk=1000), period=1e-3)
+    >>> print(f"{law.strategy}: {law.duration:.3f} s")
+    seven-phase: 3.200 s
     """
     expect("plan(path, limits)", (path, (Path, Track)), (limits, Limits))
     try:
@@ -226,7 +285,20 @@ def _in_time(
 
 
 def cheap_to_bound(path: Track, limits: Limits) -> bool:
-    """Whether a lower bound of the time costs about as much as the plan: up to three axes without torques."""
+    """Tell whether a lower bound of the time costs about as much as the plan.
+
+    Parameters
+    ----------
+    path : Track
+        Of the motion.
+    limits : Limits
+        Of the motion.
+
+    Returns
+    -------
+    bool
+        True for up to three axes without torques.
+    """
     return len(path.axes) <= CHEAP and not limits.models
 
 

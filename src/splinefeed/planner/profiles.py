@@ -94,16 +94,40 @@ def solve_in_row(length: Array, feed: Numbers, *limits: Numbers) -> Profile:
 
 
 def solve(length: Array, feed: Numbers, *limits: Numbers) -> Profile:
-    """Fastest profiles over lengths (n,), preparation included (eq. 4-22, fig. 2).
+    """Find the fastest profiles over lengths, preparation included (eq. 4-22, fig. 2).
 
-    The highest f <= feed with L >= (fs + f)/2 Tu(f - fs) + (f + fe)/2 Td(f - fe) (eq. 21), where Tu and Td follow
-    (17)-(20) at that very f: so (18), (20) and (22) hold together. T4 covers what is left (eq. 22).
-    limits: acceleration, deceleration, their jerks, start and end feed; mm/s, mm/s^2, mm/s^3.
+    Parameters
+    ----------
+    length : (n,) array
+        L of each stretch, mm.
+    feed : float or (n,) array
+        The limit of the feed, mm/s.
+    *limits : float or (n,) array
+        Acceleration, deceleration, mm/s^2, their jerks, mm/s^3, start and end feed, mm/s.
+
+    Returns
+    -------
+    Profile
+        Of the n stretches.
+
+    Notes
+    -----
+    The highest f <= feed with
+
+        L >= (fs + f)/2 Tu(f - fs) + (f + fe)/2 Td(f - fe)   (eq. 21)
+
+    where Tu and Td follow (17)-(20) at that very f: so (18), (20) and (22) hold together. T4 covers what is left
+    (eq. 22).
+
     With f = fast + w^2, fast being the faster end, the length of the ramps is convex in w: (fast + w^2/2) times
     2 w/sqrt(J), or times w^2/A + A/J, and so is the slower ramp. So Newton's steps come down to the answer: from the
     limit on the feed, or where w^2/2 times the least times of the ramps, 2 w/sqrt(J) and w^2/A, would be all of L.
     Between logarithms, what the length has over that at w = 0 has a slope between 1 and 4 in w: so the share by which
     it is too much bounds the step, whatever the decade.
+
+    References
+    ----------
+    docs/math/seven-phase.md.
     """
     length, feed, *given = np.broadcast_arrays(length, feed, *limits)
     if len(length) > TOGETHER:

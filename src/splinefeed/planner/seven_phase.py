@@ -24,12 +24,30 @@ HALVINGS = 200
 
 
 def plan_seven_phase(path: Path, limits: Limits, period: float | None) -> TimeLaw:
-    """One seven-phase profile a stretch between stops, at rest at each stop, each ending on a tick if it can.
+    """Plan one seven-phase profile a stretch between stops, at rest at each stop, each ending on a tick if it can.
 
-    It obeys the tangential limits only: feed (on each stretch the least that the path asks for there), acceleration,
-    deceleration and their jerks along the path. It knows nothing of the axes, of curvature or of chord error; `check`
-    tells what those see.
-    Raises PlanError where the first or last stretch has no room, LimitsError for a period longer than the motion.
+    Parameters
+    ----------
+    path : Path
+        Of the motion.
+    limits : Limits
+        Only those along the path are obeyed: feed (on each stretch the least that the path asks for there),
+        acceleration, deceleration and their jerks. It knows nothing of the axes, of curvature or of chord error;
+        `check` tells what those see.
+    period : float or None
+        Servo period, s.
+
+    Returns
+    -------
+    TimeLaw
+        The law.
+
+    Raises
+    ------
+    PlanError
+        Where the first or last stretch has no room.
+    LimitsError
+        For a period longer than the motion.
     """
     marks = _apart(np.array([0.0, *path.stops, path.length]))
     _, *along, start_feed, end_feed = _along(limits)

@@ -84,9 +84,23 @@ def _worth(path: Path, limits: Limits) -> float:
 
 
 def conditions_of(path: Track, limits: Limits, period: float | None, paces: Array | None = None) -> Conditions:
-    """What a motion along the path is planned under.
+    """Collect what a motion along a path is planned under.
 
-    paces (curves,)  share of the limits that the motion may use on each curve, as a factor on q
+    Parameters
+    ----------
+    path : Track
+        Of the motion.
+    limits : Limits
+        Of the motion.
+    period : float or None
+        Servo period, s.
+    paces : (curves,) array, optional
+        Share of the limits that the motion may use on each curve, as a factor on q.
+
+    Returns
+    -------
+    Conditions
+        From which rows are made at any places.
     """
     path.check_limits(limits)
     curves = path.tip_path
@@ -115,13 +129,39 @@ def plan_in_mode(
     paces: Array | None = None,
     back: bool = False,
 ) -> TimeLaw:
-    """The motion in one of MODES, which on each curve may use a share `paces` of the limits, see `conditions_of`.
+    """Plan the motion in one of MODES: with a window that moves, or as fast as can be.
 
-    The law stops at the stops, and each stretch lasts whole periods. Raises LimitsError for limits that leave
-    acceleration and jerk free, and for curvature jumps under an axis jerk without a period; PlanError for ends in
-    motion that the limits do not allow, with the nearest that they do, and for places where no motion within them was
-    found. With `start` it begins there, in the law too, or with `back` behind a motion from the start of the path to
-    that state, which it passes at `settings["start_s"]`; with `bound` it has a lower bound of its time.
+    Parameters
+    ----------
+    path : Track
+        Of the motion, which rests at its stops.
+    limits : Limits
+        Of the motion.
+    period : float or None
+        Servo period, s: each stretch between stops lasts whole periods.
+    start : State, optional
+        Where the motion begins, in the law too, or with `back` what it passes, at `settings["start_s"]`.
+    strategy : str
+        A name in MODES.
+    bound : bool, optional
+        Whether the law has a lower bound of its time.
+    paces : (curves,) array, optional
+        Share of the limits that the motion may use on each curve, see `conditions_of`.
+    back : bool, optional
+        Whether the motion begins at the start of the path, with a `start` that it passes.
+
+    Returns
+    -------
+    TimeLaw
+        The law.
+
+    Raises
+    ------
+    LimitsError
+        For limits that leave acceleration and jerk free, and for curvature jumps under an axis jerk without a period.
+    PlanError
+        For ends in motion that the limits do not allow, with the nearest that they do, and for places where no motion
+        within them was found.
     """
     check_limits(limits, path.axes, strategy)
     mode = replace(MODES[strategy], bounded=bound)

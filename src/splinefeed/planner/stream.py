@@ -29,13 +29,33 @@ AGAIN = 2
 class MotionBlock:
     """A block of committed motion: it no longer changes.
 
-    curve   index, among all that came, of the curve that it begins on
-    offset  arc length from the start of that curve, mm
-    tick    whole periods since the start, at which or behind which it begins; before the first block the tool stands
-    phase   how much later than that, s, less than a period: kept apart, as after hours their sum is rounded
-    law     from there: arc length from 0, time from 0
-    limits  that it keeps
-    Source: docs/math/planner.md. Example: `sf.planner.LookAhead(limits, 1e-3, path.axes).push(path)`
+    Parameters
+    ----------
+    curve : int
+        Index, among all that came, of the curve that it begins on.
+    offset : float
+        Arc length from the start of that curve, mm.
+    tick : int
+        Whole periods since the start, at which or behind which it begins; before the first block the tool stands.
+    phase : float
+        How much later than that, s, less than a period: kept apart, as after hours their sum is rounded.
+    law : TimeLaw
+        From there: arc length from 0, time from 0.
+    limits : Limits
+        That it keeps.
+
+    References
+    ----------
+    docs/math/planner.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path, limits = sf.shapes.circle(radius=10), sf.Limits(feed=50, acceleration=1000, jerk=50000)
+    >>> ahead = sf.planner.LookAhead(limits, 1e-3, path.axes)
+    >>> first = [*ahead.push(path), *ahead.finish()][0]
+    >>> first.curve, first.offset, first.tick
+    (0, 0.0, 0)
     """
 
     curve: int
@@ -52,24 +72,51 @@ class MotionBlock:
 
 
 class LookAhead:
-    """Plans a path that need not end: `push` curves, get motion; `finish` comes to rest at the end of it all.
+    """Plan a path that need not end: `push` curves, get motion; `finish` comes to rest at the end of it all.
 
-    limits, period  as for `plan`; the period, s, is needed, as stops fall on ticks: the tool waits there for the next.
-                    Motion begins at start_feed and, when finished, ends at end_feed: not on a tick then
-    axes            names of the axes of all that comes
-    window          cells that are looked ahead over
-    start           where on the first path it begins, and how; None begins at its start with start_feed
-    joints          that move the axes and have limits of their own, which name them as further axes
+    Parameters
+    ----------
+    limits : Limits
+        As for `plan`. Motion begins at start_feed and, when finished, ends at end_feed: not on a tick then.
+    period : float
+        Servo period, s: stops fall on ticks, and the tool waits there for the next.
+    axes : sequence of str
+        Names of the axes of all that comes.
+    window : int, optional
+        Cells that are looked ahead over.
+    start : State, optional
+        Where on the first path it begins, and how; None begins at its start with start_feed.
+    joints : Joints, optional
+        That move the axes and have limits of their own, which name them as further axes.
 
+    Raises
+    ------
+    LimitsError
+        For limits that leave acceleration and jerk free or name other axes.
+    InputError
+        For a window that is too small.
+
+    Notes
+    -----
     The last plan always ends at rest within the window and keeps every limit. Its first half becomes final and the rest
     is planned again with what follows; where that fails, the last plan still stands. So committed motion can always
     be followed by a stop within the limits, and a window costs the same wherever it is.
+
     From wherever it is the motion goes on without a stop under other limits (`change_limits`), along another path
     (`reroute`), or comes to rest as soon as it can (`hold`). A feedrate override is `live`'s.
-    Raises LimitsError for limits that leave acceleration and jerk free or name other axes, InputError for a window that
-    is too small.
-    Source: docs/math/planner.md.
-    Example: `ahead = sf.planner.LookAhead(limits, 1e-3, path.axes); blocks = [*ahead.push(path), *ahead.finish()]`
+
+    References
+    ----------
+    docs/math/planner.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path, limits = sf.shapes.circle(radius=10), sf.Limits(feed=50, acceleration=1000, jerk=50000)
+    >>> ahead = sf.planner.LookAhead(limits, 1e-3, path.axes)
+    >>> blocks = [*ahead.push(path), *ahead.finish()]
+    >>> print(f"{sum(block.law.length for block in blocks):.3f} of {path.length:.3f} mm")
+    62.832 of 62.832 mm
     """
 
     def __init__(
@@ -117,15 +164,43 @@ class LookAhead:
         return float(self._horizon.work)
 
     def push(self, path: Path) -> list[MotionBlock]:
-        """Take more of the path, which goes on where the last one ended; returns the motion that is final by now.
+        """Take more of the path, which goes on where the last one ended.
 
-        Raises CurveError for other axes or a gap, LimitsError where the path leaves the travel of an axis.
+        Parameters
+        ----------
+        path : Path
+            Of the same axes.
+
+        Returns
+        -------
+        list of MotionBlock
+            The motion that is final by now.
+
+        Raises
+        ------
+        CurveError
+            For other axes or a gap.
+        LimitsError
+            Where the path leaves the travel of an axis.
         """
         self.take(path)
         return list(self.blocks())
 
     def take(self, path: Path) -> None:
-        """Take more of the path, as `push` does, and plan nothing yet: `blocks` does."""
+        """Take more of the path, as `push` does, and plan nothing yet: `blocks` does.
+
+        Parameters
+        ----------
+        path : Path
+            Of the same axes.
+
+        Raises
+        ------
+        CurveError
+            For other axes or a gap.
+        LimitsError
+            Where the path leaves the travel of an axis.
+        """
         if path.axes != self.axes:
             raise CurveError(f"the path has axes {path.axes}; the motion has {self.axes}")
         path.check_travel(self.limits.travel_of(self._limited))
@@ -168,9 +243,21 @@ class LookAhead:
     def change_limits(self, limits: Limits) -> list[MotionBlock]:
         """Plan by other limits from where committed motion ends, or from the first place on where they can be kept.
 
-        Returns the motion up to there, which slows down within the limits of before: `MotionBlock.limits` tells which a
-        block keeps. Raises LimitsError for limits that leave acceleration and jerk free, or whose travel the path
-        leaves.
+        Parameters
+        ----------
+        limits : Limits
+            The new ones.
+
+        Returns
+        -------
+        list of MotionBlock
+            The motion up to there, which slows down within the limits of before: `MotionBlock.limits` tells which a
+            block keeps.
+
+        Raises
+        ------
+        LimitsError
+            For limits that leave acceleration and jerk free, or whose travel the path leaves.
         """
         check_limits(limits, self._limited, LOOK_AHEAD)
         for path in self._parts:
@@ -237,9 +324,20 @@ class LookAhead:
         return self._path
 
     def blocks(self, *, whole: bool = False, early: bool = False) -> Iterator[MotionBlock]:
-        """Plan on while there is enough ahead, or with `whole` to the end; each block as soon as it is final.
+        """Plan on while there is enough ahead.
 
-        With `early` one block at most, also where a window is not full: for motion that cannot wait for more path.
+        Parameters
+        ----------
+        whole : bool, optional
+            Whether to plan to the end.
+        early : bool, optional
+            Whether to make one block at most, also where a window is not full: for motion that cannot wait for more
+            path.
+
+        Yields
+        ------
+        MotionBlock
+            Each as soon as it is final.
         """
         ahead = sum(path.length for path in self._waiting) if not whole else 0.0
         if self._path is not None:

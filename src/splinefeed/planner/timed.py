@@ -82,7 +82,20 @@ def in_time(make: Callable[[Array], TimeLaw], path: Path, limits: Limits, period
 
 
 def times_at(law: TimeLaw, s: Array) -> Array:
-    """When a law first reaches lengths s (n,), mm, s: by bisection in the piece that does."""
+    """Find when a law first reaches lengths, by bisection in the piece that does.
+
+    Parameters
+    ----------
+    law : TimeLaw
+        The law.
+    s : (n,) array
+        Lengths, mm.
+
+    Returns
+    -------
+    (n,) array
+        Times, s.
+    """
     ends = np.append(law.coefficients[1:, 0], np.inf)
     piece = np.searchsorted(ends, s)
     low, high = law.breaks[piece], law.breaks[piece + 1]

@@ -37,10 +37,26 @@ MOST = 0.97
 
 @dataclass(frozen=True, eq=False)
 class OverrideTicks:
-    """Ticks that were run: plan time tau, s, and rate at each, (n,).
+    """Ticks that were run.
 
-    Source: docs/math/override.md.
-    Example: `sf.planner.Override(sf.planner.LawSource(path, slow, 1e-3), limits).run([1.0]).rate`
+    Parameters
+    ----------
+    tau : (n,) array
+        Plan time at each, s.
+    rate : (n,) array
+        Rate at each.
+
+    References
+    ----------
+    docs/math/override.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path, limits = sf.shapes.circle(radius=10), sf.Limits(feed=50, acceleration=1000, jerk=50000)
+    >>> slow = sf.plan(path, sf.planner.with_reserve(limits), period=1e-3)
+    >>> sf.planner.Override(sf.planner.LawSource(path, slow), limits).run([1.0, 1.0]).rate
+    array([1., 1.])
     """
 
     tau: Array
@@ -51,22 +67,53 @@ class OverrideTicks:
 
 
 class Override:
-    """Runs a law at a wanted rate, tick by tick: 1 as planned, 0 hold, negative backwards; never beyond `limits`.
+    """Run a law at a wanted rate, tick by tick: 1 as planned, 0 hold, negative backwards; never beyond limits.
 
-    source   what runs; it rests at its end                limits  that hold for what is sent, not those of the plan
-    rate     to begin with                                 highest  what a wanted rate is cut to, in both directions
-    tau      plan time to begin at, s: beyond 0 it begins at rest, as after a hold there
+    Parameters
+    ----------
+    source : MotionSource
+        What runs, such as a `LawSource`; it rests at its end.
+    limits : Limits
+        That hold for what is sent, not those of the plan.
+    rate : float, optional
+        To begin with.
+    tau : float, optional
+        Plan time to begin at, s: beyond 0 it begins at rest, as after a hold there.
+    highest : float, optional
+        What a wanted rate is cut to, in both directions.
 
+    Attributes
+    ----------
+    top : float
+        Highest rate that keeps the limits everywhere. A higher one is run where and while they allow it: what
+        programmed feeds of the path (F) ask for is 100 %, `limits.feed` is a limit.
+
+    Raises
+    ------
+    LimitsError
+        For a source without reserve, for corners passed at speed (axis_velocity_step), and for limits that models give
+        but torques.
+
+    Notes
+    -----
     A law that was planned again from `state` begins there, at its rate 1; it is run backwards if it was planned with
     `back`, to the start of the path.
 
-    top   highest rate that keeps the limits everywhere. A higher one is run where and while they allow it: what
-          programmed feeds of the path (F) ask for is 100 %, `limits.feed` is a limit.
     Torques are kept, too, of a `LawSource`: M q' dr/dt and r^2 of what motion takes, at ticks and between them.
-    Raises LimitsError for a source without reserve, for corners passed at speed (axis_velocity_step), and for limits
-    that models give but torques.
-    Source: docs/math/override.md.
-    Example: `sf.planner.Override(sf.planner.LawSource(path, slow, 1e-3), limits).run(np.full(100, 0.5))`
+
+    References
+    ----------
+    docs/math/override.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path, limits = sf.shapes.circle(radius=10), sf.Limits(feed=50, acceleration=1000, jerk=50000)
+    >>> slow = sf.plan(path, sf.planner.with_reserve(limits), period=1e-3)
+    >>> override = sf.planner.Override(sf.planner.LawSource(path, slow), limits)
+    >>> ticks = override.run([0.5] * 1000)
+    >>> print(f"rate {ticks.rate[-1]:.2f}, plan time {override.tau:.1f} s after 1 s")
+    rate 0.50, plan time 0.5 s after 1 s
     """
 
     def __init__(
@@ -125,7 +172,13 @@ class Override:
         self._state[kernels.TAU] = tau
 
     def rest_at(self, tau: float) -> None:
-        """Be at rest at plan time tau, s, whatever was before."""
+        """Come to rest at a plan time at once, whatever was before.
+
+        Parameters
+        ----------
+        tau : float
+            Plan time, s.
+        """
         direction = self._state[kernels.DIRECTION]
         self._state[:] = 0.0
         self._state[kernels.TAU], self._state[kernels.DIRECTION] = tau, direction
@@ -200,9 +253,17 @@ class Override:
         return self.tau >= self.source.duration
 
     def run(self, wanted: ArrayLike) -> OverrideTicks:
-        """Run as many ticks as wanted (n,) has rates, fewer where the law ends; the last one is the end exactly.
+        """Run ticks at wanted rates; backwards it comes to rest at the start, until a wanted rate is positive.
 
-        Backwards it comes to rest at the start, and stays there until a wanted rate is positive.
+        Parameters
+        ----------
+        wanted : array_like
+            The rate that is wanted at each of the next ticks, (n,).
+
+        Returns
+        -------
+        OverrideTicks
+            As many, fewer where the law ends; the last one is the end exactly.
         """
         targets = np.array(wanted, dtype=np.float64, order="C")
         targets[np.isnan(targets)] = 0.0

@@ -18,15 +18,45 @@ MOST_RATE = 10.0
 def with_reserve(
     limits: Limits, top: float = 1.0, acceleration: float = ACCELERATION_SHARE, jerk: float = JERK_SHARE
 ) -> Limits:
-    """Return the limits to plan under, so that the plan can be run at rates up to `top` and slowed anywhere.
+    """Reduce limits to plan under, so that the plan can be run at rates up to `top` and slowed anywhere.
 
-    V / top,  share_a A / top^2,  share_j J / top^3;  centripetal, chord and orientation error / top^2
+    Parameters
+    ----------
+    limits : Limits
+        That hold for what is sent.
+    top : float, optional
+        The highest rate, at least 1.
+    acceleration, jerk : float, optional
+        The shares of these that the plan may use.
 
-    Of a torque what motion takes is held to share_a / top^2 of what weight and friction leave.
+    Returns
+    -------
+    Limits
+        Those to plan under.
 
-    acceleration, jerk  the shares. Raises LimitsError for shares that are not in (0, 1) and a top below 1.
-    V is a feed in mm/s, A and J in mm/s^2 and mm/s^3. Source: docs/math/override.md.
-    Example: `sf.plan(path, sf.planner.with_reserve(limits), period=1e-3)`
+    Raises
+    ------
+    LimitsError
+        For shares that are not in (0, 1) and a top below 1.
+
+    Notes
+    -----
+    With V a feed in mm/s, A and J in mm/s^2 and mm/s^3,
+
+        V / top,   share_a A / top^2,   share_j J / top^3
+
+    and centripetal, chord and orientation error / top^2. Of a torque what motion takes is held to share_a / top^2 of
+    what weight and friction leave.
+
+    References
+    ----------
+    docs/math/override.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> sf.planner.with_reserve(sf.Limits(feed=60, acceleration=500, jerk=20000), top=1.2).feed
+    50.0
     """
     if not 1.0 <= top <= MOST_RATE:
         raise LimitsError(f"the highest override is {top:g}; it must be from 1 to {MOST_RATE:g}")

@@ -23,9 +23,21 @@ RESTS = 0.1
 
 
 class SetpointSource:
-    """The rows of setpoints by plan time, s; `linear` of the axes come first and make up the feed.
+    """The rows of setpoints by plan time, s.
 
-    Raises InputError for fewer than two rows, LimitsError for rows that begin or end in motion.
+    Parameters
+    ----------
+    rows : Setpoints
+        What runs; at rest at both ends.
+    linear : int
+        How many of the axes, which come first, make up the feed.
+
+    Raises
+    ------
+    InputError
+        For fewer than two rows.
+    LimitsError
+        For rows that begin or end in motion.
     """
 
     def __init__(self, rows: Setpoints, linear: int) -> None:
@@ -82,7 +94,18 @@ class SetpointSource:
         return 0.0
 
     def positions(self, tau: Array) -> Array:
-        """Positions (n, axes), mm or rad, at plan times tau (n,), s."""
+        """Interpolate positions between rows.
+
+        Parameters
+        ----------
+        tau : (n,) array
+            Plan times, s.
+
+        Returns
+        -------
+        (n, axes) array
+            mm or rad.
+        """
         place = np.asarray(tau) / self.period
         piece = np.clip(np.floor(place), 0, len(self._q)).astype(np.int64)
         c0, c1, c2, c3 = self._pieces(piece)

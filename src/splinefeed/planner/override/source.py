@@ -56,25 +56,75 @@ class MotionSource(Protocol):
     moving: bool
 
     def demands(self, first: int, count: int, sums: Array = NO_SUMS) -> Array:
-        """What axes and weighted sums of them, (k, axes), need in `count` ticks from `first` on; 0 beyond both ends.
+        """Compute what axes and weighted sums of them need in ticks; 0 beyond both ends.
 
-        (count, 4, axes + k + 1)
-        Largest |q'| and |q''|; jerk at rate 1, jumps of q'' included; jerk over r^2 as the rate r goes to 0, where only
-        these are left. In between the latter is at most a mean of both. The last column is that of the arc length.
+        Parameters
+        ----------
+        first : int
+            The first tick.
+        count : int
+            How many.
+        sums : (k, axes) array, optional
+            Weights of the sums.
+
+        Returns
+        -------
+        (count, 4, axes + k + 1) array
+            Largest |q'| and |q''|; jerk at rate 1, jumps of q'' included; jerk over r^2 as the rate r goes to 0, where
+            only these are left. In between the latter is at most a mean of both. The last column is that of the arc
+            length.
         """
 
     def bend_share(self, limits: Limits) -> float:
-        """Share of the limits that hold for the feed on a bend, at rate 1: the square root of what it asks for."""
+        """Compute the share of the limits that hold for the feed on a bend, at rate 1.
+
+        Parameters
+        ----------
+        limits : Limits
+            That hold for what is sent.
+
+        Returns
+        -------
+        float
+            The square root of what the bend asks for.
+        """
 
 
 class LawSource:
-    """A law along a path; period in s, the law's if it is not said.
+    """Run a law along a path under an override.
 
-    begin   plan time, s, at which the law passes the state that it was planned from, with a way back behind it; else 0
-    moving  whether it moves there, as a law that was planned again from where an override was
+    Parameters
+    ----------
+    path : Track
+        Of the law.
+    law : TimeLaw
+        What runs; it ends at rest.
+    period : float, optional
+        Servo period, s; the law's if it is not given.
 
-    Raises LimitsError for a law that does not end at rest, and where nobody says a period.
-    Source: docs/math/override.md. Example: `sf.planner.LawSource(path, law, 1e-3).duration`
+    Attributes
+    ----------
+    begin : float
+        Plan time, s, at which the law passes the state that it was planned from, with a way back behind it; else 0.
+    moving : bool
+        Whether it moves there, as a law that was planned again from where an override was.
+
+    Raises
+    ------
+    LimitsError
+        For a law that does not end at rest, and where nobody gives a period.
+
+    References
+    ----------
+    docs/math/override.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path, limits = sf.shapes.circle(radius=10), sf.Limits(feed=50, acceleration=1000, jerk=50000)
+    >>> slow = sf.plan(path, sf.planner.with_reserve(limits), period=1e-3)
+    >>> sf.planner.LawSource(path, slow).duration == slow.duration
+    True
     """
 
     def __init__(self, path: Track, law: TimeLaw, period: float | None = None) -> None:
@@ -91,8 +141,24 @@ class LawSource:
         self.torque: Torque | None = None
 
     def demands(self, first: int, count: int, sums: Array = NO_SUMS) -> Array:
-        """As `MotionSource` says, from the exact derivatives of path and law.
+        """Compute what axes and weighted sums of them need in ticks, from the exact derivatives of path and law.
 
+        Parameters
+        ----------
+        first : int
+            The first tick.
+        count : int
+            How many.
+        sums : (k, axes) array, optional
+            Weights of the sums.
+
+        Returns
+        -------
+        (count, 4, axes + k + 1) array
+            As `MotionSource.demands` has it.
+
+        Notes
+        -----
         For one period before and behind it, less a twentieth, a jump D of q'' counts as jerk of PEAK D / T: the
         quadratic B-spline by which a third difference sees it is nowhere above PEAK times its own mean over that time.
         """
@@ -198,7 +264,18 @@ class LawSource:
         return path.derivatives(s, row)[:, :, : len(path.axes)]
 
     def bend_share(self, limits: Limits) -> float:
-        """Share of the limits that hold for the feed on a bend, at rate 1: as a factor on the feed."""
+        """Compute the share of the limits that hold for the feed on a bend, at rate 1.
+
+        Parameters
+        ----------
+        limits : Limits
+            That hold for what is sent.
+
+        Returns
+        -------
+        float
+            As a factor on the feed.
+        """
         settings = self.law.settings.get("limits", {})
         given = limits.given(PLACES) | limits.given(TICKS)
         shares = [(settings.get(name, math.inf) / most) ** (1.0 / KINDS[name].power) for name, most in given.items()]
