@@ -20,6 +20,7 @@ from splinefeed.interpolation import registry
 DONE = (
     "checks",
     "interpolation",
+    "kinematics",
     "limit_table",
     "planner",
     "records",

@@ -37,11 +37,24 @@ X, Y, Z = 0, 1, 2
 class Chain(NamedTuple):
     """One kind of machine.
 
-    joints   names of its joints, the linear ones first;  lengths  its parameters, as LinuxCNC's pins are called
-    rotary   how many of them turn: 2 with a tool axis, 1 with an angle in the plane, 0 with neither
-    azimuth  azimuth of the tool axis as (sign, offset rad) of the last joint;  tilt  sign of its tilt in the first one
-    table    how the table turns the workpiece, from the workpiece on;  head  how many of the rotary joints the head has
-    twins    joints that move as the linear one of a number does, each with the length that it is beside it
+    Parameters
+    ----------
+    joints : str
+        Names of its joints between blanks, the linear ones first.
+    lengths : str
+        Its parameters, as LinuxCNC's pins are called.
+    rotary : int, optional
+        How many joints turn: 2 with a tool axis, 1 with an angle in the plane, 0 with neither.
+    azimuth : (float, float), optional
+        Azimuth of the tool axis as (sign, offset rad) of the last joint.
+    tilt : float, optional
+        Sign of its tilt in the first rotary joint.
+    table : tuple of Turn, optional
+        How the table turns the workpiece, from the workpiece on.
+    head : int, optional
+        How many of the rotary joints the head has.
+    twins : tuple of (int, str), optional
+        Joints that move as the linear one of a number does, each with the length that it is beside it.
     """
 
     joints: str
@@ -75,11 +88,38 @@ NEEDED = frozenset({"pivot-length"})
 
 @dataclass(frozen=True)
 class Kinematics:
-    """One machine: its kind, and its lengths, mm, by name; see `KINDS`.
+    """Where joints put tool tip and tool axis on the workpiece, and back, for one machine.
 
-    `forward` takes joints (..., joints), mm and rad, to tip (..., 3), mm, and tool axis (..., 3). A machine file makes
-    it, whose reader raises MachineError. Source: docs/how-to/five-axis.md; the trivial and table kinds of LinuxCNC's
-    manual. Example: `sf.Machine.load("trunnion").kinematics.joints`
+    Parameters
+    ----------
+    kind : str
+        A name in `KINDS`.
+    lengths : mapping of str to float
+        Every length of that kind, mm, by the names that LinuxCNC's pins have.
+
+    Raises
+    ------
+    InputError
+        By `kinematics`, which checks kind and lengths. The reader of machine files raises MachineError.
+
+    Notes
+    -----
+    Joints are mm and rad. `splinefeed.kinematics.chains` has the formula of each kind.
+
+    References
+    ----------
+    .. [1] LinuxCNC 2.9 documentation, "5-Axis Kinematics".
+    .. [2] docs/how-to/five-axis.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> moves = sf.Machine.load("trunnion").kinematics
+    >>> moves.joints
+    ('x', 'y', 'z', 'a', 'c')
+    >>> tip, axis = moves.forward([[0.0, 0.0, 0.0, 0.0, 0.0]])
+    >>> axis
+    array([[0., 0., 1.]])
     """
 
     kind: str
@@ -111,7 +151,18 @@ class Kinematics:
         return {name: value for name, value in self.lengths.items() if value != 0.0 or name in NEEDED}
 
     def reach(self, turns: tuple[Number, ...]) -> Vector:
-        """Where the linear joints are seen from the tip, mm: what the head and the tool add, by the rotary joints."""
+        """Return where the linear joints are seen from the tip: what the head and the tool add.
+
+        Parameters
+        ----------
+        turns : tuple
+            Rotary joints, rad: jets, arrays of any shape, or numbers.
+
+        Returns
+        -------
+        tuple of 3
+            x, y, z, mm, as `turns`.
+        """
         pivot = self.lengths.get("pivot-length", 0.0)
         arm = pivot + self.lengths.get("tool-offset", 0.0)
         if self.chain.head == 0:
@@ -121,12 +172,36 @@ class Kinematics:
         return x * arm, y * arm, z * arm - pivot
 
     def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
-        """The linear joints, mm, that put the tool tip at p when the rotary ones are at `turns`, rad."""
+        """Return the linear joints that put the tool tip at a place.
+
+        Parameters
+        ----------
+        p : tuple of 3
+            The tip on the workpiece, mm: jets, arrays of any shape, or numbers.
+        turns : tuple
+            Rotary joints, rad, likewise.
+
+        Returns
+        -------
+        tuple
+            The linear joints, mm.
+        """
         x, y, z = (at + arm for at, arm in zip(self._turned(p, turns, 1), self.reach(turns), strict=True))
         return x, y, z, *((x, y, z)[of] + self.lengths[beside] for of, beside in self.chain.twins)
 
     def tip(self, q: tuple[Number, ...]) -> Vector:
-        """Tool tip on the workpiece, mm, for joints q: the way of `slides` back."""
+        """Return the tool tip on the workpiece: the way of `slides` back.
+
+        Parameters
+        ----------
+        q : tuple
+            All joints, mm and rad: jets, arrays of any shape, or numbers.
+
+        Returns
+        -------
+        tuple of 3
+            x, y, z, mm.
+        """
         slides, turns = list(q[:3]), q[self.linear :]
         for twin, (of, beside) in zip(q[3 : self.linear], self.chain.twins, strict=True):
             slides[of] = 0.5 * (slides[of] + twin - self.lengths[beside])  # what both move is where their mean is
@@ -144,7 +219,18 @@ class Kinematics:
         return place[0], place[1], place[2]
 
     def axis(self, turns: tuple[Number, ...]) -> Vector:
-        """Tool axis on the workpiece, a unit vector from the tip to the spindle, for rotary joints, rad."""
+        """Return the tool axis on the workpiece, from the tip to the spindle.
+
+        Parameters
+        ----------
+        turns : tuple
+            Rotary joints, rad: jets, arrays of any shape, or numbers.
+
+        Returns
+        -------
+        tuple of 3
+            A unit vector.
+        """
         if self.rotary < 2:
             return 0.0, 0.0, 1.0
         sign, offset = self.chain.azimuth
@@ -152,7 +238,20 @@ class Kinematics:
         return s * across, s * up, c
 
     def forward(self, joints: Array) -> tuple[Array, Array]:
-        """Tool tip and tool axis on the workpiece, (n, 3) each, for joints (n, joints), mm and rad."""
+        """Return tool tip and tool axis on the workpiece.
+
+        Parameters
+        ----------
+        joints : (..., joints) array
+            mm and rad.
+
+        Returns
+        -------
+        tip : (..., 3) array
+            mm.
+        axis : (..., 3) array
+            Unit vectors.
+        """
         joints = np.asarray(joints, dtype=np.float64)
         q = tuple(np.moveaxis(joints, -1, 0))
         parts = *self.tip(q), *self.axis(q[self.linear :])
@@ -160,21 +259,70 @@ class Kinematics:
         return found[..., :3], found[..., 3:]
 
     def turn(self, k: tuple[Jet, Jet, Jet]) -> Jet:
-        """The last joint, rad, for the tool axis k, k_xy not 0; half a turn further is right, too."""
+        """Return the last joint for a tool axis; half a turn further is right, too.
+
+        Parameters
+        ----------
+        k : tuple of 3 jets
+            The tool axis, k_xy not 0.
+
+        Returns
+        -------
+        Jet
+            The joint, rad.
+        """
         sign, offset = self.chain.azimuth
         return sign * (angle(k[1], k[0]) - offset)
 
     def tilted(self, k: tuple[Jet, Jet, Jet], turn: Jet) -> Jet:
-        """The first rotary joint, rad, for the tool axis k and one of its turns: of either sign."""
+        """Return the first rotary joint for a tool axis and one of its turns.
+
+        Parameters
+        ----------
+        k : tuple of 3 jets
+            The tool axis.
+        turn : Jet
+            The last joint, rad; see `turn`.
+
+        Returns
+        -------
+        Jet
+            The joint, rad, of either sign.
+        """
         sign, offset = self.chain.azimuth
         s, c = sin_cos(sign * turn + offset)
         return self.chain.tilt * angle(c * k[0] + s * k[1], k[2])
 
 
 def kinematics(kind: str, **parameters: Any) -> Kinematics:
-    """The kinematics of this kind with these parameters, in mm, named as LinuxCNC's pins are.
+    """Make the kinematics of a machine, checked.
 
-    Raises InputError for an unknown kind or parameter, for one that is missing, and for a value that is no length.
+    Parameters
+    ----------
+    kind : str
+        A name in `KINDS`.
+    **parameters : float
+        Lengths, mm, named as LinuxCNC's pins are, with - or _ between words. Those that are left out are 0.
+
+    Returns
+    -------
+    Kinematics
+        With every length of its kind.
+
+    Raises
+    ------
+    InputError
+        For an unknown kind or parameter, for one that is missing, and for a value that is no length.
+
+    References
+    ----------
+    .. [1] LinuxCNC 2.9 documentation, "5-Axis Kinematics".
+
+    Examples
+    --------
+    >>> from splinefeed.kinematics import kinematics
+    >>> kinematics("5axiskins", pivot_length=150).parameters
+    {'pivot-length': 150.0}
     """
     if kind not in KINDS:
         raise InputError(f"kinematics.type: {kind!r} is not known; write one of {', '.join(KINDS)}")

@@ -16,7 +16,13 @@ from splinefeed.records import Array
 
 
 class Jet:
-    """Taylor coefficients (order + 1, ...) of a function of one parameter."""
+    """Taylor coefficients of a function of one parameter: c_k = f^(k) / k!.
+
+    Parameters
+    ----------
+    c : (order + 1, ...) array
+        Coefficients. Sums, products and quotients of jets, and of jets with arrays and numbers, are jets.
+    """
 
     __slots__ = ("c",)
     __array_ufunc__ = None  # an array on the left leaves its operators to the jet
@@ -26,7 +32,18 @@ class Jet:
 
     @classmethod
     def of_derivatives(cls, d: Array) -> Jet:
-        """From derivatives (order + 1, ...): c_k = d_k / k!."""
+        """Make a jet of derivatives: c_k = d_k / k!.
+
+        Parameters
+        ----------
+        d : (order + 1, ...) array
+            The function and its derivatives.
+
+        Returns
+        -------
+        Jet
+            Its coefficients.
+        """
         return cls(d / _first([math.factorial(k) for k in range(len(d))], d))
 
     @property
@@ -73,15 +90,15 @@ class Jet:
         return Jet(c)
 
     def slope(self) -> Jet:
-        """The derivative, one order less."""
+        """Return the derivative, one order less."""
         return Jet(self.c[1:] * _first(range(1, len(self.c)), self.c))
 
     def cut(self) -> Jet:
-        """The same, one order less."""
+        """Return the same function, one order less."""
         return Jet(self.c[:-1])
 
     def integral(self, start: Array) -> Jet:
-        """What has this derivative and the value `start` (...), one order more."""
+        """Return the function that has this derivative and the value `start` (...), one order more."""
         further = self.c / _first(range(1, len(self.c) + 1), self.c)
         return Jet(np.concatenate([np.broadcast_to(start, self.c.shape[1:])[None], further]))
 
@@ -91,7 +108,7 @@ Number = Jet | Array | float
 
 
 def as_jet(value: Number, like: Jet) -> Jet:
-    """A value that may be no jet as one of the order and shape of another."""
+    """Return a value as a jet: one that is none as a constant of the order and shape of `like`."""
     return value if isinstance(value, Jet) else like * 0.0 + np.asarray(value)
 
 
@@ -101,7 +118,22 @@ def _first(values: Sequence[int], like: Array) -> Array:
 
 
 def sin_cos(x: Number) -> tuple[Number, Number]:
-    """Sine and cosine: k s_k = sum j x_j c_(k-j), k c_k = -sum j x_j s_(k-j)."""
+    """Return sine and cosine.
+
+    Parameters
+    ----------
+    x : Jet, array or float
+        An angle, rad.
+
+    Returns
+    -------
+    tuple of 2
+        Of the kind and shape of x.
+
+    Notes
+    -----
+    k s_k = sum j x_j c_(k-j), k c_k = -sum j x_j s_(k-j), j = 1 ... k.
+    """
     if not isinstance(x, Jet):
         return np.sin(x), np.cos(x)
     s, c = np.empty_like(x.c), np.empty_like(x.c)
@@ -113,7 +145,7 @@ def sin_cos(x: Number) -> tuple[Number, Number]:
 
 
 def root(x: Jet) -> Jet:
-    """The square root: r_k = (x_k - sum_(0<j<k) r_j r_(k-j)) / (2 r_0)."""
+    """Return the square root: r_k = (x_k - sum_(0<j<k) r_j r_(k-j)) / (2 r_0)."""
     r = np.empty_like(x.c)
     r[0] = np.sqrt(x.c[0])
     for k in range(1, len(r)):
@@ -122,7 +154,7 @@ def root(x: Jet) -> Jet:
 
 
 def angle(y: Jet, x: Jet) -> Jet:
-    """atan2(y, x): its derivative is (x y' - y x') / (x^2 + y^2)."""
+    """Return atan2(y, x), rad: its derivative is (x y' - y x') / (x^2 + y^2)."""
     if len(x.c) == 1:
         return Jet(np.arctan2(y.c, x.c))
     rate = (x.cut() * y.slope() - y.cut() * x.slope()) / (x * x + y * y).cut()

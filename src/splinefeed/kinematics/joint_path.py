@@ -64,20 +64,47 @@ Pass = tuple[float, float, "KroghInterpolator"]
 class JointPath(Track):
     """The joints of a machine along a tool path, continuous, as functions of the tip's arc length.
 
-    tool        ToolPath;  kinematics  of the machine
-    travel      least and greatest position of joints, mm or rad: the turns of rotary joints are chosen inside it
-    start       where the rotary joints are before, rad, by joint: the turn nearest to it is taken (default 0)
+    Parameters
+    ----------
+    tool : ToolPath
+        Tip and tool axis.
+    kinematics : Kinematics
+        Of the machine.
+    travel : mapping of str to (float, float), optional
+        Least and greatest position of joints, mm or rad: the turns of rotary joints are chosen inside it.
+    start : mapping of str to float, optional
+        Where the rotary joints are before, rad: the turn nearest to it is taken. 0 by default.
 
+    Raises
+    ------
+    InputError
+        For a path without a tool axis, and a joint that the machine does not have.
+    CurveError
+        Where the tool turns off at the pole, or tilts and the machine cannot.
+    LimitsError
+        Where it leaves the travel of a joint: with the joint, the place and how to fix it.
+
+    Notes
+    -----
     Of the two ways to turn to a tool axis, and all whole turns of the last joint, one is taken for the whole path: the
     nearest to `start` that stays inside the travel. Near the pole, where the tool axis is the axis of the last joint,
     that turns fast, and its limits slow the tip down. A path that goes straight through the pole tilts on to the other
     side, and no joint turns fast; where the tool stays at the pole for a while, the joint turns meanwhile.
-    Raises CurveError where the tool turns off at the pole, or tilts and the machine cannot; LimitsError where
-    it leaves the travel of a joint: with the joint, the place and how to fix it.
-    Called with arc lengths s (...), mm, of the tip it gives joints (..., joints), mm and rad; `derivatives` has the
-    tip's x, y, z behind the joints.
-    Source: docs/how-to/five-axis.md.
-    Example: `sf.kinematics.JointPath(tool, sf.Machine.load("trunnion").kinematics)(0.0)`
+
+    References
+    ----------
+    .. [1] docs/how-to/five-axis.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> tip = sf.NurbsCurve.bezier([[0, 0, 0], [10, 0, 0]])
+    >>> axis = sf.NurbsCurve.bezier([[0, 0, 20], [15, 0, 20]])  # points on the tool axis
+    >>> path = sf.kinematics.JointPath(sf.ToolPath(tip, axis), sf.Machine.load("trunnion").kinematics)
+    >>> path.axes
+    ('x', 'y', 'z', 'a', 'c')
+    >>> path([0.0, 10.0]).shape
+    (2, 5)
     """
 
     beside = ("tip.x", "tip.y", "tip.z")
@@ -112,7 +139,18 @@ class JointPath(Track):
     # --- where it is ------------------------------------------------------------------------------------------------
 
     def __call__(self, s: ArrayLike) -> Array:
-        """Joints (..., joints), mm and rad, at arc lengths s (...), mm."""
+        """Return the joints at arc lengths of the tip.
+
+        Parameters
+        ----------
+        s : (...) array_like
+            Arc lengths, mm.
+
+        Returns
+        -------
+        (..., joints) array
+            mm and rad.
+        """
         values = np.asarray(s, dtype=np.float64)
         curve, u = self.tool.locate(values.ravel())
         return self.joints(curve, u, values.ravel()).reshape(*values.shape, len(self.axes))
@@ -133,7 +171,18 @@ class JointPath(Track):
         return self.tool.dwells
 
     def drawn(self, places: int) -> Array | None:
-        """The tool axis as lines from the tip, evenly along the path, (places, 2, 3), mm."""
+        """Return the tool axis as lines from the tip, evenly along the path, for a picture.
+
+        Parameters
+        ----------
+        places : int
+            How many lines.
+
+        Returns
+        -------
+        (places, 2, 3) array
+            Both ends of each line, mm.
+        """
         s = np.linspace(0.0, self.length, places)
         tip, axis = self.kinematics.forward(self(s))
         return np.stack([tip, tip + DRAWN * max(self.tool.size, 1e-9) * axis], axis=1)
@@ -154,19 +203,75 @@ class JointPath(Track):
         return np.append(0.0, self.breaks)
 
     def lengths_of(self, setpoints: Setpoints) -> Array:
-        """Length along the path at setpoints, (n,), mm: their s, the arc length of the tip."""
+        """Return the length along the path at setpoints: their s, the arc length of the tip.
+
+        Parameters
+        ----------
+        setpoints : Setpoints
+            Of this path.
+
+        Returns
+        -------
+        (n,) array
+            mm.
+        """
         return setpoints.s
 
     def positions(self, curve: IntArray, u: Array, s: Array, tip: Array) -> Array:
-        """Joints (n, joints) at u (n,) of the tip's curves (n,), arc lengths s (n,), mm."""
+        """Return the joints where the tip is at places of its curves.
+
+        Parameters
+        ----------
+        curve : (n,) array of int
+            Index of the tip's curve.
+        u : (n,) array
+            Its parameter.
+        s : (n,) array
+            Arc length of the tip, mm.
+        tip : (n, 3) array
+            Where the tip is, mm; not read.
+
+        Returns
+        -------
+        (n, joints) array
+            mm and rad.
+        """
         return self.joints(curve, u, s)
 
     def joints(self, curve: IntArray, u: Array, s: Array) -> Array:
-        """Joints (n, joints) at parameters u (n,) of curves (n,), arc lengths s (n,)."""
+        """Return the joints at parameters of the tip's curves.
+
+        Parameters
+        ----------
+        curve : (n,) array of int
+            Index of the tip's curve.
+        u : (n,) array
+            Its parameter.
+        s : (n,) array
+            Arc length of the tip, mm.
+
+        Returns
+        -------
+        (n, joints) array
+            mm and rad.
+        """
         return np.stack([jet.value for jet in self._jets(curve, u, s, 0)[3:]], axis=1)
 
     def derivatives(self, s: Array, row: IntArray | None = None) -> Array:
-        """Joints and tip and their first three derivatives by arc length, (n, 4, joints + 3), at s (n,), mm."""
+        """Return joints and tip and their first three derivatives by arc length.
+
+        Parameters
+        ----------
+        s : (n,) array
+            Arc lengths of the tip, mm.
+        row : (n,) array of int, optional
+            Not read; see `Track.derivatives`.
+
+        Returns
+        -------
+        (n, 4, joints + 3) array
+            mm and rad per mm^k; the tip's x, y, z behind the joints.
+        """
         curve, u = self.tool.locate(s)
         jets = self._jets(curve, u, s, 3)
         return np.stack([np.moveaxis(jet.derivatives, 0, 1) for jet in (*jets[3:], *jets[:3])], axis=2)
@@ -246,12 +351,42 @@ class JointPath(Track):
         return places.min(axis=0), places.max(axis=0)
 
     def check_limits(self, limits: Limits) -> None:
-        """Raise LimitsError for steps of velocity at corners."""
+        """Check that the limits are of a kind that joints can have.
+
+        Parameters
+        ----------
+        limits : Limits
+            Of the motion.
+
+        Raises
+        ------
+        LimitsError
+            For steps of velocity at corners.
+        """
         if limits.axis_velocity_step is not None:
             raise LimitsError("axis_velocity_step: a tool stops at the corners of its path; leave it out")
 
     def chords(self, s: Array, r: Array, places: Array) -> tuple[IntArray, Array, Array]:
-        """Steps (n,) of joints r (n + 1, joints) at s (n + 1,); halfway tip, mm, and tool axis, rad, are off so far."""
+        """Measure how far tip and tool axis are off halfway between setpoints of the joints.
+
+        Parameters
+        ----------
+        s : (n + 1,) array
+            Arc lengths of the tip, mm.
+        r : (n + 1, joints) array
+            Joints there, mm and rad.
+        places : (n + 1, axes) array
+            Not read; see `Track.chords`.
+
+        Returns
+        -------
+        steps : (n,) array of int
+            All steps, by number.
+        off : (n,) array
+            Of the tip, mm.
+        turned : (n,) array
+            Of the tool axis, rad.
+        """
         tip, axis = self.kinematics.forward(0.5 * (r[1:] + r[:-1]))
         middle = 0.5 * (s[1:] + s[:-1])
         d = self.tool.evaluate(*self.tool.locate(middle), 1)
@@ -262,19 +397,46 @@ class JointPath(Track):
         return np.arange(len(s) - 1), off, np.linalg.norm(axis - wanted, axis=1)
 
     def rounding(self, s: Array, r: Array) -> Array:
-        """Roundings eps (|q| + |dq/ds| L) of joints r (n, joints) at s (n,), mm, (joints,)."""
+        """Estimate the rounding of joints, eps (|q| + |dq/ds| L).
+
+        Parameters
+        ----------
+        s : (n,) array
+            Arc lengths of the tip, mm.
+        r : (n, joints) array
+            Joints there, mm and rad.
+
+        Returns
+        -------
+        (joints,) array
+            mm and rad.
+        """
         moved = np.diff(s)
         moving = moved > MOVING * np.max(moved, initial=0.0)
         steep = np.max(np.abs(np.diff(r, axis=0)[moving]) / moved[moving, None], axis=0, initial=0.0)
         return np.asarray(ROUNDINGS * np.finfo(float).eps * (np.max(np.abs(r), axis=0) + steep * self.length))
 
     def between_ticks(self, d: Array) -> tuple[Array, Array]:
-        """Curvatures that leave tip, 1/mm, and tool axis, rad/mm^2, off between setpoints, (n,) each.
+        """Return the curvatures that leave tip and tool axis off between setpoints.
 
+        Parameters
+        ----------
+        d : (n, 4, joints + 3) array
+            What `derivatives` returns.
+
+        Returns
+        -------
+        tip : (n,) array
+            1/mm.
+        axis : (n,) array
+            rad/mm^2.
+
+        Notes
+        -----
         Joints that move straight from r to r + r' h move the tip on a curve of its own, with second derivative c; the
         tip's is r''. So a step h leaves the tip off by h^2 / 8 |r'' - c|, across the path: along it the tip is ahead by
         t (r'' - c) h^2 / 8. The tool axis k is off that of the place where the tip is by
-        h^2 / 8 |k'' - c_k - (t (r'' - c)) k'|, likewise. From `derivatives` d (n, 4, ...).
+        h^2 / 8 |k'' - c_k - (t (r'' - c)) k'|, likewise.
         """
         tip, joints = d[:, 1, self.tip_columns], np.moveaxis(d[:, :3, : len(self.axes)], 0, 1)
         straight = joints.copy()
@@ -391,7 +553,7 @@ class JointPath(Track):
         return [(float(s[group[0]]), float(s[group[-1]])) for group in np.split(found, ends)]
 
     def _pass(self, first: float, last: float) -> tuple[Pass, ...]:
-        """Windows of arc length, mm, in which the last joint passes the pole at first to last, as polynomials.
+        """Return windows of arc length, mm, in which the last joint passes the pole at first to last, as polynomials.
 
         So near to the pole the direction of k_xy is lost in rounding. The joint goes on as the polynomial of degree 7
         that has its value and three derivatives at both ends of a window. Where the tool stays, and at an end of the
@@ -473,7 +635,18 @@ class JointPath(Track):
         )
 
     def check_travel(self, travel: Mapping[str, tuple[float, float]]) -> None:
-        """LimitsError where a joint leaves its travel, mm or rad: which, how far, and where on the path."""
+        """Check that every joint stays inside its travel.
+
+        Parameters
+        ----------
+        travel : mapping of str to (float, float)
+            Least and greatest position by joint, mm or rad.
+
+        Raises
+        ------
+        LimitsError
+            Where a joint leaves it: which, how far, and where on the path.
+        """
         if not travel:
             return
         s = np.unique(np.concatenate([self.tool.arc_length(*self.tool.samples), self._s, self._dips]))

@@ -21,8 +21,14 @@ ROUNDINGS = 8.0
 class Joints:
     """Joints that are no axes of a path: their names, and where they are for its axes.
 
-    of    axes (as jets, arrays or numbers, in the path's order) to joints, mm and rad
-    bend  whether they move along curves while all axes move along straight lines
+    Parameters
+    ----------
+    names : tuple of str
+        As `Limits` name them.
+    of : callable
+        From axes, in the path's order, to joints, mm and rad: jets, arrays or numbers.
+    bend : bool, optional
+        Whether they move along curves while all axes move along straight lines.
     """
 
     names: tuple[str, ...]
@@ -30,19 +36,58 @@ class Joints:
     bend: bool = True
 
     def beside(self, d: Array) -> Array:
-        """Axes and joints (n, orders, axes + joints), from the axes and their derivatives d (n, orders, axes)."""
+        """Put the joints behind axes and their derivatives.
+
+        Parameters
+        ----------
+        d : (n, orders, axes) array
+            Axes and their derivatives by one parameter.
+
+        Returns
+        -------
+        (n, orders, axes + joints) array
+            mm and rad, by that parameter.
+        """
         jets = tuple(Jet.of_derivatives(np.ascontiguousarray(d[:, :, k].T)) for k in range(d.shape[2]))
         return np.concatenate([d, *(as_jet(q, jets[0]).derivatives.T[:, :, None] for q in self.of(jets))], axis=2)
 
     def along(self, path: Path) -> PathWithJoints:
-        """A path and these joints beside its axes."""
+        """Return a path with these joints beside its axes.
+
+        Parameters
+        ----------
+        path : Path
+            In axes that `of` takes.
+
+        Returns
+        -------
+        PathWithJoints
+            The path and the joints.
+        """
         return PathWithJoints(path, self)
 
 
 class PathWithJoints(Track):
     """A path and joints beside its axes: `Limits` name them as further axes.
 
-    Source: docs/how-to/linuxcnc-planner.md. Example: `Joints(("left",), lambda r: (r[0] + r[1],)).along(path)`
+    Parameters
+    ----------
+    path : Path
+        In axes that carry the tip.
+    joints : Joints
+        Of these axes.
+
+    References
+    ----------
+    .. [1] docs/how-to/linuxcnc-planner.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> from splinefeed.kinematics.with_joints import Joints
+    >>> core = Joints(("left", "right"), lambda r: (r[0] + r[1], r[0] - r[1]))  # belts of a CoreXY
+    >>> core.along(sf.Path.polyline([[0, 0], [30, 40]]))(50.0)
+    array([ 30.,  40.,  70., -10.])
     """
 
     sided = Path.sided
@@ -109,17 +154,17 @@ class PathWithJoints(Track):
         return self.path.pieces
 
     def __call__(self, s: ArrayLike) -> Array:
-        """Axes and joints (..., axes), mm and rad, at places s (...), mm."""
+        """Return axes and joints (..., axes), mm and rad, at places s (...), mm."""
         values = self.path(s)
         flat = values.reshape(-1, 1, self._own)
         return self.joints.beside(flat).reshape(*values.shape[:-1], len(self.axes))
 
     def derivatives(self, s: Array, row: IntArray | None = None) -> Array:
-        """Axes and joints and their first three derivatives by sigma, (n, 4, axes), at places s (n,), mm."""
+        """Return axes and joints and their first three derivatives by sigma, (n, 4, axes), at places s (n,), mm."""
         return self.joints.beside(self.path.derivatives(s, row))
 
     def positions(self, curve: IntArray, u: Array, s: Array, tip: Array) -> Array:
-        """Axes and joints (n, axes) where the path is at `tip` (n, axes)."""
+        """Return axes and joints (n, axes), mm and rad, where the path is at `tip` (n, axes)."""
         return self.joints.beside(tip[:, None])[:, 0]
 
     @property
@@ -138,22 +183,22 @@ class PathWithJoints(Track):
         self.path.check_limits(limits)
 
     def between_ticks(self, d: Array) -> tuple[Array | None, Array | None]:
-        """As for the path."""
+        """Return what `Track.between_ticks` of the path does."""
         return self.path.between_ticks(d[:, :, : self._own])
 
     def chords(self, s: Array, r: Array, places: Array) -> tuple[IntArray, Array, Array | None]:
-        """As for the path."""
+        """Return what `Track.chords` of the path does."""
         return self.path.chords(s, r[:, : self._own], places)
 
     def rounding(self, s: Array, r: Array) -> Array:
-        """Roundings of positions r (n, axes) at s (n,), (n, axes)."""
+        """Return roundings of positions r (n, axes), mm and rad, at s (n,), mm: (n, axes)."""
         own, size = self.path.rounding(s, r[:, : self._own]), np.max(np.abs(r[:, self._own :]), axis=0, initial=0.0)
         return np.column_stack([own, np.broadcast_to(ROUNDINGS * np.spacing(size), (len(r), len(size)))])
 
     def tip(self, d: Array) -> Array:
-        """As for the path."""
+        """Return what `Track.tip` of the path does."""
         return self.path.tip(d[:, :, : self._own])
 
     def tip_length(self, s: ArrayLike) -> Array:
-        """As for the path."""
+        """Return what `Track.tip_length` of the path does."""
         return self.path.tip_length(s)
