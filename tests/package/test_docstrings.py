@@ -24,6 +24,7 @@ DONE = (
     "limit_table",
     "planner",
     "records",
+    "robots",
     "runs",
 )
 #: Sections in their order.

@@ -40,11 +40,22 @@ WIDTH = 1.96
 
 @dataclass(frozen=True, eq=False)
 class LineTimes:
-    """The time of each line of a program, (n,) each: a line that is carried out again counts each time.
+    """The time of each of n lines of a program; a line that is carried out again counts each time.
 
-    line     of the file; seconds  in all, of which `beyond` are not length over programmed feed
-    begin    s from the start, when it is first carried out; limit  what binds longest there: number in `limits`
-    place    (n, 3) X, Y and Z when it has been carried out, mm; operation  how many tool changes there were by then
+    Parameters
+    ----------
+    line : array (n,)
+        Number in the file.
+    seconds, beyond : array (n,)
+        In all, and of these what is not length over programmed feed, s.
+    begin : array (n,)
+        When it is first carried out, s from the start.
+    limit : array (n,)
+        What binds longest there: index of `CycleTime.limits`.
+    place : array (n, 3)
+        X, Y and Z when it has been carried out, mm.
+    operation : array (n,)
+        How many tool changes there were by then.
     """
 
     line: IntArray
@@ -58,18 +69,42 @@ class LineTimes:
 
 @dataclass(frozen=True, eq=False)
 class CycleTime:
-    """The time of a program, s, in all and of each block (n,), wait (m,), operation and tool. Made by `cycle_time`.
+    """The time of a program, in all and of each block, wait, operation and tool; `cycle_time` makes it.
 
-    blocks, times  what moves, and how long; waits  between: before which block, of which line, s, and kind
-    changes  of tools: block, line, and name of the new one; again  reads the program for other places of a control
-    Raises InputError where the machine file has too little. Source: docs/cycle-time.md.
+    Parameters
+    ----------
+    name : str
+        Of the program.
+    machine : Machine
+        With the control that carries it out.
+    blocks : Blocks
+        What moves, arrays (n,).
+    times : BlockTimes
+        How long each block takes, arrays (n,), s.
+    waits : tuple of tuple
+        Before which block, of which line, s, and kind of each wait between blocks.
+    changes : tuple of tuple
+        Block, line, and name of the new tool, of each change.
+    again : callable, optional
+        Reads the program for other places of a control.
 
-    Example:
-        >>> from pathlib import Path
-        >>> import splinefeed as sf
-        >>> _ = Path("part.nc").write_text("G21 G90 G1 X60 F600")
-        >>> sf.cycle_time("part.nc", "hurco-04").tools[0]["cutting_s"] > 6.0
-        True
+    Raises
+    ------
+    InputError
+        By `saves`, `corner_stops` and `interval`, which plan again, where the machine file has too little.
+
+    References
+    ----------
+    .. [1] docs/cycle-time.md
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> import splinefeed as sf
+    >>> _ = Path("part.nc").write_text("G21 G90 G1 X60 F600")
+    >>> time = sf.cycle_time("part.nc", "hurco-04")
+    >>> round(time.total, 3), round(time.by_kind()["cutting_s"], 3)
+    (8.401, 6.148)
     """
 
     name: str
@@ -93,7 +128,18 @@ class CycleTime:
         return line, seconds, kind, number
 
     def by_kind(self, chosen: Any = slice(None)) -> dict[str, float]:
-        """Seconds of each kind, and in all, of the rows that are chosen."""
+        """Sum seconds by kind: cutting, rapid moves, tool changes, spindle, dwells and start.
+
+        Parameters
+        ----------
+        chosen : slice or array (m,), optional
+            Which of the m `rows` are counted; all by default.
+
+        Returns
+        -------
+        dict of str to float
+            `total_s`, and the seconds of each kind, `cutting_s` and so on.
+        """
         _, seconds, kind, _ = self.rows
         sums = np.bincount(kind[chosen], seconds[chosen], len(KINDS)).tolist()
         return {"total_s": sum(sums), **{f"{name}_s": value for name, value in zip(KINDS, sums, strict=True)}}
@@ -150,7 +196,19 @@ class CycleTime:
         return LIMITS
 
     def places(self, most: int = PLACES) -> list[dict[str, Any]]:
-        """The lines that take longest: seconds, those beyond length over programmed feed, and which limit binds."""
+        """List the lines that take longest.
+
+        Parameters
+        ----------
+        most : int, optional
+            How many there are at the most.
+
+        Returns
+        -------
+        list of dict
+            `line`, `seconds`, `beyond_feed_s`, those beyond length over programmed feed, and `limit`, which binds
+            longest; the longest first.
+        """
         of = self.by_line
         found = [k for k in np.argsort(-of.seconds, kind="stable")[:most].tolist() if of.seconds[k] > 0.0]
         return [
@@ -162,12 +220,29 @@ class CycleTime:
         ]  # fmt: skip
 
     def bound_by(self) -> dict[str, float]:
-        """Seconds of the blocks in which each limit binds, the longest first."""
+        """Sum seconds of the blocks by the limit that binds.
+
+        Returns
+        -------
+        dict of str to float
+            s, the longest first.
+        """
         sums = np.bincount(self.times.limit, self.times.seconds, len(LIMITS))
         return {LIMITS[k]: float(sums[k]) for k in np.argsort(-sums) if sums[k] > 0.0}
 
     def saves(self, better: float = BETTER) -> list[dict[str, Any]]:
-        """What each parameter of the control saves if it were better by this share, s: planned again, most first."""
+        """Tell what each parameter of the control saves if it is better by a share: the program is planned again.
+
+        Parameters
+        ----------
+        better : float, optional
+            The share, 0.2 for 20 %; the programmed feeds are such a parameter, too.
+
+        Returns
+        -------
+        list of dict
+            `what`, the parameter, and `saves_s`, s; the most first.
+        """
         control = self.machine.control
         assert control is not None
         faster = replace(self.blocks, feed=(1.0 + better) * self.blocks.feed)
@@ -270,24 +345,59 @@ def cycle_time(
 ) -> CycleTime:
     """Time a program on a machine as its control plans it.
 
-    program    a file of G-code; machine  a Machine or its name
-    dialect, start, offsets, tools, increments, units, repair, from_line  how it is read, as the options of `read` for
-               G-code
+    Parameters
+    ----------
+    program : str or PathLike
+        A file of G-code.
+    machine : Machine or str
+        A Machine or its name.
+    dialect : str, optional
+        The control's; recognized by the content if not given.
+    start : str or sequence of float, optional
+        Where the tool is before the first line, X,Y,Z,A,B,C,U,V,W in mm and degrees; fewer will do.
+    offsets : str or mapping, optional
+        Of coordinate systems, in mm and degrees: {"G54": (x, y, z)} or "G54=x,y,z;G55=x,y,z"; places of G28, G30.
+    tools : str or PathLike or Tools, optional
+        A tool table as LinuxCNC has it (.tbl).
+    increments : bool, optional
+        Whether a Fanuc's axis words without a decimal point count 0.001 mm (0.0001 in), not mm.
+    units : str, optional
+        "mm" or "in": of lengths and feeds until the program says its own.
+    repair : bool, optional
+        Whether what can be mended is, with a finding.
+    from_line : int or str, optional
+        Number of the line at which the program is resumed.
 
+    Returns
+    -------
+    CycleTime
+        Seconds in all, of each block (n,), tool and line.
+
+    Raises
+    ------
+    FormatError
+        For a program that cannot be read.
+    InputError
+        Where the machine file has too little.
+
+    Notes
+    -----
     Each block's time is that of a control that looks ahead: junction speeds v by v_next^2 <= v^2 + 2 a L forward and
-    backward, then a trapezoid or S-curve between them (`programs.control_planning`); docs/cycle-time.md says what is
-    modelled. A machine without [control] is taken to blend within the limits of its axes, with exact stops at corners.
+    backward, then a trapezoid or S-curve between them (`programs.control_planning`). A machine without [control] is
+    taken to blend within the limits of its axes, with exact stops at corners.
 
-    Returns a CycleTime, in s. Raises FormatError for a program that cannot be read, InputError where the machine file
-    has too little.
+    References
+    ----------
+    .. [1] docs/cycle-time.md says what is modelled.
 
-    Example:
-        >>> from pathlib import Path
-        >>> import splinefeed as sf
-        >>> _ = Path("part.nc").write_text("G21 G90 G1 X60 F600")
-        >>> time = sf.cycle_time("part.nc", "hurco-04")
-        >>> 6.0 < time.tools[0]["cutting_s"] < 6.5
-        True
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> import splinefeed as sf
+    >>> _ = Path("part.nc").write_text("G21 G90 G1 X60 F600")
+    >>> time = sf.cycle_time("part.nc", "hurco-04")
+    >>> time.places(most=1)[0]["limit"]
+    'programmed feed'
     """
     model = Machine.load(machine) if isinstance(machine, str) else machine
     model = model if model.control is not None else replace(model, control=Control(axes=_limits(model)))

@@ -39,18 +39,22 @@ class Arm:
 
     Attributes
     ----------
+    name : str
+        Of the robot.
     joints : tuple of str
         Their names, from the base on.
     turns : tuple of bool
         Which of them turn; the others slide.
     base, tip : str
         Names of links.
-    minimum, maximum, velocity, acceleration, jerk, most_torque, torque_rate : array (joints,)
-        Limits, infinite where there is none.
-    friction : mapping
-        `coulomb` and `viscous` by joint, which limits of torque count and `torque` does not.
+    frames : Frames
+        Where each joint is in the one before.
     bodies : RigidBodies or None
         The masses that it moves; None without torque.
+    minimum, maximum, velocity, acceleration, jerk, most_torque, torque_rate : array (joints,)
+        Limits, infinite where there is none.
+    friction : mapping of str to mapping
+        `coulomb` and `viscous` by joint, which limits of torque count and `torque` does not.
     notes : tuple of str
         What of the files was left out or assumed.
 
@@ -59,9 +63,9 @@ class Arm:
     InputError
         By methods, for joints of another number.
 
-    Notes
-    -----
-    Source: wiki.ros.org/urdf/XML.
+    References
+    ----------
+    .. [1] wiki.ros.org/urdf/XML
 
     Examples
     --------
@@ -148,8 +152,8 @@ class Arm:
         Returns
         -------
         Path
-            The natural spline of degree 5, which bends least and hardly swings beyond waypoints: a curve from each to
-            the next.
+            The natural spline of degree 5 [1]_, which bends least and hardly swings beyond waypoints: a curve from each
+            to the next.
 
         Raises
         ------
@@ -158,9 +162,9 @@ class Arm:
         PlanError
             By `sf.plan`, for times that are too short, with the shortest.
 
-        Notes
-        -----
-        Source: E. T. Y. Lee, Computer-Aided Design 21(6), 1989.
+        References
+        ----------
+        .. [1] E. T. Y. Lee, Computer-Aided Design 21(6), 1989.
         """
         points = checked_waypoints(waypoints, self.joints)
         for row, point in enumerate(points):
@@ -219,23 +223,28 @@ class Arm:
     def inverse(
         self, place: ArrayLike, orientation: ArrayLike | None, start: ArrayLike, *, hold: str | Sequence[str] = ()
     ) -> Array:
-        """Find joints (joints,) whose tip is at a place, and stands so.
+        """Find joints whose tip is at a place, and stands so.
 
         Parameters
         ----------
         place : array (3,)
             Of the tip, mm.
         orientation : array or None
-            A rotation (3, 3) or a quaternion x, y, z, w; None for that at `start`.
+            A rotation (3, 3) or a quaternion (4,), x, y, z, w; None for that at `start`.
         start : array (joints,)
             Where the search begins, rad and mm.
         hold : str or sequence of str, optional
             Joints that stay as they start.
 
+        Returns
+        -------
+        array (joints,)
+            In rad, sliding joints mm.
+
         Raises
         ------
         InputError
-            For what is not reached, with how far it is off.
+            For what is not reached, with how far it is off, and unless six joints are free.
         """
         joints, free = self._start(start), self._free(hold)
         wanted = finite_array("place", place, (3,), "mm")
@@ -278,16 +287,39 @@ class Arm:
         return free
 
     def forward(self, q: ArrayLike) -> tuple[Array, Array]:
-        """Place (..., 3), mm, and rotation (..., 3, 3) of the tip in the base's frame, for joints (..., joints)."""
+        """Compute where the tip is.
+
+        Parameters
+        ----------
+        q : array (..., joints)
+            Joints, rad, sliding ones mm.
+
+        Returns
+        -------
+        place : array (..., 3)
+            Of the tip in the base's frame, mm.
+        rotation : array (..., 3, 3)
+            Of the tip in that frame.
+        """
         joints = self._joints(q)
         place, rotation = self.frames.pose(joints.reshape(1, -1, len(self.joints)))
         shape = joints.shape[:-1]
         return place[0].reshape(*shape, 3), rotation[0].reshape(*shape, 3, 3)
 
     def derivatives(self, q: ArrayLike) -> tuple[Array, Array]:
-        """Place and rotation of the tip and their derivatives, (order + 1, n, 3) and (order + 1, n, 3, 3).
+        """Compute the place and the rotation of the tip, and their derivatives.
 
-        q  joints and their derivatives by any one parameter, (order + 1, n, joints): by t, velocity and acceleration
+        Parameters
+        ----------
+        q : array (order + 1, n, joints)
+            Joints, rad and mm, and their derivatives by any one parameter: by t, velocity and acceleration.
+
+        Returns
+        -------
+        place : array (order + 1, n, 3)
+            mm, by the same parameter.
+        rotation : array (order + 1, n, 3, 3)
+            Of the tip in the base's frame.
         """
         given = self._joints(q)
         if given.ndim != 3:
@@ -297,15 +329,40 @@ class Arm:
         return place * orders[:, None, None], rotation * orders[:, None, None, None]
 
     def jacobian(self, q: ArrayLike) -> Array:
-        """Velocity, mm, and angular velocity, rad, of the tip by each joint, (..., 6, joints), in the base's frame."""
+        """Compute the velocity and the angular velocity of the tip by each joint.
+
+        Parameters
+        ----------
+        q : array (..., joints)
+            Joints, rad, sliding ones mm.
+
+        Returns
+        -------
+        array (..., 6, joints)
+            Three rows of velocity, mm, then three of angular velocity, rad, by rad or mm of each joint, in the base's
+            frame.
+        """
         joints = self._joints(q)
         found = self.frames.jacobian(joints.reshape(-1, len(self.joints)))
         return found.reshape(*joints.shape[:-1], *found.shape[1:])
 
     def torque(self, q: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike) -> Array:
-        """Torques (..., joints), N m (sliding joints: forces, N), that rigid bodies need for this motion; no friction.
+        """Compute the torques that rigid bodies need for a motion, without friction.
 
-        Raises InputError for an arm that was read with torque=False.
+        Parameters
+        ----------
+        q, velocity, acceleration : array (..., joints)
+            Of the joints, in rad (sliding joints: mm) and s.
+
+        Returns
+        -------
+        array (..., joints)
+            N m; of sliding joints forces, N.
+
+        Raises
+        ------
+        InputError
+            For an arm that was read with torque=False.
         """
         if self.bodies is None:
             raise InputError(f"{self.name}: was read with torque=False; leave that out for torques")
@@ -373,15 +430,15 @@ def robot(
     LimitsError
         For limits that are missing: it names every one.
 
-    Notes
-    -----
-    Source: wiki.ros.org/urdf/XML.
+    References
+    ----------
+    .. [1] wiki.ros.org/urdf/XML
 
     Examples
     --------
     >>> import splinefeed as sf
     >>> text = '''<robot name="turntable"><link name="base"/><link name="table"/><joint
-    ...  name="turn" type="continuous"><parent link="base"/><child link="table"/><axis xyz="0 0 1"/></joint></robot>'''
+    ... name="turn" type="continuous"><parent link="base"/><child link="table"/><axis xyz="0 0 1"/></joint></robot>'''
     >>> arm = sf.robot(text, limits={"velocity": 2.0, "acceleration": 10.0, "jerk": 200.0}, torque=False)
     >>> arm.joints, arm.units
     (('turn',), ('rad',))

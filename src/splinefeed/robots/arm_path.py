@@ -60,15 +60,37 @@ class Tip:
 
 
 class ArmPath(JointPath):
-    """The joints of an arm along a curve of its tip, mm; `arm.along` makes it.
+    """The joints of an arm along a curve of its tip; `Arm.along` makes it.
 
-    tip          Path of x, y, z;  orientation  of the tip along it
-    start        joints (joints,) at its start, rad, sliding ones mm
-    free         numbers of the six joints that follow; the others stay as they start
+    Called with arc lengths of the tip it gives joints, as any JointPath does.
 
-    Raises InputError for a start that is not on the curve; CurveError where the curve is out of reach or the arm
-    singular, with the place. Called with arc lengths of the tip it gives joints, as any JointPath does.
-    Source: docs/readers/robots.md.
+    Parameters
+    ----------
+    name : str
+        In files and figures.
+    joints : tuple of str
+        Their names.
+    frames : Frames
+        Of the arm.
+    tip : Path
+        Of x, y, z, mm.
+    orientation : Orientation
+        Of the tip along it.
+    start : array (joints,)
+        Joints at its start, rad, sliding ones mm.
+    free : tuple of int
+        Numbers of the six joints that follow; the others stay as they start.
+
+    Raises
+    ------
+    InputError
+        For a start that is not on the curve.
+    CurveError
+        Where the curve is out of reach or the arm singular, with the place.
+
+    References
+    ----------
+    .. [1] docs/readers/robots.md
     """
 
     def __init__(

@@ -38,9 +38,23 @@ class LinkInertia:
 
 @dataclass(frozen=True)
 class JointDescription:
-    """A joint as its element says: kind, links, where it is in its parent, m and rad, its axis, and its limits.
+    """A joint as its element says.
 
-    limits  lower, upper, velocity, effort, acceleration, deceleration, jerk: those that are there; rad or m, s, N m, N
+    Parameters
+    ----------
+    name, kind, parent, child : str
+        Of the joint, its type, and its links.
+    xyz, rpy : tuple of float
+        Where it is in its parent, m and rad.
+    axis : tuple of float
+        Its direction, in its own frame.
+    limits : mapping of str to float
+        Of lower, upper, velocity, effort, acceleration, deceleration and jerk those that are there; rad or m, s, N m or
+        N.
+    mimic : bool
+        Whether it follows another joint.
+    line : int
+        Of the file.
     """
 
     name: str
@@ -57,9 +71,20 @@ class JointDescription:
 
 @dataclass(frozen=True)
 class Description:
-    """A robot: its name, the inertia of each link (None where the file has none), joints by name, and the file.
+    """A robot as its URDF says.
 
-    shown  links that have a shape but no inertia: likely a body whose mass the file leaves out
+    Parameters
+    ----------
+    name : str
+        Of the robot.
+    links : mapping of str to LinkInertia or None
+        The inertia of each link, None where the file has none.
+    shown : frozenset of str
+        Links that have a shape but no inertia: likely bodies whose mass the file leaves out.
+    joints : mapping of str to JointDescription
+        By name.
+    file : str
+        For messages.
     """
 
     name: str
@@ -69,7 +94,27 @@ class Description:
     file: str
 
     def joints_to(self, tip: str | None, base: str | None) -> tuple[list[JointDescription], str]:
-        """The joints from link `base` (default: the root) to link `tip` (default: the only end), and the tip."""
+        """Find the joints from one link to another.
+
+        Parameters
+        ----------
+        tip : str or None
+            The last link; None for the only end.
+        base : str or None
+            The first link; None for the root.
+
+        Returns
+        -------
+        joints : list of JointDescription
+            From `base` to `tip`.
+        tip : str
+            The last link.
+
+        Raises
+        ------
+        FormatError
+            For several ends without `tip`, a link that is not there, and a tip that does not hang on `base`.
+        """
         above = {joint.child: joint for joint in self.joints.values()}
         if tip is None:
             ends = sorted(set(self.links) - {joint.parent for joint in self.joints.values()})
@@ -109,10 +154,23 @@ class _UrdfElement:
 
 
 def read_description(source: str | Path) -> Description:
-    """The robot in a URDF file, or in the text of one (it begins with <).
+    """Read a robot from a URDF file, or from the text of one.
 
-    Raises FormatError with file, line and mend for what is not a URDF, for xacro that is not expanded, for entities,
-    too many links, unknown kinds of joints, and links that do not form one tree.
+    Parameters
+    ----------
+    source : str or Path
+        The file, or the text, which begins with <.
+
+    Returns
+    -------
+    Description
+        Its links and joints.
+
+    Raises
+    ------
+    FormatError
+        With file, line and mend: for what is not a URDF, for xacro that is not expanded, for entities, too many links,
+        unknown kinds of joints, and links that do not form one tree.
     """
     if isinstance(source, str) and source.lstrip().startswith("<"):
         name, content = "URDF", source.encode("utf-8")

@@ -28,7 +28,7 @@ from splinefeed.robots.frames import MM, Frames, onto, rotation_of
 
 @dataclass(frozen=True)
 class Payload:
-    """What the arm carries, fixed to its tip.
+    """What an arm carries, fixed to its tip.
 
     Parameters
     ----------
@@ -44,10 +44,15 @@ class Payload:
     InputError
         For a mass that is negative, and for an inertia that no body can have.
 
-    Notes
-    -----
-    Source: wiki.ros.org/urdf/XML, <inertial>.
-    Example: `sf.robots.Payload(3.0, center=(0, 0, 50))`
+    References
+    ----------
+    .. [1] wiki.ros.org/urdf/XML, <inertial>
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> sf.robots.Payload(3.0, center=(0, 0, 50)).center
+    array([ 0.,  0., 50.])
     """
 
     mass: float
@@ -98,6 +103,23 @@ class RigidBodies:
 
     Called with q, q', q'' (n, joints), rad and mm by s, it gives torques (n, joints), N m, and of sliding joints
     forces, N: without friction and without the rotors of motors, as a URDF says nothing of them.
+
+    Parameters
+    ----------
+    frames : Frames
+        Of the arm.
+    bodies : iterable of Body
+        What each joint carries, in its frame.
+    gravity : array (3,)
+        In the frame of the base, m/s^2.
+
+    Notes
+    -----
+    The recursion of Newton and Euler [1]_; its formulas stand at the head of the module.
+
+    References
+    ----------
+    .. [1] R. Featherstone, Rigid Body Dynamics Algorithms, Springer 2008, chapter 5, doi:10.1007/978-1-4899-7560-7.
     """
 
     def __init__(self, frames: Frames, bodies: Iterable[Body], gravity: ArrayLike) -> None:

@@ -47,9 +47,14 @@ def onto(axis: Vector) -> Array:
 class Frames:
     """A serial arm as constants: where the frame of each moving joint is in the one before, and the tip in the last.
 
-    turns     of each joint whether it turns (else it slides)
-    rotation  (joints, 3, 3), place  (joints, 3) mm: of the joint's frame, its z along the axis, in the one before
-    tip_rotation  (3, 3), tip_place  (3,) mm: of the tip in the frame of the last joint
+    Parameters
+    ----------
+    turns : tuple of bool
+        Of each joint whether it turns; else it slides.
+    rotation, place : array (joints, 3, 3), array (joints, 3)
+        Of the joint's frame, its z along the axis, in the one before; mm.
+    tip_rotation, tip_place : array (3, 3), array (3,)
+        Of the tip in the frame of the last joint; mm.
     """
 
     turns: tuple[bool, ...]
@@ -76,15 +81,36 @@ class Frames:
         return cls(tuple(turns), np.array(rotations), np.array(places), R, p)
 
     def pose(self, q: Array) -> tuple[Array, Array]:
-        """Tip: place (order + 1, n, 3), mm, and rotation (order + 1, n, 3, 3), for Taylor coefficients of joints.
+        """Compute the tip for Taylor coefficients of the joints.
 
-        q  (order + 1, n, joints), rad and mm: c_k = q^(k) / k!, and so are the results
+        Parameters
+        ----------
+        q : array (order + 1, n, joints)
+            c_k = q^(k) / k!, rad and mm.
+
+        Returns
+        -------
+        place : array (order + 1, n, 3)
+            Taylor coefficients of the place of the tip, mm.
+        rotation : array (order + 1, n, 3, 3)
+            Those of its rotation.
         """
         place, columns, _, _ = self._walk(q)
         return np.moveaxis(place.c, 1, 2), np.stack([np.moveaxis(each.c, 1, 2) for each in columns], axis=-1)
 
     def jacobian(self, q: Array) -> Array:
-        """How tip and orientation move with each joint, (n, 6, joints): mm and rad a rad or mm, in the base's frame."""
+        """Compute how tip and orientation move with each joint.
+
+        Parameters
+        ----------
+        q : array (n, joints)
+            Joints, rad and mm.
+
+        Returns
+        -------
+        array (n, 6, joints)
+            mm, then rad, by rad or mm of each joint, in the base's frame.
+        """
         return self.pose_and_jacobian(q)[2]
 
     def pose_and_jacobian(self, q: Array) -> tuple[Array, Array, Array]:
@@ -99,7 +125,18 @@ class Frames:
         return tip, np.stack([each.value.T for each in columns], axis=-1), found
 
     def sticks(self, q: Array) -> Array:
-        """The arm as lines: base, each joint and the tip, (n, joints + 2, 3), mm, for joints q (n, joints)."""
+        """Compute the lines of an arm, for pictures.
+
+        Parameters
+        ----------
+        q : array (n, joints)
+            Joints, rad and mm.
+
+        Returns
+        -------
+        array (n, joints + 2, 3)
+            Base, each joint and the tip, mm.
+        """
         place, _, _, origins = self._walk(q[None])
         points = [np.zeros_like(place.value), *(each.value for each in origins), place.value]
         return np.stack([each.T for each in points], axis=1)

@@ -40,10 +40,25 @@ class Inverse:
         return self._scaled(self.frames.jacobian(q))
 
     def newton(self, q: Array, place: Array, rotation: Array, steps: int = STEPS) -> tuple[Array, Array]:
-        """Joints (n, joints) from a guess to places (n, 3), mm, and rotations (n, 3, 3).
+        """Find joints from a guess by Newton's method.
 
-        And what was left, (n,), m and rad, before the last step. Ends early where all residuals are rounding; where J
-        is singular joints are not finite.
+        Parameters
+        ----------
+        q : array (n, joints)
+            The guess, rad and mm.
+        place : array (n, 3)
+            Of the tip, mm.
+        rotation : array (n, 3, 3)
+            Of the tip.
+        steps : int, optional
+            At the most; fewer where all residuals are rounding.
+
+        Returns
+        -------
+        q : array (n, joints)
+            Joints, not finite where the Jacobian is singular.
+        left : array (n,)
+            The residual before the last step, m and rad.
         """
         q = q.copy()
         left = np.full(len(q), np.inf)
@@ -56,7 +71,24 @@ class Inverse:
         return q, left
 
     def damped(self, q: Array, place: Array, rotation: Array) -> tuple[Array, Array]:
-        """Joints (joints,) from afar to a place (3,), mm, and rotation (3, 3), or as near as it gets; what is left."""
+        """Find joints from afar by damped Newton steps.
+
+        Parameters
+        ----------
+        q : array (joints,)
+            Where the search begins, rad and mm.
+        place : array (3,)
+            Of the tip, mm.
+        rotation : array (3, 3)
+            Of the tip.
+
+        Returns
+        -------
+        q : array (joints,)
+            Joints at the place, or as near as it gets.
+        left : array (6,)
+            The residual there, m and rad.
+        """
         q = q.copy()
         best, least = q.copy(), np.inf
         for _ in range(FAR_STEPS):
@@ -72,9 +104,25 @@ class Inverse:
         return best, self._off(best[None], place[None], rotation[None])[0][0]
 
     def taylor(self, q: Array, place: Array, rotation: Array) -> Array:
-        """Taylor coefficients (4, n, joints) of joints that are q (n, joints) there, from those of the pose.
+        """Compute Taylor coefficients of the joints from those of the pose.
 
-        place (4, n, 3), mm;  rotation (4, n, 3, 3)
+        Parameters
+        ----------
+        q : array (n, joints)
+            The joints at the places, rad and mm.
+        place : array (4, n, 3)
+            Coefficients of the tip's place, mm.
+        rotation : array (4, n, 3, 3)
+            Coefficients of its rotation.
+
+        Returns
+        -------
+        array (4, n, joints)
+            Coefficients of the joints; the first is `q`.
+
+        Notes
+        -----
+        J q_k = x_k - x_k(q_0, ..., q_(k-1), 0), see the head of the module.
         """
         c = np.zeros((4, *q.shape))
         c[0] = q

@@ -1,8 +1,4 @@
-"""Limits of the joints of an arm, gathered from its URDF, MoveIt's joint_limits.yaml, or a mapping; none is guessed.
-
-Sources: the URDF schema of urdfdom 1.2 (<limit>); MoveIt's tutorials and the package joint_limits of ros2_control for
-the keys of joint_limits.yaml.
-"""
+"""Limits of the joints of an arm, gathered from its URDF, MoveIt's joint_limits.yaml, or a mapping; none is guessed."""
 
 from __future__ import annotations
 
@@ -50,12 +46,37 @@ Given = Mapping[str, Any] | str | Path | None
 def joint_limits(
     moving: Sequence[JointDescription], known: Sequence[str], given: Given, *, torque: bool
 ) -> tuple[dict[str, Array], list[str]]:
-    """Each of KINDS as an array (joints,), infinite where there is none, and notes of what was left out or changed.
+    """Gather the limits of an arm's joints.
 
-    moving  joints of the arm;  known  all joints of the robot: limits of the others are passed over
-    given   a joint_limits.yaml or a mapping; what it gives stands before what the URDF says
+    Parameters
+    ----------
+    moving : sequence of JointDescription
+        Joints of the arm.
+    known : sequence of str
+        All joints of the robot: limits of the others are passed over.
+    given : mapping, str, Path or None
+        A joint_limits.yaml or a mapping; what it gives stands before what the URDF says.
+    torque : bool
+        Whether limits of torque are needed.
 
-    Raises LimitsError naming every limit that is missing, and FormatError or LimitsError for what cannot be.
+    Returns
+    -------
+    limits : dict of str to array (joints,)
+        Each of KINDS, rad (sliding joints: mm), s, N m (N), infinite where there is none.
+    notes : list of str
+        What was left out or changed.
+
+    Raises
+    ------
+    LimitsError
+        Naming every limit that is missing, and for a value that cannot be.
+    FormatError
+        For a joint_limits.yaml that cannot be read.
+
+    References
+    ----------
+    .. [1] urdfdom 1.2, the URDF schema, <limit>.
+    .. [2] MoveIt's tutorials, and the package joint_limits of ros2_control: the keys of joint_limits.yaml.
     """
     names = [joint.name for joint in moving]
     found = {kind: np.array([_of_urdf(joint, kind) for joint in moving]) for kind in KINDS}  # NaN where there is none

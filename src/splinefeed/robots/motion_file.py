@@ -48,10 +48,32 @@ MAX_BYTES = 64 * 2**20
 def read_motion(
     file: str | os.PathLike[str], urdf: str | os.PathLike[str], *, feed: float | None = None
 ) -> tuple[Arm, Track, Limits]:
-    """The arm, its path and its limits from a file of a motion and a URDF; feed, mm/s, along a curve of the tip.
+    """Read a motion of an arm from its file and a URDF.
 
-    Files that it names lie beside it. Raises FormatError naming file, key and mend, and all that `robot`, `through` and
-    `along` raise.
+    Parameters
+    ----------
+    file : str or PathLike
+        The motion, JSON; files that it names lie beside it.
+    urdf : str or PathLike
+        Of the robot.
+    feed : float, optional
+        Along a curve of the tip, mm/s.
+
+    Returns
+    -------
+    arm : Arm
+        The arm.
+    path : Track
+        Of its joints, rad and mm.
+    limits : Limits
+        Of the joints.
+
+    Raises
+    ------
+    FormatError
+        Naming file, key and mend; and all that `robot`, `through` and `along` raise.
+    InputError
+        For a feed beside waypoints.
     """
     name = os.fspath(file)
     said = fields(parse(read_text(name, "a motion of an arm", MAX_BYTES), name), name, KEYS)
@@ -84,7 +106,18 @@ def read_motion(
 
 
 def is_motion(file: str | os.PathLike[str]) -> bool:
-    """Whether a JSON file is the motion of an arm, and not curves."""
+    """Tell whether a JSON file is the motion of an arm, and not curves.
+
+    Parameters
+    ----------
+    file : str or PathLike
+        To be looked at.
+
+    Returns
+    -------
+    bool
+        True for the motion of an arm.
+    """
     try:
         said = parse(read_text(file, "a motion of an arm", MAX_BYTES), file)
         return isinstance(said, dict) and any(key in said for key in MOTIONS)

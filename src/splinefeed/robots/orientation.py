@@ -29,9 +29,25 @@ class Orientation:
 
     @classmethod
     def of(cls, given: ArrayLike, length: float) -> Orientation:
-        """From a rotation (3, 3); a quaternion (4,); or quaternions (k, 4) at equal shares of the length.
+        """Make the rotations along a path from what a user gives.
 
-        Quaternions are x, y, z, w, of any length, as in ROS. Raises InputError for what is none of these, with the row.
+        Parameters
+        ----------
+        given : array
+            A rotation (3, 3); a quaternion (4,); or quaternions (k, 4) at equal shares of the length: x, y, z, w, of
+            any size, as in ROS.
+        length : float
+            Of the path, mm.
+
+        Returns
+        -------
+        Orientation
+            Constant, or turning smoothly.
+
+        Raises
+        ------
+        InputError
+            For what is none of these, with the row, and for half a turn from one quaternion to the next.
         """
         try:
             values = np.asarray(given, dtype=np.float64)

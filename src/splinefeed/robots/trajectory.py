@@ -66,7 +66,7 @@ def motion_at(path: Track, law: TimeLaw, t: ArrayLike) -> tuple[Array, Array, Ar
 
     Returns
     -------
-    tuple of array (n, axes)
+    position, velocity, acceleration, jerk : array (n, axes)
         rad or mm by s, exact.
 
     Raises
@@ -77,8 +77,19 @@ def motion_at(path: Track, law: TimeLaw, t: ArrayLike) -> tuple[Array, Array, Ar
     Notes
     -----
     q' = r' v, q'' = r'' v^2 + r' a, q''' = r''' v^3 + 3 r'' v a + r' j (the chain rule).
-    Source: docs/readers/robots.md.
-    Example: `q, velocity, acceleration, jerk = sf.robots.motion_at(path, law, [0.1, 0.2])`
+
+    References
+    ----------
+    .. [1] docs/readers/robots.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.Path.polyline([[0, 0], [30, 0]])
+    >>> law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), period=1e-3)
+    >>> q, velocity, acceleration, jerk = sf.robots.motion_at(path, law, [0.5 * law.duration])
+    >>> q.round(9), velocity.round(9)
+    (array([[15.,  0.]]), array([[60.,  0.]]))
     """
     times = np.atleast_1d(np.asarray(t, dtype=np.float64))
     if times.ndim != 1 or not np.all((times >= 0.0) & (times <= law.duration * (1.0 + 1e-12))):
@@ -117,10 +128,21 @@ class JointTrajectory:
     FormatError
         By `save`, for a file that cannot be written.
 
-    Notes
-    -----
-    Source: ros2_controllers, trajectory.rst.
-    Example: `sf.robots.joint_trajectory(path, law, limits).save("move.yaml")`
+    References
+    ----------
+    .. [1] ros2_controllers, trajectory.rst
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> text = '''<robot name="turntable"><link name="base"/><link name="table"/><joint
+    ... name="turn" type="continuous"><parent link="base"/><child link="table"/><axis xyz="0 0 1"/></joint></robot>'''
+    >>> arm = sf.robot(text, limits={"velocity": 2.0, "acceleration": 10.0, "jerk": 200.0}, torque=False)
+    >>> path = arm.through([[0.0], [1.0]])
+    >>> found = sf.robots.joint_trajectory(path, sf.plan(path, arm.limits, period=1e-3), arm.limits)
+    >>> found.joints, found.units, found.notes
+    (('turn',), ('rad',), ())
+    >>> found.save("move.yaml")
     """
 
     joints: tuple[str, ...]
@@ -159,7 +181,18 @@ class JointTrajectory:
         }
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the message as .json or .yaml (what `ros2 topic pub` takes), whole or not at all."""
+        """Write the message as JSON or YAML, as `ros2 topic pub` takes it, whole or not at all.
+
+        Parameters
+        ----------
+        file : str or PathLike
+            Its name ends in .json, .yaml or .yml.
+
+        Raises
+        ------
+        FormatError
+            For another ending, and for a file that cannot be written.
+        """
         name = os.fspath(file)
         if not name.endswith((".json", ".yaml", ".yml")):
             raise FormatError(f"{name}: a JointTrajectory is written as .json or .yaml; name the file so")
@@ -202,11 +235,23 @@ def joint_trajectory(
 
     Notes
     -----
-    Points stand where the jerk jumps, and closer where a quintic would leave the motion, or be over a limit (velocity,
-    acceleration, jerk, torque and what else models give) and the motion is not. Where `shortest` is not close enough,
-    the `notes` of the trajectory say by how much, from 0.1 % on.
-    Source: ros2_controllers, trajectory.rst.
-    Example: `sf.robots.joint_trajectory(path, law, limits).save("move.json")`
+    Points stand where the jerk jumps, and closer where a quintic [1]_ would leave the motion, or be over a limit
+    (velocity, acceleration, jerk, torque and what else models give) and the motion is not. Where `shortest` is not
+    close enough, the `notes` of the trajectory say by how much, from 0.1 % on.
+
+    References
+    ----------
+    .. [1] ros2_controllers, trajectory.rst
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> line = sf.Path.polyline([[0, 0], [30, 0]])
+    >>> run = sf.run(line, sf.Limits(feed=60, acceleration=500, jerk=20000))
+    >>> found = sf.robots.joint_trajectory(run)
+    >>> found.position[[0, -1]].round(9)
+    array([[ 0.,  0.],
+           [30.,  0.]])
     """
     if isinstance(path, Run):
         moved, law, limits = path.joints or path.path, path.law, path.limits

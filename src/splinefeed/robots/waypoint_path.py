@@ -13,7 +13,7 @@ from splinefeed.robots.frames import Frames
 class WaypointPath(Path):
     """A path of the joints of an arm, which knows where its links are: pictures of it show the arm in space.
 
-    Source: docs/readers/robots.md. Example: `arm.through(waypoints)`
+    `Arm.through` makes it; docs/readers/robots.md shows one.
     """
 
     def __init__(self, *made: Any, frames: Frames, **said: Any) -> None:
