@@ -26,6 +26,7 @@ DONE = (
     "records",
     "robots",
     "runs",
+    "simulation",
 )
 #: Sections in their order.
 SECTIONS = ["Parameters", "Attributes", "Returns", "Yields", "Raises", "Notes", "References", "Examples"]

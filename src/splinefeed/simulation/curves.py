@@ -34,7 +34,17 @@ MOVE, MOVE_REST = (0.05, 0.5), 0.1
 
 @dataclass(frozen=True, eq=False)
 class LoopCurves:
-    """frequency (n,) Hz; complex (n,): the loop L opened at the controller's output, T from reference to position."""
+    """Frequency responses of the loop of an axis.
+
+    Attributes
+    ----------
+    frequency : (n,) array
+        Hz.
+    loop : (n,) complex array
+        L, opened at the controller's output.
+    closed : (n,) complex array
+        T, from reference to position.
+    """
 
     frequency: Array
     loop: ComplexArray
@@ -43,7 +53,19 @@ class LoopCurves:
 
 @dataclass(frozen=True, eq=False)
 class StepResponse:
-    """What a step of `size`, mm or rad, does: t (n,) s from the step on, position (n,), and whether it ran away."""
+    """What an axis does after a step of its reference.
+
+    Attributes
+    ----------
+    t : (n,) array
+        From the step on, s.
+    position : (n,) array
+        mm or rad.
+    size : float
+        Of the step, mm or rad.
+    stopped : bool
+        Whether the axis ran away.
+    """
 
     t: Array
     position: Array
@@ -52,7 +74,20 @@ class StepResponse:
 
 
 def loop_curves(axis: ServoAxis, period: float) -> LoopCurves:
-    """L and T of an axis at a servo period, s, up to half the servo rate."""
+    """Compute L and T of an axis up to half the servo rate.
+
+    Parameters
+    ----------
+    axis : ServoAxis
+        The axis.
+    period : float
+        Of the servo, s.
+
+    Returns
+    -------
+    LoopCurves
+        Over n frequencies, Hz.
+    """
     nyquist = 0.5 / period
     frequency = np.geomspace(LOWEST_SHARE * nyquist, HIGHEST_SHARE * nyquist, POINTS)
     omega = 2.0 * np.pi * frequency
@@ -61,7 +96,20 @@ def loop_curves(axis: ServoAxis, period: float) -> LoopCurves:
 
 
 def watched(old: ServoAxis, new: ServoAxis, period: float) -> float:
-    """How long a step of an axis is watched, s: long enough for its slower loop, and to see it hunt."""
+    """Return how long a step of an axis is watched: long enough for its slower loop, and to see it hunt.
+
+    Parameters
+    ----------
+    old, new : ServoAxis
+        The axis with its old and its new controller.
+    period : float
+        Of the servo, s.
+
+    Returns
+    -------
+    float
+        s.
+    """
     loops = (margins(_without_forward(axis), period) for axis in (old, new))
     bandwidth = min((each.bandwidth for each in loops if each.stable), default=math.inf)
     return min(max(SWINGS / bandwidth, SHORTEST), LONGEST)
@@ -70,11 +118,26 @@ def watched(old: ServoAxis, new: ServoAxis, period: float) -> float:
 def step_responses(
     old: ServoAxis, new: ServoAxis, period: float, duration: float | None = None
 ) -> tuple[StepResponse, StepResponse]:
-    """The full axis, friction, counts and codes included, after the same small step with its old and new controller.
+    """Simulate the full axis after the same small step with its old and its new controller.
 
-    duration  s, that of `watched` by default
-    Without feed-forward, which is for motions and would only add a blow.
-    Small enough that the linear loop stays within half the output: of 1, 2 or 5 times a power of ten, mm or deg.
+    Parameters
+    ----------
+    old, new : ServoAxis
+        The axis with its old and its new controller.
+    period : float
+        Of the servo, s.
+    duration : float, optional
+        s; by default that of `watched`.
+
+    Returns
+    -------
+    old, new : StepResponse
+        Over n ticks.
+
+    Notes
+    -----
+    Friction, counts and codes are included. Feed-forward is left out: it is for motions and would only add a blow. The
+    step is small enough that the linear loop stays within half the output: 1, 2 or 5 times a power of ten, mm or deg.
     """
     old, new = (_without_forward(axis) for axis in (old, new))
     loops = (margins(old, period), margins(new, period))
@@ -98,10 +161,24 @@ def _without_forward(axis: ServoAxis) -> ServoAxis:
 
 
 def rest_swing(axis: ServoAxis, period: float) -> float:
-    """The amplitude, peak to peak, mm or rad, at which the full axis hunts after a small step.
+    """Return the amplitude at which the full axis hunts after a small step.
 
+    Parameters
+    ----------
+    axis : ServoAxis
+        The axis.
+    period : float
+        Of the servo, s.
+
+    Returns
+    -------
+    float
+        Peak to peak, mm or rad; infinite if the axis runs away.
+
+    Notes
+    -----
     Integral action against static friction, or too little phase margin, can make it hunt; a good loop
-    comes to rest within a count or two. Infinite if the axis runs away.
+    comes to rest within a count or two.
     """
     resolution = seen_resolution(axis)
     ticks = BEFORE + math.ceil((REST_SETTLING + REST_WATCHED) / period)
@@ -116,7 +193,7 @@ def rest_swing(axis: ServoAxis, period: float) -> float:
 
 
 def hunts(axis: ServoAxis, swing: float) -> bool:
-    """Whether hunting at rest is more than counts alone make."""
+    """Tell whether hunting at rest, by `swing` of `rest_swing`, mm or rad, is more than counts alone make."""
     return swing > HUNTING * seen_resolution(axis)
 
 
@@ -130,8 +207,22 @@ def _stepped(
 
 
 def standard_move(axis: ServoAxis, period: float) -> Array:
-    """Places, mm or rad, of a move from rest to rest that an axis is judged by, and of the rest behind it.
+    """Return places of a move from rest to rest that an axis is judged by, and of the rest behind it.
 
+    Parameters
+    ----------
+    axis : ServoAxis
+        The axis.
+    period : float
+        Of the servo, s.
+
+    Returns
+    -------
+    (n,) array
+        mm or rad, one a tick.
+
+    Notes
+    -----
     x = D (t / T - sin(2 pi t / T) / (2 pi)), whose velocity is at most 2 D / T and acceleration 2 pi D / T^2: half of
     the axis's limits, or of what its motor can do, within MOVE seconds.
     """
@@ -147,7 +238,7 @@ def standard_move(axis: ServoAxis, period: float) -> Array:
 
 
 def following_error(axis: ServoAxis, period: float) -> float:
-    """The largest following error, mm or rad, of the full axis on the standard move; infinite if it runs away."""
+    """Return the largest following error, mm or rad, of the full axis on the standard move; inf if it runs away."""
     command = standard_move(axis, period)
     run = AxisRun(axis, period)
     position = run.follow(command)[0]
@@ -155,11 +246,11 @@ def following_error(axis: ServoAxis, period: float) -> float:
 
 
 def overshoot(step: StepResponse) -> float:
-    """How far a step response goes beyond the step, as a share of it; infinite if it ran away."""
+    """Return how far a step response goes beyond the step, as a share of it; infinite if it ran away."""
     return math.inf if step.stopped else max(float(np.max(step.position)) / step.size - 1.0, 0.0)
 
 
 def rounded_down(value: float) -> float:
-    """The largest of 1, 2 and 5 times a power of ten that is not above `value`."""
+    """Return the largest of 1, 2 and 5 times a power of ten that is not above `value`."""
     power = 10.0 ** math.floor(math.log10(value) + 1e-12)
     return power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value * (1.0 + 1e-9))

@@ -13,9 +13,23 @@ from splinefeed.simulation.plant import parameters, plant, step_table
 
 
 class AxisRun:
-    """One axis under its controller, from rest at its first command; the same bits in one run or chunk by chunk.
+    """Simulate one axis under its controller from rest; the same bits in one run or chunk by chunk.
 
-    linear  without friction, backlash, counts, codes and limits; the error limit is the axis's own unless it is given
+    Parameters
+    ----------
+    axis : ServoAxis
+        The axis.
+    period : float
+        Of the servo, s.
+    linear : bool, optional
+        Whether friction, backlash, counts, codes and limits are left out.
+    error_limit : float, optional
+        Error at which the axis has run away, mm or rad; by default its own.
+
+    Attributes
+    ----------
+    ran_away : float or None
+        The last error, mm or rad, once it was beyond the limit.
     """
 
     def __init__(
@@ -30,7 +44,19 @@ class AxisRun:
         self.ran_away: float | None = None
 
     def follow(self, command: Array) -> Array:
-        """Position, measured position, output and whether it is at its limit, (4, m): m of n ticks if it runs away."""
+        """Simulate the next ticks.
+
+        Parameters
+        ----------
+        command : (n,) array
+            mm or rad.
+
+        Returns
+        -------
+        (4, m) array
+            Position and measured position, mm or rad, output, V, and whether it is at its limit, for m of n ticks:
+            fewer if the axis runs away.
+        """
         if not self._begun and len(command):
             self._memory[[mechanics.MOTOR, mechanics.LOAD]] = command[0]
             self._begun = True
@@ -43,10 +69,28 @@ class AxisRun:
 
 
 class Follower:
-    """A machine that follows setpoints chunk by chunk, in memory that does not grow; the same bits as in one run.
+    """Simulate a machine that follows setpoints chunk by chunk; the same bits as in one run.
 
-    machine, axes  the machine and the names of the axes that move, in the order of the setpoints
-    period  servo period, s; linear  without friction, backlash, counts, codes and limits
+    Parameters
+    ----------
+    machine : Machine
+        The machine.
+    axes : tuple of str
+        Names of the axes that move, in the order of the setpoints.
+    period : float
+        Of the servo, s.
+    linear : bool, optional
+        Whether friction, backlash, counts, codes and limits are left out.
+
+    Attributes
+    ----------
+    stopped : str or None
+        Which axis ran away, and when, in a sentence.
+
+    Raises
+    ------
+    InputError
+        For an axis that the machine does not have or knows the limits of alone, and a period that is none.
     """
 
     def __init__(self, machine: Machine, axes: tuple[str, ...], period: float, *, linear: bool = False) -> None:
@@ -64,7 +108,23 @@ class Follower:
         self._runs = [(axis, AxisRun(axis, period, linear=linear)) for axis in followed]
 
     def follow(self, setpoints: Setpoints) -> Response:
-        """The response to the next setpoints; shorter than they are if an axis runs away, and empty from then on."""
+        """Simulate the next setpoints.
+
+        Parameters
+        ----------
+        setpoints : Setpoints
+            Of these axes at this period.
+
+        Returns
+        -------
+        Response
+            Shorter than the setpoints if an axis runs away, and empty from then on.
+
+        Raises
+        ------
+        InputError
+            For other axes or another period, and positions that are not finite.
+        """
         if setpoints.axes != self.axes:
             raise InputError(f"setpoints have axes {', '.join(setpoints.axes)}; expected {', '.join(self.axes)}")
         if setpoints.period != self.period:

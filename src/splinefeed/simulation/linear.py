@@ -34,7 +34,21 @@ RADIUS_SCALE, MOST_SLACK = 0.01, 3.0
 
 @dataclass(frozen=True, eq=False)
 class Discrete:
-    """The plant of an axis from volts to the position that closes its loop, sampled: x+ = Phi x + Gamma u, y = c x."""
+    """The plant of an axis from volts to the position that closes its loop, sampled: x+ = Phi x + Gamma u, y = c x.
+
+    Attributes
+    ----------
+    phi : (n, n) array
+        Phi.
+    gamma : (n,) array
+        Gamma, a volt.
+    output : (n,) array
+        c.
+    period : float
+        s.
+    delay : int
+        Computing delay, periods.
+    """
 
     phi: Array
     gamma: Array
@@ -43,7 +57,18 @@ class Discrete:
     delay: int
 
     def response(self, omega: Array) -> ComplexArray:
-        """G(e^{j w T}) = c (z - Phi)^-1 Gamma z^-delay at w (n,), rad/s: mm or rad a volt, complex (n,)."""
+        """Return G(e^{j w T}) = c (z - Phi)^-1 Gamma z^-delay.
+
+        Parameters
+        ----------
+        omega : (n,) array
+            w, rad/s.
+
+        Returns
+        -------
+        (n,) complex array
+            mm or rad a volt.
+        """
         z = np.exp(1j * np.asarray(omega, dtype=np.float64) * self.period)
         eye = np.eye(len(self.phi))
         right = np.broadcast_to(self.gamma[:, None], (z.size, len(self.gamma), 1))
@@ -56,16 +81,41 @@ class Discrete:
 class Margins:
     """How far a loop is from its stability limit.
 
-    gain_margin         factor by which the gain may rise (infinite if no crossing); at gain_frequency, Hz
-    gain_reduction      factor < 1 by which it may fall before the loop is unstable, 0 if it may fall to nothing; at
-                        reduction_frequency, Hz
-    phase_margin        deg, at phase_frequency, Hz (infinite if the loop gain never passes 1)
-    delay_margin        further dead time that the loop tolerates, s (infinite if the loop gain never passes 1)
-    sensitivity         largest |1 / (1 + L)|, M_s: 1 / M_s is the distance of L from -1
-    bandwidth           of the closed loop from reference to position: where it is first 3 dB down, Hz
-    spectral_radius     largest modulus of the closed loop's poles: stable below 1
-    stable_below, stable_above  of an unstable loop: factor on the gain at which it becomes stable, or None
-    Source: docs/machines.md. Example: `sf.simulation.margins(machine.axes["x"], 1e-3).phase_margin`
+    Attributes
+    ----------
+    gain_margin : float
+        Factor by which the gain may rise; infinite if no crossing.
+    gain_frequency : float
+        Where that is, Hz.
+    gain_reduction : float
+        Factor below 1 by which the gain may fall before the loop is unstable; 0 if it may fall to nothing.
+    phase_margin : float
+        deg; infinite if the loop gain never passes 1.
+    phase_frequency : float
+        Where that is, Hz.
+    delay_margin : float
+        Further dead time that the loop tolerates, s; infinite if the loop gain never passes 1.
+    sensitivity : float
+        M_s, largest |1 / (1 + L)|: 1 / M_s is the distance of L from -1.
+    bandwidth : float
+        Of the closed loop from reference to position: where it is first 3 dB down, Hz.
+    spectral_radius : float
+        Largest modulus of the closed loop's poles: stable below 1.
+    stable_below, stable_above : float or None
+        Of an unstable loop: factor on the gain at which it becomes stable.
+    reduction_frequency : float
+        Where `gain_reduction` is, Hz.
+
+    References
+    ----------
+    .. [1] docs/machines.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> found = sf.simulation.margins(sf.Machine.load("router").axes["x"], 1e-3)
+    >>> found.stable, round(found.phase_margin, 1)
+    (True, 61.5)
     """
 
     gain_margin: float
@@ -136,7 +186,7 @@ class Margins:
         )
 
     def as_dict(self) -> dict[str, float | bool | str | None]:
-        """Names and values, as `tune --json` prints them; what is infinite or is not there becomes null there."""
+        """Return names and values, as `tune --json` prints them; what is infinite or not there becomes null there."""
         return {
             **asdict(self),
             "gain_margin_db": self.gain_margin_db,
@@ -148,7 +198,20 @@ class Margins:
 
 
 def discrete_plant(axis: ServoAxis, period: float) -> Discrete:
-    """The linear plant of an axis behind a zero-order hold, with its computing delay."""
+    """Sample the linear plant of an axis behind a zero-order hold, with its computing delay.
+
+    Parameters
+    ----------
+    axis : ServoAxis
+        The axis.
+    period : float
+        Of the servo, s.
+
+    Returns
+    -------
+    Discrete
+        The plant.
+    """
     model = plant(axis)
     used = np.flatnonzero(model.A.any(axis=1))  # the states that matter
     phi, gamma = zero_order_hold(model.A[np.ix_(used, used)], model.B[used], period)
@@ -158,10 +221,28 @@ def discrete_plant(axis: ServoAxis, period: float) -> Discrete:
 
 
 def controller_response(controller: Controller, period: float, omega: Array) -> tuple[ComplexArray, ComplexArray]:
-    """R and H in u = R r - H y, without feed-forward, at w (n,), rad/s; V/mm or V/rad, complex (n,).
+    """Return R and H in u = R r - H y, without feed-forward.
 
-    PID:  R = H = K_p + K_i T z / (z - 1) + K_d D,   D = (z - 1) / ((T_f + T) z - T_f)
-    P-PI: R = P K, H = P (K + D),   P = K_vp + K_vi T z / (z - 1)
+    Parameters
+    ----------
+    controller : Controller
+        Of the axis.
+    period : float
+        T, s.
+    omega : (n,) array
+        w, rad/s.
+
+    Returns
+    -------
+    R, H : (n,) complex array
+        V/mm or V/rad.
+
+    Notes
+    -----
+    ::
+
+        PID:  R = H = K_p + K_i T z / (z - 1) + K_d D,   D = (z - 1) / ((T_f + T) z - T_f)
+        P-PI: R = P K, H = P (K + D),   P = K_vp + K_vi T z / (z - 1)
     """
     z = np.exp(1j * np.asarray(omega, dtype=np.float64) * period)
     slope = (z - 1.0) / ((controller.filter + period) * z - controller.filter)
@@ -174,17 +255,49 @@ def controller_response(controller: Controller, period: float, omega: Array) -> 
 
 
 def loop_responses(controller: Controller, period: float, omega: Array, plant: ComplexArray) -> ComplexArray:
-    """L = G H, opened at the controller's output, and T = G R / (1 + L) from reference to position, (2, n), at w (n,).
+    """Return L = G H, opened at the controller's output, and T = G R / (1 + L) from reference to position.
 
-    plant  G there, as `Discrete.response` gives it
+    Parameters
+    ----------
+    controller : Controller
+        Of the axis.
+    period : float
+        Of the servo, s.
+    omega : (n,) array
+        w, rad/s.
+    plant : (n,) complex array
+        G there, as `Discrete.response` returns it.
+
+    Returns
+    -------
+    (2, n) complex array
+        L and T.
     """
     forward, back = (each * plant for each in controller_response(controller, period, omega))
     return np.array([back, forward / (1.0 + back)])
 
 
 def closed_loop(axis: ServoAxis, period: float) -> tuple[Array, Array, Array]:
-    """State equations x+ = F x + g r, y = h x of the closed loop without feed-forward: F (n, n), g (n,), h (n,).
+    """Return the state equations x+ = F x + g r, y = h x of the closed loop without feed-forward.
 
+    Parameters
+    ----------
+    axis : ServoAxis
+        The axis.
+    period : float
+        T, s.
+
+    Returns
+    -------
+    F : (n, n) array
+        A period on.
+    g : (n,) array
+        By the reference, a mm or rad.
+    h : (n,) array
+        The position that closes the loop.
+
+    Notes
+    -----
     States: plant, integral, last input and filtered slope of the controller, and the output that waits if delayed.
     Controller: with e = r - y, s its input (e, or y for P-PI), f+ = a f + (1 - a) (s - s_last) / T.
     """
@@ -216,7 +329,7 @@ def closed_loop(axis: ServoAxis, period: float) -> tuple[Array, Array, Array]:
 
 
 def spectral_radius(axis: ServoAxis, period: float) -> float:
-    """Largest modulus of the closed loop's poles; integrators that nothing drives (gain 0) are left out."""
+    """Return the largest modulus of the closed loop's poles; integrators that nothing drives (gain 0) are left out."""
     F, _, _ = closed_loop(axis, period)
     control = axis.controller
     if (control.velocity_ki if control.kind == "p-pi" else control.ki) == 0.0:  # the integral is no mode of the loop
@@ -226,16 +339,30 @@ def spectral_radius(axis: ServoAxis, period: float) -> float:
 
 
 def frequencies(period: float) -> Array:
-    """The grid up to the Nyquist frequency of a period, s, (GRID,), rad/s."""
+    """Return the grid up to the Nyquist frequency of a period, s: (GRID,), rad/s."""
     top = math.pi / period
     out: Array = np.geomspace(LOWEST_SHARE * top, top * (1.0 - 1e-9), GRID)
     return out
 
 
 def read_margins(grid: Array, loop: ComplexArray, closed: ComplexArray, radius: float) -> tuple[Margins, list[float]]:
-    """Margins of a loop L and its closed loop over a grid that ends at the Nyquist frequency, rad/s, (n,) each.
+    """Read the margins of a loop L and its closed loop off a grid, straight between its points.
 
-    Straight between the points; radius is that of the poles. Also all factors on the gain that put L on -1 somewhere.
+    Parameters
+    ----------
+    grid : (n,) array
+        Up to the Nyquist frequency, rad/s.
+    loop, closed : (n,) complex array
+        L and T there.
+    radius : float
+        Largest modulus of the poles.
+
+    Returns
+    -------
+    Margins
+        Without `stable_below` and `stable_above`.
+    list of float
+        All factors on the gain that put L on -1 somewhere.
     """
     at, share = _crossings(loop.imag)
     real, omega = (each[at] + share * (each[at + 1] - each[at]) for each in (loop.real, grid))
@@ -272,9 +399,39 @@ def _crossings(values: Array) -> tuple[IntArray, Array]:
 
 
 def margins(axis: ServoAxis, period: float) -> Margins:
-    """Return gain and phase margin, bandwidth and poles of the loop of an axis at a servo period, s.
+    """Return gain and phase margin, bandwidth and poles of the loop of an axis.
 
-    period in s. Source: docs/machines.md. Example: `sf.simulation.margins(machine.axes["x"], 1e-3).sentence`
+    Parameters
+    ----------
+    axis : ServoAxis
+        With its controller, without feed-forward.
+    period : float
+        Of the servo, s.
+
+    Returns
+    -------
+    Margins
+        Of the linear loop, sampled, with its computing delay.
+
+    Raises
+    ------
+    InputError
+        For a period that is not positive and finite.
+
+    Notes
+    -----
+    L = G H is the loop opened at the controller's output, G the plant behind a zero-order hold.
+
+    References
+    ----------
+    .. [1] docs/machines.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> found = sf.simulation.margins(sf.Machine.load("router").axes["x"], 1e-3)
+    >>> found.verdict
+    'stable: gain margin 14.8, phase margin 61.5 deg'
     """
     if not (math.isfinite(period) and period > 0.0):
         raise InputError(f"period is {period} s; it must be greater than 0 and finite")
@@ -309,7 +466,7 @@ def _is_stable(axis: ServoAxis, period: float, factor: float, side: int) -> bool
 
 
 def scaled(axis: ServoAxis, factor: float) -> ServoAxis:
-    """The axis with the gain of its loop times `factor`: all gains of a PID, those of the speed loop of a P-PI."""
+    """Return the axis with the gain of its loop times `factor`: gains of a PID, of a P-PI those of the speed loop."""
     names = GAINS["pid"] if axis.controller.kind == "pid" else ("velocity_kp", "velocity_ki")
     gains: dict[str, Any] = {name: factor * getattr(axis.controller, name) for name in names}
     return replace(axis, controller=replace(axis.controller, **gains))
@@ -319,10 +476,29 @@ def scaled(axis: ServoAxis, factor: float) -> ServoAxis:
 class Bound:
     """Least margins of a loop; all of them must hold, and the loop must be stable.
 
-    gain_margin   factor by which the gain may rise, and fall where a fall can make it unstable; 2 is 6 dB
-    phase_margin  deg
-    sensitivity   largest |1 / (1 + L)|: 1 / sensitivity is the least distance of L from -1
-    Source: docs/tune.md. Example: `sf.simulation.Bound().words`
+    Parameters
+    ----------
+    gain_margin : float, optional
+        Factor by which the gain may rise, and fall where a fall can make it unstable; 2 is 6 dB.
+    phase_margin : float, optional
+        deg.
+    sensitivity : float, optional
+        Largest |1 / (1 + L)|: 1 / sensitivity is the least distance of L from -1.
+
+    Raises
+    ------
+    InputError
+        For a gain margin or sensitivity that is not above 1, and a phase margin that is not between 0 and 90 deg.
+
+    References
+    ----------
+    .. [1] docs/tune.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> sf.simulation.Bound(phase_margin=50).words
+    'gain margin at least 6.02 dB, phase margin at least 50 deg, sensitivity at most 2'
     """
 
     gain_margin: float = 2.0
@@ -339,9 +515,18 @@ class Bound:
                 raise InputError(f"{name} is {getattr(self, name)}; it must lie between {least:g} and {most:g}")
 
     def slacks(self, found: Margins) -> Array:
-        """How far margins are within the bound, (5,): 0 or more, in natural logarithms of the ratios.
+        """Return how far margins are within the bound.
 
-        Of gain margin, gain reduction, phase margin, sensitivity and poles.
+        Parameters
+        ----------
+        found : Margins
+            Of a loop.
+
+        Returns
+        -------
+        (5,) array
+            Of gain margin, gain reduction, phase margin, sensitivity and poles: 0 or more where the bound holds.
+            Natural logarithms of the ratios of gains and sensitivity, the ratio less 1 of the phase margin.
         """
         over = (1.0 - found.spectral_radius) / RADIUS_SCALE
         slacks = (
@@ -364,8 +549,24 @@ class Bound:
 
 
 def quick_slacks(axis: ServoAxis, period: float, bound: Bound) -> Callable[[ServoAxis], Array]:
-    """A function that gives the slacks, (5,), of the axis with any gains, in half a millisecond; see `Bound.slacks`.
+    """Make a function that gives the slacks of an axis with any gains in half a millisecond.
 
+    Parameters
+    ----------
+    axis : ServoAxis
+        The axis.
+    period : float
+        Of the servo, s.
+    bound : Bound
+        See `Bound.slacks`.
+
+    Returns
+    -------
+    callable
+        From a ServoAxis that differs in its controller's gains to slacks (5,).
+
+    Notes
+    -----
     Crossings are straight between the points of the grid, some 1e-4 off; `Bound.slacks` of `margins` is exact.
     """
     grid = frequencies(period)

@@ -21,9 +21,20 @@ TAYLOR_TERMS = 9
 
 @dataclass(frozen=True, eq=False)
 class Plant:
-    """dz/dt = A z + B u + N n(y),  y = C z + D u; states as in `kernels.mechanics`.
+    """State equations of an axis: dz/dt = A z + B u + N n(y),  y = C z + D u; states as in `kernels.mechanics`.
 
-    A (6, 6), B (6,) a volt, N (6, 3) a newton (N*m), C (3, 6), D (3,).
+    Attributes
+    ----------
+    A : (6, 6) array
+        Of states, 1/s.
+    B : (6,) array
+        Of the input, a volt.
+    N : (6, 3) array
+        Of forces that are not linear, a newton or N*m.
+    C : (3, 6) array
+        Outputs of states.
+    D : (3,) array
+        Outputs of the input.
     """
 
     A: Array
@@ -34,8 +45,20 @@ class Plant:
 
 
 def plant(axis: ServoAxis) -> Plant:
-    """The state equations of an axis, in mm or rad, N or N*m, s and V.
+    """Return the state equations of an axis, in mm or rad, N or N*m, s and V.
 
+    Parameters
+    ----------
+    axis : ServoAxis
+        With motor, drive, transmission and load.
+
+    Returns
+    -------
+    Plant
+        A (6, 6), B (6,), N (6, 3), C (3, 6), D (3,).
+
+    Notes
+    -----
     Velocity drive: w' = (k u - w) / lag is the speed wanted, f = m w' + K (w - v) + K_i i the force, i' = w - v the
     integral; with K = m b and K_i = m b^2 / 4 for the bandwidth b both closed-loop poles lie at -b / 2. Without
     friction v = w holds exactly: gain and first-order lag. A cut-off force e = clamp(f) - f also goes into i' as e / K.
@@ -92,23 +115,40 @@ def plant(axis: ServoAxis) -> Plant:
 
 
 def force_per_volt(axis: ServoAxis) -> float:
-    """Force at the axis for one volt of a torque drive, N/V or N*m/V."""
+    """Return the force at the axis for one volt of a torque drive, N/V or N*m/V."""
     return float(axis.drive.force_per_volt or 0.0) * axis.force_per_motor_force
 
 
 def seen_resolution(axis: ServoAxis) -> float:
-    """One count of what closes the loop, the scale or the encoder, mm or rad."""
+    """Return one count of what closes the loop, the scale or the encoder, mm or rad."""
     if axis.controller.feedback == "scale" and axis.scale is not None:
         return axis.scale.resolution
     return axis.encoder_resolution
 
 
 def exponentials_less_one(matrix: Array, halvings: int) -> list[Array]:
-    """exp(M / 2^k) - 1 for k = 0 ... halvings, for M (n, n).
+    """Return exp(M / 2^k) - 1 for k = 0 ... halvings.
 
+    Parameters
+    ----------
+    matrix : (n, n) array
+        M.
+    halvings : int
+        The last k.
+
+    Returns
+    -------
+    list of (n, n) array
+        The largest part first.
+
+    Notes
+    -----
     The Taylor series of a small enough part, then exp(2 X) - 1 = 2 D + D^2 with D = exp(X) - 1: small parts keep all
-    their digits, and there is no linear system to solve (scaling and squaring; C. Moler and C. Van Loan, SIAM Review 45
-    (2003) 3-49, doi:10.1137/S00361445024180, methods 1 and 3).
+    their digits, and there is no linear system to solve: scaling and squaring, methods 1 and 3 of [1]_.
+
+    References
+    ----------
+    .. [1] C. Moler and C. Van Loan, SIAM Review 45 (2003) 3-49, doi:10.1137/S00361445024180.
     """
     norm = float(np.max(np.sum(np.abs(matrix), axis=1)))
     depth = max(halvings, math.ceil(math.log2(max(norm / SMALL_NORM, 1.0))))
@@ -123,9 +163,27 @@ def exponentials_less_one(matrix: Array, halvings: int) -> list[Array]:
 
 
 def zero_order_hold(A: Array, B: Array, period: float) -> tuple[Array, Array]:
-    """Phi = exp(A T) (n, n) and Gamma = int_0^T exp(A s) ds B (n,), from one exponential of the augmented matrix.
+    """Return Phi = exp(A T) and Gamma = int_0^T exp(A s) ds B, from one exponential of the augmented matrix [1]_.
 
-    C. F. Van Loan, IEEE Trans. Automatic Control 23 (1978) 395-404, doi:10.1109/TAC.1978.1101743.
+    Parameters
+    ----------
+    A : (n, n) array
+        1/s.
+    B : (n,) array
+        Of the input.
+    period : float
+        T, s.
+
+    Returns
+    -------
+    Phi : (n, n) array
+        Of the state.
+    Gamma : (n,) array
+        Of the input.
+
+    References
+    ----------
+    .. [1] C. F. Van Loan, IEEE Trans. Automatic Control 23 (1978) 395-404, doi:10.1109/TAC.1978.1101743.
     """
     n = len(B)
     augmented = np.zeros((n + 1, n + 1))
@@ -150,9 +208,21 @@ def _interpolated(whole: Array, shape: tuple[int, int], step: float) -> tuple[Ar
 
 
 def step_table(model: Plant, period: float, sub_steps: int = SUB_STEPS) -> Array:
-    """The step matrices of `kernels.mechanics`, a row each: the whole period, then each halving of a sub-step.
+    """Return the step matrices of `kernels.mechanics`, a row each: the whole period, then each halving of a sub-step.
 
-    Shape (TABLE_ROWS, TABLE_WIDTH).
+    Parameters
+    ----------
+    model : Plant
+        Of the axis.
+    period : float
+        Of the servo, s.
+    sub_steps : int, optional
+        Of a period.
+
+    Returns
+    -------
+    (TABLE_ROWS, TABLE_WIDTH) array
+        As the kernel reads it.
     """
     C, D = model.C, model.D
     between = np.zeros(mechanics.OUTPUTS - mechanics.WEIGHTS)  # a whole period has no nonlinear inputs
@@ -181,9 +251,24 @@ def step_table(model: Plant, period: float, sub_steps: int = SUB_STEPS) -> Array
 
 
 def parameters(axis: ServoAxis, period: float, sub_steps: int = SUB_STEPS, *, linear: bool = False) -> Array:
-    """The parameters of an axis in the order of `kernels.mechanics`, (PARAMETERS,).
+    """Return the parameters of an axis in the order of `kernels.mechanics`.
 
-    linear: without dry friction, backlash, counts, codes and limits of torque, speed and output; the error limit stays.
+    Parameters
+    ----------
+    axis : ServoAxis
+        The axis.
+    period : float
+        Of the servo, s.
+    sub_steps : int, optional
+        Of a period.
+    linear : bool, optional
+        Whether dry friction, backlash, counts, codes and limits of torque, speed and output are left out; the error
+        limit stays.
+
+    Returns
+    -------
+    (PARAMETERS,) array
+        As the kernel reads it.
     """
     control, friction = axis.controller, axis.friction
     out = np.zeros(mechanics.PARAMETERS)

@@ -45,9 +45,28 @@ class _Loop:
 
 
 def shaped(axis: ServoAxis, period: float, kind: str, bound: Bound) -> ServoAxis:
-    """The axis with gains by their margins, or as it is where nothing that keeps them follows better.
+    """Return the axis with gains by their margins, or as it is where nothing that keeps them follows better.
 
-    period  s; kind  one of SHAPED. Raises InputError where no gains keep the bound.
+    Parameters
+    ----------
+    axis : ServoAxis
+        With its old controller.
+    period : float
+        Of the servo, s.
+    kind : str
+        Of the new controller, one of SHAPED.
+    bound : Bound
+        Margins that the loop keeps.
+
+    Returns
+    -------
+    ServoAxis
+        With its new controller.
+
+    Raises
+    ------
+    InputError
+        For another kind, and where no gains keep the bound.
     """
     if kind not in SHAPED:
         raise InputError(f"rule 'margins' has no controller {kind!r}; it has {', '.join(SHAPED)}")
@@ -64,7 +83,7 @@ def shaped(axis: ServoAxis, period: float, kind: str, bound: Bound) -> ServoAxis
 
 
 def rounded(value: float, digits: int) -> float:
-    """A number with so many significant digits."""
+    """Return a number with so many significant digits."""
     return float(f"{value:.{digits}g}")
 
 

@@ -34,10 +34,26 @@ RULES: dict[str, dict[str, tuple[float, float, float]]] = {
 
 @dataclass(frozen=True)
 class UltimatePoint:
-    """Where proportional control alone oscillates steadily: gain V/mm or V/rad, and period s.
+    """Where proportional control alone oscillates steadily.
 
-    Source: docs/tune.md.
-    Example: `sf.runs.tune(machine.axes["x"], "ziegler-nichols").ultimate.gain`
+    Attributes
+    ----------
+    gain : float
+        V/mm or V/rad.
+    period : float
+        Of the oscillation, s.
+
+    References
+    ----------
+    .. [1] J. G. Ziegler, N. B. Nichols, Trans. ASME 64 (1942) 759-768.
+    .. [2] docs/tune.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> point = sf.runs.tune(sf.Machine.load("router").axes["x"], "ziegler-nichols").ultimate
+    >>> round(point.gain, 2), round(point.period, 4)
+    (7.39, 0.0071)
     """
 
     gain: float
@@ -46,7 +62,17 @@ class UltimatePoint:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TunedAxis:
-    """An axis as it was and with the controller that a rule gives, at a servo period, s."""
+    """An axis as it was and with the controller that a rule gives.
+
+    Attributes
+    ----------
+    rule : str
+        Its name.
+    old, axis : ServoAxis
+        With the old and with the new controller.
+    period : float
+        Of the servo, s.
+    """
 
     rule: str
     old: ServoAxis
@@ -64,7 +90,7 @@ class TunedAxis:
         return margins(self.axis, self.period)
 
     def numbers(self) -> dict[str, Any]:
-        """What `--json` prints: gains, margins and hunting at rest before and after."""
+        """Return what `--json` prints: gains, margins and hunting at rest before and after."""
         unit = "rad" if self.axis.rotary else "mm"
         out: dict[str, Any] = {"unit": f"V/{unit}", "rest_swing_unit": unit}
         for ending, axis, loop in (("_before", self.old, self.before), ("", self.axis, self.margins)):
@@ -86,10 +112,27 @@ class TunedAxis:
 class Tuning(TunedAxis):
     """Gains that a rule gives, and their source.
 
-    old, axis  the axis as it was and with the new controller; before, margins: those of the two controllers
-    ultimate  gain and period that the rule starts from, None for rule "margins"
-    period in s; gains in V/mm or V/rad. Source: docs/tune.md.
-    Example: `sf.runs.tune(machine.axes["x"]).controller.gains`
+    Attributes
+    ----------
+    rule : str
+        Its name.
+    old, axis : ServoAxis
+        With the old and with the new controller; gains in V/mm or V/rad.
+    period : float
+        Of the servo, s.
+    ultimate : UltimatePoint or None
+        Gain and period that the rule starts from; None for rule "margins".
+
+    References
+    ----------
+    .. [1] docs/tune.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> tuning = sf.runs.tune(sf.Machine.load("router").axes["x"], "tyreus-luyben")
+    >>> tuning.before.stable, tuning.margins.stable, tuning.controller.kind
+    (True, True, 'pid')
     """
 
     ultimate: UltimatePoint | None = None
@@ -100,13 +143,13 @@ class Tuning(TunedAxis):
         return self.axis.controller
 
     def numbers(self) -> dict[str, Any]:
-        """Those of a tuned axis, and the ultimate point."""
+        """Return those of a tuned axis, and the ultimate point."""
         point = self.ultimate
         found = {} if point is None else {"ultimate_gain": point.gain, "ultimate_period_s": point.period}
         return {**super().numbers(), **found}
 
     def describe(self) -> str:
-        """Gains, margins and bandwidth in words, with those of the old gains beside them."""
+        """Return gains, margins and bandwidth in words, with those of the old gains beside them."""
         unit = "V/rad" if self.axis.rotary else "V/mm"
         slope = "V*s/rad" if self.axis.rotary else "V*s/mm"
         new, point = self.controller, self.ultimate
@@ -132,7 +175,25 @@ class Tuning(TunedAxis):
 
 
 def ultimate_point(axis: ServoAxis, period: float) -> UltimatePoint:
-    """Ultimate gain, V/mm or V/rad, and period, s, of the linear plant: where proportional control is at its limit."""
+    """Find where proportional control of the linear plant is at its limit.
+
+    Parameters
+    ----------
+    axis : ServoAxis
+        The axis.
+    period : float
+        Of the servo, s.
+
+    Returns
+    -------
+    UltimatePoint
+        Gain, V/mm or V/rad, and period, s.
+
+    Raises
+    ------
+    InputError
+        For an axis without one: stable, or unstable, at any gain.
+    """
     gains: dict[str, Any] = dict.fromkeys(("ki", "kd", "position_gain", "velocity_kp", "velocity_ki"), 0.0)
     kp = 1.0
     for _ in range(2):
@@ -157,16 +218,35 @@ def tune(
     kind: str | None = None,
     bound: Bound | None = None,
 ) -> Tuning:
-    """Gains of an axis by a rule: by margins, or from the ultimate point of its linear model.
+    """Find gains of an axis by a rule: by margins, or from the ultimate point of its linear model.
 
-    rule        "margins" (`simulation.shaping`), whose loops keep the `bound`, 45 deg and 6 dB by default, or one of
-                RULES, which keep what they keep
-    kind        "p", "pi" or "pid", for "margins" also "p-pi"; default: "pid", for "margins" what the axis has
-    period      servo period, s
+    Parameters
+    ----------
+    axis : ServoAxis
+        With its old controller.
+    rule : str, optional
+        "margins" (`simulation.shaping`), whose loops keep the `bound`, or one of RULES, which keep what they keep.
+    period : float, optional
+        Of the servo, s.
+    kind : str, optional
+        "p", "pi" or "pid", for "margins" also "p-pi"; by default "pid", for "margins" what the axis has.
+    bound : Bound, optional
+        Of "margins"; by default 45 deg and 6 dB.
+
+    Returns
+    -------
+    Tuning
+        The axis with its old and its new controller.
+
+    Raises
+    ------
+    InputError
+        For unknown names, where no gains keep the bound, and for an axis without an ultimate gain.
+
+    Notes
+    -----
     Of RULES K_p = c K_u,  K_i = K_p / T_i,  K_d = K_p T_d with c, T_i and T_d of the rule. Filter and feed-forward
     stay, but for that of speed where a P-PI cascade becomes a PID: there it went through the speed loop.
-
-    Raises InputError for unknown names, and for an axis without an ultimate gain.
     """
     if rule == MARGINS:
         tuned = shaped(axis, period, kind or axis.controller.kind, bound or REQUIRED)
