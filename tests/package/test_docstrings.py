@@ -22,6 +22,7 @@ DONE = (
     "interpolation",
     "kinematics",
     "limit_table",
+    "machine",
     "planner",
     "records",
     "robots",

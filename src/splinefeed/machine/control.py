@@ -15,9 +15,18 @@ MODELS = ("general", "grbl", "klipper", "linuxcnc", "marlin")
 
 @dataclass(frozen=True, kw_only=True)
 class AxisControl(_Part):
-    """What the control lets one axis do: rapid velocity mm/s, acceleration mm/s^2, jerk mm/s^3 (rad on rotary axes).
+    """What the control lets one axis do.
 
-    velocity_step  largest step of its velocity at a corner, mm/s, in place of the control's, for model "marlin"
+    Parameters
+    ----------
+    rapid : float, optional
+        Velocity, mm/s or rad/s.
+    acceleration : float, optional
+        mm/s^2 or rad/s^2.
+    jerk : float, optional
+        mm/s^3 or rad/s^3.
+    velocity_step : float, optional
+        Largest step of its velocity at a corner, mm/s or rad/s, in place of the control's, for model "marlin".
     """
 
     rapid: float | None = quantity("velocity", default=None)
@@ -30,7 +39,14 @@ class AxisControl(_Part):
 class SpindleControl(_Part):
     """How long a program waits for the spindle.
 
-    start, stop  s from 0 to `top_speed` and back; growth "square": with the square of the speed, "ramp": with the speed
+    Parameters
+    ----------
+    top_speed : float
+        rad/s.
+    start, stop : float, optional
+        From 0 to `top_speed` and back, s.
+    growth : str, optional
+        "square": the time grows with the square of the speed, "ramp": with the speed.
     """
 
     top_speed: float = quantity("speed", motor=True)
@@ -39,14 +55,33 @@ class SpindleControl(_Part):
     growth: str = choice("square", "ramp", default="square")
 
     def wait(self, full: float, before: float, after: float) -> float:
-        """Seconds from one speed to another, rad/s, where `full` is what 0 to `top_speed` takes."""
+        """Return the time from one speed to another.
+
+        Parameters
+        ----------
+        full : float
+            What 0 to `top_speed` takes, s.
+        before, after : float
+            Speeds, rad/s.
+
+        Returns
+        -------
+        float
+            s.
+        """
         power = 2 if self.growth == "square" else 1
         return full * abs((after / self.top_speed) ** power - (before / self.top_speed) ** power)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Place(_Part):
-    """Places of axes in the coordinates of the program, mm; None where an axis does not go there."""
+    """Places of axes in the coordinates of the program.
+
+    Parameters
+    ----------
+    x, y, z : float, optional
+        mm; None where an axis does not go there.
+    """
 
     x: float | None = quantity("position", "any", None)
     y: float | None = quantity("position", "any", None)
@@ -57,9 +92,21 @@ class Place(_Part):
 class ControlFit(_Part):
     """How well the numbers of a control are known, from the runs that they were fitted to.
 
-    spread       of times that the fit leaves, as a share: the miss of its own operations, and repeats of a program
-    numbers      their names in the file; deviation  standard deviation of the logarithm of each, of itself for PLAIN
-    correlation  of each two of them, a row each
+    Parameters
+    ----------
+    spread : float, optional
+        Of times that the fit leaves, as a share: the miss of its own operations, and repeats of a program.
+    numbers : sequence of str
+        Their names in the file, n of them.
+    deviation : sequence of float
+        Standard deviation of the logarithm of each, of itself for PLAIN, (n,).
+    correlation : sequence of sequences of float
+        Of each two of them, (n, n).
+
+    Raises
+    ------
+    InputError
+        For values that do not belong together.
     """
 
     spread: float = number("not negative", 0.0)
@@ -84,23 +131,62 @@ PLAIN = ("arc_growth", "home.x", "home.y", "home.z", "change_place.x", "change_p
 
 @dataclass(frozen=True, kw_only=True)
 class Control(_Part):
-    """How a control plans blocks; None means no limit. mm, s.
+    """How a control plans blocks; None means no limit.
 
-    model                 "general", or the open firmware whose rules hold: MODELS
-    junction_deviation    of grbl and Marlin, mm; corner_velocity  Klipper's square corner velocity, mm/s
-    cruise_ratio          Klipper's minimum_cruise_ratio; arc_tolerance, arc_segment  how arcs are cut as chords: within
-                          a distance, or of a length, mm
-    velocity              along the path, of feed and rapid moves
-    mode                  "exact stop" stops at the end of each block, "blending" passes corners
-    acceleration, jerk    along the path at feed; rapid_acceleration, rapid_jerk at rapid, those at feed if None
-    velocity_step         largest step of an axis's velocity at a corner that is passed
-    tolerance             how far from a corner the path may pass, unless G64 P gives it
-    arc_acceleration      centripetal acceleration on a radius of 1 mm; it grows with radius^arc_growth
-    arc_kink              an arc whose radii differ by d begins and ends with a turn of arc_kink sqrt(2 d / r)
-    stop_time             at each exact stop: between rapid and feed, and at markers
-    block_time            least time of a block at feed; look_ahead  blocks in which it must be able to stop (0: all)
-    tool_change           time of M6 without its moves; start_time  from the start button to the first block
-    home, change_place    where G28 leads, and where tools are changed
+    Parameters
+    ----------
+    model : str, optional
+        "general", or the open firmware whose rules hold: one of MODELS.
+    mode : str, optional
+        "exact stop" stops at the end of each block, "blending" passes corners.
+    junction_deviation : float, optional
+        Of grbl and Marlin, mm.
+    corner_velocity : float, optional
+        Klipper's square corner velocity, mm/s.
+    cruise_ratio : float, optional
+        Klipper's minimum_cruise_ratio.
+    arc_tolerance, arc_segment : float, optional
+        How arcs are cut as chords: within a distance, or of a length, mm.
+    velocity : float, optional
+        Along the path, of feed and rapid moves, mm/s.
+    acceleration, jerk : float, optional
+        Along the path at feed, mm/s^2 and mm/s^3.
+    rapid_acceleration, rapid_jerk : float, optional
+        At rapid; those at feed if None.
+    velocity_step : float, optional
+        Largest step of an axis's velocity at a corner that is passed, mm/s.
+    tolerance : float, optional
+        How far from a corner the path may pass, mm, unless G64 P gives it.
+    arc_acceleration : float, optional
+        Centripetal acceleration on a radius of 1 mm, mm/s^2.
+    arc_growth : float, optional
+        That grows with radius^arc_growth.
+    arc_kink : float, optional
+        An arc whose radii differ by d begins and ends with a turn of arc_kink sqrt(2 d / r).
+    stop_time : float, optional
+        At each exact stop, s: between rapid and feed, and at markers.
+    block_time : float, optional
+        Least time of a block at feed, s.
+    look_ahead : int, optional
+        Blocks in which it must be able to stop; 0 for all.
+    tool_change : float, optional
+        Time of M6 without its moves, s.
+    start_time : float, optional
+        From the start button to the first block, s.
+    source : str, optional
+        Where the numbers are from.
+    spindle : SpindleControl, optional
+        How long a program waits for it.
+    home, change_place : Place, optional
+        Where G28 leads, and where tools are changed.
+    fit : ControlFit, optional
+        How well the numbers are known.
+    axes : mapping of str to AxisControl, optional
+        What it lets each axis do.
+
+    Notes
+    -----
+    docs/cycle-time.md has what each number does to the time of a program.
     """
 
     model: str = choice(*MODELS, default="general")
@@ -147,7 +233,20 @@ class Control(_Part):
 
 
 def changed(control: Control, new: Mapping[str, Any]) -> Control:
-    """`control` with other values, by their names in the file."""
+    """Return a control with other values.
+
+    Parameters
+    ----------
+    control : Control
+        The old one.
+    new : mapping
+        Values by their names in the file, such as `spindle.start`.
+
+    Returns
+    -------
+    Control
+        The new one.
+    """
     for name, value in new.items():
         section, _, key = name.rpartition(".")
         if not section:

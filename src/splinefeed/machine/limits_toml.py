@@ -27,15 +27,52 @@ class LimitsFileError(ProblemsError):
 
 
 def read(source: str | os.PathLike[str], axes: Sequence[str] | None = None) -> Limits:
-    """The limits in a TOML file; LimitsFileError with everything that is wrong, each with its key.
+    """Read the limits in a TOML file.
 
-    axes  those of the path, in whose order lists are; without them a list is refused
+    Parameters
+    ----------
+    source : path
+        The file.
+    axes : sequence of str, optional
+        Those of the path, in whose order lists are; without them a list is refused.
+
+    Returns
+    -------
+    Limits
+        In mm, s and rad.
+
+    Raises
+    ------
+    FormatError
+        For a file that cannot be read, and a machine in place of limits. LimitsFileError, which is one, has everything
+        that is wrong, each with its key.
     """
     return parse(read_text(source), str(source), axes)
 
 
 def parse(text: str, source: str = "limits", axes: Sequence[str] | None = None) -> Limits:
-    """Limits from the text of a file, soft limits from its table [travel]; `source` is what messages call it."""
+    """Make limits from the text of a file, soft limits from its table [travel].
+
+    Parameters
+    ----------
+    text : str
+        TOML.
+    source : str, optional
+        What messages call it.
+    axes : sequence of str, optional
+        Those of the path, in whose order lists are; without them a list is refused.
+
+    Returns
+    -------
+    Limits
+        In mm, s and rad.
+
+    Raises
+    ------
+    FormatError
+        For a file that cannot be read, and a machine in place of limits. LimitsFileError, which is one, has everything
+        that is wrong, each with its key.
+    """
     flat, problems = flat_of(toml_of(text, source), source), []
     for key, value in flat.items():
         if isinstance(value, list) and axes is None:
@@ -46,9 +83,24 @@ def parse(text: str, source: str = "limits", axes: Sequence[str] | None = None) 
 
 
 def flat_of(content: Mapping[str, Any], source: str) -> dict[str, Any]:
-    """What a file of limits holds as `Limits.as_dict` has it; a list stays as it is, see `in_order`.
+    """Return what a file of limits holds as `Limits.as_dict` has it; a list stays as it is, see `in_order`.
 
-    Raises LimitsFileError with problems that each begin with the key.
+    Parameters
+    ----------
+    content : mapping
+        Of the TOML file.
+    source : str
+        What messages call it.
+
+    Returns
+    -------
+    dict
+        Limits by name, in mm, s and rad.
+
+    Raises
+    ------
+    FormatError
+        For a machine in place of limits. LimitsFileError, which is one, has problems that each begin with the key.
     """
     if "axis" in content or "control" in content:
         raise FormatError(f"{source}: holds a machine, not limits of a motion; give it by --machine {source}")
@@ -85,10 +137,24 @@ def flat_of(content: Mapping[str, Any], source: str) -> dict[str, Any]:
 
 
 def in_order(flat: Mapping[str, Any], axes: Sequence[str]) -> dict[str, float]:
-    """Limits as `Limits.as_dict` has them, from such with lists of quantities in the order of `axes`.
+    """Put lists of quantities in the order of axes.
 
-    Without axes, where a command only looks whether limits can be read, a list counts as its first value.
-    Raises LimitsError, or UnitError, for a list that does not fit the axes.
+    Parameters
+    ----------
+    flat : mapping
+        Limits as `Limits.as_dict` has them, some as lists.
+    axes : sequence of str
+        Of the path; none where a command only looks whether limits can be read: a list counts as its first value then.
+
+    Returns
+    -------
+    dict of str to float
+        Limits by name, in mm, s and rad.
+
+    Raises
+    ------
+    LimitsError, UnitError
+        For a list that does not fit the axes.
     """
     out: dict[str, float] = {}
     for name, value in flat.items():
@@ -123,9 +189,28 @@ def _of_either(name: str, values: Sequence[Any]) -> float:
 
 
 def axis_value(name: str, axis: str, value: Any) -> float:
-    """A limit of one axis, or with "" of the path, in mm, s and rad; an angle without a unit is in degrees.
+    """Read a limit of one axis, or of the path.
 
-    Raises UnitError for what is no such quantity, LimitsError for one that is not positive.
+    Parameters
+    ----------
+    name : str
+        Of the limit.
+    axis : str
+        Of the axis; "" for the path.
+    value : object
+        A number, or a quantity with its unit; an angle without a unit is in degrees.
+
+    Returns
+    -------
+    float
+        mm, s and rad.
+
+    Raises
+    ------
+    UnitError
+        For what is no such quantity.
+    LimitsError
+        For one that is not positive.
     """
     if isinstance(value, list | dict):
         what = (
@@ -142,23 +227,41 @@ def axis_value(name: str, axis: str, value: Any) -> float:
 
 
 def by_axis(text: str) -> list[tuple[str, str]]:
-    """Axis and quantity of each part of `x=2000,theta=90deg/s^3`; X=2000, as programs have it, is x."""
+    """Return axis and quantity of each part of `x=2000,theta=90deg/s^3`; X=2000, as programs have it, is x."""
     pairs = (each.partition("=") for each in text.split(","))
     return [(letter(axis.strip()), value.strip()) for axis, _, value in pairs]
 
 
 def letter(axis: str) -> str:
-    """The name of an axis; that of one letter is small."""
+    """Return the name of an axis; that of one letter is small."""
     return axis.lower() if len(axis) == 1 else axis
 
 
 def turning(value: Any, order: int) -> float:
-    """An angle (order 0) or its derivative by time of an order up to 3, rad/s^order; a bare number is in degrees."""
+    """Return an angle, or its derivative by time of order 1 to 3, rad/s^order; a bare number is in degrees."""
     return units.parse(value, TURNING[order], units.KINDS[TURNING[order]].base.replace("rad", "deg"))
 
 
 def travel_of(axis: str, value: Any) -> tuple[float, float]:
-    """Least and greatest position of an axis from a list of two, mm or rad; LimitsError for what is none."""
+    """Return least and greatest position of an axis.
+
+    Parameters
+    ----------
+    axis : str
+        Its name.
+    value : list of 2
+        Quantities; those of rotary axes without a unit are in degrees.
+
+    Returns
+    -------
+    (float, float)
+        mm or rad.
+
+    Raises
+    ------
+    LimitsError
+        For what is no list of two that rises.
+    """
     if not axis or not isinstance(value, list) or len(value) != 2:
         raise LimitsError(f"{value!r}; write least and greatest position of each axis, such as [travel] x = [0, 500]")
     low, high = (turning(each, 0) if axis in ROTARY_AXES else units.parse(each, "length") for each in value)
@@ -168,12 +271,41 @@ def travel_of(axis: str, value: Any) -> tuple[float, float]:
 
 
 def write(limits: Limits, target: str | os.PathLike[str]) -> None:
-    """Write limits as TOML, whole or not at all; `read` gives the same numbers back."""
+    """Write limits as TOML, whole or not at all; `read` gives the same numbers back.
+
+    Parameters
+    ----------
+    limits : Limits
+        By name of each axis.
+    target : path
+        The file.
+
+    Raises
+    ------
+    LimitsError
+        For limits in the order of a path's axes.
+    """
     write_text(target, to_text(limits))
 
 
 def to_text(limits: Limits) -> str:
-    """The limits as the text of a TOML file, numbers to their last digit, the unit beside each."""
+    """Return the limits as the text of a TOML file, numbers to their last digit, the unit beside each.
+
+    Parameters
+    ----------
+    limits : Limits
+        By name of each axis.
+
+    Returns
+    -------
+    str
+        TOML.
+
+    Raises
+    ------
+    LimitsError
+        For limits in the order of a path's axes.
+    """
     import tomlkit
 
     def said(value: float | Sequence[float], unit: str, axis: str = "") -> Any:

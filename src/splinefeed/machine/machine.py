@@ -36,13 +36,44 @@ class MachineError(ProblemsError):
 class Machine:
     """A machine: its axes by name, in order, the notes of its makers, and how its joints move tool and workpiece.
 
-    title       what people read
-    kinematics  of a machine for tool paths, whose joints are among its axes; else None
-    control     how its control plans a program, for cycle times; a machine that has it needs no axes
-    clearance   z of the rapid moves between contours of a drawing, mm; None where a drawing has no rapid moves above it
-    An axis whose limits alone are known is an `Axis`, one with motor, drive and controller a `ServoAxis`.
-    Quantities in mm, s, kg, V, N; with a rotary axis rad and N*m. `load` and `parse` raise MachineError, one line
-    per problem. Source: docs/machines.md. Example: `sf.Machine.load("router").axes["x"].controller.kp`
+    Parameters
+    ----------
+    name : str
+        Of the machine.
+    axes : mapping of str to Axis
+        An `Axis` where limits alone are known, a `ServoAxis` with motor, drive and controller where the servo loop is.
+    title : str, optional
+        What people read.
+    notes : sequence of str, optional
+        What its makers say of it.
+    kinematics : Kinematics, optional
+        Of a machine for tool paths, whose joints are among its axes.
+    control : Control, optional
+        How its control plans a program, for cycle times; a machine that has it needs no axes.
+    clearance : float, optional
+        z of the rapid moves between contours of a drawing, mm; None where a drawing has no rapid moves above it.
+
+    Raises
+    ------
+    FormatError
+        By `load`, `parse` and `save`. MachineError, which is one, has a line for each fault of a file.
+
+    Notes
+    -----
+    Quantities are in mm, s, kg, V, N; of a rotary axis in rad and N*m.
+
+    References
+    ----------
+    .. [1] docs/machines.md, which describes the file.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> machine = sf.Machine.load("router")
+    >>> machine
+    Machine('router', axes x y z)
+    >>> machine.axes["x"].controller.kp  # V/mm
+    0.5
     """
 
     name: str
@@ -58,15 +89,29 @@ class Machine:
 
     @staticmethod
     def names() -> tuple[str, ...]:
-        """Names of the machines that come with the package."""
+        """Return the names of the machines that come with the package."""
         folder = files("splinefeed").joinpath("machines")
         return tuple(sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml")))
 
     @staticmethod
     def load(name: str | Path) -> Machine:
-        """A machine of the package by its name, or any machine file by its path.
+        """Load a machine of the package by its name, or any machine file by its path.
 
-        Raises MachineError with everything that is wrong in the file, and FormatError if there is no such machine.
+        Parameters
+        ----------
+        name : str or Path
+            A name in `names()`, or the path of a TOML file.
+
+        Returns
+        -------
+        Machine
+            As the file describes it.
+
+        Raises
+        ------
+        FormatError
+            For a name that is no machine, and a file that cannot be read. MachineError, which is one, has everything
+            that is wrong in the file.
         """
         if isinstance(name, str) and name in Machine.names():
             return _packaged(name)
@@ -78,7 +123,27 @@ class Machine:
 
     @staticmethod
     def parse(text: str, name: str = "machine", source: str | None = None) -> Machine:
-        """A machine from the text of a machine file; `source` is what error messages call it."""
+        """Make a machine from the text of a machine file.
+
+        Parameters
+        ----------
+        text : str
+            TOML.
+        name : str, optional
+            Of the machine.
+        source : str, optional
+            What error messages call the text; by default the name.
+
+        Returns
+        -------
+        Machine
+            As the text describes it.
+
+        Raises
+        ------
+        FormatError
+            For limits of a motion in place of a machine. MachineError, which is one, has everything that is wrong.
+        """
         source = name if source is None else source
         content = toml_of(text, source)
         problems: list[str] = []
@@ -99,10 +164,18 @@ class Machine:
         return replace(made, notes=tuple(made.notes))
 
     def limits(self, axes: Iterable[str]) -> dict[str, dict[str, float]]:
-        """Limits of those `axes` that the machine has, as `Limits(feed=..., **machine.limits(path.axes))` takes them.
+        """Return limits of axes as `Limits(feed=..., **machine.limits(path.axes))` takes them.
 
-        By name of the limit (axis_velocity, axis_acceleration, axis_jerk, axis_minimum, axis_maximum) and axis, in mm,
-        s and rad; what the machine file does not limit is left out.
+        Parameters
+        ----------
+        axes : iterable of str
+            Names; those that the machine does not have are left out.
+
+        Returns
+        -------
+        dict of str to dict of str to float
+            By name of the limit (axis_velocity, axis_acceleration, axis_jerk, axis_minimum, axis_maximum) and axis, in
+            mm, s and rad; what the machine file does not limit is left out.
         """
         own = [(axis, self.axes[axis].limits) for axis in axes if axis in self.axes]
         found = {
@@ -112,11 +185,38 @@ class Machine:
         return {name: values for name, values in found.items() if values}
 
     def simulates(self, axes: Iterable[str]) -> bool:
-        """Whether the servo loops of those `axes` that the machine has are described."""
+        """Tell whether the servo loops of axes are described.
+
+        Parameters
+        ----------
+        axes : iterable of str
+            Names; those that the machine does not have are left out.
+
+        Returns
+        -------
+        bool
+            Whether each of them is a ServoAxis.
+        """
         return all(isinstance(self.axes[axis], parts.ServoAxis) for axis in axes if axis in self.axes)
 
     def servo_axis(self, axis: str) -> parts.ServoAxis:
-        """An axis with its servo loop; InputError, with what to add to the file, where its limits alone are known."""
+        """Return an axis with its servo loop.
+
+        Parameters
+        ----------
+        axis : str
+            Its name.
+
+        Returns
+        -------
+        ServoAxis
+            The axis.
+
+        Raises
+        ------
+        InputError
+            Where its limits alone are known, with what to add to the file.
+        """
         found = self.axes[axis]
         if not isinstance(found, parts.ServoAxis):
             sections = [f"[axis.{axis}.{each}]" for each in _SERVO_NEEDS]
@@ -127,7 +227,7 @@ class Machine:
         return found
 
     def as_dict(self) -> dict[str, Any]:
-        """The machine as `machine show --json` prints it: each quantity as its value and unit."""
+        """Return the machine as `machine show --json` prints it: each quantity as its value and unit."""
         page: dict[str, Any] = {"name": self.name, "title": self.title}
         if self.clearance is not None:
             page["clearance"] = quantities.as_quantity(self.clearance, "position", False)
@@ -142,7 +242,7 @@ class Machine:
         return {**page, "notes": [*self.notes]}
 
     def to_text(self) -> str:
-        """The text of the machine's file, without defaults; comments of the file that it came from are not kept."""
+        """Return the text of the machine's file, without defaults and without comments of the file it came from."""
         import tomlkit
 
         content: dict[str, Any] = {}
@@ -164,14 +264,22 @@ class Machine:
     def save(self, path: str | Path) -> None:
         """Write a machine file that loads again as the same machine, whole or not at all.
 
-        Raises FormatError for a name that does not end in .toml, and for a file that cannot be written.
+        Parameters
+        ----------
+        path : str or Path
+            File that ends in .toml.
+
+        Raises
+        ------
+        FormatError
+            For another suffix, and a file that cannot be written.
         """
         if not str(path).endswith(".toml"):
             raise FormatError(f"{path}: a machine file is named .toml")
         write_text(path, self.to_text())
 
     def describe(self) -> str:
-        """The machine as its file says it, and what follows for each axis."""
+        """Return the machine as its file describes it, and what follows for each axis."""
         return "\n".join([self.name, "", self.to_text(), *(axis.describe() for axis in self.axes.values())])
 
 
@@ -275,9 +383,22 @@ def _part(
     content: Any, record: type[Any], place: str, problems: list[str], turns: tuple[bool, bool] = (False, True),
     **made: Any,
 ) -> Any:  # fmt: skip
-    """One table as its record, or None after adding what is wrong with it to `problems`.
+    """Return one table as its record, or None after adding what is wrong with it to `problems`.
 
-    turns  whether the axis turns and whether the motor does;  made  values that are there already
+    Parameters
+    ----------
+    content : object
+        The table.
+    record : type
+        A dataclass of fields as `parts` makes them.
+    place : str
+        Of the table in the file, for messages.
+    problems : list of str
+        Gets a line for each fault.
+    turns : (bool, bool), optional
+        Whether the axis turns and whether the motor does.
+    **made
+        Values that are there already.
     """
     before = len(problems)
     content = _table(content, place, problems)

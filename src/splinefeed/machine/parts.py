@@ -110,7 +110,22 @@ Said = tuple[str, Field[Any], Any, bool]
 
 
 def values(record: Any, turns: tuple[bool, bool] = (False, True), place: str = "") -> Iterator[Said]:
-    """All that a record and its parts say; turns: whether the axis and its motor turn."""
+    """Walk all that a record and its parts hold.
+
+    Parameters
+    ----------
+    record : object
+        A dataclass of fields as this module makes them.
+    turns : (bool, bool), optional
+        Whether the axis and its motor turn.
+    place : str, optional
+        Name of the record in the file, with a dot behind.
+
+    Yields
+    ------
+    Said
+        Name in the file, field, value, and whether that is of rotary motion.
+    """
     for one in fields(record):
         value = getattr(record, one.name)
         if value is None or value == "" or not one.metadata:
@@ -126,7 +141,21 @@ def values(record: Any, turns: tuple[bool, bool] = (False, True), place: str = "
 
 @dataclass(frozen=True, kw_only=True)
 class Motor(_Part):
-    """A motor: torques N*m, speed rad/s, inertia kg*m^2; a linear motor: forces N, speed mm/s, mass kg."""
+    """A motor, rotary or linear.
+
+    Parameters
+    ----------
+    rated_force, peak_force : float
+        Torques, N*m; of a linear motor forces, N.
+    rated_speed : float
+        rad/s; of a linear motor mm/s.
+    inertia : float
+        kg*m^2; of a linear motor its moving mass, kg.
+    motion : str, optional
+        "rotary" or "linear".
+    model, source : str, optional
+        What it is called, and where the numbers are from.
+    """
 
     rated_force: float = quantity("force", motor=True)
     peak_force: float = quantity("force", motor=True)
@@ -141,9 +170,22 @@ class Motor(_Part):
 class Drive(_Part):
     """What turns volts into motion.
 
-    mode "velocity": speed_per_volt of the axis (mm/s/V or rad/s/V), reached with a first-order lag (s); an inner PI
-    loop of the given bandwidth (rad/s) holds that speed against friction.
-    mode "torque": force_per_volt of the motor (N*m/V or N/V), reached with a first-order lag (s) of the current.
+    Parameters
+    ----------
+    mode : str
+        "velocity": `speed_per_volt` of the axis, reached with a first-order lag; an inner PI loop of the given
+        `bandwidth` holds that speed against friction. "torque": `force_per_volt` of the motor, reached with a
+        first-order lag of the current.
+    lag : float
+        Time constant, s.
+    speed_per_volt : float, optional
+        mm/s/V or rad/s/V.
+    bandwidth : float, optional
+        Of the inner loop, rad/s.
+    force_per_volt : float, optional
+        N*m/V; of a linear motor N/V.
+    source : str, optional
+        Where the numbers are from.
     """
 
     mode: str = choice("velocity", "torque")
@@ -158,10 +200,24 @@ class Drive(_Part):
 class Transmission(_Part):
     """What carries the motor's motion to the load.
 
-    kind "screw" or "belt": lead, mm/rad; "gear": ratio, motor turns a turn of the axis; "direct": neither
-    inertia   of screw, pulleys and gears at the motor shaft, kg*m^2
-    backlash  between motor and load, mm or rad
-    stiffness, damping  of the one compliance, N/mm and N*s/mm or N*m/rad and N*m*s/rad; without them it is rigid
+    Parameters
+    ----------
+    kind : str
+        "screw" or "belt" with a lead, "gear" with a ratio, or "direct" with neither.
+    lead : float, optional
+        mm/rad.
+    ratio : float, optional
+        Motor turns a turn of the axis.
+    inertia : float, optional
+        Of screw, pulleys and gears at the motor shaft, kg*m^2.
+    backlash : float, optional
+        Between motor and load, mm or rad.
+    stiffness : float, optional
+        Of the one compliance, N/mm or N*m/rad; without it the transmission is rigid.
+    damping : float, optional
+        Of the compliance, N*s/mm or N*m*s/rad.
+    source : str, optional
+        Where the numbers are from.
     """
 
     kind: str = choice("screw", "belt", "gear", "direct")
@@ -176,7 +232,15 @@ class Transmission(_Part):
 
 @dataclass(frozen=True, kw_only=True)
 class Load(_Part):
-    """What is moved: mass kg of a linear axis, or moment of inertia kg*m^2 of a rotary one."""
+    """What is moved.
+
+    Parameters
+    ----------
+    inertia : float
+        Mass of a linear axis, kg, or moment of inertia of a rotary one, kg*m^2.
+    source : str, optional
+        Where the number is from.
+    """
 
     inertia: float = quantity("inertia")
     source: str = words()
@@ -186,8 +250,18 @@ class Load(_Part):
 class Friction(_Part):
     """Friction of the guide: |F| = viscous |v| + coulomb + (static - coulomb) / (1 + (v / stribeck_speed)^2).
 
-    coulomb, static  N or N*m; stribeck_speed  mm/s or rad/s; viscous  N*s/mm or N*m*s/rad. static follows coulomb
-    by default.
+    Parameters
+    ----------
+    coulomb : float, optional
+        N or N*m.
+    static : float, optional
+        N or N*m; by default `coulomb`.
+    stribeck_speed : float, optional
+        mm/s or rad/s.
+    viscous : float, optional
+        N*s/mm or N*m*s/rad.
+    source : str, optional
+        Where the numbers are from.
     """
 
     coulomb: float = quantity("force", "not negative", 0.0)
@@ -199,7 +273,17 @@ class Friction(_Part):
 
 @dataclass(frozen=True, kw_only=True)
 class Encoder(_Part):
-    """An incremental encoder on the motor: pulses a turn, times the edges that are counted of each."""
+    """An incremental encoder on the motor.
+
+    Parameters
+    ----------
+    pulses : int
+        A turn.
+    multiplication : int, optional
+        Edges that are counted of each pulse, 1 to 4.
+    source : str, optional
+        Where the numbers are from.
+    """
 
     pulses: int = count(1, 100_000_000)
     multiplication: int = count(1, 4, 4)
@@ -208,7 +292,15 @@ class Encoder(_Part):
 
 @dataclass(frozen=True, kw_only=True)
 class Scale(_Part):
-    """A scale on the load: resolution, mm or rad."""
+    """A scale on the load.
+
+    Parameters
+    ----------
+    resolution : float
+        mm or rad.
+    source : str, optional
+        Where the number is from.
+    """
 
     resolution: float = quantity("position")
     source: str = words()
@@ -218,14 +310,35 @@ class Scale(_Part):
 class Controller(_Part):
     """The controller of an axis, once a servo period; volts out.
 
-    kind "pid"   kp V/mm, ki V/mm/s, kd V*s/mm (per rad on a rotary axis), derivative filtered with time constant filter
-    kind "p-pi"  position_gain 1/s, then a velocity PI: velocity_kp V*s/mm, velocity_ki V/mm
-    velocity_feed_forward V*s/mm, acceleration_feed_forward V*s^2/mm; filter s. In "p-pi" the first goes through the
-               velocity loop: as large as velocity_kp it is the whole speed of the reference
-    feedback   what closes the loop: the encoder on the motor or the scale on the load
-    delay      computing delay, periods: 0 or 1
-    output_limit V, output_bits of the converter (0: none)
-    error_limit  error at which the axis has run away and is stopped, mm or rad
+    Parameters
+    ----------
+    kind : str, optional
+        "pid", or "p-pi": a position gain, then a velocity PI.
+    kp, ki, kd : float, optional
+        Of "pid", V/mm, V/mm/s, V*s/mm; of a rotary axis per rad.
+    position_gain : float, optional
+        Of "p-pi", 1/s.
+    velocity_kp, velocity_ki : float, optional
+        Of "p-pi", V*s/mm, V/mm; of a rotary axis per rad.
+    filter : float, optional
+        Time constant of the derivative, s.
+    velocity_feed_forward : float, optional
+        V*s/mm or V*s/rad. In "p-pi" it goes through the velocity loop: as large as velocity_kp it is the whole speed of
+        the reference.
+    acceleration_feed_forward : float, optional
+        V*s^2/mm or V*s^2/rad.
+    feedback : str
+        What closes the loop: the "encoder" on the motor or the "scale" on the load.
+    delay : int, optional
+        Computing delay, 0 or 1 period.
+    output_limit : float, optional
+        V.
+    output_bits : int, optional
+        Of the converter; 0 for none.
+    error_limit : float
+        Error at which the axis has run away and is stopped, mm or rad.
+    source : str, optional
+        Where the gains are from.
     """
 
     kind: str = choice("pid", "p-pi", default="pid")
@@ -253,9 +366,16 @@ class Controller(_Part):
 
 @dataclass(frozen=True, kw_only=True)
 class AxisLimits(_Part):
-    """The limits of the axis: mm/s, mm/s^2, mm/s^3 (rad/s, ...), and the ends of its travel, mm or rad.
+    """The limits of an axis; one that is left out is infinite.
 
-    A limit that is left out is infinite.
+    Parameters
+    ----------
+    velocity, acceleration, jerk : float, optional
+        mm/s, mm/s^2, mm/s^3 or rad/s, rad/s^2, rad/s^3.
+    minimum, maximum : float, optional
+        Ends of the travel, mm or rad; both or none.
+    source : str, optional
+        Where the numbers are from.
     """
 
     velocity: float | None = quantity("velocity", default=None)
@@ -272,7 +392,32 @@ LIMITS_OF_AXIS = {f"axis_{name}": name for name in ("velocity", "acceleration", 
 
 @dataclass(frozen=True, kw_only=True)
 class Axis:
-    """One axis of a machine, of which its limits are known. Raises InputError, one line for each fault."""
+    """One axis of a machine, of which its limits are known.
+
+    Parameters
+    ----------
+    name : str
+        As paths name it.
+    motion : str, optional
+        "linear" or "rotary".
+    limits : AxisLimits, optional
+        mm and s, of a rotary axis rad.
+
+    Raises
+    ------
+    InputError
+        With a line for each fault.
+
+    References
+    ----------
+    .. [1] docs/machines.md.
+
+    Examples
+    --------
+    >>> from splinefeed.machine import Axis, AxisLimits
+    >>> Axis(name="x", limits=AxisLimits(velocity=200.0)).rotary
+    False
+    """
 
     name: str
     motion: str = "linear"
@@ -289,15 +434,15 @@ class Axis:
         return self.motion == "rotary"
 
     def values(self) -> Iterator[Said]:
-        """All that its parts say."""
+        """Walk all that its parts hold, as `values` does."""
         return values(self, (self.rotary, True))
 
     def describe(self) -> str:
-        """What follows for the axis from its parts."""
+        """Return what follows for the axis from its parts, in words."""
         return f"Axis {self.name}: limits alone; its servo is not described"
 
     def problems(self) -> Iterator[str]:
-        """What does not fit between the parts, each with its place, `section.key: what; how to fix it`."""
+        """Yield what does not fit between the parts, each with its place, `section.key: what; how to fix it`."""
         low, high = self.limits.minimum, self.limits.maximum
         if (low is None) != (high is None) or (low is not None and high is not None and not low < high):
             yield "limits.minimum: give both ends of the travel, limits.minimum less than limits.maximum"
@@ -305,7 +450,37 @@ class Axis:
 
 @dataclass(frozen=True, kw_only=True)
 class ServoAxis(Axis):
-    """An axis with motor, drive, transmission and controller: one that can be simulated and tuned."""
+    """An axis with motor, drive, transmission and controller: one that can be simulated and tuned.
+
+    Parameters
+    ----------
+    name, motion, limits : str, str, AxisLimits
+        As of an `Axis`.
+    motor, drive, transmission, load, controller : Motor, Drive, Transmission, Load, Controller
+        The chain from volts to the load, and what gives the volts.
+    friction : Friction, optional
+        Of the guide; none by default.
+    encoder : Encoder, optional
+        On the motor.
+    scale : Scale, optional
+        On the load. One of the two closes the loop.
+
+    Raises
+    ------
+    InputError
+        With a line for each fault.
+
+    References
+    ----------
+    .. [1] docs/machines.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> axis = sf.Machine.load("router").axes["x"]
+    >>> round(axis.encoder_resolution, 6)  # mm
+    0.01
+    """
 
     motor: Motor = field(metadata=part(Motor))
     drive: Drive = field(metadata=part(Drive))
@@ -350,11 +525,11 @@ class ServoAxis(Axis):
         return 2.0 * math.pi * self.travel_per_motor / (self.encoder.pulses * self.encoder.multiplication)
 
     def values(self) -> Iterator[Said]:
-        """All that its parts say."""
+        """Walk all that its parts hold, as `values` does."""
         return values(self, (self.rotary, self.motor.motion == "rotary"))
 
     def describe(self) -> str:
-        """What follows for the axis from its parts: inertias, peak force, an encoder count."""
+        """Return what follows for the axis from its parts, in words: inertias, peak force, an encoder count."""
         unit, factor = ("kg*m^2", 1.0) if self.rotary else ("kg", 1000.0)
         peak = show(self.motor.peak_force * self.force_per_motor_force, "force", self.rotary)
         count = f", one encoder count {show(self.encoder_resolution, 'position', self.rotary)}" if self.encoder else ""
@@ -364,7 +539,7 @@ class ServoAxis(Axis):
         )
 
     def problems(self) -> Iterator[str]:
-        """What does not fit between the parts, each with its place, `section.key: what; how to fix it`."""
+        """Yield what does not fit between the parts, each with its place, `section.key: what; how to fix it`."""
         kind, controller, friction, limits = self.transmission.kind, self.controller, self.friction, self.limits
         if self.motor.motion == "linear" and (self.rotary or kind != "direct" or self.encoder is not None):
             yield "motor.motion: 'linear'; it needs a linear axis, transmission.kind 'direct' and a scale"

@@ -50,10 +50,26 @@ _ANGULAR = ("frequency", "position loop gain")
 
 
 def parse(text: object, kind: str, rotary: bool) -> float:
-    """The value of `text`, a number and its unit, in the base unit of `kind` for linear or rotary motion.
+    """Read a quantity of a machine file.
 
-    Frequencies come back in rad/s. Raises UnitError for any other quantity, and for a bare number: a machine
-    file says its units.
+    Parameters
+    ----------
+    text : object
+        A number and its unit.
+    kind : str
+        A name in KINDS.
+    rotary : bool
+        Whether it is of rotary motion.
+
+    Returns
+    -------
+    float
+        In the base unit of its kind; frequencies in rad/s.
+
+    Raises
+    ------
+    UnitError
+        For any other quantity, and for a bare number: a machine file has its units.
     """
     value = read(text, KINDS[kind][rotary], None)
     return value * 2.0 * math.pi if kind in _ANGULAR and "hz" in str(text).lower() else value
@@ -68,7 +84,7 @@ def _readable(kind: str, rotary: bool) -> tuple[str, float]:
 
 
 def show(value: float, kind: str, rotary: bool) -> str:
-    """`value`, in the base unit of its kind, for people."""
+    """Return `value`, in the base unit of its kind, as people read it."""
     unit, size = _readable(kind, rotary)
     if unit == "um" and abs(value) >= 0.1:
         unit, size = "mm", 1.0
@@ -76,7 +92,7 @@ def show(value: float, kind: str, rotary: bool) -> str:
 
 
 def as_quantity(value: object, kind: str | None, rotary: bool) -> object:
-    """`value` for programs: a quantity as its value and unit (base units, but Hz, and degrees), else as it is."""
+    """Return `value` for programs: a quantity as value and unit (base units, but Hz, and degrees), else as it is."""
     if kind not in KINDS or not isinstance(value, int | float):
         return value
     turns = rotary and kind in TURNING
@@ -85,7 +101,7 @@ def as_quantity(value: object, kind: str | None, rotary: bool) -> object:
 
 
 def write(value: Any, kind: str | None, rotary: bool) -> Any:
-    """The shortest text that `parse` reads as exactly `value`, in the base unit of `kind` or one that reads better.
+    """Return the shortest text that `parse` reads as exactly `value`, in the base unit or one that reads better.
 
     What is no quantity stays as it is.
     """

@@ -21,11 +21,29 @@ _LINEAR = ("x", "y", "z")
 
 
 def under(limits: Limits, machine: Machine | None = None, name: str = "limits") -> tuple[Machine, tuple[str, ...]]:
-    """A machine that keeps these limits, and the names of those limits that say nothing about a machine.
+    """Make a machine that keeps limits.
 
-    machine  whose limits hold where these say nothing; without it, a machine of the axes that the limits name, or of
-             x, y and z where they are for every linear axis
-    Limits along the path become those of its control, as do centripetal acceleration and velocity steps at corners.
+    Parameters
+    ----------
+    limits : Limits
+        Those along the path become those of its control, as do centripetal acceleration and velocity steps at corners.
+    machine : Machine, optional
+        Whose limits hold where these have none; without it, a machine of the axes that the limits name, or of x, y and
+        z where they are for every linear axis.
+    name : str, optional
+        Of a machine that is made.
+
+    Returns
+    -------
+    machine : Machine
+        With these limits.
+    unused : tuple of str
+        Names of limits that mean nothing to a machine.
+
+    Raises
+    ------
+    LimitsError
+        For limits in the order of a path's axes.
     """
     base = Machine(name=name, axes={}) if machine is None else machine
     given = {each: value for each in LIMITS_OF_AXIS if (value := getattr(limits, each)) is not None}

@@ -19,7 +19,7 @@ def _file() -> Path:
 
 
 def chosen() -> str | None:
-    """The name or file of the machine that the user chose, or None."""
+    """Return the name or file of the machine that the user chose, or None."""
     try:
         return _file().read_text(encoding="utf-8").strip() or None
     except (OSError, UnicodeDecodeError):
@@ -27,9 +27,22 @@ def chosen() -> str | None:
 
 
 def choose(name: str | None) -> str | None:
-    """Keep a machine as the usual one, a file by its whole path; None forgets it. What is kept now.
+    """Keep a machine as the usual one.
 
-    Raises what `Machine.load` raises for a machine that is none, FormatError where it cannot be kept.
+    Parameters
+    ----------
+    name : str or None
+        Name or file of the machine; None forgets the usual one.
+
+    Returns
+    -------
+    str or None
+        What is kept now, a file by its whole path.
+
+    Raises
+    ------
+    FormatError
+        As `Machine.load`, and where the choice cannot be kept.
     """
     if name is None:
         try:
@@ -48,7 +61,13 @@ def choose(name: str | None) -> str | None:
 
 
 def usual() -> tuple[Machine, str]:
-    """The usual machine, and a sentence that says which and how to name another."""
+    """Return the usual machine, and a sentence with its name and how to name another.
+
+    Raises
+    ------
+    FormatError
+        For one that was chosen and is not there, or not sound.
+    """
     name = chosen()
     if name is None:
         words = f"no machine is named: {PLAIN}, round limits of a small machining centre"

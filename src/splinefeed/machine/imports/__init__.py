@@ -28,9 +28,26 @@ _LARGEST_FILE = 2**22
 
 
 def imported(kind: str, file: str | os.PathLike[str]) -> tuple[Machine, Page]:
-    """The machine that a configuration describes, and the page of its machine file.
+    """Make the machine that a configuration describes.
 
-    kind  one of READERS. Raises FormatError with the file and what it lacks.
+    Parameters
+    ----------
+    kind : str
+        One of READERS.
+    file : path
+        The configuration.
+
+    Returns
+    -------
+    machine : Machine
+        As its file describes it.
+    page : Page
+        Of the machine file.
+
+    Raises
+    ------
+    FormatError
+        With the file and what it lacks.
     """
     if kind not in READERS:
         raise InputError(f"configuration {kind!r} is not known; {nearest(kind, READERS)}")

@@ -20,7 +20,7 @@ _MOST = 6
 
 
 def read(text: str, source: str) -> Page:
-    """The page of a machine file from the text that holds the settings; FormatError for what is missing or wrong."""
+    """Make the page of a machine file from the text of settings; FormatError for what is missing or wrong."""
     settings: dict[int, str] = {}
     for line in text.splitlines():
         for key, value in _SETTING.findall(line):

@@ -13,13 +13,16 @@ _WILD = "*?["
 
 
 class IncludedFiles:
-    """What the files of one configuration include; FormatError names what is not read."""
+    """Read what the files of one configuration include; FormatError names what is not read."""
 
     def __init__(self) -> None:
         self._left = MOST_FILES
 
     def read(self, name: str, source: str, depth: int) -> list[tuple[str, str]]:
-        """Text and name of each file that `name` in the file `source` means; wildcards stand in its last part alone."""
+        """Return text and name of each file that `name` in the file `source` means.
+
+        Wildcards stand in its last part alone.
+        """
         if depth >= DEEPEST:
             raise FormatError(f"{source}: files are included in each other more than {DEEPEST} deep")
         path = Path(name)

@@ -19,7 +19,7 @@ Sections = dict[str, dict[str, str]]
 
 
 def read(text: str, source: str) -> Page:
-    """The page of a machine file from the text of printer.cfg; FormatError for what is missing or wrong."""
+    """Make the page of a machine file from the text of printer.cfg; FormatError for what is missing or wrong."""
     cfg = _sections(text, source, IncludedFiles())
     printer = cfg.get("printer")
     if printer is None:

@@ -36,7 +36,7 @@ Sections = dict[str, dict[str, str]]
 
 
 def read(text: str, source: str) -> Page:
-    """The page of a machine file from the text of an INI file; FormatError for what is missing or wrong."""
+    """Make the page of a machine file from the text of an INI file; FormatError for what is missing or wrong."""
     ini = sections(text, source)
     page = Page(source, "LinuxCNC")
     traj = ini.get("TRAJ", {})
@@ -61,7 +61,7 @@ def read(text: str, source: str) -> Page:
 
 
 def sections(text: str, source: str) -> Sections:
-    """Sections of an INI file, the first of equal keys; files that `#INCLUDE` names are read in its place."""
+    """Return sections of an INI file, the first of equal keys; files that `#INCLUDE` names are read in its place."""
     found: Sections = {}
     section = ""
     for line in _lines(text, source, IncludedFiles()):
@@ -105,7 +105,7 @@ def _unit(text: str, known: dict[str, tuple[str, float]], base: str, source: str
 
 
 def axes_of(ini: Sections, arguments: list[str], source: str) -> tuple[list[str], dict[str, list[int]]]:
-    """Letters of the axes in order, and the joints of each, those of a gantry two."""
+    """Return letters of the axes in order, and the joints of each, those of a gantry two."""
     said = next((each.partition("=")[2] for each in arguments if each.lower().startswith("coordinates=")), "")
     order = re.sub(r"[\s,]", "", said or ini["TRAJ"].get("COORDINATES", "")).lower()
     if not order:

@@ -16,7 +16,7 @@ _WORD = re.compile(r"([A-Z])\s*([-+]?[\d.]+)")
 
 
 def read(text: str, source: str) -> Page:
-    """The page of a machine file from the text that holds the answer; FormatError for what is missing or wrong."""
+    """Make the page of a machine file from the text that holds the answer; FormatError for what is missing or wrong."""
     said: dict[str, dict[str, str]] = {}
     for line in text.splitlines():
         if match := _COMMAND.search(re.sub(r"^.*?(?:echo|Config):\s*;.*", "", line)):

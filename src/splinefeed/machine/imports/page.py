@@ -20,9 +20,14 @@ class Plain(str):
 
 
 class Page:
-    """The text of a machine file, with a comment beside each value; assumptions stand in its notes.
+    """Write the text of a machine file, with a comment beside each value; assumptions stand in its notes.
 
-    source  the file that it is made from; control  what that is the configuration of
+    Parameters
+    ----------
+    source : str
+        The file that it is made from.
+    control : str
+        What that is the configuration of.
     """
 
     def __init__(self, source: str, control: str) -> None:
@@ -74,7 +79,7 @@ def no_times(page: Page) -> None:
 
 
 def number(text: str, source: str, place: str) -> tuple[str, float]:
-    """The number that `text` begins with, as it is written and as a value; FormatError for any other text."""
+    """Return the number that `text` begins with, as it is written and as a value; FormatError for any other text."""
     found = _NUMBER.match(text.strip())
     if found is None or not math.isfinite(value := float(found[0])):
         raise FormatError(f"{source}: {place}: {text.strip()[:40]!r} is not a number")
@@ -82,7 +87,7 @@ def number(text: str, source: str, place: str) -> tuple[str, float]:
 
 
 def positive(text: str, source: str, place: str, *, or_zero: bool = False) -> tuple[str, float]:
-    """A number above 0, or not below it, as `number` gives it."""
+    """Return a number above 0, or not below it, as `number` does."""
     written, value = number(text, source, place)
     if value < 0.0 or (value == 0.0 and not or_zero):
         raise FormatError(f"{source}: {place}: {written}; must {'not be negative' if or_zero else 'be greater than 0'}")
@@ -90,5 +95,5 @@ def positive(text: str, source: str, place: str, *, or_zero: bool = False) -> tu
 
 
 def short(value: float) -> str:
-    """A number in few letters."""
+    """Return a number in few letters."""
     return f"{value:.12g}"
