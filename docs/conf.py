@@ -38,9 +38,10 @@ autodoc_typehints = "none"  # docstrings say shapes and units, which types do no
 autodoc_preserve_defaults = True
 autodoc_member_order = "bysource"
 autodoc_class_signature = "separated"
+smartquotes_action = "D"  # dashes alone: the prime of C' and the dots of (...) are letters of formulas
 napoleon_google_docstring = False
 napoleon_use_param = napoleon_use_rtype = False  # names that share a line stay together
-napoleon_use_ivar = True
+napoleon_custom_sections = [("Attributes", "params_style")]  # a list, as parameters are
 
 
 def as_written(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
@@ -68,6 +69,10 @@ def as_written(app: Any, what: str, name: str, thing: Any, options: Any, lines: 
             end = next((k for k in range(i, len(lines)) if not lines[k].strip()), len(lines))
             shown += lines[i:end]
             i = end
+        elif section == "References":  # docutils has one list of footnotes a page: an entry is a paragraph here
+            entry = line.startswith(".. [")
+            shown += [*[""] * entry, _escaped(line.strip().removeprefix(".. "))]
+            i += 1
         elif line.strip() and depth > inside:
             end = next((k for k in range(i, len(lines)) if lines[k][: inside + 1].strip()), len(lines))
             shown += [" " * inside + each for each in _literal([each[inside:] for each in lines[i:end]])]
@@ -95,10 +100,11 @@ def _literal(lines: list[str]) -> list[str]:
 
 def _escaped(text: str) -> str:
     """`text` for reStructuredText: code between backticks, everything else as it stands."""
-    parts = text.split("`")
+    parts = re.sub(r"(\[\d+\])_", r"\1", text).split("`")
     if len(parts) % 2 == 0:  # a lone backtick is a letter
         parts = [text]
     plain = [re.sub(r"([\\`*_|])", r"\\\1", part) for part in parts]
+    plain[0] = re.sub(r"^(\w+[.)]|\(\w+\))( |$)", r"\\\g<0>", plain[0])  # not the number of a list, as mm. is
     return "".join(f"``{parts[i]}``" if i % 2 else plain[i] for i in range(len(parts)))
 
 

@@ -21,13 +21,26 @@ _LEAST_STEP = 1e-10
 
 
 def arc(center: Array, first: Array, second: Array, start: float, sweep: float) -> NurbsCurve:
-    """The curve center + first cos(t) + second sin(t), t from `start` to `start` + `sweep`, rad.
+    """Make the curve center + first cos(t) + second sin(t), t from `start` to `start` + `sweep`.
 
-    center, first, second  (axes,), mm: two conjugate radii, equal and at right angles for a circle
-    sweep                  rad, up to a full turn, not 0; below 0 it is clockwise as seen from first to second
+    Parameters
+    ----------
+    center, first, second : (axes,) array
+        mm: two conjugate radii, equal and at right angles for a circle.
+    start : float
+        rad.
+    sweep : float
+        rad, up to a full turn, not 0; below 0 it is clockwise as seen from first to second.
 
-    One span a quarter turn, degree 2 with weights 1, cos(half the span), 1; a full turn ends exactly where it begins.
-    Source: The NURBS Book, 2nd ed., section 7.3; affine images by property P4.2.
+    Returns
+    -------
+    NurbsCurve
+        One span a quarter turn, degree 2 with weights 1, cos(half the span), 1; a full turn ends exactly where it
+        begins.
+
+    References
+    ----------
+    The NURBS Book, 2nd ed., section 7.3; affine images by property P4.2.
     """
     spans, knots, weights = _frame(abs(sweep))
     half = 0.5 * sweep / spans
@@ -57,10 +70,23 @@ def _frame(sweep: float) -> tuple[int, Array, Array | None]:
 
 
 def bulge_arc(begin: Array, end: Array, bulge: float) -> NurbsCurve:
-    """The circular arc from `begin` to `end`, (2,) or (3,), mm, in the x-y plane; bulge = tan(sweep / 4), not 0.
+    """Make a circular arc in the x-y plane by its bulge.
 
-    Above 0 it turns counterclockwise. It begins and ends exactly at the given points; its centre is not used, so that a
-    flat arc keeps its digits. Source: DXF reference, LWPOLYLINE, group code 42.
+    Parameters
+    ----------
+    begin, end : (2,) or (3,) array
+        mm; the arc begins and ends exactly there.
+    bulge : float
+        tan(sweep / 4), not 0; above 0 it turns counterclockwise.
+
+    Returns
+    -------
+    NurbsCurve
+        The arc; its centre is not used, so that a flat arc keeps its digits.
+
+    References
+    ----------
+    DXF reference, LWPOLYLINE, group code 42.
     """
     places, knots, weights = bulge_points(complex(end[0] - begin[0], end[1] - begin[1]), bulge)
     points = np.empty((len(places), len(begin)))
@@ -72,7 +98,24 @@ def bulge_arc(begin: Array, end: Array, bulge: float) -> NurbsCurve:
 
 
 def bulge_points(chord: complex, bulge: float) -> tuple[list[complex], Array, Array | None]:
-    """Control points x + i y from 0 to `chord`, knots and weights of the arc with the given bulge; see `bulge_arc`."""
+    """Compute control points, knots and weights of an arc from 0 to `chord` by its bulge; see `bulge_arc`.
+
+    Parameters
+    ----------
+    chord : complex
+        x + i y, mm.
+    bulge : float
+        tan(sweep / 4), not 0.
+
+    Returns
+    -------
+    points : list of complex
+        Control points x + i y, mm.
+    knots : (n + 3,) array
+        Of degree 2.
+    weights : (n,) array or None
+        None where they are all 1.
+    """
     sweep = 4.0 * math.atan(bulge)
     spans, knots, weights = _frame(abs(sweep))
     half = 0.5 * sweep / spans
@@ -89,9 +132,17 @@ def bulge_points(chord: complex, bulge: float) -> tuple[list[complex], Array, Ar
 
 
 def polyline(points: Array) -> NurbsCurve:
-    """The straight segments through `points` (n, axes), n at least 2, as one curve of degree 1 by its length.
+    """Join straight segments to one curve of degree 1 by its length.
 
-    Neighbouring points must differ. For one segment the parameter is 0 to 1.
+    Parameters
+    ----------
+    points : (n, axes) array
+        At least 2; neighbours must differ.
+
+    Returns
+    -------
+    NurbsCurve
+        Its parameter is the length, mm; 0 to 1 for one segment.
     """
     fixed = np.array(points, dtype=np.float64)
     fixed.setflags(write=False)
@@ -109,16 +160,40 @@ def polyline(points: Array) -> NurbsCurve:
 
 
 def moved(curve: NurbsCurve, matrix: Array, offset: Array) -> NurbsCurve:
-    """The affine image matrix @ P + offset of a curve; the matrix must not be singular."""
+    """Transform a curve by a matrix that is not singular.
+
+    Parameters
+    ----------
+    curve : NurbsCurve
+        P.
+    matrix : (axes, axes) array
+        What each point is multiplied by.
+    offset : (axes,) array
+        What is added, mm.
+
+    Returns
+    -------
+    NurbsCurve
+        The affine image matrix @ P + offset.
+    """
     points = curve.control_points @ matrix.T + offset
     points.setflags(write=False)
     return NurbsCurve.trusted(curve.degree, curve.knots, points, curve.weights, clamped=curve.clamped)
 
 
 def as_circle(curve: NurbsCurve) -> tuple[tuple[float, float], float, float, float] | None:
-    """Center (x, y), radius, start and sweep, rad, if `curve` is an arc of a circle in x and y, as `arc` makes it.
+    """Find the circle of an arc in x and y, as `arc` makes it.
 
-    None for any other curve, and for one that leaves the circle by more than ROUND of the radius.
+    Parameters
+    ----------
+    curve : NurbsCurve
+        Any curve.
+
+    Returns
+    -------
+    tuple or None
+        Center (x, y), radius, mm, start and sweep, rad; None for any other curve, and for one that leaves the circle by
+        more than ROUND of the radius.
     """
     if curve.degree != 2 or curve.weights is None or not curve.clamped:
         return None

@@ -29,21 +29,66 @@ CLOSED_TOLERANCE = 1e-9
 
 
 class NurbsCurve(Spline):
-    """A NURBS curve C(u) = sum_i N_i,p(u) w_i P_i / sum_i N_i,p(u) w_i on [knots[p], knots[n]].
+    """A NURBS curve C(u) on [knots[p], knots[n]].
 
-    degree          p, 1 to 12
-    knots           (n + p + 1,), not decreasing; clamped, unclamped or periodic; inner multiplicity at most p
-    control_points  (n, axes), 1 to 16 axes, mm (rotary axes rad)
-    weights         (n,), positive; None for a polynomial curve
+    Parameters
+    ----------
+    degree : int
+        p, 1 to 12.
+    knots : (n + p + 1,) array_like
+        Not decreasing; clamped, unclamped or periodic; inner multiplicity at most p.
+    control_points : (n, axes) array_like
+        P_i, 1 to 16 axes, mm (rotary axes rad).
+    weights : (n,) array_like, optional
+        w_i, positive; None for a polynomial curve.
+
+    Raises
+    ------
+    CurveError
+        Names the knot, point or weight that is wrong.
+
+    Notes
+    -----
+    The curve is
+
+        C(u) = sum_i N_i,p(u) w_i P_i / sum_i N_i,p(u) w_i
 
     All axes count as linear for its arc length; a `Path` knows which of its axes are rotary.
-    Raises CurveError that names the knot, point or weight that is wrong. Source: The NURBS Book, 2nd ed., eq. 4.1.
-    Example: `sf.NurbsCurve.bezier([[10, 0], [10, 10], [0, 10]], weights=[1, np.sqrt(0.5), 1])`
+
+    References
+    ----------
+    The NURBS Book, 2nd ed., eq. 4.1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import splinefeed as sf
+    >>> quarter = sf.NurbsCurve(2, [0, 0, 0, 1, 1, 1], [[10, 0], [10, 10], [0, 10]], [1, np.sqrt(0.5), 1])
+    >>> print(f"{quarter.length:.6f} mm")
+    15.707963 mm
     """
 
     @classmethod
     def bezier(cls, control_points: Points, weights: ArrayLike | None = None) -> NurbsCurve:
-        """One Bezier piece on [0, 1] with the given control points (degree + 1, axes)."""
+        """Make one Bezier piece on [0, 1].
+
+        Parameters
+        ----------
+        control_points : (degree + 1, axes) array_like
+            mm (rotary axes rad).
+        weights : (degree + 1,) array_like, optional
+            Positive; None for a polynomial curve.
+
+        Returns
+        -------
+        NurbsCurve
+            The curve.
+
+        Raises
+        ------
+        CurveError
+            For fewer than two control points, and as the class has it.
+        """
         points = numbers(control_points, "control_points", 2)
         degree = len(points) - 1
         if degree < 1:
@@ -83,14 +128,46 @@ class NurbsCurve(Spline):
     # --- where it is ------------------------------------------------------------------------------------------------
 
     def __call__(self, u: ArrayLike) -> Array:
-        """Points (..., axes), mm, at parameters u (...). Raises InputError for a parameter outside the domain."""
+        """Compute points.
+
+        Parameters
+        ----------
+        u : array_like
+            Parameters (...).
+
+        Returns
+        -------
+        (..., axes) array
+            mm (rotary axes rad).
+
+        Raises
+        ------
+        InputError
+            For a parameter outside the domain.
+        """
         return self.derivatives(u, 0)[..., 0, :]
 
     def derivatives(self, u: ArrayLike, order: int = 1, *, side: str = "right") -> Array:
-        """Point and derivatives by u, (..., order + 1, axes), at parameters u (...), order 0 to 3.
+        """Compute points and derivatives by u.
 
-        At a knot the piece on its right is taken, or with side="left" the one on its left.
-        Raises InputError for an order outside 0 to 3 and a parameter outside the domain.
+        Parameters
+        ----------
+        u : array_like
+            Parameters (...).
+        order : int, optional
+            Of the highest derivative, 0 to 3.
+        side : str, optional
+            Which piece counts at a knot, that on its "right" or "left".
+
+        Returns
+        -------
+        (..., order + 1, axes) array
+            mm (rotary axes rad), by u.
+
+        Raises
+        ------
+        InputError
+            For an order outside 0 to 3, another side, and a parameter outside the domain.
         """
         left, values = is_left(side, order), self.check_parameters(u)
         out = self._pieces.evaluate(None, values.ravel(), order, left)
@@ -106,10 +183,22 @@ class NurbsCurve(Spline):
         return span_pieces(Flat.of([self]), self._shape)
 
     def tangent(self, u: ArrayLike, linear: int | None = None, side: str = "right") -> Array:
-        """Unit tangents (..., linear) at u (...), over the first `linear` axes (default: all).
+        """Compute unit tangents.
 
-        Where C' = 0, the limit: by the first derivative that is not 0. With side="left", and at the end of the domain,
-        the piece before u counts. Zero where no piece on that side moves.
+        Parameters
+        ----------
+        u : array_like
+            Parameters (...).
+        linear : int, optional
+            How many of the first axes count; all by default.
+        side : str, optional
+            Which piece counts at a knot, that on its "right" or "left"; at the end of the domain it is the left one.
+
+        Returns
+        -------
+        (..., linear) array
+            Of length 1. Where C' = 0, the limit: by the first derivative that is not 0. Zero where no piece on that
+            side moves.
         """
         given = self.check_parameters(u)
         values = given.ravel()
@@ -174,7 +263,18 @@ class NurbsCurve(Spline):
         return points.min(axis=0), points.max(axis=0)
 
     def curvature(self, u: ArrayLike) -> Array:
-        """Curvature |C' x C''| / |C'|^3, 1/mm, (...) at u (...); infinite where C' = 0."""
+        """Compute the curvature |C' x C''| / |C'|^3.
+
+        Parameters
+        ----------
+        u : array_like
+            Parameters (...).
+
+        Returns
+        -------
+        (...) array
+            1/mm; infinite where C' = 0.
+        """
         return differential.curvatures(self.derivatives(u, 2))
 
     # --- how long it is ---------------------------------------------------------------------------------------------
@@ -190,17 +290,67 @@ class NurbsCurve(Spline):
         return self.arc.length
 
     def arc_length(self, u: ArrayLike) -> Array:
-        """S(u), mm, (...) at parameters u (...), from the start of the curve."""
+        """Compute the arc length S(u) from the start of the curve.
+
+        Parameters
+        ----------
+        u : array_like
+            Parameters (...).
+
+        Returns
+        -------
+        (...) array
+            mm.
+
+        Raises
+        ------
+        InputError
+            For a parameter outside the domain.
+        """
         values = self.check_parameters(u)
         return self.arc.lengths_at(None, values.ravel()).reshape(values.shape)
 
     def parameter_at(self, s: ArrayLike) -> Array:
-        """u with S(u) = s, (...) at arc lengths s (...), mm. Raises InputError outside [0, length]."""
+        """Find u with S(u) = s.
+
+        Parameters
+        ----------
+        s : array_like
+            Arc lengths (...), mm, in [0, length].
+
+        Returns
+        -------
+        (...) array
+            Parameters.
+
+        Raises
+        ------
+        InputError
+            For an arc length outside.
+        """
         values = clipped(s, 0.0, self.length, 1e-12 * self.length, "arc length", "the curve's", " mm")
         return self.arc.parameters(values.ravel()).reshape(values.shape)
 
     def nearest(self, points: ArrayLike) -> tuple[Array, Array]:
-        """Parameters (...) and distances (...), mm, of the curve's nearest points to `points` (..., axes)."""
+        """Find the nearest points of the curve.
+
+        Parameters
+        ----------
+        points : array_like
+            Places (..., axes), mm.
+
+        Returns
+        -------
+        u : (...) array
+            Parameters.
+        distance : (...) array
+            mm.
+
+        Raises
+        ------
+        InputError
+            For a wrong shape or values that are not finite.
+        """
         return self._nearest.find(points)[1:]
 
     @cached_property

@@ -13,9 +13,25 @@ NO_TERM = 1e-15
 
 
 def curvatures(derivatives: Array, linear: int | None = None) -> Array:
-    """Curvature, 1/mm, (...) from derivatives (..., 3 or more, axes), over the first `linear` axes (default: all).
+    """Compute curvatures from derivatives.
 
-    kappa = |C'' - (C''.T) T| / |C'|^2 with T = C' / |C'|, the form of |C' x C''| / |C'|^3 for any number of axes.
+    Parameters
+    ----------
+    derivatives : (..., 3 or more, axes) array
+        Points and derivatives by u.
+    linear : int, optional
+        How many of the first axes count; all by default.
+
+    Returns
+    -------
+    (...) array
+        1/mm.
+
+    Notes
+    -----
+    The form of |C' x C''| / |C'|^3 for any number of axes, with T = C' / |C'|:
+
+        kappa = |C'' - (C''.T) T| / |C'|^2
     """
     first = derivatives[..., 1, :linear]
     second = derivatives[..., 2, :linear]
@@ -27,10 +43,26 @@ def curvatures(derivatives: Array, linear: int | None = None) -> Array:
 
 
 def by_arc_length(derivatives: Array, measured: int | None = None) -> Array:
-    """dr/ds, d2r/ds2, d3r/ds3 with r, as (n, 4, axes), from derivatives by u (n, 4, axes); s over `measured` axes.
+    """Compute derivatives by arc length from those by u.
 
-    With v = |C'|:  u_s = 1/v,  u_ss = -(C'.C'')/v^4,  u_sss = 4 (C'.C'')^2/v^7 - (C''.C'' + C'.C''')/v^5,
-    r_s = C' u_s,  r_ss = C'' u_s^2 + C' u_ss,  r_sss = C''' u_s^3 + 3 C'' u_s u_ss + C' u_sss  (the chain rule).
+    Parameters
+    ----------
+    derivatives : (n, 4, axes) array
+        Points and derivatives by u.
+    measured : int, optional
+        How many of the first axes make the length; all by default.
+
+    Returns
+    -------
+    (n, 4, axes) array
+        r, dr/ds, d2r/ds2, d3r/ds3.
+
+    Notes
+    -----
+    With v = |C'|, by the chain rule,
+
+        u_s = 1/v,  u_ss = -(C'.C'')/v^4,  u_sss = 4 (C'.C'')^2/v^7 - (C''.C'' + C'.C''')/v^5,
+        r_s = C' u_s,  r_ss = C'' u_s^2 + C' u_ss,  r_sss = C''' u_s^3 + 3 C'' u_s u_ss + C' u_sss
     """
     c1, c2, c3 = (derivatives[:, k, :measured] for k in (1, 2, 3))
     out = np.empty_like(derivatives[:, :4, :])
@@ -53,9 +85,21 @@ def by_arc_length(derivatives: Array, measured: int | None = None) -> Array:
 
 
 def angles(before: Array, behind: Array) -> Array:
-    """Angles (n,), rad, between vectors (n, axes), small and straight-back ones alike to rounding.
+    """Compute angles between vectors, small and straight-back ones alike to rounding.
 
-    0 where one has no length. Source: Kahan, "How futile are mindless assessments of roundoff", 2006, section 12.
+    Parameters
+    ----------
+    before, behind : (n, axes) array
+        The vectors.
+
+    Returns
+    -------
+    (n,) array
+        rad; 0 where one has no length.
+
+    References
+    ----------
+    Kahan, "How futile are mindless assessments of roundoff", 2006, section 12.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         a = before / np.linalg.norm(before, axis=1, keepdims=True)

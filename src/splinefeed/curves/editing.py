@@ -54,7 +54,20 @@ def _refined(curve: Spline, new_knots: Array) -> tuple[Array, Array | None]:
 
 
 def section(curve: Curve, low: float, high: float) -> Curve:
-    """The clamped piece of a curve between two parameters of its domain, low < high."""
+    """Cut the clamped piece between two parameters out of a curve.
+
+    Parameters
+    ----------
+    curve : NurbsCurve
+        The curve.
+    low, high : float
+        Parameters of its domain, low < high.
+
+    Returns
+    -------
+    NurbsCurve
+        The piece, on [low, high].
+    """
     p = curve.degree
     inner = curve.knots[(curve.knots > low) & (curve.knots < high)]
     knots = np.concatenate([np.full(p + 1, low), inner, np.full(p + 1, high)])
@@ -62,7 +75,18 @@ def section(curve: Curve, low: float, high: float) -> Curve:
 
 
 def clamped(curve: Curve) -> Curve:
-    """The same curve with end knots of multiplicity p + 1."""
+    """Insert knots until those at both ends have multiplicity p + 1.
+
+    Parameters
+    ----------
+    curve : NurbsCurve
+        The curve.
+
+    Returns
+    -------
+    NurbsCurve
+        The same curve.
+    """
     start, end = curve.domain
     if curve.clamped and curve.knots[0] == start and curve.knots[-1] == end:
         return curve
@@ -70,9 +94,26 @@ def clamped(curve: Curve) -> Curve:
 
 
 def with_knots(curve: Curve, *parameters: float) -> Curve:
-    """The same curve with the given inner knots inserted; repeat one to raise its multiplicity, at most to p.
+    """Insert inner knots.
 
-    Raises InputError for a parameter that is not inside the domain, CurveError for too high a multiplicity.
+    Parameters
+    ----------
+    curve : NurbsCurve
+        The curve.
+    *parameters : float
+        The knots; repeat one to raise its multiplicity, at most to p.
+
+    Returns
+    -------
+    NurbsCurve
+        The same curve.
+
+    Raises
+    ------
+    InputError
+        For a parameter that is not inside the domain.
+    CurveError
+        For too high a multiplicity.
     """
     added = curve.check_parameters(np.array(parameters, dtype=np.float64))
     if not added.size:
@@ -93,11 +134,33 @@ def with_knots(curve: Curve, *parameters: float) -> Curve:
 def unbroken(
     degree: int, knots: Array, control_points: Array, weights: Array | None = None
 ) -> list[tuple[Array, Array, Array | None]]:
-    """Knots, control points and weights of the pieces between inner knots that stand degree + 1 times or more.
+    """Split a curve at inner knots that stand degree + 1 times or more, where it may jump.
 
-    At such a knot the curve may jump: what is before it depends on the first degree + 1 of the equal knots, what is
-    after it on the last, and control points between have no part in either. The pieces are exact (The NURBS Book,
-    2nd ed., section 2.4). One piece, as given, where there is no such knot, or where the numbers do not fit.
+    Parameters
+    ----------
+    degree : int
+        p.
+    knots : (n + p + 1,) array
+        Not decreasing.
+    control_points : (n, axes) array
+        mm (rotary axes rad).
+    weights : (n,) array, optional
+        None for a polynomial curve.
+
+    Returns
+    -------
+    list of (array, array, array or None)
+        Knots (m + p + 1,), control points (m, axes) and weights (m,) of the pieces; one piece, as given, where there is
+        no such knot, or where the numbers do not fit.
+
+    Notes
+    -----
+    What is before such a knot depends on the first degree + 1 of the equal knots, what is after it on the last, and
+    control points between have no part in either. The pieces are exact.
+
+    References
+    ----------
+    The NURBS Book, 2nd ed., section 2.4.
     """
     count = len(control_points)
     if degree < 1 or len(knots) != count + degree + 1 or not np.all(np.diff(knots) >= 0.0):
@@ -115,7 +178,25 @@ def unbroken(
 
 
 def split(curve: Curve, *parameters: float) -> list[Curve]:
-    """Clamped pieces between the domain's ends and the given inner parameters, in order."""
+    """Split a curve at inner parameters.
+
+    Parameters
+    ----------
+    curve : NurbsCurve
+        The curve.
+    *parameters : float
+        Where, inside the domain.
+
+    Returns
+    -------
+    list of NurbsCurve
+        Clamped pieces between the domain's ends and these, in order.
+
+    Raises
+    ------
+    InputError
+        For a parameter that is not inside.
+    """
     cuts = np.unique(curve.check_parameters(np.array(parameters, dtype=np.float64)))
     start, end = curve.domain
     if np.any((cuts <= start) | (cuts >= end)):
@@ -131,7 +212,25 @@ def split(curve: Curve, *parameters: float) -> list[Curve]:
 
 
 def elevated(curve: Curve, times: int = 1) -> Curve:
-    """The same curve at degree p + times; InputError beyond degree 12."""
+    """Elevate the degree.
+
+    Parameters
+    ----------
+    curve : NurbsCurve
+        The curve.
+    times : int, optional
+        By how much.
+
+    Returns
+    -------
+    NurbsCurve
+        The same curve at degree p + times.
+
+    Raises
+    ------
+    InputError
+        For a degree beyond 12.
+    """
     if not isinstance(times, (int, np.integer)) or times < 0 or curve.degree + times > MAX_DEGREE:
         raise InputError(f"degree {curve.degree} raised {times} times; degrees up to {MAX_DEGREE} are possible")
     whole = clamped(curve)
@@ -147,25 +246,73 @@ def elevated(curve: Curve, times: int = 1) -> Curve:
 
 
 def reversed_curve(curve: Curve) -> Curve:
-    """The same curve traversed from its end to its start, on the same domain."""
+    """Reverse the direction of a curve.
+
+    Parameters
+    ----------
+    curve : NurbsCurve
+        The curve.
+
+    Returns
+    -------
+    NurbsCurve
+        The same curve traversed from its end to its start, on the same domain.
+    """
     flat = Flat.of([curve]).reversed()
     weights = None if curve.weights is None else flat.weights
     return curve.trusted(curve.degree, flat.knots, flat.points, weights, clamped=curve.clamped)
 
 
 def transformed(curve: Curve, matrix: ArrayLike, offset: ArrayLike | None = None) -> Curve:
-    """The affine image of the curve: its control points by `moved_points`; weights stay.
+    """Transform a curve: its control points by `moved_points`; weights stay.
 
-    Source: The NURBS Book, 2nd ed., property P4.2.
+    Parameters
+    ----------
+    curve : NurbsCurve
+        The curve.
+    matrix : array_like
+        (new axes, axes), or one number.
+    offset : array_like, optional
+        (new axes,), mm.
+
+    Returns
+    -------
+    NurbsCurve
+        The affine image of the curve.
+
+    Raises
+    ------
+    InputError
+        For shapes that do not fit or values that are not finite.
+
+    References
+    ----------
+    The NURBS Book, 2nd ed., property P4.2.
     """
     return type(curve)(curve.degree, curve.knots, moved_points(curve.control_points, matrix, offset), curve.weights)
 
 
 def moved_points(points: Array, matrix: ArrayLike, offset: ArrayLike | None = None) -> Array:
-    """matrix @ P + offset for each of the points (n, axes), as (n, new axes).
+    """Compute matrix @ P + offset for each of many points.
 
-    matrix (new axes, axes) or one number, offset (new axes,), mm.
-    Raises InputError for shapes that do not fit or values that are not finite.
+    Parameters
+    ----------
+    points : (n, axes) array
+        P.
+    matrix : array_like
+        (new axes, axes), or one number.
+    offset : array_like, optional
+        (new axes,), mm.
+
+    Returns
+    -------
+    (n, new axes) array
+        The images.
+
+    Raises
+    ------
+    InputError
+        For shapes that do not fit or values that are not finite.
     """
     axes = points.shape[1]
     number = np.isscalar(matrix) or (isinstance(matrix, np.ndarray) and matrix.ndim == 0)
@@ -182,19 +329,55 @@ def moved_points(points: Array, matrix: ArrayLike, offset: ArrayLike | None = No
 
 
 def greville(degree: int, knots: Array) -> Array:
-    """Where each control point counts most (n,): (u_i+1 + ... + u_i+p) / p, equal knots to the bit themselves."""
+    """Compute where each control point counts most.
+
+    Parameters
+    ----------
+    degree : int
+        p.
+    knots : (n + p + 1,) array
+        Not decreasing.
+
+    Returns
+    -------
+    (n,) array
+        (u_i+1 + ... + u_i+p) / p, equal knots to the bit themselves.
+    """
     inner = np.lib.stride_tricks.sliding_window_view(knots[1:-1], degree)
     return np.asarray(inner[:, 0] + np.mean(inner - inner[:, :1], axis=1))
 
 
 def blossom(knots: Array, points: Array, degree: int, span: IntArray, arguments: Array) -> Array:
-    """Polar forms F(a_1, ..., a_p) (n, columns) of the polynomials on [knots[span], knots[span + 1]], span (n,).
+    """Evaluate polar forms F(a_1, ..., a_p) of the polynomials of a spline.
 
-    d_i^r = (1 - alpha) d_{i-1}^{r-1} + alpha d_i^{r-1},  alpha = (a_r - t_i) / (t_{i+p+1-r} - t_i)
+    Parameters
+    ----------
+    knots : (k,) array
+        Of the spline.
+    points : (m, columns) array
+        Its control points.
+    degree : int
+        p.
+    span : (n,) array of int
+        Each polynomial is that on [knots[span], knots[span + 1]].
+    arguments : (p, n) array
+        a_1, ..., a_p; with equal ones it is de Boor's algorithm.
 
-    points (m, columns), arguments (p, n). Source: Ramshaw, "Blossoms are polar forms", Computer Aided Geometric Design
-    6(4), 1989, doi 10.1016/0167-8396(89)90032-0; with equal arguments it is de Boor's algorithm (The NURBS Book, 2nd
-    ed., p. 176).
+    Returns
+    -------
+    (n, columns) array
+        The values.
+
+    Notes
+    -----
+    The recurrence is
+
+        d_i^r = (1 - alpha) d_{i-1}^{r-1} + alpha d_i^{r-1},  alpha = (a_r - t_i) / (t_{i+p+1-r} - t_i)
+
+    References
+    ----------
+    Ramshaw, "Blossoms are polar forms", Computer Aided Geometric Design 6(4), 1989, doi 10.1016/0167-8396(89)90032-0;
+    The NURBS Book, 2nd ed., p. 176.
     """
     work = points[span - degree + np.arange(degree + 1)[:, None]]
     near = knots[span - degree + np.arange(1, 2 * degree + 1)[:, None]]  # t_{span-p+1} ... t_{span+p}

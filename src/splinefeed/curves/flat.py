@@ -14,11 +14,20 @@ from splinefeed.records import Array, BoolArray, IntArray
 
 @dataclass(frozen=True, eq=False)
 class Flat:
-    """Degree, knots, control points and weights of all curves of a path, one curve behind the other.
+    """Hold degree, knots, control points and weights of all curves of a path, one curve behind the other.
 
-    degrees, rational  (n,)    of each curve; rational is 0 or 1
-    knots              (k,)    of all curves; those of curve i are knots[knot_starts[i]:knot_starts[i + 1]]
-    points             (m, axes)  and likewise weights (m,), which count where a curve is rational only; point_starts
+    Parameters
+    ----------
+    degrees, rational : (n,) array of int
+        Of each curve; rational is 0 or 1.
+    knot_starts, point_starts : (n + 1,) array of int
+        Where those of each curve begin: curve i has knots[knot_starts[i]:knot_starts[i + 1]].
+    knots : (k,) array
+        Of all curves.
+    points : (m, axes) array
+        mm (rotary axes rad).
+    weights : (m,) array
+        Count where a curve is rational only.
     """
 
     degrees: IntArray
@@ -33,7 +42,24 @@ class Flat:
     def made(
         cls, degrees: IntArray, rational: IntArray, counts: IntArray, knots: Array, points: Array, weights: Array
     ) -> Flat:
-        """Of curves with so many control points each, counts (n,)."""
+        """Join arrays of curves of given sizes.
+
+        Parameters
+        ----------
+        degrees, rational, counts : (n,) array of int
+            Of each curve: its degree, whether it is rational, and how many control points it has.
+        knots : (k,) array
+            Of all curves.
+        points : (m, axes) array
+            mm (rotary axes rad).
+        weights : (m,) array
+            Count where a curve is rational only.
+
+        Returns
+        -------
+        Flat
+            The curves.
+        """
         weights = weights if rational.any() else np.empty(0)
         return cls(degrees, rational, _starts(counts + degrees + 1), knots, _starts(counts), points, weights)
 

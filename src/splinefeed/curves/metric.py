@@ -37,13 +37,41 @@ TINY = 1e-150
 
 
 def metric_of(axes: int, linear: int, *, by_tip: bool = False) -> Array:
-    """w of each axis, (axes,), of which the first `linear` are linear; with `by_tip` the others count nothing."""
+    """Compute what each axis counts in the length of a path.
+
+    Parameters
+    ----------
+    axes : int
+        How many there are.
+    linear : int
+        How many of the first ones are linear.
+    by_tip : bool, optional
+        Whether the others count nothing.
+
+    Returns
+    -------
+    (axes,) array
+        w of each.
+    """
     rotary = DEGREES if not linear else 0.0 if by_tip else RADIUS
     return np.where(np.arange(axes) < linear, 1.0, rotary)
 
 
 def tip_derivatives(d: Array, linear: int) -> Array:
-    """s', s'', s''' (3, n) by sigma of the tip's arc length, from r and its derivatives by sigma, d (n, 4, axes)."""
+    """Compute derivatives of the tip's arc length s by sigma.
+
+    Parameters
+    ----------
+    d : (n, 4, axes) array
+        r and its derivatives by sigma.
+    linear : int
+        How many of the first axes are linear.
+
+    Returns
+    -------
+    (3, n) array
+        s', s'', s'''.
+    """
     p = d[:, 1:, :linear]
     alone = ~np.any(p, axis=(1, 2))
     if alone.any():
@@ -57,7 +85,22 @@ def tip_derivatives(d: Array, linear: int) -> Array:
 
 
 def slow_tips(derivatives: Callable[[Array], Array], pieces: Pieces, linear: int) -> Array:
-    """Places (k,), mm, at which the speed of the tip has a low minimum: derivatives (n, 4, axes) at places (n,)."""
+    """Find places at which the speed of the tip has a low minimum.
+
+    Parameters
+    ----------
+    derivatives : callable
+        Of places (n,), mm: r and its derivatives by sigma, (n, 4, axes).
+    pieces : Pieces
+        Of the path.
+    linear : int
+        How many of the first axes are linear.
+
+    Returns
+    -------
+    (k,) array
+        Places, mm.
+    """
     span = np.diff(np.append(pieces.starts, pieces.length))
     places = (pieces.starts[:, None] + span[:, None] * SAMPLES).ravel()
 
@@ -76,7 +119,22 @@ def slow_tips(derivatives: Callable[[Array], Array], pieces: Pieces, linear: int
 
 
 def tip_pieces(flat: Flat, linear: int, curves: Sequence[NurbsCurve]) -> Pieces:
-    """Arc-length pieces of the tip's s, as `tables.arc_pieces` of sigma."""
+    """Make arc-length pieces of the tip's s, as `tables.arc_pieces` of sigma.
+
+    Parameters
+    ----------
+    flat : Flat
+        Arrays of the curves.
+    linear : int
+        How many of the first axes are linear.
+    curves : sequence of NurbsCurve
+        The same curves.
+
+    Returns
+    -------
+    Pieces
+        By the tip's arc length, mm.
+    """
     shape = int(flat.degrees.max()), flat.points.shape[1], linear, int(flat.rational.max())
     return arc_pieces(flat, shape, curves, speed=_tip_speed)
 

@@ -41,9 +41,14 @@ class PieceRows:
 
 
 class Nearest:
-    """Nearest points over the linear axes of an arc-length table; made once, used often.
+    """Find nearest points over the linear axes of an arc-length table; made once, used often.
 
-    table  (pieces, width) and shape as in `kernels.layout`: of a curve's `arc`, or of a `Path`
+    Parameters
+    ----------
+    table : (pieces, width) array
+        Of a curve's `arc`, or of a `Path`.
+    shape : Shape
+        Of the table, see `kernels.layout`.
     """
 
     def __init__(self, table: Array, shape: layout.Shape) -> None:
@@ -51,11 +56,26 @@ class Nearest:
         self.search = Search(self.rows)
 
     def find(self, points: ArrayLike) -> tuple[IntArray, Array, Array]:
-        """Row of the table (...), parameter u on it (...) and distance (...), mm, for points (..., linear), mm.
+        """Find the nearest points: none is nearer, by more than rounding; of several as near, any one.
 
-        Global: of all points of the curve none is nearer, by more than rounding; of several as near, any one.
-        Many at once are found fastest, those in order along the curve first. Raises InputError for a wrong shape or
-        values not finite.
+        Parameters
+        ----------
+        points : array_like
+            Places (..., linear), mm. Many at once are found fastest, those in order along the curve first.
+
+        Returns
+        -------
+        row : (...) array of int
+            Row of the table.
+        u : (...) array
+            Parameter on it.
+        distance : (...) array
+            mm.
+
+        Raises
+        ------
+        InputError
+            For a wrong shape or values that are not finite.
         """
         linear = self.rows.linear
         try:

@@ -22,7 +22,15 @@ LINE_KNOTS: Array = frozen_array([0.0, 0.0, 1.0, 1.0], "knots", 1)
 
 
 class Packed(Sequence[NurbsCurve]):
-    """Curves by the arrays of all of them, which must be right; `made` are those that are there already, by number."""
+    """Hold many curves by the arrays of all of them.
+
+    Parameters
+    ----------
+    flat : Flat
+        The arrays, which must be right.
+    made : mapping of int to NurbsCurve, optional
+        Curves that are there already, by number.
+    """
 
     def __init__(self, flat: Flat, made: Mapping[int, NurbsCurve] | None = None) -> None:
         self.flat, self._made = flat, made or {}
@@ -77,7 +85,20 @@ class Packed(Sequence[NurbsCurve]):
         return Packed(flat, {**self._made, **others})
 
     def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> Packed:
-        """The affine image of each; see `NurbsCurve.transformed`."""
+        """Transform each curve; see `NurbsCurve.transformed`.
+
+        Parameters
+        ----------
+        matrix : array_like
+            (new axes, axes), or one number.
+        offset : array_like, optional
+            (new axes,), mm.
+
+        Returns
+        -------
+        Packed
+            The affine images.
+        """
         points = numbers(moved_points(self.flat.points, matrix, offset), "control_points", 2)
         flat = self.flat.through(points)
         if (short := flat.sizes() < 1.0 / LARGEST).any():
@@ -95,9 +116,22 @@ class Packed(Sequence[NurbsCurve]):
 
 
 def lines_through(points: ArrayLike) -> Packed:
-    """The straight lines between neighbouring points (n + 1, axes), mm (rotary axes rad), n at least 1.
+    """Make the straight lines between neighbouring points.
 
-    Raises CurveError that names the point or the line: values that are not finite or too large, lines without length.
+    Parameters
+    ----------
+    points : array_like
+        (n + 1, axes), mm (rotary axes rad), n at least 1.
+
+    Returns
+    -------
+    Packed
+        n lines.
+
+    Raises
+    ------
+    CurveError
+        Names the point or the line: values that are not finite or too large, lines without length.
     """
     given = numbers(points, "points", 2)
     if (count := len(given)) < 2:
@@ -109,5 +143,16 @@ def lines_through(points: ArrayLike) -> Packed:
 
 
 def lines_with_length(points: Array) -> IntArray:
-    """Numbers (m,) of the lines between neighbouring points (n + 1, axes) that are long enough to be one."""
+    """Find the lines between neighbouring points that are long enough to be one.
+
+    Parameters
+    ----------
+    points : (n + 1, axes) array
+        mm (rotary axes rad).
+
+    Returns
+    -------
+    (m,) array of int
+        Their numbers.
+    """
     return np.flatnonzero(np.max(np.abs(np.diff(points, axis=0)), axis=1, initial=0.0) >= 1.0 / LARGEST)

@@ -49,10 +49,33 @@ def coefficients(c: Array, shape: Shape) -> Array:
 
 
 def taylor(a: Array, rational: int, t: Array, order: int) -> list[Array]:
-    """Taylor coefficients C^(k)(t) / k!, k = 0 ... order, each (axes, ...), of A / w with coefficients a.
+    """Compute Taylor coefficients C^(k)(t) / k! of A / w, by Horner's rule on all of them at once.
 
-    a  (axes + rational, degree + 1, ...), t of what follows. By Horner's rule on all of them at once, and
-    C_k = (A_k - sum_{i=1..k} w_i C_{k-i}) / w_0   (The NURBS Book, 2nd ed., eq. 4.8, over k!).
+    Parameters
+    ----------
+    a : (axes + rational, degree + 1, ...) array
+        Coefficients of A, and of w behind them.
+    rational : int
+        Whether there is a w.
+    t : (...) array
+        Where.
+    order : int
+        The highest k.
+
+    Returns
+    -------
+    list of (axes, ...) array
+        For k = 0 ... order.
+
+    Notes
+    -----
+    The recurrence is
+
+        C_k = (A_k - sum_{i=1..k} w_i C_{k-i}) / w_0
+
+    References
+    ----------
+    The NURBS Book, 2nd ed., eq. 4.8, over k!.
     """
     out = [a[:, -1]]
     for k in range(a.shape[1] - 2, -1, -1):
@@ -225,7 +248,31 @@ def last_below(values: Array, first: IntArray, last: IntArray, wanted: Array) ->
 def clipped(
     values: ArrayLike, low: ArrayLike, high: ArrayLike, slack: ArrayLike, what: str, of: str, unit: str = ""
 ) -> Array:
-    """`values` inside [low, high] as floats; InputError if one is outside by more than `slack`, which is rounding."""
+    """Check that values are inside an interval; what is outside by rounding is clipped.
+
+    Parameters
+    ----------
+    values : array_like
+        (...).
+    low, high : array_like
+        The ends, (...) or one each.
+    slack : array_like
+        What counts as rounding, (...) or one.
+    what, of : str
+        What the values are, and what the interval is, for the message.
+    unit : str, optional
+        For the message.
+
+    Returns
+    -------
+    (...) array
+        The values as floats.
+
+    Raises
+    ------
+    InputError
+        For one that is outside.
+    """
     try:
         given = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:

@@ -128,7 +128,15 @@ class Rows(Protocol):
 
 
 class Search:
-    """Nearest points over the first `rows.linear` axes, or over all, each times its unit, (axes,)."""
+    """Find nearest points of pieces of a path.
+
+    Parameters
+    ----------
+    rows : Rows
+        The pieces.
+    units : (axes,) array, optional
+        What each axis is taken times; without it the first `rows.linear` axes count.
+    """
 
     def __init__(self, rows: Rows, units: Array | None = None) -> None:
         self.rows, self.length = rows, float(rows.end[-1])
@@ -274,9 +282,22 @@ class Search:
     # --- the whole path ----------------------------------------------------------------------------------------------
 
     def whole(self, q: Array) -> Found:
-        """The nearest point of the whole path to positions (dims, n).
+        """Find the nearest point of the whole path.
 
-        Raises InputError where so many parts of the path are as near to them that it takes more than MOST_COMPARED.
+        Parameters
+        ----------
+        q : (dims, n) array
+            Positions.
+
+        Returns
+        -------
+        Found
+            Row, t (n,) and squared distance (n,), mm^2.
+
+        Raises
+        ------
+        InputError
+            Where so many parts of the path are as near to them that it takes more than MOST_COMPARED.
         """
         left = [MOST_COMPARED + EACH_COMPARED * q.shape[1]]
         return in_parts(q.shape[1], lambda part: self._whole(q[:, part], left))
@@ -459,7 +480,20 @@ class Search:
 
 
 def in_parts(count: int, find: Callable[[slice], Found]) -> Found:
-    """What is found for `count` positions, in parts that stay in the cache."""
+    """Find something for many positions, in parts that stay in the cache.
+
+    Parameters
+    ----------
+    count : int
+        How many.
+    find : callable
+        Of a slice of them, what is found.
+
+    Returns
+    -------
+    Found
+        For all.
+    """
     out = Found(np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count))
     for part in chunks(count, MOST):
         out.put(part, find(part))

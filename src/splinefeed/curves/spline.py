@@ -95,8 +95,28 @@ class Spline:
     def trusted(
         cls, degree: int, knots: Array, control_points: Array, weights: Array | None = None, *, clamped: bool = True
     ) -> Self:
-        """A curve of float64 arrays, read-only from then on, that are right by construction: readers make thousands.
+        """Make a curve of arrays that are right by construction: readers make thousands.
 
+        Parameters
+        ----------
+        degree : int
+            p.
+        knots : (n + p + 1,) array
+            float64, read-only from then on, as the others.
+        control_points : (n, axes) array
+            mm (rotary axes rad).
+        weights : (n,) array, optional
+            None for a polynomial curve.
+        clamped : bool, optional
+            Whether it begins and ends at its first and last control point.
+
+        Returns
+        -------
+        NurbsCurve
+            The curve.
+
+        Notes
+        -----
         Nothing is checked: what `NurbsCurve(...)` would refuse, and weights that are all equal, must not get here.
         """
         curve = object.__new__(cls)
@@ -150,7 +170,23 @@ class Spline:
         return float(np.linalg.norm(np.ptp(self.control_points, axis=0)))
 
     def check_parameters(self, u: ArrayLike) -> Array:
-        """`u` as a float64 array; InputError if any is outside the domain by more than rounding, which is clipped."""
+        """Check that parameters are in the domain; what is outside by rounding is clipped.
+
+        Parameters
+        ----------
+        u : array_like
+            Parameters (...).
+
+        Returns
+        -------
+        (...) array
+            The same as float64.
+
+        Raises
+        ------
+        InputError
+            For one that is outside by more than rounding.
+        """
         start, end = self.domain
         slack = 4.0 * np.finfo(float).eps * max(abs(start), abs(end))
         return clipped(u, start, end, slack, "parameter", "the curve's domain")

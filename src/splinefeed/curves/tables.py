@@ -265,10 +265,22 @@ def halved(spans: Spans, shape: Shape, holds: Callable[[Spans, Array], BoolArray
 
 
 def compensated_sums(steps: Array) -> Array:
-    """0, x_1, x_1 + x_2 ... (n + 1,) of steps x (n,): the roundings of the running sum are summed and put back.
+    """Sum up steps; the roundings of the running sum are summed and put back.
 
-    Source: Ogita, Rump, Oishi, "Accurate sum and dot product", SIAM J. Sci. Comput. 26(6), 2005, doi
-    10.1137/030601818, algorithm 4.4.
+    Parameters
+    ----------
+    steps : (n,) array
+        x.
+
+    Returns
+    -------
+    (n + 1,) array
+        0, x_1, x_1 + x_2, ...
+
+    References
+    ----------
+    Ogita, Rump, Oishi, "Accurate sum and dot product", SIAM J. Sci. Comput. 26(6), 2005, doi 10.1137/030601818,
+    algorithm 4.4.
     """
     sums = np.concatenate([[0.0], np.cumsum(steps)])
     before, after = sums[:-1], sums[1:]
@@ -304,7 +316,20 @@ def _table(groups: list[Spans], shape: Shape, holds: Callable[[Spans, Array], Bo
 
 
 def span_pieces(flat: Flat, shape: Shape) -> Pieces:
-    """Knot spans of all curves, some in parts, as pieces of `shape`."""
+    """Make pieces of the knot spans of all curves, some in parts.
+
+    Parameters
+    ----------
+    flat : Flat
+        Arrays of the curves.
+    shape : Shape
+        Of the table, see `kernels.layout`.
+
+    Returns
+    -------
+    Pieces
+        Without arc lengths.
+    """
 
     def holds(part: Spans, c: Array) -> BoolArray:
         a, _ = part.own(c, shape)
@@ -328,11 +353,30 @@ def rough_lengths(groups: list[Spans], shape: Shape, speed: Speed = speed) -> Ar
 
 
 def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[Spline], where: str = "", speed: Speed = speed) -> Pieces:
-    """Arc-length pieces of all curves.
+    """Make arc-length pieces of all curves.
 
-    curves  the same as `flat`;  speed  what the length is the integral of
-    Raises CurveError for a curve without length, or one that would need too many pieces,
-    which begins with `where`, filled in with the number of the curve.
+    Parameters
+    ----------
+    flat : Flat
+        Arrays of the curves.
+    shape : Shape
+        Of the table, see `kernels.layout`.
+    curves : sequence of NurbsCurve
+        The same curves.
+    where : str, optional
+        How errors begin, filled in with the number of the curve.
+    speed : callable, optional
+        What the length is the integral of.
+
+    Returns
+    -------
+    Pieces
+        By arc length, mm.
+
+    Raises
+    ------
+    CurveError
+        For a curve without length, or one that would need too many pieces.
     """
     return _placed(*_fitted(flat, shape, curves, where, speed), shape)
 
@@ -340,7 +384,10 @@ def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[Spline], where: str = 
 def fit_together(curves: Sequence[Spline]) -> None:
     """Fit the arc lengths of many curves in one go; each keeps its own as `NurbsCurve.arc`, to the bit.
 
-    The CurveError of a curve without length comes when that curve is used.
+    Parameters
+    ----------
+    curves : sequence of NurbsCurve
+        The CurveError of a curve without length comes when that curve is used.
     """
     kinds: dict[Shape, list[Spline]] = {}
     for curve in {id(each): each for each in curves if "arc" not in vars(each)}.values():
