@@ -20,6 +20,7 @@ from splinefeed.interpolation import registry
 DONE = (
     "checks",
     "curves",
+    "formats",
     "interpolation",
     "kinematics",
     "limit_table",

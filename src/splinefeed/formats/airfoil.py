@@ -39,10 +39,11 @@ _BEYOND = 0.1
 
 
 def holds(head: bytes) -> bool:
-    """Whether `head` looks like this format: a flat section of unit chord, or in percent of it, behind a name at most.
+    """Tell whether the first bytes of a file, `head`, look like this format.
 
-    Its points begin at the trailing edge, or at the nose and end there, or two counts stand before them. Any other two
-    columns are points in mm, which `points` reads.
+    That is a flat section of unit chord, or in percent of it, behind a name at most. Its points begin at the trailing
+    edge, or at the nose and end there, or two counts stand before them. Any other two columns are points in mm, which
+    `points` reads.
     """
     lines = [line for line in head_text(head).splitlines() if line.strip()][:MAX_AIRFOIL_POINTS]
     pairs = [_pair(line) for line in lines]
@@ -66,10 +67,30 @@ def from_text(
     tolerance: float | str = DEFAULT_TOLERANCE,
     degree: int = 3,
 ) -> list[Path]:
-    """The section in `text`, x and y in mm, as one path; `chord` is the length of one unit of the file, mm.
+    """Read the section in the text of an airfoil file as one path.
 
-    `tolerance` is the largest distance, mm, of a fit of the given `degree` from the points; the path's findings report
-    the distance reached, and everything that the file leaves open.
+    Parameters
+    ----------
+    text : str
+        Of the file.
+    source : path
+        The file, for messages.
+    chord : float or str, optional
+        Length of one unit of the file, mm.
+    tolerance : float or str, optional
+        Largest distance of the fit from the points, mm.
+    degree : int, optional
+        Of the fit.
+
+    Returns
+    -------
+    list of Path
+        One, x and y in mm. Its findings have the distance reached, and everything that the file leaves open.
+
+    Raises
+    ------
+    FormatError, InputError
+        For what cannot be read, with its place.
     """
     scale = positive_length(chord, "chord")
     name, rows, lines, remarks = _rows(text)

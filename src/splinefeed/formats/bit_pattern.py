@@ -57,12 +57,38 @@ _PAGE = {
 class BitPattern:
     """Pulse words of consecutive periods.
 
-    words            (n, axes, 2, words a period)  uint16; [period, axis, 0 plus or 1 minus, word]
-    start            (axes,)  pulses from zero at the beginning of the first period
-    axes             names of the axes; period  s
-    pulses_per_unit  (axes,)  pulses per mm, rotary axes pulses per rad
-    Raises InputError for arrays of other shapes. Source: docs/bit-pattern.md.
-    Example: `sf.formats.BitPattern.__annotations__["words"]`
+    Parameters
+    ----------
+    words : (n, axes, 2, words a period) array of uint16
+        Of each period and axis, plus before minus; a bit is a slot of the pulse clock, the lowest one first.
+    start : (axes,) array of int
+        Pulses from zero at the beginning of the first period.
+    axes : tuple of str
+        Names of the axes.
+    period : float
+        s.
+    pulses_per_unit : (axes,) array
+        Pulses per mm, rotary axes pulses per rad.
+
+    Raises
+    ------
+    InputError
+        For arrays of other shapes.
+
+    References
+    ----------
+    .. [1] docs/bit-pattern.md.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import splinefeed as sf
+    >>> words = np.array([[[[0b101], [0]]]], dtype=np.uint16)  # two pulses forward
+    >>> pattern = sf.formats.BitPattern(
+    ...     words=words, start=np.zeros(1, dtype=np.int64), axes=("x",), period=1e-3, pulses_per_unit=np.array([1000.0])
+    ... )
+    >>> pattern.pulse_clock  # Hz
+    16000.0
     """
 
     words: Words
@@ -105,13 +131,29 @@ class BitPattern:
 def encode(
     points: Setpoints, pulses_per_unit: Mapping[str, float], slots_per_period: int, *, rotary: str = "rad"
 ) -> BitPattern:
-    """The words of every period between two setpoints; n setpoints make n - 1 periods.
+    """Make the words of every period between two setpoints.
 
-    pulses_per_unit   pulses per mm of each axis by name, rotary axes per rad, or per degree with rotary="deg"
-    slots_per_period  slots of the pulse clock in one period: a multiple of 16
+    Parameters
+    ----------
+    points : Setpoints
+        n of them.
+    pulses_per_unit : mapping of str to float
+        Pulses per mm of each axis by name, rotary axes per rad, or per degree with rotary="deg".
+    slots_per_period : int
+        Slots of the pulse clock in one period: a multiple of 16.
+    rotary : str, optional
+        "rad" or "deg".
 
-    Raises InputError for scales and slots that cannot be, positions that are not finite, more words than memory should
-    hold, and, naming tick and axis, for more pulses in one period than it has slots.
+    Returns
+    -------
+    BitPattern
+        Of n - 1 periods.
+
+    Raises
+    ------
+    InputError
+        For scales and slots that cannot be, positions that are not finite, more words than memory should hold, and,
+        with tick and axis, for more pulses in one period than it has slots.
     """
     whole = isinstance(slots_per_period, int | np.integer) and not isinstance(slots_per_period, bool)
     if not whole or slots_per_period % SLOTS or not SLOTS <= slots_per_period <= MAX_SLOTS:
@@ -137,7 +179,29 @@ def encode(
 
 
 def counts_of(points: Setpoints, pulses_per_unit: Mapping[str, float], rotary: str = "rad") -> tuple[IntArray, Array]:
-    """Pulses from zero at each tick, (n, axes), and pulses per mm or rad, (axes,); see `encode`."""
+    """Return pulses from zero at each tick.
+
+    Parameters
+    ----------
+    points : Setpoints
+        n of them.
+    pulses_per_unit : mapping of str to float
+        As for `encode`.
+    rotary : str, optional
+        "rad" or "deg".
+
+    Returns
+    -------
+    counts : (n, axes) array of int
+        Pulses.
+    scales : (axes,) array
+        Pulses per mm or rad.
+
+    Raises
+    ------
+    InputError
+        For scales that cannot be, no setpoints, and positions that are not finite or too far.
+    """
     axes = points.axes
     if not len(points):
         raise InputError("there are no setpoints to make pulses of")
@@ -158,16 +222,31 @@ def counts_of(points: Setpoints, pulses_per_unit: Mapping[str, float], rotary: s
 
 
 def decode(pattern: BitPattern) -> Array:
-    """Positions (n + 1, axes), mm, rotary axes rad, at the beginning of the first period and the end of every one.
+    """Return positions at the beginning of the first period and the end of every one.
 
-    Exactly round(position * pulses_per_unit) / pulses_per_unit of what was encoded. Raises InputError, naming
-    period, axis and slot, where plus and minus are set in the same slot.
+    Parameters
+    ----------
+    pattern : BitPattern
+        Of n periods.
+
+    Returns
+    -------
+    (n + 1, axes) array
+        mm, rotary axes rad: round(position * pulses_per_unit) / pulses_per_unit of what was encoded, exactly.
+
+    Raises
+    ------
+    InputError
+        Where plus and minus are set in the same slot, with period, axis and slot.
     """
     return np.asarray(pulses_at(pattern) / pattern.pulses_per_unit)
 
 
 def pulses_at(pattern: BitPattern) -> IntArray:
-    """Pulses from zero at the beginning of the first period and the end of every one, (n + 1, axes); see `decode`."""
+    """Return pulses from zero at the beginning of the first period and the end of every one, (n + 1, axes).
+
+    Raises what `decode` raises.
+    """
     plus, minus = pattern.words[:, :, 0], pattern.words[:, :, 1]
     both = plus & minus
     if both.any():
@@ -234,7 +313,7 @@ def write(pattern: BitPattern, path: str | os.PathLike[str]) -> None:
 
 
 def read(path: str | os.PathLike[str]) -> BitPattern:
-    """All words of a file that `write` wrote; FormatError for what is cut off, changed, or something else."""
+    """Read all words of a file that `write` wrote; FormatError for what is cut off, changed, or something else."""
     page = page_of(path)
     if not page.is_file():
         raise FormatError(f"{path}: needs {page.name} beside it, which says what the words are")
@@ -267,5 +346,5 @@ def read(path: str | os.PathLike[str]) -> BitPattern:
 
 
 def page_of(path: str | os.PathLike[str]) -> Path:
-    """The JSON page beside a file of words."""
+    """Return the path of the JSON page beside a file of words."""
     return Path(f"{path}.json")

@@ -47,10 +47,28 @@ Curve = dict[str, Any]
 
 
 def read(drawing: Drawing, kind: str, faults: list[str], *, edges: bool) -> Contents:
-    """The paths in the file of `drawing`, whose own check has found `faults`; with `edges` those of bodies too.
+    """Read the paths in a file by a library of CAD, in a process of its own.
 
-    With `repair` a fault or a curve that cannot be is a finding. Raises InputError for all else, and where the library
-    is not installed.
+    Parameters
+    ----------
+    drawing : Drawing
+        Of the file.
+    kind : str
+        "step", "iges" or "3dm".
+    faults : list of str
+        What the format's own check has found.
+    edges : bool
+        Whether the edges of bodies are read, too.
+
+    Returns
+    -------
+    Contents
+        Paths, mm, and units.
+
+    Raises
+    ------
+    InputError
+        For faults, which are findings with `repair`, and where the library is not installed.
     """
     file = drawing.file
     for fault in faults:
@@ -94,7 +112,7 @@ def _curves(said: dict[str, Any]) -> list[NurbsCurve]:
 
 
 def contents(file: pathlib.Path, **task: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-    """What a library says of a file, and no columns; runs in the process that may die over a damaged file."""
+    """Return what a library reads of a file, and no columns; runs in the process that may die over a damaged file."""
     module, title = MODULES[task["kind"]]
     try:
         read = import_module(f"splinefeed.formats.{module}").read
@@ -109,7 +127,7 @@ def contents(file: pathlib.Path, **task: Any) -> tuple[dict[str, Any], dict[str,
 
 
 class Gathered:
-    """The curves of a file, bodies whose edges may be curves, and what there is to say."""
+    """Gather the curves of a file, bodies whose edges may be curves, and findings."""
 
     def __init__(self, task: dict[str, Any]) -> None:
         self.task = task
@@ -120,16 +138,16 @@ class Gathered:
         self.unshown: Counter[str] = Counter()
 
     def reads(self, unseen: str) -> bool:
-        """Whether something is read that is `unseen` in the author's program, for this reason; "" if it is seen."""
+        """Tell whether something is read; `unseen` is why the author's program does not show it, "" if it does."""
         self.unshown.update([unseen] if unseen else [])
         return bool(self.task["hidden"]) or not unseen
 
     def add(self, curves: Sequence[Curve], name: str = "") -> None:
-        """One path."""
+        """Add one path."""
         self.groups.append({"name": name, "curves": curves})
 
     def wants_edges(self) -> bool:
-        """Whether the edges of bodies are read: on request, or where there is nothing else."""
+        """Tell whether the edges of bodies are read: on request, or where there is nothing else."""
         if self.task["edges"] or not self.bodies:
             return bool(self.task["edges"])
         if self.groups:
@@ -139,13 +157,13 @@ class Gathered:
         return not self.groups
 
     def answer(self, units: str) -> dict[str, Any]:
-        """What the other process gets."""
+        """Return what the other process gets."""
         left_out = [f"left out: {count} x {what}" for what, count in self.left_out.items()]
         return {"units": units, "findings": self.findings + left_out, "unshown": self.unshown, "groups": self.groups}
 
 
 def arc_of(center: Any, x: Any, y: Any, first: float, last: float) -> Curve:
-    """The arc center + x cos(t) + y sin(t), t from `first` to `last`; a single point where it has no length."""
+    """Return the arc center + x cos(t) + y sin(t), t from `first` to `last`; a single point where it has no length."""
     center, x, y = (np.array(each, dtype=np.float64) for each in (center, x, y))
     sweep = float(np.clip(last - first, -2.0 * math.pi, 2.0 * math.pi))
     if abs(sweep) * float(np.max(np.abs([x, y]))) <= SHORTEST:
@@ -156,5 +174,5 @@ def arc_of(center: Any, x: Any, y: Any, first: float, last: float) -> Curve:
 
 
 def nurbs(degree: int, knots: Sequence[float], points: Sequence[Sequence[float]], weights: Any) -> Curve:
-    """A NURBS curve, traversed as its parameter grows."""
+    """Return a NURBS curve, traversed as its parameter grows."""
     return {"degree": degree, "knots": knots, "points": points, "weights": weights, "reversed": False}

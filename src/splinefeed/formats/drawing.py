@@ -40,12 +40,31 @@ BROKEN = "spline with a knot of multiplicity degree + 1, at which it may jump; i
 
 
 class Drawing:
-    """What a reader finds in a drawing: pieces in file order, and what there is to say. Errors do not name the file.
+    """Collect what a reader finds in a drawing; errors do not name the file.
 
-    pieces, names    the curves of each piece, joined end to end, mm, and its name
-    layers           names of the layers to read, none for all: those of the option `layer`, or what is between commas
-    notes, left_out  how many of a kind were read in a way that is worth a finding, or not at all
-    hidden, unshown  whether what the author's program does not show is read all the same, and how much there is of it
+    Parameters
+    ----------
+    file : path
+        The drawing.
+    tolerance : float, str or None
+        Ends within it join, mm; None for what the decimals of the file allow.
+    repair : bool
+        Whether faults are findings.
+    layer : str or sequence of str, optional
+        Layers to read: names, or what is between commas; none for all.
+    hidden : bool, optional
+        Whether what the author's program does not show is read all the same.
+
+    Attributes
+    ----------
+    pieces, names : list
+        The curves of each piece in file order, joined end to end, mm, and its name.
+    layers : sequence of str
+        Names of the layers to read.
+    notes, left_out : counter
+        How many of a kind were read in a way that is worth a finding, or not at all.
+    unshown : counter
+        How much there is that the author's program does not show.
     """
 
     def __init__(
@@ -74,7 +93,7 @@ class Drawing:
         self.curves = self.points = self.faults = 0
 
     def add(self, curves: list[NurbsCurve], name: str) -> None:
-        """One more piece; InputError when there are too many."""
+        """Add one more piece; InputError when there are too many."""
         self.curves += len(curves)
         self.points += sum(len(curve.control_points) for curve in curves)
         if self.curves > MAX_DRAWING_CURVES or self.points > MAX_DRAWING_POINTS:
@@ -86,17 +105,17 @@ class Drawing:
         self.names.append(name)
 
     def written(self, decimals: int, unit: float) -> None:
-        """Some places are written with so many decimals of a `unit`, mm: the last one says how near ends join."""
+        """Note that some places have so many decimals of a `unit`, mm: the last one is how near ends join."""
         if self.by_digits and decimals:
             self.decimals, self.digit = max(self.decimals, decimals), min(self.digit, unit * 10.0**-decimals)
 
     def reads(self, unseen: str) -> bool:
-        """Whether something is read that is `unseen` in the author's program, for this reason; "" if it is seen."""
+        """Tell whether something is read; `unseen` is why the author's program does not show it, "" if it does."""
         self.unshown.update([unseen] if unseen else [])
         return self.hidden or not unseen
 
     def fault(self, text: str, fate: str = "left out") -> None:
-        """InputError for a fault; when repairing a finding with its `fate`, and after the first ones a number."""
+        """Raise InputError for a fault; when repairing note it with its `fate`, and after the first ones a number."""
         if not self.repair:
             raise InputError(text)
         self.faults += 1
@@ -106,7 +125,7 @@ class Drawing:
             self.left_out["faulty entity"] += 1
 
     def add_runs(self, curves: Iterable[NurbsCurve], name: str) -> None:
-        """A piece for each run of neighbouring curves whose ends meet."""
+        """Add a piece for each run of neighbouring curves whose ends meet."""
         run: list[NurbsCurve] = []
         for curve in curves:
             if run and np.linalg.norm(curve.ends[0] - run[-1].ends[1]) > JOIN_TOLERANCE:
@@ -117,7 +136,7 @@ class Drawing:
             self.add(run, name)
 
     def check_layers(self, there: Iterable[str], kind: str) -> None:
-        """InputError for a layer or group to read that is not there; capitals count as small letters."""
+        """Refuse a layer or group to read that is not there, by InputError; capitals count as small letters."""
         known = {name.casefold(): name for name in there}
         for name in self.layers:
             if name.casefold() not in known:
@@ -125,7 +144,7 @@ class Drawing:
                 raise InputError(f"has no {kind} {name[:40]!r}; there are {listed}")
 
     def contents(self, unit: str) -> Contents:
-        """The pieces as paths: those whose ends meet are one; see `paths.chaining`. InputError without any."""
+        """Return the pieces as paths: those whose ends meet are one, see `paths.chaining`; InputError without any."""
         self.findings += [f"{count} x {kind}" for kind, count in self.notes.items()]
         if self.unshown:
             named = ", ".join(f"{count} {why}" for why, count in self.unshown.most_common(NAMED))
@@ -237,7 +256,7 @@ def _moved_together(curves: list[NurbsCurve], tolerance: float, gaps: list[float
 
 
 def losses(paths: Sequence[Path], title: str, *, depth: bool = True) -> list[str]:
-    """A sentence on what `paths` have and a format does not; depth: whether it has a z."""
+    """Return a sentence on what `paths` have and a format does not; depth: whether it has a z."""
     rotary = sorted({axis for path in paths for axis in path.axes if axis in ROTARY_AXES})
     deep = not depth and any(
         np.ptp(np.concatenate([three_axes(each.control_points, path)[:, 2] for each in path.curves])) > 0.0
@@ -255,7 +274,7 @@ def losses(paths: Sequence[Path], title: str, *, depth: bool = True) -> list[str
 
 
 def three_axes(points: Array, path: Path) -> Array:
-    """The linear axes of `points` (n, axes) of `path` as x, y, z (n, 3), mm; InputError for more than three."""
+    """Return the linear axes of `points` (n, axes) of `path` as x, y, z (n, 3), mm; InputError for more than three."""
     if path.linear > len(_PLACES):
         raise InputError(f"path {path.name!r} has {path.linear} linear axes; a drawing has x, y and z")
     names = path.axes[: path.linear]

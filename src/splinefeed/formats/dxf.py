@@ -38,7 +38,10 @@ _COMMENT = b"999"
 
 
 def holds(head: bytes) -> bool:
-    """Whether `head` looks like this format: the mark of a binary file, or a section after comments at most."""
+    """Tell whether the first bytes of a file, `head`, look like this format.
+
+    That is the mark of a binary file, or a section after comments at most.
+    """
     if head.startswith(BINARY_MARK):
         return True
     lines = iter(head.removeprefix(b"\xef\xbb\xbf").splitlines())
@@ -60,12 +63,33 @@ def from_file(
     hidden: bool = False,
     repair: bool = False,
 ) -> Contents:
-    """The paths in a drawing: curves whose ends meet within `tolerance`, mm, in the order of the file.
+    """Read the paths in a drawing.
 
-    Without a `tolerance` ends join that are as far apart as the last decimal of the file's numbers allows.
+    Parameters
+    ----------
+    file : path
+        The file.
+    tolerance : float or str, optional
+        Curves whose ends meet within it make one path, mm. By default ends join that are as far apart as the last
+        decimal of the file's numbers allows.
+    layer : str or sequence of str, optional
+        Reads these layers only, shown or not: a list, or names between commas.
+    units : str, optional
+        Overrules those of the header.
+    hidden : bool, optional
+        Whether what the drawing does not show is read, too: layers off or frozen, invisible, paper space.
+    repair : bool, optional
+        Whether faults are repaired where that is safe, each a finding.
 
-    `layer` reads these layers only (a list, or names between commas), shown or not; `units` overrules those of the
-    header. What the drawing does not show (layers off or frozen, invisible, paper space) is read with `hidden` alone.
+    Returns
+    -------
+    Contents
+        Paths in the order of the file, mm, and its units.
+
+    Raises
+    ------
+    FormatError, InputError
+        For what cannot be read, with its place.
     """
     drawing = Drawing(file, tolerance, repair, layer, hidden)
     content = drawing.file.read_bytes()
@@ -104,9 +128,19 @@ def _unit(header: Mapping[str, object], drawing: Drawing) -> str:
 
 
 def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
-    """Write `paths`, each on a layer of its name, to the drawing `target`; coordinates keep every digit.
+    """Write paths to a drawing, each on a layer of its name; coordinates keep every digit.
 
-    Returns what DXF has no place for: rotary axes, feeds, markers.
+    Parameters
+    ----------
+    paths : sequence of Path
+        Contours, mm.
+    target : path
+        The file.
+
+    Returns
+    -------
+    list of str
+        What DXF has no place for: rotary axes, feeds, markers.
     """
     document = new("R2000")
     document.units = _MILLIMETRES

@@ -66,7 +66,7 @@ class DxfBlock(NamedTuple):
 
 
 def dashed_type(entity: Entity) -> str:
-    """Name of a line type that has gaps, in small letters; "" for what is none."""
+    """Return the name of a line type that has gaps, in small letters; "" for what is none."""
     said = [(tag.code, str(tag.value).strip()) for tag in entity.tags]
     gaps = entity.kind == "LTYPE" and any(code == _DASH and value.startswith("-") for code, value in said)
     return next((value for code, value in said if code == _NAME), "").casefold() if gaps else ""
@@ -77,7 +77,7 @@ class TooMuchError(InputError):
 
 
 class EntityReader:
-    """Reads entities into a `Drawing`, piece by piece."""
+    """Read entities into a `Drawing`, piece by piece."""
 
     def __init__(self, drawing: Drawing) -> None:
         self.drawing = drawing
@@ -150,7 +150,7 @@ class EntityReader:
                 self.drawing.fault(str(error))
 
     def understood(self, entity: Entity) -> Any:
-        """The entity as ezdxf loads it; InputError for what it cannot, or lacks a place."""
+        """Load the entity by ezdxf; InputError for what it cannot load, or lacks a place."""
         try:
             loaded = entity.loaded()
         except InputError as error:
@@ -388,6 +388,6 @@ _SAME = np.eye(3)
 
 
 def own_axes(entity: Any) -> Array:
-    """x, y and z axis (columns) of the system in which a flat entity has its coordinates: ezdxf's OCS."""
+    """Return x, y and z axis (columns) of the system in which a flat entity has its coordinates: ezdxf's OCS."""
     ocs = entity.ocs()
     return np.array([ocs.ux.xyz, ocs.uy.xyz, ocs.uz.xyz]).T if ocs.transform else _SAME

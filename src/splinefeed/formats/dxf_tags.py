@@ -59,7 +59,19 @@ def _counted(tags: Iterator[DXFTag]) -> Iterator[DXFTag]:
 
 @dataclass
 class Entity:
-    """What one code 0 begins: its type, its place in the file, its tags and, of a POLYLINE, its vertices."""
+    """What one code 0 begins.
+
+    Parameters
+    ----------
+    kind : str
+        Its type.
+    place : str
+        In the file.
+    tags : list of DXFTag
+        Of the entity.
+    vertices : list of Entity
+        Of a POLYLINE.
+    """
 
     kind: str
     place: str
@@ -67,7 +79,7 @@ class Entity:
     vertices: list[Entity] = field(default_factory=list)
 
     def loaded(self) -> DXFEntity:
-        """The entity as ezdxf understands it; DXFError for tags of which it makes nothing, InputError for numbers."""
+        """Load the entity by ezdxf; DXFError for tags of which it makes nothing, InputError for numbers."""
         for tag in self.tags:
             if tag.code in _NUMERIC:
                 finite(tag.value, f"group {tag.code}")
@@ -80,9 +92,21 @@ class Entity:
 
 
 def read_sections(content: bytes) -> tuple[dict[str, object], dict[str, list[Entity]], str]:
-    """Values of the header, entities of each section by its name, and what is wrong with the end of the file, if so.
+    """Read a file into entities, strict about what begins and ends where, but not about a file that stops early.
 
-    Strict about what begins and ends where, but not about a file that stops early.
+    Parameters
+    ----------
+    content : bytes
+        Of the file.
+
+    Returns
+    -------
+    header : dict
+        Values of the header.
+    sections : dict of str to list of Entity
+        Entities of each section.
+    fault : str
+        What is wrong with the end of the file, if anything.
     """
     header: dict[str, object] = {}
     entities: dict[str, list[Entity]] = {}

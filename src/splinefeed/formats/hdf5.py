@@ -171,13 +171,13 @@ def _text(words: Any) -> Any:
 
 
 def load(path: str | os.PathLike[str]) -> Any:
-    """The record in the HDF5 file at `path`; FormatError for all that is not sound."""
+    """Load the record in the HDF5 file at `path`; FormatError for all that is not sound."""
     (record,) = _records(path, (*RECORDS, "Limits"))
     return record
 
 
 def load_chunks(path: str | os.PathLike[str], rows: int) -> Iterator[Setpoints]:
-    """The setpoints in the HDF5 file at `path`, `rows` ticks at a time, one chunk in memory."""
+    """Load the setpoints in the HDF5 file at `path`, `rows` ticks at a time, one chunk in memory."""
     return _records(path, ("Setpoints",), rows)
 
 
@@ -208,9 +208,23 @@ def _records(path: str | os.PathLike[str], known: Sequence[str], rows: int | Non
 def contents(
     file: Path, known: Sequence[str], start: int = 0, rows: int | None = None
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """What an HDF5 file says of its record, one of those `known`, and its columns: whole, or `rows` ticks from `start`.
+    """Return what an HDF5 file holds; runs in the process that may die over a damaged file, see `native_process`.
 
-    Runs in the process that may die over a damaged file; see `native_process`.
+    Parameters
+    ----------
+    file : path
+        The file.
+    known : sequence of str
+        Names of records, one of which it must hold.
+    start : int, optional
+        The first tick.
+    rows : int, optional
+        How many; by default all.
+
+    Returns
+    -------
+    description, columns : dict
+        Of the record.
     """
     import h5py
 

@@ -20,7 +20,7 @@ _TEXT = 72
 
 
 def holds(head: bytes) -> bool:
-    """Whether `head` looks like this format: the letter S and a number in column 73."""
+    """Tell whether the first bytes of a file, `head`, look like this format: the letter S and a number in column 73."""
     line = head[: _TEXT * 2].splitlines()[0] if head.splitlines() else b""
     return line[_TEXT : _TEXT + 1] == b"S" and line[_TEXT + 1 :].strip().lstrip(b"0") == b"1"
 
@@ -33,7 +33,31 @@ def from_file(
     hidden: bool = False,
     repair: bool = False,
 ) -> Contents:
-    """The paths in `file`; `edges` adds the edges of faces, curves whose ends meet within `tolerance` make one path."""
+    """Read the paths in an IGES file.
+
+    Parameters
+    ----------
+    file : path
+        The file.
+    edges : bool, optional
+        Whether the edges of faces are read, too.
+    tolerance : float or str, optional
+        Curves whose ends meet within it make one path, mm.
+    hidden : bool, optional
+        Whether what the author's program does not show is read, too.
+    repair : bool, optional
+        Whether faults are repaired where that is safe, each a finding.
+
+    Returns
+    -------
+    Contents
+        Paths in the order of the file, mm, and its units.
+
+    Raises
+    ------
+    FormatError, InputError
+        For what cannot be read, with its place.
+    """
     return cad_process.read(
         Drawing(file, tolerance, repair, hidden=hidden), "iges", _faults(read_bytes(file)), edges=edges
     )

@@ -106,12 +106,32 @@ class _Entry(NamedTuple):
 
 
 def holds(head: bytes) -> bool:
-    """Whether `head` looks like this format."""
+    """Tell whether the first bytes of a file, `head`, look like this format."""
     return head_text(head).lstrip()[:1] in ("{", "[")
 
 
 def from_text(text: str, source: str | os.PathLike[str], *, tolerance: float | str = JOIN_TOLERANCE) -> list[Path]:
-    """The paths in `text` of the file `source`; curves whose ends meet within `tolerance`, mm, make one path."""
+    """Read the paths in the text of a file of JSON curves.
+
+    Parameters
+    ----------
+    text : str
+        Of the file.
+    source : path
+        The file, for messages.
+    tolerance : float or str, optional
+        Curves whose ends meet within it make one path, mm.
+
+    Returns
+    -------
+    list of Path
+        mm, rotary axes rad.
+
+    Raises
+    ------
+    FormatError, InputError
+        For what cannot be read, with its place.
+    """
     allowed = units.parse(tolerance, "length")
     document = values.parse(text, source)
     if isinstance(document, list):
@@ -249,13 +269,26 @@ def _program(curves: Sequence[tuple[Mapping[str, Any], float]], source: object) 
 
 
 def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
-    """Write the curves of `paths` to the file `target`; coordinates of linear axes come back bit for bit."""
+    """Write curves to a file; coordinates of linear axes come back bit for bit.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Contours, mm.
+    target : path
+        The file.
+
+    Returns
+    -------
+    list of str
+        Empty: the format holds all of a path.
+    """
     write_text(target, to_text(paths))
     return []
 
 
 def to_text(paths: Sequence[Path]) -> str:
-    """The text of a file with the curves of `paths`."""
+    """Return the text of a file with the curves of `paths`."""
     first, several = paths[0], len(paths) > 1
     tool: Any = first if first.needs_machine else None
     shared: dict[str, Any] = {"units": "mm"} if several else {"name": first.name, "units": "mm"}

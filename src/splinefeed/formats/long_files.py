@@ -20,13 +20,36 @@ MOST_LINES = MAX_MOVES
 def read_parts(source: str | os.PathLike[str], **options: Any) -> PathParts:
     """Read the one path in a file of G-code or a table of points part by part; memory does not grow with the file.
 
-    source   the file
-    options  as for `read`: dialect, start, offsets, tools and repair for G-code. The points of a table are joined by
-             straight lines: `smooth_stream` makes curves of them within a tolerance.
-    Returns PathParts. They are those of `read`, curve for curve, for G-code. Raises FormatError for other files, and
-    for what `read` would not read; of a table only while its parts are made. Lengths in mm, feeds in mm/s. Source:
-    docs/scale.md.
-    Example: `sf.write(path, "part.nc"); sum(part.length for part in sf.formats.read_parts("part.nc"))`
+    Parameters
+    ----------
+    source : path
+        The file.
+    **options : object
+        As for `read`: dialect, start, offsets, tools and repair for G-code.
+
+    Returns
+    -------
+    PathParts
+        Of G-code those of `read`, curve for curve; lengths in mm, feeds in mm/s. The points of a table are joined by
+        straight lines: `smooth_stream` makes curves of them within a tolerance.
+
+    Raises
+    ------
+    FormatError
+        For other files, and for what `read` would not read; of a table only while its parts are made.
+    InputError
+        For an option that the format does not have.
+
+    References
+    ----------
+    .. [1] docs/scale.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> _ = sf.write(sf.Path.polyline([[0, 0], [10, 0]]), "part.nc", feed=10)
+    >>> [part.length for part in sf.formats.read_parts("part.nc")]
+    [10.0]
     """
     found, read = _parted(source)
     if read is None:
@@ -39,7 +62,7 @@ def read_parts(source: str | os.PathLike[str], **options: Any) -> PathParts:
 
 
 def too_long(source: str | os.PathLike[str]) -> bool:
-    """Whether a file that can be read part by part has more than MOST_LINES lines."""
+    """Tell whether a file that can be read part by part has more than MOST_LINES lines."""
     if not os.path.isfile(source) or os.path.getsize(source) <= MOST_LINES:
         return False
     return _parted(source)[1] is not None and count_lines(source) > MOST_LINES

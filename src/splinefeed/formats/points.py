@@ -43,7 +43,10 @@ Points = tuple[tuple[str, ...], Array, list[str], IntArray]
 
 
 def holds(head: bytes) -> bool:
-    """Whether `head` looks like this format: two lines of as many numbers, two or more, and before them words only."""
+    """Tell whether the first bytes of a file, `head`, look like this format.
+
+    That is two lines of as many numbers, two or more, and before them words only.
+    """
     counts = []
     for line in head_text(head[:4096]).splitlines():
         if not line.strip(BLANK) or line.lstrip().startswith(table_text.COMMENTS):
@@ -66,11 +69,33 @@ def from_text(
     tolerance: float | str = DEFAULT_TOLERANCE,
     degree: int = 3,
 ) -> list[Path]:
-    """The points in `text` as a path of fitted curves, mm and rad, parted at corners; one a contour.
+    """Read the points in the text of a table as paths of fitted curves, parted at corners.
 
-    `tolerance` is the largest distance, mm, of a fit of the given `degree` from the points. Where the last point is
-    the first one again, the path is closed, smoothly unless there is a corner. The findings report the distance that
-    was measured and everything that the file leaves open.
+    Parameters
+    ----------
+    text : str
+        Of the file.
+    source : path
+        The file, for messages.
+    tolerance : float or str, optional
+        Largest distance of the fit from the points, mm.
+    degree : int, optional
+        Of the fit.
+
+    Returns
+    -------
+    list of Path
+        One a contour, mm and rad. Findings have the distance that was measured and everything that the file leaves
+        open.
+
+    Raises
+    ------
+    FormatError, InputError
+        For what cannot be read, with its place.
+
+    Notes
+    -----
+    Where the last point is the first one again, the path is closed, smoothly unless there is a corner.
     """
     (axes, points, findings, contours), *more = islice(_blocks(text.splitlines(), MAX_POINTS), 2)
     if more:
@@ -110,10 +135,35 @@ def fitted_path(
     degree: int = 3,
     closed: bool = False,
 ) -> Path:
-    """The path near points (n, axes), mm, within `tolerance`, mm, the last finding on the distance of the points.
+    """Fit a path to points, the last finding on the distance of the points.
 
-    It is measured by means that the fit does not share, and again where the motion leaves the curves of the fit or not
-    all axes are linear. Raises InputError for a tolerance that is not above 0.
+    Parameters
+    ----------
+    points : (n, axes) array
+        mm and rad.
+    tolerance : float or str
+        Largest distance of the path from the points, mm.
+    axes, name, findings : sequence of str, str, sequence of str
+        Of the path.
+    degree : int, optional
+        Of the curves.
+    closed : bool, optional
+        Whether the path is closed.
+
+    Returns
+    -------
+    Path
+        Near the points.
+
+    Raises
+    ------
+    InputError
+        For a tolerance that is not above 0.
+
+    Notes
+    -----
+    The distance is measured by means that the fit does not share, and again where the motion leaves the curves of the
+    fit or not all axes are linear.
     """
     from splinefeed.curves.nearest import Nearest
     from splinefeed.curves.tables import arc_pieces
@@ -139,7 +189,7 @@ def fitted_path(
 
 
 def positive_length(value: float | str, name: str) -> float:
-    """A length that a caller gives, mm; InputError with its `name` unless it is above 0."""
+    """Return a length that a caller gives, mm; InputError with its `name` unless it is above 0."""
     length = units.parse(value, "length")
     if length <= 0.0:
         raise InputError(f"{name} is {length:g} mm; it must be greater than 0")
@@ -150,7 +200,7 @@ def positive_length(value: float | str, name: str) -> float:
 
 
 def in_parts(file: pathlib.Path) -> PathParts:
-    """The points in `file`, joined by straight lines, read part by part."""
+    """Read the points in `file`, joined by straight lines, part by part."""
     check_size(file, MAX_BYTES)
     axes, _, findings, _ = next(_parts(file))
     return PathParts(

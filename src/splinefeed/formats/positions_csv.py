@@ -28,7 +28,7 @@ _FULL = 12
 
 
 def is_foreign(path: str | os.PathLike[str]) -> bool:
-    """Whether the file at `path` is named .csv or .txt and was not written by splinefeed."""
+    """Tell whether the file at `path` is named .csv, .txt or .tsv and was not written by splinefeed."""
     if os.path.splitext(path)[1].lower() not in (".csv", ".txt", ".tsv"):
         return False
     with check_file(path).open("rb") as stream:
@@ -38,12 +38,29 @@ def is_foreign(path: str | os.PathLike[str]) -> bool:
 def read(
     path: str | os.PathLike[str], *, columns: Sequence[str] | None = None, period: float | None = None
 ) -> tuple[Setpoints, list[str]]:
-    """Setpoints with NaN for u, s and feed, and what had to be guessed, one sentence each.
+    """Read setpoints of another program.
 
-    The line above the numbers names the columns, or one above a line of units does: t, x, y, ... with a unit behind
-    (t_ms, x [in], theta_deg) or in the line of units; mm, s and degrees otherwise. columns  these names, for a file
-    without; period  s, otherwise the one that the times say. Numbers may be between commas, semicolons, tabs or
-    blanks, and NaN. Raises FormatError, which names the line.
+    Parameters
+    ----------
+    path : path
+        The file: numbers between commas, semicolons, tabs or blanks, and NaN.
+    columns : sequence of str, optional
+        Names of the columns, for a file without: t, x, y, ... with a unit behind (t_ms, x [in], theta_deg); mm, s and
+        degrees otherwise. By default the line above the numbers names them, or one above a line of units.
+    period : float, optional
+        s; by default the one of the times.
+
+    Returns
+    -------
+    setpoints : Setpoints
+        With NaN for u, s and feed.
+    notes : list of str
+        What had to be guessed, one sentence each.
+
+    Raises
+    ------
+    FormatError
+        For what is no such table, with the line.
     """
     file = check_file(path)
     with file.open(encoding="utf-8-sig", errors="replace") as stream:

@@ -30,7 +30,19 @@ _LISTED = 4
 
 @dataclass(frozen=True)
 class Format:
-    """A kind of file that holds paths: its title, its module in the package, its suffixes and its largest size."""
+    """A kind of file that holds paths.
+
+    Parameters
+    ----------
+    title : str
+        What people call it.
+    module : str
+        In the package, with `holds` and `from_text` or `from_file`, and `write` if it can be written.
+    suffixes : tuple of str
+        Of its files.
+    max_bytes : int, optional
+        Its largest size.
+    """
 
     title: str
     module: str
@@ -38,7 +50,7 @@ class Format:
     max_bytes: int | None = None  # None: source.MAX_FILE_BYTES
 
     def load(self) -> Any:
-        """The module, imported at its first use."""
+        """Return the module, imported at its first use."""
         return import_module(f"splinefeed.{self.module}")
 
     @property
@@ -59,7 +71,7 @@ class Format:
         return set() if self.writer is None else options_of(self.writer)
 
     def check_options(self, known: set[str], options: Iterable[str]) -> None:
-        """InputError for an option that is not among the `known` ones."""
+        """Refuse an option that is not among the `known` ones, by an InputError that lists them."""
         for name in options:
             if name not in known:
                 there = ", ".join(["path", *sorted(known)])
@@ -83,16 +95,45 @@ FORMATS = (
 def read(
     source: str | os.PathLike[str], *, path: str | int | None = None, repair: bool = False, **options: Any
 ) -> Path:
-    """Read the path in the file `source`; where there are several, the one whose name or number (from 1) is `path`.
+    """Read the path in a file.
 
-    Several contours without `path` are one motion, a `Job`: inner before outer, linked by rapid moves, laser off;
-    `sf.read("plate.dxf").job(clearance=5)` links them otherwise.
+    Parameters
+    ----------
+    source : path
+        The file; its content and its name show the format.
+    path : str or int, optional
+        Where the file holds several, the name or number (from 1) of one. Without it several contours are one motion, a
+        `Job`: inner before outer, linked by rapid moves, laser off; `sf.read("plate.dxf").job(clearance=5)` links them
+        otherwise.
+    repair : bool, optional
+        Whether faults are repaired where that is safe, each a finding.
+    **options : object
+        Those of the format: `tolerance` for JSON curves; `chord`, `tolerance`, `degree` for airfoils and points;
+        docs/formats.md has all.
 
-    `repair` repairs faults where that is safe, each a finding; `options` are those of the format: `tolerance` for JSON
-    curves; `chord`, `tolerance`, `degree` for airfoils and points; docs/formats.md has all.
-    Returns a Path, lengths in mm, angles in rad. Raises FormatError, which names the file and the place, for what
-    cannot be read.
-    Source: docs/formats.md. Example: `sf.write(path, "part.dxf"); sf.read("part.dxf").length`
+    Returns
+    -------
+    Path
+        Lengths in mm, angles in rad.
+
+    Raises
+    ------
+    FormatError
+        For what cannot be read, with the file and the place.
+    InputError
+        For an option that the format does not have, and for contours that cannot be linked.
+
+    References
+    ----------
+    .. [1] docs/formats.md, which names the standard of each format.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> sf.write(sf.Path.polyline([[0, 0], [10, 0], [10, 10]]), "part.dxf")
+    ()
+    >>> sf.read("part.dxf").length
+    20.0
     """
     expect("read(file)", (source, (str, os.PathLike)))
     paths = read_all(source, repair=repair, **options)
@@ -100,7 +141,27 @@ def read(
 
 
 def as_job(paths: Sequence[Path], source: str | os.PathLike[str], **linking: Any) -> Job:
-    """The contours of a file as one motion; see `paths.jobs.job`. InputError names the file."""
+    """Join the contours of a file to one motion.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        The contours.
+    source : path
+        The file, for messages.
+    **linking : object
+        As for `paths.jobs.job`.
+
+    Returns
+    -------
+    Job
+        The motion.
+
+    Raises
+    ------
+    InputError
+        As `paths.jobs.job`, with the file.
+    """
     try:
         return job(paths, name=pathlib.Path(source).stem, **linking)
     except InputError as error:
@@ -108,7 +169,27 @@ def as_job(paths: Sequence[Path], source: str | os.PathLike[str], **linking: Any
 
 
 def choose(paths: Sequence[Path], path: str | int | None, source: str | os.PathLike[str]) -> Path:
-    """The one of `paths`, read from `source`, whose name or number (from 1) is `path`; a lone one without that."""
+    """Choose one of the paths of a file.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        All of them.
+    path : str or int or None
+        Name or number (from 1) of the one; None for a lone one.
+    source : path
+        The file, for messages.
+
+    Returns
+    -------
+    Path
+        The one.
+
+    Raises
+    ------
+    FormatError
+        For another name or number, and for none where there are several.
+    """
     if path is None and len(paths) == 1:
         return paths[0]
     names, number = [each.name for each in paths], str(path)
@@ -126,7 +207,27 @@ def choose(paths: Sequence[Path], path: str | int | None, source: str | os.PathL
 
 
 def read_all(source: str | os.PathLike[str], *, repair: bool = False, **options: Any) -> Contents:
-    """Every path in the file `source`, in the order of the file, and the units of the file; see `read`."""
+    """Read every path in a file.
+
+    Parameters
+    ----------
+    source : path
+        The file.
+    repair : bool, optional
+        As for `read`.
+    **options : object
+        As for `read`.
+
+    Returns
+    -------
+    Contents
+        Paths in the order of the file, mm and rad, and the units of the file.
+
+    Raises
+    ------
+    FormatError, InputError
+        As `read`.
+    """
     found = format_of(source)
     reader = found.reader
     known = options_of(reader)
@@ -154,12 +255,38 @@ def read_all(source: str | os.PathLike[str], *, repair: bool = False, **options:
 
 
 def write(paths: Path | Iterable[Path], target: str | os.PathLike[str], **options: Any) -> tuple[str, ...]:
-    """Write one path or several to the file `target`, whole or not at all; the suffix says the format.
+    """Write one path or several to a file, whole or not at all.
 
-    paths  one, or several contours; options  those of the format
-    Returns what had to be approximated and what the format cannot hold, one sentence each; empty if nothing is lost.
-    Raises FormatError for a suffix that no format writes, InputError for an option that is not one of the format.
-    Lengths in mm. Source: docs/formats.md says what each format holds. Example: `sf.write(path, "part.svg")`
+    Parameters
+    ----------
+    paths : Path or iterable of Path
+        One, or several contours, mm.
+    target : path
+        The file, whose suffix chooses the format.
+    **options : object
+        Those of the format.
+
+    Returns
+    -------
+    tuple of str
+        What had to be approximated and what the format cannot hold, one sentence each; empty if nothing is lost.
+
+    Raises
+    ------
+    FormatError
+        For a suffix that no format writes, and a file that cannot be written.
+    InputError
+        For an option that the format does not have, and for no path.
+
+    References
+    ----------
+    .. [1] docs/formats.md, which has what each format holds.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> sf.write(sf.Path.polyline([[0, 0], [10, 0]]), "part.svg")
+    ()
     """
     expect("write(path, file)", (paths, object), (target, (str, os.PathLike)))
     found = format_to_write(target)
@@ -173,7 +300,7 @@ def write(paths: Path | Iterable[Path], target: str | os.PathLike[str], **option
 
 
 def format_to_write(target: str | os.PathLike[str]) -> Format:
-    """The format that the suffix of `target` says; FormatError for one that nothing writes."""
+    """Return the format of the suffix of `target`; FormatError for one that nothing writes."""
     suffix = pathlib.Path(target).suffix.lower()
     found = next((each for each in FORMATS if suffix in each.suffixes), None)
     if found is None or found.writer is None:
@@ -183,10 +310,24 @@ def format_to_write(target: str | os.PathLike[str]) -> Format:
 
 
 def format_of(source: str | os.PathLike[str], *, any_size: bool = False) -> Format:
-    """The format of the file `source`: the one its name promises if it holds it, else one that its content shows.
+    """Find the format of a file: the one of its name if it holds it, else one that its content shows.
 
-    Where the content shows none, the one that the name promises, the last of them: its reader will say what is wrong.
-    Raises FormatError for no plain file, an empty one, a pointer of Git LFS, and what no format knows.
+    Parameters
+    ----------
+    source : path
+        The file.
+    any_size : bool, optional
+        Whether it may be larger than its format allows, as one that is read in parts.
+
+    Returns
+    -------
+    Format
+        Where the content shows none, the one of the name, the last of them: its reader tells what is wrong.
+
+    Raises
+    ------
+    FormatError
+        For no plain file, an empty one, a pointer of Git LFS, and what no format knows.
     """
     file = source_files.check_file(source)
     head = source_files.read_head(source, HEAD_BYTES)
@@ -205,6 +346,6 @@ def _listed(formats: Iterable[Format]) -> str:
 
 
 def options_of(function: Callable[..., Any]) -> set[str]:
-    """Names of the keyword-only arguments of a reader or writer."""
+    """Return the names of the keyword-only arguments of a reader or writer."""
     parameters = inspect.signature(function).parameters.values()
     return {parameter.name for parameter in parameters if parameter.kind is parameter.KEYWORD_ONLY}

@@ -18,7 +18,22 @@ MOST_BYTES = 64 * 2**20
 
 
 def write(rows: Sequence[Mapping[str, Any]], columns: Mapping[str, str], path: str | os.PathLike[str]) -> None:
-    """Write rows under `columns` (name -> kind), whole or not at all; equal rows give equal files."""
+    """Write rows, whole or not at all; equal rows give equal files.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        Values by column.
+    columns : mapping of str to str
+        Kind of each column, a name in KINDS.
+    path : path
+        The file.
+
+    Raises
+    ------
+    InputError
+        Where the library is not installed.
+    """
     pyarrow, parquet = libraries()
     schema = pyarrow.schema([(name, KINDS[kind]) for name, kind in columns.items()])
     table = pyarrow.table({name: [row.get(name) for row in rows] for name in columns}, schema=schema)
@@ -27,13 +42,31 @@ def write(rows: Sequence[Mapping[str, Any]], columns: Mapping[str, str], path: s
 
 
 def read(path: str | os.PathLike[str], most: int) -> dict[str, list[Any]]:
-    """Columns of a file of at most `most` rows, read in a process of its own; FormatError for what is no such file."""
+    """Read the columns of a file, in a process of its own.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    most : int
+        Rows that it may have.
+
+    Returns
+    -------
+    dict of str to list
+        Values by column.
+
+    Raises
+    ------
+    FormatError
+        For what is no such file.
+    """
     columns: dict[str, list[Any]] = ask("formats.rows_parquet", "contents", path, most=most)[0]
     return columns
 
 
 def contents(file: Path, most: int) -> tuple[dict[str, list[Any]], dict[str, Any]]:
-    """Columns of a file; runs in the process that may die over a damaged one."""
+    """Return the columns of a file; runs in the process that may die over a damaged one."""
     _, parquet = libraries()
     with parquet.ParquetFile(file) as source:
         if source.metadata.num_rows > most:
@@ -45,7 +78,7 @@ def contents(file: Path, most: int) -> tuple[dict[str, list[Any]], dict[str, Any
 
 
 def libraries() -> tuple[Any, Any]:
-    """pyarrow and its part for Parquet; InputError with the mend where they are not installed."""
+    """Return pyarrow and its part for Parquet; InputError with the mend where they are not installed."""
     try:
         import pyarrow
         from pyarrow import parquet

@@ -19,10 +19,23 @@ Run = Sequence[NurbsCurve]
 
 
 def on_others(runs: Sequence[Run], tolerance: float) -> list[tuple[int, int]] | None:
-    """Number of each contour that lies within `tolerance`, mm, on an earlier one, as long as itself, and that one's.
+    """Find contours that lie on an earlier one, as long as itself.
 
-    Both lie on each other: places of either are nowhere farther from the other, by exact distances. None where too
-    many would have to be compared.
+    Parameters
+    ----------
+    runs : sequence of Run
+        Curves of each contour, end to end.
+    tolerance : float
+        mm.
+
+    Returns
+    -------
+    list of (int, int) or None
+        Number of each such contour and of the earlier one; None where too many would have to be compared.
+
+    Notes
+    -----
+    Both lie on each other: places of either are nowhere farther from the other, by exact distances.
     """
     from scipy.spatial import cKDTree
 

@@ -29,10 +29,17 @@ Kind = TypeVar("Kind", bound="Setpoints | TimeLaw | Limits | Response | BitPatte
 class SetpointFormat:
     """A kind of file for setpoints.
 
-    module   has `write_NAME(chunks, file)`, and where it can be loaded `read_NAME(file)` for columns and description;
-             HDF5, which holds other records too, is `hdf5`
-    rotary   unit of rotary axes in the file
-    at_once  whether all setpoints are written at once, in place of chunks
+    Parameters
+    ----------
+    suffixes : tuple of str
+        Of its files.
+    module : str
+        Has `write_NAME(chunks, file)`, and where it can be loaded `read_NAME(file)` for columns and description; HDF5,
+        which holds other records too, is `hdf5`.
+    rotary : str, optional
+        Unit of rotary axes in the file.
+    at_once : bool, optional
+        Whether all setpoints are written at once, in place of chunks.
     """
 
     suffixes: tuple[str, ...]
@@ -58,14 +65,37 @@ _BITS = ".bits"
 
 
 def save(record: Record | Iterable[Setpoints] | Iterable[Response], path: str | os.PathLike[str]) -> None:
-    """Save a record, whole or not at all: any as HDF5 (.h5), setpoints in every one of FORMATS, pulse words as .bits.
+    """Save a record, whole or not at all.
 
-    path  file to write, whose suffix says the format. Returns nothing.
+    Parameters
+    ----------
+    record : Setpoints, Response, TimeLaw, Limits, BitPattern, or iterable of chunks
+        Setpoints and responses may come as an iterable of chunks, of which HDF5, CSV, Parquet and halstreamer hold one
+        at a time in memory.
+    path : path
+        File to write, whose suffix chooses the format: any record as HDF5 (.h5), setpoints in every one of FORMATS,
+        pulse words as .bits.
 
-    Setpoints and responses may come as an iterable of chunks, of which HDF5, CSV, Parquet and halstreamer hold one at
-    a time in memory. Lengths in mm, rotary axes rad or as the format says in its heads. Raises FormatError for a name
-    of no format, a folder that cannot be written, or numbers that are not finite. Source: docs/setpoint-files.md.
-    Example: `sf.save(setpoints, "setpoints.csv")`
+    Raises
+    ------
+    FormatError
+        For a name of no format, and a folder that cannot be written.
+    InputError
+        For numbers that are not finite, and chunks that do not belong together.
+
+    Notes
+    -----
+    Lengths are in mm, times in s, rotary axes in rad or as the format has it in its heads.
+
+    References
+    ----------
+    .. [1] docs/setpoint-files.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> run = sf.run(sf.Path.polyline([[0, 0], [10, 0]]), sf.Limits(feed=10, acceleration=100, jerk=1000))
+    >>> sf.save(run.setpoints(), "setpoints.csv")
     """
     expect("save(record, file)", (record, object), (path, (str, os.PathLike)))
     if _suffix(path) == _BITS:
@@ -98,10 +128,22 @@ def _sink(sink: Any) -> Iterator[Callable[[Any], None]]:
 
 
 class Writer:
-    """Writes setpoints, or a response, to a file chunk by chunk as they come; the file appears whole or not at all.
+    """Write setpoints, or a response, to a file chunk by chunk as they come; the file appears whole or not at all.
 
+    Parameters
+    ----------
+    path : path
+        File to write, whose suffix chooses the format.
+
+    Raises
+    ------
+    FormatError, InputError
+        As `save`.
+
+    Notes
+    -----
     `feed` takes the next chunk, `finish` ends the file. As a context it removes what is not finished. Formats whose
-    layout needs all ticks at once keep the chunks. Raises what `save` raises.
+    layout needs all ticks at once keep the chunks.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -123,7 +165,20 @@ class Writer:
         self._open.__exit__(*(raised if raised[0] is not None else (GeneratorExit, left, None)))
 
     def feed(self, part: Any) -> None:
-        """The next chunk of setpoints or of a response."""
+        """Write the next chunk.
+
+        Parameters
+        ----------
+        part : Setpoints or Response
+            Of the axes and the period of the first one.
+
+        Raises
+        ------
+        InputError
+            For a part that is not sound or not like the first.
+        FormatError
+            For more ticks than the format holds.
+        """
         self._check(part)
         if not len(part):
             return
@@ -173,13 +228,39 @@ def load(path: str | os.PathLike[str]) -> Record: ...
 @overload
 def load(path: str | os.PathLike[str], kind: type[Kind]) -> Kind: ...
 def load(path: str | os.PathLike[str], kind: type[Any] | None = None) -> Any:
-    """Load a record that `save` wrote; a tuple in its settings comes back as a list, as JSON has no tuples.
+    """Load a record that `save` wrote.
 
-    path  file that `save` wrote
-    kind  the record that must be in the file, such as `sf.Setpoints`; None takes any
-    Returns the record: lengths in mm, times in s, angles in rad. Raises FormatError that names the file, for one that
-    cannot be read and for a record of another kind. Source: docs/setpoint-files.md.
-    Example: `sf.save(law, "law.h5"); sf.load("law.h5", sf.TimeLaw).duration`
+    Parameters
+    ----------
+    path : path
+        File that `save` wrote.
+    kind : type, optional
+        The record that must be in the file, such as `sf.Setpoints`; by default any.
+
+    Returns
+    -------
+    Setpoints, Response, TimeLaw, Limits or BitPattern
+        Lengths in mm, times in s, angles in rad.
+
+    Raises
+    ------
+    FormatError
+        For a file that cannot be read, and for a record of another kind.
+
+    Notes
+    -----
+    A tuple in its settings comes back as a list, as JSON has no tuples.
+
+    References
+    ----------
+    .. [1] docs/setpoint-files.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> sf.save(sf.plan(sf.Path.polyline([[0, 0], [10, 0]]), sf.Limits(feed=10, acceleration=100, jerk=1000)), "law.h5")
+    >>> sf.load("law.h5", sf.TimeLaw)
+    TimeLaw('seven-phase', 10 mm in 1.2 s)
     """
     suffix = _suffix(path)
     name = "" if suffix == _BITS else _format_of(path)
@@ -202,7 +283,25 @@ def load(path: str | os.PathLike[str], kind: type[Any] | None = None) -> Any:
 
 
 def load_chunks(path: str | os.PathLike[str], rows: int) -> Iterator[Setpoints]:
-    """Setpoints that `save` wrote, in pieces of at most `rows` ticks, of which HDF5 holds one at a time in memory."""
+    """Load setpoints in pieces, of which HDF5 holds one at a time in memory.
+
+    Parameters
+    ----------
+    path : path
+        File that `save` wrote.
+    rows : int
+        Ticks of a piece, at most.
+
+    Yields
+    ------
+    Setpoints
+        The next piece.
+
+    Raises
+    ------
+    FormatError
+        As `load`.
+    """
     if _format_of(path) == "hdf5":
         yield from hdf5.load_chunks(path, rows)
         return

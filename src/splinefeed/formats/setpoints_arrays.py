@@ -52,7 +52,7 @@ def write_npz(points: Setpoints, file: Path) -> None:
 
 
 def read_npz(file: Path) -> tuple[dict[str, Any], Any]:
-    """Columns and description of a .npz file; nothing in it is unpickled."""
+    """Read columns and description of a .npz file; nothing in it is unpickled."""
     with file.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
         if any(member.compress_type for member in archive.zip.infolist()):  # few bytes could fill the memory
             raise InputError("is packed; splinefeed writes its columns as they are")
@@ -77,14 +77,14 @@ def write_mat(points: Setpoints, file: Path) -> None:
 
 
 def read_mat(file: Path) -> tuple[dict[str, Any], Any]:
-    """Columns and description of a .mat file, which SciPy reads in a process of its own."""
+    """Read columns and description of a .mat file, by SciPy in a process of its own."""
     check_size(file, MAX_MAT_BYTES)
     said, columns = ask("formats.setpoints_arrays", "mat_contents", file)
     return columns, said
 
 
 def mat_contents(file: Path) -> tuple[Any, dict[str, Any]]:
-    """Description and columns of a .mat file; runs in the process that may die over a damaged file."""
+    """Return description and columns of a .mat file; runs in the process that may die over a damaged file."""
     import scipy.io
 
     _check_unpacked(file.read_bytes())
@@ -148,13 +148,13 @@ def write_parquet(file: Path) -> Sink[Setpoints]:
 
 
 def read_parquet(file: Path) -> tuple[dict[str, Any], Any]:
-    """Columns and description of a Parquet file, which its library reads in a process of its own."""
+    """Read columns and description of a Parquet file, by its library in a process of its own."""
     said, columns = ask("formats.setpoints_arrays", "parquet_contents", file)
     return by_name(list(columns.values())), said
 
 
 def parquet_contents(file: Path) -> tuple[Any, dict[str, Any]]:
-    """Description and columns (n,) of a Parquet file; runs in the process that may die over a damaged file."""
+    """Return description and columns (n,) of a Parquet file; runs in the process that may die over a damaged file."""
     _, parquet = libraries()
     with parquet.ParquetFile(file) as source:
         metadata = (source.schema_arrow.metadata or {}).get(_KEY)

@@ -54,7 +54,7 @@ def write_csv(file: Path) -> Sink[Setpoints]:
 
 
 def read_csv(file: Path) -> tuple[dict[str, Any], Any]:
-    """Columns and description of a CSV that `write_csv` wrote."""
+    """Read columns and description of a CSV that `write_csv` wrote."""
     with file.open("rb") as tail:
         tail.seek(-min(_TAIL, file.stat().st_size), 2)
         end = re.search(rb"\n# end: ([0-9]{1,12}) ticks\n\Z", tail.read())
@@ -81,7 +81,7 @@ def read_csv(file: Path) -> tuple[dict[str, Any], Any]:
 
 
 def cfg(axes: tuple[str, ...]) -> str:
-    """The letters of the streamer's `cfg=` for these axes: u for the row, f for each axis, b for the last flag."""
+    """Return the letters of the streamer's `cfg=` for axes: u for the row, f for each axis, b for the last flag."""
     return f"u{'f' * len(axes)}b"
 
 

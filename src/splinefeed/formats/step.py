@@ -27,7 +27,7 @@ _COMMENTS = re.compile(rb"\A(?:\xef\xbb\xbf)?(?:\s|/\*.*?\*/)*", re.DOTALL)
 
 
 def holds(head: bytes) -> bool:
-    """Whether `head` looks like STEP, behind comments at most."""
+    """Tell whether the first bytes of a file, `head`, look like STEP, behind comments at most."""
     return _COMMENTS.sub(b"", head[:4096]).startswith(START)
 
 
@@ -39,7 +39,31 @@ def from_file(
     hidden: bool = False,
     repair: bool = False,
 ) -> Contents:
-    """The paths in `file`; `edges` adds the edges of faces, curves whose ends meet within `tolerance` make one path."""
+    """Read the paths in a STEP file.
+
+    Parameters
+    ----------
+    file : path
+        The file.
+    edges : bool, optional
+        Whether the edges of faces are read, too.
+    tolerance : float or str, optional
+        Curves whose ends meet within it make one path, mm.
+    hidden : bool, optional
+        Whether what the author's program does not show is read, too.
+    repair : bool, optional
+        Whether faults are repaired where that is safe, each a finding.
+
+    Returns
+    -------
+    Contents
+        Paths in the order of the file, mm, and its units.
+
+    Raises
+    ------
+    FormatError, InputError
+        For what cannot be read, with its place.
+    """
     return cad_process.read(Drawing(file, tolerance, repair, hidden=hidden), "step", [], edges=edges)
 
 
@@ -79,9 +103,23 @@ _PER_LINE, _X2 = 10, "\\X2\\{}\\X0\\"
 
 
 def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
-    """Write the curves of `paths` as a set of free B-spline curves, mm, every number with all its digits.
+    """Write curves as a set of free B-spline curves, mm, every number with all its digits.
 
-    Curves are clamped, which is exact. Returns what STEP has no place for: rotary axes, feeds, tolerances, markers.
+    Parameters
+    ----------
+    paths : sequence of Path
+        Contours, mm.
+    target : path
+        The file.
+
+    Returns
+    -------
+    list of str
+        What STEP has no place for: rotary axes, feeds, tolerances, markers.
+
+    Notes
+    -----
+    Curves are clamped, which is exact.
     """
     lost = losses(paths, "STEP")
     name = _text(paths[0].name if len(paths) == 1 else pathlib.Path(target).stem)

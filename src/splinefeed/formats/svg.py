@@ -52,7 +52,10 @@ for _knots in _BEZIER_KNOTS.values():
 
 
 def holds(head: bytes) -> bool:
-    """Whether `head`, packed or not, looks like this format: an element svg near the begin of what starts with <."""
+    """Tell whether the first bytes of a file, `head`, packed or not, look like this format.
+
+    That is an element svg near the begin of what starts with <.
+    """
     if head.startswith(GZIP):
         try:
             head = zlib.decompressobj(zlib.MAX_WBITS | 16).decompress(head, len(head))
@@ -76,15 +79,35 @@ def from_file(
     hidden: bool = False,
     repair: bool = False,
 ) -> Contents:
-    """The paths in a drawing: curves whose ends meet within `tolerance`, mm, in the order of the file.
+    """Read the paths in a drawing.
 
-    Without a `tolerance` ends join that are as far apart as the last decimal of the file's numbers allows.
+    Parameters
+    ----------
+    file : path
+        The file.
+    tolerance : float or str, optional
+        Curves whose ends meet within it make one path, mm. By default ends join that are as far apart as the last
+        decimal of the file's numbers allows.
+    layer : str or sequence of str, optional
+        Reads only what is in groups of these names (Inkscape's label, or id): a list, or names between commas.
+    units : str, optional
+        What one px of a page without a size in mm or inch is: "pt" (1/72 inch), "0.01in", "mm". By default what the
+        program that wrote the file takes it for: Adobe Illustrator 1/72 inch, Inkscape before 0.92 1/90 inch, all
+        others 1/96 inch.
+    hidden : bool, optional
+        Whether what the drawing does not show is read, too: display, visibility, opacity, no fill and no stroke.
+    repair : bool, optional
+        Whether faults are repaired where that is safe, each a finding.
 
-    `layer` reads only what is in groups of these names (Inkscape's label, or id), a list or with commas between them.
-    `units` says what one px of a page without a size in mm or inch is: "pt" (1/72 inch), "0.01in", "mm". Without it a
-    px is what the program that wrote the file takes it for: Adobe Illustrator 1/72 inch, Inkscape before 0.92 1/90
-    inch, all others 1/96 inch.
-    What the drawing does not show (display, visibility, opacity, no fill and no stroke) is read with `hidden` alone.
+    Returns
+    -------
+    Contents
+        Paths in the order of the file, mm, and its units.
+
+    Raises
+    ------
+    FormatError, InputError
+        For what cannot be read, with its place.
     """
     drawing = Drawing(file, tolerance, repair, layer, hidden)
     content = unpacked(drawing.file.read_bytes())

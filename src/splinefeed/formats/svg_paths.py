@@ -30,9 +30,18 @@ _ARGUMENTS["A"] = re.compile(_NUMBER * 3 + _FLAG * 2 + _NUMBER * 2)
 
 
 class SvgPiece(NamedTuple):
-    """Straight lines, a Bezier curve or an arc: control points x + i y; weights where they are not 1; knots of an arc.
+    """Straight lines, a Bezier curve or an arc.
 
-    straight  whether it is a line through all of its points
+    Parameters
+    ----------
+    points : list of complex
+        Control points x + i y, px.
+    straight : bool, optional
+        Whether it is a line through all of its points.
+    weights : array, optional
+        One a point, where they are not 1.
+    knots : array, optional
+        Of an arc.
     """
 
     points: list[complex]
@@ -43,7 +52,20 @@ class SvgPiece(NamedTuple):
 
 @lru_cache(maxsize=256)
 def parse(data: str) -> tuple[list[list[SvgPiece]], str]:
-    """Runs of pieces joined end to end, and what is wrong with path data, if anything; what comes before is kept."""
+    """Read path data of SVG.
+
+    Parameters
+    ----------
+    data : str
+        The attribute d.
+
+    Returns
+    -------
+    runs : list of list of SvgPiece
+        Pieces joined end to end.
+    fault : str
+        What is wrong, if anything; what comes before is kept.
+    """
     builder = _Builder()
     fault = "" if data.strip() == "none" else builder.read(data)
     return [run for run in builder.runs if run], fault
@@ -131,10 +153,32 @@ class _Builder:
 def elliptical(
     begin: complex, end: complex, rx: float, ry: float, degrees: float, large: float, positive: float
 ) -> SvgPiece | None:
-    """The arc of an ellipse from `begin` to `end` exactly; None where it is a straight line.
+    """Return the arc of an ellipse from `begin` to `end` exactly; None where it is a straight line.
 
+    Parameters
+    ----------
+    begin, end : complex
+        x + i y, px.
+    rx, ry : float
+        Radii, px.
+    degrees : float
+        By which the ellipse is turned, deg.
+    large, positive : float
+        Flags of the path data: whether not 0.
+
+    Returns
+    -------
+    SvgPiece or None
+        The arc.
+
+    Notes
+    -----
     In the plane where the ellipse is the unit circle its sweep follows from the chord alone, and the arc from both, so
-    that a flat arc of a huge ellipse keeps its digits. Radii that are too small grow until the chord fits (F.6.6).
+    that a flat arc of a huge ellipse keeps its digits. Radii that are too small grow until the chord fits.
+
+    References
+    ----------
+    .. [1] W3C, SVG 1.1, appendix F.6.6.
     """
     rx, ry = abs(rx), abs(ry)
     if begin == end or rx == 0.0 or ry == 0.0:
@@ -162,7 +206,7 @@ def elliptical(
 
 
 def shape(tag: str, given: Mapping[str, str], view: View) -> list[list[SvgPiece]]:
-    """The outline of a basic shape; empty where its size is 0."""
+    """Return the outline of a basic shape; empty where its size is 0."""
     if tag in ("polyline", "polygon", "line"):
         if tag == "line":
             listed = [length(given, name, view) for name in ("x1", "y1", "x2", "y2")]

@@ -25,7 +25,7 @@ class ShapeError(ValueError):
 
 
 class Affine(NamedTuple):
-    """x' = a x + c y + e, y' = b x + d y + f."""
+    """Map x' = a x + c y + e, y' = b x + d y + f."""
 
     a: float = 1.0
     b: float = 0.0
@@ -35,7 +35,7 @@ class Affine(NamedTuple):
     f: float = 0.0
 
     def after(self, inner: Affine) -> Affine:
-        """The map of what `inner` maps to."""
+        """Return the map of what `inner` maps to."""
         a, b, c, d, e, f = self
         p, q, r, s, t, u = inner
         return Affine(a * p + c * q, b * p + d * q, a * r + c * s, b * r + d * s, a * t + c * u + e, b * t + d * u + f)
@@ -48,14 +48,14 @@ class View(NamedTuple):
     height: float | None = None
 
     def whole(self, name: str) -> float | None:
-        """What 100% is for the attribute `name`: along x, along y, or for the radius of a circle both."""
+        """Return what 100% is for the attribute `name`: along x, along y, or for the radius of a circle both."""
         if name == "r" and self.width is not None and self.height is not None:
             return math.sqrt(0.5 * (self.width**2 + self.height**2))
         return self.height if "y" in name or name == "height" else self.width
 
 
 def quantity(text: str, name: str, whole: float | None = None) -> float:
-    """A length in px, or in % of the `whole`; ShapeError with the `name` for anything else."""
+    """Return a length in px, or in % of the `whole`; ShapeError with the `name` for anything else."""
     match = _QUANTITY.fullmatch(text.strip())
     unit = match[2].lower() if match else "?"
     factor = whole / 100.0 if unit == "%" and whole is not None else PIXELS.get(unit, math.nan)
@@ -66,7 +66,7 @@ def quantity(text: str, name: str, whole: float | None = None) -> float:
 
 
 def length(given: Mapping[str, str], name: str, view: View, otherwise: float = 0.0) -> float:
-    """The attribute `name` in user units."""
+    """Return the attribute `name` in user units."""
     text = given.get(name, "").strip()
     return quantity(text, name, view.whole(name)) if text not in ("", "auto") else otherwise
 
@@ -77,7 +77,7 @@ def _one_blank(text: str) -> str:
 
 
 def numbers(text: str, name: str) -> list[float]:
-    """Numbers between blanks, commas, or what can only begin the next one; ShapeError for anything else."""
+    """Return numbers between blanks, commas, or what can only begin the next one; ShapeError for anything else."""
     text = _one_blank(text)
     values = [float(word) for word in _NUMBER.findall(text)]
     rest = _NUMBER.sub(" ", text).split()
@@ -105,7 +105,7 @@ _FUNCTIONS: dict[str, tuple[tuple[int, ...], Callable[..., Affine]]] = {
 
 
 def transform(given: Mapping[str, str], view: View) -> Affine:
-    """The transform of an element about its origin; ShapeError for properties that move it in other words."""
+    """Return the transform of an element about its origin; ShapeError for properties that move it in other words."""
     for name in ("translate", "rotate", "scale"):
         if given.get(name, "none").strip().lower() not in ("none", ""):
             raise ShapeError(f"the property {name} is not supported; write it as transform")
@@ -133,7 +133,24 @@ def transform(given: Mapping[str, str], view: View) -> Affine:
 
 
 def viewport(given: Mapping[str, str], view: View) -> tuple[Affine, View, View]:
-    """From user units in a page, an inner svg or a symbol to those around; what 100% is in it; its own size."""
+    """Return the map from user units in a page, an inner svg or a symbol to those around.
+
+    Parameters
+    ----------
+    given : mapping of str to str
+        Attributes of the element.
+    view : View
+        Around it.
+
+    Returns
+    -------
+    map : Affine
+        To user units around.
+    inside : View
+        What 100% is in it.
+    size : View
+        Its own size.
+    """
     sizes: list[float | None] = []
     for name, around in (("width", view.width), ("height", view.height)):
         text = given.get(name, "").strip()

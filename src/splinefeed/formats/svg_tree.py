@@ -48,7 +48,21 @@ Said = dict[str, tuple[str, bool]]  # property: its value, and whether it is cal
 
 @dataclass
 class Node:
-    """An element: its name ("" in a name space that is not SVG's), attributes, line, and text of a style."""
+    """An element.
+
+    Parameters
+    ----------
+    tag : str
+        Its name; "" in a name space that is not SVG's.
+    attrib : dict of str to str
+        Attributes.
+    line : int
+        In the file.
+    children : list of Node
+        Elements in it.
+    text : str
+        Of a style.
+    """
 
     tag: str
     attrib: dict[str, str]
@@ -57,23 +71,23 @@ class Node:
     text: str = ""
 
     def get(self, name: str, otherwise: str = "") -> str:
-        """An attribute."""
+        """Return an attribute."""
         return self.attrib.get(name, otherwise)
 
     def walk(self) -> Iterator[Node]:
-        """The node itself and all below it, in the order of the file."""
+        """Yield the node itself and all below it, in the order of the file."""
         yield self
         for child in self.children:
             yield from child.walk()
 
     def place(self) -> str:
-        """Line and element, as a message names them."""
+        """Return line and element, as a message names them."""
         name = self.get("id")
         return f"line {self.line}: <{self.tag}" + (f" id={name[:40]!r}>" if name else ">")
 
 
 def unpacked(content: bytes) -> bytes:
-    """`content`, unpacked if it is gzip (.svgz)."""
+    """Return `content`, unpacked if it is gzip (.svgz)."""
     if not content.startswith(GZIP):
         return content
     try:
@@ -86,8 +100,25 @@ def unpacked(content: bytes) -> bytes:
 
 
 def read_tree(content: bytes) -> Node:
-    """The root element; InputError for what is not XML, refers to other files, or is too large or too deep.
+    """Parse the content of a drawing.
 
+    Parameters
+    ----------
+    content : bytes
+        XML.
+
+    Returns
+    -------
+    Node
+        The root element.
+
+    Raises
+    ------
+    InputError
+        For what is not XML, refers to other files, or is too large or too deep.
+
+    Notes
+    -----
     Elements of SVG have no prefix, svg, or that of the root. Entities stand for short texts, never for others; how
     much all of them together become is bounded by expat.
     """
@@ -144,7 +175,10 @@ def read_tree(content: bytes) -> Node:
 
 
 class Styles:
-    """The style sheets of a drawing; `findings` names rules that are not understood and would move or hide things."""
+    """Apply the style sheets of a drawing.
+
+    `findings` names rules that are not understood and would move or hide things.
+    """
 
     def __init__(self, root: Node) -> None:
         # by selector, of each property: whether it is important, the weight and the number of its rule, and its value
@@ -161,7 +195,7 @@ class Styles:
         self.findings = [said] if self._unread else []
 
     def of(self, node: Node) -> Mapping[str, str]:
-        """Attributes of `node`, those that are properties as its style and the rules for it have them."""
+        """Return attributes of `node`, those that are properties as its style and the rules for it have them."""
         own = _declared(node.get("style"))
         classes = [f".{each}" for each in node.get("class").split()] if self._rules else []
         keys = ["*", node.tag, *classes, f"#{node.get('id')}"]

@@ -33,11 +33,25 @@ ORIGIN = "data-splinefeed-origin"
 def write(
     paths: Sequence[Path], target: str | os.PathLike[str], *, tolerance: float | str = DEFAULT_TOLERANCE
 ) -> list[str]:
-    """Write `paths`, one element each, to the drawing `target`; 1 user unit is 1 mm, coordinates keep every digit.
+    """Write paths to a drawing, one element each; 1 user unit is 1 mm, coordinates keep every digit.
 
+    Parameters
+    ----------
+    paths : sequence of Path
+        Contours, mm.
+    target : path
+        The file.
+    tolerance : float or str, optional
+        Of curves that become cubics: those of a degree above 3 and rational ones that are no arcs, mm.
+
+    Returns
+    -------
+    list of str
+        What was approximated, with the distance that was checked, and what SVG has no place for.
+
+    Notes
+    -----
     The page is the box around all curves; where it lies is kept in an attribute that the reader here understands.
-    Curves of a degree above 3 and rational ones that are no arcs become cubics within `tolerance`, mm, which is
-    checked; returns what was approximated and what SVG has no place for.
     """
     allowed, errors = units.parse(tolerance, "length"), list[float]()
     flat = [[_flat(curve, path) for curve in path.curves] for path in paths]

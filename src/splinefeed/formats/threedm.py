@@ -19,7 +19,7 @@ _END_MARK = b"\xff\x7f\0\0"
 
 
 def holds(head: bytes) -> bool:
-    """Whether `head` looks like this format."""
+    """Tell whether the first bytes of a file, `head`, look like this format."""
     return head.startswith(START)
 
 
@@ -32,10 +32,35 @@ def from_file(
     hidden: bool = False,
     repair: bool = False,
 ) -> Contents:
-    """The paths in `file`; `edges` adds the edges of surfaces and solids.
+    """Read the paths in a 3DM file.
 
-    All layers are read unless `layer` names some (a list, or names between commas).
-    Curves whose ends meet within `tolerance`, mm, make one path.
+    Parameters
+    ----------
+    file : path
+        The file.
+    edges : bool, optional
+        Whether the edges of surfaces and solids are read, too.
+    layer : str or sequence of str, optional
+        Reads these layers only, shown or not: a list, or names between commas.
+    tolerance : float or str, optional
+        Curves whose ends meet within it make one path, mm.
+    hidden : bool, optional
+        Whether what the author's program does not show is read, too.
+    repair : bool, optional
+        Whether faults are repaired where that is safe, each a finding.
+
+    Returns
+    -------
+    Contents
+        Paths in the order of the file, mm, and its units.
+
+    Raises
+    ------
+    FormatError, InputError
+        For what cannot be read, with its place.
+
+    Notes
+    -----
     Of a file that is cut off rhino3dm gives what is there.
     """
     content, faults = read_bytes(file), []
