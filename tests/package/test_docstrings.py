@@ -25,6 +25,7 @@ DONE = (
     "kinematics",
     "limit_table",
     "machine",
+    "paths",
     "planner",
     "records",
     "robots",
@@ -39,7 +40,7 @@ VERBS = """
     Change Check Choose Clear Close Collect Combine Come Command Compare Compute Connect Convert Copy Correct Count Cut
     Decide Derive Describe Detect Differentiate Divide Draw Drive Elevate Emit End Estimate Evaluate Expand Extend
     Extract Fetch Fill Filter Find Finish Fit Follow Forget Format Freeze Generate Get Give Go Group Halve Hash Hold
-    Insert Integrate Interpolate Invert Iterate Join Keep Label Leave Limit Link List Load Locate Look Make Map Mark
+    Insert Integrate Interpolate Invert Iterate Join Keep Label Lay Leave Limit Link List Load Locate Look Make Map Mark
     Match Measure Merge Mirror Model Move Name Normalize Number Offset Open Order Pair Parse Pass Place Plan Play Plot
     Predict Prepare Press Project Provide Push Put Raise Read Record Recover Reduce Refuse Register Release Remove
     Render Repeat Replace Report Rescale Reset Resolve Resume Return Reverse Rotate Round Run Sample Save Say Scale

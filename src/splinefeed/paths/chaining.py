@@ -21,13 +21,30 @@ Chain = list[tuple[int, bool]]
 
 
 def chain(ends: Array, tolerance: float, pools: IntArray, close: float = 0.0) -> tuple[list[Chain], list[str]]:
-    """Chains of pieces whose first and last points are `ends` (n, 2, axes), mm, in the order given, and findings.
+    """Chain pieces whose ends meet.
 
-    close  how far apart open ends are said, mm, where that is more than NEAR_MISS times the tolerance
+    Parameters
+    ----------
+    ends : (n, 2, axes) array
+        First and last point of each piece, mm.
+    tolerance : float
+        Two ends within it, mm, of each other and of no third are joined.
+    pools : (n,) array of int
+        Pieces of different ones never meet; this keeps copies of a curve apart.
+    close : float, optional
+        How far apart open ends are named, mm, where that is more than NEAR_MISS times the tolerance.
 
-    Two ends within `tolerance`, mm, of each other and of no third are joined. Where three or more meet, all paths end:
-    the continuation is not guessed. A path keeps the direction of its first piece in the order given; a closed
-    one begins with it. Pieces of different `pools` (n,) never meet; this keeps copies of a curve apart.
+    Returns
+    -------
+    chains : list of Chain
+        In the order given.
+    findings : list of str
+        One sentence each.
+
+    Notes
+    -----
+    Where three or more ends meet, all paths end: the continuation is not guessed. A path keeps the direction of its
+    first piece in the order given; a closed one begins with it.
     """
     count = len(ends)
     points = np.ascontiguousarray(ends, dtype=np.float64).reshape(2 * count, -1)

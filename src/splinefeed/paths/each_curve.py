@@ -27,9 +27,32 @@ MOST_UNNAMED = 3
 class Marker:
     """A command of a program between two moves, such as M3 S12000 or a dwell.
 
-    before  index of the curve that follows it; the number of curves at the end
-    text    its words, as they are written; dwell  time at rest, s; stop  whether the tool stops here
-    A Path raises InputError for a marker outside it. Source: docs/gcode.md. Example: `sf.paths.Marker(0, "M3 S12000")`
+    Parameters
+    ----------
+    before : int
+        Index of the curve that follows it; the number of curves at the end.
+    text : str
+        Its words, as they are written.
+    dwell : float, optional
+        Time at rest, s.
+    stop : bool, optional
+        Whether the tool stops here.
+
+    Raises
+    ------
+    InputError
+        By a Path, for a marker outside it.
+
+    References
+    ----------
+    .. [1] docs/gcode.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> corner = sf.Path.polyline([[0, 0], [5, 0], [5, 5]], markers=[sf.paths.Marker(1, "G4 P0.5", dwell=0.5)])
+    >>> corner.dwells
+    ((5.0, 0.5),)
     """
 
     before: int

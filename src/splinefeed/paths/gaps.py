@@ -21,7 +21,18 @@ def widths(ends: Array) -> Array:
 
 
 def open_joints(ends: Array) -> BoolArray:
-    """Whether each curve ends beside the start of the next one, (n - 1,), by more than rounding; ends (n, 2, axes)."""
+    """Find where curves end beside the start of the next one by more than rounding.
+
+    Parameters
+    ----------
+    ends : (n, 2, axes) array
+        First and last point of each.
+
+    Returns
+    -------
+    (n - 1,) array of bool
+        Whether each does.
+    """
     found: BoolArray = widths(ends) > ROUNDINGS * np.finfo(float).eps * float(np.max(np.abs(ends)))
     return found
 
@@ -65,7 +76,20 @@ def begun_at(curves: Packed, point: Array, linear: int) -> Packed:
 
 
 def moved_ends(curve: NurbsCurve, ends: Array) -> NurbsCurve:
-    """The curve with these first and last points, (2, axes): see `closed`."""
+    """Move the ends of a curve: see `closed`.
+
+    Parameters
+    ----------
+    curve : NurbsCurve
+        The curve.
+    ends : (2, axes) array
+        Its new first and last points.
+
+    Returns
+    -------
+    NurbsCurve
+        The curve between these.
+    """
     whole = curve.with_clamped_ends()
     places = greville(whole.degree, whole.knots)
     share = ((places - places[0]) / (places[-1] - places[0]))[:, None]

@@ -49,9 +49,33 @@ class Linking:
 class Job(Path):
     """Contours as one path, linked by rapid moves, whose feeds are infinite.
 
-    contours  as they were drawn; linking  how they are linked; order  (n,) which contour is cut when
-    Lengths in mm. Raises InputError as `job` does. Source: docs/formats.md.
-    Example: `sf.paths.job([sf.shapes.butterfly()], clearance=30).job(clearance=20).linking`
+    Parameters
+    ----------
+    *made : object
+        The curves of the path and names of their axes, as for `Path`, that `job` makes.
+    contours : sequence of Path
+        As they were drawn, mm.
+    linking : Linking
+        How they are linked.
+    order : sequence of int
+        Which contour is cut when, (n,).
+    **said : object
+        name, feeds, ... as for `Path`.
+
+    Raises
+    ------
+    InputError
+        As `job` does.
+
+    References
+    ----------
+    .. [1] docs/formats.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> sf.paths.job([sf.shapes.butterfly()], clearance=30).job(clearance=20).linking.clearance
+    20.0
     """
 
     def __init__(
@@ -65,7 +89,18 @@ class Job(Path):
         return partial(Job, **self._said(), **more), (self.curves, self.axes)
 
     def job(self, **linking: Any) -> Job:
-        """The same contours linked otherwise."""
+        """Link the same contours otherwise.
+
+        Parameters
+        ----------
+        **linking : object
+            What changes, as for `job`.
+
+        Returns
+        -------
+        Job
+            Of the same contours.
+        """
         return job(self.contours, name=self.name, **linking)
 
 
@@ -80,16 +115,42 @@ def job(
 ) -> Job:
     """Join all contours, or a single one, to one path: inner before outer, nearest next, linked by rapid moves.
 
-    clearance   z of the rapid moves, mm, above all contours; the tool goes down and up at the start and the end of
-                each. None for a laser: straight rapid moves with M5 before and M3 behind them
-    feed        of contours that say none, and of going down, mm/s; 60 if it is not given
-    keep_order  the contours as they come, each from where it is drawn
-    first       name or number (from 1) of the contour to begin with, whatever lies in it
+    Parameters
+    ----------
+    contours : Path or sequence of Path
+        Of axes x, y and z.
+    clearance : float or str, optional
+        z of the rapid moves, mm, above all contours; the tool goes down and up at the start and the end of each. None
+        for a laser: straight rapid moves with M5 before and M3 behind them.
+    feed : float or str, optional
+        Of contours that give none, and of going down, mm/s; 60 if it is not given.
+    keep_order : bool, optional
+        Whether to cut the contours as they come, each from where it is drawn.
+    first : str or int, optional
+        Name or number (from 1) of the contour to begin with, whatever lies in it.
+    name : str, optional
+        Of the path.
 
-    A closed contour begins at the corner that is nearest, one without corners at its nearest place, where its curve is
-    split (exactly); an open one at either end. Rapid moves have infinite feeds. Returns a Job. Raises InputError for
-    contours that have other axes than x, y and z, and for a clearance that is not above them.
-    Source: docs/formats.md. Example: `sf.paths.job([sf.shapes.butterfly()], clearance=5, feed=20).feeds`
+    Returns
+    -------
+    Job
+        One path. A closed contour begins at the corner that is nearest, one without corners at its nearest place, where
+        its curve is split (exactly); an open one at either end. Rapid moves have infinite feeds.
+
+    Raises
+    ------
+    InputError
+        For contours that have other axes than x, y and z, and for a clearance that is not above them.
+
+    References
+    ----------
+    .. [1] docs/formats.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> sf.paths.job([sf.shapes.circle(radius=10)], clearance=5, feed=20).feeds
+    array([20., 20., 20., inf])
     """
     paths = [contours] if isinstance(contours, Path) else list(contours)
     _check(paths)

@@ -143,7 +143,25 @@ class JoinedCurves(Track):
     # --- where it is ------------------------------------------------------------------------------------------------
 
     def locate(self, s: ArrayLike) -> tuple[IntArray, Array]:
-        """Curve index and parameter (...) at arc lengths s (...), mm; InputError outside [0, length]."""
+        """Find the curve and the parameter at arc lengths.
+
+        Parameters
+        ----------
+        s : array_like
+            Arc lengths (...), mm.
+
+        Returns
+        -------
+        curve : (...) array of int
+            Index of the curve.
+        u : (...) array
+            Parameter on it.
+
+        Raises
+        ------
+        InputError
+            For an arc length outside [0, length].
+        """
         values = clipped(s, 0.0, self.length, 1e-12 * self.length, "arc length", "the path's", " mm")
         flat = values.ravel()
         out = self.arc_pieces.parameters(flat)
@@ -157,9 +175,23 @@ class JoinedCurves(Track):
         return self.evaluate(curve, u, 0)[..., 0, :]
 
     def evaluate(self, curve: ArrayLike, u: ArrayLike, order: int = 0, *, side: str = "right") -> Array:
-        """Points and derivatives by u, (..., order + 1, axes), at parameters u (...) of the curves `curve` (...).
+        """Compute points and derivatives by u.
 
-        At a knot the piece on its right is taken, or with side="left" the one on its left.
+        Parameters
+        ----------
+        curve : array_like of int
+            Indices (...) of curves.
+        u : array_like
+            Parameters (...) on them.
+        order : int, optional
+            Of the highest derivative, 0 to 3.
+        side : str, optional
+            Which piece counts at a knot, that on its "right" or "left".
+
+        Returns
+        -------
+        (..., order + 1, axes) array
+            mm, rotary axes rad, by u.
         """
         (index, values), left = self._places(curve, u), is_left(side, order)
         out = self.span_pieces.evaluate(index.ravel(), values.ravel(), order, left)
@@ -174,7 +206,22 @@ class JoinedCurves(Track):
         return found if np.all(self.metric == 1.0) else found / self.metric
 
     def by_length(self, curve: IntArray, u: Array, *, side: str = "right") -> Array:
-        """The same at parameters u (n,) of the curves `curve` (n,); at a knot of the piece on that side."""
+        """Compute r and its first three derivatives by length, as `derivatives`, at parameters.
+
+        Parameters
+        ----------
+        curve : (n,) array of int
+            Indices of curves.
+        u : (n,) array
+            Parameters on them.
+        side : str, optional
+            Which piece counts at a knot, that on its "right" or "left".
+
+        Returns
+        -------
+        (n, 4, axes) array
+            mm, rotary axes rad, by mm.
+        """
         return by_arc_length(self.evaluate(curve, u, 3, side=side) * self.metric, self.shape[2]) / self.metric
 
     def tip(self, d: Array) -> Array:
@@ -191,15 +238,40 @@ class JoinedCurves(Track):
         return self._tip_pieces.lengths_at(curve.ravel(), u.ravel()).reshape(u.shape)
 
     def lengths_of(self, setpoints: Setpoints) -> Array:
-        """Length along the path at setpoints, (n,), mm: their s, or on mixed paths, where s is the tip's, by u."""
+        """Compute the length along the path at setpoints.
+
+        Parameters
+        ----------
+        setpoints : Setpoints
+            On this path.
+
+        Returns
+        -------
+        (n,) array
+            mm: their s, or on mixed paths, where s is the tip's, by u.
+        """
         if not self.mixed:
             return setpoints.s
         return self.arc_length(setpoints.curve, setpoints.u)
 
     def of_tip(self, s: Array, v: Array, a: Array, j: Array) -> tuple[Array, Array, Array, Array]:
-        """Arc length, feed, acceleration and jerk of the tip, (n,) each, of a motion along the path, (n,) each.
+        """Compute the motion of the tip from that along the path.
 
-        ds/dt = s' v,  d2s/dt2 = s'' v^2 + s' a,  d3s/dt3 = s''' v^3 + 3 s'' v a + s' j  (the chain rule)
+        Parameters
+        ----------
+        s, v, a, j : (n,) array
+            Length, mm, feed, acceleration and jerk along the path, by s.
+
+        Returns
+        -------
+        s, v, a, j : (n,) array
+            Arc length, feed, acceleration and jerk of the tip.
+
+        Notes
+        -----
+        By the chain rule
+
+            ds/dt = s' v,  d2s/dt2 = s'' v^2 + s' a,  d3s/dt3 = s''' v^3 + 3 s'' v a + s' j
         """
         if not self.mixed:
             return s, v, a, j
@@ -346,7 +418,20 @@ class JoinedCurves(Track):
         return tip_pieces(self.flat, self.linear, self._joined)
 
     def arc_length(self, curve: ArrayLike, u: ArrayLike) -> Array:
-        """Length along the path, mm, (...), at parameters u (...) of the curves `curve` (...)."""
+        """Compute the length along the path at parameters.
+
+        Parameters
+        ----------
+        curve : array_like of int
+            Indices (...) of curves.
+        u : array_like
+            Parameters (...) on them.
+
+        Returns
+        -------
+        (...) array
+            mm.
+        """
         index, values = self._places(curve, u)
         return self.arc_pieces.lengths_at(index.ravel(), values.ravel()).reshape(values.shape)
 

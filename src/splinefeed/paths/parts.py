@@ -14,7 +14,20 @@ from splinefeed.records import IntArray
 
 
 def cut(path: Path, first: int, last: int) -> Path:
-    """The curves from number `first` to the one before `last`, with the feeds, tolerances and markers among them."""
+    """Cut curves out of a path, with the feeds, tolerances and markers among them.
+
+    Parameters
+    ----------
+    path : Path
+        The path.
+    first, last : int
+        Number of the first curve, and of the one behind the last.
+
+    Returns
+    -------
+    Path
+        These curves.
+    """
     count = len(path.joined)
     markers = [m for m in path.markers if first <= m.before < last or m.before == last == count]
     return Path(
@@ -68,7 +81,18 @@ def cut_at_corners(path: Path) -> tuple[Path, IntArray]:
 
 
 def joined(parts: Sequence[Path]) -> Path:
-    """Paths that follow each other as one: its name is that of the first, its tolerance the largest."""
+    """Join paths that follow each other.
+
+    Parameters
+    ----------
+    parts : sequence of Path
+        At least one.
+
+    Returns
+    -------
+    Path
+        Its name is that of the first, its tolerance the largest.
+    """
     if len(parts) == 1:
         return parts[0]
     starts = np.cumsum([0, *(len(each.joined) for each in parts)]).tolist()

@@ -40,19 +40,44 @@ JOIN_TOLERANCE = RESOLUTION
 class Path(JoinedCurves):
     """Curves joined end to end.
 
-    curves      NurbsCurves of the same number of axes, each beginning where the last one ends; also Packed
-    axes        one name an axis, linear ones (any name) first, rotary ones (a, b, c, theta) behind them; without names
-                up to three are x, y, z, and more are joints q1, q2, ..., all in one unit and all under one rule
-    name        its name in files and figures; findings  remarks of its reader, one sentence each
-    tolerance   the largest gap that is closed, mm (rotary axes rad): the motion closes it, see
-                `paths.gaps.closed`; `curves` stay as they are given
-    feeds       (curves,) wanted feed of each curve, mm/s, infinite for a rapid move; None if nothing is said
-    tolerances  (curves,) how far smoothing may leave each curve, mm (G64 P), 0 for exact; None if nothing is said
-    markers     events that are not motion, with their places, in order
-    lines       (curves,) line of a program that each curve stands on; None where it is of none
-    times       (curves,) wanted time when each curve ends, s, NaN where any will do; None if nothing is wanted. `plan`
-                slows the motion down to it; paths made from this one do not have it
-    by_tip      whether the linear axes alone make the length, as rotary ones never move alone: see `tangential`
+    Parameters
+    ----------
+    curves : iterable of NurbsCurve
+        Of the same number of axes, each beginning where the last one ends; also Packed.
+    axes : sequence of str, optional
+        One name an axis, linear ones (any name) first, rotary ones (a, b, c, theta) behind them; without names up to
+        three are x, y, z, and more are joints q1, q2, ..., all in one unit and all under one rule.
+    name : str, optional
+        Its name in files and figures.
+    findings : sequence of str, optional
+        Remarks of its reader, one sentence each.
+    tolerance : float, optional
+        The largest gap that is closed, mm (rotary axes rad): the motion closes it, see `paths.gaps.closed`; `curves`
+        stay as they are given.
+    feeds : (curves,) array_like, optional
+        Wanted feed of each curve, mm/s, infinite for a rapid move; None if nothing is wanted.
+    tolerances : (curves,) array_like, optional
+        How far smoothing may leave each curve, mm (G64 P), 0 for exact; None if nothing is given.
+    markers : iterable of Marker, optional
+        Events that are not motion, with their places, in order.
+    lines : (curves,) array_like, optional
+        Line of a program that each curve stands on; None where it is of none.
+    times : (curves,) array_like, optional
+        Wanted time when each curve ends, s, NaN where any will do; None if nothing is wanted. `plan` slows the motion
+        down to it; paths made from this one do not have it.
+    by_tip : bool, optional
+        Whether the linear axes alone make the length, as rotary ones never move alone: see `tangential`.
+
+    Raises
+    ------
+    CurveError
+        Names the curve, for a gap or for axes that do not fit.
+    InputError
+        For feeds, tolerances or markers that do not fit the curves.
+
+    Notes
+    -----
+    Called with arc lengths s (...), mm, it gives points (..., axes), mm, rotary axes rad.
 
     Features below the resolution, 1 nm, are decided once, here (`paths.resolution`): a curve shorter than that
     beside a long one is left out with a finding, its feed and tolerance with it, and curves are numbered, markers and
@@ -64,10 +89,17 @@ class Path(JoinedCurves):
     axes are rotary, 1 mm is 1 degree: a feed of 60 mm/s is 60 degrees a second there. The tip's arc length, over the
     linear axes, is `tip_length`; setpoints, reports and the command line count that.
 
-    Raises CurveError that names the curve, for a gap or for axes that do not fit; InputError for feeds, tolerances or
-    markers that do not fit the curves.
-    Called with arc lengths s (...), mm, it gives points (..., axes), mm, rotary axes rad.
-    Source: The NURBS Book, 2nd ed., chapter 4, for its curves. Example: `sf.Path([curve], name="quarter")(0.0)`
+    References
+    ----------
+    .. [1] The NURBS Book, 2nd ed., chapter 4, for its curves.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> arc = sf.NurbsCurve.bezier([[10, 0], [10, 10], [0, 10]], weights=[1, 0.5**0.5, 1])
+    >>> path = sf.Path([sf.NurbsCurve.bezier([[10, -5], [10, 0]]), arc], name="corner")
+    >>> print(f"{path.length:.3f} mm, stops {path.stops}")
+    20.708 mm, stops ()
     """
 
     #: Whether something else is given for each curve over the same parameters: then tips become corners, and no more.
@@ -171,12 +203,31 @@ class Path(JoinedCurves):
 
     @classmethod
     def polyline(cls, points: Points, axes: Sequence[str] | None = None, *, repair: bool = False, **said: Any) -> Path:
-        """The straight lines between neighbouring points (n + 1, axes), mm, rotary axes rad; a million in a second.
+        """Join the straight lines between neighbouring points; a million in a second.
 
-        The same path, to the bit, as one of as many NurbsCurve of degree 1, but these are made only on access; name,
-        feeds, markers, ... as for `Path`. With `repair`, lines without length are left out with a finding, their feeds
-        and tolerances with them, and markers stay between the same neighbours. Otherwise they raise CurveError, as
-        values that are not finite do; and all that `Path` raises.
+        Parameters
+        ----------
+        points : (n + 1, axes) array_like
+            mm, rotary axes rad.
+        axes : sequence of str, optional
+            Names of the axes, as for `Path`.
+        repair : bool, optional
+            Whether lines without length are left out with a finding, their feeds and tolerances with them; markers stay
+            between the same neighbours.
+        **said : object
+            name, feeds, markers, ... as for `Path`.
+
+        Returns
+        -------
+        Path
+            The same path, to the bit, as one of as many NurbsCurve of degree 1, but these are made only on access.
+
+        Raises
+        ------
+        CurveError
+            For values that are not finite, and for lines without length that are not left out.
+        InputError
+            As `Path` does.
         """
         given = frozen_array(points, "points", 2) if repair else np.zeros((0, 1))
         kept = lines_with_length(given)
@@ -199,20 +250,50 @@ class Path(JoinedCurves):
         duration: float | None = None,
         **said: Any,
     ) -> Path:
-        """One smooth path through waypoints (n, axes), mm, rotary axes rad, that stops only at its ends.
+        """Lay one smooth path through waypoints that stops only at its ends.
 
-        The natural spline of degree 5, of least int |r'''|^2 du, a curve from each waypoint to the next:
-        `path.curve_starts` are the lengths at which it passes them.
+        Parameters
+        ----------
+        waypoints : (n, axes) array_like
+            mm, rotary axes rad.
+        axes : sequence of str, optional
+            Names of the axes, as for `Path`.
+        near : float or (axes,) array_like, optional
+            How far each axis may pass beside a waypoint, mm or rad: the motion is smoother. The first and the last
+            waypoint are met.
+        weights : (axes,) array_like, optional
+            What a unit of each axis counts in the distance of two waypoints; default as in the length.
+        times : (n,) array_like, optional
+            Wanted time at each waypoint, s, the first 0, NaN where any will do.
+        duration : float, optional
+            Wanted time of all, s.
+        **said : object
+            name, findings, ... as for `Path`.
 
-        near      how far each axis may pass beside a waypoint, mm or rad, one number or one an axis: the motion is
-                  smoother. The first and the last waypoint are met
-        weights   what a unit of each axis counts in the distance of two waypoints, (axes,); default as in the length
-        times     wanted time at each waypoint, s, the first 0, NaN where any will do;  duration  of all, s
-        said      name, findings, ... as for `Path`
+        Returns
+        -------
+        Path
+            The natural spline of degree 5, of least int |r'''|^2 du, a curve from each waypoint to the next:
+            `path.curve_starts` are the lengths at which it passes them. Where it turns back on itself it has to stop:
+            `findings` name the places.
 
-        Where it turns back on itself it has to stop: `findings` say so. Raises CurveError for waypoints that are no
-        numbers, or the same; InputError for near, times or duration that cannot be.
-        Source: E. T. Y. Lee, Computer-Aided Design 21(6), 1989. Example: `sf.Path.through([[0, 0], [40, 9], [60, 0]])`
+        Raises
+        ------
+        CurveError
+            For waypoints that are no numbers, or the same.
+        InputError
+            For near, times or duration that cannot be.
+
+        References
+        ----------
+        .. [1] E. T. Y. Lee, Computer-Aided Design 21(6), 1989.
+
+        Examples
+        --------
+        >>> import splinefeed as sf
+        >>> path = sf.Path.through([[0, 0], [40, 9], [60, 0]])
+        >>> len(path.curves), path.stops
+        (2, ())
         """
         from splinefeed.paths.waypoints import checked_waypoints, through
 
@@ -271,7 +352,18 @@ class Path(JoinedCurves):
         return tuple(sorted(s for s in corners | markers if 0.0 < s < self.length))
 
     def feeds_within(self, feed: float) -> Array:
-        """Largest feed on each curve, (curves,), mm/s: `feed`, mm/s, or the lower one that is wanted there."""
+        """Limit the feed on each curve.
+
+        Parameters
+        ----------
+        feed : float
+            The limit, mm/s.
+
+        Returns
+        -------
+        (curves,) array
+            mm/s: that, or the lower one that is wanted there.
+        """
         feeds = np.full(len(self.curves), feed)
         return feeds if self.feeds is None else np.minimum(feeds, self.feeds)
 
@@ -284,7 +376,20 @@ class Path(JoinedCurves):
         return float(np.max(known, initial=0.0)), len(known) < len(self.feeds)
 
     def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> Path:
-        """The affine image of every curve; see `NurbsCurve.transformed`."""
+        """Transform every curve; see `NurbsCurve.transformed`.
+
+        Parameters
+        ----------
+        matrix : array_like
+            (new axes, axes), or one number.
+        offset : array_like, optional
+            (new axes,), mm.
+
+        Returns
+        -------
+        Path
+            The affine image.
+        """
         self._refuse_tied("transformed")
         said = {**self._said(), "tolerance": JOIN_TOLERANCE}
         return Path(self._joined.transformed(matrix, offset), self.axes, **said)
@@ -297,7 +402,18 @@ class Path(JoinedCurves):
         return Path(Packed(Packed.of(self.curves).flat.reversed()), self.axes, **said)
 
     def beginning_at(self, point: ArrayLike) -> Path:
-        """The same path with its start moved to a point (axes,) next to it, as gaps are; see `paths.gaps`."""
+        """Move the start of the path to a point next to it, as gaps are closed; see `paths.gaps`.
+
+        Parameters
+        ----------
+        point : (axes,) array_like
+            mm, rotary axes rad.
+
+        Returns
+        -------
+        Path
+            Otherwise the same path.
+        """
         self._refuse_tied("made to begin elsewhere")
         curves = begun_at(self._joined, np.asarray(point, dtype=np.float64), self.linear)
         return Path(curves, self.axes, **self._said())
@@ -307,24 +423,72 @@ class Path(JoinedCurves):
             raise InputError(f"{self.name}: a path with a tool axis cannot be {what}; do that to its curves and axis")
 
     def with_findings(self, *findings: str) -> Path:
-        """The same path with other findings."""
+        """Replace the findings.
+
+        Parameters
+        ----------
+        *findings : str
+            One sentence each.
+
+        Returns
+        -------
+        Path
+            Otherwise the same path.
+        """
         return Path(self.curves, self.axes, **{**self._said(), "findings": findings})
 
     def named(self, name: str) -> Path:
-        """The same path under another name; what was computed of it is kept."""
+        """Replace the name; what was computed of the path is kept.
+
+        Parameters
+        ----------
+        name : str
+            The new one.
+
+        Returns
+        -------
+        Path
+            Otherwise the same path.
+        """
         return self._with(name=name)
 
     def with_feeds(self, feeds: ArrayLike | None) -> Path:
-        """The same path under other feeds (curves,), mm/s, infinite for rapid moves; what was computed of it is kept.
+        """Replace the feeds; what was computed of the path is kept.
 
-        Raises InputError for feeds that are not positive, or another number of them.
+        Parameters
+        ----------
+        feeds : (curves,) array_like or None
+            mm/s, infinite for rapid moves.
+
+        Returns
+        -------
+        Path
+            Otherwise the same path.
+
+        Raises
+        ------
+        InputError
+            For feeds that are not positive, or another number of them.
         """
         return self._with(feeds=of_curves(feeds, len(self._joined), "feeds", "greater than 0", lambda f: f > 0.0))
 
     def with_lines(self, lines: ArrayLike | None) -> Path:
-        """The same path with other lines of a program (curves,); what was computed of it is kept.
+        """Replace the lines of a program; what was computed of the path is kept.
 
-        Raises InputError for negative ones, or another number of them.
+        Parameters
+        ----------
+        lines : (curves,) array_like or None
+            Numbers of lines.
+
+        Returns
+        -------
+        Path
+            Otherwise the same path.
+
+        Raises
+        ------
+        InputError
+            For negative ones, or another number of them.
         """
         return self._with(lines=of_lines(lines, len(self._joined)))
 

@@ -12,13 +12,36 @@ from splinefeed.paths.path import Path
 class PathParts:
     """A path whose parts are made each time that it is iterated over; each begins where the one before ends.
 
-    axes       of all parts; name, findings  as a Path has them; those of its parts are empty
-    count      how many moves or points the file holds, in the `unit` that is counted
-    feeds      highest finite feed that a curve says, mm/s, and whether any says none; None where feeds are not said
-    tolerance  largest tolerance that a curve says, mm; None where none says any
-    make       gives the parts from the first one on
-    Iterating gives each part as a Path. Source: docs/scale.md.
-    Example: `sf.write(path, "part.nc"); sf.formats.read_parts("part.nc").axes`
+    Parameters
+    ----------
+    axes : tuple of str
+        Of all parts.
+    name : str
+        As a Path has it.
+    make : callable
+        Gives the parts, each a Path, from the first one on.
+    count : int
+        How many moves or points the file holds.
+    unit : str
+        What is counted.
+    feeds : (float, bool), optional
+        Highest finite feed that a curve gives, mm/s, and whether any gives none; None where feeds are not given.
+    tolerance : float, optional
+        Largest tolerance that a curve gives, mm; None where none gives any.
+    findings : tuple of str, optional
+        As a Path has them; those of its parts are empty.
+
+    References
+    ----------
+    .. [1] docs/scale.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> notes = sf.write(sf.Path.polyline([[0, 0], [5, 0], [5, 5]]), "part.nc")
+    >>> parts = sf.formats.read_parts("part.nc")
+    >>> [len(part.curves) for part in parts], parts.axes
+    ([2], ('x', 'y'))
     """
 
     name: str

@@ -42,19 +42,42 @@ def smoothed(
     angular_tolerance: float = ANGULAR_TOLERANCE,
     share: Array | None = None,
 ) -> Path:
-    """The path with continuous tangent and curvature and bounded third derivative, within `tolerance` everywhere.
+    """Smooth a path without proof: continuous tangent and curvature, bounded third derivative.
 
-    tolerance          mm; or "program" for the tolerance of each curve (G64 P), where 0 or none leaves it exact
-    corner_angle       joints that turn by more, rad, are corners
-    corners            "keep" them, the tool stops there, or "round" them within the tolerance; reversals are kept
-    angular_tolerance  of rotary axes, rad
-    share              (curves,) of the tolerance that each curve may use, all of it if not given, 0 for exact
+    Parameters
+    ----------
+    path : Path
+        Of any curves. Corners inside a curve are joints, too: it is cut there first.
+    tolerance : float or str
+        mm; or "program" for the tolerance of each curve (G64 P), where 0 or none leaves it exact.
+    corner_angle : float, optional
+        Joints that turn by more, rad, are corners.
+    corners : str, optional
+        "keep" them, the tool stops there, or "round" them within the tolerance; reversals are kept.
+    angular_tolerance : float, optional
+        Of rotary axes, rad.
+    share : (curves,) array, optional
+        Of the tolerance that each curve may use, all of it if not given, 0 for exact.
 
+    Returns
+    -------
+    Path
+        Within the tolerance everywhere.
+
+    Raises
+    ------
+    InputError
+        For arguments that cannot be used.
+
+    Notes
+    -----
     Runs of short lines become splines of degree 5 (least squares, knots where the error is); at the remaining joints,
     of any curves, quintics blend them. What they leave of long lines and of arcs stays as it is. Feeds, tolerances and
-    markers stay at their places; rapid moves, stops and moves of rotary axes alone stay exact. Corners inside a curve
-    are joints, too: it is cut there first.
-    Raises InputError for arguments that cannot be used. See docs/smoothing.md.
+    markers stay at their places; rapid moves, stops and moves of rotary axes alone stay exact.
+
+    References
+    ----------
+    .. [1] docs/smoothing.md
     """
     smoother = Smoother(
         tolerance, path.axes, corner_angle=corner_angle, corners=corners, angular_tolerance=angular_tolerance
@@ -87,16 +110,46 @@ def lines_along(smooth: Path, path: Path) -> IntArray | None:
 
 
 class Smoother:
-    """Smooths a path that need not end, as `sf.smooth` does: `push` curves, get smooth ones; `finish` gives the rest.
+    """Smooth a path that need not end, as `sf.smooth` does: `push` curves, get smooth ones; `finish` gives the rest.
 
-    axes  names of the axes of all that comes
-    tolerance, corners, corner_angle, angular_tolerance  as for `sf.smooth`
-    window  curves that are looked at in one go; no more than these and some hundreds are held
+    Parameters
+    ----------
+    tolerance : float or str
+        mm, as for `sf.smooth`.
+    axes : sequence of str
+        Names of the axes of all that comes.
+    corner_angle : float, optional
+        rad, as for `sf.smooth`, as the next two.
+    corners : str, optional
+        "keep" or "round".
+    angular_tolerance : float, optional
+        rad.
+    window : int, optional
+        Curves that are looked at in one go; no more than these and some hundreds are held.
 
+    Raises
+    ------
+    InputError
+        For arguments that cannot be used.
+    CurveError
+        For pieces that do not follow each other.
+
+    Notes
+    -----
     However the path is cut into pieces, the result is the same to the bit, and that of `sf.smooth` where no curve has a
-    corner inside. Raises InputError for arguments that cannot be used, CurveError for pieces that do not follow each
-    other. tolerance in mm. Source: docs/smoothing.md.
-    Example: `smoother = sf.paths.Smoother(0.01, path.axes); [*smoother.push(path), *smoother.finish()]`
+    corner inside.
+
+    References
+    ----------
+    .. [1] docs/smoothing.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.Path.polyline([[0, 0], [5, 0], [9, 1]])
+    >>> smoother = sf.paths.Smoother(0.01, path.axes, corners="round")
+    >>> sum(len(piece.curves) for piece in [*smoother.push(path), *smoother.finish()])
+    3
     """
 
     def __init__(
@@ -139,7 +192,23 @@ class Smoother:
         )
 
     def push(self, path: Path) -> list[Path]:
-        """Take more of the path, which goes on where the last one ended; the smooth pieces that are final by now."""
+        """Take more of the path, which goes on where the last one ended.
+
+        Parameters
+        ----------
+        path : Path
+            Of the same axes.
+
+        Returns
+        -------
+        list of Path
+            The smooth pieces that are final by now.
+
+        Raises
+        ------
+        CurveError
+            For a path that does not follow the last one.
+        """
         return self._paths(self._taken(path))
 
     def finish(self) -> list[Path]:
@@ -235,11 +304,40 @@ def _origins(done: Done, path: Path) -> IntArray:
 
 
 def smooth_stream(pieces: Iterable[Path], tolerance: float | str, **how: Any) -> Iterator[Path]:
-    """Smooth pieces of one path, as they come, with the arguments of `Smoother`: that as a generator.
+    """Smooth pieces of one path as they come: `Smoother` as a generator.
 
-    tolerance in mm; how  the other arguments of `Smoother`. Returns an iterator of Paths. Raises what `Smoother` does.
-    Source: docs/smoothing.md.
-    Example: `list(sf.paths.smooth_stream([sf.Path.polyline([[0, 0], [5, 0], [9, 1]])], 0.01))`
+    Parameters
+    ----------
+    pieces : iterable of Path
+        That follow each other.
+    tolerance : float or str
+        mm, as for `sf.smooth`.
+    **how : object
+        The other arguments of `Smoother`.
+
+    Yields
+    ------
+    Path
+        Smooth pieces.
+
+    Raises
+    ------
+    InputError
+        For arguments that cannot be used.
+    CurveError
+        For pieces that do not follow each other.
+
+    References
+    ----------
+    .. [1] docs/smoothing.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> pieces = [sf.Path.polyline([[0, 0], [5, 0]]), sf.Path.polyline([[5, 0], [9, 1]])]
+    >>> smooth = sf.paths.smooth_stream(pieces, 0.01, corners="round")
+    >>> sum(len(piece.curves) for piece in smooth)
+    3
     """
     smoother: Smoother | None = None
     for piece in pieces:

@@ -413,16 +413,41 @@ def smooth(
 ) -> Path:
     """Smooth a path, or that of a tool, within a tolerance, with proof.
 
-    path               curves of any kind: lines, arcs, splines
-    tolerance          how far the result may be from the path, mm; "program" for that of each curve (G64 P)
-    corners            "keep" them, the tool stops there, or "round" them within the tolerance
-    corner_angle       joints that turn by more, rad, are corners
-    angular_tolerance  of rotary axes or of the tool axis, rad
+    Parameters
+    ----------
+    path : Path
+        Curves of any kind: lines, arcs, splines.
+    tolerance : float or str
+        How far the result may be from the path, mm; "program" for that of each curve (G64 P).
+    corners : str, optional
+        "keep" them, the tool stops there, or "round" them within the tolerance.
+    corner_angle : float, optional
+        Joints that turn by more, rad, are corners.
+    angular_tolerance : float, optional
+        Of rotary axes or of the tool axis, rad.
 
-    Returns a Path with a continuous tangent and curvature and a bounded third derivative, whose findings state the
-    proof; of a ToolPath a ToolPath. Raises InputError for arguments that cannot be used.
-    Source: docs/smoothing.md, docs/math/smoothing.md.
-    Example: `sf.smooth(sf.Path.polyline([[0, 0], [5, 0], [9, 1]]), 0.01, corners="round").stops`
+    Returns
+    -------
+    Path
+        With a continuous tangent and curvature and a bounded third derivative; its findings state the proof. Of a
+        ToolPath a ToolPath.
+
+    Raises
+    ------
+    InputError
+        For arguments that cannot be used.
+
+    References
+    ----------
+    .. [1] docs/smoothing.md
+    .. [2] docs/math/smoothing.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.Path.polyline([[0, 0], [5, 0], [9, 1]])
+    >>> len(path.stops), len(sf.smooth(path, 0.01, corners="round").stops)
+    (1, 0)
     """
     expect("smooth(path, tolerance)", (path, Path))
     said: dict[str, Any] = {"corners": corners, "corner_angle": corner_angle, "angular_tolerance": angular_tolerance}

@@ -31,9 +31,32 @@ _PROOF: Array = np.asarray((np.arange(24) + 0.3) / 24.0, dtype=np.float64)
 
 
 def tangential(path: Path, tolerance: float = 1e-6) -> Path:
-    """Add an axis to a path (x, y): theta, the direction of the tangent, rad, within `tolerance`, rad.
+    """Add an axis to a path (x, y): theta, the direction of the tangent, rad.
 
-    theta' = (x' y'' - y' x'') / (x'^2 + y'^2)
+    Parameters
+    ----------
+    path : Path
+        Planar, without corners.
+    tolerance : float, optional
+        Largest error of theta, rad.
+
+    Returns
+    -------
+    Path
+        Called at s (...), mm, it gives (..., 3): mm, mm, rad.
+
+    Raises
+    ------
+    CurveError
+        For a path that is not planar, and for one with corners, where theta would have to turn while x and y rest.
+    InputError
+        For a tolerance that cannot be held.
+
+    Notes
+    -----
+    Its derivative is
+
+        theta' = (x' y'' - y' x'') / (x'^2 + y'^2)
 
     theta is unwrapped, so that it runs on through full turns; it begins within (-pi, pi]. On each curve it is a
     quotient Theta / w with the weight w of the curve itself, and Theta interpolates theta w over knots that are halved
@@ -41,11 +64,15 @@ def tangential(path: Path, tolerance: float = 1e-6) -> Path:
     knots Theta is as smooth as theta is, so theta' is continuous wherever the curvature is. Curves of a degree below 5
     are elevated to it.
 
-    Raises CurveError for a path that is not planar, and for one with corners, where theta would have to turn while x
-    and y rest; InputError for a tolerance that cannot be held.
-    Returns a Path; called at s (...), mm, it gives (..., 3): mm, mm, rad.
-    Source: docs/paper.md, the table of three axes.
-    Example: `sf.paths.tangential(path).axes`
+    References
+    ----------
+    .. [1] docs/paper.md, the table of three axes.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> sf.paths.tangential(sf.shapes.circle(radius=10)).axes
+    ('x', 'y', 'theta')
     """
     allowed = float(tolerance)
     if not (math.isfinite(allowed) and allowed >= LEAST_TOLERANCE):

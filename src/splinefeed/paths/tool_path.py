@@ -33,19 +33,44 @@ SAME_DOMAIN = 1e-12
 class ToolPath(Path):
     """The path of a tool tip, and the tool axis along it: a `Path` of x, y, z that knows how the tool stands.
 
-    tip    NurbsCurve of (n, 3) control points, mm, several of them, or a Path of x, y, z; coordinates of the workpiece
-    axis   as many curves, each over the parameters of its tip curve; numbers for a tool axis that stays as it is (one
-           vector, or angles); None for a tool that stands upright, along z
-    kind   "points" on the tool axis, mm, from which the tip is taken; "vectors" from the tip to the spindle, of any
-           length; "angles" of the rotary joints of a machine, rad, as they are programmed
-    rotary  names of the joints that the columns of "angles" are; those of the machine, in order, if none is given
-    tool_length  mm, by the table of tools that the program goes with; None for that of the machine
-    name, feeds, markers, lines, ...  as for `Path`, taken from the tip where that is a Path
+    Parameters
+    ----------
+    tip : NurbsCurve, iterable of NurbsCurve, or Path
+        Of (n, 3) control points, mm: x, y, z; coordinates of the workpiece.
+    axis : NurbsCurve, iterable of NurbsCurve, or sequence of float, optional
+        As many curves, each over the parameters of its tip curve; numbers for a tool axis that stays as it is (one
+        vector, or angles); None for a tool that stands upright, along z.
+    kind : str, optional
+        "points" on the tool axis, mm, from which the tip is taken; "vectors" from the tip to the spindle, of any
+        length; "angles" of the rotary joints of a machine, rad, as they are programmed.
+    rotary : sequence of str, optional
+        Names of the joints that the columns of "angles" are; those of the machine, in order, if none is given.
+    tool_length : float, optional
+        mm, by the table of tools that the program goes with; None for that of the machine.
+    **said : object
+        name, feeds, markers, lines, ... as for `Path`, taken from the tip where that is a Path.
 
-    A machine makes joints of it: `JointPath(tool_path, kinematics)`. Raises CurveError for a tip that has other axes,
-    for curves that do not belong together, and for a tool axis of no length, with the place.
-    Source: docs/how-to/five-axis.md.
-    Example: `sf.ToolPath(tip, axis, kind="points")`
+    Raises
+    ------
+    CurveError
+        For a tip that has other axes, for curves that do not belong together, and for a tool axis of no length, with
+        the place.
+
+    Notes
+    -----
+    A machine makes joints of it: `JointPath(tool_path, kinematics)`.
+
+    References
+    ----------
+    .. [1] docs/how-to/five-axis.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> tip = sf.NurbsCurve.bezier([[0, 0, 0], [20, 25, 0], [40, -15, 2], [60, 10, 2]])
+    >>> axis = sf.NurbsCurve.bezier([[-5, 3, 20], [16, 30, 20], [42, -8, 22], [66, 15, 22]])
+    >>> sf.ToolPath(tip, axis, kind="points").axes
+    ('x', 'y', 'z')
     """
 
     _tied = needs_machine = True
@@ -94,15 +119,39 @@ class ToolPath(Path):
         return {**self._said(), **own}
 
     def place(self, s: float) -> str:
-        """Where the tip is at arc length s, mm, in words: with the line of the program, where there is one."""
+        """Say where the tip is, with the line of the program, where there is one.
+
+        Parameters
+        ----------
+        s : float
+            Arc length, mm.
+
+        Returns
+        -------
+        str
+            In words.
+        """
         curve = min(max(int(np.searchsorted(self.curve_starts, s)) - 1, 0), len(self.curves) - 1)
         line = "" if self.lines is None else f" (line {self.lines[curve]})"
         return f"s = {round(s, PLACE_DECIMALS):.6g} mm{line}"
 
     def with_joints(self, names: Sequence[str]) -> ToolPath:
-        """The same tool path, its angles those of the rotary joints of these names, which are 0 where none is given.
+        """Name the rotary joints of the angles.
 
-        Raises CurveError for angles of a joint that is not among them, unless they are 0, with the line.
+        Parameters
+        ----------
+        names : sequence of str
+            The joints of a machine.
+
+        Returns
+        -------
+        ToolPath
+            The same, its angles those of these joints, which are 0 where none is given.
+
+        Raises
+        ------
+        CurveError
+            For angles of a joint that is not among them, unless they are 0, with the line.
         """
         names = tuple(names)
         if self.tool_axis is None or self.kind != ANGLES or not self.rotary or self.rotary == names:
@@ -130,9 +179,21 @@ class ToolPath(Path):
         return 0 if self.tool_axis is None else self.tool_axis[0].axes
 
     def orientation(self, curve: IntArray, u: Array, order: int = 0) -> Array:
-        """What stands for the tool axis and its derivatives by u, (n, order + 1, columns), at places (n,).
+        """Compute what stands for the tool axis, and its derivatives by u.
 
-        Of points the vector from the tip, mm; vectors and angles as they are given.
+        Parameters
+        ----------
+        curve : (n,) array of int
+            Indices of curves.
+        u : (n,) array
+            Parameters on them.
+        order : int, optional
+            Of the highest derivative.
+
+        Returns
+        -------
+        (n, order + 1, columns) array
+            Of points the vector from the tip, mm; vectors and angles as they are given.
         """
         assert self.tool_axis is not None
         if len(self.tool_axis) == 1:
@@ -166,12 +227,36 @@ class ToolPath(Path):
         return ToolPath(back.curves, axis, **said)
 
     def with_findings(self, *findings: str) -> ToolPath:
-        """The same path with other findings."""
+        """Replace the findings.
+
+        Parameters
+        ----------
+        *findings : str
+            One sentence each.
+
+        Returns
+        -------
+        ToolPath
+            Otherwise the same path.
+        """
         return ToolPath(self.curves, self.tool_axis, **{**self._all_said(), "findings": findings})
 
 
 def beside(curve: NurbsCurve, points: Array) -> NurbsCurve:
-    """A curve over the knots and weights of another one, through as many points (n, columns), which may all be one."""
+    """Lay a curve over the knots and weights of another one.
+
+    Parameters
+    ----------
+    curve : NurbsCurve
+        The other one.
+    points : (n, columns) array
+        Its control points, as many; they may all be one.
+
+    Returns
+    -------
+    NurbsCurve
+        The curve.
+    """
     return NurbsCurve.trusted(curve.degree, curve.knots, points, curve.weights, clamped=curve.clamped)
 
 

@@ -18,21 +18,47 @@ GOES = "the path goes to"
 class Track(ABC):
     """Positions of axes by a parameter sigma, mm, that grows wherever any of them moves: what every path is.
 
+    Attributes
+    ----------
+    name : str
+        In files and figures.
+    axes : tuple of str
+        Names of the axes, `axis_units` their units; the first `linear` of them do not turn.
+    linear : int
+        How many do not.
+    beside : tuple of str
+        Names of the tip's own coordinates, which have no limits; none where axes carry the tip.
+    sided : bool
+        Whether `derivatives` gives either side of a break, by the row of the piece.
+    kinematics : object
+        Of the machine or arm whose joints the axes are; None where axes carry the tip.
+    needs_machine : bool
+        Whether it has a tool axis, so that a machine has to make joints of it.
+    in_parts : PathParts or None
+        Itself where its parts are read one after the other.
+    linking : Linking or None
+        How the contours of a drawing are linked; None for anything else.
+
+    Raises
+    ------
+    LimitsError
+        By `check_travel` and `check_limits`.
+
+    Notes
+    -----
     The axes of `Path` and `ToolPath` carry the tip; those of `JointPath` are joints, and the tip has coordinates of its
     own, which `derivatives` has behind the joints. No room asks which kind a track is: it asks for what it needs.
 
-    name           in files and figures
-    axes           names of the axes, `axis_units` their units; the first `linear` of them do not turn
-    beside         names of the tip's own coordinates, which have no limits; none where axes carry the tip
-    sided          whether `derivatives` gives either side of a break, by the row of the piece
-    kinematics     of the machine or arm whose joints the axes are; None where axes carry the tip
-    needs_machine  whether it has a tool axis, so that a machine has to make joints of it
-    in_parts       itself where its parts are read one after the other, else None
-    linking        how the contours of a drawing are linked; None for anything else
+    References
+    ----------
+    .. [1] docs/code-overview.md
 
-    Called with places s (...), mm, it gives positions (..., axes), mm, rotary axes rad; `derivatives` at s (n,) gives
-    (n, 4, columns). `check_travel` and `check_limits` raise LimitsError.
-    Source: docs/code-overview.md. Example: `sf.shapes.butterfly().axis_units`
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.shapes.butterfly()
+    >>> isinstance(path, sf.paths.Track), path.axis_units
+    (True, ('mm', 'mm'))
     """
 
     name: str
@@ -112,22 +138,71 @@ class Track(ABC):
 
     @abstractmethod
     def __call__(self, s: ArrayLike) -> Array:
-        """Positions (..., axes), mm, rotary axes rad, at places s (...), mm."""
+        """Compute positions.
+
+        Parameters
+        ----------
+        s : array_like
+            Places (...), mm.
+
+        Returns
+        -------
+        (..., axes) array
+            mm, rotary axes rad.
+        """
 
     @abstractmethod
     def derivatives(self, s: Array, row: IntArray | None = None) -> Array:
-        """r and its first three derivatives by sigma, (n, 4, columns), at places s (n,), mm, on `pieces` row (n,).
+        """Compute r and its first three derivatives by sigma.
 
-        Columns are the axes and, behind them, the coordinates `beside`.
+        Parameters
+        ----------
+        s : (n,) array
+            Places, mm.
+        row : (n,) array of int, optional
+            Which of `pieces` each is on; that on the right by default.
+
+        Returns
+        -------
+        (n, 4, columns) array
+            Columns are the axes and, behind them, the coordinates `beside`.
         """
 
     def standing(self, curve: IntArray, u: Array) -> Array | None:
-        """How the tool shall stand at places (n,), as `kinematics.forward` says it, where no tool axis says it."""
+        """Say how the tool shall stand where no tool axis says it.
+
+        Parameters
+        ----------
+        curve : (n,) array of int
+            Curves of the tip's path.
+        u : (n,) array
+            Parameters on them.
+
+        Returns
+        -------
+        (n, ...) array or None
+            As `kinematics.forward` has it; None where a tool axis says it.
+        """
         return None
 
     @abstractmethod
     def positions(self, curve: IntArray, u: Array, s: Array, tip: Array) -> Array:
-        """Positions (n, axes) at u (n,) of curves (n,) of the tip's path, s (n,), mm, which is at `tip` there."""
+        """Compute positions at places of the tip's path.
+
+        Parameters
+        ----------
+        curve : (n,) array of int
+            Curves of the tip's path.
+        u, s : (n,) array
+            Parameters on them, and places, mm.
+        tip : (n, 3) array
+            Where the tip is there, mm.
+
+        Returns
+        -------
+        (n, axes) array
+            mm, rotary axes rad.
+        """
 
     @property
     @abstractmethod
@@ -136,42 +211,147 @@ class Track(ABC):
 
     @abstractmethod
     def check_travel(self, travel: Mapping[str, tuple[float, float]]) -> None:
-        """Raise LimitsError where an axis leaves its travel, mm or rad: which, how far, and at what place."""
+        """Raise an error where an axis leaves its travel.
+
+        Parameters
+        ----------
+        travel : mapping of str to (float, float)
+            Least and greatest position of axes, mm or rad.
+
+        Raises
+        ------
+        LimitsError
+            Names the axis, how far it goes, and at what place.
+        """
 
     @abstractmethod
     def check_limits(self, limits: Any) -> None:
-        """Raise LimitsError for a limit that no motion along this can have."""
+        """Refuse a limit that no motion along this can have.
+
+        Parameters
+        ----------
+        limits : Limits
+            Of a motion.
+
+        Raises
+        ------
+        LimitsError
+            Names the limit.
+        """
 
     @abstractmethod
     def between_ticks(self, d: Array) -> tuple[Array | None, Array | None]:
-        """What axes that move straight from tick to tick leave of the tip's path, 1/mm, and of a tool axis, rad/mm^2.
+        """Compute what axes that move straight from tick to tick leave of the tip's path and of a tool axis.
 
-        (n,) each, from `derivatives` d (n, 4, columns); None for the curvature of the path, and for no tool axis.
+        Parameters
+        ----------
+        d : (n, 4, columns) array
+            From `derivatives`.
+
+        Returns
+        -------
+        tip : (n,) array or None
+            1/mm; None for the curvature of the path.
+        axis : (n,) array or None
+            rad/mm^2; None for no tool axis.
         """
 
     @abstractmethod
     def chords(self, s: Array, r: Array, places: Array) -> tuple[IntArray, Array, Array | None]:
-        """Steps (n,) between setpoints r (k, axes) at s (k,), and how far tip, mm, and tool axis, rad, are off there.
+        """Measure how far tip and tool axis are off between setpoints that axes join straight.
 
-        Steps are looked at inside, and at `places` (m,), mm, where derivatives jump or the path bends sharply.
+        Parameters
+        ----------
+        s : (k,) array
+            Where the setpoints are, mm.
+        r : (k, axes) array
+            Setpoints, mm or rad.
+        places : (m,) array
+            Where derivatives jump or the path bends sharply, mm: steps are looked at there, too, and inside.
+
+        Returns
+        -------
+        step : (n,) array of int
+            Numbers of steps.
+        tip : (n,) array
+            How far the tip is off there, mm.
+        axis : (n,) array or None
+            How far the tool axis is off, rad.
         """
 
     @abstractmethod
     def rounding(self, s: Array, r: Array) -> Array:
-        """The rounding of positions r (n, axes) at s (n,), mm, on each axis, (axes,) or (n, axes), mm or rad."""
+        """Compute the rounding of positions.
+
+        Parameters
+        ----------
+        s : (n,) array
+            Places, mm.
+        r : (n, axes) array
+            Positions there, mm or rad.
+
+        Returns
+        -------
+        (axes,) or (n, axes) array
+            On each axis, mm or rad.
+        """
 
     def sticks(self, position: Array) -> Array | None:
-        """The arm that is at positions (n, axes), as lines (n, points, 3), mm; None where there is none."""
+        """Draw the arm at positions.
+
+        Parameters
+        ----------
+        position : (n, axes) array
+            mm or rad.
+
+        Returns
+        -------
+        (n, points, 3) array or None
+            As lines, mm; None where there is none.
+        """
         return None
 
     def drawn(self, places: int) -> Array | None:
-        """What holds the tip, as lines (k, points, 3), mm, evenly along the path; None where nothing is known of it."""
+        """Draw what holds the tip, evenly along the path.
+
+        Parameters
+        ----------
+        places : int
+            How many.
+
+        Returns
+        -------
+        (k, points, 3) array or None
+            As lines, mm; None where nothing is known of it.
+        """
         return None
 
     def tip(self, d: Array) -> Array:
-        """s', s'', s''' (3, n) of the tip's arc length s by sigma, from `derivatives` d (n, 4, columns)."""
+        """Compute derivatives of the tip's arc length s by sigma.
+
+        Parameters
+        ----------
+        d : (n, 4, columns) array
+            From `derivatives`.
+
+        Returns
+        -------
+        (3, n) array
+            s', s'', s'''.
+        """
         return np.repeat([[1.0], [0.0], [0.0]], len(d), axis=1)
 
     def tip_length(self, s: ArrayLike) -> Array:
-        """Arc length of the tip, mm (...), at places s (...), mm."""
+        """Compute the arc length of the tip.
+
+        Parameters
+        ----------
+        s : array_like
+            Places (...), mm.
+
+        Returns
+        -------
+        (...) array
+            mm.
+        """
         return np.asarray(s, dtype=np.float64)

@@ -31,7 +31,25 @@ _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
 def checked_waypoints(waypoints: ArrayLike, axes: Sequence[str] | None) -> Array:
-    """Points (n, axes) as numbers; CurveError for what is not 2 or more rows of a finite number for each axis."""
+    """Read waypoints.
+
+    Parameters
+    ----------
+    waypoints : (n, axes) array_like
+        mm, rotary axes rad.
+    axes : sequence of str or None
+        Names of the axes.
+
+    Returns
+    -------
+    (n, axes) array
+        As numbers.
+
+    Raises
+    ------
+    CurveError
+        For what is not 2 or more rows of a finite number for each axis.
+    """
     try:
         points = np.asarray(waypoints, dtype=np.float64)
     except (TypeError, ValueError):
@@ -46,12 +64,28 @@ def checked_waypoints(waypoints: ArrayLike, axes: Sequence[str] | None) -> Array
 
 
 def through(points: Array, weights: Array, near: ArrayLike) -> list[NurbsCurve]:
-    """The spline through points (n, axes), cut at each of them: n - 1 curves.
+    """Lay the spline through points, cut at each of them.
 
-    weights (axes,)  what a unit of each axis counts in the distance of two points
-    near             how far each axis may pass beside a point, a number or (axes,); ends are met
+    Parameters
+    ----------
+    points : (n, axes) array
+        mm, rotary axes rad.
+    weights : (axes,) array
+        What a unit of each axis counts in the distance of two points.
+    near : float or (axes,) array_like
+        How far each axis may pass beside a point; ends are met.
 
-    Raises CurveError for neighbours that are the same, InputError for a tolerance that cannot be.
+    Returns
+    -------
+    list of NurbsCurve
+        n - 1 curves.
+
+    Raises
+    ------
+    CurveError
+        For neighbours that are the same.
+    InputError
+        For a tolerance that cannot be.
     """
     apart = np.sqrt(np.linalg.norm(np.diff(points, axis=0) * weights, axis=1))
     if not np.all(apart > 0.0):

@@ -41,15 +41,40 @@ def fit_function(
     *,
     smoothness: int = 0,
 ) -> tuple[NurbsCurve, float]:
-    """The curve C(u) near function(u) that interpolates it, and its largest error |C(u) - function(u)|, mm.
+    """Fit a curve C(u) to a function by interpolation.
 
-    function    parameters (n,) -> points (n, axes), mm
-    domain      first and last u, which the curve keeps
-    breaks      inner u at which the function is only `smoothness` times differentiable (0: a corner): so is the curve
+    Parameters
+    ----------
+    function : callable
+        Parameters (n,) to points (n, axes), mm.
+    tolerance : float
+        Largest error, mm.
+    degree : int
+        Of the curve.
+    domain : (float, float)
+        First and last u, which the curve keeps.
+    breaks : sequence of float, optional
+        Inner u at which the function is only `smoothness` times differentiable (0: a corner): so is the curve.
+    smoothness : int, optional
+        Of the breaks.
 
-    Spans are halved until the error is within `tolerance`, mm, at points that the fit did not use; the ends, and breaks
-    of smoothness 0, are met exactly. The error in C(u) bounds the distance between the two curves.
-    Raises InputError for arguments that cannot be used, CurveError if MAX_SPANS spans do not hold the tolerance.
+    Returns
+    -------
+    curve : NurbsCurve
+        The ends, and breaks of smoothness 0, are met exactly.
+    error : float
+        The largest |C(u) - function(u)|, mm, which bounds the distance between the two curves.
+
+    Raises
+    ------
+    InputError
+        For arguments that cannot be used.
+    CurveError
+        If MAX_SPANS spans do not hold the tolerance.
+
+    Notes
+    -----
+    Spans are halved until the error is within the tolerance at points that the fit did not use.
     """
     degree = check_degree(degree)
     start, end = float(domain[0]), float(domain[1])

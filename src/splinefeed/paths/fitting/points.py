@@ -38,11 +38,24 @@ SURE_CORNER = math.radians(75.0)
 class Fit:
     """Curves near given points.
 
-    curves     joined end to end, parted at corners
-    error      largest distance of a given point from the curves, mm, to the nearest point of all curves
-    tolerance  as given, mm
-    Control points are (n, axes), mm. Source: docs/math/smoothing.md.
-    Example: `sf.paths.fit([[0, 0], [1, 0.2], [2, 0], [3, 0.5]], 0.01).path()`
+    Parameters
+    ----------
+    curves : tuple of NurbsCurve
+        With control points (n, axes), mm, joined end to end, parted at corners.
+    error : float
+        Largest distance of a given point from the curves, mm, to the nearest point of all curves.
+    tolerance : float
+        As given, mm.
+
+    References
+    ----------
+    .. [1] docs/math/smoothing.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> sf.paths.fit([[0, 0], [1, 0.2], [2, 0], [3, 0.5]], 0.01).path().name
+    'fit'
     """
 
     curves: tuple[NurbsCurve, ...]
@@ -55,7 +68,20 @@ class Fit:
         return sum(len(curve.knots) - 2 * curve.degree - 2 for curve in self.curves)
 
     def path(self, axes: Sequence[str] | None = None, name: str = "fit") -> Path:
-        """The curves as a path, with the error as a finding."""
+        """Make a path of the curves, with the error as a finding.
+
+        Parameters
+        ----------
+        axes : sequence of str, optional
+            Names of the axes, as for `Path`.
+        name : str, optional
+            Of the path.
+
+        Returns
+        -------
+        Path
+            The curves.
+        """
         finding = (
             f"fitted by {len(self.curves)} curve(s) of degree {self.curves[0].degree} with {self.knots} knots; "
             f"largest distance {self.error:.3g} mm (tolerance {self.tolerance:g} mm)"
@@ -70,24 +96,57 @@ def fit(
     closed: bool = False,
     corner_angle: float | None = None,
 ) -> Fit:
-    """Fit curves of one `degree` that pass every point within `tolerance`, as fair as the tolerance allows.
+    """Fit curves of one degree that pass every point within a tolerance, as fair as the tolerance allows.
 
-    minimize  sum_i |C(u_i) - Q_i|^2 + int lambda(u) |C'''(u)|^2 du     (C'' for degree 2, C' for degree 1)
+    Parameters
+    ----------
+    points : (n, axes) array_like
+        mm, in order; repeated neighbours count once.
+    tolerance : float
+        Largest distance of a point from the curves, mm.
+    degree : int, optional
+        Of the curves.
+    closed : bool, optional
+        Whether to join the last point to the first, smoothly unless there is a corner.
+    corner_angle : float, optional
+        Chords that turn by more, rad, and much more than their neighbours, part two curves (30 degrees unless given;
+        math.pi for never); curves pass exactly through corners and through the ends of an open line.
 
-    points        (n, axes), mm, in order; repeated neighbours count once
-    tolerance     largest distance of a point from the curves, mm
-    closed        join the last point to the first, smoothly unless there is a corner
-    corner_angle  chords that turn by more, rad, and much more than their neighbours, part two curves (30 degrees unless
-                  given; math.pi for never); curves pass exactly through corners and through the ends of an open line
+    Returns
+    -------
+    Fit
+        The curves and their error.
+
+    Raises
+    ------
+    InputError
+        For points, a tolerance or a degree that cannot be used.
+    CurveError
+        If the tolerance cannot be held.
+
+    Notes
+    -----
+    The curves minimize, with C'' for degree 2 and C' for degree 1,
+
+        sum_i |C(u_i) - Q_i|^2 + int lambda(u) |C'''(u)|^2 du
 
     The u_i begin as summed chords and end as arc length. Knots are halved where the error is largest until it is within
     half the tolerance; then the fewest are searched that keep it with no more oscillations of the curvature, and lambda
     grows, span by span, until the error comes near it. Where points are few they are passed exactly: more knots cannot
     help.
-    Returns a Fit. Raises InputError for points, a tolerance or a degree that cannot be used, CurveError if it cannot be
-    held. Sources: The NURBS Book, 2nd ed., sections 9.2 to 9.4; Eilers, Marx, "Flexible smoothing with B-splines and
-    penalties", Statistical Science 11(2), 1996, doi 10.1214/ss/1038425655.
-    Example: `sf.paths.fit([[0, 0], [1, 0.2], [2, 0], [3, 0.5]], tolerance=0.01)`
+
+    References
+    ----------
+    .. [1] The NURBS Book, 2nd ed., sections 9.2 to 9.4.
+    .. [2] Eilers, Marx, "Flexible smoothing with B-splines and penalties", Statistical Science 11(2), 1996,
+       doi 10.1214/ss/1038425655.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> fitted = sf.paths.fit([[0, 0], [1, 0.2], [2, 0], [3, 0.5]], tolerance=0.01)
+    >>> fitted.error <= fitted.tolerance
+    True
     """
     degree = check_degree(degree)
     angle = CORNER_ANGLE if corner_angle is None else float(corner_angle)
@@ -183,9 +242,19 @@ def _turns(points: Array, before: IntArray, at: IntArray, after: IntArray) -> Ar
 
 
 def distances(curves: Sequence[NurbsCurve], points: Array) -> Array:
-    """Distance (n,), mm, of every point (n, axes) from the nearest point of all curves, which need not be joined.
+    """Measure how far points are from curves, by `curves.nearest` alone, with nothing that a fitter knows.
 
-    Found by `curves.nearest` alone, with nothing that a fitter knows.
+    Parameters
+    ----------
+    curves : sequence of NurbsCurve
+        Need not be joined.
+    points : (n, axes) array
+        mm.
+
+    Returns
+    -------
+    (n,) array
+        Distance of each from the nearest point of all curves, mm.
     """
     flat, axes = Flat.of(curves), curves[0].axes
     shape = (int(flat.degrees.max()), axes, axes, int(flat.rational.max()))

@@ -35,22 +35,54 @@ def naca(
     degree: int | None = None,
     tolerance: float = 1e-6,
 ) -> Path:
-    """A NACA 4-digit section with a closed edge, from the edge over the upper side to the nose and back below.
+    """Make a NACA 4-digit section with a closed edge, from the edge over the upper side to the nose and back below.
 
-    y = 5 t c (0.2969 tau - 0.1260 tau^2 - 0.3516 tau^4 + 0.2843 tau^6 - 0.1036 tau^8),  x = c tau^2
+    Parameters
+    ----------
+    code : str, optional
+        Four digits m p tt: camber in percent of the chord, its place in tenths, thickness t in percent.
+    chord : float, optional
+        c, mm (100 unless chord or perimeter is given).
+    perimeter : float, optional
+        Length of the path, mm, met by scaling.
+    degree : int, optional
+        Of a fitted section; None: exact if symmetric, 5 if cambered.
+    tolerance : float, optional
+        Largest error of a fit at equal parameter, mm; an exact section needs none.
 
-    code       four digits m p tt: camber in percent of the chord, its place in tenths, thickness t in percent
-    chord      c, mm (100 unless chord or perimeter is given); perimeter  length of the path, mm, met by scaling
-    degree     of a fitted section; None: exact if symmetric, 5 if cambered
-    tolerance  largest error of a fit at equal parameter, mm; an exact section needs none
+    Returns
+    -------
+    Path
+        The paper's airfoil is naca("0025", perimeter=33).
+
+    Raises
+    ------
+    InputError
+        For a code or sizes that cannot be used.
+    CurveError
+        If a fit cannot hold the tolerance.
+
+    Notes
+    -----
+    The section is
+
+        y = 5 t c (0.2969 tau - 0.1260 tau^2 - 0.3516 tau^4 + 0.2843 tau^6 - 0.1036 tau^8),  x = c tau^2
 
     A symmetric section (00tt) is a polynomial in tau, hence exactly two spans of degree 8. They meet at the nose, where
     the radius is 1.1019 t^2 c, with C1 and equal curvature; the derivative of the curvature by arc length jumps there.
     A cambered section carries the thickness normal to its mean line. By that definition both sides have a kink where
     the mean line has its crest (3e-4 rad for 2412), which the fit rounds within the tolerance.
-    The paper's airfoil is naca("0025", perimeter=33).
-    Raises InputError for a code or sizes that cannot be used, CurveError if a fit cannot hold the tolerance.
-    Sources: Jacobs, Ward, Pinkerton, NACA Report 460, 1933; Abbott, von Doenhoff, Theory of Wing Sections, 1959, ch. 6.
+
+    References
+    ----------
+    .. [1] Jacobs, Ward, Pinkerton, NACA Report 460, 1933.
+    .. [2] Abbott, von Doenhoff, Theory of Wing Sections, 1959, ch. 6.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> print(f"{sf.shapes.naca('0025', perimeter=33).length:.6f} mm")
+    33.000000 mm
     """
     camber, place, thickness = _digits(code)
     if chord is not None and perimeter is not None:

@@ -61,10 +61,29 @@ def line(
     length: float | None = None,
     angle: float = 0.0,
 ) -> Path:
-    """The straight line from `start` (axes,) to `end` (axes,), mm (axes a, b, c, the fourth to sixth, in rad).
+    """Make a straight line.
 
-    Without `end` it lies in the plane, `length`, mm (100), long at `angle`, rad, from x; `start` is zero unless given.
-    Raises InputError for coordinates that cannot be used, CurveError if both points are the same.
+    Parameters
+    ----------
+    start, end : sequence of float, optional
+        Points (axes,), mm (axes a, b, c, the fourth to sixth, in rad); the start is zero unless given. Without an end
+        it lies in the plane.
+    length : float, optional
+        Of a line without an end, mm (100).
+    angle : float, optional
+        Of a line without an end, rad, from x.
+
+    Returns
+    -------
+    Path
+        One curve.
+
+    Raises
+    ------
+    InputError
+        For coordinates that cannot be used.
+    CurveError
+        If both points are the same.
     """
     if end is not None and (length is not None or angle):
         raise InputError("line: end is given, so that length and angle follow; leave them out")
@@ -84,19 +103,45 @@ def line(
 
 
 def circle(radius: float = 10.0, center: Sequence[float] = (0.0, 0.0)) -> Path:
-    """The full circle of `radius`, mm, about `center` (2,), mm, counterclockwise from the point on the right.
+    """Make a full circle, counterclockwise from the point on the right.
 
-    Four quarters of degree 2 with weights 1, sqrt(1/2), 1; at their joints C' is continuous and C'' is not, but the
-    curvature is. Source: The NURBS Book, 2nd ed., example 7.2.
+    Parameters
+    ----------
+    radius : float, optional
+        mm.
+    center : sequence of float, optional
+        (2,), mm.
+
+    Returns
+    -------
+    Path
+        Four quarters of degree 2 with weights 1, sqrt(1/2), 1; at their joints C' is continuous and C'' is not, but the
+        curvature is.
+
+    References
+    ----------
+    .. [1] The NURBS Book, 2nd ed., example 7.2.
     """
     r = positive(radius, "radius")
     return Path([_round(r, r, 0.0, point(center, "center", 2))], name="circle")
 
 
 def ellipse(a: float = 20.0, b: float = 10.0, angle: float = 0.0, center: Sequence[float] = (0.0, 0.0)) -> Path:
-    """The full ellipse with semi-axes `a` and `b`, mm, the first at `angle`, rad, from x, about `center` (2,), mm.
+    """Make a full ellipse, counterclockwise from the end of semi-axis a.
 
-    The affine image of a circle, which is exact; counterclockwise from the end of semi-axis a.
+    Parameters
+    ----------
+    a, b : float, optional
+        Semi-axes, mm.
+    angle : float, optional
+        Of the first one, rad, from x.
+    center : sequence of float, optional
+        (2,), mm.
+
+    Returns
+    -------
+    Path
+        The affine image of a circle, which is exact.
     """
     long, short = positive(a, "a"), positive(b, "b")
     curve = _round(long, short, number(angle, "angle", " rad"), point(center, "center", 2))
@@ -109,14 +154,34 @@ def _round(a: float, b: float, angle: float, center: Array) -> NurbsCurve:
 
 
 def figure_eight(width: float = 60.0, height: float | None = None, center: Sequence[float] = (0.0, 0.0)) -> Path:
-    """A closed curve of eight (the lemniscate of Gerono), `width` by `height`, mm, that crosses itself at `center`.
+    """Make a closed curve of eight (the lemniscate of Gerono) that crosses itself at its center.
 
-    x = (width/2) cos t,  y = height sin t cos t,  t from 0 to 2 pi; height is half the width unless given.
+    Parameters
+    ----------
+    width, height : float, optional
+        mm; the height is half the width unless given.
+    center : sequence of float, optional
+        (2,), mm.
+
+    Returns
+    -------
+    Path
+        Four spans, rational of degree 4 and exact.
+
+    Notes
+    -----
+    The curve is, with t from 0 to 2 pi,
+
+        x = (width/2) cos t,  y = height sin t cos t
 
     With cos t = c/w and sin t = s/w on a quarter circle of degree 2, (x, y) = ((width/2) c w, height s c) / w^2 is
-    rational of degree 4 and exact: four spans. The curve is smooth everywhere. By its parameter it is C1 at the joints,
+    rational of degree 4. The curve is smooth everywhere. By its parameter it is C1 at the joints,
     because t'(u) is even about the middle of each quarter; t'' is odd, so that C'' jumps there, but along the tangent
-    only, and the curvature is continuous. Source: Lawrence, A Catalog of Special Plane Curves, 1972, p. 124.
+    only, and the curvature is continuous.
+
+    References
+    ----------
+    .. [1] Lawrence, A Catalog of Special Plane Curves, 1972, p. 124.
     """
     w = positive(width, "width")
     h = 0.5 * w if height is None else positive(height, "height")
@@ -145,11 +210,28 @@ def _product(f: Array, g: Array) -> Array:
 
 
 def butterfly(scale: float = 1.0) -> Path:
-    """The butterfly: 51 control points, degree 3, rational, 382.86 mm long at scale 1, least radius 0.023 mm.
+    """Make the butterfly: 51 control points, degree 3, rational, 382.86 mm long at scale 1, least radius 0.023 mm.
 
-    |C'| runs from 40 to 802 mm: the hardest of the well-known tests of an interpolator. As its source gives it, the
-    curve is open by 0.001 mm at the head. Source: Hu, Jiang, Huo et al., Int. J. Adv. Manuf. Technol. 129, 2843-2860,
-    2023, doi 10.1007/s00170-023-12427-5.
+    Parameters
+    ----------
+    scale : float, optional
+        What its coordinates are taken times.
+
+    Returns
+    -------
+    Path
+        |C'| runs from 40 to 802 mm: the hardest of the well-known tests of an interpolator. As its source gives it, the
+        curve is open by 0.001 mm at the head.
+
+    References
+    ----------
+    .. [1] Hu, Jiang, Huo et al., Int. J. Adv. Manuf. Technol. 129, 2843-2860, 2023, doi 10.1007/s00170-023-12427-5.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> print(f"{sf.shapes.butterfly().length:.2f} mm")
+    382.86 mm
     """
     factor = positive(scale, "scale", "")
     text = files("splinefeed").joinpath("data", "butterfly.json").read_text(encoding="utf-8")
@@ -161,13 +243,39 @@ def butterfly(scale: float = 1.0) -> Path:
 def helix(
     radius: float = 10.0, pitch: float = 5.0, turns: float = 3.0, tolerance: float = 1e-6, degree: int = 5
 ) -> Path:
-    """A helix about z from (radius, 0, 0), counterclockwise seen from above; `pitch` is its rise a turn, mm.
+    """Make a helix about z from (radius, 0, 0), counterclockwise seen from above.
 
-    x = radius cos 2 pi v,  y = radius sin 2 pi v,  z = pitch v,  v from 0 to turns
+    Parameters
+    ----------
+    radius : float, optional
+        mm.
+    pitch : float, optional
+        Its rise a turn, mm; a negative one goes down.
+    turns : float, optional
+        How many.
+    tolerance : float, optional
+        Largest error at equal parameter, mm.
+    degree : int, optional
+        Of the curve.
 
-    No NURBS is a helix: a curve of the given `degree` is fitted whose point at every parameter lies within `tolerance`,
-    mm, of the helix's (z is exact, so that it rises in step with the angle). A negative pitch goes down.
-    Raises InputError for sizes that cannot be used, CurveError if the tolerance cannot be held.
+    Returns
+    -------
+    Path
+        No NURBS is a helix: a curve is fitted whose point at every parameter lies within the tolerance of the helix's
+        (z is exact, so that it rises in step with the angle).
+
+    Raises
+    ------
+    InputError
+        For sizes that cannot be used.
+    CurveError
+        If the tolerance cannot be held.
+
+    Notes
+    -----
+    The helix is, with v from 0 to turns,
+
+        x = radius cos 2 pi v,  y = radius sin 2 pi v,  z = pitch v
     """
     r, rise, count = positive(radius, "radius"), number(pitch, "pitch"), positive(turns, "turns", "")
     if rise == 0.0:

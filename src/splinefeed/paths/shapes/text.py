@@ -52,16 +52,50 @@ def describe() -> tuple[tuple[str, str, str], ...]:
 
 
 def is_shape(text: str) -> bool:
-    """Whether `text` begins with the name of a built-in shape, as "circle" or "naca:0025?..." do."""
+    """Tell whether a text begins with the name of a built-in shape, as "circle" or "naca:0025?..." do.
+
+    Parameters
+    ----------
+    text : str
+        What a user typed.
+
+    Returns
+    -------
+    bool
+        Whether it does.
+    """
     return isinstance(text, str) and _split(text)[0] in _SHAPES
 
 
 def from_text(text: str) -> Path:
-    """The path that a text such as "naca:0025?perimeter=33" means: a name, for naca a colon and its code, then options.
+    """Make the path that a text such as "naca:0025?perimeter=33" means.
 
-    Values may carry units ("circle?radius=0.5in"); bare numbers are mm, and rad for angles; points are x,y. Every shape
-    has `tangential=true`, for a third axis theta that follows the tangent.
-    Raises InputError for an unknown shape or option, naming the known ones, and for a bad value.
+    Parameters
+    ----------
+    text : str
+        A name, for naca a colon and its code, then options. Values may carry units ("circle?radius=0.5in"); bare
+        numbers are mm, and rad for angles; points are x,y. Every shape has `tangential=true`, for a third axis theta
+        that follows the tangent.
+
+    Returns
+    -------
+    Path
+        The shape.
+
+    Raises
+    ------
+    InputError
+        For an unknown shape or option, naming the known ones, and for a bad value.
+
+    References
+    ----------
+    .. [1] docs/start.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> sf.shapes.from_text("circle?radius=0.5in").bounding_box()[1]
+    array([12.7, 12.7])
     """
     if not isinstance(text, str) or not text.strip():
         raise InputError(f"shape is {text!r}; expected a text such as {_SHAPES['naca'][2]!r}")
