@@ -81,6 +81,8 @@ def test_what_the_report_draws_is_a_line_of_python(run, served, tmp_path):
     assert f"contour error at most {most:.3g} µm" in sf.plot.contour(served).title
     tuned = sf.runs.tune(sf.Machine.load("xytheta").servo_axis("x"), "margins", period=1e-3)
     assert "phase margin" in sf.plot.bode(tuned, "xytheta").title
+    assert sf.plot.bode(tuned).title.startswith("axis x: margins\n")
+    assert sf.plot.errors(served).title == "butterfly on xytheta: errors over time"
     file = tmp_path / "part.nc"
     file.write_text("G21 G90 G0 X0 Y0 Z1\nG1 X30 F600\nG0 Y20\nG1 X0 F300\nM30\n")
     time, planned = sf.cycle_time(file, "hurco-04"), sf.run(sf.read(file), sf.Limits(feed=60, axis_acceleration=500))

@@ -25,7 +25,10 @@ TICK = 1e-9
 class DetailStore:
     """Curves by number in one row of bytes.
 
-    most  points of a curve; of a longer one the least and the greatest of equally many points each are kept
+    Parameters
+    ----------
+    most : int, optional
+        Points of a curve; of a longer one the least and the greatest of as many stretches are kept.
     """
 
     def __init__(self, most: int = MOST) -> None:
@@ -37,10 +40,22 @@ class DetailStore:
         self.series: list[dict[str, Any]] = []
 
     def curve(self, x: Array, y: Array, high: Array | None = None) -> dict[str, Any]:
-        """A curve over a rising x (n,) for a trace: numbers of its series `x` and `y`, or `x`, `low` and `high`.
+        """Keep a curve, and give what a trace has of it.
 
-        The latter where only the least and the greatest of stretches are kept, or known: high (n,)  of a band between
-        edges x (n + 1,), of which y is the least. `count`: how many points or stretches it has.
+        Parameters
+        ----------
+        x : array (n,)
+            Rising; of a band the edges (n + 1,).
+        y : array (n,)
+            Its values; of a band the least.
+        high : array (n,), optional
+            Of a band the greatest.
+
+        Returns
+        -------
+        dict of str to int
+            Numbers of its series, `x` and `y`, or `x`, `low` and `high` where only the least and the greatest of
+            stretches are kept, or known; and `count`, how many points or stretches it has.
         """
         if high is None and len(x) <= self._most:
             return {"x": self._once("x", x, self._put_times), "y": self._once("y", y, self._put), "count": len(x)}
@@ -75,9 +90,10 @@ class DetailStore:
         return self._add({"n": len(x), "from": float(x[0]) if len(x) else 0.0, "unit": unit}, planes.T.tobytes())
 
     def _put(self, values: Array, rounded: Callable[[Array], Array] = np.rint) -> int:
-        """Scales of the blocks, then planes of the low and the high bytes of differences of steps.
+        """Keep scales of the blocks, then planes of the low and the high bytes of differences of steps.
 
-        rounded  which step stands for a value: the nearest, or one outside of it, so that an area has all of the motion
+        `rounded` says which step stands for a value: the nearest, or one outside of it, so that an area has all of the
+        motion.
         """
         values = np.asarray(values, dtype=np.float64)  # bands are in single precision
         count = len(values)

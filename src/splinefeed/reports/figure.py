@@ -32,14 +32,49 @@ EXTRA = 'pip install "splinefeed[plots]"'
 class Figure(FigureData):
     """Panels below each other, or in columns; those with the same x label share that axis and its cursor.
 
-    legend  curves of one name in all panels are one, and the page has a legend to choose from
-    width in px. `save` raises InputError for another ending, and for PNG or PDF where Matplotlib is not installed.
-    Source: docs/start.md shows the report.
-    Example: `sf.plot.path(run).save("path.svg")`
+    Parameters
+    ----------
+    title : str
+        Above the panels.
+    panels : tuple of Panel
+        Each with its axes and marks.
+    columns : int, optional
+        How many stand beside each other.
+    legend : bool, optional
+        Whether curves of one name in all panels are one, and the page has a legend to choose from.
+    width : int, optional
+        In px.
+
+    Raises
+    ------
+    InputError
+        By `save`, for another ending than .svg, .png or .pdf, and for PNG or PDF where Matplotlib is not installed.
+
+    References
+    ----------
+    .. [1] docs/start.md shows the report.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> sf.plot.path(sf.shapes.circle(radius=10)).save("path.svg")
     """
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the figure as what the file's name ends in: .svg, .png or .pdf, whole or not at all."""
+        """Write the figure as what the file's name ends in, whole or not at all.
+
+        Parameters
+        ----------
+        file : str or PathLike
+            Its name ends in .svg, .png or .pdf.
+
+        Raises
+        ------
+        InputError
+            For another ending, and for PNG or PDF where Matplotlib is not installed.
+        FormatError
+            For a file that cannot be written.
+        """
         form = File(file).suffix[1:].lower()
         if form not in FORMATS:
             raise InputError(f"{file}: figures are written as {', '.join(FORMATS)}")

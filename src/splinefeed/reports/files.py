@@ -60,9 +60,25 @@ def of_run(
     traces: Sequence[MethodTrace] = (),
     beside: Deviation | None = None,
 ) -> dict[str, Figure]:
-    """The figures of a run by name, for its page and its files.
+    """Draw the figures of a run, for its page and its files.
 
-    responses  what a machine did, by method, the run's own first; beside  how far that was from the path
+    Parameters
+    ----------
+    run : Run
+        To be drawn.
+    responses : mapping of str to Response, optional
+        What a machine did, by method, the run's own first.
+    machine : str, optional
+        Its name.
+    traces : sequence of MethodTrace, optional
+        Of methods that the run's is compared with.
+    beside : Deviation, optional
+        How far the machine was from the path.
+
+    Returns
+    -------
+    dict of str to Figure
+        By name: those that there is something to show of.
     """
     from splinefeed.reports import plot
     from splinefeed.reports.motion_figures import ripple_figure
@@ -97,9 +113,26 @@ def to_files(found: Mapping[str, Figure]) -> list[tuple[str, Figure]]:
 def writers(
     folder: str | os.PathLike[str], formats: Iterable[str], said: Callable[[Mapping[str, Any]], Any]
 ) -> Iterator[tuple[list[Meter], Writer]]:
-    """Meters that write setpoints to a folder as they are made, a file a format, and the writer of a response.
+    """Open the files of setpoints and of a response, which are written as they are made.
 
-    said  what a file says of how its setpoints are made, beside their settings, of which it is given
+    Parameters
+    ----------
+    folder : str or PathLike
+        Where they go.
+    formats : iterable of str
+        A file of setpoints each.
+    said : callable
+        Of the settings of setpoints, what a file says beside them of how they are made.
+
+    Yields
+    ------
+    meters : list of Meter
+        That write setpoints.
+    response : Writer
+        Of the response of a machine.
+
+    Notes
+    -----
     At the end of the context what is not finished is removed.
     """
     place = File(folder)
@@ -125,12 +158,33 @@ def write(
     tip: bool = False,
     with_path: bool = False,
 ) -> list[str]:
-    """Write everything that `run` leaves to `folder`, and give the names; `record` goes to the page of numbers.
+    """Write everything that a run leaves to a folder.
 
-    formats  of the setpoints; their files, and the response of a machine, are written where they are not there
-    figure_formats  of the figures; without any there is no report either
-    tip  whether tip and tool axis are written beside the joints of a tool path; with_path  whether the path is, as JSON
-    others  what a machine did with the setpoints of other methods
+    Parameters
+    ----------
+    run : Run
+        To be written.
+    folder : str or PathLike
+        That is there.
+    formats : iterable of str, optional
+        Of the setpoints; their files, and the response of a machine, are written where they are not there.
+    traces : sequence of MethodTrace, optional
+        Of methods that the run's is compared with.
+    figure_formats : iterable of str, optional
+        Of the figures; without any there is no report either.
+    record : mapping of str to object, optional
+        Goes to the page of numbers.
+    others : sequence of Servo, optional
+        What a machine did with the setpoints of other methods.
+    tip : bool, optional
+        Whether tip and tool axis are written beside the joints of a tool path.
+    with_path : bool, optional
+        Whether the path is written, as JSON.
+
+    Returns
+    -------
+    list of str
+        Names of the files.
     """
     place, said = File(folder), record or {}
     names = setpoint_names(formats)

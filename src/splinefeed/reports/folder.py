@@ -28,7 +28,18 @@ _LARGEST_RECORD = 2**20
 
 
 def default_name(name: str) -> str:
-    """The folder for a path of that name: splinefeed-naca-0025 for "NACA 0025"."""
+    """Name the folder for a path: splinefeed-naca-0025 for "NACA 0025".
+
+    Parameters
+    ----------
+    name : str
+        Of the path.
+
+    Returns
+    -------
+    str
+        Letters, digits and dashes.
+    """
     words = re.sub(r"[^a-z0-9]+", "-", name.lower())[:LONGEST_NAME].strip("-")
     return f"splinefeed-{words or 'path'}"
 
@@ -37,12 +48,30 @@ def default_name(name: str) -> str:
 def staged(folder: str | os.PathLike[str], record: str = RECORD, names: Sequence[str] = NAMES) -> Iterator[Path]:
     """Give a hidden folder to write to, whose files are put into `folder` at the end; on failure nothing is left.
 
-    record  the file with the page of numbers that this command writes; names  all that it may write, that included
+    Parameters
+    ----------
+    folder : str or PathLike
+        Made if it is not there.
+    record : str, optional
+        The file with the page of numbers that this command writes.
+    names : sequence of str, optional
+        All files that it may write, that included.
 
+    Yields
+    ------
+    Path
+        The hidden folder.
+
+    Raises
+    ------
+    FormatError
+        For a folder that cannot be made or written, or that holds files of these names that are not ours.
+
+    Notes
+    -----
     Files of an earlier run of this command are replaced, or taken away if it now has none of that name, and files that
     other commands of ours list as theirs may be replaced; nothing else is touched. The page of numbers is put in place
-    last. What a killed run had complete is put in place first, what it had not is removed. Raises FormatError for a
-    folder that cannot be made or written, or holds such files that are not ours.
+    last. What a killed run had complete is put in place first, what it had not is removed.
     """
     if not str(folder):
         raise FormatError("the name of the output folder is empty; leave -o out, or write -o . for the current folder")
@@ -152,12 +181,38 @@ def _publish(stage: Path, target: Path, record: str, earlier: tuple[str, ...]) -
 def report(run: Run, folder: str | os.PathLike[str], *, formats: Iterable[str] = ("hdf5",)) -> list[str]:
     """Write what `splinefeed run` writes: setpoints, law, figures, report.html.
 
-    folder   made if it is not there; files of an earlier run in it are replaced, all at once or not at all
-    formats  of the setpoints, names of `splinefeed.formats.setpoints.FORMATS`
-    Returns the names of the files. Lengths in mm, rotary axes rad or as the format says. Raises FormatError for a
-    folder that cannot be written or holds such files that are not ours, InputError for an unknown format. Source:
-    docs/start.md.
-    Example: `sf.report(sf.run(sf.shapes.butterfly()), "butterfly")`
+    Parameters
+    ----------
+    run : Run
+        To be written.
+    folder : str or PathLike
+        Made if it is not there; files of an earlier run in it are replaced, all at once or not at all.
+    formats : iterable of str, optional
+        Of the setpoints: names of `splinefeed.formats.setpoints.FORMATS`.
+
+    Returns
+    -------
+    list of str
+        Names of the files. Lengths are in mm, rotary axes in rad or as the format says.
+
+    Raises
+    ------
+    FormatError
+        For a folder that cannot be written or holds files of these names that are not ours.
+    InputError
+        For an unknown format.
+
+    References
+    ----------
+    .. [1] docs/start.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> line = sf.Path.polyline([[0, 0], [30, 0]])
+    >>> run = sf.run(line, sf.Limits(feed=60, acceleration=500, jerk=20000))
+    >>> sf.report(run, "line", formats=["csv"])
+    ['setpoints.csv', 'run-path.json', 'law.h5', 'path.svg', 'motion.svg', 'report.html', 'run.json']
     """
     from splinefeed.reports.files import PATH
     from splinefeed.reports.record import documented, of_program

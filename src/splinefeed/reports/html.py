@@ -26,10 +26,28 @@ from splinefeed.runs.result import Run
 def page(
     run: Run, record: Mapping[str, Any], figures: Mapping[str, Figure], results: Sequence[MethodResult] = ()
 ) -> str:
-    """The report of a run as the text of one HTML file.
+    """Write the report of a run as one HTML file.
 
-    record  the page of numbers, as `run.json` has it; figures  of `files.of_run`: those with a place here are drawn
-    Raises InputError where Plotly is not installed.
+    Parameters
+    ----------
+    run : Run
+        Of the report.
+    record : mapping of str to object
+        The page of numbers, as `run.json` has it.
+    figures : mapping of str to Figure
+        Of `files.of_run`; those with a place on the page are drawn.
+    results : sequence of MethodResult, optional
+        Of the methods that are compared.
+
+    Returns
+    -------
+    str
+        The text of the file.
+
+    Raises
+    ------
+    InputError
+        Where Plotly is not installed.
     """
     shown = {name: figure for name, figure in figures.items() if name in ("path", "motion", *SECTIONS)}
     sections = [section(name, *SECTIONS[name]) for name in SECTIONS if name in shown]
@@ -90,10 +108,28 @@ _EXPORT = re.compile(r"^(import .*\n|export (?=[a-z]))", re.MULTILINE)
 
 
 def filled(name: str, data: Mapping[str, Any], points: str = "", **fields: str) -> str:
-    """A page with style and scripts; fields  HTML by place.
+    """Fill a page with its style, its scripts and its data.
 
-    data  for its script: `figures` by place, and `series` of the points of their long curves
-    Raises InputError where Plotly is not installed.
+    Parameters
+    ----------
+    name : str
+        Of the page, in the folder `page`.
+    data : mapping of str to object
+        For its script: `figures` by place, and `series` of the points of their long curves.
+    points : str, optional
+        These points, as `DetailStore.text` gives them.
+    **fields : str
+        HTML by place.
+
+    Returns
+    -------
+    str
+        The text of the file.
+
+    Raises
+    ------
+    InputError
+        Where Plotly is not installed.
     """
     folder = resources.files("splinefeed.reports").joinpath("page")
     read = {file: folder.joinpath(file).read_text(encoding="utf-8") for file in (name, "page.css", *library.MODULES)}

@@ -30,10 +30,19 @@ LETTER = 6.6
 
 
 def to_plain(figure: Figure, store: DetailStore | None = None) -> Plain:
-    """Data and layout of the figure, as `Plotly.react` takes them once zoom.js has put in what is seen of long curves.
+    """Make data and layout of a figure, as `Plotly.react` takes them; of a path, what path.js takes.
 
-    Of a path what path.js takes.
-    store  of the points of long curves, the figure's own where none is given: its `store` holds that then
+    Parameters
+    ----------
+    figure : Figure
+        To be drawn on a page.
+    store : DetailStore, optional
+        Of the points of long curves; without one the figure has its own, as `store`.
+
+    Returns
+    -------
+    dict
+        For JSON. zoom.js puts in what is seen of long curves.
     """
     first = figure.panels[0]
     coloured = first.of(Coloured)
@@ -220,9 +229,9 @@ def _heat(heat: Heat, store: DetailStore) -> Plain:
 def _path(panel: Panel, mark: Coloured, store: DetailStore) -> Plain:
     """A path as path.js draws it.
 
-    points, said, names  what is coloured, and what each says of itself; thread  where the path runs; rapid  dashed
-    arm  lines of an arm at some times, `points` of each
-    track  where the tool is when; ends, stops  places that are marked; colours  values, label, ends of the scale
+    Its data are `points`, what `said` each of them is, with `names`, and `thread`, where the path runs; `rapid` moves,
+    which are dashed; the `arm` at some times; the `track`, where the tool is when; `stops`, places that are marked;
+    `colours`, values with label and ends of the scale.
     """
     labels = [each for each in (panel.x.label, panel.y.label, panel.z) if each]
     dots = [dict(zip("xyz", (each.x.tolist(), each.y.tolist()), strict=False)) for each in panel.of(Dots) if each.named]

@@ -292,7 +292,7 @@ def _arrow(sheet: Sheet, points: Array) -> None:
 def _level(sheet: Sheet, level: Level, box: Box, x: _Scale, y: _Scale, taken: list[tuple[float, float]]) -> Text | None:
     """Draw a level, and give its words.
 
-    taken  where words of other levels stand, and where they begin: words that would lie on them end before them
+    `taken` has the places of words of other levels: words that would lie on them end before them.
     """
     left, top, width, height = box
     if level.upright:

@@ -17,7 +17,17 @@ FARTHEST_LIMIT = 3.0
 
 @dataclass(frozen=True)
 class PlotAxis:
-    """An axis of a panel: label with its unit, and ends where they are not those of the data; log: powers of ten."""
+    """An axis of a panel.
+
+    Parameters
+    ----------
+    label : str
+        With the unit.
+    low, high : float, optional
+        Its ends, where they are not those of the data.
+    log : bool, optional
+        Whether it has powers of ten.
+    """
 
     label: str
     low: float | None = None
@@ -27,11 +37,26 @@ class PlotAxis:
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A curve through x, y (n,); a NaN breaks it. `named`: its name stands in the legend, or that shorter one.
+    """A curve; a NaN breaks it.
 
-    dash  its number among `theme.DASHES`; 0, or False, is solid
-    fill  the area within it, on paper
-    high  (n,) of a band, the least and the greatest between edges x (n + 1,), of which y is the least
+    Parameters
+    ----------
+    x, y : array (n,)
+        Its points; of a band x is (n + 1,), the edges between which it lies, and y the least there.
+    name : str, optional
+        Of the quantity.
+    colour : str, optional
+        As CSS has it.
+    width : float, optional
+        In px.
+    dash : int, optional
+        Number among `theme.DASHES`; 0, or False, is solid.
+    named : bool or str, optional
+        Whether its name stands in the legend, or a shorter one that does.
+    fill : bool, optional
+        Whether it is the area within it, on paper.
+    high : array (n,), optional
+        Of a band, the greatest between the edges.
     """
 
     x: Array
@@ -102,13 +127,29 @@ class Shades:
 
 @dataclass(frozen=True, eq=False)
 class Coloured:
-    """A path through place (n, 2 or 3), coloured by one of `shades`; `names` of what each point says (n, k) of itself.
+    """A path, coloured by a quantity.
 
-    thread  (m, 2 or 3) where the path runs; joined: the points follow each other, else they are dots on the thread
-    rapid   (k, 2 or 3) where rapid moves run, which are dashed; rows of NaN part them, and place is NaN there
-    arm     times (k,), s, and an arm then as lines (k, points, 3), from its base to its tip
-    track   times (j,), s, where the tool is then (j, 2 or 3), every tick of it, and 1 where a rapid move led there,
-            else 0 (j,); for a page that plays the motion
+    Parameters
+    ----------
+    place : array (n, 2 or 3)
+        Its points, mm.
+    shades : mapping of str to Shades
+        Quantities to choose from, the first one shown.
+    hover : array (n, k)
+        What each point says of itself.
+    names : tuple of str
+        Of these k values.
+    thread : array (m, 2 or 3)
+        Where the path runs.
+    joined : bool, optional
+        Whether the points follow each other; else they are dots on the thread.
+    rapid : array (k, 2 or 3), optional
+        Where rapid moves run, which are dashed; rows of NaN part them, and `place` is NaN there.
+    track : tuple of array, optional
+        Times (j,), s, where the tool is then (j, 2 or 3), every tick of it, and 1 where a rapid move led there, else 0
+        (j,); for a page that plays the motion.
+    arm : tuple of array, optional
+        Times (k,), s, and an arm then as lines (k, points, 3), from its base to its tip.
     """
 
     place: Array
@@ -152,9 +193,22 @@ Mark = Line | Dots | Level | Coloured | Heat
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """One pair of axes. `note`: a few words beside the label; height in pixels; equal: x and y have one scale.
+    """One pair of axes with marks.
 
-    z  label of the third axis of a path in space
+    Parameters
+    ----------
+    x, y : PlotAxis
+        Its axes.
+    marks : tuple of Mark
+        Curves, dots, levels, paths and heat maps.
+    note : str, optional
+        A few words beside the label.
+    height : int, optional
+        In px.
+    equal : bool, optional
+        Whether x and y have one scale.
+    z : str, optional
+        Label of the third axis of a path in space.
     """
 
     x: PlotAxis
@@ -187,8 +241,18 @@ class Panel:
 class FigureData:
     """Panels below each other, or in columns; those with the same x label share that axis and its cursor.
 
-    legend  curves of one name in all panels are one, and the page has a legend to choose from
-    width in px.
+    Parameters
+    ----------
+    title : str
+        Above the panels.
+    panels : tuple of Panel
+        Each with its axes and marks.
+    columns : int, optional
+        How many stand beside each other.
+    legend : bool, optional
+        Whether curves of one name in all panels are one, and the page has a legend to choose from.
+    width : int, optional
+        In px.
     """
 
     title: str

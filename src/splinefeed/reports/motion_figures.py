@@ -36,10 +36,34 @@ JERK = 3
 
 
 def motion(run: Run) -> Figure:
-    """Draw s, feed, acceleration and jerk along the path over time, and velocity, acceleration and jerk of each axis.
+    """Draw the motion along the path and of each axis over time.
 
-    And torques, and what else is limited by a model. In mm and s, rotary axes in degrees. Raises InputError for
-    anything but a Run. Source: `reports.motion_figures`. Example: `sf.plot.motion(sf.run(sf.shapes.butterfly()))`
+    Parameters
+    ----------
+    run : Run
+        To be drawn; mm and s, rotary axes in degrees.
+
+    Returns
+    -------
+    Figure
+        Panels of s, feed, acceleration and jerk along the path, of position, velocity, acceleration and jerk of each
+        axis, and of torques and what else is limited by a model.
+
+    Raises
+    ------
+    InputError
+        For anything but a Run.
+
+    References
+    ----------
+    .. [1] docs/start.md shows the report.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> run = sf.run(sf.shapes.circle(radius=10), sf.Limits(feed=50, axis_jerk=20000))
+    >>> len(sf.plot.motion(run).panels)
+    8
     """
     expect("plot.motion(run)", (run, Run))
     panels = (*tip_panels(run, maximum_velocity(run)), *axis_panels(run), *model_panels(run))
@@ -47,9 +71,23 @@ def motion(run: Run) -> Figure:
 
 
 def over_time(run: Run, quantity: str, k: int = 0, **how: Any) -> Line:
-    """A quantity of a run over time, as `UseMeter` calls them: at every tick, or its band where ticks are left out.
+    """Make the curve of a quantity of a run over time.
 
-    k  of its axes or limits; how  it is drawn
+    Parameters
+    ----------
+    run : Run
+        Of which it is: at every tick, or its band where ticks are left out.
+    quantity : str
+        As `UseMeter` calls it.
+    k : int, optional
+        Index of the axis or limit.
+    **how : object
+        How it is drawn, as `Line` takes it.
+
+    Returns
+    -------
+    Line
+        Over s.
     """
     if quantity in run.bands:
         band = run.bands[quantity]
@@ -100,7 +138,7 @@ def _panels(
 ) -> list[Panel]:
     """Panels of s, feed, acceleration and jerk of the tip over time, with their limits.
 
-    along  the unit of s; above  a curve behind the feed
+    `along` is the unit of s, `above` a curve behind the feed.
     """
     s, feed, acceleration, jerk = lines
     slowing = np.inf if limits.deceleration is None else limits.deceleration

@@ -56,9 +56,21 @@ COLOURS = {
 
 
 def path_figure(run: Run, response: Response | None = None, colour: str | None = None) -> Figure:
-    """Where the tool goes, coloured by feed or by one of much else: over the linear axes, or time if there is one.
+    """Draw where the tool goes, coloured by feed or by one of much else.
 
-    response  what the axes of a machine did; colour  the only one wanted, where there is one of that name
+    Parameters
+    ----------
+    run : Run
+        To be drawn over the linear axes, or over time if there is one.
+    response : Response, optional
+        What the axes of a machine did.
+    colour : str, optional
+        The only one wanted, where there is one of that name; all by default, of which a page shows one.
+
+    Returns
+    -------
+    Figure
+        One panel.
     """
     path, (setpoints, share, joined) = run.path, _seen(run)
     unit = unit_along(path.axes)
@@ -254,11 +266,34 @@ def _ends(place: Array) -> Dots:
 
 
 def limits(run: Run) -> Figure:
-    """Draw feed (mm/s) under the maximum-velocity curve over time (s), and the share of each limit in use.
+    """Draw feed under the maximum-velocity curve [1]_ over time, and the share of each limit in use.
 
-    Raises InputError for anything but a Run. Source: `reports.path_figures`; maximum-velocity curve: J. E. Bobrow,
-    S. Dubowsky and J. S. Gibson, Int. J. Robotics Research 4(3) (1985) 3-17, doi:10.1177/027836498500400301.
-    Example: `sf.plot.limits(sf.run(sf.shapes.butterfly()))`
+    Parameters
+    ----------
+    run : Run
+        To be drawn; mm/s and s.
+
+    Returns
+    -------
+    Figure
+        Two panels.
+
+    Raises
+    ------
+    InputError
+        For anything but a Run.
+
+    References
+    ----------
+    .. [1] J. E. Bobrow, S. Dubowsky and J. S. Gibson, Int. J. Robotics Research 4(3) (1985) 3-17,
+           doi:10.1177/027836498500400301.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> run = sf.run(sf.shapes.circle(radius=10), sf.Limits(feed=50, axis_jerk=20000))
+    >>> len(sf.plot.limits(run).panels)
+    2
     """
     expect("plot.limits(run)", (run, Run))
     use = run.use
@@ -283,10 +318,32 @@ def _row_words(names: Sequence[str], axes: Sequence[str]) -> list[str]:
 
 
 def binding(run: Run) -> Figure:
-    """Draw the path, mm, over its first two linear axes, or over time, in the colour of the limit that binds.
+    """Draw the path in the colour of the limit that binds.
 
-    Raises InputError for anything but a Run. Source: `reports.path_figures`.
-    Example: `sf.plot.binding(sf.run(sf.shapes.butterfly()))`
+    Parameters
+    ----------
+    run : Run
+        To be drawn, mm, over its first two linear axes, or over time.
+
+    Returns
+    -------
+    Figure
+        One panel; names of limits with their share of the time.
+
+    Raises
+    ------
+    InputError
+        For anything but a Run.
+
+    References
+    ----------
+    .. [1] docs/start.md shows the report.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> run = sf.run(sf.shapes.circle(radius=10), sf.Limits(feed=50, axis_jerk=20000))
+    >>> sf.plot.binding(run).save("binding.svg")
     """
     expect("plot.binding(run)", (run, Run))
     use, path = run.use, run.path

@@ -26,9 +26,20 @@ MINUTE = 60.0
 
 @dataclass(frozen=True)
 class Operation:
-    """What is done from one change of tools to the next: seconds in all and of rapid moves, mm of feed moves.
+    """What is done from one change of tools to the next.
 
-    lines  first and last one; feeds  least and greatest programmed, mm/min; None where none is
+    Parameters
+    ----------
+    tool : str
+        Its name.
+    lines : tuple of int
+        The first and the last one.
+    seconds, rapid_s : float
+        In all, and of rapid moves, s.
+    cut_mm : float
+        Length of feed moves, mm.
+    feeds : tuple of float or None
+        Least and greatest programmed, mm/min; None where none is.
     """
 
     tool: str

@@ -53,10 +53,27 @@ def about(
     machine: str | None = None,
     origin: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
-    """What `run.json` says of how a run is made: source, settings, the command that repeats it, with what.
+    """Say how a run is made, as `run.json` has it.
 
-    source  what the user calls it, None for the paper's experiment; origin  what to say of one that is not at hand;
-    machine  whose axes follow, or whose joints
+    Parameters
+    ----------
+    settings : mapping of str to object
+        Of planning and setpoints.
+    source : str or None
+        What the user calls it; None for the paper's experiment.
+    reading : mapping of str to object
+        How the source was read, as options of the command line.
+    formats : sequence of str
+        Of the setpoints.
+    machine : str, optional
+        Whose axes follow, or whose joints.
+    origin : mapping of str to str, optional
+        What to say of a source that is not at hand.
+
+    Returns
+    -------
+    dict of str to object
+        Source, settings, the command that repeats the run, and with what it was made.
     """
     said_source: dict[str, Any] = (
         source_of(PAPER_SHAPE if source is None else source) if origin is None else dict(origin)
@@ -102,9 +119,23 @@ def record(
     traces: Sequence[MethodTrace] = (),
     servo: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """What `run.json` says and `--json` prints, but for the names of the files: `about` the run, and what came of it.
+    """Say all of a run that `run.json` says and `--json` prints, but for the names of the files.
 
-    servo    what a machine made of it
+    Parameters
+    ----------
+    run : Run
+        With its numbers.
+    said : mapping of str to object
+        What `about` gives.
+    traces : sequence of MethodTrace, optional
+        Of methods that the run's is compared with.
+    servo : mapping of str to object, optional
+        Numbers of what a machine made of it.
+
+    Returns
+    -------
+    dict of str to object
+        For JSON.
     """
     numbers = run.numbers()
     if servo is not None:
@@ -117,9 +148,22 @@ def record(
 
 
 def read(file: Path) -> dict[str, Any]:
-    """The page of numbers that `record` gave to the file; FormatError that names the place of what is none of it.
+    """Read the page of numbers that `record` gave to a file.
 
-    A page may say more than is known here, as that of a later version does.
+    Parameters
+    ----------
+    file : Path
+        `run.json`.
+
+    Returns
+    -------
+    dict of str to object
+        The page; it may say more than is known here, as that of a later version does.
+
+    Raises
+    ------
+    FormatError
+        That names the place of what is none of it.
     """
     page = json_values.parse(read_text(file, "the record of a run", MOST_BYTES), file)
     if not isinstance(page, dict) or not str(page.get("program", "")).startswith("splinefeed "):
@@ -172,9 +216,25 @@ def command(
     formats: Sequence[str],
     machine: str | None = None,
 ) -> str:
-    """The command line that makes the same run again, every setting said, each number to its last digit.
+    """Write the command line that makes the same run again, every setting said, each number to its last digit.
 
-    Without source: the paper's experiment, whose limits are not those of its machine.
+    Parameters
+    ----------
+    source : str or None
+        What the user calls it; None for the paper's experiment, whose limits are not those of its machine.
+    settings : mapping of str to object
+        Of planning and setpoints.
+    reading : mapping of str to object
+        How the source was read.
+    formats : sequence of str
+        Of the setpoints.
+    machine : str, optional
+        Its name.
+
+    Returns
+    -------
+    str
+        Quoted for a shell.
     """
     words = [
         "splinefeed",

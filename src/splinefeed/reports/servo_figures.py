@@ -27,10 +27,21 @@ PHASES, LEAST_PHASE = (-300.0, -30.0), -720.0
 def errors_figure(
     responses: Mapping[str, Response], name: str = "", machine: str = "", bands: Mapping[str, Band] | None = None
 ) -> Figure:
-    """Contour error and the following error of each axis over time, one colour a method (fig. 5 of the paper).
+    """Draw contour error and following error of each axis over time, one colour a method (fig. 5 of the paper).
 
-    Where the output of an axis is at its limit that is marked; the notes tell of the first method.
-    bands  of the errors of the first method, where its response has but the samples with peaks
+    Parameters
+    ----------
+    responses : mapping of str to Response
+        By method. Where the output of an axis is at its limit that is marked; the notes are of the first method.
+    name, machine : str, optional
+        Of path and machine, for the title.
+    bands : mapping of str to Band, optional
+        Of the errors of the first method, where its response has but the samples with peaks.
+
+    Returns
+    -------
+    Figure
+        A panel for the contour error where there is one, then one an axis; µm, rotary axes in degrees.
     """
     own = next(iter(responses.values()))
     shown: list[tuple[str, str, dict[str, Array], Line | None, Line | None]] = []
@@ -136,8 +147,8 @@ def bode_figure(tuned: TunedAxis, machine: str) -> Figure:
     for label, marks, level, bottom, upper in rows:
         marks.append(Level(level, colour=theme.FAINT, always=True))
         panels.append(Panel(frequency, PlotAxis(label, bottom, upper), tuple(marks), height=190))
-    axis = theme.words(tuned.axis.name, 12)
-    said = "\n".join([f"{theme.words(machine)}, axis {axis}: {tuned.rule}", *_margin_words(after)])
+    axis, of = theme.words(tuned.axis.name, 12), f"{theme.words(machine)}, " if machine else ""
+    said = "\n".join([f"{of}axis {axis}: {tuned.rule}", *_margin_words(after)])
     return Figure(said, tuple(panels))
 
 

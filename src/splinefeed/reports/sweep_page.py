@@ -31,7 +31,22 @@ RESULTS = {
 
 
 def page(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], sums: Mapping[str, Any]) -> str:
-    """The page of a sweep as the text of one HTML file; `sums` is what `summary` returns."""
+    """Write the page of a sweep as one HTML file.
+
+    Parameters
+    ----------
+    about : mapping of str to object
+        What the sweep is: its name, its grid, how it was run.
+    rows : mapping of str to sequence
+        The columns of its results.
+    sums : mapping of str to object
+        What `summary` returns.
+
+    Returns
+    -------
+    str
+        The text of the file.
+    """
     made = np.flatnonzero([status != FAILED for status in rows["status"]])
     count = len(made)
     kept = made[np.unique(np.linspace(0, count - 1, min(count, MOST)).astype(np.int64))] if count else made
