@@ -33,6 +33,7 @@ DONE = (
     "robots",
     "runs",
     "simulation",
+    "sweeps",
 )
 #: Sections in their order.
 SECTIONS = ["Parameters", "Attributes", "Returns", "Yields", "Raises", "Notes", "References", "Examples"]

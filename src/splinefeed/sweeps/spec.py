@@ -53,7 +53,17 @@ class SpecError(ProblemsError):
 
 @dataclass(frozen=True)
 class Task:
-    """One run of a sweep: its number, its source, and every setting that is not the usual one, in mm, s and rad."""
+    """One run of a sweep.
+
+    Parameters
+    ----------
+    index : int
+        Its number, from 0.
+    source : str
+        File or shape.
+    settings : Settings
+        Every setting that is not the usual one, in mm, s and rad.
+    """
 
     index: int
     source: str
@@ -64,9 +74,26 @@ class Task:
 class Sweep:
     """All runs of a sweep, made one by one when they are needed.
 
-    sources  files and shapes; fixed  settings of every run
-    grid     values by setting, every combination; listed  values by setting, side by side, all of one length
-    random   distribution by setting, `count` draws of all of them, the same draws for every source and combination
+    Parameters
+    ----------
+    name : str
+        Of the sweep.
+    sources : tuple of str
+        Files and shapes.
+    fixed : Settings
+        Settings of every run.
+    grid : mapping of str to tuple
+        Values by setting: every combination.
+    listed : mapping of str to tuple
+        Values by setting, side by side, all of one length.
+    random : mapping of str to (str, tuple)
+        Distribution by setting, and its numbers.
+    count : int
+        Draws of all of them, the same for every source and combination.
+    seed : int
+        Of the draws.
+    setpoints, reports : bool, optional
+        Whether they are kept of every run.
     """
 
     name: str
@@ -100,7 +127,18 @@ class Sweep:
         return self.count_of_runs
 
     def task(self, index: int) -> Task:
-        """Run number `index`: the last setting varies fastest; random draws depend on seed and draw number alone."""
+        """Return one run.
+
+        Parameters
+        ----------
+        index : int
+            Its number: the last setting varies fastest.
+
+        Returns
+        -------
+        Task
+            Random draws depend on seed and draw number alone.
+        """
         if not 0 <= index < len(self):
             raise InputError(f"run {index} is not one of the {len(self)} runs of the sweep")
         source, *combination, row, draw = (int(k) for k in np.unravel_index(index, self.sizes))
@@ -132,13 +170,49 @@ class Sweep:
 
 
 def read(source: str | os.PathLike[str]) -> Sweep:
-    """The sweep in a TOML file, its files looked for from its folder; SpecError with every error at once."""
+    """Read the sweep in a TOML file, whose files are looked for from its folder.
+
+    Parameters
+    ----------
+    source : path
+        The file.
+
+    Returns
+    -------
+    Sweep
+        In mm, s and rad.
+
+    Raises
+    ------
+    SpecError
+        With every error at once.
+    """
     text = read_text(source, "a sweep", MAX_BYTES)
     return from_dict(toml_of(text, str(source), MAX_BYTES), str(source), Path(source).parent)
 
 
 def from_dict(content: Mapping[str, Any], source: str = "sweep", folder: Path | None = None) -> Sweep:
-    """The sweep in a dict as the TOML file has it; `folder` is where relative names of files begin."""
+    """Make the sweep of a dict as the TOML file has it.
+
+    Parameters
+    ----------
+    content : mapping
+        Of the file.
+    source : str, optional
+        What messages call it.
+    folder : Path, optional
+        Where relative names of files begin.
+
+    Returns
+    -------
+    Sweep
+        In mm, s and rad.
+
+    Raises
+    ------
+    SpecError
+        With every error at once.
+    """
     problems: list[str] = []
     base = folder or Path()
 
@@ -293,7 +367,27 @@ def _distribution(name: str, given: Any, base: Path) -> tuple[str, tuple[Any, ..
 
 
 def checked(name: str, given: Any, base: Path) -> Any:
-    """The value of a setting as runs take it, in mm, s and rad; InputError for a setting or a value that cannot be."""
+    """Return the value of a setting as runs take it.
+
+    Parameters
+    ----------
+    name : str
+        Of the setting.
+    given : object
+        As a file has it.
+    base : Path
+        Where relative names of files begin.
+
+    Returns
+    -------
+    object
+        In mm, s and rad.
+
+    Raises
+    ------
+    InputError
+        For a setting or a value that cannot be.
+    """
     kind, _, rest = name.partition(".")
     if kind == "limits" and rest:
         limit, _, axis = rest.partition(".")

@@ -45,7 +45,7 @@ ERRORS = 10
 
 
 def columns_of(sweep: Sweep) -> dict[str, str]:
-    """Name and kind of every column of the dataset: index, source, the settings that vary, and the results."""
+    """Return name and kind of every column of the dataset: index, source, the settings that vary, and the results."""
     kinds = {"machine": "text", "corrections": "whole"}
     # the period stands among the results as period_s
     settings = {name: kinds.get(name, "number") for name in sweep.varied if name not in (*COLUMNS, "period")}
@@ -53,12 +53,30 @@ def columns_of(sweep: Sweep) -> dict[str, str]:
 
 
 class Store:
-    """The folder of one sweep, held by one process at a time; `done` says which runs it has.
+    """Keep the rows of one sweep in a folder, which one process holds at a time.
 
+    Parameters
+    ----------
+    folder : path
+        New, or that of the same sweep.
+    sweep : Sweep
+        Its runs.
+
+    Attributes
+    ----------
+    done : (runs,) array of bool
+        Which runs it has.
+
+    Raises
+    ------
+    InputError
+        For a folder that holds another sweep, or that another process works in.
+
+    Notes
+    -----
     Rows go to the journal of their part as they come, line by line, and from there to a Parquet file when all its runs
     are there. A part is written whole or not at all, and always from the same rows in the same order, so that the
     dataset does not tell who made it, when, or how often it was killed.
-    Raises InputError for a folder that holds another sweep, or that another process works in.
     """
 
     def __init__(self, folder: str | os.PathLike[str], sweep: Sweep) -> None:
@@ -209,7 +227,25 @@ def _about(folder: Path) -> dict[str, Any]:
 
 
 def load(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, list[Any]]]:
-    """What a sweep's folder says of itself, and all rows that it has as columns."""
+    """Load what a sweep's folder holds.
+
+    Parameters
+    ----------
+    folder : path
+        Of a `Store`.
+
+    Returns
+    -------
+    about : dict
+        What it says of itself.
+    rows : dict of str to list
+        All rows that it has, by column.
+
+    Raises
+    ------
+    FormatError
+        For a folder that is none of a sweep, and a part that is not sound.
+    """
     place = Path(folder) / PARTS
     about = _about(Path(folder))
     runs = about["runs"]
@@ -234,12 +270,25 @@ def load(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, list
 
 
 def settings_columns(about: Mapping[str, Any]) -> list[str]:
-    """The columns that the sweep varies."""
+    """Return the columns that the sweep varies."""
     return [f"{name}_s" if name == "period" else name for name in about["varied"]]
 
 
 def summary(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]]) -> dict[str, Any]:
-    """Counts by status, extremes of each number over the runs that gave one, and failures by kind."""
+    """Count and summarize the rows of a sweep.
+
+    Parameters
+    ----------
+    about : mapping
+        What its folder says of itself.
+    rows : mapping of str to sequence
+        By column.
+
+    Returns
+    -------
+    dict
+        Counts by status, extremes of each number over the runs that gave one, and failures by kind.
+    """
     status = Counter(rows["status"])
     kinds = Counter(
         (kind, error) for kind, error, state in zip(rows["error_kind"], rows["error"], rows["status"], strict=True)
@@ -271,13 +320,25 @@ def summary(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]]) -> dict
 
 
 def column(rows: Mapping[str, Sequence[Any]], name: str) -> Array:
-    """A column as numbers, NaN where there is none, (n,)."""
+    """Return a column as numbers, (n,), NaN where there is none."""
     return np.array([np.nan if value is None else float(value) for value in rows[name]], dtype=np.float64)
 
 
 def pareto(rows: Mapping[str, Sequence[Any]]) -> IntArray:
-    """Rows that no other one beats in both cycle time and contour error, by cycle time; empty without a machine.
+    """Find the rows that no other one beats in both cycle time and contour error.
 
+    Parameters
+    ----------
+    rows : mapping of str to sequence
+        By column, n each.
+
+    Returns
+    -------
+    (k,) array of int
+        By cycle time; empty without a machine.
+
+    Notes
+    -----
     Only runs that keep every limit count: it is easy to be fast without.
     """
     time, error = column(rows, "duration_s"), column(rows, "contour_error_max_mm")

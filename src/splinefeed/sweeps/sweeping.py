@@ -51,20 +51,49 @@ def sweep(
     workers: int | None = None,
     artefacts: Artefacts | None = None,
 ) -> Iterator[Row]:
-    """Make every run of a sweep, and give each as a row of numbers as it comes; `row["index"]` says which it is.
+    """Make every run of a sweep, and give each as a row of numbers as it comes.
 
-    spec      a TOML file, its content as a dict, or a Sweep
-    executor  where the runs are made: an Executor, or a function that makes one (and makes it again if it breaks);
-              None for processes on this machine, one a core; workers=0 for this process alone
-    folder    keep the rows there as a Parquet dataset; runs that it has already are not made again, nor given
-    workers   how many runs go at a time, where the executor does not say
-    artefacts  is called with each task and its Run where it was made, to keep more of it than a row
+    Parameters
+    ----------
+    spec : path, mapping or Sweep
+        A TOML file, its content, or a Sweep.
+    executor : Executor or callable, optional
+        Where the runs are made: an Executor, or a function that makes one, and makes it again if it breaks. By default
+        processes on this machine, one a core.
+    folder : path, optional
+        Keep the rows there as a Parquet dataset; runs that it has already are not made again, nor given.
+    workers : int, optional
+        How many runs go at a time, where the executor does not say; 0 for this process alone.
+    artefacts : callable, optional
+        Is called with each task and its Run where it was made, to keep more of it than a row.
 
-    Only a few runs a worker are on their way at any time, however many there are. A run that fails is a row too, with
-    `status` "failed" and its error. Raises SpecError for a spec that cannot be, and InputError for a folder that holds
-    another sweep.
-    Returns an iterator of rows in mm and s, as `run --json` prints them. Source: docs/sweep.md.
-    Example: `list(sf.sweep({"name": "two", "sources": ["butterfly"], "grid": {"limits.feed": [30, 60]}}, workers=0))`
+    Returns
+    -------
+    iterator of dict
+        Rows, in mm and s, as `run --json` prints them; `row["index"]` tells which run it is. A run that fails is a row
+        too, with `status` "failed" and its error.
+
+    Raises
+    ------
+    FormatError
+        For a spec that cannot be, with every error at once.
+    InputError
+        When the first row is asked for, for a folder that holds another sweep.
+
+    Notes
+    -----
+    Only a few runs a worker are on their way at any time, however many there are.
+
+    References
+    ----------
+    .. [1] docs/sweep.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> spec = {"name": "two", "sources": ["line?start=0,0&end=10,0"], "grid": {"limits.feed": [30, 60]}}
+    >>> [(row["limits.feed"], row["status"]) for row in sf.sweep(spec, workers=0)]
+    [(30.0, 'ok'), (60.0, 'ok')]
     """
     spec = spec if isinstance(spec, Sweep) else specs.from_dict(spec) if isinstance(spec, Mapping) else specs.read(spec)
 
@@ -79,7 +108,22 @@ def rows(
     spec: Sweep, store: Store | None, executor: Executor | Engine | None, workers: int | None,
     artefacts: Artefacts | None,
 ) -> Iterator[Row]:  # fmt: skip
-    """The rows that an open store does not have, as they come, each kept there; the rest as for `sweep`."""
+    """Make the runs that an open store does not have, and give and keep their rows as they come.
+
+    Parameters
+    ----------
+    spec : Sweep
+        The sweep.
+    store : Store or None
+        Open; None keeps nothing.
+    executor, workers, artefacts
+        As for `sweep`.
+
+    Yields
+    ------
+    dict
+        The next row.
+    """
     tasks = (spec.task(index) for index in range(len(spec)) if store is None or not store.done[index])
     made: Iterable[tuple[Row, float]]
     if workers == 0 and executor is None:
@@ -94,7 +138,7 @@ def rows(
 
 
 def processes(workers: int | None = None) -> ProcessPoolExecutor:
-    """Processes on this machine, one a core unless said; they start clean and share the cache of compiled kernels."""
+    """Start processes on this machine, one a core by default; they share the cache of compiled kernels."""
     context = multiprocessing.get_context("spawn")
     return ProcessPoolExecutor(
         workers or os.cpu_count() or 1, mp_context=context, initializer=end_with_parent, initargs=(MOST_MEMORY,)
@@ -104,11 +148,31 @@ def processes(workers: int | None = None) -> ProcessPoolExecutor:
 def drive(
     tasks: Iterable[Task], given: Executor | Engine, workers: int, artefacts: Artefacts | None = None
 ) -> Iterator[tuple[Row, float]]:
-    """Rows as they come, with the time each took, s, in no order; at most a few pieces a worker are on their way.
+    """Work tasks off, at most a few pieces a worker on their way.
 
-    given  an executor, or what makes one, which is done again when it breaks; the tasks that were on their way are
-           tried again, one at a time: the one that kills its worker is not to take others along
-    Raises EngineError where workers are lost again and again without a result.
+    Parameters
+    ----------
+    tasks : iterable of Task
+        Runs.
+    given : Executor or callable
+        An executor, or what makes one, which is done again when it breaks; the tasks that were on their way are
+        tried again, one at a time: the one that kills its worker is not to take others along.
+    workers : int
+        How many there are.
+    artefacts : callable, optional
+        As for `sweep`.
+
+    Yields
+    ------
+    row : dict
+        The next row, in no order.
+    seconds : float
+        The time that it took.
+
+    Raises
+    ------
+    EngineError
+        Where workers are lost again and again without a result.
     """
     waiting = iter(tasks)
     again: list[tuple[Task, int]] = []  # tasks that lost their worker, and how often

@@ -46,7 +46,20 @@ Artefacts = Callable[[Task, Run], None]
 
 
 def work(tasks: Sequence[Task], artefacts: Artefacts | None = None) -> list[tuple[Row, float]]:
-    """Rows of the tasks, and the time that each took, s."""
+    """Make the rows of tasks.
+
+    Parameters
+    ----------
+    tasks : sequence of Task
+        Runs.
+    artefacts : callable, optional
+        Is called with each task and its Run.
+
+    Returns
+    -------
+    list of (dict, float)
+        Each row, and the time that it took, s.
+    """
     out = []
     for task in tasks:
         start = time.perf_counter()
@@ -55,7 +68,7 @@ def work(tasks: Sequence[Task], artefacts: Artefacts | None = None) -> list[tupl
 
 
 def row_of(task: Task, artefacts: Artefacts | None = None) -> Row:
-    """The row of one run: the same numbers, bit for bit, on every worker."""
+    """Return the row of one run: the same numbers, bit for bit, on every worker."""
     row = _bare(task)
     try:
         row |= _numbers(task, artefacts)
@@ -67,7 +80,7 @@ def row_of(task: Task, artefacts: Artefacts | None = None) -> Row:
 
 
 def lost_row(task: Task, times: int) -> Row:
-    """The row of a run whose worker was lost each time that it was tried."""
+    """Return the row of a run whose worker was lost each time that it was tried."""
     error = f"the worker was lost {times} times at this run"
     return _bare(task) | {"status": FAILED, "error_kind": "WorkerLost", "error": error}
 
@@ -114,9 +127,9 @@ def _path(source: str) -> Path:
 def _planned(
     source: str, cut: float | None, limits: Flat, machine: str | None, strategy: str | None, period: float
 ) -> tuple[Track, TimeLaw]:
-    """Path, or joints, and law; runs that differ in method, or in what a machine does about it, share them.
+    """Plan a path, or joints; runs that differ in method, or in what a machine does about it, share path and law.
 
-    cut  the most of the feeds of moves that cut, mm/s, None for that of the program
+    `cut` is the most of the feeds of moves that cut, mm/s, None for that of the program.
     """
     held, path = Limits.from_dict(dict(limits)), _path(source)
     moved = on_machine(path if cut is None else fed(path, cut), machine, held)
