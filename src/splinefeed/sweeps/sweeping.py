@@ -78,7 +78,7 @@ def sweep(
     FormatError
         For a spec that cannot be, with every error at once.
     InputError
-        When the first row is asked for, for a folder that holds another sweep.
+        At the first row, for a folder that holds another sweep.
 
     Notes
     -----
