@@ -16,7 +16,15 @@ MOST_BLOCKS = 65_536
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """The least and the greatest of a quantity between edges (m + 1,), s: low, high (m, k), both edges included."""
+    """The least and the greatest of a quantity over blocks of time, both edges included.
+
+    Attributes
+    ----------
+    edges : (m + 1,) array
+        Of the blocks, s.
+    low, high : (m, k) array
+        Of k columns.
+    """
 
     edges: Array
     low: Array
@@ -24,9 +32,21 @@ class Band:
 
 
 class Bands:
-    """Takes quantities tick by tick and has their bands, of blocks of `size` ticks, at most `most` of them.
+    """Take quantities tick by tick and keep their bands, in memory that stays flat.
 
-    `size` begins at 1 and doubles where there would be more blocks; ticks are in single precision.
+    Parameters
+    ----------
+    most : int, optional
+        Blocks at the most.
+
+    Attributes
+    ----------
+    size : int
+        Ticks of a block: 1 at first, doubled where there would be more blocks.
+
+    Notes
+    -----
+    Values are in single precision.
     """
 
     def __init__(self, most: int = MOST_BLOCKS) -> None:
@@ -36,7 +56,15 @@ class Bands:
         self._edges = np.zeros(most)
 
     def see(self, t: Array, quantities: Mapping[str, tuple[Array, Array]]) -> None:
-        """The next ticks t (n,), s: least and greatest, (n,) or (n, k) each, from each tick to the next one."""
+        """Take the next ticks.
+
+        Parameters
+        ----------
+        t : (n,) array
+            s.
+        quantities : mapping of str to (array, array)
+            Least and greatest, (n,) or (n, k) each, from each tick to the next one.
+        """
         if not len(t):
             return
         if not self._columns:
@@ -76,7 +104,7 @@ class Bands:
         self._edges[: len(pairs)] = self._edges[pairs]
 
     def finish(self) -> dict[str, Band]:
-        """The bands by name."""
+        """Return the bands by name."""
         blocks = -(-self._ticks // self.size)
         edges = np.append(self._edges[:blocks], self._end)
         low, high = (cast(Array, rows[:blocks]) for rows in (self._low, self._high))

@@ -26,10 +26,26 @@ LEAST_SAMPLES = 8
 class Contour:
     """Contour error of each sample.
 
-    error   (n,)  distance from the path over the linear axes, mm
-    s       (n,)  arc length of the nearest point, mm; see `ContourMeter.measure`
-    Source: docs/math/contour-error.md.
-    Example: `sf.runs.tune(machine, setpoints=setpoints, path=path, evaluations=2).contour.error`
+    Attributes
+    ----------
+    error : (n,) array
+        Distance from the path over the linear axes, mm.
+    s : (n,) array
+        Arc length of the nearest point, mm; see `ContourMeter.measure`.
+
+    References
+    ----------
+    .. [1] docs/math/contour-error.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> from splinefeed.analysis.following import ContourMeter
+    >>> found = ContourMeter(sf.Path.polyline([[0, 0], [10, 0]])).measure([[5.0, 0.25], [6.0, -0.5]])
+    >>> found.error
+    array([0.25, 0.5 ])
+    >>> found.max
+    0.5
     """
 
     error: Array
@@ -47,7 +63,13 @@ class Contour:
 
 
 class ContourMeter:
-    """Measures positions against one path; its tables of the path are made once, here."""
+    """Measure positions against one path; its tables of the path are made once.
+
+    Parameters
+    ----------
+    path : Path
+        With linear axes, mm.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -55,19 +77,33 @@ class ContourMeter:
         self._search = NearestOnPath(self._rows, closed=path.closed)
 
     def measure(self, position: ArrayLike, *, s_hint: ArrayLike | None = None) -> Contour:
-        """Contour error of `position` (n, axes) or (n, linear axes), mm; rotary axes do not count.
+        """Measure the contour error of positions.
 
-        Without `s_hint` the nearest point of the whole path counts. Where the path crosses itself, or two of its parts
-        run side by side, that may be a part where the tool must not be.
+        Parameters
+        ----------
+        position : (n, axes) or (n, linear axes) array
+            mm; rotary axes do not count. In the order of the motion they are fast.
+        s_hint : (n,) array, optional
+            The commanded arc length of each sample, mm: only the path near the commanded point counts. Without it the
+            nearest point of the whole path does. Where the path crosses itself, or two of its parts run side by side,
+            that may be a part where the tool must not be.
 
-        With s_hint (n,), the commanded arc length of each sample, mm, only the path near the commanded point counts:
-        arc lengths s_hint - h to s_hint + h, with h four times the distance e of the position from the commanded point.
-        For the nearest point is within 2 e of the commanded one, and the path may wind and turn back, by corners up to
-        150 degrees, before it is 4 e long. While the nearest point of the window is one of its ends, and that is not an
-        end of the path, h is doubled. On a closed path the window continues across the seam.
+        Returns
+        -------
+        Contour
+            Of the nearest points, to rounding.
 
-        The result is the nearest point to rounding. Positions in the order of the motion are fast.
-        Raises InputError for shapes that do not fit, and values that are not finite.
+        Raises
+        ------
+        InputError
+            For shapes that do not fit, and values that are not finite.
+
+        Notes
+        -----
+        With `s_hint`, arc lengths s_hint - h to s_hint + h count, with h four times the distance e of the position from
+        the commanded point. For the nearest point is within 2 e of the commanded one, and the path may wind and turn
+        back, by corners up to 150 degrees, before it is 4 e long. While the nearest point of the window is one of its
+        ends, and that is not an end of the path, h is doubled. On a closed path the window continues across the seam.
         """
         path = self.path
         points = np.asarray(position, dtype=np.float64)
@@ -88,7 +124,21 @@ class ContourMeter:
 
 @dataclass
 class Peak:
-    """The largest |value| so far, its time, s, and commanded arc length, mm or None; count and squares of all."""
+    """The largest |value| so far, and the root mean square of all values.
+
+    Attributes
+    ----------
+    value : float
+        In the unit of the values.
+    t : float
+        Its time, s.
+    s : float or None
+        Its commanded arc length, mm.
+    count : int
+        How many values there were.
+    squares : float
+        Sum of their squares.
+    """
 
     value: float = 0.0
     t: float = 0.0
@@ -97,7 +147,7 @@ class Peak:
     squares: float = 0.0
 
     def see(self, values: Array, t: Array, s: Array | None) -> None:
-        """More values (n,), with their times and commanded arc lengths."""
+        """Take more values (n,), with their times, s, and commanded arc lengths, mm."""
         if not len(values):
             return
         at = int(np.argmax(np.abs(values)))
@@ -114,9 +164,25 @@ class Peak:
 
 
 class ErrorTally:
-    """Following error of each axis and contour error over all that was seen.
+    """Gather following error of each axis and contour error over all that was seen; memory does not grow with it.
 
-    Arrays seen are those of responses in order; memory does not grow with them.
+    Parameters
+    ----------
+    axes : tuple of str
+        Of the responses.
+
+    Attributes
+    ----------
+    ticks : int
+        How many were seen.
+    tracking : list of Peak
+        Following error of each axis, mm or rad.
+    saturated : (axes,) array of int
+        Ticks at which the output of each axis was at its limit.
+    contour : Peak or None
+        Contour error, mm, where it was measured.
+    stopped : str or None
+        Why the machine stopped.
     """
 
     def __init__(self, axes: tuple[str, ...]) -> None:
@@ -126,7 +192,20 @@ class ErrorTally:
         self.stopped: str | None = None
 
     def see(self, response: Response, s: Array | None = None) -> None:
-        """The next piece of a response; s (n,) its commanded arc length, mm, if known."""
+        """Take the next piece of a response.
+
+        Parameters
+        ----------
+        response : Response
+            n ticks, in order.
+        s : (n,) array, optional
+            Its commanded arc length, mm.
+
+        Raises
+        ------
+        InputError
+            For other axes.
+        """
         if response.axes != self.axes:
             raise InputError(f"the response has axes {response.axes}; expected {self.axes}")
         for worst, error in zip(self.tracking, np.ascontiguousarray(response.tracking_error.T), strict=True):
@@ -139,12 +218,12 @@ class ErrorTally:
         self.stopped = response.stopped
 
     def worst_linear(self) -> tuple[str, Peak]:
-        """The linear axis with the largest following error; a worst one of 0 where there is none."""
+        """Return the linear axis with the largest following error; "" and a peak of 0 where there is none."""
         linear = [each for each in zip(self.axes, self.tracking, strict=True) if each[0] not in ROTARY_AXES]
         return max(linear, key=lambda each: each[1].value, default=("", Peak()))
 
     def numbers(self) -> dict[str, Any]:
-        """What `--json` prints: lengths in mm, rotary axes in degrees; contour errors are None without a path."""
+        """Return what `--json` prints: lengths in mm, rotary axes in deg; contour errors are None without a path."""
         tracking = {}
         for axis, worst, saturated in zip(self.axes, self.tracking, self.saturated.tolist(), strict=True):
             factor = shown_by("", axis)
@@ -172,8 +251,12 @@ class ErrorTally:
 class Spectrum:
     """One-sided amplitude spectrum of a signal.
 
-    frequency  (m,)  Hz, from 0 to half the sampling rate, m = n // 2 + 1
-    amplitude  (m,)  of the sine at each frequency, in the unit of the signal; at 0 Hz the |mean| of the signal
+    Attributes
+    ----------
+    frequency : (m,) array
+        Hz, from 0 to half the sampling rate, m = n // 2 + 1.
+    amplitude : (m,) array
+        Of the sine at each frequency, in the unit of the signal; at 0 Hz the |mean| of the signal.
     """
 
     frequency: Array
@@ -181,13 +264,42 @@ class Spectrum:
 
 
 def spectrum(signal: Array, period: float) -> Spectrum:
-    """One-sided amplitude spectrum of a signal (n,) sampled every `period` s, by the Hann window.
+    """Compute the one-sided amplitude spectrum of a signal, by the Hann window.
 
-    A_k = 2 |sum_j w_j (x_j - mean) exp(-2 pi i j k / n)| / sum_j w_j,  half of that at half the sampling rate
+    Parameters
+    ----------
+    signal : (n,) array
+        Values.
+    period : float
+        Between two of them, s.
+
+    Returns
+    -------
+    Spectrum
+        m = n // 2 + 1 frequencies, Hz.
+
+    Raises
+    ------
+    InputError
+        For fewer than 8 samples and values that are not finite.
+
+    Notes
+    -----
+    ::
+
+        A_k = 2 |sum_j w_j (x_j - mean) exp(-2 pi i j k / n)| / sum_j w_j,  half of that at half the sampling rate
 
     so that a sine of amplitude A that fits a whole number of times reads A; between two lines it reads down to 85 % of
     it. A line spreads over 3 lines. The mean is taken off first, so that it does not spread, and stands at 0 Hz.
-    Raises InputError for fewer than 8 samples and values that are not finite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from splinefeed.analysis.following import spectrum
+    >>> found = spectrum(0.5 * np.sin(2 * np.pi * 50 * np.arange(200) * 1e-3), 1e-3)  # 50 Hz
+    >>> k = int(np.argmax(found.amplitude))
+    >>> float(found.frequency[k]), round(float(found.amplitude[k]), 9)
+    (50.0, 0.5)
     """
     count, step = len(signal), positive(period, "period")
     if count < LEAST_SAMPLES:
@@ -202,6 +314,22 @@ def spectrum(signal: Array, period: float) -> Spectrum:
 
 
 def tracking_spectra(response: Response) -> Mapping[str, Spectrum]:
-    """Spectrum of the following error of each axis, in mm, rotary axes rad; see `spectrum`."""
+    """Compute the spectrum of the following error of each axis.
+
+    Parameters
+    ----------
+    response : Response
+        Of a machine.
+
+    Returns
+    -------
+    mapping of str to Spectrum
+        mm, of rotary axes rad.
+
+    Raises
+    ------
+    InputError
+        As `spectrum`.
+    """
     error = response.tracking_error
     return {axis: spectrum(error[:, column], response.period) for column, axis in enumerate(response.axes)}

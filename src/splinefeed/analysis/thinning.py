@@ -18,9 +18,19 @@ CELLS = 1200
 
 
 def extremes(values: Array, columns: int = COLUMNS) -> IntArray:
-    """Indices of the least and the greatest of `values` (n,) in each of `columns` equal stretches, and of both ends.
+    """Choose the places of the least and the greatest of values in equal stretches, and both ends.
 
-    All indices where there are few; values that are not finite are neither, where a stretch has others.
+    Parameters
+    ----------
+    values : (n,) array
+        Those that are not finite are neither, where a stretch has others.
+    columns : int, optional
+        How many stretches.
+
+    Returns
+    -------
+    (k,) array of int
+        Indices; all where there are few.
     """
     count = len(values)
     if count <= 4 * columns:
@@ -37,17 +47,40 @@ def extremes(values: Array, columns: int = COLUMNS) -> IntArray:
 
 
 def least_and_greatest(values: Array, starts: IntArray) -> tuple[Array, Array]:
-    """The least and the greatest of `values` (n,) in the stretches that begin at `starts` (m,), each (m,).
+    """Find the least and the greatest of values in stretches.
 
-    NaN where a stretch has none that is finite.
+    Parameters
+    ----------
+    values : (n,) array
+        Some may not be finite.
+    starts : (m,) array of int
+        Where stretches begin.
+
+    Returns
+    -------
+    low, high : (m,) array
+        NaN where a stretch has none that is finite.
     """
     return np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)
 
 
 def envelope(x: Array, values: Array, edges: Array) -> tuple[Array, Array, Array]:
-    """The middles of the columns between `edges` that have points, and the least and the greatest of `values` there.
+    """Find the least and the greatest of values in columns of a picture.
 
-    x (n,) rises. A picture drawn between the two, (m,) each, is that of all points to a column, however many there are.
+    Parameters
+    ----------
+    x : (n,) array
+        Rising.
+    values : (n,) array
+        At x.
+    edges : array
+        Of the columns.
+
+    Returns
+    -------
+    middle, low, high : (m,) array
+        Of the columns that have points. A picture drawn between the two is that of all points to a column, however many
+        there are.
     """
     column = np.clip(np.searchsorted(edges, x, "right") - 1, 0, len(edges) - 2)
     starts = np.flatnonzero(np.diff(column, prepend=-1)).astype(np.int64)
@@ -56,7 +89,18 @@ def envelope(x: Array, values: Array, edges: Array) -> tuple[Array, Array, Array
 
 
 def cells(points: Array) -> IntArray:
-    """Indices of the points (n, 2 or 3) that enter another cell of a fine grid over all of them, and of both ends."""
+    """Choose the points that enter another cell of a fine grid over all of them, and both ends.
+
+    Parameters
+    ----------
+    points : (n, 2 or 3) array
+        mm.
+
+    Returns
+    -------
+    (k,) array of int
+        Indices.
+    """
     span = float(np.max(np.ptp(points, axis=0)))
     if len(points) < 3 or span <= 0.0:
         return np.arange(len(points), dtype=np.int64)
@@ -67,17 +111,23 @@ def cells(points: Array) -> IntArray:
 
 
 def runs(levels: IntArray) -> list[tuple[int, int]]:
-    """First and last index of each stretch of equal `levels` (n,)."""
+    """Return first and last index of each stretch of equal `levels` (n,)."""
     changes = np.flatnonzero(np.diff(levels)) + 1
     return list(zip([0, *changes.tolist()], [*(changes - 1).tolist(), len(levels) - 1], strict=True))
 
 
 class Kept:
-    """Rows of columns that come piece by piece, thinned to those that a figure needs.
+    """Keep rows of columns that come piece by piece, thinned to those that a figure needs.
 
-    All rows stay up to `most` of them. From there on those stay of each block of rows at which a quantity is least or
-    greatest, and both ends; blocks become longer where it is too many again. `bands` has what figures over time show
-    where rows are left out.
+    Parameters
+    ----------
+    most : float, optional
+        Rows up to which all stay.
+
+    Notes
+    -----
+    From there on those stay of each block of rows at which a quantity is least or greatest, and both ends; blocks
+    become longer where it is too many again. `bands` has what figures over time show where rows are left out.
     """
 
     def __init__(self, most: float = math.inf) -> None:
@@ -96,9 +146,16 @@ class Kept:
         quantities: Mapping[str, Array],
         between: Mapping[str, tuple[Array, Array]] = MappingProxyType({}),
     ) -> None:
-        """The next rows of every column (n, ...), with the quantities (n,) or (n, k) of which no peak is lost.
+        """Take the next rows.
 
-        between  the least and the greatest of some of them from each row to the next, where rows do not say it
+        Parameters
+        ----------
+        columns : mapping of str to (n, ...) array
+            Every column.
+        quantities : mapping of str to (n,) or (n, k) array
+            Those of which no peak is lost.
+        between : mapping of str to (array, array), optional
+            The least and the greatest of some of them from each row to the next, where rows do not have it.
         """
         if self.whole:  # no quantity is needed
             self._put(columns)
@@ -126,15 +183,15 @@ class Kept:
             self._parts.setdefault(name, []).append(values)
 
     def bands(self) -> dict[str, Band]:
-        """The least and the greatest of every quantity over time; empty where all rows are kept."""
+        """Return the least and the greatest of every quantity over time; empty where all rows are kept."""
         return {} if self.block == 1 else self._bands.finish()
 
     def take(self, name: str) -> Array:
-        """As `column`, and forget them, so that they are in memory once."""
+        """Return what `column` does, and forget it, so that it is in memory once."""
         found = self.column(name)
         self._parts.pop(name, None)
         return found
 
     def column(self, name: str) -> Array:
-        """The rows of a column that are kept; empty where it is not known."""
+        """Return the rows of a column that are kept; empty where it is not known."""
         return np.concatenate(self._parts[name]) if name in self._parts else np.zeros(0)
