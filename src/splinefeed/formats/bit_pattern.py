@@ -243,9 +243,22 @@ def decode(pattern: BitPattern) -> Array:
 
 
 def pulses_at(pattern: BitPattern) -> IntArray:
-    """Return pulses from zero at the beginning of the first period and the end of every one, (n + 1, axes).
+    """Return pulses from zero at the beginning of the first period and the end of every one.
 
-    Raises what `decode` raises.
+    Parameters
+    ----------
+    pattern : BitPattern
+        Of n periods.
+
+    Returns
+    -------
+    (n + 1, axes) array of int
+        Pulses.
+
+    Raises
+    ------
+    InputError
+        As `decode`.
     """
     plus, minus = pattern.words[:, :, 0], pattern.words[:, :, 1]
     both = plus & minus

@@ -69,10 +69,23 @@ _IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 5: "mi", 6: "m", 7: "km", 8: "mil", 9:
 
 
 def read(task: dict[str, Any]) -> dict[str, Any]:
-    """Answer a task of the kind "step" or "iges"; see `cad_process`.
+    """Answer a task of the kind "step" or "iges".
 
-    Raises FormatError for what OCCT holds against the file as a whole, or, when repairing, makes findings of it; what
-    it holds against single entities are findings.
+    Parameters
+    ----------
+    task : dict
+        See `cad_process`.
+
+    Returns
+    -------
+    dict
+        What `Gathered.answer` returns.
+
+    Raises
+    ------
+    FormatError
+        For what OCCT holds against the file as a whole, a finding when repairing; what it holds against single entities
+        are findings.
     """
     gathered = _Shapes(task)
     reader, faults, units = (_step if task["kind"] == "step" else _iges)(task["file"], pathlib.Path(task["folder"]))
@@ -245,7 +258,11 @@ def _is_dashed(item: Any) -> bool:
 def _leave_out_invisible(model: Any, said: list[Any], gathered: Gathered) -> None:
     """Take items that INVISIBILITY names, by their style or layer, out of the shapes and sets of curves that list them.
 
-    Source: ISO 10303-46, 4.4 "invisibility": styled items and layers of which nothing is to be shown.
+    Styled items and layers of which nothing is to be shown are named by "invisibility" [1]_.
+
+    References
+    ----------
+    .. [1] ISO 10303-46, 4.4 "invisibility".
     """
     unseen: list[tuple[Any, str]] = []
     for each in (

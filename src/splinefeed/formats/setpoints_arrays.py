@@ -105,9 +105,11 @@ def mat_contents(file: Path) -> tuple[Any, dict[str, Any]]:
 
 
 def _check_unpacked(content: bytes) -> None:
-    """InputError where packed data is far more than it packs to: reading it would fill the memory with nothing.
+    """Refuse packed data that is far more than it packs to: reading it would fill the memory with nothing.
 
-    Source: The MathWorks, "MAT-File Format", chapter 1 (level 5).
+    References
+    ----------
+    .. [1] The MathWorks, "MAT-File Format", chapter 1 (level 5).
     """
     order, left, at = "<" if content[126:128] == b"IM" else ">", MOST_UNPACKED * len(content) + NO_HARM_BYTES, 128
     while at + 8 <= len(content):

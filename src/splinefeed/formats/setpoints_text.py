@@ -88,6 +88,18 @@ def cfg(axes: tuple[str, ...]) -> str:
 def write_halstreamer(file: Path) -> Sink[Setpoints]:
     """Write chunks of setpoints as the text that `halstreamer` feeds to a HAL streamer, one row a servo period.
 
+    Parameters
+    ----------
+    file : Path
+        To write.
+
+    Yields
+    ------
+    None
+        Chunks of setpoints are sent in; None ends the file.
+
+    Notes
+    -----
     A row is `row x y ... last` between blanks: its number from 1, the axes, and a bit that is 1 on the last row, which
     appears twice; see docs/setpoint-files.md. A plan whose last step is a short one says so in a comment.
     """
@@ -115,8 +127,22 @@ def write_halstreamer(file: Path) -> Sink[Setpoints]:
 
 
 def write_pvt(points: Setpoints, file: Path) -> None:
-    """Write the steps between setpoints; InputError for fewer than two, or ticks that do not follow each other.
+    """Write the steps between setpoints.
 
+    Parameters
+    ----------
+    points : Setpoints
+        Of every tick.
+    file : Path
+        To write.
+
+    Raises
+    ------
+    InputError
+        For fewer than two, or ticks that do not follow each other.
+
+    Notes
+    -----
     One line a step, `dt, dx, vx, dy, vy, ...`, as Newport's XPS controllers have it: dt in s; dx the way from the tick
     before, vx the velocity at the end of the step, in mm and mm/s, rotary axes in degrees and degrees/s.
     """
@@ -133,14 +159,30 @@ def write_pvt(points: Setpoints, file: Path) -> None:
 
 
 def _velocity(ticks: Setpoints, places: IntArray) -> Array:
-    """Velocity (n, axes), mm/s or deg/s, at the ticks i in `places` (n,); 0 where the planned feed is 0.
+    """Estimate velocities at ticks; 0 where the planned feed is 0.
 
-    The derivative of the polynomial of degree 4 through five neighbouring ticks j, with an error of T^4 q^(5) / 30 at
-    most in the middle:
+    Parameters
+    ----------
+    ticks : Setpoints
+        Five of them or fewer count for each.
+    places : (n,) array of int
+        The ticks i.
+
+    Returns
+    -------
+    (n, axes) array
+        mm/s or deg/s.
+
+    Notes
+    -----
+    The derivative of the polynomial of degree 4 through five neighbouring ticks j [1]_, with an error of T^4 q^(5) / 30
+    at most in the middle:
 
         q'(t_i) = sum over j != i of (w_j / w_i) (q_j - q_i) / (t_i - t_j),   w_j = 1 / prod over m != j of (t_j - t_m)
 
-    Source: Berrut and Trefethen, SIAM Review 46 (2004), 501-517, doi:10.1137/S0036144502417715.
+    References
+    ----------
+    .. [1] Berrut and Trefethen, SIAM Review 46 (2004), 501-517, doi:10.1137/S0036144502417715.
     """
     count = min(STENCIL, len(ticks))
     left = np.clip(places - count // 2, 0, len(ticks) - count)

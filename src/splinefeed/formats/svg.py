@@ -115,9 +115,22 @@ def from_file(
 
 
 class _Place(NamedTuple):
-    """Where elements are drawn: the map to mm, what percentages are of, the uses around them, and whether they are.
+    """Where elements are drawn, and whether they are.
 
-    paint  what is said of fill and stroke, which elements within inherit
+    Parameters
+    ----------
+    map : Affine
+        To mm.
+    view : View
+        What percentages are of.
+    uses : tuple of str
+        Uses around the elements.
+    chosen, visible : bool
+        Whether the layer is read, and whether they are shown.
+    paint : mapping of str to str, optional
+        What is said of fill and stroke, which elements within inherit.
+    unseen : str, optional
+        Why the author's program does not show them.
     """
 
     map: Affine
@@ -273,7 +286,7 @@ class _SvgReader:
 
 
 def _meant(node: Node) -> bool:
-    """Whether an element is for a reader that knows no extensions. Source: W3C, SVG 1.1, section 5.8."""
+    """Tell whether an element is for a reader that knows no extensions (W3C, SVG 1.1, section 5.8)."""
     return not node.get("requiredExtensions").strip()
 
 

@@ -71,7 +71,7 @@ def anchored(u: float, s: float, curve: Curve) -> float:
 
 @kernel
 def placed(u: float, s: float, curve: Curve) -> float:
-    """`anchored` as a call of its own, for what happens once a curve: copies everywhere would take long to compile."""
+    """Call `anchored`, for what happens once a curve: copies of it everywhere would take long to compile."""
     return anchored(u, s, curve)
 
 

@@ -53,43 +53,43 @@ _RULES: dict[str, tuple[str, Callable[[Any], bool]]] = {
 
 
 def quantity(kind: str, rule: str = "positive", default: Any = MISSING, *, motor: bool = False) -> Any:
-    """A field that holds a quantity of `kind` (see `quantities.KINDS`); motor: of the motor's motion."""
+    """Make a field that holds a quantity of `kind` (see `quantities.KINDS`); motor: of the motor's motion."""
     return _kept(default, *_RULES[rule], kind=kind, motor=motor)
 
 
 def number(rule: str, default: Any) -> Any:
-    """A field that holds a number without a unit."""
+    """Make a field that holds a number without a unit."""
     return _kept(default, *_RULES[rule], kind="number")
 
 
 def count(low: int, high: int, default: Any = MISSING) -> Any:
-    """A field that holds a whole number within bounds."""
+    """Make a field that holds a whole number within bounds."""
     rule = f"must be a whole number from {low} to {high}"
     return _kept(default, rule, lambda value: _finite(value) and isinstance(value, int) and low <= value <= high)
 
 
 def choice(*names: str, default: Any = MISSING) -> Any:
-    """A field that holds one of some names."""
+    """Make a field that holds one of some names."""
     return _kept(default, f"must be one of {', '.join(names)}", lambda value: value in names)
 
 
 def words(default: Any = "") -> Any:
-    """A field that holds text for people."""
+    """Make a field that holds text for people."""
     return _kept(default, "must be text", lambda value: isinstance(value, str))
 
 
 def listed(rule: str, holds: Callable[[Any], bool]) -> Any:
-    """A field that holds a list."""
+    """Make a field that holds a list."""
     return _kept((), rule, lambda value: isinstance(value, list | tuple) and all(map(holds, value)))
 
 
 def part(of: type[Any], key: str = "") -> dict[str, Any]:
-    """What a field says that holds the record of a table; with `key`, those of all tables in [key], by axis."""
+    """Return metadata of a field with the record of a table; with `key`, those of all tables in [key], by axis."""
     return {"part": of, "key": key}
 
 
 def rule_broken(described: Field[Any], value: Any) -> str | None:
-    """The rule of a field that `value` breaks, in words, or None."""
+    """Return the rule of a field that `value` breaks, in words, or None."""
     absent = value is None and described.default is None
     rule: str = described.metadata["rule"]
     return None if absent or described.metadata["holds"](value) else rule

@@ -48,17 +48,17 @@ class Page:
             self.facts.append(words)
 
     def set(self, section: str, key: str, value: str | int, comment: str = "") -> None:
-        """A line of a section, with where it comes from."""
+        """Add a line to a section, with where it comes from."""
         quoted = isinstance(value, str) and not isinstance(value, Plain)
         text = json.dumps(value, ensure_ascii=False) if quoted else str(value)
         self._sections.setdefault(section, []).append(f"{key} = {text}" + (f"  # {comment}" if comment else ""))
 
     def comment(self, section: str, words: str) -> None:
-        """A comment in a section."""
+        """Add a comment to a section."""
         self._sections.setdefault(section, []).append(f"# {words}")
 
     def text(self) -> str:
-        """The machine file."""
+        """Return the text of the machine file."""
         notes = [f"From {self.source}, the configuration of {self.control}.", *self.facts]
         notes += [f"Assumed: {words}." for words in self.assumed]
         head = [
