@@ -297,7 +297,22 @@ def _spread(pulses: IntArray, slots: int) -> Words:
 
 
 def write(pattern: BitPattern, path: str | os.PathLike[str]) -> None:
-    """Write words and page, whole or not at all; FormatError for a file that cannot be written."""
+    """Write words and page, whole or not at all.
+
+    Parameters
+    ----------
+    pattern : BitPattern
+        To write.
+    path : path
+        File that ends in .bits; the page goes beside it, see `page_of`.
+
+    Raises
+    ------
+    FormatError
+        For another suffix, and a file that cannot be written.
+    InputError
+        For what is no BitPattern, and where plus and minus are set in the same slot.
+    """
     if Path(path).suffix.lower() != ".bits":
         raise FormatError(f"{path}: pulse words are written as .bits, with a .bits.json beside it")
     if not isinstance(pattern, BitPattern):
@@ -326,7 +341,23 @@ def write(pattern: BitPattern, path: str | os.PathLike[str]) -> None:
 
 
 def read(path: str | os.PathLike[str]) -> BitPattern:
-    """Read all words of a file that `write` wrote; FormatError for what is cut off, changed, or something else."""
+    """Read all words of a file that `write` wrote.
+
+    Parameters
+    ----------
+    path : path
+        The file, with its page beside it.
+
+    Returns
+    -------
+    BitPattern
+        As it was written, bit for bit.
+
+    Raises
+    ------
+    FormatError
+        For what is cut off, changed, or something else.
+    """
     page = page_of(path)
     if not page.is_file():
         raise FormatError(f"{path}: needs {page.name} beside it, which says what the words are")

@@ -61,7 +61,25 @@ def read(text: str, source: str) -> Page:
 
 
 def sections(text: str, source: str) -> Sections:
-    """Return sections of an INI file, the first of equal keys; files that `#INCLUDE` names are read in its place."""
+    """Return sections of an INI file.
+
+    Parameters
+    ----------
+    text : str
+        Of the file.
+    source : str
+        The file; those that `#INCLUDE` names are read in its place.
+
+    Returns
+    -------
+    Sections
+        Values by key and section, the first of equal keys.
+
+    Raises
+    ------
+    FormatError
+        For what is no INI file, and a file that cannot be included.
+    """
     found: Sections = {}
     section = ""
     for line in _lines(text, source, IncludedFiles()):
@@ -105,7 +123,29 @@ def _unit(text: str, known: dict[str, tuple[str, float]], base: str, source: str
 
 
 def axes_of(ini: Sections, arguments: list[str], source: str) -> tuple[list[str], dict[str, list[int]]]:
-    """Return letters of the axes in order, and the joints of each, those of a gantry two."""
+    """Return the axes of a machine and their joints.
+
+    Parameters
+    ----------
+    ini : Sections
+        Of the INI file.
+    arguments : list of str
+        Of the module of kinematics.
+    source : str
+        The file, for messages.
+
+    Returns
+    -------
+    letters : list of str
+        Of the axes, in order.
+    joints : dict of str to list of int
+        Joints of each axis, those of a gantry two.
+
+    Raises
+    ------
+    FormatError
+        Where the file names no axes.
+    """
     said = next((each.partition("=")[2] for each in arguments if each.lower().startswith("coordinates=")), "")
     order = re.sub(r"[\s,]", "", said or ini["TRAJ"].get("COORDINATES", "")).lower()
     if not order:

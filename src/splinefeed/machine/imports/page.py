@@ -79,7 +79,27 @@ def no_times(page: Page) -> None:
 
 
 def number(text: str, source: str, place: str) -> tuple[str, float]:
-    """Return the number that `text` begins with, as it is written and as a value; FormatError for any other text."""
+    """Read the number that a text begins with.
+
+    Parameters
+    ----------
+    text : str
+        Of a configuration.
+    source, place : str
+        File, and place in it, for messages.
+
+    Returns
+    -------
+    text : str
+        The number as it is written.
+    value : float
+        The number.
+
+    Raises
+    ------
+    FormatError
+        For any other text.
+    """
     found = _NUMBER.match(text.strip())
     if found is None or not math.isfinite(value := float(found[0])):
         raise FormatError(f"{source}: {place}: {text.strip()[:40]!r} is not a number")
@@ -87,7 +107,27 @@ def number(text: str, source: str, place: str) -> tuple[str, float]:
 
 
 def positive(text: str, source: str, place: str, *, or_zero: bool = False) -> tuple[str, float]:
-    """Return a number above 0, or not below it, as `number` does."""
+    """Read a number above 0, or not below it.
+
+    Parameters
+    ----------
+    text, source, place : str
+        As for `number`.
+    or_zero : bool, optional
+        Whether it may be 0.
+
+    Returns
+    -------
+    text : str
+        The number as it is written.
+    value : float
+        The number.
+
+    Raises
+    ------
+    FormatError
+        For any other number or text.
+    """
     written, value = number(text, source, place)
     if value < 0.0 or (value == 0.0 and not or_zero):
         raise FormatError(f"{source}: {place}: {written}; must {'not be negative' if or_zero else 'be greater than 0'}")
