@@ -31,7 +31,7 @@ class Joint(str):
 
     References
     ----------
-    docs/readers/robots.md.
+    .. [1] docs/readers/robots.md
 
     Examples
     --------

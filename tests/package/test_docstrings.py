@@ -208,8 +208,9 @@ def of_a_public_name(said: Said, text: str, found: dict[str, list[str]]) -> Iter
         yield "no unit is named"
     if "Raises" not in found and not NO_ERRORS.fullmatch(last):
         yield "Raises is missing"
-    if not any(found.get("References", [])):
-        yield "References are missing"
+    numbers = re.findall(r"^\.\. \[(\d+)\] ", "\n".join(found.get("References", [])), re.MULTILINE)
+    if not numbers or numbers != [str(i + 1) for i in range(len(numbers))]:
+        yield "References, `.. [1] ...`, are missing"
     for page in re.findall(r"docs/[\w/-]+\.md", text):
         if not (ROOT / page).is_file():
             yield f"{page} is missing"

@@ -116,7 +116,7 @@ def check(
 
     References
     ----------
-    docs/check.md has the derivations.
+    .. [1] docs/check.md has the derivations.
 
     Examples
     --------

@@ -40,7 +40,7 @@ def arc(center: Array, first: Array, second: Array, start: float, sweep: float) 
 
     References
     ----------
-    The NURBS Book, 2nd ed., section 7.3; affine images by property P4.2.
+    .. [1] The NURBS Book, 2nd ed., section 7.3; affine images by property P4.2.
     """
     spans, knots, weights = _frame(abs(sweep))
     half = 0.5 * sweep / spans
@@ -86,7 +86,7 @@ def bulge_arc(begin: Array, end: Array, bulge: float) -> NurbsCurve:
 
     References
     ----------
-    DXF reference, LWPOLYLINE, group code 42.
+    .. [1] DXF reference, LWPOLYLINE, group code 42.
     """
     places, knots, weights = bulge_points(complex(end[0] - begin[0], end[1] - begin[1]), bulge)
     points = np.empty((len(places), len(begin)))

@@ -57,7 +57,7 @@ class NurbsCurve(Spline):
 
     References
     ----------
-    The NURBS Book, 2nd ed., eq. 4.1.
+    .. [1] The NURBS Book, 2nd ed., eq. 4.1.
 
     Examples
     --------

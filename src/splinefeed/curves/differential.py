@@ -99,7 +99,7 @@ def angles(before: Array, behind: Array) -> Array:
 
     References
     ----------
-    Kahan, "How futile are mindless assessments of roundoff", 2006, section 12.
+    .. [1] Kahan, "How futile are mindless assessments of roundoff", 2006, section 12.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         a = before / np.linalg.norm(before, axis=1, keepdims=True)

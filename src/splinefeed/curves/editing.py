@@ -160,7 +160,7 @@ def unbroken(
 
     References
     ----------
-    The NURBS Book, 2nd ed., section 2.4.
+    .. [1] The NURBS Book, 2nd ed., section 2.4.
     """
     count = len(control_points)
     if degree < 1 or len(knots) != count + degree + 1 or not np.all(np.diff(knots) >= 0.0):
@@ -287,7 +287,7 @@ def transformed(curve: Curve, matrix: ArrayLike, offset: ArrayLike | None = None
 
     References
     ----------
-    The NURBS Book, 2nd ed., property P4.2.
+    .. [1] The NURBS Book, 2nd ed., property P4.2.
     """
     return type(curve)(curve.degree, curve.knots, moved_points(curve.control_points, matrix, offset), curve.weights)
 
@@ -376,8 +376,8 @@ def blossom(knots: Array, points: Array, degree: int, span: IntArray, arguments:
 
     References
     ----------
-    Ramshaw, "Blossoms are polar forms", Computer Aided Geometric Design 6(4), 1989, doi 10.1016/0167-8396(89)90032-0;
-    The NURBS Book, 2nd ed., p. 176.
+    .. [1] Ramshaw, "Blossoms are polar forms", Computer Aided Geometric Design 6(4), 1989, doi
+       10.1016/0167-8396(89)90032-0; The NURBS Book, 2nd ed., p. 176.
     """
     work = points[span - degree + np.arange(degree + 1)[:, None]]
     near = knots[span - degree + np.arange(1, 2 * degree + 1)[:, None]]  # t_{span-p+1} ... t_{span+p}

@@ -75,7 +75,7 @@ def taylor(a: Array, rational: int, t: Array, order: int) -> list[Array]:
 
     References
     ----------
-    The NURBS Book, 2nd ed., eq. 4.8, over k!.
+    .. [1] The NURBS Book, 2nd ed., eq. 4.8, over k!.
     """
     out = [a[:, -1]]
     for k in range(a.shape[1] - 2, -1, -1):

@@ -279,8 +279,8 @@ def compensated_sums(steps: Array) -> Array:
 
     References
     ----------
-    Ogita, Rump, Oishi, "Accurate sum and dot product", SIAM J. Sci. Comput. 26(6), 2005, doi 10.1137/030601818,
-    algorithm 4.4.
+    .. [1] Ogita, Rump, Oishi, "Accurate sum and dot product", SIAM J. Sci. Comput. 26(6), 2005, doi 10.1137/030601818,
+       algorithm 4.4.
     """
     sums = np.concatenate([[0.0], np.cumsum(steps)])
     before, after = sums[:-1], sums[1:]

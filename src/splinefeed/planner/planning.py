@@ -176,7 +176,8 @@ def plan(
 
     References
     ----------
-    docs/math/planner.md, docs/math/seven-phase.md.
+    .. [1] docs/math/planner.md
+    .. [2] docs/math/seven-phase.md
 
     Examples
     --------

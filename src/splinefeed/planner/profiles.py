@@ -127,7 +127,7 @@ def solve(length: Array, feed: Numbers, *limits: Numbers) -> Profile:
 
     References
     ----------
-    docs/math/seven-phase.md.
+    .. [1] docs/math/seven-phase.md
     """
     length, feed, *given = np.broadcast_arrays(length, feed, *limits)
     if len(length) > TOGETHER:

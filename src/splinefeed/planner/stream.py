@@ -46,7 +46,7 @@ class MotionBlock:
 
     References
     ----------
-    docs/math/planner.md.
+    .. [1] docs/math/planner.md
 
     Examples
     --------
@@ -107,7 +107,7 @@ class LookAhead:
 
     References
     ----------
-    docs/math/planner.md.
+    .. [1] docs/math/planner.md
 
     Examples
     --------

@@ -112,7 +112,7 @@ class Combination:
 
     References
     ----------
-    docs/math/planner.md.
+    .. [1] docs/math/planner.md
 
     Examples
     --------
@@ -239,7 +239,7 @@ class Limits(LimitFields):
 
     References
     ----------
-    docs/check.md defines each by the setpoints.
+    .. [1] docs/check.md defines each by the setpoints.
 
     Examples
     --------

@@ -75,7 +75,7 @@ class Modelled(ABC):
 
     References
     ----------
-    docs/math/planner.md.
+    .. [1] docs/math/planner.md
 
     Examples
     --------

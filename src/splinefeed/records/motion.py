@@ -52,7 +52,7 @@ class TimeLaw:
 
     References
     ----------
-    docs/math/planner.md.
+    .. [1] docs/math/planner.md
 
     Examples
     --------
@@ -267,7 +267,7 @@ class Setpoints(_Columns):
 
     References
     ----------
-    docs/setpoint-files.md.
+    .. [1] docs/setpoint-files.md
 
     Examples
     --------
@@ -375,7 +375,7 @@ class Response(_Columns):
 
     References
     ----------
-    docs/machines.md.
+    .. [1] docs/machines.md
 
     Examples
     --------

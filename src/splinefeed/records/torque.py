@@ -110,7 +110,8 @@ class Torque(OfTorques):
 
     References
     ----------
-    Bobrow, Dubowsky and Gibson, Int. J. Robotics Research 4(3), 1985, https://doi.org/10.1177/027836498500400301.
+    .. [1] Bobrow, Dubowsky and Gibson, Int. J. Robotics Research 4(3), 1985,
+       https://doi.org/10.1177/027836498500400301.
 
     Examples
     --------

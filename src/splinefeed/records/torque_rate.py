@@ -41,7 +41,7 @@ class TorqueRate(OfTorques):
 
     References
     ----------
-    docs/math/planner.md.
+    .. [1] docs/math/planner.md
 
     Examples
     --------

@@ -41,7 +41,7 @@ class VelocityByPosition(Modelled):
 
     References
     ----------
-    docs/math/planner.md.
+    .. [1] docs/math/planner.md
 
     Examples
     --------
@@ -138,7 +138,7 @@ class Approach(Modelled):
 
     References
     ----------
-    docs/math/planner.md.
+    .. [1] docs/math/planner.md
 
     Examples
     --------

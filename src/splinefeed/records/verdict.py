@@ -36,7 +36,7 @@ class LimitResult:
 
     References
     ----------
-    docs/check.md.
+    .. [1] docs/check.md
 
     Examples
     --------
@@ -90,7 +90,7 @@ class Verdict:
 
     References
     ----------
-    docs/check.md.
+    .. [1] docs/check.md
 
     Examples
     --------

@@ -48,7 +48,7 @@ class OverrideTicks:
 
     References
     ----------
-    docs/math/override.md.
+    .. [1] docs/math/override.md
 
     Examples
     --------
@@ -103,7 +103,7 @@ class Override:
 
     References
     ----------
-    docs/math/override.md.
+    .. [1] docs/math/override.md
 
     Examples
     --------

@@ -50,7 +50,7 @@ def with_reserve(
 
     References
     ----------
-    docs/math/override.md.
+    .. [1] docs/math/override.md
 
     Examples
     --------

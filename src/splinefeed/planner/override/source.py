@@ -116,7 +116,7 @@ class LawSource:
 
     References
     ----------
-    docs/math/override.md.
+    .. [1] docs/math/override.md
 
     Examples
     --------
