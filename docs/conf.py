@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from latex2mathml.converter import convert
+from sphinx.ext.napoleon import Config, NumpyDocstring
 
 from splinefeed import __version__
 from splinefeed.reports import theme
@@ -19,7 +20,7 @@ author = "The splinefeed authors"
 copyright = "The splinefeed authors, MIT licence"
 release = version = __version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_parser", "sphinx.ext.autodoc"]
 source_suffix = {".md": "markdown"}
 myst_enable_extensions = ["dollarmath"]
 myst_dmath_allow_digits = myst_dmath_allow_space = False
@@ -39,22 +40,17 @@ autodoc_preserve_defaults = True
 autodoc_member_order = "bysource"
 autodoc_class_signature = "separated"
 smartquotes_action = "D"  # dashes alone: the prime of C' and the dots of (...) are letters of formulas
-napoleon_google_docstring = False
-napoleon_use_param = napoleon_use_rtype = False  # names that share a line stay together
-napoleon_custom_sections = [("Attributes", "params_style")]  # a list, as parameters are
+#: How sections of docstrings are shown: names that share a line stay together, attributes are a list, too.
+SHOWN = Config(
+    napoleon_use_param=False, napoleon_use_rtype=False, napoleon_custom_sections=[("Attributes", "params_style")]
+)
 
 
 def as_written(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
-    """Docstrings for napoleon, formulas letter by letter: sentences are escaped, and what is indented stands alone.
+    """Docstrings as reStructuredText, formulas letter by letter: sentences are escaped, what is indented stands alone.
 
-    Napoleon makes lists of the sections of NumPy's convention. A docstring that has none is shown as it is in the code.
+    Napoleon makes lists of the sections of NumPy's convention.
     """
-    if not any(line.strip() for line in lines):
-        return
-    if not any(_underlines(lines, i) for i in range(len(lines))):
-        end = next((i for i, line in enumerate(lines) if not line.strip()), len(lines))
-        lines[:] = [*(_escaped(line.strip()) for line in lines[:end]), *_literal(lines[end:])]
-        return
     shown: list[str] = []
     section, i = "", 0
     while i < len(lines):
@@ -81,7 +77,7 @@ def as_written(app: Any, what: str, name: str, thing: Any, options: Any, lines: 
             name, colon, kind = line.partition(" : ") if section in ENTRIES and not depth else ("", "", line)
             shown.append(f"{name}{colon}{' ' * depth}{_escaped(kind.strip())}")
             i += 1
-    lines[:] = shown
+    lines[:] = str(NumpyDocstring(shown, SHOWN)).splitlines()
 
 
 #: Sections whose lines are names or types, each with sentences indented below it.
@@ -153,5 +149,5 @@ def wear(app: Any, error: Exception | None) -> None:
 def setup(app: Any) -> None:
     """Tell Sphinx of the three above."""
     app.connect("build-finished", wear)
-    app.connect("autodoc-process-docstring", as_written, priority=400)  # before napoleon, which has 500
+    app.connect("autodoc-process-docstring", as_written)
     app.add_html_math_renderer("mathml", (formula, None), (formula, None))

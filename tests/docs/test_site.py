@@ -22,7 +22,7 @@ def test_the_site_builds_without_a_warning_and_loads_nothing_from_elsewhere(tmp_
     words = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "-d", tmp_path / "trees"]
     built = subprocess.run([*words, ROOT / "docs", tmp_path / "site"], capture_output=True, text=True, timeout=240)
     assert built.returncode == 0, built.stderr
-    page = (tmp_path / "site/api/curves-and-paths.html").read_text(encoding="utf-8")
+    page = (tmp_path / "site/api/nurbs-curve.html").read_text(encoding="utf-8")
     assert "<strong>CurveError</strong></a>" in page
     assert "C(u) = sum_i N_i,p(u) w_i P_i / sum_i N_i,p(u) w_i\n" in page
     assert "Where C' = 0, the limit" in page
