@@ -24,6 +24,7 @@ DONE = (
     "interpolation",
     "kinematics",
     "limit_table",
+    "live",
     "machine",
     "paths",
     "planner",

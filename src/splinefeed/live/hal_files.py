@@ -20,7 +20,16 @@ GAIN, VELOCITY, LAG = 60.0, 100.0, 2e-3
 class HalAxis:
     """An axis in HAL; mm, or degrees for a rotary one.
 
-    gain  of the position loop, 1/s; velocity  what the command is limited to; following  error that stops the stream
+    Parameters
+    ----------
+    name : str
+        Of the axis.
+    gain : float, optional
+        Of the position loop, 1/s.
+    velocity : float, optional
+        What the command is limited to, mm/s or deg/s.
+    following : float, optional
+        The following error that stops the stream, mm or deg.
     """
 
     name: str
@@ -93,14 +102,35 @@ setp follows-{name}.difference {most:.17g}"""
 
 
 def hal_text(axes: tuple[HalAxis, ...], period: float, depth: int = DEPTH, *, motion: bool = False) -> str:
-    """The file for `halcmd -f`: everything simulated, with the place marked where the real drives go.
+    """Write the file for `halcmd -f`: everything simulated, with the place marked where the real drives go.
 
+    Parameters
+    ----------
+    axes : tuple of HalAxis
+        That follow the stream.
+    period : float
+        Of the servo, s.
+    depth : int, optional
+        Rows of the FIFO.
+    motion : bool, optional
+        Whether it is a HALFILE of LinuxCNC, whose motion controller has the places of the joints as its feedback: homed
+        and switched off, it commands nothing, and its kinematics show the tool tip.
+
+    Returns
+    -------
+    str
+        The text of the file.
+
+    Raises
+    ------
+    InputError
+        For more axes than a streamer or a sampler has fields for.
+
+    Notes
+    -----
     The stream runs while `spf-run` is set, until the last row has come, a following error is too large, or a row is
     missing: then it stays off until `spf-run` is set again. `spf-end` is what the last field of the last row is, 0 or
-    1, and `spf-allowed` what the count of underruns may not exceed. With `motion` it is a HALFILE of LinuxCNC, whose
-    motion controller has the places of the joints as its feedback: homed and switched off, it commands nothing, and its
-    kinematics show the tool tip.
-    Raises InputError for more axes than a streamer or a sampler has fields for.
+    1, and `spf-allowed` what the count of underruns may not exceed.
     """
     names = [axis.name for axis in axes]
     if len(cfg(tuple(names))) > MAX_FIELDS or len(sampler_cfg(len(axes))) > MAX_FIELDS:

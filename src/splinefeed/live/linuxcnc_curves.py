@@ -38,7 +38,14 @@ def appears(pattern: re.Pattern[str], text: str) -> bool:
 class ProgramCurves:
     """Curves of a program's G5.2 blocks by its lines.
 
-    file  the program; mill  the machine that runs it; say  takes a line where arcs are planned in their place
+    Parameters
+    ----------
+    file : str
+        The program.
+    mill : Mill
+        The machine that runs it.
+    say : callable
+        Takes a line where arcs are planned in their place.
     """
 
     def __init__(self, file: str, mill: Mill, say: Callable[[str], None]) -> None:

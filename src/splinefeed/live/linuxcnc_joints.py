@@ -37,12 +37,22 @@ NEAR = 1e-6
 class Module:
     """One kinematics module.
 
-    order    letters of its joints;  free  whether coordinates= may say another order
-    needs    axes that it has to have
-    moved    letters of the joints that are no axes, one of each formula
-    at       joints `moved`, mm, for a pose, mm and rad, and lengths, mm
-    lengths  names of HAL pins, behind that of the module and a dot
-    bend     whether joints move along curves while axes move along lines
+    Parameters
+    ----------
+    order : str
+        Letters of its joints.
+    free : bool
+        Whether coordinates= may say another order.
+    needs : str
+        Axes that it has to have.
+    moved : str
+        Letters of the joints that are no axes, one of each formula.
+    at : callable
+        Gives joints `moved`, mm, for a pose, mm and rad, and lengths, mm.
+    lengths : tuple of str, optional
+        Names of HAL pins, behind that of the module and a dot.
+    bend : bool, optional
+        Whether joints move along curves while axes move along lines.
     """
 
     order: str
@@ -98,8 +108,16 @@ MODULES = {
 class MovedJoints:
     """The joints of a machine that are no axes.
 
-    name, module  of the kinematics; axes  of the machine, in the planner's order
-    letters  of each joint, whose formula it is;  numbers  of each joint
+    Parameters
+    ----------
+    name, module : str, Module
+        Of the kinematics.
+    axes : tuple of str
+        Of the machine, in the planner's order.
+    letters : tuple of str
+        Of each joint, whose formula it is.
+    numbers : tuple of int
+        Of each joint.
     """
 
     name: str
@@ -130,10 +148,22 @@ class MovedJoints:
         return joints.beside(poses[:, None, columns])[:, 0, len(columns) :]
 
     def answering(self, found: Array) -> Joints:
-        """How they move on the machine that has them at (probes, joints), mm, at PROBES.
+        """Find how they move on a machine that answers.
 
-        Raises SplinefeedError where the machine has other kinematics: neither these nor, as a module may be switched,
-        the trivial ones.
+        Parameters
+        ----------
+        found : array (probes, joints)
+            Where the machine has them at PROBES, mm.
+
+        Returns
+        -------
+        Joints
+            With the lengths that the answers tell.
+
+        Raises
+        ------
+        SplinefeedError
+            Where the machine has other kinematics: neither these nor, as a module may be switched, the trivial ones.
         """
         names = self.module.lengths
         fixed = self.at(self.with_lengths({}), PROBES)

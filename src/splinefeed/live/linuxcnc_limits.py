@@ -28,11 +28,24 @@ KEPT_JERK = 0.5
 class Mill:
     """The machine of an INI file.
 
-    axes      its axes, linear ones first; columns  their places in a pose of LinuxCNC, (axes,)
-    units     (9,) mm or rad of one unit of each axis of a pose; linear  mm of a linear unit
-    velocity, acceleration, jerk  of each axis, and of each joint that is none, (axes + joints,), mm and rad
-    feed      more than any path allows, mm/s;  notes  what was assumed, one sentence each
-    moved     the joints that are no axes, where there are some
+    Parameters
+    ----------
+    axes : tuple of str
+        Its axes, linear ones first.
+    columns : array (axes,)
+        Their places in a pose of LinuxCNC.
+    units : array (9,)
+        mm or rad of one unit of each axis of a pose.
+    linear : float
+        mm of a linear unit.
+    velocity, acceleration, jerk : array (axes + joints,)
+        Limits of each axis, and of each joint that is none, mm and rad.
+    feed : float
+        More than any path allows, mm/s.
+    notes : list of str, optional
+        What was assumed, one sentence each.
+    moved : MovedJoints, optional
+        The joints that are no axes, where there are some.
     """
 
     axes: tuple[str, ...]
@@ -62,7 +75,18 @@ class Mill:
         return np.append(self.units[self.columns], np.full(len(self.limited) - len(self.axes), self.linear))
 
     def limits(self, reserve: float) -> Limits:
-        """The limits to plan under: the reserve is a share of the acceleration, twice that of the jerk."""
+        """Give the limits to plan under.
+
+        Parameters
+        ----------
+        reserve : float
+            For pause and override: a share of the acceleration, twice that of the jerk.
+
+        Returns
+        -------
+        Limits
+            Of axes, and of joints that are none.
+        """
         names = self.limited
         return Limits(
             feed=self.feed,
@@ -73,7 +97,23 @@ class Mill:
 
 
 def mill_of(file: str) -> Mill:
-    """The machine of an INI file; FormatError for what is missing, and for kinematics that cannot be planned."""
+    """Read the machine of an INI file.
+
+    Parameters
+    ----------
+    file : str
+        Of LinuxCNC.
+
+    Returns
+    -------
+    Mill
+        Axes, units and limits.
+
+    Raises
+    ------
+    FormatError
+        For what is missing, and for kinematics that cannot be planned.
+    """
     text = read_text(Path(file), "a configuration")
     ini = sections(text, file)
     if "TRAJ" not in ini:

@@ -30,10 +30,23 @@ SMOOTH = 200
 class PlannedMotion:
     """Moves that are one motion from rest to rest: smoothed and planned as they come.
 
-    first      number of its first move; mill  the machine
-    look_ahead  makes one for it, from its start or `start=` a state
-    overrides  that it is planned under: of feeds and rapid moves, and the largest velocity; joints  that are no axes
-    closed     whether all of its moves have come
+    Parameters
+    ----------
+    first : int
+        Number of its first move.
+    mill : Mill
+        The machine.
+    look_ahead : callable
+        Makes a LookAhead for it, from its start or `start=` a state.
+    overrides : tuple of float
+        That it is planned under: of feeds and rapid moves, and the largest velocity.
+    joints : Joints, optional
+        That are no axes.
+
+    Attributes
+    ----------
+    closed : bool
+        Whether all of its moves have come.
     """
 
     def __init__(
@@ -110,9 +123,19 @@ class PlannedMotion:
         self.coming, self.planned = None, False
 
     def block(self, *, hungry: bool = False, soon: bool = False) -> MotionBlock | None:
-        """The next block of motion, None where nothing more can be planned yet.
+        """Plan the next block of motion.
 
-        hungry  not even a full window may be there; soon  a window is not waited for: it costs time
+        Parameters
+        ----------
+        hungry : bool, optional
+            Whether not even a full window may be there.
+        soon : bool, optional
+            Whether a window is not waited for: it costs time.
+
+        Returns
+        -------
+        MotionBlock or None
+            None where nothing more can be planned yet.
         """
         count = len(self.track.parts)
         begun = self.track.part_at(self.done) if count else 0

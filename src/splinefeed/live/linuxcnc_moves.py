@@ -63,8 +63,28 @@ def size_of(move: Any, mill: Mill) -> float:
 
 
 def feeds_of(moves: Any, mill: Mill, feed_scale: float, rapid_scale: float, vlimit: float) -> tuple[Array, Array]:
-    """Feeds (n,), mm/s, of moves under overrides and the largest velocity, and the override of each, (n,).
+    """Compute the feeds of moves under overrides and the largest velocity.
 
+    Parameters
+    ----------
+    moves : array (n,) of SEGMENT
+        As the task hands them over.
+    mill : Mill
+        The machine.
+    feed_scale, rapid_scale : float
+        Overrides of feeds and rapid moves, 1 as programmed.
+    vlimit : float
+        The largest velocity, in LinuxCNC's units a second.
+
+    Returns
+    -------
+    feeds : array (n,)
+        In mm/s.
+    scale : array (n,)
+        The override of each.
+
+    Notes
+    -----
     LinuxCNC counts a feed along x, y and z, else along u, v and w, else in degrees; a path counts all its linear axes.
     In step with a spindle the largest velocity does not count.
     """

@@ -35,11 +35,24 @@ INSIDE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Quintics:
-    """Pieces: times (n,), s; coefficients (n, axes, 6), mm and rad.
+    """Pieces of a motion, a quintic of each axis.
 
-    middle  place on the track in the middle of each, mm
-    begin   place where the law of the motion begins, mm;  since  (n,), s, when each piece does
-    straight  (n,) whether it is on a line, for joints too: it can be left where one likes
+    Parameters
+    ----------
+    span : array (n,)
+        How long each takes, s.
+    c : array (n, axes, 6)
+        Coefficients, mm and rad.
+    middle : array (n,)
+        Place on the track in the middle of each, mm.
+    begin : float
+        Place where the law of the motion begins, mm.
+    law : TimeLaw
+        Of the motion.
+    since : array (n,)
+        When each begins, s.
+    straight : array (n,)
+        Whether it is on a line, for joints too: it can be left where one likes.
     """
 
     span: Array
@@ -68,7 +81,12 @@ class Quintics:
 class PlannedTrack:
     """Smooth paths in a row since motion began at rest: places by length, and the move that each is on.
 
-    first  number of the move that it begins with; joints  that are no axes, beside these in all derivatives
+    Parameters
+    ----------
+    first : int
+        Number of the move that it begins with.
+    joints : Joints, optional
+        That are no axes; they stand beside these in all derivatives.
     """
 
     def __init__(self, first: int, joints: Joints | None = None) -> None:
@@ -162,9 +180,23 @@ def at_knots(curve: NurbsCurve, places: Array, near: float) -> Array:
 
 
 def portions(path: Path, origins: IntArray, times: Array, most: float) -> list[tuple[Path, IntArray]]:
-    """A path in parts that take about so long, s, its long curves in pieces; with the origins of each part's curves.
+    """Cut a path into parts that take about so long, its long curves in pieces.
 
-    origins, times  of each curve (curves,): the move that it begins on, and what it takes, s
+    Parameters
+    ----------
+    path : Path
+        To be cut.
+    origins : array (curves,)
+        The move that each curve begins on.
+    times : array (curves,)
+        What each takes, s.
+    most : float
+        What a part takes, s.
+
+    Returns
+    -------
+    list of tuple
+        Each part, with the origins of its curves.
     """
     counts = np.maximum(np.ceil(times / most - 1e-9), 1.0).astype(np.int64)
     if np.any(counts > 1):

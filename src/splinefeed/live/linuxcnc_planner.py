@@ -60,12 +60,27 @@ class SentBatch:
 
 
 class Planner:
-    """Plans for one LinuxCNC as long as it runs.
+    """A planner for one LinuxCNC, as long as it runs.
 
-    mill, limits  of the machine; reserve  share of the acceleration that is kept for pause and override
-    say  takes each message
-    curves  true ones of the program that is loaded, where it has some
-    waits  since when LinuxCNC's task waits for motion, s by the clock; inf while it goes on, None where nobody knows
+    Parameters
+    ----------
+    wire : Wire
+        The shared memory.
+    mill : Mill
+        The machine.
+    reserve : float
+        Share of the acceleration that is kept for pause and override.
+    window : int, optional
+        Cells that are planned at a time.
+    say : callable, optional
+        Takes each message.
+    curves : callable, optional
+        Gives the true curves of the program that is loaded, None where it has none.
+    waits : callable, optional
+        Tells since when LinuxCNC's task waits for motion, s by the clock; inf while it goes on, None where nobody
+        knows.
+    clock : callable, optional
+        Gives the time, s.
     """
 
     def __init__(

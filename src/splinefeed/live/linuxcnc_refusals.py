@@ -21,9 +21,21 @@ LOOKED_AT = re.compile(r"(?i)G\s*0*(?:33|76|95)(?![0-9])|\bO\s*<|\bO\s*[0-9#\[]+
 
 
 def refused(file: str, mill: Mill, say: Callable[[str], None]) -> str:
-    """What of a program (its file) the machine will not run, as one line with its place and the mend; "" for nothing.
+    """Say what of a program the machine will not run.
 
-    say  takes a line where the program cannot be looked through
+    Parameters
+    ----------
+    file : str
+        The program.
+    mill : Mill
+        The machine.
+    say : callable
+        Takes a line where the program cannot be looked through.
+
+    Returns
+    -------
+    str
+        One line with the place and the mend; "" for nothing.
     """
     try:
         if not appears(LOOKED_AT, read_text(File(file), "a program")):

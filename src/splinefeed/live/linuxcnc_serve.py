@@ -40,9 +40,23 @@ def beat(planner: Planner, ends: threading.Event) -> None:
 
 
 class TaskWatch:
-    """Whether LinuxCNC's task waits for motion to end, and what it has loaded, as a child in LinuxCNC's Python sees it.
+    """A child in LinuxCNC's Python that watches its task: whether it waits for motion to end, and what it has loaded.
 
-    mill  what runs the program; say  takes what of it will not run, which is said on the operator's screen, too
+    Parameters
+    ----------
+    home : str or None
+        Home folder of the LinuxCNC.
+    mill : Mill
+        What runs the program.
+    say : callable
+        Takes what of the program will not run, which is said on the operator's screen, too.
+
+    Attributes
+    ----------
+    curves : ProgramCurves or None
+        Of the program that is loaded.
+    waiting : float or None
+        Since when the task waits, s by the monotonic clock; inf while it goes on, None where nobody knows.
     """
 
     def __init__(self, home: str | None, mill: Mill, say: Callable[[str], None]) -> None:
@@ -115,7 +129,24 @@ def warm_up(mill: Mill) -> None:
 
 
 def serve(mill: Mill, reserve: float, window: int, say: Callable[[str], None]) -> NoReturn:
-    """Plan for every LinuxCNC that comes, one after the other; reserve and window as for `Planner`."""
+    """Plan for every LinuxCNC that comes, one after the other.
+
+    Parameters
+    ----------
+    mill : Mill
+        The machine.
+    reserve : float
+        Share of the acceleration that is kept for pause and override.
+    window : int
+        Cells that are planned at a time.
+    say : callable
+        Takes each message.
+
+    Raises
+    ------
+    WireError
+        Where another program, another version, or another user has the shared memory.
+    """
     waiting = False
     while True:
         ident = wires.found()

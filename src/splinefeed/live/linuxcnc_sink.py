@@ -45,12 +45,24 @@ def installed() -> bool:
 
 
 class LinuxcncSink(Sink):
-    """Plays into HAL; the signals are those of `hal_text`.
+    """A sink that plays into HAL; the signals are those of `hal_text`.
 
-    ahead   rows that are in the FIFO before it starts and that are kept there
-    record  whether to keep what HAL sampled at every tick: `samples` (n, columns) then has rows of sample number, row,
-            rows in the FIFO, commands, positions, underruns, with rotary axes in degrees
-    settle  s of samples after the last row
+    Parameters
+    ----------
+    ahead : int
+        Rows that are in the FIFO before it starts and that are kept there.
+    record : bool, optional
+        Whether to keep what HAL sampled at every tick: `samples` (n, columns) then has rows of sample number, row, rows
+        in the FIFO, commands, positions, underruns, with rotary axes in degrees.
+    settle : float, optional
+        Time of samples after the last row, s.
+    home : str, optional
+        Home folder of the user who runs HAL.
+
+    Raises
+    ------
+    LinuxcncError
+        Where LinuxCNC is not installed, by `open` where HAL does not answer, and where it stops taking rows.
     """
 
     paced = True
@@ -176,9 +188,22 @@ class LinuxcncSink(Sink):
         return np.array(self._samples).reshape(-1, 2 * len(self._axes) + 4)
 
     def response(self, settings: Mapping[str, Any]) -> Response:
-        """What HAL sampled at its servo ticks, from the last one before the stream's first row on.
+        """Give what HAL sampled at its servo ticks, from the last one before the stream's first row on.
 
-        Positions are the measured ones; the control output is unknown, 0. Raises InputError where no row was taken.
+        Parameters
+        ----------
+        settings : mapping of str to object
+            Of the setpoints.
+
+        Returns
+        -------
+        Response
+            Positions (n, axes) are the measured ones, mm and rad; the control output is unknown, 0.
+
+        Raises
+        ------
+        InputError
+            Where no row was taken.
         """
         samples = self.samples
         row = samples[:, 1].astype(np.int64)

@@ -117,10 +117,21 @@ def _libc() -> Any:
 
 
 def found() -> int | None:
-    """The number of the shared memory that a running LinuxCNC has; None where none runs with the module.
+    """Find the shared memory that a running LinuxCNC has.
 
-    One of another size that an ended LinuxCNC left behind is removed. Raises WireError where another program, another
-    version, or another user has it.
+    Returns
+    -------
+    int or None
+        Its number; None where none runs with the module.
+
+    Raises
+    ------
+    WireError
+        Where another program, another version, or another user has it.
+
+    Notes
+    -----
+    One of another size that an ended LinuxCNC left behind is removed.
     """
     libc = _libc()
     ident = int(libc.shmget(KEY, ctypes.c_size_t(0), 0))
@@ -166,7 +177,23 @@ def home(ident: int) -> str | None:
 
 
 def attached(ident: int) -> Wire | None:
-    """The shared memory of this number, None while LinuxCNC has not begun to use it; WireError for another version."""
+    """Attach a shared memory.
+
+    Parameters
+    ----------
+    ident : int
+        Its number.
+
+    Returns
+    -------
+    Wire or None
+        Its fields; None while LinuxCNC has not begun to use it.
+
+    Raises
+    ------
+    WireError
+        For another version, and for a memory of another user.
+    """
     libc = _libc()
     address = libc.shmat(ident, None, 0)
     if address in (None, ctypes.c_void_p(-1).value):

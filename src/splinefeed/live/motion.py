@@ -27,7 +27,12 @@ LOOKS, ROUNDS, CLOSE = 2, 12, 16
 class Motion:
     """An override and the rows that it needs, from plan time `tau` of the override on, where the axes are at rest.
 
-    positions  (n, axes), mm and rad, at plan times (n,), s
+    Parameters
+    ----------
+    override : Override
+        Of the motion.
+    positions : callable
+        Gives positions (n, axes), mm and rad, at plan times (n,), s.
     """
 
     def __init__(self, override: Override, positions: Callable[[Array], Array]) -> None:
@@ -61,7 +66,20 @@ class Motion:
         return self.override.held and self.rows > 0 and (wanted == 0.0 or back)
 
     def take(self, count: int, wanted: float) -> Array:
-        """The next `count` rows (n, axes), mm and rad, fewer at the end; the first one is where the motion begins."""
+        """Make the next rows.
+
+        Parameters
+        ----------
+        count : int
+            How many; fewer at the end.
+        wanted : float
+            The rate, negative backwards.
+
+        Returns
+        -------
+        array (n, axes)
+            In mm and rad; the very first row is where the motion begins.
+        """
         if not self.rows:
             self.rows = 1
             return self.start[None]
@@ -103,7 +121,22 @@ def along(
     rate: float = 1.0,
     highest: float = HIGHEST,
 ) -> Motion:
-    """A law along a path; limits hold for the rows sent; the law is planned under a reserve of them."""
+    """Make the motion of a law along a path.
+
+    Parameters
+    ----------
+    path, law : Track, TimeLaw
+        The law is planned under a reserve of the limits.
+    limits : Limits
+        Of the rows that are sent.
+    rate, highest : float, optional
+        The override at the beginning, and the highest, 1 as planned.
+
+    Returns
+    -------
+    Motion
+        At rest at its start.
+    """
     override = Override(LawSource(path, law), limits, rate=rate, highest=highest)
     return Motion(override, lambda tau: fill(path, law, tau)[-1])
 
@@ -112,9 +145,27 @@ def planned(
     path: Track, limits: Limits, *, period: float, strategy: str | None = None, top: float = 1.0,
     most: float = 1.0, rate: float = 1.0,
 ) -> tuple[TimeLaw, Motion]:  # fmt: skip
-    """Law and motion, planned with a reserve for overrides up to `top`, 1 = as planned; none is above `most`.
+    """Plan a motion with a reserve for overrides.
 
-    The feed is what is programmed, 100 %; limits at every override are those of the axes.
+    Parameters
+    ----------
+    path, limits : Track, Limits
+        The feed is what is programmed, 100 %; limits at every override are those of the axes.
+    period : float
+        Of the servo, s.
+    strategy : str, optional
+        As for `plan`.
+    top, most : float, optional
+        Overrides that the reserve is for, and that are possible, 1 as planned.
+    rate : float, optional
+        The override at the beginning.
+
+    Returns
+    -------
+    law : TimeLaw
+        As planned.
+    motion : Motion
+        At rest at its start.
     """
     law = plan(path, with_reserve(limits, top), strategy=strategy, period=period)
     allowed = replace(limits, feed=max(most, 1.0) * limits.feed)
@@ -122,11 +173,43 @@ def planned(
 
 
 def through(rows: Setpoints, limits: Limits, *, highest: float = HIGHEST) -> Motion:
-    """Setpoints without their path."""
+    """Make the motion of setpoints whose path is not known.
+
+    Parameters
+    ----------
+    rows : Setpoints
+        Positions (n, axes), mm and rad.
+    limits : Limits
+        Of the rows that are sent.
+    highest : float, optional
+        Override, 1 as planned.
+
+    Returns
+    -------
+    Motion
+        At rest at its start.
+    """
     source = SetpointSource(rows, sum(axis not in ROTARY_AXES for axis in rows.axes))
     return Motion(Override(source, limits, highest=highest), source.positions)
 
 
 def approach(start: Array, end: Array, axes: tuple[str, ...], limits: Limits, period: float) -> Motion:
-    """The straight move from the position of the axes to another, (axes,), within limits and under the override."""
+    """Plan the straight move from the position of the axes to another, within limits and under the override.
+
+    Parameters
+    ----------
+    start, end : array (axes,)
+        In mm and rad.
+    axes : tuple of str
+        Their names.
+    limits : Limits
+        Of the move.
+    period : float
+        Of the servo, s.
+
+    Returns
+    -------
+    Motion
+        At rest at its start.
+    """
     return planned(Path.polyline(np.array([start, end]), axes, name="approach"), limits, period=period)[1]

@@ -27,16 +27,32 @@ PAUSE = 0.01
 class Operator:
     """Feedrate override, feed hold, retrace and stop; a hold goes before a retrace, a stop before both.
 
-    rate  the feedrate override, 1 = as planned; held, back, stopping  whether these are on
+    Parameters
+    ----------
+    rate : float, optional
+        The feedrate override, 1 as planned.
+
+    Attributes
+    ----------
+    held, back, stopping : bool
+        Whether these are on.
     """
 
     def __init__(self, rate: float = 1.0) -> None:
         self.rate, self.held, self.back, self.stopping = rate, False, False, False
 
     def obey(self, orders: Mapping[str, Any]) -> None:
-        """Do what is ordered by name: `override`, %; `hold`, `reverse`, `stop`, true or false; all of it or nothing.
+        """Do what is ordered, all of it or nothing.
 
-        `status` is an order that changes nothing. Raises InputError for what is none.
+        Parameters
+        ----------
+        orders : mapping of str to object
+            By name: `override`, %; `hold`, `reverse`, `stop`, true or false. `status` is an order that changes nothing.
+
+        Raises
+        ------
+        InputError
+            For what is no order.
         """
         for name, value in orders.items():
             if name == "override":
@@ -65,7 +81,19 @@ class OperatorServer(socketserver.ThreadingTCPServer):
 
     Every line is answered by one, and their rate is limited, so that a flood of them does not delay the stream.
 
-    port   where; token  what every line must carry; status  what else answers carry
+    Parameters
+    ----------
+    operator : Operator
+        That obeys.
+
+    Attributes
+    ----------
+    port : int
+        Where it listens.
+    token : str
+        What every line must carry.
+    status : dict of str to object
+        What else answers carry.
     """
 
     daemon_threads, block_on_close, request_queue_size = True, False, 32

@@ -48,9 +48,16 @@ def starting_rows(ahead: int) -> int:
 class SetpointRows:
     """Rows of a stream in order.
 
-    first     number of the first one; the first row of a stream is 1
-    position  (n, axes)  mm, rotary axes rad
-    last      whether the last of them is the last row of the stream, on which the axes stay
+    Parameters
+    ----------
+    first : int
+        Number of the first one; the first row of a stream is 1.
+    position : array (n, axes)
+        In mm, rotary axes rad.
+    axes : tuple of str
+        Their names.
+    last : bool, optional
+        Whether the last of them is the last row of the stream, on which the axes stay.
     """
 
     first: int
@@ -77,10 +84,16 @@ class SetpointRows:
 class Taken:
     """The state of a sink's consumer.
 
-    row        the last row that it has confirmed; 0 if none
-    underruns  periods in which it wanted a row and there was none
-    override   the rate set at the controller, negative backwards; None where it has no override
-    dry        whether it has run out of rows and waits for `restart`: rows behind `row` were not taken
+    Parameters
+    ----------
+    row : int
+        The last row that it has confirmed; 0 if none.
+    underruns : int, optional
+        Periods in which it wanted a row and there was none.
+    override : float or None, optional
+        The rate set at the controller, negative backwards; None where it has no override.
+    dry : bool, optional
+        Whether it has run out of rows and waits for `restart`: rows behind `row` were not taken.
     """
 
     row: int
@@ -90,10 +103,14 @@ class Taken:
 
 
 class Sink:
-    """Takes the rows; what stands here is right for one that confirms rows by writing them.
+    """A consumer of rows; what stands here is right for one that confirms rows by writing them.
 
-    paced  whether rows are taken by a clock, so that only so many may be sent ahead
-    feedback  whether it tells where the axes are
+    Attributes
+    ----------
+    paced : bool
+        Whether rows are taken by a clock, so that only so many may be sent ahead.
+    feedback : bool
+        Whether it tells where the axes are.
     """
 
     paced = False
@@ -101,7 +118,22 @@ class Sink:
     _row = 0
 
     def open(self, axes: tuple[str, ...], period: float, start: Array) -> Array:
-        """Begin; start (axes,) is where the first row is. Returns where the axes are, `start` if that is not known."""
+        """Begin a stream.
+
+        Parameters
+        ----------
+        axes : tuple of str
+            Their names.
+        period : float
+            Between two rows, s.
+        start : array (axes,)
+            Where the first row is, mm and rad.
+
+        Returns
+        -------
+        array (axes,)
+            Where the axes are, `start` if that is not known.
+        """
         return start
 
     def write(self, rows: SetpointRows) -> None:
@@ -129,9 +161,12 @@ class Sink:
 
 
 class ClockSink(Sink):
-    """Rows taken by this computer's clock, one a period; where there is none it runs dry and waits.
+    """A sink whose rows are taken by this computer's clock, one a period; where there is none it runs dry and waits.
 
-    fill  rows that must be there before its clock starts, at the beginning and after a restart, or the last one
+    Parameters
+    ----------
+    fill : int, optional
+        Rows that must be there before its clock starts, at the beginning and after a restart, or the last one.
     """
 
     paced = True
@@ -205,9 +240,23 @@ class ClockSink(Sink):
 
 
 class UdpSink(ClockSink):
-    """Rows as UDP datagrams, numbered, so that the receiver sees loss, repeats and order; the clock confirms them.
+    """A sink that sends rows as UDP datagrams, numbered, so that the receiver sees loss, repeats and order.
 
-    ahead  rows that are kept before the clock
+    The clock confirms them.
+
+    Parameters
+    ----------
+    host : str, optional
+        Name or address of the receiver.
+    port : int, optional
+        From 1 to 65535.
+    ahead : int, optional
+        Rows that are kept before the clock.
+
+    Raises
+    ------
+    InputError
+        For another port.
     """
 
     def __init__(self, host: str = "127.0.0.1", port: int = 5010, *, ahead: int = 1) -> None:
@@ -235,7 +284,13 @@ class UdpSink(ClockSink):
 
 
 class TextSink(Sink):
-    """Rows as lines of text in the layout of `halstreamer`: to an open stream, or to a file, whole or not at all."""
+    """A sink that writes rows as lines of text in the layout of `halstreamer`.
+
+    Parameters
+    ----------
+    target : text stream, str or PathLike
+        An open stream, or a file, which is written whole or not at all.
+    """
 
     def __init__(self, target: TextIO | str | os.PathLike[str]) -> None:
         self._target = target

@@ -40,11 +40,25 @@ class StreamError(SplinefeedError):
 class StreamState:
     """The status of a stream.
 
-    row, depth  rows sent, and sent but not confirmed; confirmed  the last row that the consumer took
-    tau, rate  plan time reached, s, and rate of what is sent; confirmed_tau  plan time of the confirmed row
-    rests  whether the stream has ended at rest on the path and all rows were confirmed: only from such a state can a
-           sink without feedback go on
-    position  the last row sent, (axes,), mm and rad
+    Parameters
+    ----------
+    row, depth : int
+        Rows sent, and of these those that are not confirmed.
+    confirmed : int
+        The last row that the consumer took.
+    confirmed_tau, tau : float
+        Plan time of that row, and plan time reached by what is sent, s.
+    rate : float
+        Of what is sent, 1 as planned.
+    underruns : int
+        Periods in which the consumer wanted a row and there was none.
+    done : bool
+        Whether the end of the motion is reached.
+    rests : bool, optional
+        Whether the stream has ended at rest on the path and all rows were confirmed: only from such a state can a sink
+        without feedback go on.
+    position : tuple of float, optional
+        The last row sent, (axes,), mm and rad.
     """
 
     row: int
@@ -74,18 +88,45 @@ def play(
 ) -> StreamState:
     """Stream a motion into a sink until its end, or until a stop has brought it to rest.
 
-    ahead     rows that are kept ahead of a consumer with a clock
-    here      whether to move the whole path so that it begins where the axes are; else they must be there
-    resume    plan times, s, of the last row confirmed and of the last one sent by a stream that ended early: begin
-              between them, where the axes are (rows may have been taken behind the last confirmation)
-    known     where the axes are (axes,), mm and rad, for a sink that cannot tell
-    approach  moves the axes to the first row; without it they must be there
-    saved     called from time to time, at the end, and after an error, with what the consumer has confirmed
-    seen      called for each batch
+    Parameters
+    ----------
+    motion : Motion
+        To be streamed.
+    sink : Sink
+        That takes the rows.
+    operator : Operator
+        Whose override, hold, retrace and stop are obeyed.
+    ahead : int
+        Rows that are kept ahead of a consumer with a clock.
+    here : bool, optional
+        Whether to move the whole path so that it begins where the axes are; else they must be there.
+    resume : tuple of float, optional
+        Plan times, s, of the last row confirmed and of the last one sent by a stream that ended early: begin between
+        them, where the axes are (rows may have been taken behind the last confirmation).
+    known : array (axes,), optional
+        Where the axes are, mm and rad, for a sink that cannot tell.
+    approach : callable, optional
+        Gives the motion of the axes to the first row; without it they must be there.
+    saved : callable, optional
+        Called from time to time, at the end, and after an error, with what the consumer has confirmed.
+    seen : callable, optional
+        Called for each batch.
 
+    Returns
+    -------
+    StreamState
+        At the end.
+
+    Raises
+    ------
+    StreamError
+        Where the axes are not at the first row, for a resume where nothing tells where they are, and for a consumer
+        that stops taking rows.
+
+    Notes
+    -----
     While held no rows are made for a sink without a clock. A consumer that runs dry holds; it then continues from rest,
-    after the last row that it took. Raises StreamError where the axes are not at the first row, and for a consumer that
-    stops taking rows.
+    after the last row that it took.
     """
     stream = _Stream(motion, sink, operator, ahead, saved, seen)
     try:
