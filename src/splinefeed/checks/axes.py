@@ -116,6 +116,15 @@ class AxesCheck:
 class AxesByPlace:
     """Axes of a track by length, from its positions alone: Chebyshev series on cells between places where it may jump.
 
+    Parameters
+    ----------
+    track : Track
+        Whose positions they are.
+    ends : (m + 1,) array
+        Places, mm, between which positions are smooth; nothing is looked at on the other side of one.
+
+    Notes
+    -----
     A cell is halved until the last terms of its series are rounding, or get no smaller. What is left of them, and at
     least 8 eps (X + |dx/ds| L), is the rounding of positions, and what differentiation makes of it the floor of each
     derivative,
@@ -123,12 +132,6 @@ class AxesByPlace:
         tail sum_n max|T_n^(k)| / h^k      T_n', T_n'', T_n''' <= n^2, n^2 (n^2 - 1) / 3, n^2 (n^2 - 1) (n^2 - 4) / 15
 
     over the terms above the tail, for half a cell's length h.
-
-    Parameters
-    ----------
-    track : Track
-    ends : (m + 1,) array
-        Places, mm, between which positions are smooth; nothing is looked at on the other side of one.
     """
 
     def __init__(self, track: Track, ends: Array) -> None:
@@ -172,9 +175,19 @@ class AxesByPlace:
         self.floor = tail * np.einsum("kn,cna->kca", STEEPEST, counts) / half[:, None] ** np.arange(4)[:, None, None]
 
     def at(self, s: Array, stretch: IntArray) -> tuple[Array, Array]:
-        """Axes and three derivatives by length, and the floor of each, (4, n, axes), at s (n,), mm, of stretches (n,).
+        """Compute the axes and their derivatives by length.
 
-        Stretch k is that from `ends[k]` to the next; at an end it says the side.
+        Parameters
+        ----------
+        s : (n,) array
+            Places, mm.
+        stretch : (n,) array of int
+            Stretch k is that from `ends[k]` to the next; at an end it names the side.
+
+        Returns
+        -------
+        values, floor : (4, n, axes) array
+            The axes and three derivatives, and the floor of each.
         """
         last = np.append(self.first[1:], len(self.low)) - 1
         cell = np.clip(np.searchsorted(self.low, s, side="right") - 1, self.first[stretch], last[stretch])

@@ -26,10 +26,16 @@ WORTH_A_LOOK = 0.9
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """Parts of pieces, p of them, that steps run over, n of them.
+    """Hold parts of pieces, p of them, that steps run over, n of them.
 
-    step (p,), row (p,), low and high (p,)  whose part, of which row, from which u to which; low <= high
-    first (n,)  the first part of each step
+    Parameters
+    ----------
+    step, row : (p,) array of int
+        Whose part each is, and of which row.
+    low, high : (p,) array
+        From which u to which; low <= high.
+    first : (n,) array of int
+        The first part of each step.
     """
 
     step: IntArray
@@ -40,9 +46,23 @@ class Parts:
 
 
 def parts(spans: PathSpans, row: IntArray, u: Array) -> Iterator[tuple[slice, Parts]]:
-    """Parts of the steps between places, row and u (n + 1,), whichever way they go, MOST or one step at a time.
+    """Divide steps between places into parts of pieces, whichever way they go, MOST or one step at a time.
 
-    Each slice is of steps; a step without a place at one of its ends has a part of no length.
+    Parameters
+    ----------
+    spans : PathSpans
+        Of the path.
+    row : (n + 1,) array of int
+        Row of each place.
+    u : (n + 1,) array
+        Parameter on it.
+
+    Yields
+    ------
+    steps : slice
+        Which of them.
+    parts : Parts
+        Of these; a step without a place at one of its ends has a part of no length.
     """
     lost, back = _ways(row, u)
     begin, low = (np.where(back, each[1:], each[:-1]) for each in (row, u))
@@ -72,11 +92,26 @@ def _ways(row: IntArray, u: Array) -> tuple[BoolArray, BoolArray]:
 
 
 def chord_errors(spans: PathSpans, row: IntArray, u: Array, position: Array, worth: float | None = None) -> Array:
-    """Largest distance of the curve from the line between neighbouring positions, (n,), mm, NaN without a place.
+    """Measure how far a curve is from the line between neighbouring positions.
 
-    row, u (n + 1,), position (axes, n + 1), mm. Every part is examined by itself, ends included, so that a corner at
-    a knot is never between two samples. With `worth`, mm, only steps are examined closely that may be longer than
-    that, or as long as the longest.
+    Parameters
+    ----------
+    spans : PathSpans
+        Of the path.
+    row : (n + 1,) array of int
+        Row of each place.
+    u : (n + 1,) array
+        Parameter on it.
+    position : (axes, n + 1) array
+        mm.
+    worth : float, optional
+        mm: only steps are examined closely that may be longer than that, or as long as the longest.
+
+    Returns
+    -------
+    (n,) array
+        Largest distance, mm, NaN without a place. Every part is examined by itself, ends included, so that a corner at
+        a knot is never between two samples.
     """
     linear = spans.linear
     out = np.empty(max(len(u) - 1, 0))
@@ -129,9 +164,25 @@ def _from_chord(at: Array, start: Array, chord: Array) -> tuple[Array, Array, Bo
 
 
 def least_values(name: str, spans: PathSpans, row: IntArray, u: Array, feed: Array) -> Array:
-    """Least value of a limit of PLACES from each place (n + 1,) to the next at a feed (n,), mm/s, (n,).
+    """Find the least value of a limit of places from each place to the next.
 
-    It is evaluated at both ends and the middle of every part.
+    Parameters
+    ----------
+    name : str
+        Of the limit.
+    spans : PathSpans
+        Of the path.
+    row : (n + 1,) array of int
+        Row of each place.
+    u : (n + 1,) array
+        Parameter on it.
+    feed : (n,) array
+        mm/s.
+
+    Returns
+    -------
+    (n,) array
+        It is evaluated at both ends and the middle of every part.
     """
     out = np.empty(max(len(u) - 1, 0))
     thirds = np.array([0.0, 0.5, 1.0])[:, None]

@@ -39,9 +39,16 @@ BLOCK = 65536
 
 @dataclass
 class Worst:
-    """The worst of one limit so far; order of its difference, 0 if it bounds none, and column of the steps.
+    """Hold the worst of one limit so far.
 
-    Columns: 0 the path, 1 + k axis k, then combinations of axes in their order.
+    Parameters
+    ----------
+    result : LimitResult
+        The worst.
+    order : int
+        Of its difference, 0 if it bounds none.
+    column : int
+        Of the steps: 0 the path, 1 + k axis k, then combinations of axes in their order.
     """
 
     result: LimitResult
@@ -63,11 +70,23 @@ class Worst:
         by: str = "setpoints",
         place: Callable[[float], float] = float,
     ) -> None:
-        """Record values and their rounding, floor (n,), at times t and lengths s (n,); NaN is nothing.
+        """Record values and their rounding.
 
-        The worst is the value that is, but for its rounding, nearest to its limit or furthest over it. limits (n,) if
-        the limit changes from place to place: that of the result becomes that of the worst. place  makes of a
-        length what the result says: the arc length of the tip.
+        Parameters
+        ----------
+        values : (n,) array
+            In the unit of the limit; NaN is nothing. The worst is the value that is, but for its rounding, nearest to
+            its limit or furthest over it.
+        t, s : (n,) array
+            Times, s, and lengths, mm.
+        floor : (n,) array
+            The rounding of each.
+        limits : (n,) array, optional
+            If the limit changes from place to place: that of the result becomes that of the worst.
+        by : str, optional
+            "setpoints" or "law".
+        place : callable, optional
+            Makes of a length what the result names: the arc length of the tip.
         """
         if not len(values):
             return
@@ -98,7 +117,19 @@ class Fault:
 
 @dataclass(frozen=True)
 class Bounds:
-    """The limits of setpoints; see `check`. Of a `track` whose axes do not carry the tip, path is that of the tip."""
+    """Hold the limits of setpoints; see `check`.
+
+    Parameters
+    ----------
+    path : Path
+        That of the setpoints, or of the tip of a `track`.
+    limits : Limits
+        What they must keep.
+    tolerance, resolution : float
+        mm or rad, as `check` takes them.
+    track : Track, optional
+        One whose axes do not carry the tip.
+    """
 
     path: Path
     limits: Limits
@@ -286,12 +317,18 @@ class Bounds:
 
 @dataclass(frozen=True, eq=False)
 class PassedCorners:
-    """Corners that may be passed in motion, k of them.
+    """Hold corners that may be passed in motion, k of them.
 
-    s         (k,)          arc lengths, mm
-    jumps     (k, axes)     by how much dr/ds of each axis jumps there
-    tangents  (k, 2, axes)  |dr/ds| before and behind
-    bends     (k, 2, axes)  |d2r/ds2| before and behind, 1/mm
+    Parameters
+    ----------
+    s : (k,) array
+        Arc lengths, mm.
+    jumps : (k, axes) array
+        By how much dr/ds of each axis jumps there.
+    tangents : (k, 2, axes) array
+        |dr/ds| before and behind.
+    bends : (k, 2, axes) array
+        |d2r/ds2| before and behind, 1/mm.
     """
 
     s: Array
@@ -301,15 +338,44 @@ class PassedCorners:
 
 
 def contain(corners: Array, begin: Array, end: Array) -> BoolArray:
-    """Whether a corner lies strictly between arc lengths begin and end, (n,)."""
+    """Tell whether a corner lies strictly between arc lengths.
+
+    Parameters
+    ----------
+    corners : (k,) array
+        Arc lengths of corners, mm, increasing.
+    begin, end : (n,) array
+        mm.
+
+    Returns
+    -------
+    (n,) array of bool
+        Whether one does.
+    """
     with np.errstate(invalid="ignore"):
         inside: BoolArray = np.searchsorted(corners, end, "left") > np.searchsorted(corners, begin, "right")
     return inside
 
 
 def corner_feed(means: Array, ahead: Array | float, period: float) -> Array:
-    """A bound of the feed at a corner, mm/s, by the mean feeds of the step that it is in and of those beside, (..., 3).
+    """Bound the feed at a corner by the mean feeds of the step that it is in and of those beside.
 
+    Parameters
+    ----------
+    means : (..., 3) array
+        mm/s.
+    ahead : array or float
+        How far into the middle step the corner is, mm, (...).
+    period : float
+        Servo period, s.
+
+    Returns
+    -------
+    (...) array
+        mm/s.
+
+    Notes
+    -----
     With steady acceleration a over the three steps the feed at `ahead` mm into the middle one is v,
 
         v^2 = v_0^2 + 2 a ahead,   v_0 = middle mean - a T / 2
@@ -324,11 +390,29 @@ def corner_feed(means: Array, ahead: Array | float, period: float) -> Array:
 
 
 def hidden_dip(means: Array, floor: Array | float, period: float, accelerations: Array, jerks: Array) -> Array:
-    """How far the feed may dip at a corner below what the mean feeds of the steps around it let expect, mm/s.
+    """Bound how far the feed may dip at a corner below what the mean feeds of the steps around it let expect.
 
-    A dip loses distance, which shows: whatever second difference the means (..., m) have above that of their floor,
-    mm/s, may be one, w = 2 T max |second difference| at most. With no more than acceleration a before and behind, or
-    jerk j, (..., 2), it is as deep as d:
+    Parameters
+    ----------
+    means : (..., m) array
+        mm/s.
+    floor : array or float
+        Their rounding, mm/s, (...).
+    period : float
+        Servo period, s.
+    accelerations, jerks : (..., 2) array
+        The most before and behind, mm/s^2 and mm/s^3.
+
+    Returns
+    -------
+    (...) array
+        mm/s.
+
+    Notes
+    -----
+    A dip loses distance, which shows: whatever second difference the means have above that of their floor may be one,
+    w = 2 T max |second difference| at most. With no more than acceleration a before and behind, or jerk j, it is as
+    deep as d:
 
         w = d^2 (1 / a_1 + 1 / a_2) / 2,   w = sqrt(2) / 3 d^(3/2) (1 / sqrt(j_1) + 1 / sqrt(j_2))
 

@@ -52,7 +52,26 @@ def limits_hash(limits: Limits) -> str:
 def certificate(
     setpoints: Setpoints, path: Path, limits: Limits, verdict: Verdict, law: TimeLaw | None = None
 ) -> dict[str, Any]:
-    """What was checked, by its hashes, with what, and the verdict; nothing in it depends on place or time."""
+    """State what was checked, by its hashes, with what, and the verdict; nothing in it depends on place or time.
+
+    Parameters
+    ----------
+    setpoints : Setpoints
+        What was checked.
+    path : Path
+        Theirs.
+    limits : Limits
+        What they must keep.
+    verdict : Verdict
+        Of the check.
+    law : TimeLaw, optional
+        What was checked with them.
+
+    Returns
+    -------
+    dict of str to object
+        What `write_certificate` writes.
+    """
     hashes = {"setpoints": setpoints_hash(setpoints), "path": path_hash(path), "limits": limits_hash(limits)}
     if law is not None:
         hashes["law"] = hashlib.sha256(_bytes(law.breaks) + _bytes(law.coefficients)).hexdigest()
@@ -67,7 +86,15 @@ def certificate(
 
 
 def write_certificate(page: dict[str, Any], target: str | os.PathLike[str]) -> None:
-    """Write a certificate as JSON, whole or not at all."""
+    """Write a certificate as JSON, whole or not at all.
+
+    Parameters
+    ----------
+    page : dict of str to object
+        What `certificate` gave.
+    target : str or path
+        The file.
+    """
     write_page(target, page)
 
 
@@ -78,7 +105,18 @@ def _bytes(array: Any) -> bytes:
 
 
 def versions(names: Iterable[str]) -> dict[str, str | None]:
-    """The installed version of each package, None for one that is not there."""
+    """Find the installed versions of packages.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Of packages.
+
+    Returns
+    -------
+    dict of str to str or None
+        None for one that is not there.
+    """
     found: dict[str, str | None] = {}
     for name in names:
         try:

@@ -146,14 +146,31 @@ def check(
 
 
 class TickBlocks:
-    """Setpoints that come in pieces, in records of `size` ticks; `held` is what follows the last one."""
+    """Collect setpoints that come in pieces into records; `held` is what follows the last one.
+
+    Parameters
+    ----------
+    size : int
+        Ticks of a record.
+    """
 
     def __init__(self, size: int) -> None:
         self._size, self._count = size, 0
         self._pieces: list[Setpoints] = []
 
     def push(self, setpoints: Setpoints) -> Iterator[Setpoints]:
-        """Whole records by now, of which the last tick of all that came is never one."""
+        """Take more setpoints.
+
+        Parameters
+        ----------
+        setpoints : Setpoints
+            Those that follow.
+
+        Yields
+        ------
+        Setpoints
+            Whole records by now, of which the last tick of all that came is never one.
+        """
         self._pieces.append(setpoints)
         self._count += len(setpoints)
         while self._count > self._size:
@@ -161,7 +178,18 @@ class TickBlocks:
             self._pieces, self._count = [self.held.part(self._size, self._count)], self._count - self._size
 
     def cut(self, pieces: Iterable[Setpoints]) -> Iterator[Setpoints]:
-        """Pieces, at least one, as records; the last one has the rest."""
+        """Cut pieces into records.
+
+        Parameters
+        ----------
+        pieces : iterable of Setpoints
+            At least one.
+
+        Yields
+        ------
+        Setpoints
+            Records; the last one has the rest.
+        """
         for piece in pieces:
             yield from self.push(piece)
         yield self.held
@@ -179,8 +207,21 @@ class TickBlocks:
 
 @dataclass(eq=False)
 class Check:
-    """Checks setpoints chunk by chunk along a path that comes part by part; `check` is one of a path in one part.
+    """Check setpoints chunk by chunk along a path that comes part by part; `check` is one of a path in one part.
 
+    Parameters
+    ----------
+    limits : Limits
+        What they must keep.
+    tolerance, resolution : float, optional
+        mm or rad, as `check` takes them.
+    law : TimeLaw, optional
+        The law that they were made from.
+    start : State, optional
+        Where on the path the motion begins, and how.
+
+    Notes
+    -----
     `part` gives the next part of the path, `see` the next setpoints, whose `curve` counts from the first part on, and
     which may not be further than the parts that it knows; `verdict` ends it. Curves that the motion has left are
     dropped. What the whole path has at a joint (corners, stops, waits) is found between parts as within them.
@@ -203,7 +244,13 @@ class Check:
         self._blocks = TickBlocks(BLOCK)
 
     def part(self, path: Track) -> None:
-        """The next part of the path; one whose axes do not carry the tip comes whole."""
+        """Take the next part of the path.
+
+        Parameters
+        ----------
+        path : Track
+            One whose axes do not carry the tip comes whole.
+        """
         self._axes = path.axes
         if not path.carries_tip:
             check_whole(path, self.limits)
@@ -211,7 +258,13 @@ class Check:
         self._coming.append(path.tip_path)
 
     def see(self, setpoints: Setpoints) -> None:
-        """The next setpoints; however they are cut, blocks of BLOCK ticks are looked at, and the last tick alone."""
+        """Take the next setpoints; however they are cut, blocks of BLOCK ticks are looked at, and the last tick alone.
+
+        Parameters
+        ----------
+        setpoints : Setpoints
+            Those that follow.
+        """
         if not isinstance(setpoints, Setpoints):
             raise InputError(f"check: expected Setpoints or chunks of them, got {type(setpoints).__name__}")
         first = self._first = self._first or setpoints

@@ -13,10 +13,27 @@ ON_TIME = 1e-6
 
 
 def divided(steps: Array, dt: Array, join: Callable[[Array, Array], Array] = np.subtract) -> tuple[Array, Array, Array]:
-    """Divided differences times k! of steps (k, n), mm or rad, that take dt (n,), s: (k, n), (k, n - 1), (k, n - 2).
+    """Compute divided differences times k!.
 
-    v = step / dt, a = 2 (v2 - v1) / (dt1 + dt2), j = 3 (a2 - a1) / (dt1 + dt2 + dt3). With np.add as `join`, of the
-    rounding of the steps: what that makes of each.
+    Parameters
+    ----------
+    steps : (k, n) array
+        mm or rad.
+    dt : (n,) array
+        What they take, s.
+    join : callable, optional
+        With np.add, of the rounding of the steps: what that makes of each.
+
+    Returns
+    -------
+    v, a, j : (k, n), (k, n - 1) and (k, n - 2) array
+        mm or rad by s, s^2 and s^3.
+
+    Notes
+    -----
+    They are
+
+        v = step / dt,  a = 2 (v2 - v1) / (dt1 + dt2),  j = 3 (a2 - a1) / (dt1 + dt2 + dt3)
     """
     with np.errstate(invalid="ignore"):
         v = steps / dt

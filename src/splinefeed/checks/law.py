@@ -68,11 +68,25 @@ LISTED = 3
 def check_law(
     law: TimeLaw, bounds: Bounds, worsts: dict[str, Worst], period: float, begins: State | None
 ) -> tuple[list[str], list[str]]:
-    """Compare a law's exact derivatives with the limits, at many instants of each of its pieces; period in s.
+    """Compare a law's exact derivatives with the limits, at many instants of each of its pieces.
 
-    begins  how it should begin on the way; None for the start of the path, at `start_feed`
+    Parameters
+    ----------
+    law : TimeLaw
+        The law.
+    bounds : Bounds
+        The limits.
+    worsts : dict of str to Worst
+        Where the worst values are recorded.
+    period : float
+        Servo period, s.
+    begins : State or None
+        How it should begin on the way; None for the start of the path, at `start_feed`.
 
-    Returns problems, and notes on what the setpoints decide.
+    Returns
+    -------
+    problems, notes : list of str
+        One sentence each; notes name what the setpoints decide.
     """
     rounding, track = 4.0 * EPSILON * bounds.rows.length, bounds.track
     motion = LawMotion(law, bounds, rounding)
@@ -100,7 +114,22 @@ def check_law(
 
 
 def limits_along(law: TimeLaw, path: Path, limits: Limits) -> dict[str, LimitResult]:
-    """How the limits along the path fare in a law alone: feed, acceleration, deceleration and jerk."""
+    """Judge the limits along the path in a law alone: feed, acceleration, deceleration and jerk.
+
+    Parameters
+    ----------
+    law : TimeLaw
+        The law.
+    path : Path
+        Its path.
+    limits : Limits
+        What it must keep.
+
+    Returns
+    -------
+    dict of str to LimitResult
+        By name.
+    """
     bounds = Bounds(path, limits, 0.0, 0.0)
     worsts = {name: worst for name, worst in bounds.worsts().items() if name in ALONG}
     LawMotion(law, bounds, 0.0).hold(worsts)
@@ -367,7 +396,20 @@ class LawMotion:
 
 
 def by_time(x: Sequence[Array], v: Array, a: Array, j: Array) -> tuple[Array, Array, Array]:
-    """Derivatives by time, order 1 to 3, of what has derivatives x by a length that moves with v, a, j: chain rule."""
+    """Compute derivatives by time of what has derivatives by a length: the chain rule.
+
+    Parameters
+    ----------
+    x : sequence of array
+        Derivatives by the length, order 1 to 3, (..., n).
+    v, a, j : (n,) array
+        How the length moves.
+
+    Returns
+    -------
+    tuple of (..., n) array
+        Order 1 to 3.
+    """
     one, two, three = x
     return one * v, two * (v * v) + one * a, three * (v * v * v) + two * (3.0 * v * a) + one * j
 
@@ -400,7 +442,20 @@ def reached(c: Array, s: Array, low: Array, high: Array) -> Array:
 
 
 def times_at(law: TimeLaw, s: Array) -> Array:
-    """When a law first reaches arc lengths s (n,), mm, s."""
+    """Find when a law first reaches arc lengths.
+
+    Parameters
+    ----------
+    law : TimeLaw
+        The law.
+    s : (n,) array
+        mm.
+
+    Returns
+    -------
+    (n,) array
+        s.
+    """
     c = law.coefficients
     piece = np.maximum(np.searchsorted(c[:, 0], s, side="left") - 1, 0)
     return law.breaks[piece] + reached(c[piece], s, np.zeros(len(s)), np.diff(law.breaks)[piece])

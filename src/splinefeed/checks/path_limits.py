@@ -52,5 +52,20 @@ EVALUATORS: dict[str, Evaluator] = {"centripetal": centripetal}
 
 
 def value_of(name: str, at: TipPlaces, feed: Array) -> Array:
-    """Size of what a limit of PLACES bounds at a feed of the tip (..., n), mm/s, (..., n)."""
+    """Evaluate what a limit of places bounds.
+
+    Parameters
+    ----------
+    name : str
+        Of the limit.
+    at : TipPlaces
+        Places on the tip's path.
+    feed : (..., n) array
+        Of the tip there, mm/s.
+
+    Returns
+    -------
+    (..., n) array
+        Its size, in the unit of the limit.
+    """
     return np.asarray(EVALUATORS[name](at) * feed ** KINDS[name].power)

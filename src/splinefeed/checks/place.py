@@ -29,15 +29,28 @@ WIDE = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Located:
-    """Setpoints on their path, n of them, in this order of time; NaN where a position is not finite.
+    """Hold setpoints on their path, n of them, in this order of time; NaN where a position is not finite.
 
-    row, u    (n,)       span of the path, and the parameter on it
-    s, ahead  (n,)       arc length, and that from the start of the span, mm
-    apart     (n,)       distance from the path's point there over the linear axes, mm
-    turned    (n,)       largest deviation of a rotary axis there, rad
-    astray    (n,)       distance from the point that curve and u name, mm; 0 if that is right, or if they name none
-    speed     (n,)       |C'(u)|, mm a unit of u; velocity  (axes, n)  C'(u)
-    position  (axes, n)  as it was given
+    Parameters
+    ----------
+    row : (n,) array of int
+        Span of the path.
+    u : (n,) array
+        The parameter on it.
+    s, ahead : (n,) array
+        Arc length, and that from the start of the span, mm.
+    apart : (n,) array
+        Distance from the path's point there over the linear axes, mm.
+    turned : (n,) array
+        Largest deviation of a rotary axis there, rad.
+    astray : (n,) array
+        Distance from the point that curve and u name, mm; 0 if that is right, or if they name none.
+    speed : (n,) array
+        |C'(u)|, mm a unit of u.
+    velocity : (axes, n) array
+        C'(u).
+    position : (axes, n) array
+        As it was given.
     """
 
     row: IntArray
@@ -62,8 +75,17 @@ class Located:
 
 
 class Placer:
-    """Finds setpoints on the path, one block after the other.
+    """Find setpoints on the path, one block after the other.
 
+    Parameters
+    ----------
+    path : Path
+        The path.
+    rows : PathSpans, optional
+        Its spans, if they are made.
+
+    Notes
+    -----
     A setpoint whose curve and u name the point where it is, is there. Others are placed by their positions alone, each
     near where the ones before it predict, for a path may cross itself or run straight back over itself.
     """

@@ -48,11 +48,16 @@ TAIL = 2 * BESIDE + 1
 
 @dataclass(frozen=True, eq=False)
 class CheckedTicks(Located):
-    """Ticks on their path, n of them.
+    """Hold ticks on their path, n of them.
 
-    t, dt   (n,)  time, s, and that of the step that ends there
-    still   (n,)  whether they only continue the stand before the first or behind the last one
-    values  (axes, n)  positions of the axes
+    Parameters
+    ----------
+    t, dt : (n,) array
+        Time, s, and that of the step that ends there.
+    still : (n,) array of bool
+        Whether they only continue the stand before the first or behind the last one.
+    values : (axes, n) array
+        Positions of the axes.
     """
 
     t: Array

@@ -51,16 +51,27 @@ for _k in range(NODES):
 
 
 class PathSpans:
-    """Spans of curves, or parts of them, in the order of the motion, r of them, as columns.
+    """Hold spans of curves, or parts of them, in the order of the motion, r of them, as columns.
 
-    curve, knot                (r,)  whose part each is, and whether it begins at a knot
-    low, high, middle, scale   (r,)  interval of u, and t = (u - middle) scale, in [-1, 1]
-    start, end, lengths        (r,)  arc length at both ends, and from one to the other, mm
-    origin                     (axes, r)  a point near the span
-    terms                      (axes + 1 if rational, degree + 1, r)  coefficients of t^k of A, and of the weight
-    curves                     (curves, 2)  first and last span of each curve
-    still                      (r,)  whether none of the first `linear` axes moves; None where that is nowhere so
+    Attributes
+    ----------
+    curve, knot : (r,) array
+        Whose part each is, and whether it begins at a knot.
+    low, high, middle, scale : (r,) array
+        Interval of u, and t = (u - middle) scale, in [-1, 1].
+    start, end, lengths : (r,) array
+        Arc length at both ends, and from one to the other, mm.
+    origin : (axes, r) array
+        A point near the span.
+    terms : (axes + 1 if rational, degree + 1, r) array
+        Coefficients of t^k of A, and of the weight.
+    curves : (curves, 2) array
+        First and last span of each curve.
+    still : (r,) array or None
+        Whether none of the first `linear` axes moves; None where that is nowhere so.
 
+    Notes
+    -----
     The curve is origin + A(t) / w(t). All axes make the length, each times its unit, (axes,); or, without units, the
     first `linear` ones, and where none of them moves the others, in degrees: that is the arc length of the tip.
     """
@@ -325,7 +336,18 @@ _MADE: WeakKeyDictionary[Path, PathSpans] = WeakKeyDictionary()
 
 
 def spans_of(path: Path) -> PathSpans:
-    """The spans of a path, made once."""
+    """Make the spans of a path, once.
+
+    Parameters
+    ----------
+    path : Path
+        The path.
+
+    Returns
+    -------
+    PathSpans
+        Its spans.
+    """
     if (made := _MADE.get(path)) is None:
         made = _MADE[path] = PathSpans(path.flat, path.linear, path.weights)
     return made
@@ -414,9 +436,21 @@ def about(a: Array, t: Array, order: int) -> list[Array]:
 
 
 def quotient(a: list[Array]) -> list[Array]:
-    """Coefficients of A / w from those of A and, in the last column, w: C_k = (A_k - sum_i w_i C_(k-i)) / w_0.
+    """Compute coefficients of A / w.
 
-    Source: The NURBS Book, 2nd ed., eq. 4.8, over k!.
+    Parameters
+    ----------
+    a : list of (axes + 1, ...) array
+        Coefficients of A and, in the last column, w.
+
+    Returns
+    -------
+    list of (axes, ...) array
+        C_k = (A_k - sum_i w_i C_(k-i)) / w_0.
+
+    References
+    ----------
+    .. [1] The NURBS Book, 2nd ed., eq. 4.8, over k!.
     """
     inverse = 1.0 / a[0][-1]
     out: list[Array] = []
@@ -429,9 +463,21 @@ def quotient(a: list[Array]) -> list[Array]:
 
 
 def sums(steps: Array) -> Array:
-    """Running sums of steps (n,), with what each rounding lost put back: 1e6 steps add to the rounding of their sum.
+    """Sum up steps, with what each rounding lost put back: 1e6 steps add to the rounding of their sum.
 
-    Source: Ogita, Rump & Oishi 2005, doi:10.1137/030601818, algorithm 4.4.
+    Parameters
+    ----------
+    steps : (n,) array
+        The steps.
+
+    Returns
+    -------
+    (n,) array
+        Their running sums.
+
+    References
+    ----------
+    .. [1] Ogita, Rump & Oishi 2005, doi:10.1137/030601818, algorithm 4.4.
     """
     after = np.cumsum(steps)
     before = np.concatenate([[0.0], after[:-1]])
