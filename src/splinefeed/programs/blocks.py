@@ -29,18 +29,42 @@ _CHORD = np.pi / 36.0
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """The moves of a program, (n,) each, without blocks that have no length.
+    """The n moves of a program, without blocks that have no length.
 
-    line        of the file; rapid  whether it is G0; length  mm, of rotary moves alone deg; feed  mm/s, inf where none
-    step        (n, 9) mm and rad; moved  (n, 9) whether an axis moves, as on a full circle, whose step is 0
-    first, last (n, 6) direction at start and end over the linear axes
-    radius      mm, inf on lines, the least of a spline or spiral; tolerance  of G64 P, mm, NaN where none is given
-    kink        rad: sqrt(2 d / r) of an arc whose radii at its ends differ by d, else 0
-    stops       whether the tool stops at its end (G61.1)
-    end         row of `trace` at which it ends
-    trace       (k, 3) X, Y and Z along the program, from its start, mm: arcs and splines as chords
-    marks       other events, each before the block of its number; findings  of the reader;
-                dialect  its name
+    Parameters
+    ----------
+    line : array (n,)
+        Of the file.
+    rapid : array (n,)
+        Whether it is G0.
+    length : array (n,)
+        mm, of rotary moves alone deg.
+    feed : array (n,)
+        mm/s, inf where none.
+    step : array (n, 9)
+        mm and rad.
+    moved : array (n, 9)
+        Whether an axis moves, as on a full circle, whose step is 0.
+    first, last : array (n, 6)
+        Direction at start and end over the linear axes.
+    radius : array (n,)
+        mm, inf on lines, the least of a spline or spiral.
+    kink : array (n,)
+        rad: sqrt(2 d / r) of an arc whose radii at its ends differ by d, else 0.
+    tolerance : array (n,)
+        Of G64 P, mm, NaN where none is given.
+    stops : array (n,)
+        Whether the tool stops at its end (G61.1).
+    end : array (n,)
+        Row of `trace` at which it ends.
+    trace : array (k, 3)
+        X, Y and Z along the program, from its start, mm: arcs and splines as chords.
+    marks : tuple of Mark
+        Other events, each before the block of its number.
+    findings : tuple of str
+        Of the reader.
+    dialect : str, optional
+        Its name.
     """
 
     line: IntArray
@@ -66,9 +90,26 @@ class Blocks:
 
 
 def read_blocks(file: str | os.PathLike[str], control: Control, **options: Any) -> Blocks:
-    """Read the program in `file` with the options of `splinefeed.read`; `control` says where G28 and changes go.
+    """Read a program as blocks.
 
-    Raises FormatError with the line that is wrong, or where nothing moves.
+    Parameters
+    ----------
+    file : str or PathLike
+        Of G-code.
+    control : Control
+        That says where G28 and changes go.
+    **options : object
+        As of `splinefeed.read`.
+
+    Returns
+    -------
+    Blocks
+        The moves, and what happens between.
+
+    Raises
+    ------
+    FormatError
+        With the line that is wrong, or where nothing moves.
     """
     if not holds(read_head(check_file(file), HEAD_BYTES)) and pathlib.Path(file).suffix.lower() not in SUFFIXES:
         raise FormatError(f"{file}: holds no G-code; expected a program")

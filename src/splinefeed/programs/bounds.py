@@ -11,7 +11,24 @@ from splinefeed.records import Array
 
 
 def axis_bounds(control: Control, key: str, machine: Machine | None = None, limit: str = "") -> Array:
-    """What the control calls `key` of each axis (9,), else the `limit` of the machine's axis; inf where neither is."""
+    """Gather what a control, or else the machine, says of each axis.
+
+    Parameters
+    ----------
+    control : Control
+        Whose word counts.
+    key : str
+        What it calls the bound.
+    machine : Machine, optional
+        Whose axes count where the control says nothing.
+    limit : str, optional
+        What the machine calls the bound.
+
+    Returns
+    -------
+    array (9,)
+        mm or rad, and s; inf where neither says it.
+    """
     bounds = np.full(AXES, np.inf)
     for axis, name in enumerate(LETTERS.lower()):
         value = getattr(control.axes.get(name), key, None)
@@ -22,7 +39,20 @@ def axis_bounds(control: Control, key: str, machine: Machine | None = None, limi
 
 
 def reached(energy: Array, gain: Array) -> Array:
-    """Squares of speeds at the ends of blocks (n + 1,), lowered to what they may grow by, one behind the other."""
+    """Lower squares of speeds to what can be reached from block to block.
+
+    Parameters
+    ----------
+    energy : array (n + 1,)
+        Squares of speeds at the ends of blocks.
+    gain : array (n,)
+        What they may grow by.
+
+    Returns
+    -------
+    array (n + 1,)
+        At most `energy`, each at most the one before plus `gain`.
+    """
     found = energy.tolist()
     here = found[0]
     for k, more in enumerate(gain.tolist(), 1):

@@ -76,9 +76,26 @@ AT_FEED, LEAST_AT_FEED, OVERRIDE = 0.8, 3, 0.015
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """One run of a program, cut into pieces: lines (k,) that begin and end each, seconds, tool, and scatter, s.
+    """One run of a program, cut into k pieces.
 
-    names  of the tools; options  of reading the program; spindle  highest speed that it starts the spindle at, rad/s
+    Parameters
+    ----------
+    program : str
+        The file.
+    log : RunLog
+        Of the run.
+    first, last : array (k,)
+        Lines that begin and end each piece.
+    seconds, scatter : array (k,)
+        Of each, and how much it scatters, s.
+    tool : array (k,)
+        Of each, index of `names`.
+    names : tuple of str
+        Of the tools.
+    options : mapping of str to object
+        Of reading the program.
+    spindle : float, optional
+        Highest speed that it starts the spindle at, rad/s.
     """
 
     program: str
@@ -106,9 +123,20 @@ class Recorded:
 
 @dataclass(frozen=True)
 class Fitted:
-    """One number of a control: value with its 95 % interval, in `unit`.
+    """One number of a control as the runs show it.
 
-    shown  whether the runs narrow the prior's; edge  whether it lies at the edge of the prior, if it has one
+    Parameters
+    ----------
+    name : str
+        As the machine file has it.
+    value, low, high : float
+        With its 95 % interval, in `unit`.
+    unit : str
+        Of these.
+    shown : bool
+        Whether the runs narrow the prior's interval.
+    edge : bool, optional
+        Whether it lies at the edge of the prior, if that has one.
     """
 
     name: str
@@ -124,7 +152,18 @@ class Fitted:
 class Calibration:
     """A machine with fitted numbers, what is known of each, and how each run is reproduced.
 
-    misses  where the fit misses its own runs, and what is likely missing; notes  what the runs leave open
+    Parameters
+    ----------
+    machine : Machine
+        With the fitted numbers.
+    numbers : tuple of Fitted
+        Each of them.
+    runs : tuple of dict
+        How each run is reproduced.
+    misses : tuple of str, optional
+        Where the fit misses its own runs, and what is likely missing.
+    notes : tuple of str, optional
+        What the runs leave open.
     """
 
     machine: Machine
@@ -143,9 +182,28 @@ class Calibration:
 
 
 def record(program: str | os.PathLike[str], log: str | os.PathLike[str], machine: Machine, **options: Any) -> Recorded:
-    """A run of a program cut into pieces; `options` are those of reading the program.
+    """Cut a recorded run of a program into pieces.
 
-    Raises FormatError for files that cannot be read, InputError for a run of another program, or one with loops.
+    Parameters
+    ----------
+    program, log : str or PathLike
+        The program, and the record of its run.
+    machine : Machine
+        That it ran on.
+    **options : object
+        Of reading the program.
+
+    Returns
+    -------
+    Recorded
+        Its pieces, s.
+
+    Raises
+    ------
+    FormatError
+        For files that cannot be read.
+    InputError
+        For a run of another program, or one with loops.
     """
     run = read_run(log)
     blocks = read_blocks(program, machine.control or Control(), **options)
@@ -187,16 +245,35 @@ def _spindle(blocks: Blocks) -> float:
 def calibrate(
     runs: Sequence[Recorded], machine: Machine, *, keep: Sequence[str] = (), say: Callable[[str], None] = lambda _: None
 ) -> Calibration:
-    """Fit the control of `machine` to recorded runs; the values of its file are the middle of each prior.
+    """Fit the control of a machine to recorded runs.
 
-    keep  numbers that stay as the file has them, by their names there (`home.z`)
+    Parameters
+    ----------
+    runs : sequence of Recorded
+        At least one.
+    machine : Machine
+        The values of its file are the middle of each prior.
+    keep : sequence of str, optional
+        Numbers that stay as the file has them, by their names there (`home.z`).
+    say : callable, optional
+        Called with what is being done, in words.
 
+    Returns
+    -------
+    Calibration
+        With the machine and each number.
+
+    Raises
+    ------
+    InputError
+        Without runs.
+
+    Notes
+    -----
     Minimises sum r^2 + sum ((x - x0) / s)^2 over the logarithms x of the numbers, r the residuals of the pieces under a
     soft L1 loss (scipy.optimize.least_squares, trust region); the covariance is that of the linearised problem, times
     the residuals' mean square where that is more than 1. Numbers that the runs do not show go back to their prior, and
     the rest is fitted again.
-
-    Raises InputError without runs.
     """
     if not runs:
         raise InputError("no runs: give at least one recorded run")

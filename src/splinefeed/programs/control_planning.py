@@ -44,7 +44,17 @@ FEED, ARC, SHORT, ALONG, RAPIDLY, PATH, OF_AXES = range(len(KINDS), len(KINDS) +
 
 @dataclass(frozen=True, eq=False)
 class BlockTimes:
-    """Seconds (n,) of each block, its speed at the end, mm/s, and the number (n,) of what binds among LIMITS."""
+    """How long n blocks take.
+
+    Parameters
+    ----------
+    seconds : array (n,)
+        Of each block.
+    end_speed : array (n,)
+        At its end, mm/s.
+    limit : array (n,)
+        What binds, index of LIMITS.
+    """
 
     seconds: Array
     end_speed: Array
@@ -64,7 +74,25 @@ class _Bounds:
 
 
 def block_times(blocks: Blocks, machine: Machine) -> BlockTimes:
-    """Time each block under `machine.control`; InputError where the machine file has too little."""
+    """Time each block as a control plans it.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        Of a program.
+    machine : Machine
+        With a control.
+
+    Returns
+    -------
+    BlockTimes
+        Of each block.
+
+    Raises
+    ------
+    InputError
+        Where the machine file has too little.
+    """
     control = machine.control
     assert control is not None
     bounds = _bounds(blocks, machine, control)

@@ -102,11 +102,22 @@ def arc_speeds(blocks: Blocks, control: Control, acceleration: Array) -> Array:
 
 
 def smoothed_tops(energy: Array, gain: Array, speed: Array) -> Array:
-    """The top speed (n,), mm/s, of each block under Klipper's smoothed look-ahead.
+    """Bound the speed of blocks by Klipper's smoothed look-ahead.
 
-    energy  (n + 1,) squares of the speeds at junctions, reachable with the smoothed acceleration; gain  (n,) 2 a L of
-    that acceleration; speed  (n,) of each block. Between two places where the smoothed look-ahead slows down to, its
-    highest top bounds every block.
+    Parameters
+    ----------
+    energy : array (n + 1,)
+        Squares of the speeds at junctions, reachable with the smoothed acceleration.
+    gain : array (n,)
+        2 a L of that acceleration.
+    speed : array (n,)
+        Of each block, mm/s.
+
+    Returns
+    -------
+    array (n,)
+        The top speed of each block, mm/s. Between two places where the smoothed look-ahead slows down to, its highest
+        top bounds every block.
     """
     top = np.minimum(speed * speed, 0.5 * (gain + energy[:-1] + energy[1:]))
     ends = [0, *(np.flatnonzero((energy[1:-1] <= energy[:-2]) & (energy[1:-1] <= energy[2:])) + 1).tolist(), len(top)]

@@ -30,11 +30,24 @@ SMOOTH, CUT = 1e-3, 0.25
 
 @dataclass(frozen=True, eq=False)
 class TimedLines:
-    """Lines and arcs as the planner has them, (m,): lines that the naive CAM detector has joined are one.
+    """The m lines and arcs that the planner has; lines that the naive CAM detector has joined are one.
 
-    of  (n,) which of them each block of the program belongs to; length mm, speed mm/s, acceleration mm/s^2 along it,
-    the axes' least acceleration `box`, directions (m, 6) at both ends, tolerance mm, whether it stops at its end, and
-    whether that stop ends a row of blended lines
+    Parameters
+    ----------
+    of : array (n,)
+        Which of them each block of the program belongs to.
+    length : array (m,)
+        mm.
+    speed, acceleration : array (m,)
+        Along it, mm/s and mm/s^2.
+    box : array (m,)
+        The axes' least acceleration, mm/s^2.
+    first, last : array (m, 6)
+        Directions at both ends.
+    tolerance : array (m,)
+        mm.
+    stop, final : array (m,)
+        Whether it stops at its end, and whether that stop ends a row of blended lines.
     """
 
     of: IntArray

@@ -38,10 +38,20 @@ _HELIX_DEGREE, _HELIX_PIECE, _HELIX_RELATIVE = 7, math.pi / 4.0, 5e-10
 
 @dataclass(frozen=True)
 class Arcs:
-    """Circles of the arcs among moves, (m,) each.
+    """Circles of m arcs among moves.
 
-    move  their numbers; axes (m, 2) the plane; centre (m, 2), mm; first, last  radius at start and end, mm;
-    angle at the start and sweep, rad, positive counterclockwise
+    Parameters
+    ----------
+    move : array (m,)
+        Numbers of the moves.
+    axes : array (m, 2)
+        The plane of each.
+    centre : array (m, 2)
+        mm.
+    first, last : array (m,)
+        Radius at start and end, mm.
+    angle, sweep : array (m,)
+        At the start, and turned through, rad, positive counterclockwise.
     """
 
     move: IntArray
@@ -138,10 +148,24 @@ def arc_degrees(moves: Moves, arcs: Arcs) -> IntArray:
 
 
 def arc_curve(start: Array, end: Array, arcs: Arcs, i: int, columns: IntArray) -> NurbsCurve:
-    """Arc number i from start (9,) to end (9,) as a curve over the axes `columns` of the path, mm and rad.
+    """Make a curve of an arc.
 
-    Weights are those of a circle in pieces of a quarter turn at most; the radius goes linearly from the one at the
-    start to the one at the end, which differ by rounding.
+    Parameters
+    ----------
+    start, end : array (9,)
+        Of the move, mm and rad.
+    arcs : Arcs
+        With its circle.
+    i : int
+        Which of them it is.
+    columns : array (axes,)
+        Of the axes of the path.
+
+    Returns
+    -------
+    NurbsCurve
+        Its weights are those of a circle in pieces of a quarter turn at most; the radius goes linearly from the one at
+        the start to the one at the end, which differ by rounding.
     """
     axes, sweep = arcs.axes[i], float(arcs.sweep[i])
     if abs(sweep) <= CHORD_SWEEP:

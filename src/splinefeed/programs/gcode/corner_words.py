@@ -26,7 +26,12 @@ STRAIGHT = 1e-9
 class CornerWords:
     """The corner at the end of the last move, which the next one completes; `open` while there is one.
 
-    names  what the dialect calls `WORDS`, in that order
+    Parameters
+    ----------
+    state : ProgramState
+        Of the program.
+    names : sequence of str
+        What the dialect calls `WORDS`, in that order.
     """
 
     def __init__(self, state: ProgramState, names: Sequence[str]) -> None:

@@ -27,7 +27,7 @@ _ARCS = (MoveKind.CLOCKWISE, MoveKind.COUNTERCLOCKWISE)
 class _Side:
     """A move beside its contour: the row, directions at its ends, where it begins and ends.
 
-    sense  of an arc, 1 counterclockwise, with its centre and radius beside the contour; 0 for a line
+    `sense` of an arc is 1 counterclockwise, with its centre and radius beside the contour; 0 of a line.
     """
 
     row: int

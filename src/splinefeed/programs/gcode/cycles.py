@@ -90,11 +90,26 @@ _PITCHES = {
 
 @dataclass
 class Hole:
-    """What the steps of a cycle lead to, in one line; levels, mm, along the axis across the plane.
+    """What the steps of a cycle lead to, in one line; levels are along the axis across the plane, mm.
 
-    pecks  where each but the last ends, and where the next begins; aside  mm, of >Q
-    said   what steps other than moves say: a text, or how long they wait, s
-    feeds  mm a minute, by level, for the first move there; steady  for all moves there
+    Parameters
+    ----------
+    state : ProgramState
+        Of the program, whose tool moves.
+    line : int
+        Of the program.
+    name : str
+        Of the cycle.
+    levels : dict of str to float
+        By letter, mm.
+    pecks : sequence of tuple, optional
+        Where each but the last ends, and where the next begins, mm.
+    said : mapping of str to str or float, optional
+        What steps other than moves say: a text, or how long they wait, s.
+    aside : float, optional
+        mm of >Q.
+    feeds, steady : dict of str to float, optional
+        mm a minute, by level, for the first move there, and for all moves there.
     """
 
     state: ProgramState

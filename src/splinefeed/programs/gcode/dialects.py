@@ -18,32 +18,63 @@ HEAD_BYTES = 2**16
 class Dialect:
     """What a control reads differently from LinuxCNC. To add one: a row in DIALECTS, and what shows it in _SIGNS.
 
-    language      whose lines it has: rs274, or those of a row of `reader.LANGUAGES`
-    extruder      3-D printers: E words are filament and no motion, and G0 moves at F
-    laser         S is the power of a laser, for which the tool does not rest
-    own           G codes that not every control has, as tenths; those that are not read are refused as its own
-    m_codes       those that it has; the words beside another one are that one's. None where the builder adds codes
-    dwell         s of one unit of G4's P; dwell_words: other letters of G4 in s (whole as P where no increments count)
-    dwell_pointed s of one unit of P with a decimal point, of G4 and of cycles; None where a point changes nothing
-    dwell_said    what a finding says of that unit, where the manual leaves it open
-    metric        whether lengths are mm where no line says it; to others it is a setting
-    units_by_70   whether G70 and G71 are inches and mm; to others they are cycles of lathes, or rows of holes
-    modes         codes that switch functions of the control on and off and move nothing
-    increments    whether words of axes without a decimal point may count least increments
-    silent        how lines begin that are for the control alone: directives, texts
-    percent_ends  whether a second % ends the program; to others a line that begins with it is a comment
-    returns       98 or 99: where canned cycles end unless the program says it
-    repeats       letters of a canned cycle's repeats
-    cycles        whose canned cycles it has, by the name that `cycles.KINDS` has for them
-    keeps_cycles  whether R, Z, P and Q stay in force from one kind of cycle to the next
-    corners       what it calls a rounded corner, a chamfer by its way and a chamfer by its length; nothing for none
-    jumps         whether O-words, M98 and M99 are read; calls_lines: whether M97 calls lines of the same program
-    systems       codes of coordinate systems beyond G54 to G59.3
-    of_fanuc      whether systems are G54.1 P (G154 P), which G10 L20 sets, G10 adds with G91, R and Z of a cycle stay
-                  where they were said, G80 brings G0 to G3 from before the cycle back, and macros are Fanuc's
-    of_linuxcnc   whether words that LinuxCNC alone has are read: G76 as a thread, M70 to M73, M128, F before units
-    lead          letter of the way a revolution of G33
-    lathe         by which signs a lathe's program is recognized, as `lathe.SIGNS` calls them; nothing for none
+    Parameters
+    ----------
+    name, title : str
+        As an option has it, and in words.
+    language : str, optional
+        Whose lines it has: rs274, or those of a row of `reader.LANGUAGES`.
+    extruder : bool, optional
+        Of 3-D printers: E words are filament and no motion, and G0 moves at F.
+    laser : bool, optional
+        Whether S is the power of a laser, for which the tool does not rest.
+    own : frozenset of int, optional
+        G codes that not every control has, as tenths; those that are not read are refused as its own.
+    m_codes : frozenset of int or None, optional
+        Those that it has; the words beside another one are that one's. None where the builder adds codes.
+    dwell : float, optional
+        s of one unit of G4's P.
+    dwell_words : str, optional
+        Other letters of G4 in s (whole as P where no increments count).
+    dwell_pointed : float or None, optional
+        s of one unit of P with a decimal point, of G4 and of cycles; None where a point changes nothing.
+    dwell_said : str, optional
+        What a finding says of that unit, where the manual leaves it open.
+    metric : bool, optional
+        Whether lengths are mm where no line says it; to others it is a setting.
+    units_by_70 : bool, optional
+        Whether G70 and G71 are inches and mm; to others they are cycles of lathes, or rows of holes.
+    modes : frozenset of int, optional
+        Codes that switch functions of the control on and off and move nothing.
+    increments : bool, optional
+        Whether words of axes without a decimal point may count least increments.
+    silent : tuple of str, optional
+        How lines begin that are for the control alone: directives, texts.
+    percent_ends : bool, optional
+        Whether a second % ends the program; to others a line that begins with it is a comment.
+    returns : int, optional
+        98 or 99: where canned cycles end unless the program says it.
+    repeats : str, optional
+        Letters of a canned cycle's repeats.
+    cycles : str, optional
+        Whose canned cycles it has, by the name that `cycles.KINDS` has for them.
+    keeps_cycles : bool, optional
+        Whether R, Z, P and Q stay in force from one kind of cycle to the next.
+    corners : tuple of str, optional
+        What it calls a rounded corner, a chamfer by its way and a chamfer by its length; nothing for none.
+    jumps, calls_lines : bool, optional
+        Whether O-words, M98 and M99 are read, and whether M97 calls lines of the same program.
+    systems : frozenset of int, optional
+        Codes of coordinate systems beyond G54 to G59.3.
+    of_fanuc : bool, optional
+        Whether systems are G54.1 P (G154 P), which G10 L20 sets, G10 adds with G91, R and Z of a cycle stay where they
+        were said, G80 brings G0 to G3 from before the cycle back, and macros are Fanuc's.
+    of_linuxcnc : bool, optional
+        Whether words that LinuxCNC alone has are read: G76 as a thread, M70 to M73, M128, F before units.
+    lead : str, optional
+        Letter of the way a revolution of G33.
+    lathe : str, optional
+        By which signs a lathe's program is recognized, as `lathe.SIGNS` calls them; nothing for none.
     """
 
     name: str
@@ -277,7 +308,23 @@ _END, _TRAILER = re.compile(rb"(?:^|[\r\n])[^\r\n]*(?:%|M0?2|M30|M99)\s*$", re.I
 
 
 def named(name: str) -> Dialect:
-    """The dialect called `name`; InputError lists them."""
+    """Find a dialect by its name.
+
+    Parameters
+    ----------
+    name : str
+        Of a row of DIALECTS, in any case.
+
+    Returns
+    -------
+    Dialect
+        Of that name.
+
+    Raises
+    ------
+    InputError
+        That lists them.
+    """
     try:
         return DIALECTS[name.lower()]
     except (KeyError, AttributeError):

@@ -91,10 +91,16 @@ LOCALS = range(34)
 
 
 class Parameters:
-    """Values of numbered and named parameters; `known` are those that the interpreter computes, such as positions.
+    """Values of numbered and named parameters.
 
     Names that begin with _ are those of the whole program, all others those of the sub that is being carried out.
-    macros  whether they are the variables of Fanuc's macros
+
+    Parameters
+    ----------
+    known : callable
+        Gives those that the interpreter computes, such as positions; None for others.
+    macros : bool, optional
+        Whether they are the variables of Fanuc's macros.
     """
 
     def __init__(self, known: Callable[[int | str], float | None], macros: bool = False) -> None:
@@ -253,9 +259,22 @@ class Scanner(Formula):
 
 @dataclass
 class Block:
-    """A line: values by letter, codes in their order (G as tenths), parameters to set, whether `/` stood before it.
+    """A line as words.
 
-    whole  letters whose numbers have no decimal point
+    Parameters
+    ----------
+    words : dict of str to float, optional
+        Values by letter.
+    g, m : list of int, optional
+        Codes in their order, G as tenths.
+    settings : list of tuple, optional
+        Parameters to set, with their values.
+    whole : set of str, optional
+        Letters whose numbers have no decimal point.
+    deletable : bool, optional
+        Whether `/` stood before it.
+    percent : bool, optional
+        Whether it is a %.
     """
 
     words: dict[str, float] = field(default_factory=dict)

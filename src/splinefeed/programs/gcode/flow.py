@@ -66,10 +66,24 @@ _LEAVE = dict.fromkeys(("break", "continue"), ("while", "do"))
 
 @dataclass
 class Jump:
-    """A line that may lead elsewhere: its word ("" for a name alone, "M" for M98 and M99), name, and what follows.
+    """A line that may lead elsewhere.
 
-    first, after, last  lines of its statement: the one that begins it, the next part, the end
-    fault  why it cannot be carried out
+    Parameters
+    ----------
+    at : int
+        The line.
+    word : str
+        "" for a name alone, "M" for M98 and M99.
+    name : str
+        Of what it leads to.
+    rest : str
+        What follows.
+    text : str
+        The whole line.
+    fault : str, optional
+        Why it cannot be carried out.
+    first, after, last : int, optional
+        Lines of its statement: the one that begins it, the next part, the end.
     """
 
     at: int

@@ -27,11 +27,17 @@ Operations = Mapping[str, tuple[int, Callable[[float, float], float]]]
 
 
 class Formula:
-    """Reads a formula from a place of a text on; `at` is the place reached. A language says what a value is.
+    """A reader of formulas, from a place of a text on; a language says what a value is.
 
-    operations  what each operator makes of two values, behind its rank: the higher, the tighter it binds. Those of one
-                rank count from left to right; of those of rank 0 there is one between two brackets
-    operator, token  the next operator, and the next token, as group 1
+    Attributes
+    ----------
+    at : int
+        The place reached.
+    operations : mapping of str to tuple
+        What each operator makes of two values, behind its rank: the higher, the tighter it binds. Those of one rank
+        count from left to right; of those of rank 0 there is one between two brackets.
+    operator, token : pattern
+        The next operator, and the next token, as group 1.
     """
 
     operations: ClassVar[Operations]
@@ -88,9 +94,26 @@ class Formula:
 
 
 def computed(said: str, compute: Callable[..., float], *values: float) -> float:
-    """What a function makes of values; LineError where that is no number, or too large a one.
+    """Compute what a function makes of values.
 
-    said  what computes, as a format of the values
+    Parameters
+    ----------
+    said : str
+        What computes, as a format of the values.
+    compute : callable
+        The function.
+    *values : float
+        Its arguments.
+
+    Returns
+    -------
+    float
+        Finite.
+
+    Raises
+    ------
+    LineError
+        Where that is no number, or too large a one.
     """
     try:
         value = float(compute(*values))

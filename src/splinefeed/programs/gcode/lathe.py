@@ -80,10 +80,21 @@ _MEND_OF_SIEMENS = "where X is a radius, write DIAMOF"
 
 
 def lathe_sign(text: str, kind: str, *, given: bool = False) -> tuple[int, str] | None:
-    """Line of what shows a lathe's program, with what is to be said of it; None for a mill's.
+    """Find what shows a lathe's program.
 
-    kind   the entry of SIGNS that the dialect of the program names, "untold" where nothing shows one; "" for none
-    given  whether the user named the dialect, which answers what the program leaves open
+    Parameters
+    ----------
+    text : str
+        The beginning of the program.
+    kind : str
+        The entry of SIGNS that the dialect of the program names, "untold" where nothing shows one; "" for none.
+    given : bool, optional
+        Whether the user named the dialect, which answers what the program leaves open.
+
+    Returns
+    -------
+    tuple or None
+        Its line, with what is to be said of it; None for a mill's program.
     """
     if not kind:
         return None

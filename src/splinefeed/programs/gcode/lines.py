@@ -51,9 +51,19 @@ def _blanked(found: re.Match[bytes]) -> bytes:
 
 
 class ProgramLines:
-    """A block of whole lines (the last byte is a line feed), taken apart into words once.
+    """A block of whole lines, taken apart into words once.
 
-    next_odd  the next line (n,) from each one on that the interpreter must take, or their count
+    Parameters
+    ----------
+    block : bytes
+        Its last byte is a line feed.
+    printer : bool
+        Whether a line is one command of a printer.
+
+    Attributes
+    ----------
+    next_odd : array (n,)
+        The next line from each one on that the interpreter must take, or their count.
     """
 
     def __init__(self, block: bytes, printer: bool) -> None:
@@ -187,9 +197,9 @@ class ProgramLines:
 def _values(block: bytes, body: NDArray[np.uint8], edges: IntArray, is_letter: BoolArray) -> Array:
     """The nearest floats to the numbers of a block; ValueError if one is none.
 
-    body   the bytes without blanks and +; edges  places of all in it but digits and -; is_letter  which are letters
-
-    Digits behind each other are an integer; over a power of ten, both exact in float64, it is rounded once.
+    `body` has the bytes without blanks and +, `edges` the places of all in it but digits and -, `is_letter` which of
+    these are letters. Digits behind each other are an integer; over a power of ten, both exact in float64, it is
+    rounded once.
     """
     letters, points = edges[is_letter], body[edges] == ord(".")
     lengths = np.diff(edges, append=len(body)) - 1

@@ -49,9 +49,9 @@ STATED = 16
 
 
 class Flag(IntFlag):
-    """Of a move: I, J, K, R are given; in `centre` is an absolute place, or the tool axis at the end (VECTOR).
+    """Bits of a move: I, J, K, R are given; in `centre` is an absolute place, or the tool axis at the end (VECTOR).
 
-    G0_AT_F  a line that a printer has as G0; TIED  to the angle of the spindle: G33, G33.1, G76
+    G0_AT_F is a line that a printer has as G0, TIED one that goes with the angle of the spindle: G33, G33.1, G76.
     """
 
     I, J, K, R, ABSOLUTE, VECTOR, INVERSE_FEED, STOPS, INCH, TIP, G0_AT_F, TIED = (1 << bit for bit in range(12))  # noqa: E741
@@ -59,7 +59,21 @@ class Flag(IntFlag):
 
 @dataclass(frozen=True)
 class SplineMove:
-    """A NURBS of a program: knots, control points (n, 9) in mm and rad, weights (n,), and the line where it begins."""
+    """A NURBS of a program.
+
+    Parameters
+    ----------
+    degree : int
+        Of the curve.
+    knots : array (n + degree + 1,)
+        Not decreasing.
+    points : array (n, 9)
+        Control points, mm and rad.
+    weights : array (n,)
+        Positive.
+    line : int
+        Where it begins.
+    """
 
     degree: int
     knots: Array
@@ -84,9 +98,22 @@ class SplineMove:
 
 @dataclass(frozen=True)
 class Mark:
-    """What is not a motion, before move number `move` of its chunk; see `paths.Marker`.
+    """What is not a motion; see `paths.Marker`.
 
-    length  of the tool, mm, whose tip X, Y and Z are from here on, not a number where no table says it; else None
+    Parameters
+    ----------
+    move : int
+        Number of the move of its chunk before which it is.
+    line : int
+        Of the program.
+    text : str, optional
+        Its words.
+    dwell : float, optional
+        s.
+    stop : bool, optional
+        Whether the tool stops there.
+    length : float or None, optional
+        Of the tool whose tip X, Y and Z are from here on, mm, not a number where no table says it; else None.
     """
 
     move: int
@@ -101,8 +128,16 @@ class Mark:
 class Moves:
     """Some moves in a row.
 
-    start    (9,) where the first one begins; rows  (n,) of ROW
-    splines  what the rows point into; marks  what is not a motion
+    Parameters
+    ----------
+    start : array (9,)
+        Where the first one begins, mm and rad.
+    rows : array (n,) of ROW
+        The moves.
+    splines : sequence of SplineMove, optional
+        What the rows point into.
+    marks : sequence of Mark, optional
+        What is not a motion.
     """
 
     start: Array

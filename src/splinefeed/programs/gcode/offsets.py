@@ -25,9 +25,12 @@ REFERENCES = {"G28": 280, "G30": 300}
 
 
 class Offsets:
-    """Offsets (9,), mm and rad, of the nine systems, of G92 (which G52 shares) and the tool, and the system in force.
+    """Offsets of the nine systems, of G92 (which G52 shares) and of the tool, and the system in force.
 
-    given  by number of the system, and places of G28 and G30 by their code
+    Parameters
+    ----------
+    given : mapping of int to array (9,)
+        By number of the system, and places of G28 and G30 by their code; mm and rad.
     """
 
     def __init__(self, given: Mapping[int, Array]) -> None:
@@ -68,9 +71,19 @@ class Offsets:
         return found
 
     def select(self, number: int, moved: bool = False) -> int:
-        """Put a system in force: the number of one whose offset from the others is not known; 0 where all is known.
+        """Put a system in force.
 
-        moved  whether there were places in the system before; offsets that the user gives are from the first system
+        Parameters
+        ----------
+        number : int
+            Of the system.
+        moved : bool, optional
+            Whether there were places in the system before; offsets that the user gives are from the first system.
+
+        Returns
+        -------
+        int
+            Number of a system whose offset from the others is not known; 0 where all is known.
         """
         self.used |= {self.active} if moved else set()
         self.active = number

@@ -31,9 +31,12 @@ _KINDS = dict(enumerate(("G0", "G1", "G2", "G3", "splines")))
 
 @dataclass
 class Summary:
-    """Counts and measures of a program; lengths mm, times s. Made by `summary`.
+    """Counts and measures of a program, lengths in mm, times in s; `summary` makes it.
 
-    curves  of the first moves, `most_listed` at most, what `info` says of each
+    Attributes
+    ----------
+    curves : list of dict
+        Of the first moves, `most_listed` at most, what `info` says of each.
     """
 
     name: str
@@ -202,9 +205,28 @@ class Summary:
 def summary(
     file: str | os.PathLike[str], *, most_listed: int = 0, reading: Reading | None = None, **options: Any
 ) -> Summary:
-    """Measure the program in `file`, with the options of `to_path.from_file`.
+    """Measure a program, of any length.
 
-    Raises FormatError for a line that is wrong, or where nothing moves.
+    Parameters
+    ----------
+    file : str or PathLike
+        Of G-code.
+    most_listed : int, optional
+        Moves that are listed, the first ones.
+    reading : Reading, optional
+        That takes the findings.
+    **options : object
+        As of `to_path.from_file`.
+
+    Returns
+    -------
+    Summary
+        Counts, lengths, mm, and times, s.
+
+    Raises
+    ------
+    FormatError
+        For a line that is wrong, or where nothing moves.
     """
     program = Program(file, **options)
     reading = reading or program.reading()

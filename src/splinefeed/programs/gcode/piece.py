@@ -43,9 +43,29 @@ class Ends:
 class Piece:
     """Some moves in a row, and what a path needs of those that have a length.
 
-    left_out  how many of them only lead to the first place; none  (n,) those without length behind these
-    kept      (k,) numbers of the others; places  (k + 1, 9) between them, from `begin` (9,) on; columns  those of the
-              path's axes; tip  X, Y and Z are a tool's tip, and they alone have a length
+    Parameters
+    ----------
+    moves : Moves
+        n of them.
+    columns : array (axes,)
+        Those of the path's axes.
+    reading : Reading
+        Whose findings take what there is to say.
+    left_out : int, optional
+        How many of them only lead to the first place.
+    begin : array (9,), optional
+        Where the others begin, mm and rad.
+    tip : bool, optional
+        Whether X, Y and Z are a tool's tip, and they alone have a length.
+
+    Attributes
+    ----------
+    none : array (n,)
+        Which of the others have no length.
+    kept : array (k,)
+        Numbers of those that have one.
+    places : array (k + 1, 9)
+        Between them, from `begin` on.
     """
 
     def __init__(

@@ -60,13 +60,33 @@ NOTHING_TELLS, GIVEN = "nothing tells another", "as given"
 class Reading:
     """How a program is read, and what came of it.
 
-    dialect  one of `dialects.DIALECTS`, detected if None; offsets  (9,) by number of the coordinate system
-    tools    whose lengths G43 puts in force; None where the path is that of the tool's tip
-    from_line  number of the line at which the program is resumed; 0 for its beginning. stated  bits of the axes whose
-             place the lines before state
-    increments  a Fanuc's words of axes without a decimal point count least increments, not mm
-    inch_unsaid  lengths are in inches until G20 or G21 is said; None for mm, with a finding where that is a setting
-    repair   make findings of what can be mended; fast  let `ProgramLines` take what it knows
+    Parameters
+    ----------
+    dialect : Dialect, optional
+        Detected if None.
+    offsets : mapping of int to array (9,), optional
+        By number of the coordinate system, mm and rad.
+    start : array (9,), optional
+        Where the tool is before the first line, mm and rad.
+    tools : Tools, optional
+        Whose lengths G43 puts in force; None where the path is that of the tool's tip.
+    from_line : int, optional
+        Number of the line at which the program is resumed; 0 for its beginning.
+    increments : bool, optional
+        Whether a Fanuc's words of axes without a decimal point count least increments, not mm.
+    inch_unsaid : bool or None, optional
+        Whether lengths are in inches until G20 or G21 is said; None for mm, with a finding where that is a setting.
+    repair : bool, optional
+        Whether findings are made of what can be mended.
+    fast : bool, optional
+        Whether `ProgramLines` takes what it knows.
+
+    Attributes
+    ----------
+    findings : Findings
+        What is said of the program.
+    stated : int
+        Bits of the axes whose place the lines before `from_line` state.
     """
 
     dialect: Dialect | None = None
@@ -244,8 +264,13 @@ class Reading:
 class Language(NamedTuple):
     """How the programs of some dialects are carried out.
 
-    run   who runs a line;  flow  what says which line comes next, of a content, its file, who runs it, and what is
-          called with the number of a line before it jumps
+    Parameters
+    ----------
+    run : type of Interpreter
+        Who runs a line.
+    flow : callable
+        Gives what says which line comes next, of a content, its file, who runs it, and what is called with the number
+        of a line before it jumps.
     """
 
     run: type[Interpreter]

@@ -152,8 +152,18 @@ class Values:
 class SiemensWords(Formula):
     """The words of a line, read from left to right: `read` sets the variables that it sets, and finds the rest.
 
-    block  words as LinuxCNC has them; extra  values of SD, PL, PW and the like; keys  words without a value
-    ways   axes that say themselves whether they are absolute; call  a cycle with its parameters
+    Attributes
+    ----------
+    block : Block
+        Words as LinuxCNC has them.
+    extra : dict of str to float
+        Values of SD, PL, PW and the like.
+    keys : set of str
+        Words without a value.
+    ways : dict of str to bool
+        Axes that say themselves whether they are absolute.
+    call : tuple or None
+        A cycle with its parameters.
     """
 
     operations = _OPERATIONS

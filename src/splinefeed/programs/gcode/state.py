@@ -177,9 +177,21 @@ class ProgramState:
         return axes if self.relative else axes | axes << STATED
 
     def target(self, words: Mapping[str, float], origin: Array | None = None) -> tuple[Array, int]:
-        """Where axis words lead, (9,), with the bits of a row for the axes that they name.
+        """Compute where axis words lead.
 
-        origin  (9,) what axes without a word keep and relative words count from; the tool's place if None
+        Parameters
+        ----------
+        words : mapping of str to float
+            Values by letter.
+        origin : array (9,), optional
+            What axes without a word keep and relative words count from; the tool's place if None.
+
+        Returns
+        -------
+        there : array (9,)
+            mm and rad.
+        stated : int
+            Bits of a row for the axes that the words name.
         """
         there = (self.position if origin is None else origin).copy()
         said = 0

@@ -50,18 +50,40 @@ def from_file(
     units: str | None = None,
     repair: bool = False,
 ) -> list[Path]:
-    """The path of the program in `file`.
+    """Read the path of a program.
 
-    dialect  one of `dialects.DIALECTS`, recognized by the content if not given
-    start    where the tool is before the first line, X,Y,Z,A,B,C,U,V,W in mm and degrees (fewer will do)
-    offsets  of coordinate systems, in mm and degrees: {"G54": (x, y, z)} or "G54=x,y,z;G55=x,y,z"; places of G28, G30
-    tools    a tool table as LinuxCNC has it (.tbl): then G43 shifts the path by the length of the tool
-    increments  a Fanuc's axis words without a decimal point count 0.001 mm (0.0001 in), not mm
-    units    "mm" or "in": of lengths and feeds until the program says its own; mm if not given, with a finding
-    from_line  number of the line at which the program is resumed, as it is there when it is first carried out
+    Parameters
+    ----------
+    file : Path
+        Of G-code.
+    dialect : str, optional
+        One of `dialects.DIALECTS`, recognized by the content if not given.
+    start : str or sequence of float, optional
+        Where the tool is before the first line, X,Y,Z,A,B,C,U,V,W in mm and degrees; fewer will do.
+    offsets : str or mapping, optional
+        Of coordinate systems, in mm and degrees: {"G54": (x, y, z)} or "G54=x,y,z;G55=x,y,z"; places of G28, G30.
+    tools : str or PathLike or Tools, optional
+        A tool table as LinuxCNC has it (.tbl): then G43 shifts the path by the length of the tool.
+    from_line : int or str, optional
+        Number of the line at which the program is resumed, as it is there when it is first carried out.
+    increments : bool, optional
+        Whether a Fanuc's axis words without a decimal point count 0.001 mm (0.0001 in), not mm.
+    units : str, optional
+        "mm" or "in": of lengths and feeds until the program says its own; mm if not given, with a finding.
+    repair : bool, optional
+        Whether arcs that miss their circle become spirals, and codes that cannot be read are left out, with findings.
 
-    With `repair` arcs that miss their circle become spirals, and codes that cannot be read are left out, with findings.
-    Raises FormatError that names the line.
+    Returns
+    -------
+    list of Path
+        One path; of a program with a tool axis a ToolPath, or several.
+
+    Raises
+    ------
+    FormatError
+        That names the line.
+    InputError
+        For an option that is wrong.
     """
     program = Program(file, dialect, start, offsets, tools, repair, from_line, increments, units)
     reading = program.reading()
@@ -74,8 +96,27 @@ def from_file(
 
 
 def in_parts(file: pathlib.Path, **options: Any) -> PathParts:
-    """The program in `file`, of any length, as parts of its path, with the options of `from_file`.
+    """Read a program of any length as parts of its path.
 
+    Parameters
+    ----------
+    file : Path
+        Of G-code.
+    **options : object
+        As of `from_file`.
+
+    Returns
+    -------
+    PathParts
+        Made as they are wanted.
+
+    Raises
+    ------
+    FormatError
+        That names the line; and for a program whose X, Y and Z are the tool's tip.
+
+    Notes
+    -----
     It is looked through twice before: for its axes, and for its feeds. So a faulty line is reported before anything is
     made of the lines above it.
     """
@@ -113,7 +154,20 @@ def in_parts(file: pathlib.Path, **options: Any) -> PathParts:
 
 
 class Program:
-    """A file and how to read it, as often as it takes; InputError for an option that is wrong."""
+    """A file and how to read it, as often as it takes.
+
+    Parameters
+    ----------
+    file : str or PathLike
+        Of G-code.
+    dialect, start, offsets, tools, repair, from_line, increments, units : optional
+        As of `from_file`.
+
+    Raises
+    ------
+    InputError
+        For an option that is wrong.
+    """
 
     def __init__(
         self,
@@ -165,9 +219,23 @@ class Program:
     def pieces(
         self, parts: Iterable[Moves], reading: Reading, columns: IntArray | None = None, size: int | None = None
     ) -> Iterator[Piece]:
-        """All moves, `size` (PART) at a time, with what there is to say of them in the findings of `reading`.
+        """Cut moves into pieces.
 
-        columns  of the axes of the path; None while they are not known: those of the first moves say where it begins
+        Parameters
+        ----------
+        parts : iterable of Moves
+            As they are read.
+        reading : Reading
+            Whose findings take what there is to say of them.
+        columns : array (axes,), optional
+            Of the axes of the path; None while they are not known: those of the first moves say where it begins.
+        size : int, optional
+            Moves of a piece, PART by default.
+
+        Yields
+        ------
+        Piece
+            All moves, in order.
         """
         size = size or PART
         known = np.arange(AXES) if columns is None else columns

@@ -32,13 +32,32 @@ HIGHEST_WEIGHT = 3.0
 class WrittenControl:
     """How programs of a control are written.
 
-    forms     its spline words, the default first; header  first lines, by which a reader recognizes the dialect
-    decimals  of numbers, 17 where it reads all digits of a float; degree  the highest of its splines
-    dwell     letter of a wait in seconds; exact  its exact stop, "" where there is none; footer  last lines
-    point     whether every number has a decimal point; knotted  its word for a NURBS by knots
-    turns     word of how often an arc goes round, and how much is counted off for the first time
-    within    word of a tolerance behind G64, "" where there is none
-    g0_at_f   whether G0 moves at the feed in force, and a line is one command, which comes first
+    Parameters
+    ----------
+    forms : tuple of str
+        Its spline words and other forms of curves, the default first.
+    header : tuple of str
+        First lines, by which a reader recognizes the dialect.
+    decimals : int
+        Of numbers, 17 where it reads all digits of a float.
+    degree : int, optional
+        The highest of its splines.
+    dwell : str, optional
+        Letter of a wait in seconds.
+    exact : str, optional
+        Its exact stop, "" where there is none.
+    footer : tuple of str, optional
+        Last lines.
+    point : bool, optional
+        Whether every number has a decimal point.
+    knotted : str, optional
+        Its word for a NURBS by knots.
+    turns : tuple, optional
+        Word of how often an arc goes round, and how much is counted off for the first time.
+    within : str, optional
+        Word of a tolerance behind G64, "" where there is none.
+    g0_at_f : bool, optional
+        Whether G0 moves at the feed in force, and a line is one command, which comes first.
     """
 
     forms: tuple[str, ...]
@@ -85,9 +104,25 @@ CONTROLS = {
 
 
 class WrittenText:
-    """The program so far; `form`, `tolerance` (mm) and `decimals` say how it is written.
+    """A program that is being written.
 
-    letters, rotary  of the axes of the path; index, curve, feed (mm/s)  of the curve that is being written
+    Parameters
+    ----------
+    dialect : str
+        A row of CONTROLS.
+    form : str
+        What curves become.
+    tolerance : float
+        mm.
+    decimals : int
+        Of numbers.
+
+    Attributes
+    ----------
+    letters, rotary : list of str, array (axes,)
+        Of the axes of the path, and which of them turn.
+    index, curve, feed : int, NurbsCurve, float
+        The curve that is being written, and its feed, mm/s.
     """
 
     feed: float | None

@@ -36,13 +36,34 @@ def write(
     feed: float | str | None = None,
     decimals: int | None = None,
 ) -> list[str]:
-    """Write `paths` as one program; what is approximated, left out or rounded comes back, one sentence each.
+    """Write paths as one program.
 
-    dialect    linuxcnc, fanuc, siemens, mach3 or printer
-    as_        what curves become: g5.2, g6.2, bspline, arcs or g1; the default is the first that the dialect has
-    tolerance  mm, for what has to be approximated; feed  mm/s, where the path says none; decimals  of numbers
+    Parameters
+    ----------
+    paths : sequence of Path
+        To be written, one behind the other.
+    target : str or PathLike
+        The file.
+    dialect : str, optional
+        linuxcnc, fanuc, siemens, mach3 or printer.
+    as_ : str, optional
+        What curves become: g5.2, g6.2, bspline, arcs or g1; the default is the first that the dialect has.
+    tolerance : float or str, optional
+        Of what has to be approximated, mm.
+    feed : float or str, optional
+        Where the path says none, mm/s.
+    decimals : int, optional
+        Of numbers, 1 to 17.
 
-    Raises InputError for options that do not go together and axes that have no letter.
+    Returns
+    -------
+    list of str
+        What is approximated, left out or rounded, one sentence each.
+
+    Raises
+    ------
+    InputError
+        For options that do not go together, and axes that have no letter.
     """
     if dialect not in CONTROLS:
         raise InputError(f"dialect {dialect!r} cannot be written; there are {', '.join(CONTROLS)}")
