@@ -1,4 +1,4 @@
-"""Random five-axis paths on four machines: tips, tool axes, poles, travel and limits of many kinds, one a seed."""
+"""Random five-axis paths on every kind of machine: tips, tool axes, poles, travel, limits of many kinds, one a seed."""
 
 from __future__ import annotations
 
@@ -10,12 +10,10 @@ import numpy as np
 
 import splinefeed as sf
 from splinefeed.errors import CurveError, LimitsError, SplinefeedError
-from splinefeed.kinematics import kinematics
+from splinefeed.kinematics import KINDS, kinematics
 from splinefeed.records import Array
-from tool_paths import random_limits
+from tool_paths import TILTING, random_limits
 
-#: Kinds of machine, by turns.
-KINDS = ("xyzac-trt", "xyzbc-trt", "5axiskins", "head-table")
 SHAPES = ("spline", "lines", "arcs", "dome", "knots", "points", "angles")
 #: Joints that have no travel of their own go no further than this: mm, and turns of the last one.
 FAR, TURNS = 3000.0, 40.0
@@ -44,7 +42,7 @@ class ToolMotion:
 def tool_motion(seed: int) -> ToolMotion:
     """The motion of a seed; machines go by turns."""
     random = np.random.default_rng([seed, 5])
-    machine = random_machine(KINDS[seed % len(KINDS)], random)
+    machine = random_machine(TILTING[seed % len(TILTING)], random)
     tool = random_tool(SHAPES[int(random.integers(len(SHAPES)))], machine, random)
     rotary = machine.joints[machine.linear :]
     limits, period = random_limits(seed, machine.joints)
@@ -64,8 +62,6 @@ def random_machine(kind: str, random: np.random.Generator) -> sf.kinematics.Kine
 
 
 def kinematics_of(kind: str) -> list[str]:
-    from splinefeed.kinematics import KINDS
-
     return [name.replace("-", "_") for name in KINDS[kind].lengths.split()]
 
 

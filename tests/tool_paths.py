@@ -9,24 +9,32 @@ from pathlib import Path as File
 import numpy as np
 
 import splinefeed as sf
-from splinefeed.kinematics import kinematics
+from splinefeed.kinematics import KINDS, Kinematics, kinematics
 from splinefeed.records import Array
 
-#: A machine of each kind that tilts the tool, with offsets.
-MACHINES = (
-    kinematics(
-        "xyzac-trt",
-        x_rot_point=3.0,
-        y_rot_point=-7.0,
-        z_rot_point=-20.0,
-        y_offset=4.0,
-        z_offset=-15.0,
-        tool_offset=60.0,
-    ),
-    kinematics("xyzbc-trt", x_rot_point=-5.0, z_rot_point=-30.0, x_offset=6.0, z_offset=12.0, tool_offset=40.0),
-    kinematics("5axiskins", pivot_length=150.0, tool_offset=50.0),
-    kinematics("head-table", x_rot_point=10.0, y_rot_point=20.0, pivot_length=120.0, tool_offset=30.0),
-)
+#: Lengths of machines, mm, no two of them alike.
+LENGTHS = {
+    "x-rot-point": 3.0,
+    "y-rot-point": -7.0,
+    "z-rot-point": -20.0,
+    "x-offset": 6.0,
+    "y-offset": 4.0,
+    "z-offset": -15.0,
+    "tool-offset": 60.0,
+    "pivot-length": 150.0,
+    "skew": 0.25,
+}
+#: Every kind of machine that tilts the tool.
+TILTING = tuple(kind for kind, chain in KINDS.items() if chain.rotary == 2)
+
+
+def machine_of(kind: str) -> Kinematics:
+    """A machine of a kind, with offsets."""
+    return kinematics(kind, **{name: LENGTHS[name] for name in KINDS[kind].lengths.split()})
+
+
+#: One of each.
+MACHINES = tuple(map(machine_of, TILTING))
 
 
 def flank(data_dir: File) -> sf.ToolPath:

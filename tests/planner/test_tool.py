@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from random_tools import KINDS, check_motion, differences, tool_motion
+from random_tools import check_motion, differences, tool_motion
 from splinefeed.errors import InputError, LimitsError
 from splinefeed.kinematics import kinematics
-from tool_paths import FLANK, FLANK_PERIOD, MACHINES, flank, random_limits, random_tool_path
+from tool_paths import FLANK, FLANK_PERIOD, MACHINES, TILTING, flank, random_limits, random_tool_path
 
 #: Time of the flank-milling path, s, by a direct NLP of 4000 cells; the goal is 1.005 of it.
 BEST_KNOWN = 8.0310
@@ -61,7 +61,7 @@ def test_random_tool_paths_keep_every_limit(seed: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("machine", range(len(KINDS)), ids=KINDS)
+@pytest.mark.parametrize("machine", range(len(TILTING)), ids=TILTING)
 def test_hundreds_of_random_tool_paths_keep_every_limit(machine: int) -> None:
     def outcome(seed: int) -> str:
         try:
@@ -69,7 +69,7 @@ def test_hundreds_of_random_tool_paths_keep_every_limit(machine: int) -> None:
         except sf.errors.PlanError:  # none was found that keeps every limit: a refusal that is not proved
             return "not found"
 
-    came = [outcome(seed) for seed in range(4000 + machine, 4240, len(KINDS))]
+    came = [outcome(seed) for seed in range(4000 + machine, 4240, len(TILTING))]
     assert came.count("not found") <= 1
     assert came.count("ok") >= 0.9 * len(came)
 

@@ -29,57 +29,71 @@ from splinefeed.kinematics.jets import Jet, Number, angle, sin_cos
 from splinefeed.records import Array
 
 Vector = tuple[Number, Number, Number]
-Turn = tuple[int, int, int, tuple[str, ...], tuple[str, ...]]
-"""A turn of the table: the two coordinates that it turns, by which rotary joint, and lengths: their sums say where."""
 X, Y, Z = 0, 1, 2
+#: The two coordinates that a rotary joint turns, from one to the other, by its letter.
+PLANES = {"a": (Y, Z), "b": (Z, X), "c": (X, Y), "theta": (X, Y)}
 
 
 class Chain(NamedTuple):
-    """One kind of machine.
+    """One kind of machine: what turns what, from which both directions follow.
 
     Parameters
     ----------
     joints : str
-        Names of its joints between blanks, the linear ones first.
+        Names of its joints between blanks, the linear ones first. Of two rotary ones the first, a or b, tilts and turns
+        about x or y; the last, c, turns about z.
     lengths : str
         Its parameters, as LinuxCNC's pins are called.
-    rotary : int, optional
-        How many joints turn: 2 with a tool axis, 1 with an angle in the plane, 0 with neither.
-    azimuth : (float, float), optional
-        Azimuth of the tool axis as (sign, offset rad) of the last joint.
-    tilt : float, optional
-        Sign of its tilt in the first rotary joint.
-    table : tuple of Turn, optional
-        How the table turns the workpiece, from the workpiece on.
-    head : int, optional
-        How many of the rotary joints the head has.
+    table : str, optional
+        Joints that turn the workpiece, from the workpiece on: about x-rot-point, y-rot-point, z-rot-point, that which
+        tilts about a place x-offset, y-offset, z-offset beside it.
+    head : str, optional
+        Joints that turn the tool, from the tool on, with a minus where positive angles turn it left-handed: about a
+        place pivot-length + tool-offset above the tip.
     twins : tuple of (int, str), optional
         Joints that move as the linear one of a number does, each with the length that it is beside it.
+
+    Notes
+    -----
+    A trunnion whose A tilts a table C is ``table="c a"``; a head B and a table C ``table="c", head="b"``.
     """
 
     joints: str
     lengths: str
-    rotary: int = 0
-    azimuth: tuple[float, float] = (1.0, 0.0)
-    tilt: float = 1.0
-    table: tuple[Turn, ...] = ()
-    head: int = 0
+    table: str = ""
+    head: str = ""
     twins: tuple[tuple[int, str], ...] = ()
+
+    @property
+    def rotary(self) -> int:
+        """How many joints turn: 2 with a tool axis, 1 with an angle in the plane, 0 with neither."""
+        return len(self.table.split()) + len(self.head.split())
+
+    @property
+    def tilt(self) -> float:
+        """Sign of the tool axis' tilt in the first rotary joint."""
+        first = self.joints.split()[-2]
+        return -self._way(first) if first == "a" else self._way(first)
+
+    @property
+    def azimuth(self) -> tuple[float, float]:
+        """Azimuth of the tool axis as (sign, offset rad) of the last joint."""
+        first, last = self.joints.split()[-2:]
+        return self._way(last), 0.5 * math.pi if first == "a" else 0.0
+
+    def _way(self, joint: str) -> float:
+        """Sign of the tool's turn, seen from the workpiece, in a joint."""
+        return 1.0 if joint in self.head.split() else -1.0
 
 
 _POINT = "x-rot-point y-rot-point z-rot-point"
-_C: Turn = (X, Y, -1, ("x-rot-point",), ("y-rot-point",))
-_A: Turn = (Y, Z, 0, ("y-rot-point", "y-offset"), ("z-rot-point", "z-offset"))
-_B: Turn = (Z, X, 0, ("z-rot-point", "z-offset"), ("x-rot-point", "x-offset"))
 #: Every kind of kinematics by the name that machine files know it by; a new one is one entry.
 KINDS = {
-    "xyzac-trt": Chain(
-        "x y z a c", f"{_POINT} y-offset z-offset tool-offset", 2, (-1.0, 0.5 * math.pi), table=(_C, _A)
-    ),
-    "xyzbc-trt": Chain("x y z b c", f"{_POINT} x-offset z-offset tool-offset", 2, (-1.0, 0.0), -1.0, (_C, _B)),
-    "5axiskins": Chain("x y z b c", "pivot-length tool-offset", 2, tilt=-1.0, head=2),
-    "head-table": Chain("x y z b c", f"{_POINT} pivot-length tool-offset", 2, (-1.0, 0.0), table=(_C,), head=1),
-    "xy-theta": Chain("x y z theta", _POINT, 1, table=(_C,)),
+    "xyzac-trt": Chain("x y z a c", f"{_POINT} y-offset z-offset tool-offset", table="c a"),
+    "xyzbc-trt": Chain("x y z b c", f"{_POINT} x-offset z-offset tool-offset", table="c b"),
+    "5axiskins": Chain("x y z b c", "pivot-length tool-offset", head="-b c"),
+    "head-table": Chain("x y z b c", f"{_POINT} pivot-length tool-offset", table="c", head="b"),
+    "xy-theta": Chain("x y z theta", _POINT, table="theta"),
     "gantry": Chain("x y z y2", "skew", twins=((Y, "skew"),)),
 }
 #: Lengths that must be given; all others are 0 unless they are.
@@ -165,10 +179,10 @@ class Kinematics:
         """
         pivot = self.lengths.get("pivot-length", 0.0)
         arm = pivot + self.lengths.get("tool-offset", 0.0)
-        if self.chain.head == 0:
+        head = len(self.chain.head.split())
+        if head == 0:
             return 0.0, 0.0, arm
-        s, c = sin_cos(turns[0])
-        x, y, z = self.axis(turns) if self.chain.head == 2 else (s, 0.0, c)
+        x, y, z = self.axis(turns if head == 2 else (turns[0], 0.0))  # a table turns none of it
         return x * arm, y * arm, z * arm - pivot
 
     def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
@@ -211,12 +225,19 @@ class Kinematics:
     def _turned(self, p: Vector, turns: tuple[Number, ...], way: int) -> Vector:
         """A place turned with the table (way 1), or back (-1)."""
         place = list(p)
-        for i, j, k, *about in self.chain.table[::way]:
-            x, y = (sum(self.lengths[name] for name in names) for names in about)
-            s, c = sin_cos(turns[k] * float(way))
+        rotary = self.joints[self.linear :]
+        for joint in self.chain.table.split()[::way]:
+            i, j = PLANES[joint]
+            x, y = (self._about(axis, tilts=joint in "ab") for axis in (i, j))
+            s, c = sin_cos(turns[rotary.index(joint)] * float(way))
             one, other = place[i] - x, place[j] - y
             place[i], place[j] = one * c - other * s + x, one * s + other * c + y
         return place[0], place[1], place[2]
+
+    def _about(self, axis: int, *, tilts: bool) -> float:
+        """Where a joint of the table turns, mm, along x, y or z."""
+        point, beside = (self.lengths.get(f"{'xyz'[axis]}-{name}", 0.0) for name in ("rot-point", "offset"))
+        return point + beside if tilts else point
 
     def axis(self, turns: tuple[Number, ...]) -> Vector:
         """Return the tool axis on the workpiece, from the tip to the spindle.
