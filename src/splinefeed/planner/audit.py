@@ -18,11 +18,30 @@ DOUBT = 3.5
 def worst_shares(
     conditions: Conditions, pieces: MotionPieces, end: float, before: tuple[MotionPieces, Array, Array] | None = None
 ) -> tuple[Array, Array]:
-    """Largest shares in each piece of tops, linear limits and jerk, (3, m), as factors on q; it ends at `end`, mm.
+    """Find the largest shares of limits in each piece of a motion.
 
-    And what the largest is surely below, (m,). A peak between places is that of a parabola through three of them. A
-    piece that may be over the worst between its places is looked at more closely, and so are the first and the last.
-    before  as many pieces, and what was found: a piece that is the same has still the same
+    Parameters
+    ----------
+    conditions : Conditions
+        What the motion must keep.
+    pieces : MotionPieces
+        The motion, m pieces.
+    end : float
+        Where it ends, mm.
+    before : tuple, optional
+        As many pieces, and the two results of these: a piece that is the same has still the same.
+
+    Returns
+    -------
+    worst : (3, m) array
+        Of tops, linear limits and jerk, as factors on q.
+    below : (m,) array
+        What the largest is surely below.
+
+    Notes
+    -----
+    A peak between places is that of a parabola through three of them. A piece that may be over the worst between its
+    places is looked at more closely, and so are the first and the last.
     """
     worst, bound = np.empty((3, len(pieces))), np.zeros(len(pieces))
     some = np.arange(len(pieces))

@@ -38,9 +38,25 @@ BINDING = 1e-3
 def lower_bound(
     conditions: Conditions, problem: Problem, solution: Solution, low: float, high: float, gap: float
 ) -> float:
-    """A lower bound of the time, s, from `low` to `high`, mm, between the ends of a problem; from a solution of it.
+    """Find a lower bound of the time from a solution.
 
-    It is within the share `gap` of the best that multipliers on its cells can tell.
+    Parameters
+    ----------
+    conditions : Conditions
+        What the motion must keep.
+    problem : Problem
+        Between the ends.
+    solution : Solution
+        Of it.
+    low, high : float
+        The ends, mm.
+    gap : float
+        Share of the best that multipliers on its cells can give, within which it is.
+
+    Returns
+    -------
+    float
+        s.
     """
     inner, ends = problem.spline.nodes, problem.ends
     ramp = 0.5 ** np.arange(1.0, DEGREE + 1.0)  # cells on a ramp, as many as splines overlap

@@ -35,13 +35,25 @@ DIRECTION = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Conditions:
-    """A path and what the motion along it must keep.
+    """Hold a path and what the motion along it must keep.
 
-    feed_steps  (k,), (k + 1,)  arc lengths, mm, at which the feed that the path asks for changes, and the feeds, mm/s
-    passed      (p,), (p,)      arc lengths of corners that are passed in motion, mm, and the largest feed there, mm/s
-    rests       (r,)            arc lengths strictly inside at which the motion stops, mm
-    paces       (k,), (k + 1,)  arc lengths, mm, at which the share of the limits changes that the motion may use, and
-                these shares, as factors on q
+    Parameters
+    ----------
+    track : Track
+        The path.
+    limits : Limits
+        Of the motion.
+    period : float or None
+        Servo period, s.
+    feed_steps : (k,) and (k + 1,) array
+        Arc lengths, mm, at which the feed that the path asks for changes, and the feeds, mm/s.
+    passed : two (p,) arrays
+        Arc lengths of corners that are passed in motion, mm, and the largest feed there, mm/s.
+    rests : (r,) array
+        Arc lengths strictly inside at which the motion stops, mm.
+    paces : (k,) and (k + 1,) array, optional
+        Arc lengths, mm, at which the share of the limits changes that the motion may use, and these shares, as factors
+        on q.
     """
 
     track: Track
@@ -195,14 +207,29 @@ class Conditions:
         alone: bool = False,
         smooth: bool = False,
     ) -> Rows:
-        """All rows at places s (n,), no breaks.
+        """Make all rows at places.
 
-        seen    what `along` tells there, if it is known
-        v       (n,) how fast the motion may be there tells which jumps are within reach; or reach (n,), (n,) from where
-                to where
-        rising  (n,) 1 where the tip surely speeds up, -1 where it slows down, 0 where it may do either
-        alone   whether what bends within a step of a place is of no concern: setpoints tell that
-        smooth  whether limits of models with friction, or of jerk, are left out
+        Parameters
+        ----------
+        s : (n,) array
+            Places, mm, no breaks.
+        seen : tuple of array, optional
+            What `along` gives there, (...), if it is known.
+        v : (n,) array, optional
+            How fast the motion may be there decides which jumps are within reach.
+        reach : two (n,) arrays, optional
+            From where to where they are, mm, in place of `v`.
+        rising : (n,) array or float, optional
+            1 where the tip surely speeds up, -1 where it slows down, 0 where it may do either.
+        alone : bool, optional
+            Whether what bends within a step of a place is of no concern: setpoints decide that.
+        smooth : bool, optional
+            Whether limits of models with friction, or of jerk, are left out.
+
+        Returns
+        -------
+        Rows
+            At the n places.
         """
         d, x = self.along(s) if seen is None else seen
         if reach is None:

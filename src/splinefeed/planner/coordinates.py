@@ -23,11 +23,18 @@ PEAK = 0.75 * 24.0 / 23.0
 
 @dataclass(frozen=True, eq=False)
 class Coordinates:
-    """m coordinates: axes, coordinates of a tip that are none, combinations of axes, and last the tip's arc length.
+    """Hold m coordinates: axes, coordinates of a tip that are none, combinations of axes, and last the tip's arc length.
 
-    mix (columns, m - 1)  what of each column of derivatives makes each of them but the last
-    v, a, d, j, dj (m,)  limits: velocity, acceleration, deceleration, jerk while speeding up and while slowing down
-    assumed            names of axes that nothing given bounds, which have the least limits of the others
+    Parameters
+    ----------
+    names : tuple of str
+        Theirs.
+    mix : (columns, m - 1) array
+        What of each column of derivatives makes each of them but the last.
+    v, a, d, j, dj : (m,) array
+        Limits: velocity, acceleration, deceleration, jerk while speeding up and while slowing down.
+    assumed : tuple of str, optional
+        Names of axes that nothing given bounds, which have the least limits of the others.
     """
 
     names: tuple[str, ...]
@@ -80,16 +87,35 @@ class Coordinates:
 def rows_of(
     at: Coordinates, x: Array, feed: Array, jumps: tuple[Array, Array], period: float | None, rising: Array
 ) -> Rows:
-    """Rows of coordinates `at` along a path with x', x'', x''' (3, m, n).
+    """Make rows of coordinates.
 
-    feed (n,)        the programmed one, mm/s
-    jumps (2, m, n)  of x' and of x'', each up and down, within a period of the place. A jump D of x'' makes the
-        acceleration jump by D q, which the third difference of setpoints spreads over three periods T by the quadratic
-        B-spline K, as D q K(t), of peak 3/4 / T. Jerk that gives way by PEAK D q / T for one period before and behind
-        the jump makes room for it: PEAK times the integral of K over these two periods is at least T K at any instant,
-        and equal to it in the middle, 23/24 PEAK = 3/4. A jump D of x' shows in the third difference with a peak of
-        D sqrt(q) / T^2, and in the second one of D sqrt(q) / T
-    rising (n,)      1 where the tip surely speeds up, -1 where it slows down, 0 where it may do either
+    Parameters
+    ----------
+    at : Coordinates
+        The m coordinates.
+    x : (3, m, n) array
+        x', x'', x''' along the path.
+    feed : (n,) array
+        The programmed one, mm/s.
+    jumps : two (2, m, n) arrays
+        Of x' and of x'', each up and down, within a period of the place.
+    period : float or None
+        Servo period T, s.
+    rising : (n,) array
+        1 where the tip surely speeds up, -1 where it slows down, 0 where it may do either.
+
+    Returns
+    -------
+    Rows
+        At the n places.
+
+    Notes
+    -----
+    A jump D of x'' makes the acceleration jump by D q, which the third difference of setpoints spreads over three
+    periods T by the quadratic B-spline K, as D q K(t), of peak 3/4 / T. Jerk that gives way by PEAK D q / T for one
+    period before and behind the jump makes room for it: PEAK times the integral of K over these two periods is at least
+    T K at any instant, and equal to it in the middle, 23/24 PEAK = 3/4. A jump D of x' shows in the third difference
+    with a peak of D sqrt(q) / T^2, and in the second one of D sqrt(q) / T.
     """
     x1, x2, x3 = x
     v = np.broadcast_to(at.v[:, None], x1.shape).copy()

@@ -75,13 +75,25 @@ def rows_of(conditions: Conditions, s: Array) -> Rows:
 
 
 class Dual:
-    """The rows of a stretch, tested with the splines on nodes (m + 1,), mm; places: Gauss's in `parts` of each cell.
+    """Test the rows of a stretch with the splines on nodes (m + 1,), at Gauss's places in `parts` of each cell.
 
-    fields (f,)   rows of jerk up and down, then linear ones high and low, then those of jerk again, under a chord of
-        1 / sqrt(q) from `least` (a function of places, q in mm^2/s^2) to the top; the first `jerks` are of jerk
-    pull (m, 4 f, g)  what a coefficient adds to P at the places of a cell; value (m, 4, g) the splines there
-    top, weight (m, g); fixed (n, f)  bounds of the tested rows, ends in motion included; held (n, f)  kept at 0
-    ends   q and q' where motion begins and ends, mm^2/s^2 and mm/s^2; scale  unit of linear rows' multipliers, s/mm
+    Attributes
+    ----------
+    fields : (f,) array
+        Rows of jerk up and down, then linear ones high and low, then those of jerk again, under a chord of 1 / sqrt(q)
+        from `least` (a function of places, q in mm^2/s^2) to the top; the first `jerks` are of jerk.
+    pull : (m, 4 f, g) array
+        What a coefficient adds to P at the places of a cell.
+    value : (m, 4, g) array
+        The splines there.
+    top, weight : (m, g) array
+        Of the places.
+    fixed, held : (n, f) array
+        Bounds of the tested rows, ends in motion included; those kept at 0.
+    ends : tuple
+        q and q' where motion begins and ends, mm^2/s^2 and mm/s^2.
+    scale : float
+        Unit of linear rows' multipliers, s/mm.
     """
 
     def __init__(
@@ -253,10 +265,28 @@ def _tried(*parts: Array) -> Array:
 
 @np.errstate(all="ignore")  # of multipliers that are none
 def _least(rows: Rows, given: Array, own: Array, free: BoolArray, edges: Array) -> Array:
-    """A number (n,) that 1 / sqrt(q) + b q - a q' - g q'' is nowhere below, within rows and 0 < q <= top.
+    """Find a number that 1 / sqrt(q) + b q - a q' - g q'' is nowhere below, within rows and 0 < q <= top.
 
-    given (3, n)  g, a, b;  own (3, n)  1 - Z, P and C of multipliers that meet them;  free (n,)  whether jerk counts;
-    edges (k, n)  of intervals of sqrt(q), from 0 to that of the top
+    Parameters
+    ----------
+    rows : Rows
+        At n places.
+    given : (3, n) array
+        g, a, b.
+    own : (3, n) array
+        1 - Z, P and C of multipliers that meet them.
+    free : (n,) array of bool
+        Whether jerk counts.
+    edges : (k, n) array
+        Of intervals of sqrt(q), from 0 to that of the top.
+
+    Returns
+    -------
+    (n,) array
+        The bound.
+
+    Notes
+    -----
     Others are of one row of jerk, which meets g, and a linear one for what is left of a, or, where jerk counts whatever
     g is, of two of jerk; each interval has its best ones.
     """

@@ -41,11 +41,22 @@ RATIO = 2.2
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Places along a stretch, dense where it turns and where the feed changes.
+    """Hold places along a stretch, dense where it turns and where the feed changes.
 
-    s (n,), mm; top (n,), mm^2/s^2, about what limits of velocity and acceleration allow q to be, and q (n,), what the
-    acceleration along the path can follow of it; turn (n,), 1/mm, and directions (n, k); push, twist
-    acceleration, mm/s^2, and jerk, mm/s^3, along the path that are possible where it is straight
+    Parameters
+    ----------
+    s : (n,) array
+        Places, mm.
+    top : (n,) array
+        mm^2/s^2, about what limits of velocity and acceleration allow q to be.
+    q : (n,) array
+        What the acceleration along the path can follow of it.
+    turn : (n,) array
+        1/mm.
+    directions : (n, k) array
+        Of the path.
+    push, twist : float
+        Acceleration, mm/s^2, and jerk, mm/s^3, along the path that are possible where it is straight.
     """
 
     s: Array
@@ -60,10 +71,23 @@ class Samples:
 def sample(
     conditions: Conditions, low: float, high: float, q_low: float, q_high: float, known: Samples | None = None
 ) -> Samples:
-    """Places between two ends with these q, parted until tangent and feed change little from one to the next.
+    """Find places between two ends, parted until tangent and feed change little from one to the next.
 
-    known  samples from `low` to `high` or further, to go on from.
-    Where nothing limits the jerk or the acceleration, they are what the top feed can do with: see ABRUPT.
+    Parameters
+    ----------
+    conditions : Conditions
+        What the motion must keep.
+    low, high : float
+        The ends, mm.
+    q_low, q_high : float
+        q there, mm^2/s^2.
+    known : Samples, optional
+        From `low` to `high` or further, to go on from.
+
+    Returns
+    -------
+    Samples
+        Where nothing limits the jerk or the acceleration, they are what the top feed can do with: see ABRUPT.
     """
     edges = np.concatenate([[low], conditions.inside(low, high), [high]])
     if known is None or not known.s[0] < high:
@@ -164,10 +188,31 @@ def lay(
     size: float,
     growth: float,
 ) -> tuple[Array, BoolArray]:
-    """Nodes (n + 1,) between the ramps at both ends, mm, and at which of them the path jumps.
+    """Lay nodes between the ramps at both ends.
 
-    size    see `density`
-    growth  length of cells next to rest, as a share of their distance from it
+    Parameters
+    ----------
+    conditions : Conditions
+        What the motion must keep.
+    samples : Samples
+        Of the stretch.
+    q : (n,) array
+        What is thought of q at the samples, mm^2/s^2.
+    low, high : float
+        The ends, mm.
+    ends : (End, End)
+        How the motion is there.
+    size : float
+        Of cells, see `density`.
+    growth : float
+        Length of cells next to rest, as a share of their distance from it.
+
+    Returns
+    -------
+    nodes : (n + 1,) array
+        mm.
+    jumps : (n + 1,) array of bool
+        At which of them the path jumps.
     """
     ramps = ends[0].ramp, ends[1].ramp
     begin, end = low + ramps[0], high - ramps[1]

@@ -40,16 +40,25 @@ NEAR, MANY = 12, 0.6
 
 @dataclass(frozen=True)
 class SolverSettings:
-    """How closely a motion is planned.
+    """Say how closely a motion is planned.
 
-    cell       over which the path turns, rad, and time over it, in units of sqrt(v / J), at most; see `grid.density`
-    tolerance  share of the time by which a solution may miss the optimum on its cells, and share of a limit, as a
-               factor on q, by which the audit may find a motion over it
-    cells      in a window, about
-    bounded    whether a lower bound of the time is wanted
-    spare      share of every limit, as a factor on q, that a motion with an end in motion leaves
-    growth     length of cells next to rest, as a share of their distance from it
-    alone      whether what bends within a step of a place is left to the setpoints, see `Conditions.rows`
+    Parameters
+    ----------
+    cell : float
+        Over which the path turns, rad, and time over it, in units of sqrt(v / J), at most; see `grid.density`.
+    tolerance : float
+        Share of the time by which a solution may miss the optimum on its cells, and share of a limit, as a factor on q,
+        by which the audit may find a motion over it.
+    cells : int
+        In a window, about.
+    bounded : bool, optional
+        Whether a lower bound of the time is wanted.
+    spare : float, optional
+        Share of every limit, as a factor on q, that a motion with an end in motion leaves.
+    growth : float, optional
+        Length of cells next to rest, as a share of their distance from it.
+    alone : bool, optional
+        Whether what bends within a step of a place is left to the setpoints, see `Conditions.rows`.
     """
 
     cell: float
@@ -83,10 +92,24 @@ class Plan:
 
 
 class Horizon:
-    """The cells of a window and their problem.
+    """Hold the cells of a window and their problem.
 
-    low, high  mm;  q (n,) what is thought of q at the samples, mm^2/s^2, which decides where cells lie;
-    laid  nodes (n + 1,) and at which of them the path jumps, if they are known
+    Parameters
+    ----------
+    conditions : Conditions
+        What the motion must keep.
+    samples : Samples
+        Of the stretch.
+    q : (n,) array
+        What is thought of q at the samples, mm^2/s^2, which decides where cells lie.
+    ends : (End, End)
+        How the motion is at both ends.
+    low, high : float
+        The ends, mm.
+    mode : SolverSettings
+        How closely to plan.
+    laid : tuple, optional
+        Nodes (n + 1,) and at which of them the path jumps, if they are known.
     """
 
     def __init__(
@@ -223,11 +246,29 @@ def plan_window(
     known: Samples | None = None,
     like: Plan | None = None,
 ) -> Plan:
-    """The motion from `low` to `high`, mm, between two states.
+    """Plan the motion over a window between two states.
 
-    With `exact` the audit holds it to 1, not to 1 + `mode.tolerance`: for motion that is not slowed down afterwards.
-    known  samples from `low` to `high` or further
-    like   another motion from `low` to `high`, which tells where cells lie and what to begin with
+    Parameters
+    ----------
+    conditions : Conditions
+        What the motion must keep.
+    low, high : float
+        The ends, mm.
+    start, stop : State
+        How the motion is there.
+    mode : SolverSettings
+        How closely to plan.
+    exact : bool, optional
+        Whether the audit holds it to 1, not to 1 + `mode.tolerance`: for motion that is not slowed down afterwards.
+    known : Samples, optional
+        From `low` to `high` or further.
+    like : Plan, optional
+        Another motion from `low` to `high`, which shows where cells lie and what to begin with.
+
+    Returns
+    -------
+    Plan
+        The motion.
     """
     if not high - low > SAME * conditions.track.length:
         raise PlanError(f"{conditions.between(low, high)} a limit leaves almost no feed")
@@ -285,11 +326,32 @@ def plan_window(
 def _turned(
     conditions: Conditions, window: Horizon, c: Array, mode: SolverSettings, *, freely: bool
 ) -> tuple[Horizon, Array]:
-    """A window and what to begin with where speeding up and slowing down have two limits of jerk, from coefficients c.
+    """Find a window where speeding up and slowing down have two limits of jerk.
 
+    Parameters
+    ----------
+    conditions : Conditions
+        What the motion must keep.
+    window : Horizon
+        To begin with.
+    c : (m,) array
+        Its coefficients.
+    mode : SolverSettings
+        How closely to plan.
+    freely : bool
+        Whether signs are first looked for under the higher limit: a state at an end may allow no lower one.
+
+    Returns
+    -------
+    window : Horizon
+        The window.
+    c : (m,) array
+        What to begin with.
+
+    Notes
+    -----
     Which limit holds depends on the sign of the tip's acceleration. Where it may be either the lower one does; over
     cells that clearly have the sign of the higher one, that, and the sign is held.
-    freely  whether signs are first looked for under the higher limit: a state at an end may allow no lower one
     """
     limits = conditions.limits
     way = 1.0 if limits.deceleration_jerk is None or limits.jerk > limits.deceleration_jerk else -1.0

@@ -19,7 +19,15 @@ GAUSS, WEIGHTS = 0.5 * (_PLACES + 1.0), 0.5 * _WEIGHTS
 
 @dataclass(frozen=True, eq=False)
 class MotionPieces:
-    """A motion over arc lengths: times of its pieces (m,), s, and coefficients (m, 6) of s in t from its beginning."""
+    """Hold a motion over arc lengths.
+
+    Parameters
+    ----------
+    spans : (m,) array
+        Times of its pieces, s.
+    coefficients : (m, 6) array
+        Of s in t from its beginning, mm.
+    """
 
     spans: Array
     coefficients: Array
@@ -78,9 +86,23 @@ def joined(parts: list[MotionPieces]) -> MotionPieces:
 
 
 def quintics(nodes: Array, v: Array, a0: Array, a1: Array, spans: Array) -> Array:
-    """Coefficients (n, 6) of s between nodes (n + 1,), mm, with feeds v there, over times (n,).
+    """Compute the polynomials s(t) between nodes.
 
-    a0, a1 (n,)  accelerations where each piece begins and ends
+    Parameters
+    ----------
+    nodes : (n + 1,) array
+        mm.
+    v : (n + 1,) array
+        Feeds there, mm/s.
+    a0, a1 : (n,) array
+        Accelerations where each piece begins and ends, mm/s^2.
+    spans : (n,) array
+        Times of the pieces, s.
+
+    Returns
+    -------
+    (n, 6) array
+        Coefficients of s in t.
     """
     h, t = np.diff(nodes), spans
     v0, v1 = v[:-1], v[1:]

@@ -74,10 +74,31 @@ def plan_from(
     mode: SolverSettings,
     known: Samples | None = None,
 ) -> Plan:
-    """The motion from `low` to `high`, mm, between two states of which one at least moves, as `plan_window` exactly.
+    """Plan the motion between two states of which one at least moves, as `plan_window` exactly.
 
-    Where cubics find none: with a beginning in closed form, then from where a motion from slower states leads, then
-    with finer cells. Raises PlanError as `plan_window`.
+    Parameters
+    ----------
+    conditions : Conditions
+        What the motion must keep.
+    low, high : float
+        The ends, mm.
+    start, stop : State
+        How the motion is there.
+    mode : SolverSettings
+        How closely to plan.
+    known : Samples, optional
+        From `low` to `high` or further.
+
+    Returns
+    -------
+    Plan
+        Where cubics find none: with a beginning in closed form, then from where a motion from slower states leads, then
+        with finer cells.
+
+    Raises
+    ------
+    PlanError
+        Where no motion was found.
     """
     openings = _openings(conditions, low, high, start, stop)
     if openings is None or over_at(conditions, low, start) > 1.0 + 2.0 * KEPT:
@@ -147,9 +168,23 @@ def _last_bit(conditions: Conditions, low: float, high: float, start: State) -> 
 
 
 def _on_a_line(line: _Line, high: float, start: State, stop: State, near: float) -> list[Opening] | None:
-    """On a straight line: the acceleration released at once, or behind a brake; None if the line is too short for both.
+    """Find openings on a straight line: the acceleration released at once, or behind a brake.
 
-    near  what a place may round by, mm
+    Parameters
+    ----------
+    line : _Line
+        The line.
+    high : float
+        Where the stretch ends, mm.
+    start, stop : State
+        How the motion is at both ends.
+    near : float
+        What a place may round by, mm.
+
+    Returns
+    -------
+    list of Opening or None
+        None if the line is too short for both.
     """
     v, a, whole, found = start.feed, start.acceleration, line.end == high, []
     most, room = (line.jerk, line.feed - v) if a > 0.0 else (line.jerk_down, v)

@@ -38,13 +38,22 @@ PHASES = 7
 class Profile:
     """Seven phases of constant jerk, from start_feed to end_feed over length (eq. 4-22), of n stretches.
 
-    durations      (7, n)  T1..T7, s; a phase that does not exist has 0
-    duration       s; NaN where the length does not even reach from the start feed to the end feed
-    length         mm
-    peak_feed      feed of phase 4, mm/s: the limit, or the highest that there is room for
-    acceleration, deceleration  magnitudes reached, mm/s^2
-    jerk, deceleration_jerk     magnitudes used, mm/s^3
-    start_feed, end_feed        mm/s
+    Parameters
+    ----------
+    durations : (7, n) array
+        T1..T7, s; a phase that does not exist has 0.
+    duration : (n,) array
+        s; NaN where the length does not even reach from the start feed to the end feed.
+    length : (n,) array
+        mm.
+    peak_feed : (n,) array
+        Feed of phase 4, mm/s: the limit, or the highest that there is room for.
+    acceleration, deceleration : (n,) array
+        Magnitudes reached, mm/s^2.
+    jerk, deceleration_jerk : (n,) array
+        Magnitudes used, mm/s^3.
+    start_feed, end_feed : (n,) array
+        mm/s.
     """
 
     durations: Array

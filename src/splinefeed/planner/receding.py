@@ -29,11 +29,28 @@ class OutOfReachError(PlanError):
 
 @dataclass(eq=False)
 class RecedingHorizon:
-    """Where the motion has come to, mm, its state there, and the rest of the last plan, which ends at rest at `end`.
+    """Hold where the motion has come to, its state there, and the rest of the last plan, which ends at rest.
 
-    work  cells that were planned so far
-    ahead, samples  share of a window that is known ahead, and the samples by which `reach` found it
-    limits  those that the last plan keeps;  lines  plans of straight lines from rest to rest, by where they begin
+    Parameters
+    ----------
+    low : float
+        Where the motion has come to, mm.
+    state : State, optional
+        How it moves there.
+    left : MotionPieces, optional
+        The rest of the last plan.
+    end : float, optional
+        Where that ends, mm.
+    work : int, optional
+        Cells that were planned so far.
+    ahead : float, optional
+        Share of a window that is known ahead.
+    samples : Samples, optional
+        By which `reach` found it.
+    limits : Limits, optional
+        Those that the last plan keeps.
+    lines : dict of float to MotionPieces, optional
+        Plans of straight lines from rest to rest, by where they begin.
     """
 
     low: float
@@ -47,9 +64,19 @@ class RecedingHorizon:
     lines: dict[float, MotionPieces] | None = None
 
     def straight(self, conditions: Conditions, marks: Array) -> MotionPieces | None:
-        """The exact profile to the next stop, if the motion is at rest and the line to there straight.
+        """Plan the exact profile to the next stop, if the motion is at rest and the line to there straight.
 
-        marks (m,)  where it is, mm, and the stops ahead: what is found of TOGETHER of them is kept
+        Parameters
+        ----------
+        conditions : Conditions
+            What the motion must keep.
+        marks : (m,) array
+            Where it is, mm, and the stops ahead: what is found of TOGETHER of them is kept.
+
+        Returns
+        -------
+        MotionPieces or None
+            None where it is not straight.
         """
         if self.state.feed > 0.0 or len(marks) < 2:
             return None
@@ -73,12 +100,32 @@ class RecedingHorizon:
         ends_here: bool,
         share: float = OPEN,
     ) -> MotionPieces:
-        """The next final motion, by a window up to `near`, mm; with `ends_here` the motion ends there in `stop`.
+        """Plan the next final motion; where no new plan keeps the limits, take the next part of the last one, to rest.
 
-        share  of the window's pieces that does not become final
+        Parameters
+        ----------
+        conditions : Conditions
+            What the motion must keep.
+        mode : SolverSettings
+            How closely to plan.
+        near : float
+            Where the window ends, mm.
+        stop : State
+            How the motion is there.
+        ends_here : bool
+            Whether the motion ends there.
+        share : float, optional
+            Of the window's pieces that does not become final.
 
-        Where no new plan keeps the limits, the next part of the last one is taken: it leads to rest.
-        Raises OutOfReachError where there is none: from the state the motion cannot keep the limits.
+        Returns
+        -------
+        MotionPieces
+            The motion.
+
+        Raises
+        ------
+        OutOfReachError
+            Where there is no plan: from the state the motion cannot keep the limits.
         """
         into = stop if ends_here else REST
         try:
@@ -204,7 +251,24 @@ def _final(count: int, share: float) -> int:
 def plan_stretch(
     conditions: Conditions, low: float, high: float, start: State, stop: State, mode: SolverSettings
 ) -> Plan:
-    """The motion between two ends, at rest or in motion, by as many horizons as it takes."""
+    """Plan the motion between two ends, at rest or in motion, by as many horizons as it takes.
+
+    Parameters
+    ----------
+    conditions : Conditions
+        What the motion must keep.
+    low, high : float
+        The ends, mm.
+    start, stop : State
+        How the motion is there.
+    mode : SolverSettings
+        How closely to plan.
+
+    Returns
+    -------
+    Plan
+        The motion.
+    """
     horizon = RecedingHorizon(low, State(start.feed, start.acceleration))
     if horizon.reach(conditions, mode, high) == high:
         if max(start.feed, stop.feed) > 0.0:

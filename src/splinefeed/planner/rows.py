@@ -20,15 +20,28 @@ TINY = 1e-140
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """All rows at n places.
+    """Hold all rows at n places.
 
-    top (n,)           q <= top: the least of `own` and of `between` (n,), which holds between setpoints
-    linear (m, 2, n)   c0, c1, with low and high (m, n), in units of the limit
-    jerk (k, 3, n)     c0, c1, c2, in units of the limit
-    jump (2, 2, k, n)  what jumps of the path take of the jerk, upwards and downwards: a constant, a factor of sqrt(q)
-    coordinates, smooth  how many linear rows are accelerations of coordinates, and how many those and torques
-    jerks              how many of those of jerk are of coordinates
-    root (m, n)        what sqrt(q) adds to each linear row; None where it adds nothing
+    Parameters
+    ----------
+    top : (n,) array
+        q <= top: the least of `own` and of `between`.
+    own, between : (n,) array
+        The top of each place, and that which holds between setpoints.
+    linear : (m, 2, n) array
+        c0, c1, in units of the limit.
+    low, high : (m, n) array
+        Bounds of the linear rows.
+    jerk : (k, 3, n) array
+        c0, c1, c2, in units of the limit.
+    jump : (2, 2, k, n) array
+        What jumps of the path take of the jerk, upwards and downwards: a constant, a factor of sqrt(q).
+    coordinates, smooth : int
+        How many linear rows are accelerations of coordinates, and how many those and torques.
+    jerks : int
+        How many of those of jerk are of coordinates.
+    root : (m, n) array, optional
+        What sqrt(q) adds to each linear row; None where it adds nothing.
     """
 
     top: Array

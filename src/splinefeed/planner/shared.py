@@ -24,9 +24,26 @@ def on_tick(time: float, period: float | None) -> float:
 
 
 def with_dwells(law: TimeLaw, dwells: Sequence[tuple[float, float]], length: float) -> TimeLaw:
-    """The law with a piece of constant s wherever the path waits: dwells are (mm, s), made whole periods.
+    """Put a piece of constant s into a law wherever the path waits.
 
-    Raises PlanError where the law does not stop at such a place.
+    Parameters
+    ----------
+    law : TimeLaw
+        The law.
+    dwells : sequence of (float, float)
+        Where, mm, and how long, s; made whole periods.
+    length : float
+        Of the path, mm.
+
+    Returns
+    -------
+    TimeLaw
+        The law that waits.
+
+    Raises
+    ------
+    PlanError
+        Where the law does not stop at such a place.
     """
     if not dwells:
         return law

@@ -68,9 +68,18 @@ class End:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Coefficients of q (m,), the time of it, s, multipliers to go on from, and how it ended.
+    """Hold what was found.
 
-    kept  whether every row holds
+    Parameters
+    ----------
+    c : (m,) array
+        Coefficients of q.
+    time : float
+        Of the motion, s.
+    z : (rows, n) array
+        Multipliers to go on from.
+    kept : bool
+        Whether every row holds.
     """
 
     c: Array
@@ -80,9 +89,22 @@ class Solution:
 
 
 class Problem:
-    """Places, the splines that reach them, and their rows.
+    """Hold places, the splines that reach them, and their rows.
 
-    cell, x, weight (n,)  cell of each place, where it is, mm, and its weight in the time, the sum of weight / sqrt(q)
+    Parameters
+    ----------
+    spline : Spline
+        The splines.
+    cell : (n,) array of int
+        Cell of each place.
+    x : (n,) array
+        Where it is, mm.
+    weight : (n,) array
+        Its weight in the time, the sum of weight / sqrt(q).
+    rows : Rows
+        At the places.
+    ends : (End, End)
+        How the motion is at both ends.
     """
 
     def __init__(
@@ -251,8 +273,26 @@ class Problem:
 
 
 def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Solution:
-    """From coefficients c (m,), q > 0, to a time within the share `gap` of the least; z goes on from multipliers.
+    """Find coefficients of a time within a share of the least.
 
+    Parameters
+    ----------
+    problem : Problem
+        Places and rows.
+    c : (m,) array
+        Coefficients to begin with, q > 0.
+    gap : float
+        The share.
+    z : (rows, n) array, optional
+        Multipliers to go on from.
+
+    Returns
+    -------
+    Solution
+        What was found.
+
+    Notes
+    -----
     A row that is over its limit has a slack of its own until it is not; one that is not stays so. So every solution
     keeps every row unless one could not be kept at all, and steps may end anywhere.
     """

@@ -15,12 +15,23 @@ DEGREE = 3
 class Spline:
     """Cubic B-splines on the cells between nodes (n + 1,), mm; C2, but C1 at nodes where the path itself jumps.
 
-    Where r'' jumps q' may jump, too, by a share of q: there they are multiplied by exp(u), where u is 0 at nodes and
-    has slopes of half that share away from this one, u = share/2 x (1 - x/h)^2 at x, mm, in a cell of h, mm.
+    Parameters
+    ----------
+    nodes : (n + 1,) array
+        mm.
+    t : (m,) array
+        Knots: the end nodes four times, the nodes of `jumps` twice.
+    first : (n,) array of int
+        Index of the first of the four coefficients that reach into each cell.
+    slope_jumps : (n + 1,) array
+        1/mm: by what share of q its slope jumps at nodes, 0 at both ends.
 
-    t      (m,)  knots: the end nodes four times, the nodes of `jumps` twice
-    first  (n,)  index of the first of the four coefficients that reach into each cell
-    slope_jumps (n + 1,)  1/mm: by what share of q its slope jumps at nodes, 0 at both ends
+    Notes
+    -----
+    Where r'' jumps q' may jump, too, by a share of q: there they are multiplied by exp(u), where u is 0 at nodes and
+    has slopes of half that share away from this one, at x, mm, in a cell of h, mm,
+
+        u = share/2 x (1 - x/h)^2
     """
 
     nodes: Array

@@ -46,10 +46,30 @@ SHARPEST = np.pi - 1e-3
 
 
 def passed_corners(path: Path, limits: Limits, period: float | None) -> tuple[Array, Array]:
-    """Arc lengths (k,) of the corners that are passed, mm, and the largest feed there, mm/s; none without a step.
+    """Find the corners that are passed, and the largest feed there.
 
-    feed |r' behind - r' before| <= axis_velocity_step of each axis; with a chord error the setpoints on both sides of a
-    corner of angle phi, v T apart, leave it by v T / 2 sin(phi / 2) at most.
+    Parameters
+    ----------
+    path : Path
+        The path.
+    limits : Limits
+        Of the motion.
+    period : float or None
+        Servo period T, s.
+
+    Returns
+    -------
+    s, feed : (k,) array
+        Arc lengths, mm, and feeds, mm/s; none without a step.
+
+    Notes
+    -----
+    With |r' behind - r' before| of each axis,
+
+        feed |r' behind - r' before| <= axis_velocity_step
+
+    With a chord error the setpoints on both sides of a corner of angle phi, v T apart, leave it by v T / 2 sin(phi / 2)
+    at most.
     """
     corners = path.corners
     stopped = [float(path.curve_starts[marker.before]) for marker in path.markers if marker.stop]
@@ -209,9 +229,28 @@ def _behind(before: TimeLaw, law: TimeLaw) -> TimeLaw:
 def motion(
     conditions: Conditions, strategy: str, mode: SolverSettings, begin: State | None = None, goal: State | None = None
 ) -> TimeLaw:
-    """From one state to another, by default from end to end of a path, as `plan_in_mode`.
+    """Plan from one state to another, by default from end to end of a path, as `plan_in_mode`.
 
-    Raises PlanError where no motion was found.
+    Parameters
+    ----------
+    conditions : Conditions
+        What the motion must keep.
+    strategy : str
+        A name in MODES.
+    mode : SolverSettings
+        How closely to plan.
+    begin, goal : State, optional
+        How the motion is at both ends.
+
+    Returns
+    -------
+    TimeLaw
+        The law.
+
+    Raises
+    ------
+    PlanError
+        Where no motion was found.
     """
     limits, period, length = conditions.limits, conditions.period, conditions.track.length
     begin = State(conditions.speed_at(0.0, limits.start_feed)) if begin is None else begin

@@ -20,14 +20,38 @@ CHORD = -1
 
 
 def held_at_ticks(law: TimeLaw, path: Track, limits: Limits, first: IntArray, passed: Array, breaks: Array) -> TimeLaw:
-    """The law, slower from one rest to the next where differences of its setpoints are over a limit.
+    """Slow a law down from one rest to the next where differences of its setpoints are over a limit.
 
-    |D^k r| / T^k <= limit (1 + KEPT), and the rounding of r, for the setpoints r at the ticks of the period T, k = 1 to
-    3, torques and chords.
-    first (m,)   the first piece of each stretch between rests
-    passed (k,)  arc lengths of corners that are passed in motion, mm, across which differences are no derivatives
-    breaks (n,)  arc lengths where derivatives jump or the path bends sharply, mm
-    Raises PlanError for what no feed mends, and next to an end in motion.
+    Parameters
+    ----------
+    law : TimeLaw
+        The law.
+    path : Track
+        Its path.
+    limits : Limits
+        Of the motion.
+    first : (m,) array of int
+        The first piece of each stretch between rests.
+    passed : (k,) array
+        Arc lengths of corners that are passed in motion, mm, across which differences are no derivatives.
+    breaks : (n,) array
+        Arc lengths where derivatives jump or the path bends sharply, mm.
+
+    Returns
+    -------
+    TimeLaw
+        The law, slower.
+
+    Raises
+    ------
+    PlanError
+        For what no feed mends, and next to an end in motion.
+
+    Notes
+    -----
+    For the setpoints r at the ticks of the period T, k = 1 to 3, torques and chords, but for the rounding of r,
+
+        |D^k r| / T^k <= limit (1 + KEPT)
     """
     if law.period is None:
         return law

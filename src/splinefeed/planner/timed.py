@@ -31,10 +31,30 @@ SETTLED = 6
 
 
 def in_time(make: Callable[[Array], TimeLaw], path: Path, limits: Limits, period: float | None) -> TimeLaw:
-    """The law that passes the curves' ends at `path.times`; make(paces) plans with shares of the limits (curves,).
+    """Plan the law that passes the curves' ends at `path.times`.
 
-    Within a period, and the last one to the tick; wanted times are rounded to ticks. Raises LimitsError for a path that
-    waits or a motion that does not begin and end at rest, PlanError for times that are too short, with the shortest.
+    Parameters
+    ----------
+    make : callable
+        Plans with shares of the limits (curves,).
+    path : Path
+        With wanted times.
+    limits : Limits
+        Of the motion.
+    period : float or None
+        Servo period, s; wanted times are rounded to ticks.
+
+    Returns
+    -------
+    TimeLaw
+        It passes them within a period, and the last one to the tick.
+
+    Raises
+    ------
+    LimitsError
+        For a path that waits or a motion that does not begin and end at rest.
+    PlanError
+        For times that are too short, with the shortest.
     """
     assert path.times is not None
     if path.dwells or path.stops or limits.start_feed > 0.0 or limits.end_feed > 0.0:
