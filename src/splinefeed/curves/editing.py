@@ -391,12 +391,29 @@ def blossom(knots: Array, points: Array, degree: int, span: IntArray, arguments:
 
 
 def _finer(knots: Array, points: Array, degree: int, new_knots: Array) -> Array:
-    """Control points of the same spline over a finer knot vector: Q_i = F(tau_{i+1}, ..., tau_{i+p}).
+    """Compute control points of the same spline over a finer knot vector: Q_i = F(tau_{i+1}, ..., tau_{i+p}).
 
-    Inside the domain new_knots contains `knots`; before the first and behind the last of new_knots there are p more
-    `knots`. On the span of tau_i, with the last argument first, all that counts is a mean with positive weights, so
-    that no digits are lost. Source: Cohen, Lyche, Riesenfeld, "Discrete B-splines and subdivision techniques", CGIP
-    14(2), 1980, doi 10.1016/0146-664X(80)90040-4.
+    Parameters
+    ----------
+    knots : (k,) array
+        Of the spline.
+    points : (n, columns) array
+        Its control points.
+    degree : int
+        p.
+    new_knots : (m,) array
+        Inside the domain they contain `knots`; before the first and behind the last of them there are p more `knots`.
+
+    Returns
+    -------
+    (m - p - 1, columns) array
+        On the span of tau_i, with the last argument first, all that counts is a mean with positive weights, so that no
+        digits are lost.
+
+    References
+    ----------
+    .. [1] Cohen, Lyche, Riesenfeld, "Discrete B-splines and subdivision techniques", CGIP 14(2), 1980, doi
+       10.1016/0146-664X(80)90040-4.
     """
     first = np.arange(len(new_knots) - degree - 1)
     span = np.searchsorted(knots, new_knots[first], side="right") - 1

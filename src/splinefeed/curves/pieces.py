@@ -294,9 +294,18 @@ def is_left(side: str, order: int = 0) -> bool:
 
 
 class Pieces:
-    """A table of pieces (pieces, width), its shape, and first and last row of each curve, rows (curves, 2).
+    """Hold a table of pieces.
 
-    curve_starts  (curves + 1,), mm: where each curve starts, and the length of all at last, of arc-length pieces
+    Parameters
+    ----------
+    table : (pieces, width) array
+        See `kernels.layout`.
+    shape : Shape
+        Of the table.
+    rows : (curves, 2) array of int
+        First and last row of each curve.
+    curve_starts : (curves + 1,) array, optional
+        mm: where each curve starts, and the length of all at last, of arc-length pieces.
     """
 
     def __init__(self, table: Array, shape: Shape, rows: IntArray, curve_starts: Array | None = None) -> None:

@@ -48,12 +48,20 @@ MOST_COMPARED, EACH_COMPARED = 4_000_000, 100
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Parts of rows, c of them, in the order of the path.
+    """Hold parts of rows, c of them, in the order of the path.
 
-    row, low, high (c,)  which part of which row, in t
-    speed, bend (c,)     greatest |dC/dt|, mm, and curvature, 1/mm
-    reach (c,)           no point is further than this from the chord between the ends, mm
-    first, last (dims, c)  the ends
+    Parameters
+    ----------
+    row : (c,) array of int
+        Which row.
+    low, high : (c,) array
+        Which part of it, in t.
+    speed, bend : (c,) array
+        Greatest |dC/dt|, mm, and curvature, 1/mm.
+    reach : (c,) array
+        No point is further than this from the chord between the ends, mm.
+    first, last : (dims, c) array
+        The ends.
     """
 
     row: IntArray
@@ -100,9 +108,20 @@ class Found:
 class Rows(Protocol):
     """Pieces of a path as columns, r of them: origin + A(t) / w(t) on each, t = (u - middle) scale in [-1, 1].
 
-    low, high, middle, scale   (r,)  interval of u
-    start, end                 (r,)  arc length at both ends, mm
-    origin, terms              (axes, r), (axes + 1 if rational, degree + 1, r)  coefficients of t^k of A, and of w
+    Attributes
+    ----------
+    degree, axes, linear : int
+        Highest degree, number of axes, and how many of them make the length.
+    rational : bool
+        Whether there is a w.
+    low, high, middle, scale : (r,) array
+        Interval of u.
+    start, end : (r,) array
+        Arc length at both ends, mm.
+    origin : (axes, r) array
+        A point near each.
+    terms : (axes + 1 if rational, degree + 1, r) array
+        Coefficients of t^k of A, and of w.
     """
 
     degree: int
@@ -380,16 +399,31 @@ class Search:
         found: Found,
         better: Callable[..., None] | None = None,
     ) -> None:
-        """Better `found` (n,) by the nearest points of parts of cells, low to high, each for the position `owner`.
+        """Better `found` by the nearest points of parts of cells, each for one position.
 
+        Parameters
+        ----------
+        q : (dims, n) array
+            Positions.
+        owner, cell : (m,) array of int
+            Whose each part is, and of which cell.
+        low, high : (m,) array
+            From where to where, in t.
+        found : Found
+            Of the n positions.
+        better : callable, optional
+            Takes what is found, in place of `found.better`.
+
+        Notes
+        -----
         With arc length s, dD/ds = (C - Q).T and d2D/ds2 = 1 + (C - Q).kN. Within h of a place of distance d the last
         term is at most b = (d + h) k, k the greatest curvature. So there
+
             |C - Q| >= d - h  and  |C - Q|^2 >= d^2 - 2 |dD/ds| h - max(b - 1, 0) h^2   (nothing better: left out),
             b < 1:  D is convex, it has one minimum;  |dD/ds| > h (1 + b):  D falls towards one end.
+
         What is neither is bisected; after MAX_BISECTIONS it is so short that dD/dt is practically a cubic: from an
         end at which D falls inwards Newton's method comes to the minimum next to it, and a cubic has no others.
-
-        better  takes what is found, in place of `found.better`
         """
         cells, better = self.cells, better or found.better
         todo: list[tuple[Any, ...]] = []
@@ -443,10 +477,26 @@ class Search:
         *,
         known: tuple[Array, ...] | None = None,
     ) -> Found:
-        """A minimum of |C - Q|^2 over t in [low, high] (n,): Newton's method on its slope, from t, in a bracket.
+        """Find a minimum of |C - Q|^2 over an interval of t: Newton's method on its slope, in a bracket.
 
-        known  `_squared` at t. The last step is so small that the parabola tells the minimum to rounding. What has
-        converged is not changed again, so that its bits do not depend on its neighbours.
+        Parameters
+        ----------
+        row : (n,) array of int
+            The rows.
+        terms : (columns, degree + 1, n) array
+            Theirs.
+        away : (dims, n) array
+            C - Q but for the terms.
+        low, high, t : (n,) array
+            The interval, and where to begin.
+        known : tuple of array, optional
+            `_squared` at t, (n,).
+
+        Returns
+        -------
+        Found
+            The last step is so small that the parabola gives the minimum to rounding. What has converged is not changed
+            again, so that its bits do not depend on its neighbours.
         """
         found = Found(row, t.copy(), np.full(len(t), np.inf))
         index, left, right, longest = np.arange(len(t)), low, high, high - low

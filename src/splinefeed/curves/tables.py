@@ -63,10 +63,18 @@ FEJER = np.sin((np.arange(NODES) + 0.5) * math.pi / NODES) * math.pi / NODES
 
 @dataclass(frozen=True)
 class Spans:
-    """Knot spans that are not empty, or parts of them, of curves of one degree, (n,) each.
+    """Hold knot spans that are not empty, or parts of them, of curves of one degree.
 
-    curve, knot, point  number of the curve, and where the span's 2 p + 2 knots and p + 1 control points begin in `flat`
-    low, high, share    interval of u, and which share of its knot span it is
+    Parameters
+    ----------
+    flat : Flat
+        Arrays of the curves.
+    degree, rational : int
+        Of all of them; rational is 0 or 1.
+    curve, knot, point : (n,) array of int
+        Number of the curve, and where the span's 2 p + 2 knots and p + 1 control points begin in `flat`.
+    low, high, share : (n,) array
+        Interval of u, and which share of its knot span it is.
     """
 
     flat: Flat
@@ -193,9 +201,25 @@ Speed = Callable[[Array, Shape, Array], Array]
 
 
 def fits(spans: Spans, c: Array, shape: Shape, totals: Array, speed: Speed = speed) -> BoolArray:
-    """Fit |dC/dt| on each piece (n,) by a polynomial of degree 9, write its integral into c; whether it is good enough.
+    """Fit |dC/dt| on each piece by a polynomial of degree 9, and write its integral into the columns.
 
-    totals  (n,) rough lengths of the curves, mm. A line of degree 1 is exact.
+    Parameters
+    ----------
+    spans : Spans
+        The pieces.
+    c : (width, n) array
+        Their columns.
+    shape : Shape
+        Of the table.
+    totals : (n,) array
+        Rough lengths of the curves, mm. A line of degree 1 is exact.
+    speed : callable, optional
+        What the length is the integral of.
+
+    Returns
+    -------
+    (n,) array of bool
+        Whether it is good enough.
     """
     a, own = spans.own(c, shape)
     if spans.line:
@@ -239,9 +263,28 @@ def slow_places(integral: Array) -> tuple[IntArray, Array]:
 
 
 def halved(spans: Spans, shape: Shape, holds: Callable[[Spans, Array], BoolArray]) -> Iterator[tuple[IntArray, Array]]:
-    """Curve (n,) and columns (width, n) of pieces, bisected until `holds` says of each that it is good.
+    """Bisect pieces until each is good.
 
-    Raises CurveError for a curve that would need more of them than MAX_ROWS.
+    Parameters
+    ----------
+    spans : Spans
+        To begin with.
+    shape : Shape
+        Of the table.
+    holds : callable
+        Of spans and their columns (width, n), whether each is good, (n,).
+
+    Yields
+    ------
+    curve : (n,) array of int
+        Whose the pieces are.
+    columns : (width, n) array
+        Of the pieces.
+
+    Raises
+    ------
+    CurveError
+        For a curve that would need more of them than MAX_ROWS.
     """
     kept = np.zeros(len(spans.flat), dtype=np.int64)
     for depth in range(MAX_DEPTH + 1):

@@ -43,8 +43,18 @@ STEPS, ROUNDING = 90, 1e-15
 class Corner:
     """A point of the path where tangent or curvature jumps.
 
-    s  mm; curve, u  where (the end of `curve` if between two); angle  of the tangents, rad;
-    curvature_jump  length of the change of the curvature vector, 1/mm; infinite where C' = 0 on one side
+    Parameters
+    ----------
+    s : float
+        mm.
+    curve : int
+        Which curve; the one before it if between two.
+    u : float
+        Parameter on it.
+    angle : float
+        Of the tangents, rad.
+    curvature_jump : float
+        Length of the change of the curvature vector, 1/mm; infinite where C' = 0 on one side.
     """
 
     s: float
@@ -120,9 +130,25 @@ def find_corners(path: JoinedCurves) -> Corners:
 def _jumps(
     path: JoinedCurves, sizes: Array, before: tuple[IntArray, Array], after: tuple[IntArray, Array], rough: BoolArray
 ) -> tuple[Array, Array, BoolArray]:
-    """Angle between the tangents and jump of the curvature of points (n,), and whether each is a corner.
+    """Compute the angle between the tangents and the jump of the curvature of points.
 
-    sizes  (curves,) of the curves over the widths of their domains; rough  (n,) where something can jump at all
+    Parameters
+    ----------
+    path : JoinedCurves
+        The path.
+    sizes : (curves,) array
+        Of the curves over the widths of their domains.
+    before, after : tuple of array
+        Curve (n,) and parameter (n,) on either side.
+    rough : (n,) array of bool
+        Where something can jump at all.
+
+    Returns
+    -------
+    angle, jump : (n,) array
+        rad and 1/mm.
+    corner : (n,) array of bool
+        Whether each is one.
     """
     tangent, bend = _turn(path, sizes, *before, "left")
     next_tangent, next_bend = _turn(path, sizes, *after, "right")

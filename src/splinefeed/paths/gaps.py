@@ -38,10 +38,24 @@ def open_joints(ends: Array) -> BoolArray:
 
 
 def closed(curves: Packed, linear: int, outer: Array) -> Packed:
-    """The curves, (n,), without gaps between the last point of one and the first of the next: joints lie in the middle.
+    """Close gaps between the last point of one curve and the first of the next: joints lie in the middle.
 
-    outer  (2, axes), where they begin and end
+    Parameters
+    ----------
+    curves : Packed
+        The n curves.
+    linear : int
+        How many of the first axes are linear.
+    outer : (2, axes) array
+        Where they begin and end.
 
+    Returns
+    -------
+    Packed
+        Without gaps.
+
+    Notes
+    -----
     A curve is moved by shift_0 (1 - c) + shift_1 c, c being where in its domain each control point counts most
     (Greville), from 0 to 1: that is linear in u, so that a line stays a line, and no tangent turns by more than what
     the gap is of the length. Where one curve is hardly longer than the gap, over the linear axes for these and over

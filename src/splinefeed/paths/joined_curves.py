@@ -41,12 +41,24 @@ CURVATURE_PLACES = np.linspace(-1.0, 1.0, 33)
 
 
 class JoinedCurves(Track):
-    """What a `Path` says of the curves that it is made of, once they are joined: it has no say in which these are.
+    """What a `Path` knows of the curves that it is made of, once they are joined: which these are is not its concern.
 
-    curves     as they are given;  joined  those of the motion, without gaps
-    tolerance  the largest gap that is closed, mm; markers  events that are not motion
-    by_tip     whether the linear axes alone make the length
-    metric     what each axis is taken times in `table`, (axes,); units  what it counts in a tangent, (axes,)
+    Attributes
+    ----------
+    curves : sequence of NurbsCurve
+        As they are given; `joined` are those of the motion, without gaps.
+    tolerance : float
+        The largest gap that is closed, mm.
+    by_tip : bool
+        Whether the linear axes alone make the length.
+    metric : (axes,) array
+        What each axis is taken times in `table`.
+    units : (axes,) array
+        What each axis counts in a tangent.
+    markers : tuple of Marker
+        Events that are not motion.
+    lines : (curves,) array of int or None
+        Line of a program that each curve stands on.
     """
 
     curves: Sequence[NurbsCurve]

@@ -307,9 +307,21 @@ def _together(curve: NurbsCurve) -> Callable[[float], float]:
 
 
 def _put(curve: NurbsCurve, corners: list[float], cuts: list[tuple[float, float, Array]]) -> NurbsCurve:
-    """The curve, of degree 3 at least, with full knots at corners and cubics between parameters.
+    """Put knots and cubics into a curve of degree 3 at least.
 
-    cuts  from, to, and Bezier points (4, axes) of what takes the place of the curve between these
+    Parameters
+    ----------
+    curve : NurbsCurve
+        The curve.
+    corners : list of float
+        Parameters that become full knots.
+    cuts : list of (float, float, array)
+        From, to, and Bezier points (4, axes) of what takes the place of the curve between these.
+
+    Returns
+    -------
+    NurbsCurve
+        The curve.
     """
     at = _together(curve)
     corners, cuts = [at(u) for u in corners], [(at(a), at(b), points) for a, b, points in cuts]

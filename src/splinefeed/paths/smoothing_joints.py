@@ -61,9 +61,20 @@ class Done:
 
 @dataclass
 class Assembly:
-    """Transitions at the joints of the curves that come, which lead from one to the other with continuous curvature.
+    """Make transitions at the joints of the curves that come, from one to the other with continuous curvature.
 
-    axes, angular  as for `smoothed`; rounded  whether corners are rounded; gap  of the paths, mm; made  transitions
+    Parameters
+    ----------
+    axes : tuple of str
+        As for `smoothed`.
+    angular : float
+        Tolerance of rotary axes, rad.
+    rounded : bool
+        Whether corners are rounded.
+    gap : float, optional
+        Of the paths, mm.
+    made : int, optional
+        Transitions so far.
     """
 
     axes: tuple[str, ...]
@@ -163,11 +174,16 @@ def at_knot(curve: NurbsCurve, u: float) -> float:
 
 
 class Transitions(NamedTuple):
-    """One transition a joint, or none.
+    """Hold one transition a joint, or none.
 
-    reach   (joints,) arc length that it takes of either curve, mm; 0 for none
-    before  (joints,) parameter at which it leaves the curve in front; behind  at which it meets the one behind
-    points  (joints, 6, axes) Bezier points of degree 5
+    Parameters
+    ----------
+    reach : (joints,) array
+        Arc length that it takes of either curve, mm; 0 for none.
+    before, behind : (joints,) array
+        Parameters at which it leaves the curve in front, and meets the one behind.
+    points : (joints, 6, axes) array
+        Bezier points of degree 5.
     """
 
     reach: Array

@@ -72,11 +72,18 @@ MOST_TURN = math.radians(80.0)
 class Order:
     """Two paths traversed side by side, from start to end and never back.
 
-    largest    a bound of the Frechet distance over the linear axes, mm, infinite if none was found; largest_angle  of
-               the angle between the rotary axes meanwhile, rad
-    crossings  (n, 2) arc lengths of the result at which it meets itself and the original, near there, does not
-    concerned  (2 n, 2) first and last curve of the original that the pieces which meet there stand for
-    unclear    chords of the result too short, for their bend, to tell whether there are loops in them
+    Parameters
+    ----------
+    largest : float
+        A bound of the Frechet distance over the linear axes, mm, infinite if none was found.
+    largest_angle : float
+        Of the angle between the rotary axes meanwhile, rad.
+    crossings : (n, 2) array, optional
+        Arc lengths of the result at which it meets itself and the original, near there, does not.
+    concerned : (2 n, 2) array of int, optional
+        First and last curve of the original that the pieces which meet there stand for.
+    unclear : int, optional
+        Chords of the result too short, for their bend, to show whether there are loops in them.
     """
 
     largest: float
@@ -90,10 +97,18 @@ class Order:
 class Proof:
     """The proof of a smoothed path, by means that the smoothing does not share.
 
-    path        the result, with its findings
-    order       how far both are apart when they are traversed side by side, and which self-crossings are new
-    tolerance   mm, the largest that was allowed; angular_tolerance  rad
-    closer      curves of the original that were smoothed with less, so that there is no new self-crossing
+    Parameters
+    ----------
+    path : Path
+        The result, with its findings.
+    order : Order
+        How far both are apart when they are traversed side by side, and which self-crossings are new.
+    tolerance : float
+        mm, the largest that was allowed.
+    angular_tolerance : float
+        rad.
+    closer : int
+        Curves of the original that were smoothed with less, so that there is no new self-crossing.
     """
 
     path: Path
@@ -132,12 +147,33 @@ class Proof:
 def proven(
     path: Path, tolerance: float | str, *, angular_tolerance: float = ANGULAR_TOLERANCE, use: float = 1.0, **how: Any
 ) -> Proof:
-    """The path smoothed as by `smoothed`, with the same arguments, and the proof of it.
+    """Smooth a path as by `smoothed`, and prove it.
 
-    Where the original nearly touches itself, a result within the tolerance may cross itself: there it is smoothed again
-    with half the tolerance, and finally not smoothed. `use` is the share of the tolerance that counts as all of it.
-    Raises CurveError if it is over its tolerance nevertheless, which is not known to happen, and InputError as
-    `smoothed`.
+    Parameters
+    ----------
+    path : Path
+        The path.
+    tolerance : float or str
+        mm, or "program".
+    angular_tolerance : float, optional
+        rad.
+    use : float, optional
+        The share of the tolerance that counts as all of it.
+    **how : object
+        Other arguments of `smoothed`.
+
+    Returns
+    -------
+    Proof
+        Where the original nearly touches itself, a result within the tolerance may cross itself: there it is smoothed
+        again with half the tolerance, and finally not smoothed.
+
+    Raises
+    ------
+    CurveError
+        If it is over its tolerance nevertheless, which is not known to happen.
+    InputError
+        As `smoothed`.
     """
     given = path
     path, _ = cut_at_corners(path)
@@ -162,11 +198,33 @@ def proven(
 def proven_tool(
     path: ToolPath, tolerance: float | str, *, angular_tolerance: float = ANGULAR_TOLERANCE, **how: Any
 ) -> tuple[ToolPath, Proof]:
-    """The tool path with continuous tangent and curvature of tip and tool axis, and the proof of both tolerances.
+    """Smooth tip and tool axis of a tool path, and prove both tolerances.
 
-    tolerance          of the tip, mm, or "program"; how  as for `smoothed`
-    angular_tolerance  of the tool axis, rad
+    Parameters
+    ----------
+    path : ToolPath
+        The path.
+    tolerance : float or str
+        Of the tip, mm, or "program".
+    angular_tolerance : float, optional
+        Of the tool axis, rad.
+    **how : object
+        As for `smoothed`.
 
+    Returns
+    -------
+    path : ToolPath
+        With continuous tangent and curvature of tip and tool axis.
+    proof : Proof
+        Of both.
+
+    Raises
+    ------
+    InputError
+        For a tolerance that cannot be used, and for curves whose tool axis has other knots than the tip.
+
+    Notes
+    -----
     Tip and tool axis are one curve of up to six columns, (r, w): w holds vectors k / m, where m is the shortest of
     them all, or angles of rotary joints, rad. That curve is smoothed as any path with rotary axes is, and `order` runs
     both paths through side by side: at each place of the result there is one of the original, in the same order, with
@@ -177,7 +235,6 @@ def proven_tool(
     sample: each curve lies in the hull of its control points, so that |k| >= min_i (p_i . d) for any unit vector d.
     Of angles, the tool axis of two joints that turn about crossing axes has dk^2 = dA^2 + sin^2(A) dC^2: it turns by
     no more than the joints do. Both bounds hold with what the chords of that proof cut off.
-    Raises InputError for a tolerance that cannot be used, and for curves whose tool axis has other knots than the tip.
     """
     if not (isinstance(angular_tolerance, int | float) and 0.0 < angular_tolerance <= LARGEST_ANGLE):
         raise InputError(
@@ -251,16 +308,32 @@ def _unpacked(smooth: Path, path: ToolPath) -> ToolPath:
 
 
 def order(original: Path, result: Path, tolerance: float, angular_tolerance: float, precision: float = 0.02) -> Order:
-    """Both paths traversed side by side, so that they stay near each other, and new self-crossings of the result.
+    """Traverse both paths side by side, so that they stay near each other, and find new self-crossings of the result.
 
-    tolerance, angular_tolerance  mm and rad: what counts as equally far over linear and rotary axes
-    precision                     of both, as a share: what chords in place of curves may cost
+    Parameters
+    ----------
+    original, result : Path
+        The paths.
+    tolerance, angular_tolerance : float
+        mm and rad: what counts as equally far over linear and rotary axes.
+    precision : float, optional
+        Of both, as a share: what chords in place of curves may cost.
 
-    The largest distance of the traversal bounds the Frechet distance: the order of places, and the direction, are those
-    of the original, nothing is left out or traversed twice. The way is found from the chords of both paths alone, cell
-    by cell (Alt, Godau, "Computing the Frechet distance between two polygonal curves", Int. J. Comput. Geom. Appl. 5
-    (1995), 75-91, doi 10.1142/S0218195995000064); the distance is convex along it within a cell, so that its places on
-    the edges give the largest. It shares nothing with the smoothing.
+    Returns
+    -------
+    Order
+        The largest distance of the traversal bounds the Frechet distance: the order of places, and the direction, are
+        those of the original, nothing is left out or traversed twice.
+
+    Notes
+    -----
+    The way is found from the chords of both paths alone, cell by cell [1]_; the distance is convex along it within a
+    cell, so that its places on the edges give the largest. It shares nothing with the smoothing.
+
+    References
+    ----------
+    .. [1] Alt, Godau, "Computing the Frechet distance between two polygonal curves", Int. J. Comput. Geom. Appl. 5
+       (1995), 75-91, doi 10.1142/S0218195995000064.
     """
     linear = result.linear
     scale = np.repeat([1.0 / tolerance, 1.0 / angular_tolerance], [linear, len(result.axes) - linear])
@@ -352,10 +425,25 @@ def _unclear(p: Array, cut: Array, owner: IntArray) -> int:
 
 
 def chords(path: Path, sag: float, scale: Array | None = None) -> tuple[Array, IntArray, Array]:
-    """Points (n + 1, axes) of chords, the curve of each chord (n,), and what it cuts off at most (n,).
+    """Replace a path by chords.
 
-    That is at most `sag`, and a small share of the span.
-    scale  (axes,) what each axis is taken times; only the linear ones, in mm, if it is not given
+    Parameters
+    ----------
+    path : Path
+        The path.
+    sag : float
+        The most that a chord may cut off; that is a small share of its span, too.
+    scale : (axes,) array, optional
+        What each axis is taken times; only the linear ones, in mm, if it is not given.
+
+    Returns
+    -------
+    points : (n + 1, axes) array
+        Of the chords.
+    curve : (n,) array of int
+        Of each chord.
+    off : (n,) array
+        What it cuts off at most.
     """
     scale = np.ones(path.linear) if scale is None else scale
     table, rows = path.span_pieces.table, path.span_pieces.rows

@@ -44,16 +44,23 @@ GRADE = 2.5
 
 @dataclass(frozen=True, eq=False)
 class LineBatch:
-    """Curves that follow each other.
+    """Hold curves that follow each other.
 
-    flat       the curves
-    first      (n,) number of the first curve of the path that each stands for
-    allowed    (n,) tolerance, mm
-    spent      (n,) share of it that is used up
-    line       (n,) straight lines that may be changed
-    free       (n,) whether the joint before it may be smoothed; apart whether feed or tolerance changes there
-    corner     (n,) whether that joint turns by more than the corner angle
-    feed       (n,) mm/s; said  tolerance of the program, mm; NaN where none is given
+    Parameters
+    ----------
+    flat : Flat
+        The curves.
+    first : (n,) array of int
+        Number of the first curve of the path that each stands for.
+    allowed, spent : (n,) array
+        Tolerance, mm, and the share of it that is used up.
+    line : (n,) array of bool
+        Straight lines that may be changed.
+    free, apart, corner : (n,) array of bool
+        Whether the joint before it may be smoothed, whether feed or tolerance changes there, and whether it turns by
+        more than the corner angle.
+    feed, said : (n,) array
+        mm/s, and tolerance of the program, mm; NaN where none is given.
     """
 
     flat: Flat
@@ -95,10 +102,20 @@ COLUMNS = tuple(field.name for field in fields(LineBatch) if field.name != "flat
 
 @dataclass
 class Runs:
-    """Runs of short lines that turn gently become splines of degree 5, everything else stays as it is.
+    """Make splines of degree 5 of runs of short lines that turn gently; everything else stays as it is.
 
+    Parameters
+    ----------
+    linear : int
+        How many of the first axes are linear.
+    angular, corner_angle : float
+        rad, as for `smoothed`.
+    fits : int, optional
+        Splines so far.
+
+    Notes
+    -----
     Before, points within a tenth of the tolerance of the last one go: lines between those that stay take their place.
-    linear, angular, corner_angle  as for `smoothed`; fits  splines so far
     """
 
     linear: int

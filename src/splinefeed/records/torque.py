@@ -210,11 +210,36 @@ class Torque(OfTorques):
         return super().still(position)
 
     def rows(self, s: Array, d: Array) -> ModelRows:
-        """Rows |a q'/2 + b q + c + coulomb sign(r') + viscous r' sqrt(q)| <= most.
+        """Make rows |a q'/2 + b q + c + coulomb sign(r') + viscous r' sqrt(q)| <= most.
 
-        c = f(r, 0, 0), a = f(r, 0, r') - c, b = f(r, r', r'') - c: Pham, Pham, IEEE T-RO 34(3), 2018,
-        https://doi.org/10.1109/TRO.2018.2819195, section II. Raises LimitsError for a model with friction, and
-        PlanError where standing still takes more than the torque.
+        Parameters
+        ----------
+        s : (n,) array
+            Places, mm.
+        d : (n, 4, joints) array
+            The joints there and their derivatives by the length.
+
+        Returns
+        -------
+        ModelRows
+            What bounds q and q'.
+
+        Raises
+        ------
+        LimitsError
+            For a model with friction.
+        PlanError
+            Where standing still takes more than the torque.
+
+        Notes
+        -----
+        The terms are
+
+            c = f(r, 0, 0),  a = f(r, 0, r') - c,  b = f(r, r', r'') - c
+
+        References
+        ----------
+        .. [1] Pham, Pham, IEEE T-RO 34(3), 2018, https://doi.org/10.1109/TRO.2018.2819195, section II.
         """
         r, r1, r2, _ = np.moveaxis(d, 1, 0)
         none = np.zeros_like(r)

@@ -106,14 +106,29 @@ def interpolated(
     times: IntArray,
     held: tuple[Held, Held] = (None, None),
 ) -> tuple[Any, float]:
-    """The spline (a `scipy.interpolate.BSpline`) near function(u), (n,) -> (n, axes), and its largest error.
+    """Interpolate a function by a spline where each control point counts most (`editing.greville`).
 
-    grid   (spans + 1,) to begin with: spans are halved until the error is `allowed`, or MAX_SPANS are reached
-    times  (spans - 1,) multiplicity of the inner knots of this grid; those that halve spans are simple
-    held   what it has at the start and at the end beside the value, if anything
+    Parameters
+    ----------
+    function : callable
+        Parameters (n,) to points (n, axes).
+    allowed : float
+        Largest error.
+    degree : int
+        p.
+    grid : (spans + 1,) array
+        To begin with: spans are halved until the error is `allowed`, or MAX_SPANS are reached.
+    times : (spans - 1,) array of int
+        Multiplicity of the inner knots of this grid; those that halve spans are simple.
+    held : tuple, optional
+        What it has at the start and at the end beside the value, if anything.
 
-    It interpolates where each control point counts most (`editing.greville`): at the ends, and at knots of multiplicity
-    p, these are the places themselves.
+    Returns
+    -------
+    spline : scipy.interpolate.BSpline
+        At the ends, and at knots of multiplicity p, it meets the function.
+    error : float
+        The largest.
     """
     from scipy.interpolate import make_interp_spline
 

@@ -231,7 +231,10 @@ class Override:
     def state(self) -> State:
         """Where on its path the motion is, and how it moves: `sf.plan(path, limits, start=override.state)` goes on.
 
-        Raises LimitsError while it runs backwards, and for setpoints without their path.
+        Raises
+        ------
+        LimitsError
+            While it runs backwards, and for setpoints without their path.
         """
         if not isinstance(self.source, LawSource):
             raise LimitsError("state: setpoints without their path have none; run a law along a path")
