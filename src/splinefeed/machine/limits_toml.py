@@ -261,6 +261,8 @@ def travel_of(axis: str, value: Any) -> tuple[float, float]:
     ------
     LimitsError
         For what is no list of two that rises.
+    UnitError
+        For a value that is no length, or angle.
     """
     if not axis or not isinstance(value, list) or len(value) != 2:
         raise LimitsError(f"{value!r}; write least and greatest position of each axis, such as [travel] x = [0, 500]")

@@ -61,7 +61,14 @@ def choose(name: str | None) -> str | None:
 
 
 def usual() -> tuple[Machine, str]:
-    """Return the usual machine, and a sentence with its name and how to name another.
+    """Return the usual machine: the one that the user chose, else a plain one.
+
+    Returns
+    -------
+    machine : Machine
+        The one that commands take where none is named.
+    words : str
+        A sentence with its name, and how to name another.
 
     Raises
     ------
