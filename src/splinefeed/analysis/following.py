@@ -285,7 +285,7 @@ def spectrum(signal: Array, period: float) -> Spectrum:
 
     Notes
     -----
-    ::
+    With Hann's weights w the amplitudes are
 
         A_k = 2 |sum_j w_j (x_j - mean) exp(-2 pi i j k / n)| / sum_j w_j,  half of that at half the sampling rate
 

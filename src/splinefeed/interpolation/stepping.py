@@ -92,7 +92,7 @@ def taylor(order: int, source: str) -> Callable[..., float]:
 
     Notes
     -----
-    ::
+    The derivatives of u by time are
 
         u' = V / g,  u'' = A / g - V^2 g' / g^3,  u''' = J / g - 3 A V g' / g^3 - V^3 g'' / g^4 + 3 V^3 g'^2 / g^5
 
@@ -156,7 +156,7 @@ def predictor_corrector(
 
     Notes
     -----
-    ::
+    Predictor and corrector are
 
         u_{k+1} = sum_i before_i u_{k-i} + T sum_i weights_i f_{k-i}
         u_{k+1} = sum_i corrected_i u_{k-i} + T (new f_{k+1} + sum_i old_i f_{k-i})
@@ -262,7 +262,7 @@ def tsai_cheng(
 
     Notes
     -----
-    ::
+    Predictor and compensation are
 
         u_{k+1} = 3 u_k - 3 u_{k-1} + u_{k-2}
         u_{k+1} = u_{k+1} + (1 - r) (u_{k+1} - u_k),  r = |C(u_{k+1}) - C(u_k)| / (V T)
@@ -307,7 +307,7 @@ def runge_kutta_2_compensated(
 
     Notes
     -----
-    ::
+    Predictor and compensation are
 
         u_{k+1} = u_k + (T / 2) (f(u_k) + f(u_k + T f(u_k)))
         u_{k+1} = u_{k+1} + (-D.C' + sqrt((D.C')^2 - C'.C' (D.D - (V T)^2))) / C'.C'

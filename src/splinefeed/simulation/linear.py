@@ -239,7 +239,7 @@ def controller_response(controller: Controller, period: float, omega: Array) -> 
 
     Notes
     -----
-    ::
+    With D the filtered derivative:
 
         PID:  R = H = K_p + K_i T z / (z - 1) + K_d D,   D = (z - 1) / ((T_f + T) z - T_f)
         P-PI: R = P K, H = P (K + D),   P = K_vp + K_vi T z / (z - 1)
