@@ -37,11 +37,32 @@ FEED_SHARE = 0.1
 
 @dataclass(frozen=True, eq=False)
 class AxisMotion:
-    """What each axis does at each tick: velocity, acceleration, jerk, (n, axes), mm/s^k, rotary axes rad/s^k.
+    """What each axis does at each tick.
 
+    Attributes
+    ----------
+    t : (n,) array
+        s.
+    velocity, acceleration, jerk : (n, axes) array
+        mm/s, mm/s^2, mm/s^3; of rotary axes rad/s, rad/s^2, rad/s^3.
+
+    Notes
+    -----
     Differences of the setpoints, which are what a drive sees and `check` counts: velocity and jerk lie half a period
     behind their tick, `late`. Where there are none, at ends in motion and corners passed in motion, exact derivatives.
-    Source: docs/check.md. Example: `run.motion.acceleration`
+
+    References
+    ----------
+    .. [1] docs/check.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> run = sf.run(sf.Path.polyline([[0, 0], [10, 0]]), sf.Limits(feed=10, acceleration=100, jerk=1000))
+    >>> run.motion.acceleration.shape
+    (1201, 2)
+    >>> round(float(run.motion.velocity[:, 0].max()), 6)
+    10.0
     """
 
     t: Array
@@ -50,13 +71,32 @@ class AxisMotion:
     jerk: Array
 
     def late(self, period: float) -> Array:
-        """Where velocity and jerk lie, (n,), s, by the servo period, s."""
+        """Return where velocity and jerk lie: half a period behind their tick.
+
+        Parameters
+        ----------
+        period : float
+            Of the servo, s.
+
+        Returns
+        -------
+        (n,) array
+            s.
+        """
         return np.minimum(self.t + 0.5 * period, self.t[-1:])
 
 
 @dataclass(frozen=True, eq=False)
 class TipMotion:
-    """What the law does at ticks t (n,), s: acceleration and jerk of the tool tip along its path, (n,), mm/s^k."""
+    """What the law does at ticks, along the path of the tool tip.
+
+    Attributes
+    ----------
+    t : (n,) array
+        s.
+    acceleration, jerk : (n,) array
+        mm/s^2 and mm/s^3.
+    """
 
     t: Array
     acceleration: Array
@@ -136,7 +176,13 @@ class LimitUse:
         return np.where(binds, most, -1).astype(np.int64)
 
     def time_bound_by(self) -> dict[str, float]:
-        """Part of the time in which each limit binds, 0 to 1, those that never do left out; "none" for the rest."""
+        """Return the part of the time in which each limit binds, 0 to 1.
+
+        Returns
+        -------
+        dict of str to float
+            By name of the limit, those that never do left out; "none" for the rest.
+        """
         none, *parts = (self.counts / max(int(self.counts.sum()), 1)).tolist()
         return {**{name: part for name, part in zip(self.names, parts, strict=True) if part > 0.0}, "none": none}
 
@@ -319,11 +365,29 @@ def maximum_velocity(
 class Ripple:
     """The actual feed of setpoints against the planned one.
 
-    t         (m,)  start of each step that counts, s
-    relative  (m,)  (arc length of the step) / (planned step) - 1
-    floor     the rounding of s over the smallest of these steps: the lowest possible ripple
-    rms       root mean square of `relative`, 0 if no step counts; of a long motion over all steps, those left out too
-    Source: docs/math/interpolators.md. Example: `sf.analysis.feed_ripple(setpoints, path, law).relative`
+    Attributes
+    ----------
+    t : (m,) array
+        Start of each step that counts, s.
+    relative : (m,) array
+        (arc length of the step) / (planned step) - 1.
+    floor : float
+        The rounding of s over the smallest of these steps: the lowest possible ripple.
+    rms : float
+        Root mean square of `relative`, 0 if no step counts; of a long motion over all steps, those left out too.
+
+    References
+    ----------
+    .. [1] docs/math/interpolators.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.Path.polyline([[0, 0], [10, 0]])
+    >>> law = sf.plan(path, sf.Limits(feed=10, acceleration=100, jerk=1000), period=1e-3)
+    >>> ripple = sf.analysis.feed_ripple(sf.interpolate(path, law), path, law)
+    >>> ripple.max < 1e-9
+    True
     """
 
     t: Array
@@ -338,8 +402,22 @@ class Ripple:
 
 
 def steps(setpoints: Setpoints, path: Path) -> Array:
-    """Arc length along the path from each setpoint to the next, (n - 1,), mm, negative where one goes back.
+    """Measure the arc length along the path from each setpoint to the next.
 
+    Parameters
+    ----------
+    setpoints : Setpoints
+        n of them.
+    path : Path
+        On which they lie.
+
+    Returns
+    -------
+    (n - 1,) array
+        mm, negative where one goes back.
+
+    Notes
+    -----
     By quadrature of |C'(u)|, independent of the arc-length table that the interpolators use; see `spans`.
     """
     rows = spans_of(path)
@@ -348,14 +426,46 @@ def steps(setpoints: Setpoints, path: Path) -> Array:
 
 
 def feed_ripple(setpoints: Setpoints, path: Path, law: TimeLaw, *, top: float | None = None) -> Ripple:
-    """Relative error of each step's arc length against the law's, where the feed is above a tenth of its top.
+    """Compare each step's arc length with the law's, where the feed is above a tenth of its top.
 
+    Parameters
+    ----------
+    setpoints : Setpoints
+        Of the motion, or a part of it.
+    path : Path
+        On which they lie.
+    law : TimeLaw
+        That they follow.
+    top : float, optional
+        Highest feed of the motion, mm/s, where `setpoints` are a part of it.
+
+    Returns
+    -------
+    Ripple
+        Of m steps, (m,).
+
+    Raises
+    ------
+    InputError
+        Where setpoints and path do not go together.
+
+    Notes
+    -----
     relative_k = (S(u_{k+1}) - S(u_k)) / (l(t_{k+1}) - l(t_k)) - 1, by `steps`. The chord would be shorter by
     kappa^2 (V T)^2 / 24, which is not an error of the interpolator.
 
-    top  highest feed of the motion, mm/s, where `setpoints` are a part of it
-    Returns a Ripple of m steps, (m,). Raises InputError where setpoints and path do not go together.
-    Source: docs/math/interpolators.md. Example: `sf.analysis.feed_ripple(setpoints, path, law).max`
+    References
+    ----------
+    .. [1] docs/math/interpolators.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> path = sf.shapes.circle(5)
+    >>> law = sf.plan(path, sf.Limits(feed=10, acceleration=100, jerk=1000), period=1e-3)
+    >>> setpoints = sf.interpolate(path, law, method="taylor-1")
+    >>> round(sf.analysis.feed_ripple(setpoints, path, law).max, 3)
+    0.022
     """
     top = float(np.max(setpoints.feed, initial=0.0)) if top is None else top
     planned = np.diff(law(setpoints.t))
@@ -371,9 +481,21 @@ def feed_ripple(setpoints: Setpoints, path: Path, law: TimeLaw, *, top: float | 
 
 
 def drift(setpoints: Setpoints, law: TimeLaw, path: Path | None = None) -> Array:
-    """How far each setpoint is ahead of the law along the path, (n,), mm: S(u_k) - l(t_k).
+    """Measure how far each setpoint is ahead of the law along the path, S(u_k) - l(t_k).
 
-    path  needed where linear and rotary axes make the length, which is not the setpoints' arc length of the tip then
+    Parameters
+    ----------
+    setpoints : Setpoints
+        n of them.
+    law : TimeLaw
+        That they follow.
+    path : Path, optional
+        Needed where linear and rotary axes make the length, which is not the setpoints' arc length of the tip then.
+
+    Returns
+    -------
+    (n,) array
+        mm.
     """
     return (setpoints.s if path is None else path.lengths_of(setpoints)) - law(setpoints.t)
 
