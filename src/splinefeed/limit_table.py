@@ -95,8 +95,9 @@ class LimitKind:
         Whether it is an angle of no axis: rad inside, degrees at the edges.
     filed : bool
         Whether files and options can hold it.
-    of_force : bool
-        Whether it is a torque or a force, and not a length or an angle.
+    unit : (str, str)
+        Of what a model gives: its unit for people of axes that slide, and of those that turn. Values of these are in
+        deg where that begins so, else as they are.
     says : str
         Help of its option.
     """
@@ -110,8 +111,12 @@ class LimitKind:
     share: str = ""
     angle: bool = False
     filed: bool = True
-    of_force: bool = False
+    unit: tuple[str, str] | None = None
     says: str = ""
+
+    def __post_init__(self) -> None:
+        if self.bounds == MODELS and self.unit is None:
+            raise ValueError(f'{self.name}: say its unit, of axes that slide and that turn, as unit=("N", "N m")')
 
     @property
     def quantity(self) -> str:
@@ -177,13 +182,13 @@ class LimitFields:
 
 
 #: Every limit, in the order in which they are shown.
-TABLE = (
+TABLE: tuple[LimitKind, ...] = (
     *(replace(each.metadata["kind"], name=each.name) for each in fields(LimitFields)),
     LimitKind("combinations", "combination", SUMS, filed=False),
-    LimitKind("torque", "torque", MODELS, of_force=True, filed=False),
-    LimitKind("torque_rate", "rate of torque", MODELS, 1, of_force=True, filed=False),
-    LimitKind("axis_velocity_law", "axis velocity by position", MODELS, 1, filed=False),
-    LimitKind("axis_approach", "axis approach", MODELS, 2, filed=False),
+    LimitKind("torque", "torque", MODELS, unit=("N", "N m"), filed=False),
+    LimitKind("torque_rate", "rate of torque", MODELS, 1, unit=("N/s", "N m/s"), filed=False),
+    LimitKind("axis_velocity_law", "axis velocity by position", MODELS, 1, unit=("mm/s", "deg/s"), filed=False),
+    LimitKind("axis_approach", "axis approach", MODELS, 2, unit=("mm/s^2", "deg/s^2"), filed=False),
 )
 KINDS = {each.name: each for each in TABLE}
 #: What of a combination is bounded, in the order of the derivatives.
@@ -253,8 +258,11 @@ def unit_of(name: str, along: str = "mm") -> str:
     Example: `unit_of("axis_jerk.theta")` is deg/s^3
     """
     kind, _, axis = name.partition(".")
-    if kind in KINDS and KINDS[kind].of_force:
-        return ("N m" if axis in ROTARY_AXES or _own_unit(name) == "rad" else "N") + _PER[order_of(name)]
+    if kind in KINDS and (unit := KINDS[kind].unit) is not None:
+        slides, turns = unit
+        joint = name.unit if isinstance(name, Joint) else unit_of_axis(axis)
+        plain = turns.replace("deg", "rad")
+        return {"mm": slides, "deg": turns, "rad": plain}.get(joint, f"({slides} or {plain})")
     if IN_ORDER.fullmatch(name) or (UNSAID.fullmatch(axis) and not isinstance(name, Joint)):
         base = "(mm or rad)"
     elif axis in ROTARY_AXES or kind in ANGLES:
@@ -266,15 +274,11 @@ def unit_of(name: str, along: str = "mm") -> str:
     return base + _PER[order_of(name)]
 
 
-def _own_unit(name: str) -> str:
-    return name.unit if isinstance(name, Joint) else ""
-
-
 def shown_by(name: str, axis: str | None) -> float:
     """What a limit's values are taken times where people read them: degrees of what turns, torques as they are."""
     kind = KINDS.get(field_of(name))
-    turns = name in ANGLES or (axis in ROTARY_AXES and not (kind is not None and kind.of_force))
-    return 180.0 / math.pi if turns else 1.0
+    plain = kind is not None and kind.unit is not None and not kind.unit[1].startswith("deg")
+    return 180.0 / math.pi if name in ANGLES or (axis in ROTARY_AXES and not plain) else 1.0
 
 
 def raised(unit: str) -> str:

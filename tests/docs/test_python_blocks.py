@@ -43,7 +43,7 @@ def test_blocks_run(page, workplace, capsys):
             if block.language == "toml" and (file := re.match(r"# (\S+\.toml)\n", block.text)):
                 (workplace / file[1]).write_text(block.text, encoding="utf-8")
             if block.language == "python" and not block.skipped:
-                code = compile("\n" * (block.line - 1) + block.text, str(page), "exec")
+                code = compile("\n" * (block.line - 1) + block.text, str(page), "exec", dont_inherit=True)
                 exec(code, names)
     finally:
         for added in set(registry.methods()) - before:

@@ -16,6 +16,9 @@ from click.testing import CliRunner
 import splinefeed as sf
 from splinefeed.cli.main import command_line
 from splinefeed.errors import LimitsError
+from splinefeed.limit_table import ENDS as ENDS_OF_PATH
+from splinefeed.limit_table import PATH as ALONG_PATH
+from splinefeed.limit_table import TRAVEL
 from splinefeed.machine.machine import Machine
 from splinefeed.planner.planning import STRATEGIES, strategy_for
 from splinefeed.records import TABLE
@@ -72,14 +75,13 @@ TIGHT = {
 LOOSE = {"axis_velocity_step": 20.0}
 NAMES = [each.name for each in TABLE]
 #: Those that Limits takes as a list.
-MODELLED = ("torque_rate", "axis_velocity_law", "axis_approach")
+MODELLED = [name for name in NAMES if name not in {each.name for each in fields(sf.Limits)}]
 ENDS = {"axis_minimum": {"x": 0.0}, "axis_maximum": {"x": 60.0}}
 STREAM = "stream"
-#: What is not a limit along the path.
-BEYOND = (
-    "chord_error", "centripetal", "axis_velocity", "axis_acceleration", "axis_jerk", "axis_velocity_step",
-    "combinations", "torque", "orientation_error",
-)  # fmt: skip
+#: What is not a limit along the path alone, and a field of Limits.
+BEYOND = [
+    each.name for each in TABLE if each.bounds not in (ALONG_PATH, ENDS_OF_PATH, TRAVEL) and each.name not in MODELLED
+]
 
 
 def limits(name: str, value: object) -> sf.Limits:

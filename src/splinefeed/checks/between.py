@@ -188,7 +188,7 @@ def least_values(name: str, spans: PathSpans, row: IntArray, u: Array, feed: Arr
     thirds = np.array([0.0, 0.5, 1.0])[:, None]
     for steps, part in parts(spans, row, u):
         places = SpanPlaces(spans, part.row)
-        at = TipPlaces(places, places.derivatives(places.t(part.low + thirds * (part.high - part.low)), 2))
+        at = TipPlaces(places, places.derivatives(places.t(part.low + thirds * (part.high - part.low)), 3))
         values = value_of(name, at, feed[steps][part.step])
         out[steps] = np.minimum.reduceat(np.min(values, axis=0), part.first)
     out[np.isnan(u[:-1]) | np.isnan(u[1:])] = np.nan

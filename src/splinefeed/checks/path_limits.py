@@ -26,7 +26,7 @@ class TipPlaces:
     places : SpanPlaces
         The spans (n,) that they lie on.
     c : list of (axes, ..., n) arrays
-        C(u) there and its first two derivatives by u at least.
+        C(u) there and its first three derivatives by u.
     """
 
     places: SpanPlaces

@@ -41,12 +41,12 @@ def with_reserve(
 
     Notes
     -----
-    With V a feed in mm/s, A and J in mm/s^2 and mm/s^3,
+    A limit of what grows by k^p where a motion runs k times as fast (`power` of its row in `limit_table.py`) is
 
-        V / top,   share_a A / top^2,   share_j J / top^3
+        share limit / top^p
 
-    and centripetal, chord and orientation error / top^2. Of a torque what motion takes is held to share_a / top^2 of
-    what weight and friction leave.
+    with the share of acceleration, of jerk, or 1, as its row says: V / top of a feed, share_j J / top^3 of a jerk. Of a
+    torque what motion takes is held to share_a / top^2 of what weight and friction leave.
 
     References
     ----------
